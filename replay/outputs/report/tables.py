@@ -103,8 +103,9 @@ def miss_table(result: RunResult, label: str) -> Markup:
 
 def _linked(made: Table, by: str) -> Table:
     """A table of misses whose numbers are links: to the moment in the picture, where there is one beside the page."""
-    rows = ((Marked(one.text, STRONG, to="#" + address("miss", int(one.text), by)), *rest) for one, *rest in made.rows)
-    return replace(made, rows=tuple(rows))
+    numbers = (one.text if isinstance(one, Marked) else str(one) for one, *_ in made.rows)
+    linked = (Marked(one, STRONG, to="#" + address("miss", int(one), by)) for one in numbers)
+    return replace(made, rows=tuple((one, *row[1:]) for one, row in zip(linked, made.rows, strict=True)))
 
 
 def effect_section(result: RunResult) -> Markup:
