@@ -20,7 +20,8 @@ def test_a_run_without_consent_is_shared_when_asked_for_anyway(run, tmp_path, ca
     said = capsys.readouterr().err
     assert "(consent: not stated)" in said and "add --anyway" in said and not (tmp_path / "sent").exists()
     assert main(["share", str(run), "-o", str(tmp_path / "sent"), "--anyway"]) == 0
-    assert f"open {tmp_path / 'sent' / 'index.html'} in a browser" in capsys.readouterr().err
+    said = " ".join(capsys.readouterr().err.split())
+    assert f"open {tmp_path / 'sent' / 'index.html'} in a browser" in said
     assert json.loads((tmp_path / "sent" / "share.json").read_text())["picture"] is True
 
 
