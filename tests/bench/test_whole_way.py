@@ -1,4 +1,4 @@
-"""The whole way of an audit, every output written: processor time beside that of python-fcl's loop, today and before."""
+"""The whole way of an audit, all outputs written: processor time beside python-fcl's loop, today and before."""
 
 import json
 import subprocess
