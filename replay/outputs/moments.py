@@ -88,7 +88,7 @@ def to_do(result: RunResult, label: str) -> str:
     frames: Counter[str] = Counter()
     for miss in result.misses[label]:
         frames[miss.cause] += miss.last - miss.first + 1
-    for one in result.false[label]:
+    for one in result.false.get(label, ()):
         frames[one.cause] += one.frames
     worst = frames.most_common(1)
     if result.summary["audit"][label]["contacts_undecided"]:
@@ -133,10 +133,10 @@ def _faults(result: RunResult) -> Iterator[FocusMoment]:
                 *one.shown, one.pair, one.point, label, one.number, Outcome.MISSED, one.first, one.last, one.cut_length,
                 one.kind, miss_note(one, len(misses), contacts, label, result.oracle),
             )  # fmt: skip
-        for no in sorted(result.false[label], key=lambda one: -one.frames)[:LISTED]:
+        for no in sorted(result.false.get(label, ()), key=lambda one: -one.frames)[:LISTED]:
             yield FocusMoment(
                 no.widest, 0, no.pair, no.point, label, no.number, Outcome.INVENTED, no.first, no.last, no.gap, no.kind,
-                false_note(no, len(result.false[label]), label, result.oracle),
+                false_note(no, len(result.false.get(label, ())), label, result.oracle),
             )  # fmt: skip
 
 

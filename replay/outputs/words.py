@@ -5,6 +5,7 @@ from types import MappingProxyType
 from typing import Final
 
 from cdcore import Verdict
+from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.comparison.outcome import Miss, Outcome
 
 OUTCOME_WORDS: Final[Mapping[int, str]] = MappingProxyType(
@@ -24,6 +25,11 @@ neither; NEITHER, the true negative, has no word: it is a gap in a lane."""
 VERDICT_WORDS: Final[Mapping[int, str]] = MappingProxyType({one: one.name for one in Verdict if one != Verdict.CLEAR})
 """Verdict -> its word of the glossary; CLEAR is a gap in a lane."""
 
+NOISE_WORDS: Final[Mapping[int, str]] = MappingProxyType(
+    dict(enumerate((UNDECIDABLE, "maybe hidden", ABSENT, HOLDS), 1))
+)
+"""State of a lane of noise -> its word: of two at a time the later."""
+
 FRAME_ROWS: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.LEFT_OUT)
 """Outcomes that every table of pair-frames counts, in its order."""
 
@@ -41,6 +47,12 @@ CONTACT_WORDS_SHORT: Final = {
     "split": "split", "merged": "merged",
 }  # fmt: skip
 """The figures that fit into a terminal, and short words for them."""
+
+
+def address(kind: str, number: int, by: str = "") -> str:
+    """Where a page has a moment of this ``kind``, ``miss`` or ``false``: ``#miss=4``, ``#false=2&by=hull50``."""
+    return f"{kind}={number}" + (f"&by={by}" if by else "")
+
 
 WITHIN: Final = OUTCOME_WORDS[Outcome.WITHIN_TOLERANCE]
 BETWEEN: Final = OUTCOME_WORDS[Outcome.BETWEEN_FRAMES]

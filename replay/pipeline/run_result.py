@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cdcore import Detection, Detector
 from replay.comparison.causes import Causes
@@ -19,6 +19,9 @@ from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.repair import Repair
 from sessions import Session
+
+if TYPE_CHECKING:
+    from cdcore.search.tracing import Watched
 
 TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/2"
 
@@ -80,6 +83,7 @@ class Measured:
     treatment : the findings of the doctor, and what the policy did about them.
     flags : which verdicts rest on a pose in doubt.
     detectors : label -> the detector, ready to be asked again.
+    watched : label -> what each stage of a search did, where that came with the faces.
     """
 
     session: Session
@@ -102,6 +106,7 @@ class Measured:
     treatment: Repair | None = None
     flags: Flags | None = None
     detectors: Mapping[str, Detector] = field(default_factory=dict)
+    watched: Mapping[str, "Watched | None"] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,17 +15,17 @@ from cdcore.protocol import counts_as_contact
 from replay.comparison.clusters import MANY, by_depth
 from replay.comparison.contact_counts import contact_counts
 from replay.outputs.camera import Eye, overview
-from replay.outputs.lanes import number_boxes, ranked_pairs
+from replay.outputs.lanes import noise_states, number_boxes, ranked_pairs
 from replay.outputs.materials import is_ghost, tags_of
 from replay.outputs.moments import FocusMoment, key_moments, pair_in_focus, worst_first
-from replay.outputs.palette import OUTCOMES
+from replay.outputs.palette import NOISES, OUTCOMES
 from replay.outputs.rerun_log.blueprint import BlueprintInput, Subject, build_blueprint
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity
 from replay.outputs.rerun_log.contacts import log_contacts
 from replay.outputs.rerun_log.effects import log_effects
 from replay.outputs.rerun_log.findings import log_findings
 from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
-from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane
+from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane, noise_lane
 from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
 from replay.outputs.rerun_log.overview import log_overview, moment_eyes, overview_lanes
 from replay.outputs.rerun_log.overview_tab import ANSWER
@@ -157,6 +157,9 @@ def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, r
             log_number_lane(writer, path, misses)
         else:
             log_lane(writer, path, result.comparisons[subject.label].outcome[:, column], OUTCOMES)
+            if result.noise is not None:
+                states = noise_states(result.noise, result.episodes[result.oracle], column, len(assembly.motion))
+                log_lane(writer, noise_lane(path), states, NOISES)
     log_missed_faces(writer, subject.faces, assembly, oracle, misses)
     log_pins(writer, subject.missed, misses, reach)
     log_missed_list(writer, f"{subject.words}/missed", misses, f"nothing missed by {subject.label}")

@@ -12,7 +12,7 @@ from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
 from replay.guide.pages import page
 from replay.outputs.rerun_log.report import miss_note
-from replay.outputs.results.parquet_tables import miss_table as parquet_misses
+from replay.outputs.results.fault_tables import miss_table as parquet_misses
 from replay.outputs.run_tables import (
     LATE,
     contact_table,

@@ -169,6 +169,7 @@ def built(subjects, effects, *, tradeoff=False):
     moving = SimpleNamespace(valid=np.ones((1, 0), dtype=bool))
     result = SimpleNamespace(
         tradeoff=tradeoff or None,
+        noise=None,
         effects=effects,
         treatment=None,
         session=room,
@@ -222,3 +223,10 @@ def test_the_worst_lanes_are_in_view(longest):
 @pytest.mark.parametrize("longest", [LANES_IN_VIEW + 1, 13])
 def test_the_lane_of_the_longest_cut_takes_the_place_of_the_least_bad_one(longest):
     assert lanes_in_view(subject(longest)) == [*list(LANES)[: LANES_IN_VIEW - 1], f"lanes/{longest}_p"]
+
+
+@pytest.mark.parametrize("longest", [None, 2, 13])
+def test_what_noise_leaves_stands_below_half_as_many_pairs(longest):
+    pairs = {None: (2, 3), 2: (2, 3), 13: (2, 13)}[longest]
+    below = [path for k in pairs for path in (f"lanes/{k}_p", f"lanes/{k}_p/in_noise")]
+    assert lanes_in_view(subject(longest), noisy=True) == ["lanes/1_missed", *below]

@@ -63,7 +63,7 @@ def test_a_solid_of_every_shape_is_drawn_as_it_decided(taps, write, shape):
 
 def test_of_a_compound_every_piece_is_drawn(run, write, monkeypatch):
     half = box_mesh((0.01, 0.02, 0.03))
-    parts = {name: (half, half) for name in run.assembly.names}
+    parts = dict.fromkeys(run.assembly.names, (half, half))
     monkeypatch.setattr(run.detectors[LABEL], "parts", parts)
     seen, frames = write(run), range(0, len(run.assembly.motion), 10)
     drawn = {len(seen.at(f"world/rod/solid_of_{LABEL}", "LineStrips3D:strips", frame)) for frame in frames}
