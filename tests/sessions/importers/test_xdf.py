@@ -98,6 +98,36 @@ def test_objects_of_a_mocap_stream_arrive_in_metres(tmp_path, unit, scale):
     assert session.facts["clock"] == "LSL clock of the recording computer, s"
 
 
+POSE_OUTLET = [{"label": one} for one in ("PosX", "PosY", "PosZ", "RotX", "RotY", "RotZ", "RotW")]
+TRANSFORM_OUTLET = [
+    *({"label": one, "unit": "unit quaternion", "type": "quaternion component"} for one in "xyzw"),
+    *({"label": one, "unit": "degree", "type": "axis angle"} for one in "xyz"),
+    *({"label": one, "unit": "meter", "type": "position in world space"} for one in "xyz"),
+]
+
+
+def test_outlets_of_lsl4unity_are_bodies_in_the_axes_of_unity(tmp_path):
+    place, turn = PLACES["Cup"], TURNS["Cup"].as_quat()
+    parts = (
+        stream_header(1, "Cup", "Unity.Transform", POSE_OUTLET), samples(1, STAMPS, np.column_stack([place, turn])),
+        stream_header(2, "Hand", "Unity.Quaternion", TRANSFORM_OUTLET),
+        samples(2, STAMPS, np.column_stack([turn, 0 * place, place])),
+        stream_header(3, "Pupil", "Unity.Float", [{"label": "mm"}]), samples(3, STAMPS, place[:, :1]),
+    )  # fmt: skip
+    session = import_session("xdf", written(tmp_path, *parts))
+    assert session.names == ("Cup", "Hand") and list(session.scalars) == ["Pupil"]
+    mirror = np.diag([1.0, 1.0, -1.0])
+    for track in session.tracks.values():
+        assert np.abs(track.positions - place @ mirror).max() < 1e-9
+        got = Rotation.from_quat(track.quaternions_xyzw).as_matrix()
+        assert np.abs(got - mirror @ TURNS["Cup"].as_matrix() @ mirror).max() < 1e-9
+    assert "axes unity (left-handed, +Y up, +Z forward); lengths in m" in session.facts["assumed"]
+    with pytest.raises(ImportFileError, match="poses of Unity and others are in it; name the axes of all by --conv"):
+        import_session(
+            "xdf", written(tmp_path, *parts[:2], *(take(head=stream_header(4, "M", "MoCap", channels()))[:1]))
+        )
+
+
 def test_clock_offsets_are_applied_and_how_well_they_fit_is_said(tmp_path):
     pairs = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]
     session = import_session("xdf", written(tmp_path, *take(pairs=pairs)), convention="unity")
