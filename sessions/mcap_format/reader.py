@@ -54,14 +54,15 @@ MISSING = "missing"  # The metadata key that says what a truncated file lacks
 Value = TypeVar("Value")
 
 
-def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
+def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | None = None) -> Session:
     """Read a session file of profile ``vrlab/1``, or any MCAP with ``foxglove.FrameTransforms`` on ``/tf``.
 
     Meshes are checked against their hashes. Frames, live contacts and streams are decoded when asked for.
     A file without the profile has the metadata ``format: foreign`` and ``profile: none`` (or what it calls its own).
 
     ``path``: the file; ``torn``: what to do with a file that was cut short, for example by a crash of the recorder:
-    ``refuse``, or ``keep`` every whole chunk; the metadata key ``missing`` then says what is not there.
+    ``refuse``, or ``keep`` every whole chunk; the metadata key ``missing`` then says what is not there; ``scene``: a
+    scene file that stands in place of the session's own, which is not looked at (`with_scene`).
 
     Raises ``SessionFileError``: the file is missing, empty, damaged, no MCAP, of an unknown version, or has no poses;
     ``TornFileError`` when it was cut short and ``torn`` is ``refuse``.
@@ -78,10 +79,10 @@ def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
     file.catalogue.check_pose_channels()
     if file.catalogue.tear is not None:
         facts[MISSING] = _missing(file)
-    return Session(
+    session = Session(
         McapFrames(file, listed_names(file) if file.own else _scanned_names(file)),
         {name: attached_mesh(file, name, expected) for name, expected in hashes.items()},
-        attached_scene(file),
+        attached_scene(file) if scene is None else Scene(),
         events=part(file, EVENTS),
         intervals=part(file, INTERVALS),
         facts=facts,
@@ -89,6 +90,11 @@ def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
         live_contacts=LazySequence(lambda: part(file, LIVE_CONTACTS)),
         **{name: _streams(file, prefix) for prefix, name in STREAMS.items()},
     )
+    if scene is None:
+        return session
+    from sessions.scene_files.scene_meshes import with_scene
+
+    return with_scene(session, scene)
 
 
 def _streams(file: McapFile, prefix: str) -> Any:
@@ -131,9 +137,7 @@ def attached_mesh(file: McapFile, name: str, expected: str) -> MeshData:
     if data is None:
         raise file.refused("mesh-unreadable", f"the mesh of {name!r} is not in the file")
     if (found := hashlib.sha256(data).hexdigest()) != expected:
-        what = (
-            f"the mesh of {name!r} is not the one that was recorded (SHA-256 {found[:12]}..., not {expected[:12]}...)"
-        )
+        what = f"the mesh of {name!r} is not the one that was recorded (SHA-256 {found[:12]!r}, not {expected[:12]!r})"
         raise file.refused("mesh-hash", what)
     try:
         return mesh_from_bytes(data, "glb")

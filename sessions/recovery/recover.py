@@ -74,7 +74,7 @@ def _nothing(source: Path, why: str) -> SessionFileError:
 def _write(found: FileScan, stream: BinaryIO, target: Path, *, overwrite: bool) -> Recovery:
     declared, records = found.declared, dict(found.declared.metadata)
     session = records.get(SESSION_RECORD)
-    own = session is not None or declared.profile.startswith(PROFILE_FAMILY)
+    own = any(word.startswith(PROFILE_FAMILY) for word in (declared.profile, (session or {}).get(FORMAT, "")))
     listed = _listed_names(records.get(BODIES_RECORD), declared.path)
     profile = _profile(found, session, own=own)
     held = set(found.names)

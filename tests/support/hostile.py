@@ -155,7 +155,7 @@ def _said(work) -> tuple[bool, str]:
     try:
         return True, str(work() or "")
     except KNOWN as error:
-        assert str(error).strip() and "\n" not in str(error), repr(str(error))
+        assert str(error).strip() and str(error).isprintable(), repr(str(error))
         return False, str(error)
 
 
