@@ -1,10 +1,11 @@
 """Answers on stdout, sentences and progress on stderr, and exit codes. Progress is shown on a terminal only."""
 
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final
+from typing import IO, TYPE_CHECKING, Any, Final
 
 from replay.base.progress import Advance
 from replay.base.shown import shown as safe_text
@@ -20,8 +21,8 @@ GATE_FAILED: Final = 4
 INTERRUPTED: Final = 130
 """Exit codes; 2 is click's, for a wrong call or a missing path."""
 
-WIDE: Final = 160
-"""Columns where there is no terminal: the widest table, of ``replay paper``, needs 136 to break no word."""
+PIPED: Final = 100
+"""Columns where there is no terminal and ``COLUMNS`` says nothing: what a mail, a log or a second pane shows whole."""
 
 
 class People:
@@ -34,7 +35,7 @@ class People:
         """Sentences, each on a line, at once."""
         if not self.quiet:
             for sentence in sentences:
-                print(safe_text(sentence, lines=True), file=sys.stderr, flush=True)
+                print(_folded(safe_text(sentence, lines=True), sys.stderr), file=sys.stderr, flush=True)
 
     def detail(self, sentence: str) -> None:
         """One sentence for those who asked for more."""
@@ -95,17 +96,42 @@ def pace(speed: float | None, left: float | None, elapsed: float | None, finishe
     return f"{speed:,.0f} {unit}/s, {left:.0f} s left"
 
 
+def _folded(text: str, stream: "IO[str]") -> str:
+    """Text for a terminal, no word of it cut; elsewhere as it is, a sentence a line, unless ``COLUMNS`` asks."""
+    if not (stream.isatty() or "COLUMNS" in os.environ):
+        return text
+    from shutil import get_terminal_size
+    from textwrap import fill
+
+    room, lines = get_terminal_size().columns, text.split("\n")
+    indents = [" " * (len(one) - len(one.lstrip()) + 2) for one in lines]
+    return "\n".join(
+        fill(one, room, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+        if len(one) > room
+        else one
+        for one, indent in zip(lines, indents, strict=True)
+    )
+
+
 def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType]") -> None:
-    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal; a ``str`` as it is."""
+    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal; a ``str`` as it is.
+
+    What is piped has no spaces at the ends of lines.
+    """
     made = json.dumps(plain, indent=1, allow_nan=False) if as_json else shown()
     if isinstance(made, str):
-        print(safe_text(made, lines=True))
-    else:
+        text = safe_text(made, lines=True)
+        print(text if as_json else _folded(text, sys.stdout))
+    elif sys.stdout.isatty():
         stdout_console().print(made)
+    else:
+        with (console := stdout_console()).capture() as held:
+            console.print(made)
+        print("\n".join(one.rstrip() for one in held.get().splitlines()))
 
 
 def stdout_console() -> "Console":
-    """Where tables go: as wide as the terminal, and wide enough to lose nothing where there is none."""
+    """Where answers go: as wide as the terminal, or as ``COLUMNS`` says."""
     from rich.console import Console
 
-    return Console(width=None if sys.stdout.isatty() else WIDE, highlight=False)
+    return Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else PIPED, highlight=False)

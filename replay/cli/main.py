@@ -123,7 +123,7 @@ def _memory_ran_out(error: Exception) -> bool:
     """Whether the process has no memory left; under a limit, libraries say so with errors of several kinds."""
     if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == ENOMEM):
         return True
-    if sys.platform == "win32" or not isinstance(error, SystemError | RuntimeError | ImportError):
+    if sys.platform == "win32" or not isinstance(error, SystemError | RuntimeError | ImportError | OSError):
         return False
     import resource
 
