@@ -11,7 +11,7 @@ from replay.effects.declaring import Declaration
 from replay.effects.models.acid_base import AcidBase
 from replay.effects.models.equation import COMMON, Equation, atoms, equation_of, ion_of
 from replay.effects.models.history import NEUTRALISATION, Process
-from replay.effects.models.ledger import BROUGHT, GAS, SOLID, Ledger
+from replay.effects.models.ledger import BROUGHT, SOLID, Ledger
 from replay.effects.models.species import GASES, IONS, SOLIDS
 from replay.effects.vessels import Vessel
 from sessions.scene_files.toml_table import nearest
