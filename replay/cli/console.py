@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
@@ -34,7 +34,7 @@ class People:
         """Sentences, each on a line, at once."""
         if not self.quiet:
             for sentence in sentences:
-                print(safe_text(sentence, lines=True), file=sys.stderr, flush=True)
+                print(safe_text(sentence), file=sys.stderr, flush=True)
 
     def detail(self, sentence: str) -> None:
         """One sentence for those who asked for more."""
@@ -95,13 +95,19 @@ def pace(speed: float | None, left: float | None, elapsed: float | None, finishe
     return f"{speed:,.0f} {unit}/s, {left:.0f} s left"
 
 
-def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType]") -> None:
-    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal; a ``str`` as it is."""
-    made = json.dumps(plain, indent=1, allow_nan=False) if as_json else shown()
-    if isinstance(made, str):
-        print(safe_text(made, lines=True))
+def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType | list[str]]") -> None:
+    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal, a ``list``: lines."""
+    made = json.dumps(plain, indent=1, allow_nan=False).splitlines() if as_json else shown()
+    if isinstance(made, list):
+        print_lines(made)
     else:
         stdout_console().print(made)
+
+
+def print_lines(lines: Iterable[object]) -> None:
+    """Print each as one line, whatever it holds."""
+    for one in lines:
+        print(safe_text(str(one)))
 
 
 def stdout_console() -> "Console":

@@ -64,7 +64,7 @@ def command(
     write_session(imported, out, overwrite=force)
     people.say(*said)
     plain = {"out": str(out), "frames": len(imported.frames), "bodies": list(imported.names), "notes": said}
-    answer(as_json, plain, lambda: str(out))
+    answer(as_json, plain, lambda: [str(out)])
     return 0
 
 

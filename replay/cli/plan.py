@@ -27,7 +27,7 @@ def command(scene: Path, as_json: bool, people: People) -> int:
 
     declared = _scene(scene)
     planned = plan_summary(plan(declared, scene.name))
-    answer(as_json, {"scene": declared.name, **planned}, lambda: "\n".join(plan_lines(declared.name, planned)))
+    answer(as_json, {"scene": declared.name, **planned}, lambda: [*plan_lines(declared.name, planned)])
     return 0
 
 

@@ -5,9 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import click
-
-from replay.cli.console import DATA_LOSS, OK, People, answer
+from replay.cli.console import DATA_LOSS, OK, People, answer, print_lines
 from replay.comparison.clusters import by_depth
 from replay.pipeline.run_result import RunResult
 from replay.prepare.repair import DAMAGE
@@ -43,8 +41,8 @@ def answer_cited(
     from replay.pipeline.citations import citations
 
     answer(as_json, {**plain, **({"sources": behind} if behind else {})}, shown)
-    for text in () if as_json else (*sentences, *(["\n" + citations(behind)] if behind else [])):
-        click.echo(text)
+    if not as_json:
+        print_lines([*sentences, *(["", *citations(behind).splitlines()] if behind else [])])
 
 
 def close_run(result: RunResult, people: People) -> int:
