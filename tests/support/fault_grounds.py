@@ -15,7 +15,7 @@ from support.small_worlds import cubes
 
 from sessions import Severity, examine, read_session, write_session
 
-LONGEST_S = 120.0
+LONGEST_S = 300.0
 OK, FAILURE, USAGE, LOSS = 0, 1, 2, 3
 BYSTANDER, WORDS = "thesis.txt", "three years of work"
 

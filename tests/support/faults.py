@@ -14,7 +14,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-from support.fault_grounds import LONGEST_S, LOSS, OK, VERBS, Ended, Place, broken, bytes_of, faults_of, run
+from support.fault_grounds import BYSTANDER, LONGEST_S, LOSS, OK, VERBS, Ended, Place, broken, bytes_of, faults_of, run
+from support.hand_made import HAND_MADE, wrong_with
+from support.hostile import good_files
 from support.peak_memory import environment
 
 from sessions import read_session
@@ -133,7 +135,10 @@ def memory(place: Place, number: int) -> list[str]:
     place.earlier(verb)
     work = place.fresh(verb, earlier=False)
     limit = limited("RLIMIT_AS", int(2 ** random.uniform(26, 31)))
-    return faults_of(verb, work, run(place.words(verb), work, preexec_fn=limit), bytes_of(work))
+    ended = run(place.words(verb), work, preexec_fn=limit)
+    if ended.code < 0:  # a library ended the process: as after a kill, the next call cleans up
+        return broken(verb, work) + faults_of(verb, work, run(place.words(verb), work), {}, codes=(OK, LOSS))
+    return faults_of(verb, work, ended, bytes_of(work))
 
 
 NO_UTF8 = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
@@ -202,11 +207,27 @@ def compilers(place: Place, number: int) -> list[str]:
     return wrong + faults_of("run", work, run(place.words("run", "--force"), work, env=env), {}, codes=(OK,))
 
 
-KINDS: dict[str, tuple[Callable[[Place, int], list[str]], int]] = {
-    "kills": (kill, 32), "full disks": (disk, 14), "file sizes": (file_size, 14), "memory": (memory, 28),
-    "surroundings": (surroundings, 49), "races": (race, 12), "compilers": (compilers, 2),
+def mutants(place: Place, number: int) -> list[str]:
+    """Five hundred mutants of session files through four verbs, in a process of their own."""
+    words = [sys.executable, "-m", "support.hostile", str(place.folder), str(500 * number), str(500 * number + 500)]
+    done = subprocess.run(words, env=environment(), capture_output=True, text=True, timeout=10 * LONGEST_S)
+    return json.loads(done.stdout.splitlines()[-1])["wrong"] if done.returncode == 0 else [done.stderr[-600:]]
+
+
+def made_by_hand(place: Place, number: int) -> list[str]:
+    """A file that is wrong in a way of its own."""
+    work, files = place.fresh("recover", earlier=False), place.folder / "good"
+    files.mkdir(exist_ok=True)
+    (work / BYSTANDER).unlink()
+    return wrong_with([*HAND_MADE][number], good_files(files)["own.mcap"], work)
+
+
+KINDS: dict[str, tuple[Callable[[Place, int], list[str]], int, int]] = {
+    "mutants": (mutants, 6, 500), "files made by hand": (made_by_hand, len(HAND_MADE), 1), "kills": (kill, 32, 1),
+    "full disks": (disk, 14, 1), "file sizes": (file_size, 14, 1), "memory": (memory, 28, 1),
+    "surroundings": (surroundings, 49, 1), "races": (race, 12, 1), "compilers": (compilers, 2, 1),
 }  # fmt: skip
-"""Kind -> one trial, and how many are tried where nobody says how many."""
+"""Kind -> one trial, how many trials where nobody says how many, and how many cases are in a trial."""
 
 
 def tried(place: Place, kind: str, numbers) -> list[str]:
