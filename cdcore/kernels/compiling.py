@@ -76,7 +76,7 @@ def kernel(function: Function) -> Function:
         compiled.enable_caching()
     except RuntimeError:  # neither the installation nor the user's cache folder can be written: compile at every start
         compiled = made(function)
-    cached = getattr(compiled, "_cache", None)
+    cached: Any = getattr(compiled, "_cache", None)
     files = getattr(cached, "_cache_file", None)
     if files is not None and hasattr(files, "_source_stamp"):
         own = Path(function.__code__.co_filename).parent

@@ -3,9 +3,10 @@
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
+from math import isnan
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from replay.cli.console import DATA_LOSS, OK, People, answer, print_lines
+from replay.cli.console import DATA_LOSS, OK, People, answer
 from replay.comparison.clusters import by_depth
 from replay.pipeline.run_result import RunResult
 from replay.prepare.repair import DAMAGE
@@ -41,8 +42,9 @@ def answer_cited(
     from replay.pipeline.citations import citations
 
     answer(as_json, {**plain, **({"sources": behind} if behind else {})}, shown)
-    if not as_json:
-        print_lines([*sentences, *(["", *citations(behind).splitlines()] if behind else [])])
+    below = [*sentences, *(["", *citations(behind).splitlines()] if behind else [])]
+    if below and not as_json:
+        answer(False, None, lambda: below)
 
 
 def close_run(result: RunResult, people: People) -> int:
@@ -99,6 +101,10 @@ def repair_sentences(summary: Mapping[str, Any]) -> list[str]:
 
 
 def run_json(result: RunResult) -> dict[str, Any]:
-    """The summary, the misses, and where the rest lies."""
+    """The summary, the misses, the false contacts, and where the rest lies; null: not measured."""
     misses = {label: [asdict(miss) for miss in found] for label, found in result.misses.items()}
-    return {**result.summary, "misses": misses, "out": None if result.out is None else str(result.out)}
+    false = {
+        label: [asdict(one) | {"gap": None if isnan(one.gap) else one.gap} for one in found]
+        for label, found in result.false.items()
+    }
+    return {**result.summary, "misses": misses, "false": false, "out": None if result.out is None else str(result.out)}

@@ -155,7 +155,7 @@ def flip_table(flips: Sequence[Flips]) -> Table:
         families = sorted({one.number for one in of if one.flips or one.refused})
         rows.append((name, *cells, " ".join(f"{number:02d}" for number in families) or NONE))
     head = ("detector", *relations, "in families")
-    title = f"answers changed by what changes nothing, of {pairs:,} pairs"
+    title = f"answers that changed under harmless changes, of {pairs:,} pairs"
     return table(title, head, rows, words=("detector", "in families"))
 
 

@@ -74,11 +74,13 @@ def false_contacts(assembly: Assembly, comparison: Comparison, detector: object 
 
     ``detector``: the subject itself, which may explain.
     """
+    outcome, times = comparison.outcome, assembly.motion.times
+    found = column_runs(outcome[:, p] == Outcome.INVENTED for p in range(outcome.shape[1]))
+    if not len(found):
+        return ()
     # Here, since a run without a detection loads no collision engine.
     from cdcore.narrow.mesh_stage import MeshStage
 
-    outcome, times = comparison.outcome, assembly.motion.times
-    found = column_runs(outcome[:, p] == Outcome.INVENTED for p in range(outcome.shape[1]))
     longest = np.argsort([first - last for _, first, last in found.tolist()], kind="stable")[:LOOKS_IN_ALL]
     most = min(LOOKS, LOOKS_IN_ALL // max(1, len(longest)))
     measured, meshes, made = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), []

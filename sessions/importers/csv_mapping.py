@@ -5,7 +5,7 @@ triggers and collisions.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
@@ -38,6 +38,23 @@ class PoseColumns:
 
 
 @dataclass(frozen=True)
+class ScalarColumn:
+    """A number over time."""
+
+    column: str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class GazeColumns:
+    """Where a ray stands: three columns of its origin and three of its direction."""
+
+    origin: tuple[str, ...]
+    direction: tuple[str, ...]
+    valid: str = ""
+
+
+@dataclass(frozen=True)
 class RowKinds:
     """Words in a column that says what a row is; rows of other words are counted and left out."""
 
@@ -52,6 +69,10 @@ class RowKinds:
     """Column of the trigger's value, 0 to 1, and of an event's words."""
     event: str = ""
     """Rows that are events: their name stands in column ``other``, what is said in ``value``."""
+    scalar: str = ""
+    """Rows that are numbers over time: their name stands in column ``other``, the number in ``value``."""
+    gaze: str = ""
+    """Rows that say where a participant looks: the body is the participant, the pose that of the eye."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +93,8 @@ class CsvMapping:
     body: PoseColumns | None = None
     bodies: Mapping[str, PoseColumns] | None = None
     rows: RowKinds | None = None
+    scalars: Mapping[str, ScalarColumn] = field(default_factory=dict)
+    gaze: Mapping[str, GazeColumns] = field(default_factory=dict)
     events: tuple[str, ...] = ()
     """Columns in which every new text is an event."""
 
@@ -87,7 +110,7 @@ UNITY: Final = CsvMapping(
     convention="unity",
     name="body",
     body=PoseColumns(("px", "py", "pz"), ("qx", "qy", "qz", "qw"), valid="tracked"),
-    rows=RowKinds("kind", "pose", "enter", "exit", "other", "trigger", "value", "event"),
+    rows=RowKinds("kind", "pose", "enter", "exit", "other", "trigger", "value", "event", "scalar", "gaze"),
 )
 """The CSV of the README's Unity script."""
 
@@ -119,6 +142,8 @@ def read_mapping(path: str | Path) -> CsvMapping:
         body=_columns(long) if long is not None else None,
         bodies={name: _columns(table) for name, table in wide.items()} or None,
         rows=_kinds(kinds) if kinds is not None else None,
+        scalars={name: _scalar(table) for name, table in whole.named_tables("scalars").items()},
+        gaze={name: _ray(table) for name, table in whole.named_tables("gaze").items()},
         events=whole.texts("event_columns"),
     )
     if mapping.rows is not None and mapping.body is None:
@@ -153,6 +178,18 @@ def _columns(table: TomlTable) -> PoseColumns:
     return columns
 
 
+def _scalar(table: TomlTable) -> ScalarColumn:
+    column = ScalarColumn(table.text("column", None), table.text("unit"))
+    table.done()
+    return column
+
+
+def _ray(table: TomlTable) -> GazeColumns:
+    columns = GazeColumns(table.texts("origin", 3), table.texts("direction", 3), table.text("valid"))
+    table.done()
+    return columns
+
+
 def _angles(table: TomlTable, order: str) -> tuple[str, ...]:
     """Three columns in the order of turning; as a table, ``euler = {x = ..., y = ..., z = ...}``, by their axes."""
     if not table.is_table("euler"):
@@ -166,7 +203,7 @@ def _angles(table: TomlTable, order: str) -> tuple[str, ...]:
 
 
 def _kinds(table: TomlTable) -> RowKinds:
-    words = {key: table.text(key) for key in ("enter", "exit", "other", "trigger", "value", "event")}
+    words = {key: table.text(key) for key in ("enter", "exit", "other", "trigger", "value", "event", "scalar", "gaze")}
     kinds = RowKinds(table.text("column", None), table.text("pose", "pose"), **words)
     if (kinds.enter or kinds.exit) and not kinds.other:
         raise table.fail("enter and exit need other: the column of the second body")
@@ -174,5 +211,7 @@ def _kinds(table: TomlTable) -> RowKinds:
         raise table.fail("event needs other: the column of its name")
     if kinds.trigger and not kinds.value:
         raise table.fail("trigger needs value: the column of its value")
+    if kinds.scalar and not (kinds.other and kinds.value):
+        raise table.fail("scalar needs other and value: the columns of its name and of the number")
     table.done()
     return kinds

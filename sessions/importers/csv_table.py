@@ -104,6 +104,13 @@ class CsvTable:
         """The cells of some columns and rows as float64, (n, columns); an empty cell is NaN."""
         return np.column_stack([self._floats(column, rows) for column in columns]) if columns else np.zeros((0, 0))
 
+    def holds_numbers(self, column: str) -> bool:
+        """Whether every cell of a column is a number or empty, and one is a number."""
+        try:
+            return bool(np.isfinite(self._floats(column, np.ones(len(self), dtype=np.bool_))).any())
+        except ImportFileError:
+            return False
+
     def _chosen(self, column: str, rows: Rows) -> Any:
         import pyarrow as pa
 

@@ -1,13 +1,15 @@
-"""XDF files of the Lab Streaming Layer: streams of content type MoCap become bodies, those of markers events.
+"""XDF files of the Lab Streaming Layer: streams of type MoCap become bodies, of type Gaze gaze, of text events.
+
+Every channel of any other stream of numbers becomes a scalar.
 
 Clock offsets are applied as pyxdf does; how far they are from a straight line is said per stream. Stamps are not
 smoothed. A quaternion is OrientationA (scalar), B, C, D; Confidence 0 means that the object was not seen.
 
-Source: XDF specification, and its wiki, page *MoCap Meta Data*.
+Source: XDF specification, and its wiki, pages *MoCap Meta Data* and *Gaze Meta-Data*.
 """
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -15,13 +17,13 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
+from sessions.importers.beside_poses import BesidePoses
+from sessions.importers.clocks import ClockFit
 from sessions.importers.csv_mapping import METRES
-from sessions.importers.finish import MeshSource, finished
+from sessions.importers.finish import Imported
 from sessions.importers.pose_table import PoseTable, SourceFrame, imported, stamps_of
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event
-from sessions.model.scene import Scene
-from sessions.model.session import Session
 
 MAGIC: Final = b"XDF:"
 ASSUMED: Final = "openxr"
@@ -31,24 +33,18 @@ ROLES: Final = {
 }  # fmt: skip
 """Type of a channel in small letters -> its place in x y z qx qy qz qw confidence."""
 
+RAY: Final = ("positionx", "positiony", "positionz", "directionx", "directiony", "directionz")
+"""Types of the channels of an eye, in small letters."""
+
 UNITS: Final = {"meters": "m", "meter": "m", "metres": "m", "centimeters": "cm", "millimeters": "mm", "": "m"}
 
 
-def read_xdf(
-    source: Path,
-    *,
-    convention: str | None = None,
-    meshes: Mapping[str, MeshSource] | None = None,
-    scene: Scene | None = None,
-    scene_folder: str | Path = ".",
-    proxies: bool | None = None,
-) -> Session:
-    """The session of an XDF file.
+def read_xdf(source: Path, *, convention: str | None = None) -> Imported:
+    """Everything in an XDF file.
 
     Parameters
     ----------
     convention : axes of its MoCap streams, which XDF does not state; ``None``: right-handed, +Y up.
-    meshes, scene, scene_folder, proxies : see ``sessions.importers.finish.finished``.
 
     Raises ``ImportFileError``: names file, stream and channel.
     """
@@ -57,16 +53,13 @@ def read_xdf(
     notes += [] if whole else ["the file is cut short or damaged: the last pose of each body is flagged as lost"]
     tables: dict[str, PoseTable] = {}
     units: set[str] = set()
-    assumed: list[str] = []
-    for stream in streams:
-        if _first(stream["info"], "type").lower() != "mocap":
-            continue
-        where = f"stream {_first(stream['info'], 'name')!r}"
+    kinds = [_first(stream["info"], "type").lower() for stream in streams]
+    for stream in (one for one, kind in zip(streams, kinds, strict=True) if kind == "mocap"):
+        where = _where(stream)
         for name, channels in _bodies(f"{source}: {where}", stream):
             name = name if name not in tables else f"{_first(stream['info'], 'name')}/{name}"
             tables[name] = _poses(source, where, stream, channels, whole)
             units |= {_unit(stream, channels[0])}
-        (notes if stream["clock_times"] else assumed).append(f"{where}: {_clock(stream)}")
     if not tables:
         seen = [f"{_first(one['info'], 'name')} ({_first(one['info'], 'type')})" for one in streams]
         raise ImportFileError(
@@ -76,11 +69,20 @@ def read_xdf(
     if len(units) > 1 or unit not in METRES:
         raise ImportFileError(f"{source}: lengths are in {', '.join(sorted(units))}; record all in one of m, cm, mm")
     axes = convention_named(convention or ASSUMED)
-    assumed = [f"axes {ASSUMED} ({axes.words})"] * (not convention) + ["lengths in m"] * ("" in units) + assumed
+    assumed = [f"axes {ASSUMED} ({axes.words})"] * (not convention) + ["lengths in m"] * ("" in units)
+    for stream in streams:
+        (notes if stream["clock_times"] else assumed).append(f"{_where(stream)}: {_clock(stream)}")
     clock = "LSL clock of the recording computer, s"
-    samples = imported(tables, SourceFrame(axes, unit, METRES[unit], clock, assumed=tuple(assumed)), notes)
-    samples = replace(samples, events=sorted(_events(source, streams), key=lambda event: event.time_ns))
-    return finished(samples, source, meshes=meshes, scene=scene, scene_folder=scene_folder, proxies=proxies)
+    frame = SourceFrame(axes, unit, METRES[unit], clock, assumed=tuple(assumed))
+    beside = BesidePoses()
+    for stream in (one for one, kind in zip(streams, kinds, strict=True) if kind != "mocap"):
+        _beside(source, stream, frame, beside)
+    samples = beside.put_into(imported(tables, frame, notes))
+    return replace(samples, events=sorted(_events(source, streams), key=lambda event: event.time_ns))
+
+
+def _where(stream: dict[str, Any]) -> str:
+    return f"stream {_first(stream['info'], 'name')!r}"
 
 
 def _streams(source: Path) -> tuple[list[dict[str, Any]], list[str]]:
@@ -159,21 +161,45 @@ def _poses(source: Path, where: str, stream: dict[str, Any], channels: list[int]
     return PoseTable(stamps, rows[:, :3], rows[:, 3:7], valid)
 
 
+def _beside(source: Path, stream: dict[str, Any], frame: SourceFrame, beside: BesidePoses) -> None:
+    """Every eye with a place and a direction, and every other channel of numbers."""
+    values = np.asarray(stream["time_series"])
+    if values.dtype.kind not in "fiu" or values.ndim != 2 or not len(values):
+        return
+    name = _first(stream["info"], "name") or "stream"
+    stamps = stamps_of(np.asarray(stream["time_stamps"], dtype=np.float64), f"{source}: {_where(stream)}")
+    described = [*_channels(stream), *[{}] * values.shape[1]][: values.shape[1]]
+    eyes: dict[str, dict[str, int]] = {}
+    for number, channel in enumerate(described):
+        eyes.setdefault(_first(channel, "eye"), {})[_first(channel, "type").lower()] = number
+    taken: set[int] = set()
+    for eye, types in eyes.items():
+        if _first(stream["info"], "type").lower() == "gaze" and types.keys() >= set(RAY):
+            columns = [types[kind] for kind in RAY]
+            unit = _unit(stream, columns[0])
+            metres = METRES.get(UNITS.get(unit, unit), frame.metres)
+            seen = values[:, types["confidence"]] > 0 if "confidence" in types else np.ones(len(values), np.bool_)
+            rays = values[:, columns].astype(np.float64)
+            origins, directions = frame.axes.points(rays[:, :3]) * metres, frame.axes.points(rays[:, 3:])
+            beside.looked(f"{name}/{eye}" if len(eyes) > 1 and eye else name, stamps, origins, directions, seen)
+            taken |= {*columns}
+    for number, channel in enumerate(described):
+        if number not in taken:
+            label = _first(channel, "label") or _first(channel, "type") or str(number + 1)
+            whole = f"{name}/{label}" if len(described) > 1 else name
+            beside.scalar(whole, stamps, values[:, number].astype(np.float64), _first(channel, "unit"))
+
+
 def _unit(stream: dict[str, Any], channel: int) -> str:
     return _first(_channels(stream)[channel], "unit").lower()
 
 
 def _clock(stream: dict[str, Any]) -> str:
     """How a stream's clock was brought onto the recorder's."""
-    times, values = np.array(stream["clock_times"]), np.array(stream["clock_values"])
-    if not len(times):
+    if not stream["clock_times"]:
         return "no clock offsets, so that its clock is taken for the recorder's"
-    drift, offset = np.polyfit(times - times.mean(), values, 1) if len(times) > 1 else (0.0, values[0])
-    residual = np.abs(values - offset - drift * (times - times.mean())).max()
-    return (
-        f"{len(times)} clock offsets applied, {offset * 1e3:.3f} ms, drift {drift * 1e6:.1f} ppm, "
-        f"at most {residual * 1e3:.3f} ms from a line"
-    )
+    fit = ClockFit.of(stream["clock_times"], stream["clock_values"])
+    return f"{fit.readings} clock offsets applied, {fit.words}"
 
 
 def _events(source: Path, streams: list[dict[str, Any]]) -> Iterator[Event]:

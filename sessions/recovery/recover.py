@@ -29,7 +29,7 @@ from sessions.mcap_format.metadata import (
 from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.refusals import brief
-from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF
+from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, STREAMS, TF
 from sessions.mcap_format.writer import CHUNK_BYTES, SCENE_FILE
 from sessions.recovery.file_scan import FileScan, scan_file
 from sessions.recovery.lost import Recovery
@@ -117,9 +117,9 @@ def refusal_of(path: Path) -> str:
         session = read_session(path)
         for _ in session.blocks():
             pass
-        for each in (session.hands, session.fast_tracks, {"": session.live_contacts}):
-            for key in each:
-                len(each[key])
+        len(session.live_contacts)
+        for name in STREAMS.values():
+            dict(getattr(session, name))
     except SessionFileError as error:
         return brief(error)
     return ""

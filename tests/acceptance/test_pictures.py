@@ -15,7 +15,6 @@ from support.small_worlds import jumping
 
 from replay.cli.demo import DETECTORS
 from replay.comparison.clusters import by_depth
-from replay.outputs.moments import false_of
 from replay.outputs.palette import SERIES
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log.focus import read_misses
@@ -150,7 +149,7 @@ def test_the_demo_opens_on_all_detectors_at_a_false_contact_of_the_worst(demo):
 
 def test_choosing_a_moment_moves_lanes_close_up_and_words(looking, audited):
     deepest = by_depth(audited.misses["mesh50"])[0]
-    false = max(false_of(audited)["hull50"], key=lambda one: one.frames)
+    false = max(audited.false["hull50"], key=lambda one: one.frames)
     titles, seen = ("Close-up: the moment", "The pair in focus", "The moment in the close-up"), []
     with looking("All detectors") as viewer:
         for frame in (false.widest, deepest.deepest):

@@ -24,7 +24,7 @@ EVENT_ROWS: Final = 60
 """Events listed; ``events.parquet`` holds them all."""
 
 PAIR_HEAD: Final = (
-    "pair", "contacts", "seconds", "longest s", "missed", "in part", "frames missed", "frames invented",
+    "pair", "contacts", "seconds", "longest s", "missed", "in part", "frames missed", "false frames",
     "within tolerance",
 )  # fmt: skip
 

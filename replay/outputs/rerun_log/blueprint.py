@@ -16,6 +16,7 @@ from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.contacts import contacts_path
 from replay.outputs.rerun_log.effects import EffectViews, effect_views
 from replay.outputs.rerun_log.findings import finding_lanes, finding_tab, state_view
+from replay.outputs.rerun_log.lanes import noise_lane
 from replay.outputs.rerun_log.overview import SPACE, OverviewLanes
 from replay.outputs.rerun_log.overview_tab import overview_tab
 from replay.outputs.rerun_log.pipeline import sphere_path
@@ -84,12 +85,15 @@ class Subject:
         return "" if self.longest is None else f"{self.missed}/eye"
 
 
-def lanes_in_view(subject: Subject) -> list[str]:
-    """The numbers, the worst pairs, and the pair of the longest cut, on which the cursor stands first."""
-    lanes = list(subject.lanes)
-    shown = lanes[:LANES_IN_VIEW]
-    worst = [lane for lane in lanes[LANES_IN_VIEW:] if subject.lanes[lane] == subject.longest]
-    return [*shown[: LANES_IN_VIEW - len(worst)], *worst]
+def lanes_in_view(subject: Subject, noisy: bool = False) -> list[str]:
+    """The numbers, the worst pairs, and the pair of the longest cut, on which the cursor stands first.
+
+    ``noisy``: below each pair what tracker noise leaves of its contacts; there is room for half as many pairs then.
+    """
+    lanes, room = list(subject.lanes), 1 + (LANES_IN_VIEW - 1) // (1 + noisy)
+    worst = [lane for lane in lanes[room:] if subject.lanes[lane] == subject.longest]
+    chosen = [*lanes[: room - len(worst)], *worst]
+    return [path for lane in chosen for path in (lane, noise_lane(lane))[: 1 + (noisy and lane != lanes[0])]]
 
 
 @dataclass(frozen=True)
@@ -160,7 +164,7 @@ def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
 
 
 def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
-    lanes = lanes_in_view(subject)
+    lanes = lanes_in_view(subject, layout.result.noise is not None)
     where = f"Where: red dots are contacts missed by {subject.label}"
     space = spatial(where, _contents(layout, subject, f"/{subject.missed}/eye"), _eye_controls(layout.eye))
     lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))

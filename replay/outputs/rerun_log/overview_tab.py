@@ -33,7 +33,7 @@ def overview_tab(
 ) -> Any:
     """The tab; ``contents``: of the room; ``eye``: on all of it; ``faded``: overrides of the close-up."""
     ranking = rrb.TextDocumentView(origin=f"/{RANKING}", name="Ranking")
-    where = spatial("Where: red = missed, yellow = invented", [*contents, f"- /{EYE}"], eye)
+    where = spatial("Where: red = missed, yellow = false", [*contents, f"- /{EYE}"], eye)
     controls = rrb.EyeControls3D(tracking_entity=f"/{EYE}")
     hidden = [f"- /{SPACE}/{part}" for part in ("pins", "flag", "pole")]
     close = spatial("Close-up: the moment nearest to the cursor", [*contents, *hidden], controls, overrides=faded)

@@ -8,11 +8,10 @@ from typing import Final
 
 import rerun as rr
 
-from replay.base.constants import CAVEAT, HEADSET_HZ
+from replay.base.constants import CAVEAT
 from replay.base.shown import shown
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import MANY, Cluster, clusters, seen_and_between
-from replay.comparison.false_contacts import FalseContact
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Miss
 from replay.effects.effect_summary import happened_words
@@ -24,7 +23,6 @@ from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.run_tables import cluster_table, miss_table, ranking_table
 from replay.outputs.tables import table, text_of
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words
-from replay.pipeline.gates import figure
 from replay.pipeline.headline import beside, doubts, headlines, price
 from replay.pipeline.ranking import Rank, fault_words, ranking
 from replay.pipeline.run_result import RunResult
@@ -75,10 +73,10 @@ def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result
 RANK_COLUMNS: Final = ("detector", "missed", "in part", "undecided", "false", "p99 ms", "what to do", "asked")
 
 
-def ranking_text(result: RunResult, false: Mapping[str, Sequence[FalseContact]]) -> str:
+def ranking_text(result: RunResult) -> str:
     """The audited detectors in Markdown, worst first: what is wrong, what to do, and what being right costs."""
     ranks = ranking(result.summary)
-    told = [*(to_do(result, one.label, false[one.label]) for one in ranks[:-1]), "trusted here"]
+    told = [*(to_do(result, one.label) for one in ranks[:-1]), "trusted here"]
     made = ranking_table(result.summary).beside("what to do", told).only(*RANK_COLUMNS)
     # Page and terminal have room for intervals; here they would push out what to do.
     plain = [tuple(text_of(cell).partition(" [")[0] for cell in row[:-1]) + row[-1:] for row in made.rows]
@@ -86,18 +84,8 @@ def ranking_text(result: RunResult, false: Mapping[str, Sequence[FalseContact]])
     about = "*missed*: never reported. *in part*: late, early, or with gaps. *false*: share of the contact it reports."
     held = [f"A hand and what it holds are counted apart: {words}." for words in _held_words(ranks)]
     title = f"## {ranks[0].label}: {fault_words(ranks[0]).partition(';')[0]}"
-    parts = [title, *cost_to_be_right(result), markdown(made), about, *held]
+    parts = [title, *(f"**{words}**" for words in price(result)), markdown(made), about, *held]
     return "\n\n".join([*parts, *doubts(result), f"*{CAVEAT}*"])
-
-
-def cost_to_be_right(result: RunResult) -> list[str]:
-    """A line: what the oracle takes of a frame, beside the worst detector; like with like only, frame by frame."""
-    worst, *_, trusted = ranking(result.summary)
-    if worst.p99 is None or trusted.p99 is None or trusted.of_frame is None:
-        return price(result)
-    own, other = (f"{1e3 * one.p99:.2g} ms" for one in (trusted, worst) if one.p99 is not None)
-    share = f"{figure(100 * trusted.of_frame)} % of a {HEADSET_HZ:g} Hz frame"
-    return [f"**Being right costs** {own} ({share}), p99 of {trusted.label}; {worst.label} takes {other}."]
 
 
 def _held_words(ranks: Sequence[Rank]) -> list[str]:
@@ -117,7 +105,7 @@ def report_text(result: RunResult) -> str:
     parts += [f"**{words}.**" for words in headlines(result)]
     if len(result.comparisons) > 1:
         parts.append(markdown(ranking_table(result.summary)))
-    parts += beside(result)
+    parts += [*beside(result), *price(result)]
     if not result.detections:
         parts += [f"- {line}" for line in happened_words(result.effects, WORST)]
     parts.append(_outcome_table(result))

@@ -24,6 +24,7 @@ from replay.prepare.assembly import Assembly
 from replay.studies.stress.families import FIRST_SEED
 from replay.studies.stress.scenes import SCENES
 from sessions import read_session
+from sessions.scene_files.scene_meshes import SCENE_FACT
 
 WINDOWS: Final = (1.0, 10.0, 100.0, np.inf)
 """Seconds before the wrong answer that are tried in turn: most detectors remember less than a second."""
@@ -78,12 +79,13 @@ class Fault:
 
 def of_run(
     run: RunFolder, *, miss: int | None = None, invented: int | None = None, label: str | None = None,
-    session: Path | None = None,
+    session: Path | None = None, scene: Path | None = None,
 ) -> Fault:  # fmt: skip
     """The fault of a run folder: a miss by its number, or an invented contact, counted from 1 in order of time.
 
     ``label``: the detector, where the run audited several; ``session``: the recording, where it lies neither in the run
-    folder, nor beside it, nor in the working directory. Raises ``ShrinkError``: no such fault, a detector whose
+    folder, nor beside it, nor in the working directory; ``scene``: that of the run, where it was not the recording's.
+    Raises ``ShrinkError``: no such fault, a detector whose
     answers came with the recording, or a fault that does not happen again.
     """
     label, row = _row(run, miss, invented, label)
@@ -93,7 +95,7 @@ def of_run(
     oracle = "continuous" if run.summary["detectors"][run.summary["oracle"]]["covers"] == "intervals" else "exact"
     usual = vars(load_detector(said["name"]).Settings())
     settings = {key: value for key, value in said["settings"].items() if value != usual.get(key)}
-    assembly = _assembled(run, session)
+    assembly = _assembled(run, session, scene)
     names = [body.name for body in assembly.bodies]
     pair = names.index(row["body_a"]), names.index(row["body_b"])
     frames = [row["deepest"]] if contact else range(row["first"], row["last"] + 1)
@@ -148,7 +150,7 @@ def _row(run: RunFolder, miss: int | None, invented: int | None, label: str | No
     return labels[0], found[0]
 
 
-def _assembled(run: RunFolder, session: Path | None) -> Assembly:
+def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:
     """Bodies, poses and pairs as the run had them."""
     said = run.summary["session"]
     if not said["origin"]:
@@ -159,7 +161,10 @@ def _assembled(run: RunFolder, session: Path | None) -> Assembly:
         raise ShrinkError(
             f"{said['origin']}, which {run.path} replayed, is not beside it; say where with --session FILE"
         )
-    ready = prepared(read_session(found), policy=run.summary["policy"], **run.summary["window"])
+    replaced = said["facts"].get(SCENE_FACT)
+    if replaced and scene is None:
+        raise ShrinkError(f"{run.path} replayed with the scene of {replaced}; give it with --scene FILE")
+    ready = prepared(read_session(found, scene=scene), policy=run.summary["policy"], **run.summary["window"])
     if ready.treatment.digest != said["digest"]:
         raise ShrinkError(f"{found} is not the recording that {run.path} replayed; its contents differ")
     return ready.assembly

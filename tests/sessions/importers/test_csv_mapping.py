@@ -27,6 +27,8 @@ other = "other"
 trigger = "trigger"
 value = "value"
 event = "event"
+scalar = "scalar"
+gaze = "gaze"
 """
 
 

@@ -65,6 +65,23 @@ def test_trials_that_ended_are_intervals_with_their_results(folder):
     assert "score" not in second.data and second.name == "trial 2"
 
 
+def test_other_columns_of_trackers_are_scalars_over_all_trials(folder):
+    for trial in (1, 2):
+        path = folder / "trackers" / f"head_movement_T00{trial}.csv"
+        lines = path.read_text().splitlines()
+        rows = [f"{line},{trial}.{k:02d},word" for k, line in enumerate(lines[1:])]
+        path.write_text("\n".join([f"{lines[0]},pupil,state", *rows, ""]))
+    (folder / "trackers" / "heart_belt_T001.csv").write_text("time,bpm\n4.2,71\n4.1,70\n4.3,\n")
+    session = import_session("uxf", folder)
+    assert set(session.names) == {"controller", "head"}
+    assert {"head/pupil", "heart_belt/bpm", "mouse_screen/x", "mouse_screen/y"} == set(session.scalars)
+    pupil = session.scalars["head/pupil"]
+    assert pupil.values.tolist() == [float(f"{trial}.{k:02d}") for trial in (1, 2) for k in range(COUNT)]
+    assert pupil.times_ns.tolist() == session.tracks["head"].times_ns.tolist()
+    np.testing.assert_array_equal(session.scalars["heart_belt/bpm"].values, [71, np.nan])
+    assert "scalar heart_belt/bpm: 1 rows dropped whose stamp repeats or goes back" in session.facts["conversions"]
+
+
 def test_the_file_of_results_stands_for_its_folder(folder):
     assert import_session("uxf", folder / "trial_results.csv").names == import_session("uxf", folder).names
 

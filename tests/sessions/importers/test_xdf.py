@@ -116,6 +116,53 @@ def test_streams_of_text_are_events_in_order(tmp_path):
     ]  # fmt: skip
 
 
+def test_other_streams_of_numbers_are_scalars_on_the_same_clock(tmp_path):
+    """An EEG of two channels, a heart rate, and markers that are numbers; offsets are applied to each."""
+    rng = np.random.default_rng(8)
+    brain, heart = rng.normal(size=(COUNT, 2)), 70 + rng.normal(size=(COUNT, 1))
+    parts = (
+        stream_header(2, "Cap", "EEG", [{"label": one, "unit": "microvolts"} for one in ("Fz", "Cz")]),
+        samples(2, STAMPS, brain), offsets(2, [(STAMPS[0], 0.5), (STAMPS[-1], 0.5)]),
+        stream_header(3, "Heart rate", "HR", [{"label": "rate", "unit": "1/min"}]), samples(3, STAMPS, heart),
+        stream_header(4, "Bare", "Markers", [{}, {}]), samples(4, STAMPS[:2], [[1, 2], [3, 4]]),
+        stream_header(5, "Silent", "EEG", [{"label": "a"}]),
+    )  # fmt: skip
+    session = import_session("xdf", written(tmp_path, *parts, *take()))
+    assert list(session.scalars) == ["Cap/Fz", "Cap/Cz", "Heart rate", "Bare/1", "Bare/2"]
+    for column, name in enumerate(("Cap/Fz", "Cap/Cz")):
+        one = session.scalars[name]
+        assert one.unit == "microvolts" and one.values.tolist() == brain[:, column].tolist()
+        assert np.abs(one.times_ns / 1e9 - STAMPS - 0.5).max() < 1e-6
+    assert session.scalars["Heart rate"].values.tolist() == heart[:, 0].tolist()
+    assert session.scalars["Bare/2"].values.tolist() == [2.0, 4.0]
+    assert "stream 'Cap': 2 clock offsets applied, 500.000 ms, drift 0.0 ppm" in session.facts["conversions"]
+    assert session.names == ("Head", "Cup") and not session.gaze
+
+
+def test_eyes_of_a_gaze_stream_are_rays_in_the_frame_of_the_poses(tmp_path):
+    rng = np.random.default_rng(9)
+    rays, seen = rng.normal(size=(COUNT, 6)), np.arange(COUNT) % 3 > 0
+    rays[5, 3:] = 0
+    types = ("PositionX", "PositionY", "PositionZ", "DirectionX", "DirectionY", "DirectionZ", "Confidence")
+    left = [{"label": f"l{kind}", "type": kind, "eye": "left", "unit": "mm"} for kind in types]
+    flat = [{"label": kind, "type": kind, "eye": "right"} for kind in ("ScreenX", "ScreenY")]
+    parts = (
+        stream_header(2, "Tracker", "Gaze", [*left, *flat]),
+        samples(2, STAMPS, np.column_stack([rays[:, :3] * 1000, rays[:, 3:], seen, rays[:, :2]])),
+    )
+    session = import_session("xdf", written(tmp_path, *parts, *take()), convention="ros")
+    assert list(session.gaze) == ["Tracker/left"]
+    assert list(session.scalars) == ["Tracker/lConfidence", "Tracker/ScreenX", "Tracker/ScreenY"]
+    gaze, axes = session.gaze["Tracker/left"], np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]])
+    good = np.arange(COUNT) != 5
+    length = np.linalg.norm(rays[good, 3:], axis=1, keepdims=True)
+    assert np.abs(gaze.origins - rays[:, :3] @ axes.T).max() < 1e-9
+    assert np.abs(gaze.directions[good] - rays[good, 3:] / length @ axes.T).max() < 1e-9
+    assert gaze.valid.tolist() == (seen & good).tolist()
+    said = "gaze of Tracker/left: 1 samples flagged as lost that hold no ray"
+    assert said in session.facts["conversions"]
+
+
 def test_an_object_without_confidence_is_lost(tmp_path):
     names = ("Head",)
     rows = np.column_stack([numbers()[:, :7], np.arange(COUNT) % 2])

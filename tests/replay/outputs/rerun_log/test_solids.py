@@ -5,7 +5,7 @@ import pytest
 from support.shapes import box_mesh
 
 from replay.comparison.outcome import Outcome
-from replay.outputs.moments import false_of, key_moments, pair_in_focus
+from replay.outputs.moments import key_moments, pair_in_focus
 from replay.outputs.palette import INVENTED
 from replay.outputs.rerun_log import solids
 from replay.outputs.rerun_log.columns import packed
@@ -35,7 +35,7 @@ def test_a_box_has_twelve_edges_and_none_across_its_sides():
 
 def test_edges_are_those_of_the_solid_that_decided_and_stand_while_it_is_false(run, seen):
     outcome, assembly = run.comparisons[LABEL].outcome, run.assembly
-    pair = pair_in_focus(key_moments(run, false_of(run)), len(outcome))
+    pair = pair_in_focus(key_moments(run), len(outcome))
     beaker = assembly.names.index("beaker")
     false = (outcome[:, [0]] == Outcome.INVENTED).any(axis=1)
     assert false.any() and not false.all()
