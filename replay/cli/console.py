@@ -110,10 +110,9 @@ def _folded(text: str, stream: "IO[str]") -> str:
 
 
 def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType | list[str]]") -> None:
-    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal, a ``str`` as a line, a ``list`` as
-    lines.
+    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal.
 
-    What is piped has no spaces at the ends of lines.
+    A ``str`` is a line, a ``list`` are lines, whatever they hold. What is piped has no spaces at the ends of lines.
     """
     if as_json:
         print(json.dumps(plain, indent=1, allow_nan=False))
