@@ -32,6 +32,8 @@ SERIES: Final = "series.parquet"
 TIMING: Final = "timing.parquet"
 METRICS: Final = "metrics.parquet"
 PICTURE: Final = "run.rrd"
+ANNOTATIONS: Final = "annotations.json"
+"""Written by people and by no run: it stays where a run folder is replaced."""
 REPORT: Final = "report.html"
 
 TABLES: Final = {
@@ -135,6 +137,10 @@ def write_run_folder(
         for name, file in (files or {}).items():
             shutil.copyfile(file, folder / name)
         write_summary(folder, RUN, result.summary)
+    if force and (out / ANNOTATIONS).is_file():
+        from replay.outputs.results.annotations import show_in_report
+
+        show_in_report(read_run_folder(out))
     return out
 
 
@@ -159,6 +165,24 @@ class RunFolder:
         if number is not None and number > most:
             there = f"its misses are numbered 1 to {most}" if most else "nothing was missed in it"
             raise RunFolderError(f"{self.path} has no miss {number}; {there}")
+
+    def recording(self, given: Path | None = None) -> Path:
+        """The recording that was replayed: as given, else in the run folder, beside it, or in the working directory."""
+        origin = self.summary["session"]["origin"]
+        if not origin:
+            raise RunFolderError(f"{self.path} replayed a session in memory; write it to a file and run that")
+        places = (place / origin for place in (self.path, self.path.parent, Path()))
+        found = given or next((place for place in places if place.is_file()), None)
+        if found is None:
+            raise RunFolderError(
+                f"{origin}, which {self.path} replayed, is not beside it; say where with --session FILE"
+            )
+        return found
+
+    def require_digest(self, recording: Path, digest: str) -> None:
+        """Refuse a recording of another hash."""
+        if digest != self.summary["session"]["digest"]:
+            raise RunFolderError(f"{recording} is not the recording that {self.path} replayed; its contents differ")
 
     def rows(self, name: str) -> list[dict[str, Any]]:
         """The rows of one of its tables, by the name of the file."""

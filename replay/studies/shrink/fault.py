@@ -152,21 +152,12 @@ def _row(run: RunFolder, miss: int | None, invented: int | None, label: str | No
 
 def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:
     """Bodies, poses and pairs as the run had them."""
-    said = run.summary["session"]
-    if not said["origin"]:
-        raise ShrinkError(f"{run.path} replayed a session in memory; write it to a file and run that")
-    places = (run.path, run.path.parent, Path())
-    found = session or next((place / said["origin"] for place in places if (place / said["origin"]).is_file()), None)
-    if found is None:
-        raise ShrinkError(
-            f"{said['origin']}, which {run.path} replayed, is not beside it; say where with --session FILE"
-        )
+    said, found = run.summary["session"], run.recording(session)
     replaced = said["facts"].get(SCENE_FACT)
     if replaced and scene is None:
         raise ShrinkError(f"{run.path} replayed with the scene of {replaced}; give it with --scene FILE")
     ready = prepared(read_session(found, scene=scene), policy=run.summary["policy"], **run.summary["window"])
-    if ready.treatment.digest != said["digest"]:
-        raise ShrinkError(f"{found} is not the recording that {run.path} replayed; its contents differ")
+    run.require_digest(found, ready.treatment.digest)
     return ready.assembly
 
 
