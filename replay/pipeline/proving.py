@@ -85,15 +85,18 @@ class _Book:
         far = far_poses(translations, everywhere, reach)
         alone = np.zeros(len(rotations), dtype=np.bool_) if far is None else far.any(axis=1)
         found = np.empty(len(rotations), dtype=np.int64)
-        found[alone] = [self._number(_far_front(place, float(reach.sum()))) for place in translations[alone]]
+        found[alone] = self._numbered([_far_front(place, float(reach.sum())) for place in translations[alone]])
         walks = PairFronts(trees)
-        found[~alone] = [self._number(one) for one in walks.of(rotations[~alone], translations[~alone])]
+        fronts, which = walks.of(rotations[~alone], translations[~alone])
+        found[~alone] = self._numbered(fronts)[which]
         for body, nodes in zip((i, j), walks.nodes, strict=True):
             self._used[body][nodes] = True
         return found
 
-    def _number(self, front: bytes) -> int:
-        return self._numbers.setdefault(front, len(self._numbers))
+    def _numbered(self, fronts: list[bytes]) -> IntArray:
+        for front in dict.fromkeys(fronts):
+            self._numbers.setdefault(front, len(self._numbers))
+        return np.array([*map(self._numbers.__getitem__, fronts)], dtype=np.int64)
 
     def trees(self) -> dict[str, NDArray[Any]]:
         """The part of every tree that fronts speak of: ``faces/k``, ``nodes/k`` and ``axes/k``."""
@@ -132,7 +135,7 @@ def _pair_claims(
     why = np.zeros((len(verdict), 4), dtype=np.int64)
     why[:, 0] = verdict
     apart = np.flatnonzero((verdict == Verdict.CLEAR) | (verdict == Verdict.CONTAINED))
-    turns, places = motion.rotations[apart][:, [i, j]], motion.translations[apart][:, [i, j]]
+    turns, places = (values[apart[:, None], [i, j]] for values in (motion.rotations, motion.translations))
     why[apart, 1] = book.of(i, j, turns, places)
     inside = np.flatnonzero(verdict == Verdict.CONTAINED)
     if len(inside):

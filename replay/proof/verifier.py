@@ -133,7 +133,7 @@ class _Pair:
         row, frame = row[here], frame[here]
         faces = self._rows[row][:, 5:7]
         most = [len(one.order) for one in self._two.bodies]
-        self._refuse(((faces < 0) | (faces >= np.array(most))).any(axis=1), row, "there is no such face")
+        self._refuse(np.any((faces < 0) | (faces >= most), axis=1), row, "there is no such face")
         meet, exact = faces_meet(self._two, frame, faces[:, 0], faces[:, 1])
         self._refuse(~meet, row, "these two faces do not meet")
         self._told.update({"face pairs": len(frame), "decided by integers": exact})

@@ -7,7 +7,7 @@ walk, so it is a proof as soon as every ``X`` and ``F`` is checked.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from itertools import pairwise
 from typing import Final
 
 import numpy as np
@@ -43,29 +43,33 @@ class PairFronts:
         first, second = (np.flatnonzero(seen) for seen in self._seen)
         return first, second
 
-    def of(self, rotations: FloatArray, translations: FloatArray) -> list[bytes]:
-        """The front of each of K frames without contact, from (K, 2, 3, 3) and (K, 2, 3)."""
+    def of(self, rotations: FloatArray, translations: FloatArray) -> tuple[list[bytes], IntArray]:
+        """Fronts of K frames without contact, from (K, 2, 3, 3) and (K, 2, 3), and which of them is each frame's."""
         count = len(rotations)
         poses = Poses(rotations, translations, np.ones((count, 2), dtype=np.bool_))
         job = PairJob(self._trees, 0, 1, poses, [None, None], faces=False, verify=False, slack=SLACK)
-        fronts: list[bytes] = []
+        fronts = [APART] * job.count
         for start in range(0, job.count, FRAMES_AT_ONCE):
             stop = min(start + FRAMES_AT_ONCE, job.count)
             records = job.records(start, stop, self._workspace)
-            fronts += [EVERY_FACE] * (stop - start) if records is None else self._walked(job, records, start, stop)
-        return [fronts[k] for k in job.which.tolist()]
+            if records is None:
+                fronts[start:stop] = [EVERY_FACE] * (stop - start)
+            else:
+                self._walk(job.turned, records, fronts)
+        return fronts, job.which
 
-    def _walked(self, job: PairJob, records: IntArray, start: int, stop: int) -> Iterator[bytes]:
+    def _walk(self, turned: bool, records: IntArray, fronts: list[bytes]) -> None:
+        """Put down the fronts of the frames that were searched; others are apart."""
         steps = records[(records[:, 0] == BY_BOX) | (records[:, 0] > BY_SPAN)]
         sides = [steps[:, 3] >> 32, steps[:, 3] & 0xFFFFFFFF]
-        for seen, nodes in zip(self._seen[:: -1 if job.turned else 1], sides, strict=True):
+        for seen, nodes in zip(self._seen[:: -1 if turned else 1], sides, strict=True):
             seen[nodes] = True
         letters = np.zeros(ASKED + 1, dtype=np.uint8)
-        letters[[BY_BOX, OPEN_A, OPEN_B, ASKED]] = [*(b"XBAF" if job.turned else b"XABF")]
-        lanes = steps[:, 2, None] >> np.arange(LANES) & 1
-        step, lane = np.nonzero(lanes)
-        frame = steps[step, 1] + lane - start
-        order = np.argsort(frame, kind="stable")
-        walk = letters[steps[step[order], 0]].tobytes()
-        ends = np.cumsum(np.bincount(frame, minlength=stop - start)).tolist()
-        return (walk[begin:end] or APART for begin, end in zip([0, *ends], ends, strict=False))
+        letters[[BY_BOX, OPEN_A, OPEN_B, ASKED]] = [*(b"XBAF" if turned else b"XABF")]
+        letter, lanes = letters[steps[:, 0]], (steps[:, 2, None] >> np.arange(LANES) & 1).astype(np.bool_)
+        # the steps of a block of frames follow each other
+        border = np.flatnonzero(np.diff(steps[:, 1], prepend=-1, append=-1)).tolist()
+        for low, high in pairwise(border):
+            first = int(steps[low, 1])
+            for lane in np.flatnonzero(lanes[low:high].any(axis=0)).tolist():
+                fronts[first + lane] = letter[low:high][lanes[low:high, lane]].tobytes()
