@@ -33,6 +33,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "advise": CommandSpec("Audit", "Say which knob of an engine mends what is missed, and its price.", "advise"),
     "diff": CommandSpec("Audit", "Say which contacts two runs disagree about, and why.", "diff"),
     "shrink": CommandSpec("Audit", "Cut a wrong answer down to a small test.", "shrink"),
+    "verify": CommandSpec("Audit", "Check the proof of a run: each verdict, the tables, the hashes.", "verify"),
     "view": CommandSpec("Replay", "Open the picture of a run, at a miss if you like.", "view"),
     "share": CommandSpec("Replay", "Write runs as a folder that opens in any browser, to send.", "share"),
     "study": CommandSpec("Study", "Join what students did with what they answered; check printed tables.", "study"),
