@@ -49,6 +49,18 @@ def test_an_effect_that_always_runs_has_no_lane_of_skips():
     assert run.frames_run == run.frames and "skipped" not in run.output.lanes and run.events == () and run.series == {}
 
 
+def test_an_effect_that_fails_names_itself_and_its_package():
+    def compute(inputs):
+        raise KeyError("radius")
+
+    with pytest.raises(
+        EffectError, match=r"^effect 'boil' \(.*test_effects_runner\) failed: KeyError: 'radius'; report it"
+    ):
+        ran(spec("boil", compute))
+    with pytest.raises(EffectError, match="^no water$"):
+        ran(spec("boil", lambda inputs: (_ for _ in ()).throw(EffectError("no water"))))
+
+
 def test_counters_and_time_are_those_of_the_effect():
     def compute(inputs):
         inputs.count("drops", 3)
