@@ -31,7 +31,7 @@ def sources_of(results: Sequence[RunResult]) -> Sources:
     from replay.pipeline.citations import sources_behind
 
     ran = (one for result in results for one in result.summary["detectors"].values())
-    return sources_behind((one["name"] for one in ran), (kind for result in results for kind in result.effects))
+    return sources_behind((one["name"] for one in ran), (one for result in results for one in result.effects.items()))
 
 
 def answer_cited(

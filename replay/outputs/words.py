@@ -48,6 +48,12 @@ CONTACT_WORDS_SHORT: Final = {
 }  # fmt: skip
 """The figures that fit into a terminal, and short words for them."""
 
+
+def address(kind: str, number: int, by: str = "") -> str:
+    """Where a page has a moment of this ``kind``, ``miss`` or ``false``: ``#miss=4``, ``#false=2&by=hull50``."""
+    return f"{kind}={number}" + (f"&by={by}" if by else "")
+
+
 WITHIN: Final = OUTCOME_WORDS[Outcome.WITHIN_TOLERANCE]
 BETWEEN: Final = OUTCOME_WORDS[Outcome.BETWEEN_FRAMES]
 
