@@ -63,7 +63,7 @@ def read_csv(
             raise ImportFileError("a mapping and a preset both say what the columns are; give one of them")
         plan = mapping if isinstance(mapping, CsvMapping) else read_mapping(mapping)
         table = CsvTable(
-            source, plan.delimiter, plan.decimal, plan.skip_lines, plan.header_lines, plan.columns, plan.rate_hz
+            source, plan.delimiter, plan.decimal, plan.skip_lines, plan.header_lines, plan.columns, plan.rate_hz, True
         )
     else:
         table = CsvTable(source, UNITY.delimiter, UNITY.decimal)
