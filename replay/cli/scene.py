@@ -94,5 +94,5 @@ def check(scene: Path, as_json: bool, people: People) -> int:
     declared, _, faults = checked_scene(text, scene.name, plan_faults, scene.parent)
     effects = counted(len(declared.effects or ()), "effect")
     fine = f"{scene.name}: no fault in {counted(len(declared.bodies), 'body', 'bodies')} and {effects}"
-    answer(as_json, {"file": str(scene), "faults": faults}, lambda: "\n".join(faults or [fine]))
+    answer(as_json, {"file": str(scene), "faults": faults}, lambda: faults or [fine])
     return FAILURE if faults else OK

@@ -28,26 +28,26 @@ from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_tab
 from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane, noise_lane
 from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
 from replay.outputs.rerun_log.overview import log_overview, moment_eyes, overview_lanes
-from replay.outputs.rerun_log.overview_tab import RANKING
+from replay.outputs.rerun_log.overview_tab import ANSWER
 from replay.outputs.rerun_log.pipeline import log_pipeline
 from replay.outputs.rerun_log.pipeline_frame import log_frame
 from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.report import (
+    answer_text,
     log_cluster_list,
     log_missed_list,
     log_notes,
     log_worst,
-    ranking_text,
     report_text,
 )
 from replay.outputs.rerun_log.search_picture import log_searches
+from replay.outputs.rerun_log.session_lanes import log_session_lanes
 from replay.outputs.rerun_log.solids import log_solids, solid_path, with_solids
 from replay.outputs.rerun_log.timing import cost_of, cost_text, log_timing
 from replay.outputs.rerun_log.tradeoff import log_tradeoff
 from replay.outputs.rerun_log.world import log_touches, log_world
 from replay.outputs.watched_run import WatchedRun, watched_runs
 from replay.pipeline.headline import contact_words, headline
-from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 
 APPLICATION: Final = "vrlab-replay"
@@ -128,6 +128,7 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     if result.tradeoff is not None:
         log_tradeoff(writer, result.tradeoff)
     log_effects(writer, result.effects)
+    log_session_lanes(writer, result)
     writer.markdown("report", report_text(result))
     log_findings(writer, result)
 
@@ -142,7 +143,7 @@ def _log_overview(
     writer: RecordingWriter, result: RunResult, moments: Sequence[FocusMoment], eyes: Sequence[Eye]
 ) -> None:  # fmt: skip
     log_overview(writer, result, worst_first(result), moments, eyes)
-    writer.markdown(RANKING, ranking_text(result))
+    writer.markdown(ANSWER, answer_text(result))
     pair = pair_in_focus(moments, len(result.assembly.motion))
     for label in with_solids(result):
         log_solids(writer, result, label, pair)
@@ -193,7 +194,6 @@ def _layout(
     end = max([last, *(end / 1e9 for _, _, end in boxes)])
     lanes = overview_lanes(result, worst_first(result)) if moments else None
     solids = {label: [solid_path(body, label) for body in result.assembly.names] for label in with_solids(result)}
-    leads = bool(moments) and (len(subjects) > 1 or ranking(result.summary)[0].leads_false)
     return BlueprintInput(
         result,
         subjects,
@@ -204,7 +204,6 @@ def _layout(
         end,
         watched,
         lanes,
-        leads,
         solids,
         hiding,
     )

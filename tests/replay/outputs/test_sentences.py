@@ -131,7 +131,11 @@ def test_every_sentence_of_the_picture_holds_in_every_state(state, tmp_path):
     assert ("nothing missed by it" in text) == (not lost) == ("The miss in the close-up" not in text)
     said = list(expected_of_false(became(*STATES[state][:2])))
     assert 3 * len(set(findall("#### False contact [0-9]+", text))) == len(said)
-    assert ("| no action needed |" in text) == (not said and not lost and "C" in STATES[state][0])
+    undecided = state in ("undecided", "not measured")
+    assert ("**To do:** no action needed." in text) == (
+        not said and not lost and "C" in STATES[state][0] and not undecided
+    )
+    assert ("**To do:** see what it left undecided." in text) == (state == "undecided")
 
 
 def timed(result, *p99):
@@ -290,9 +294,12 @@ def everything(monkeypatch, path):
     pair = Scene(bodies=(SceneBody("a", group="g", tags=("hand",)), SceneBody("b", group="g"), SceneBody("c")))
     places = {"a": [0.0] * 6, "b": [0.9, 3.0, 0.9, 0.9, 3.0, 0.9], "c": [3.0, -0.9, 3.0, -0.9, 3.0, 3.0]}
     rated = compute(
-        cubes(places, scene=pair), detectors="it=discrete[rate_hz=50],more=sphere", pairs=[("a", "b"), ("a", "c")]
+        cubes(places, scene=pair),
+        detectors="it=discrete[rate_hz=50],more=sphere,c=collider[shape=hull]",
+        pairs=[("a", "b"), ("a", "c")],
     )
     yield report_html(rated)
+    yield picture_text(rated, path)
     yield report_html(several)
     for one in (*pages[:-2], *at_work()):
         yield picture_text(one, path)
