@@ -71,6 +71,8 @@ def command(
             given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
         imported = _dressed(import_session(kind, sources, **given), place, mesh_units, guesses, options["mesh_axes"])
         said = list(_what(imported))
+    if imported.live_contacts:
+        said.append(f"what the engine reported is in it; compare it: replay audit {out} --out runs/{out.stem}")
     out.parent.mkdir(parents=True, exist_ok=True)
     write_session(imported, out, overwrite=force)
     people.say(*said)
