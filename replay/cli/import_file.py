@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     help="Meshes by the names of files or nodes.",
 )
 @click.option("--mesh-units", type=click.Choice(["m", "cm", "mm"]), help="Of the mesh files. Default: by their size.")
+@click.option("--colliders", type=SESSION_FILE, metavar="FILE.glb", help="Colliders of the engine, a node each.")
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv: which column is what.")
 @click.option("--convention", metavar="NAME", help="Axes of the source, for example unity.")
@@ -40,8 +41,8 @@ if TYPE_CHECKING:
 @reporting
 def command(
     kind: str, sources: tuple[Path, ...], out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
-    place: Path | None, mesh_units: str | None, session: Path | None, offset: float | None, as_json: bool,
-    people: People, **options: Any,
+    place: Path | None, mesh_units: str | None, colliders: Path | None, session: Path | None,
+    offset: float | None, as_json: bool, people: People, **options: Any,
 ) -> int:  # fmt: skip
     """Read SOURCE, a recording of another program in FORMAT, and write it as a session file.
 
@@ -58,6 +59,7 @@ def command(
     from replay.errors import OutputError
     from sessions import write_session
     from sessions.importers import import_session
+    from sessions.scene_files.scene_meshes import with_colliders
 
     if out.exists() and not force:
         raise OutputError(f"{out} exists; name another file, or replace it with --force")
@@ -69,6 +71,7 @@ def command(
 
             given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
         imported = _dressed(import_session(kind, sources, **given), place, mesh_units, guesses, options["mesh_axes"])
+        imported = with_colliders(imported, ".", colliders or "") if colliders else imported
         said = list(_what(imported))
     out.parent.mkdir(parents=True, exist_ok=True)
     write_session(imported, out, overwrite=force)

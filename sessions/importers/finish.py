@@ -16,7 +16,7 @@ from sessions.model.live_contact import LiveContact
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
 from sessions.model.track import Track
-from sessions.scene_files.scene_meshes import scene_meshes
+from sessions.scene_files.scene_meshes import scene_meshes, with_colliders
 from sessions.scene_files.scene_toml import scene_to_toml
 from sessions.scene_files.toml_table import nearest
 
@@ -77,7 +77,8 @@ def finished(
         declared = _with_proxies(declared, samples.tracks, given)
     facts = {"source_file": source.name, "conversions": "; ".join(samples.conversions) or "none", **samples.facts}
     session = Session.from_tracks(samples.tracks, given, declared, events=samples.events, facts=facts)
-    return replace(session, hands=dict(samples.hands), live_contacts=tuple(samples.live_contacts))
+    session = replace(session, hands=dict(samples.hands), live_contacts=tuple(samples.live_contacts))
+    return with_colliders(session, scene_folder)
 
 
 def usable_track(

@@ -11,13 +11,14 @@ from typing import Any, Generic, TypeVar
 
 from google.protobuf.message import DecodeError
 
-from sessions.errors import SessionError, SessionFileError, TornFileError
+from sessions.errors import MeshFileError, SessionError, SessionFileError, TornFileError
 from sessions.mcap_format.annotations import read_contact, read_event, read_hand, read_intervals, read_track
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
 from sessions.mcap_format.metadata import (
     BODIES_RECORD,
     DECLARED,
     SESSION_RECORD,
+    collider_name,
     mesh_file,
     metadata_of,
     migrated,
@@ -78,6 +79,7 @@ def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | 
         hands=LazyMapping(file.topics_below(HANDS_PREFIX), lambda key: part(file, HANDS_PREFIX + key)),
         live_contacts=LazySequence(lambda: part(file, LIVE_CONTACTS)),
         fast_tracks=LazyMapping(file.topics_below(TRACKS_PREFIX), lambda key: part(file, TRACKS_PREFIX + key)),
+        colliders=attached_colliders(file),
     )
     if scene is None:
         return session
@@ -130,6 +132,22 @@ def attached_mesh(file: McapFile, name: str, expected: str) -> MeshData:
         return mesh_from_bytes(data, "glb")
     except SessionError as error:
         raise _coded(file, mesh_code(error), error) from None
+
+
+def attached_colliders(file: McapFile) -> dict[str, tuple[MeshData, ...]]:
+    """Body -> its colliders, in the order of their numbers."""
+    from sessions.meshes.mesh_files import mesh_from_bytes
+
+    found: dict[str, dict[int, MeshData]] = {}
+    for attachment in file.catalogue.attachments:
+        place = collider_name(attachment)
+        if place is None:
+            continue
+        try:
+            found.setdefault(place[0], {})[place[1]] = mesh_from_bytes(file.attachment(attachment) or b"", "glb")
+        except MeshFileError as error:
+            raise _coded(file, mesh_code(error), error) from None
+    return {name: tuple(solids[number] for number in sorted(solids)) for name, solids in found.items()}
 
 
 def mesh_code(error: SessionError) -> str:

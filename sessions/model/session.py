@@ -51,6 +51,7 @@ class Session:
     hands : ``participant/side`` -> what the hand pressed.
     live_contacts : what the engine reported while the session ran.
     fast_tracks : body name -> samples that come faster than frames.
+    colliders : body name -> the solids that an engine has in place of its mesh, in the body's own frame.
     """
 
     source: FrameSource
@@ -63,6 +64,7 @@ class Session:
     hands: Mapping[str, HandTrack] = field(default_factory=dict)
     live_contacts: Sequence[LiveContact] = ()
     fast_tracks: Mapping[str, Track] = field(default_factory=dict)
+    colliders: Mapping[str, tuple[MeshData, ...]] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
