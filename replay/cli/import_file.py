@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 @click.option("--colliders", type=SESSION_FILE, metavar="FILE.glb", help="Colliders of the engine, a node each.")
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv: which column is what.")
+@click.option("--preset", metavar="unity|openvr", help="csv: columns of a kind of log, in place of a mapping.")
 @click.option("--convention", metavar="NAME", help="Axes of the source, for example unity.")
 @click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="mcap, ros2: read this alone. Repeatable.")
 @click.option("--mesh-axes", metavar="NAME", help="csv: axes of the mesh files, same or x-flipped.")
@@ -60,9 +61,9 @@ def command(
     from sessions import write_session
     from sessions.importers import import_session
     from sessions.scene_files.scene_meshes import with_colliders
+    from sessions.whole_files import check_free
 
-    if out.exists() and not force:
-        raise OutputError(f"{out} exists; name another file, or replace it with --force")
+    check_free(out, OutputError, force=force)
     if kind == "contacts":
         imported, said = _contacts(sources, session, scene, offset)
     else:

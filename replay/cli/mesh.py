@@ -39,13 +39,12 @@ def repair(
     from sessions.doctor.mesh_repair import repaired
     from sessions.doctor.meshes import mesh_findings
     from sessions.meshes.glb import mesh_to_glb
-    from sessions.whole_files import whole_file
+    from sessions.whole_files import check_free, whole_file
 
     recording = source if source.suffix.lower() == ".mcap" else session
     if recording is not None and body is None:
         raise click.UsageError("say whose mesh it is in the recording with --body NAME")
-    if out.exists() and not force:
-        raise OutputError(f"{out} exists; name another file, or replace it with --force")
+    check_free(out, OutputError, force=force)
     mesh = _mesh(source, body)
     mended, done = repaired(mesh)
     left = [finding.message for finding in mesh_findings(out.stem, mended)]
@@ -61,7 +60,7 @@ def repair(
         changes = f"{new + gone:,} of {asked:,} pair-frames of {body} change"
         more = f": {new:,} become contact, {gone:,} are none any more"
         lines.append(changes + more * bool(new or gone))
-    answer(as_json, plain, lambda: "\n".join(lines))
+    answer(as_json, plain, lambda: lines)
     return OK
 
 

@@ -5,13 +5,13 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from sessions.doctor.finding import Finding, Severity, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.scale import table_findings
-from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings
+from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings, stream_findings
 from sessions.doctor.structure import structure_findings
 from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SceneError, SessionError, SessionFileError
@@ -26,7 +26,7 @@ from sessions.mcap_format.reader import (
     session_facts,
 )
 from sessions.mcap_format.refusals import brief
-from sessions.mcap_format.schemas import WORLD
+from sessions.mcap_format.schemas import GAZE_PREFIX, SCALARS_PREFIX, WORLD, topic_key
 from sessions.mcap_format.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene
@@ -149,9 +149,11 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
         name: tried(partial(attached_mesh, file, name, expected), None, name) for name, expected in hashes.items()
     }
     tried(lambda: [*attached_colliders(file)], [""])
+    streams: dict[str, dict[str, Any]] = {prefix: {} for prefix in (GAZE_PREFIX, SCALARS_PREFIX)}
     for topic in dict.fromkeys(channel.topic for channel in file.catalogue.channels.values()):
-        if is_part(topic):
-            tried(partial(part, file, topic), None)
+        found = tried(partial(part, file, topic), None) if is_part(topic) else None
+        if found is not None and (prefix := topic_key(topic)) in streams:
+            streams[prefix][topic.removeprefix(prefix)] = found
     frames = TolerantFrames(file, names)
     looked = look_through(frames.blocks(), scene.space_radius)
     known = len(tried.findings)
@@ -167,6 +169,7 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
     yield from all_mesh_findings(there)
     yield from table_findings(there, scene)
     yield from scene_findings(scene, looked.names, [*meshes, *declared])
+    yield from stream_findings({"gaze": streams[GAZE_PREFIX], "scalar": streams[SCALARS_PREFIX]}, looked)
 
 
 def _attached(file: McapFile, planned: "Planned") -> Checked:

@@ -16,7 +16,7 @@ from replay.outputs.report.page import write_report
 from replay.outputs.report.tradeoff import JSON as TRADEOFF_JSON
 from replay.outputs.report.tradeoff import PICTURES
 from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
-from replay.outputs.results import parquet_tables
+from replay.outputs.results import fault_tables, parquet_tables
 from replay.outputs.results.parquet import read_rows
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds
@@ -26,6 +26,7 @@ SUMMARY: Final = "summary.json"
 FRAMES: Final = "frames.parquet"
 EPISODES: Final = "episodes.parquet"
 MISSES: Final = "misses.parquet"
+FALSE_CONTACTS: Final = "false.parquet"
 EVENTS: Final = "events.parquet"
 SERIES: Final = "series.parquet"
 TIMING: Final = "timing.parquet"
@@ -34,7 +35,8 @@ PICTURE: Final = "run.rrd"
 REPORT: Final = "report.html"
 
 TABLES: Final = {
-    EPISODES: parquet_tables.episode_table, MISSES: parquet_tables.miss_table, EVENTS: parquet_tables.event_table,
+    EPISODES: parquet_tables.episode_table, MISSES: fault_tables.miss_table,
+    FALSE_CONTACTS: fault_tables.false_table, EVENTS: parquet_tables.event_table,
     METRICS: parquet_tables.metrics_table, TIMING: parquet_tables.timing_table, SERIES: parquet_tables.series_table,
 }  # fmt: skip
 """File -> what makes its table; that of the series only where there are effects, of times where there are any."""
