@@ -26,6 +26,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "recover": CommandSpec("Check", "Save what is left of a torn or damaged session file.", "recover"),
     "demo": CommandSpec("Replay", "Record a made-up lab session, replay it, show the misses.", "demo"),
     "scene": CommandSpec("Record", "Write a first scene of a recording; find every fault of one.", "scene"),
+    "mesh": CommandSpec("Check", "Mend a mesh, and say what that changes in a recording.", "mesh"),
     "plan": CommandSpec("Replay", "Say what a scene calls for, and why.", "plan"),
     "run": CommandSpec("Replay", "Replay a session through detectors and write a run folder.", "run"),
     "audit": CommandSpec("Audit", "Count what detectors missed beside an oracle; gates.", "audit"),
