@@ -1,22 +1,25 @@
 """Every stretch of contact that a detector reports and the oracle does not gets one number, in order of time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from cdcore.numerics import ByteArray
 from cdcore.protocol import NO_FACES, Explains
+from replay.comparison.causes import Cause
 from replay.comparison.episodes import column_runs
 from replay.comparison.evidence import looks
 from replay.comparison.outcome import Comparison, Outcome, Vector, as_vector
+from replay.detection.recorded import RecordedDetector
 from replay.prepare.assembly import Assembly
 
 if TYPE_CHECKING:
     from cdcore.narrow.mesh_stage import MeshStage
 
 FALSE_KINDS: Final = ("nothing there", "begins early", "lasts long", "joins two")
+_, BEGINS, LASTS, JOINS = FALSE_KINDS
 """By whether the report holds true contact after the stretch, and (two places on) before it."""
 
 SAID: Final = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
@@ -93,9 +96,10 @@ def false_contacts(assembly: Assembly, comparison: Comparison, detector: object 
         made.append(
             FalseContact(
                 number, pair, a, b, first, last, float(times[first]), float(times[last]),
-                _kind(outcome[:, pair], first, last), frame, gap, point, _cause(detector, assembly, pair, frame),
+                _kind(outcome[:, pair], first, last), frame, gap, point, "",
             )
         )  # fmt: skip
+        made[-1] = replace(made[-1], cause=_cause(detector, assembly, made[-1]))
     return tuple(made)
 
 
@@ -120,9 +124,23 @@ def _kind(outcome: ByteArray, first: int, last: int) -> str:
     return FALSE_KINDS[2 * int(before) + int(after)]
 
 
-def _cause(detector: object, assembly: Assembly, pair: int, frame: int) -> str:
+def _cause(detector: object, assembly: Assembly, one: FalseContact) -> str:
     if not isinstance(detector, Explains):
         return UNEXPLAINED
-    stages = detector.explain(assembly.motion, frame, pair, NO_FACES.astype(np.int64))
+    stages = detector.explain(assembly.motion, one.widest, one.pair, NO_FACES.astype(np.int64))
+    if stages.within_clock:
+        return Cause.CLOCK.value
     # Shape before rate: a look at solids that meet there would have said the same.
-    return SOLIDS if stages.shapes_meet else HELD if stages.looked is False else UNEXPLAINED
+    if stages.shapes_meet:
+        return SOLIDS
+    if isinstance(detector, RecordedDetector):
+        return _reported(detector, one)
+    return HELD if stages.looked is False else UNEXPLAINED
+
+
+def _reported(detector: RecordedDetector, one: FalseContact) -> str:
+    """Why an engine's reports hold a stretch: no step came that could see its end, or they are late or early."""
+    joins = one.kind == JOINS and detector.stepped(one.start, one.end) is False
+    if joins or (one.kind == LASTS and detector.ended_at_next_step(one.pair, one.start)):
+        return Cause.BETWEEN_STEPS.value
+    return {LASTS: Cause.LATE.value, BEGINS: Cause.EARLY.value}.get(one.kind, UNEXPLAINED)

@@ -17,6 +17,7 @@ from replay.base.constants import BLOCK_FRAMES
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.report.markup import page_section, page_table
 from replay.outputs.results.run_folder import ANNOTATIONS, EPISODES, FALSE_CONTACTS, FRAMES, MISSES, REPORT, RunFolder
+from replay.outputs.results.seal import SEAL
 from replay.outputs.tables import Table, table
 from sessions.model.event import Interval
 from sessions.whole_files import check_free, whole_file
@@ -185,9 +186,9 @@ def annotated_session(run: RunFolder, given: Path | None, out: Path, *, force: b
 
 
 def show_in_report(run: RunFolder) -> None:
-    """Put the annotations of a run folder into its page, in place of those that are there."""
+    """Put the annotations of a run folder into its page, in place of those there; a page that a proof seals stays."""
     path, said = run.path / REPORT, read_annotations(run.path)
-    if not path.is_file():
+    if not path.is_file() or (run.path / SEAL).is_file():
         return
     page = _SECTION.sub("", path.read_text(encoding="utf-8"))
     if said:

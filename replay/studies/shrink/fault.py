@@ -86,7 +86,7 @@ def of_run(
     ``label``: the detector, where the run audited several; ``session``: the recording, where it lies neither in the run
     folder, nor beside it, nor in the working directory; ``scene``: that of the run, where it was not the recording's.
     Raises ``ShrinkError``: no such fault, a detector whose
-    answers came with the recording, or a fault that does not happen again.
+    answers came with the recording, or a fault that does not happen again; ``RunFolderError``: no recording.
     """
     label, row = _row(run, miss, invented, label)
     said, contact = run.summary["detectors"][label], miss is not None
