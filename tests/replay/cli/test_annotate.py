@@ -160,6 +160,14 @@ def test_a_file_of_annotations_that_is_none_is_left_as_it_is(folder, capsys, tex
     assert (folder / "run" / "annotations.json").read_text() == text
 
 
+def test_a_page_that_a_proof_seals_stays_as_it_is(folder, capsys):
+    replay.run(folder / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=folder / "run", proof=True)
+    before = (folder / "run" / "report.html").read_bytes()
+    assert annotate(folder, "x", "--miss", "1", "--rater", "a") == 0
+    assert (folder / "run" / "report.html").read_bytes() == before
+    assert main(["verify", str(folder / "run")]) == 0
+
+
 def test_nothing_said_is_said(folder, capsys):
     run(folder)
     assert annotate(folder) == 0
