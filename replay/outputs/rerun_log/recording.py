@@ -178,7 +178,8 @@ def _spoken_of(result: RunResult) -> list[int]:
     for comparison in result.comparisons.values():
         ranked.update(dict.fromkeys(ranked_pairs(comparison, result.assembly.held)))
     for detection in result.detections.values():
-        ranked.update(dict.fromkeys(np.flatnonzero(counts_as_contact(detection.verdict).any(axis=0)).tolist()))
+        said = [counts_as_contact(column).any() for column in detection.verdict.T]
+        ranked.update(dict.fromkeys(np.flatnonzero(said).tolist()))
     return list(ranked)[:DETECTOR_LANES]
 
 
@@ -222,10 +223,9 @@ def _places(result: RunResult, misses: Sequence[tuple[float, float, float]]) -> 
     trusted = result.detections.get(result.oracle) or next(iter(result.detections.values()), None)
     if trusted is None:
         return points[0]
-    contact = counts_as_contact(trusted.verdict)
     names, scene = assembly.names, result.session.scene
     for column, bodies in enumerate(assembly.pairs.tolist()):
-        frames = np.flatnonzero(contact[:, column])
+        frames = np.flatnonzero(counts_as_contact(trusted.verdict[:, column]))
         frames = frames[:: max(1, len(frames) // 200)]
         for body in bodies:
             corners = _corners(assembly.bodies[body].mesh.vertices)
