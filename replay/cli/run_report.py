@@ -31,7 +31,7 @@ def sources_of(results: Sequence[RunResult]) -> Sources:
     from replay.pipeline.citations import sources_behind
 
     ran = (one for result in results for one in result.summary["detectors"].values())
-    return sources_behind((one["name"] for one in ran), (kind for result in results for kind in result.effects))
+    return sources_behind((one["name"] for one in ran), (one for result in results for one in result.effects.items()))
 
 
 def answer_cited(
@@ -42,9 +42,9 @@ def answer_cited(
     from replay.pipeline.citations import citations
 
     answer(as_json, {**plain, **({"sources": behind} if behind else {})}, shown)
-    below = [*sentences, *(["\n" + citations(behind)] if behind else [])]
+    below = [*sentences, *(["", *citations(behind).splitlines()] if behind else [])]
     if below and not as_json:
-        answer(False, None, lambda: "\n".join(below))
+        answer(False, None, lambda: below)
 
 
 def close_run(result: RunResult, people: People) -> int:

@@ -86,7 +86,9 @@ def false_contacts(assembly: Assembly, comparison: Comparison, detector: object 
     measured, meshes, made = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), []
     for number, (pair, first, last) in enumerate(found.tolist(), 1):
         a, b = (assembly.names[body] for body in assembly.pairs[pair].tolist())
-        frames = looks(first, last, most if number - 1 in measured else 1).tolist()
+        # Not its ends: there the pair is about to part, and the next moment is near.
+        inner = (last - first) // 4
+        frames = looks(first + inner, last - inner, most if number - 1 in measured else 1).tolist()
         gap, frame, point = _widest(meshes if number - 1 in measured else None, assembly, pair, frames)
         made.append(
             FalseContact(

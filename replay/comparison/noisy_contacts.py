@@ -32,7 +32,10 @@ WIDENED_S: Final = 0.1
 """A contact is found in a copy that has one of the same pair at most this long before or after it."""
 
 REST_S: Final = 1.0
-"""Frames that the noise leaves open for this long are bodies at rest on each other: one statement for all of them."""
+"""Copies that disagree for this long are about bodies at rest on each other: one statement for all of the stretch."""
+
+AGREED_S: Final = 0.2
+"""For less than this all copies may agree meanwhile: thrice the time over which the noise of a tracker correlates."""
 
 BLOCK: Final = 1024
 """Frames drawn at once: 64 copies of 12 bodies take 38 MB."""
@@ -63,7 +66,7 @@ class NoiseResult:
     contacts : of every contact of the oracle, in its order, how many copies have it.
     words : the same in a word; a contact of bodies at rest on each other is undecidable.
     near : stretches without contact in the recording in which copies have some.
-    resting : stretches of a second and more whose frames are open: bodies at rest on each other.
+    resting : stretches of a second and more in which copies disagree: bodies at rest on each other.
     open_frames : pair-frames with contact in some copies and not in others.
     asked, frames : pair-frames that copies were asked about, and all there are; the others are farther apart than the
         noise reaches, or further in.
@@ -145,11 +148,12 @@ def _result(
         taken = [window[1:] for window in windows[: len(contacts)] if window[0] == pair]
         windows += [(pair, *span) for span in _between(answer.frames, taken, times)]
     spans = [NoisySpan(*window, float(answers[window[0]].found(*window[1:], copies).mean())) for window in windows]
-    open_ = [one.frames[(one.counts > (1.0 - SURE) * copies + 1e-9) & (one.counts < SURE * copies)] for one in answers]
+    counts = np.concatenate([one.counts for one in answers])
+    open_frames = int(((counts > (1.0 - SURE) * copies + 1e-9) & (counts < SURE * copies)).sum())
     resting = tuple(
         NoisySpan(pair, first, last, answers[pair].share(first, last, copies))
-        for pair, frames in enumerate(open_)
-        for first, last in _spans(frames, times)
+        for pair, one in enumerate(answers)
+        for first, last in _spans(one.frames[(one.counts > 0) & (one.counts < copies)], times, AGREED_S)
         if times[last] - times[first] >= REST_S
     )
     at_rest = {pair: [one for one in resting if one.pair == pair] for pair in range(len(answers))}
@@ -165,7 +169,7 @@ def _result(
     }
     return NoiseResult(
         copies, tuple(spans[:known]), words, tuple(one for one in near_passes if one.word != ABSENT), resting,
-        sum(len(one) for one in open_), sum(len(one.frames) for one in answers), size, digest.hexdigest(), sizes,
+        open_frames, len(counts), size, digest.hexdigest(), sizes,
     )  # fmt: skip
 
 
@@ -180,14 +184,14 @@ def _between(frames: IntArray, taken: Sequence[tuple[int, int]], times: FloatArr
     free = np.ones(len(frames), dtype=np.bool_)
     for a, b in np.searchsorted(frames, np.add(np.reshape(taken, (-1, 2)), [0, 1])).tolist():
         free[a:b] = False
-    return _spans(frames[free], times)
+    return _spans(frames[free], times, WIDENED_S)
 
 
-def _spans(frames: IntArray, times: FloatArray) -> list[tuple[int, int]]:
-    """First and last of frames that follow each other, or by less than a moment."""
+def _spans(frames: IntArray, times: FloatArray, apart: float) -> list[tuple[int, int]]:
+    """First and last of frames that follow each other, or in less than ``apart`` seconds."""
     if not len(frames):
         return []
-    cut = np.flatnonzero((np.diff(frames) > 1) & (np.diff(times[frames]) >= WIDENED_S))
+    cut = np.flatnonzero((np.diff(frames) > 1) & (np.diff(times[frames]) >= apart))
     return list(zip(frames[np.insert(cut + 1, 0, 0)].tolist(), frames[np.append(cut, -1)].tolist(), strict=True))
 
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from cdcore import Body
-from cdcore.bounding.sphere import sphere_by_box_centre
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from replay.metrics.hands import frames_at
 from replay.prepare.assembly import Assembly
@@ -112,35 +111,38 @@ def spread_points(body: Body, spacing: float = SPACING_M) -> FloatArray:
 def _distances(
     assembly: Assembly, a: int, b: int, rows: IntArray, close: float, clouds: dict[int, _Cloud]
 ) -> FloatArray:
-    """Least distance at each look, inf where the bounding spheres are farther apart than ``close`` or a pose lacks."""
+    """Least distance at each look, inf where the bounding boxes are farther apart than ``close`` or a pose lacks."""
     from scipy.spatial import cKDTree
 
     motion = assembly.motion
     distance = np.full(len(rows), np.inf)
+    near = np.flatnonzero(_boxes_near(assembly, a, b, rows, close))
+    if not len(near):
+        return distance
     for body in (a, b):
         if body not in clouds:
             clouds[body] = _Cloud(spread_points(assembly.bodies[body]))
     if len(clouds[a].points) > len(clouds[b].points):
         a, b = b, a
     tree = cKDTree(clouds[b].points)
-    for k in np.flatnonzero(_spheres_near(assembly, a, b, rows, close)).tolist():
+    for k in near.tolist():
         back, row = motion.rotations[rows[k], b].T, rows[k]
         move = back @ (motion.translations[row, a] - motion.translations[row, b])
         distance[k] = clouds[a].least_distance(back @ motion.rotations[row, a], move, tree, close)
     return distance
 
 
-def _spheres_near(assembly: Assembly, a: int, b: int, rows: IntArray, close: float) -> BoolArray:
-    motion = assembly.motion
-    centres, radii = [], []
-    for body in (a, b):
-        sphere = sphere_by_box_centre(assembly.bodies[body].mesh)
-        turn, move = motion.rotations[rows, body], motion.translations[rows, body]
-        centres.append(np.einsum("tij,j->ti", turn, sphere.centre) + move)
-        radii.append(sphere.radius)
-    apart = np.linalg.norm(centres[0] - centres[1], axis=1)
+def _boxes_near(assembly: Assembly, a: int, b: int, rows: IntArray, close: float) -> BoolArray:
+    """Looks (K,) with both poses at which no face of a body's box keeps the other's box farther away than ``close``."""
+    motion, ends = assembly.motion, [assembly.bodies[body].mesh.vertices for body in (a, b)]
+    (mid_a, half_a), (mid_b, half_b) = (((v.max(0) + v.min(0)) / 2, (v.max(0) - v.min(0)) / 2) for v in ends)
+    turn_a, turn_b = motion.rotations[rows, a], motion.rotations[rows, b]
+    between = turn_a @ mid_a + motion.translations[rows, a] - turn_b @ mid_b - motion.translations[rows, b]
+    spread = np.abs(np.einsum("kji,kjl->kil", turn_b, turn_a))
+    apart_b = np.abs(np.einsum("kji,kj->ki", turn_b, between)) - half_b - spread @ half_a
+    apart_a = np.abs(np.einsum("kji,kj->ki", turn_a, between)) - half_a - np.einsum("kij,i->kj", spread, half_b)
     known = motion.valid[rows, a] & motion.valid[rows, b]
-    return known & (apart <= sum(radii) + close)
+    return known & (np.maximum(apart_a, apart_b).max(axis=1) <= close)
 
 
 def _stretches(times: FloatArray, distance: FloatArray, close: float) -> list[tuple[float, float, float]]:

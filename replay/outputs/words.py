@@ -5,6 +5,7 @@ from types import MappingProxyType
 from typing import Final
 
 from cdcore import Verdict
+from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.comparison.outcome import Miss, Outcome
 
 OUTCOME_WORDS: Final[Mapping[int, str]] = MappingProxyType(
@@ -23,6 +24,11 @@ neither; NEITHER, the true negative, has no word: it is a gap in a lane."""
 
 VERDICT_WORDS: Final[Mapping[int, str]] = MappingProxyType({one: one.name for one in Verdict if one != Verdict.CLEAR})
 """Verdict -> its word of the glossary; CLEAR is a gap in a lane."""
+
+NOISE_WORDS: Final[Mapping[int, str]] = MappingProxyType(
+    dict(enumerate((UNDECIDABLE, "maybe hidden", ABSENT, HOLDS), 1))
+)
+"""State of a lane of noise -> its word: of two at a time the later."""
 
 FRAME_ROWS: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.LEFT_OUT)
 """Outcomes that every table of pair-frames counts, in its order."""

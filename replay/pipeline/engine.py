@@ -35,7 +35,8 @@ from replay.detection.detector_spec import (
 from replay.detection.recorded import RECORDED
 from replay.detection.run_detector import Run, run_detector
 from replay.effects.effect_plan import Plan, plan
-from replay.effects.effects_runner import EffectRun, run_effects
+from replay.effects.effects_runner import run_effects
+from replay.effects.recorded import recorded
 from replay.errors import DetectorSpecError, NoiseError
 from replay.pipeline.faces import face_source, recall_of_faces
 from replay.pipeline.run_result import Measured, RunResult
@@ -184,10 +185,10 @@ def compute(
         with progress.stage("noise", len(assembly.motion)) as advance:
             noisy = in_noise(blur, assembly, session.scene, runs[lineup.oracle], truth, seed, advance)
     recall, watched = recall_of_faces(comparisons, found, runs, assembly, progress) if faces else ({}, {})
-    effects = dict[str, EffectRun]()
+    effects = recorded(session, assembly)
     if planned.effects:
         with progress.stage("effects"):
-            effects = run_effects(planned, session, assembly, _believed(planned, runs, lineup.oracle))
+            effects |= run_effects(planned, session, assembly, _believed(planned, runs, lineup.oracle))
     measured = Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,

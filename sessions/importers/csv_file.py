@@ -19,7 +19,7 @@ from sessions.importers.csv_happenings import (
     scalar_cells,
     unknown_kinds,
 )
-from sessions.importers.csv_mapping import METRES, UNITY, CsvMapping, PoseColumns, read_mapping
+from sessions.importers.csv_mapping import METRES, PRESETS, UNITY, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable, Rows
 from sessions.importers.finish import QUATERNION_TOLERANCE, Imported, usable_track
 from sessions.importers.pose_table import PoseTable, SourceFrame, imported, in_frame
@@ -39,6 +39,7 @@ def read_csv(
     source: Path,
     *,
     mapping: str | Path | CsvMapping | None = None,
+    preset: str | None = None,
     convention: str | None = None,
     mesh_axes: str = "same",
 ) -> Imported:
@@ -46,7 +47,8 @@ def read_csv(
 
     Parameters
     ----------
-    mapping : a mapping file or ``CsvMapping``; ``None``: the CSV of the README's Unity script.
+    mapping : a mapping file or ``CsvMapping``; ``None``: that of a preset.
+    preset : a name in ``PRESETS``; ``None``: the one whose columns are there, else ``unity``.
     convention : a name in ``CONVENTIONS``; wins over the mapping's.
     mesh_axes : ``same``, or ``x-flipped`` for meshes that a glTF exporter of Unity wrote (it flips X, the poses flip Z:
         without this every mesh is turned by 180 degrees about Y). Source: F_z F_m^-1 with F_m = diag(-1, 1, 1) is
@@ -56,19 +58,39 @@ def read_csv(
     """
     if mesh_axes not in MESH_AXES:
         raise ImportFileError(f"no mesh_axes {mesh_axes!r}; there are: {', '.join(MESH_AXES)}")
-    plan = UNITY if mapping is None else mapping if isinstance(mapping, CsvMapping) else read_mapping(mapping)
-    axes = _axes(convention or plan.convention)
-    table = CsvTable(source, plan.delimiter, plan.decimal, plan.skip_lines, plan.header_lines)
-    if mapping is None and plan.time not in table.columns:
-        raise ImportFileError(
-            f"{source}: line 1: no column {plan.time!r}, so this is not the CSV of the Unity script; "
-            "say with --mapping FILE what its columns are"
+    if mapping is not None:
+        if preset is not None:
+            raise ImportFileError("a mapping and a preset both say what the columns are; give one of them")
+        plan = mapping if isinstance(mapping, CsvMapping) else read_mapping(mapping)
+        table = CsvTable(
+            source, plan.delimiter, plan.decimal, plan.skip_lines, plan.header_lines, plan.columns, plan.rate_hz, True
         )
+    else:
+        table = CsvTable(source, UNITY.delimiter, UNITY.decimal)
+        plan = _preset(table, preset)
+    axes = _axes(convention or plan.convention)
     samples = _samples(table, plan, axes)
     if mesh_axes == "same":
         return samples
     done = (*samples.conversions, f"{MESH_AXES[mesh_axes]}: turned by 180 degrees")
     return replace(samples, conversions=done, mesh_turn=HALF_TURN)
+
+
+def _preset(table: CsvTable, name: str | None) -> CsvMapping:
+    """The mapping of a preset that fits the columns of a table."""
+    if name is not None and name not in PRESETS:
+        raise ImportFileError(f"no preset {name!r}; there are: {', '.join(PRESETS)}")
+    plans = [plan for one in (PRESETS if name is None else [name]) for plan in PRESETS[one]]
+    for plan in plans:
+        if plan.body is not None and {plan.time, plan.name, *plan.body.numbers} <= {*table.columns}:
+            says = plan.body.valid in table.columns
+            return plan if says else replace(plan, body=replace(plan.body, valid=""))
+    if name is None and plans[0].time not in table.columns:
+        raise ImportFileError(
+            f"{table.source}: line 1: no column {plans[0].time!r}, so this is not the CSV of the Unity script; "
+            "say with --mapping FILE what its columns are"
+        )
+    return plans[0]
 
 
 def _axes(name: str) -> Convention:

@@ -5,7 +5,7 @@ triggers and collisions.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,6 +14,8 @@ from sessions.meshes.conventions import CONVENTIONS
 from sessions.scene_files.toml_table import TomlTable, parse_toml, read_text
 
 MOST_LINES: Final = 1000
+ROW_TIME: Final = "time by rows"
+"""The column of time of a file that has none."""
 METRES: Final[Mapping[str, float]] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0, "ticks": 100.0}
 """Nanoseconds per unit of the clock; ``ticks`` are .NET's, counted from the year 1."""
@@ -89,6 +91,10 @@ class CsvMapping:
     """Lines above the header."""
     header_lines: int = 1
     """Of several, a column's name is all its words, with spaces between them."""
+    columns: tuple[str, ...] = ()
+    """Names of the columns of a file that does not name them."""
+    rate_hz: float = 0.0
+    """Rows a second of a file without a clock."""
     name: str = ""
     body: PoseColumns | None = None
     bodies: Mapping[str, PoseColumns] | None = None
@@ -115,6 +121,29 @@ UNITY: Final = CsvMapping(
 """The CSV of the README's Unity script."""
 
 
+ROW_MAJOR: Final = tuple(f"m{row}{column}" for row in range(3) for column in range(4))
+_OPENVR: Final = CsvMapping(
+    time="time",
+    unit="s",
+    convention="openvr",
+    name="device",
+    body=PoseColumns(ROW_MAJOR[3::4], matrix=tuple(one for one in ROW_MAJOR if one[2] != "3"), valid="valid"),
+)
+PRESETS: Final[Mapping[str, tuple[CsvMapping, ...]]] = {
+    "unity": (UNITY,),
+    "openvr": (
+        _OPENVR,
+        replace(_OPENVR, body=PoseColumns(("x", "y", "z"), ("r_x", "r_y", "r_z", "r_w"), valid="valid")),
+    ),
+}
+"""Name -> built-in mappings, of which the first whose columns are there is taken.
+
+``openvr``: a row per device and time, with ``mDeviceToAbsoluteTracking`` as the columns m00 to m23 and
+``bPoseIsValid`` as ``valid``, or with the columns that triad_openvr samples. Source: OpenVR SDK, openvr.h
+(HmdMatrix34_t).
+"""
+
+
 def read_mapping(path: str | Path) -> CsvMapping:
     """The mapping of a TOML file.
 
@@ -122,7 +151,8 @@ def read_mapping(path: str | Path) -> CsvMapping:
     """
     whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError)
     clock = whole.table("time") or TomlTable({}, whole.file, "[time]", ImportFileError)
-    column, unit = clock.text("column", None), clock.text("unit", None, CLOCK_NS)
+    rate = clock.number("rate_hz", 0.0)
+    column, unit = (ROW_TIME, "s") if rate > 0.0 else (clock.text("column", None), clock.text("unit", None, CLOCK_NS))
     clock.done()
     long = whole.table("body")
     wide = whole.named_tables("bodies")
@@ -138,6 +168,8 @@ def read_mapping(path: str | Path) -> CsvMapping:
         decimal=_letter(whole, "decimal", "."),
         skip_lines=whole.count("skip_lines", 0, 0, MOST_LINES),
         header_lines=whole.count("header_lines", 1, 1, MOST_LINES),
+        columns=whole.texts("columns"),
+        rate_hz=rate,
         name=long.text("name", None) if long is not None else "",
         body=_columns(long) if long is not None else None,
         bodies={name: _columns(table) for name, table in wide.items()} or None,

@@ -1,5 +1,6 @@
 """The meshes a scene declares: files beside it, plain shapes, instruments of the bench."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -50,7 +51,7 @@ def _mesh(body: SceneBody, folder: Path) -> MeshData | None:
     if body.mesh:
         from sessions.meshes.mesh_files import load_mesh
 
-        return load_mesh(folder / body.mesh, body.scale)
+        return load_mesh(folder / body.mesh, body.scale, body.node)
     if body.shape:
         return make_shape(body.shape, body.size, int(body.extra.get("faces", DEFAULT_FACES)))
     if body.instrument:
@@ -59,3 +60,18 @@ def _mesh(body: SceneBody, folder: Path) -> MeshData | None:
         faces = int(body.extra.get("faces", INSTRUMENT_FACES))
         return make_instrument(body.instrument, faces, **body.extra.get("options", {})).mesh
     return None
+
+
+def with_meshes(session: Session, meshes: Mapping[str, MeshData], said: Sequence[str]) -> Session:
+    """The session with these meshes; a body that has one is no stand-in any more. ``said`` joins its conversions."""
+    bodies = tuple(_bare(body) if body.id in meshes else body for body in session.scene.bodies)
+    before = session.facts.get("conversions", "none")
+    facts = {**session.facts, "conversions": "; ".join([*([before] if before != "none" else []), *said]) or "none"}
+    scene = session.scene if bodies == session.scene.bodies else replace(session.scene, bodies=bodies, text="")
+    return replace(session, meshes={**session.meshes, **meshes}, scene=scene, facts=facts)
+
+
+def _bare(body: SceneBody) -> SceneBody:
+    """The body without a word on its mesh."""
+    extra = {key: value for key, value in body.extra.items() if key not in ("faces", "options")}
+    return replace(body, mesh="", node="", shape="", instrument="", size={}, scale=1.0, proxy=False, extra=extra)

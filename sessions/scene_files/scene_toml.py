@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
@@ -80,6 +81,7 @@ def _body(table: TomlTable) -> SceneBody:
     body = SceneBody(
         id=name,
         mesh=table.text("mesh"),
+        node=table.text("node"),
         shape=shape,
         instrument=table.text("instrument"),
         size=_size(table, shape),
@@ -95,6 +97,8 @@ def _body(table: TomlTable) -> SceneBody:
     sources = [key for key in ("mesh", "shape", "instrument") if getattr(body, key)]
     if len(sources) > 1:
         table.refuse(f"it has {' and '.join(sources)}; give one of them")
+    if body.node and not body.mesh:
+        table.refuse("it has node and no mesh; name the GLB that holds the node")
     if body.instrument:
         from sessions.glassware.catalogue import INSTRUMENTS, instrument_options
 
@@ -234,21 +238,27 @@ def _effect(table: TomlTable, bodies: tuple[SceneBody, ...]) -> SceneEffect:
 def scene_to_toml(scene: Scene) -> str:
     """The scene as TOML; read again it is the same scene, and the same scene gives the same text."""
     lines = [f"{key} = []" for key, value in (("effect", scene.effects), ("pair", scene.pairs)) if value == ()]
-    lines += ["[scene]", f"name = {_value(scene.name)}"] if scene.name else []
+    lines += ["[scene]", f"name = {value_text(scene.name)}"] if scene.name else []
     lines += ["[space]", f"radius_m = {scene.space_radius!r}"] if scene.space_radius != SPACE_RADIUS else []
-    tables = [("body", _body_keys(body)) for body in scene.bodies]
+    tables = [("body", body_keys(body)) for body in scene.bodies]
     tables += [("pair", {"between": pair}) for pair in scene.pairs or ()]
     tables += [("ignore", {"between": pair}) for pair in scene.ignore]
     tables += [("effect", {"kind": effect.kind, **effect.settings}) for effect in scene.effects or ()]
     for kind, entries in tables:
-        lines += ["", f"[[{kind}]]", *(f"{key} = {_value(value)}" for key, value in entries.items())]
+        lines += table_lines(kind, entries)
     return "\n".join(lines).lstrip("\n") + "\n"
 
 
-def _body_keys(body: SceneBody) -> dict[str, Any]:
+def table_lines(kind: str, entries: Mapping[str, Any]) -> list[str]:
+    """``[[kind]]`` and its keys, after an empty line."""
+    return ["", f"[[{kind}]]", *(f"{key} = {value_text(value)}" for key, value in entries.items())]
+
+
+def body_keys(body: SceneBody) -> dict[str, Any]:
+    """What a scene says of a body, key by key; nothing that is as it is without being said."""
     keys: dict[str, Any] = {"id": body.id}
     plain = SceneBody(id=body.id)
-    for key in ("mesh", "shape", "instrument", "scale", "group", "parent", "tags", "proxy"):
+    for key in ("mesh", "node", "shape", "instrument", "scale", "group", "parent", "tags", "proxy"):
         if getattr(body, key) != getattr(plain, key):
             keys[key] = getattr(body, key)
     keys.update({"size": [body.size[axis] for axis in "xyz"]} if body.shape == "box" else body.size)
@@ -259,13 +269,14 @@ def _body_keys(body: SceneBody) -> dict[str, Any]:
     return {**keys, **{key: body.extra[key] for key in EXTRA_KEYS if key in body.extra}}
 
 
-def _value(value: Any) -> str:
+def value_text(value: Any) -> str:
+    """A value as TOML."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML escapes DEL too
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{_value(key)} = {_value(one)}" for key, one in value.items()) + "}"
+        return "{" + ", ".join(f"{value_text(key)} = {value_text(one)}" for key, one in value.items()) + "}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(_value(one) for one in value) + "]"
+        return "[" + ", ".join(value_text(one) for one in value) + "]"
     return repr(value) if is_number(value) else str(value)

@@ -22,7 +22,7 @@ from replay.outputs.results.run_folder import EPISODES, MISSES, RunFolder
 from replay.pipeline.engine import prepared
 from replay.prepare.assembly import Assembly
 from replay.studies.stress.families import FIRST_SEED
-from replay.studies.stress.scenes import SCENES
+from replay.studies.stress.found_scenes import SCENES
 from sessions import read_session
 from sessions.scene_files.scene_meshes import SCENE_FACT
 
