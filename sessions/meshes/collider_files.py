@@ -16,8 +16,10 @@ NAMED: Final = re.compile(r"(UBX|USP|UCP|UCX|UTM)_(.+?)(?:_[0-9]+)?")
 """A box, sphere, capsule or convex collider of a body, as Unreal's importer takes them: ``UCX_Beaker_03``; a mesh."""
 
 
-def read_colliders(path: Path, names: Sequence[str]) -> tuple[dict[str, tuple[MeshData, ...]], str]:
+def read_colliders(path: Path, names: Sequence[str] | None) -> tuple[dict[str, tuple[MeshData, ...]], str]:
     """Body -> its colliders in its own frame, in the order of the nodes; and what was read, in words.
+
+    ``names`` of the bodies; ``None``: whichever the nodes name.
 
     A node ``UBX_``, ``USP_``, ``UCP_`` or ``UCX_``, a body's name, ``_`` and a number is a convex collider of it: the
     hull of its corners. ``UTM_`` is one as it is, and so is any other mesh on or below a node of a body's name. The
@@ -37,8 +39,8 @@ def read_colliders(path: Path, names: Sequence[str]) -> tuple[dict[str, tuple[Me
     left = []
     for part in sorted(tree.parts, key=lambda part: (part.node, part.place)):
         named = NAMED.fullmatch(tree.names[part.node])
-        body, convex = (named[2], named[1] != "UTM") if named else (_above(tree, part.node, names), False)
-        if body not in names:
+        body, convex = (named[2], named[1] != "UTM") if named else (_above(tree, part.node, names or ()), False)
+        if not body or (names is not None and body not in names):
             left.append(tree.names[part.node])
             continue
         frame = rigid_of(tree.poses[tree.names.index(body)]) if body in tree.names else np.eye(4)
@@ -46,7 +48,7 @@ def read_colliders(path: Path, names: Sequence[str]) -> tuple[dict[str, tuple[Me
         found.setdefault(body, []).append(hull(mesh) if convex else mesh)
     if not found:
         wanted = "name its nodes UCX_BODY_01 and so on, or hang them on a node of the body's name"
-        raise MeshFileError(f"collider file {path}: no collider of {', '.join(names[:8])}; {wanted}")
+        raise MeshFileError(f"collider file {path}: no collider of {', '.join((names or ['any body'])[:8])}; {wanted}")
     words = f"colliders of {path.name}: " + ", ".join(f"{name} {len(solids)}" for name, solids in found.items())
     words += f" (of no body: {', '.join(left[:8])})" * bool(left)
     return {name: tuple(solids) for name, solids in found.items()}, words

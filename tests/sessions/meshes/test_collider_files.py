@@ -14,6 +14,7 @@ from sessions import read_session, recover, write_session
 from sessions.errors import MeshFileError
 from sessions.mesh_data import is_closed
 from sessions.meshes.collider_files import read_colliders
+from sessions.scene_files.scene_check import checked_scene
 from sessions.scene_files.scene_meshes import with_colliders
 
 
@@ -81,6 +82,12 @@ def test_a_scene_names_them_and_replaces_those_recorded(tmp_path):
     (tmp_path / "y.toml").write_text('[[body]]\nid = "a"\n')
     assert [*read_session(tmp_path / "s.mcap", scene=tmp_path / "x.toml").colliders] == ["b"]
     assert [*read_session(tmp_path / "s.mcap", scene=tmp_path / "y.toml").colliders] == ["a"]
+    text = (tmp_path / "x.toml").read_text()
+    faults = [
+        checked_scene(one, "x.toml", lambda *_: (), tmp_path)[2] for one in (text, text.replace("c.glb", "d.glb"))
+    ]
+    # `b` of the file is none that this scene declares, but it may be tracked.
+    assert faults[0] == [] and faults[1][0].startswith("x.toml: [scene]: ") and "does not exist" in faults[1][0]
 
 
 GUIDE = (Path(__file__).resolve().parents[3] / "replay" / "guide" / "unity.md").read_text("utf-8")
