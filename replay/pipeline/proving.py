@@ -47,7 +47,8 @@ def prove(result: RunResult, session: Session) -> Proof:
         "schema": SCHEMA, "detector": result.oracle, "frames": [first, stop], "bodies": list(assembly.names),
         "meshes": [mesh_hash(mesh_of(session, name)) for name in assembly.names], "scene": scene_hash(session),
         "pairs": [[*pair, word] for pair, word in zip(assembly.pairs.tolist(), oracle.containment, strict=True)],
-        "flags": [[one.kind, one.body, one.start_ns, one.end_ns, one.action] for one in spans if one.kind != "gap"],
+        "flags": [[one.kind, one.body, one.start_ns, one.end_ns, one.action] for one in spans
+                  if one.dropped + one.held + one.interpolated],
     }  # fmt: skip
     given = {"given_rows": rows.astype("<i4"), "given_poses": poses.astype("<f8")}
     return Proof(header, {**tables(assembly.bodies, oracle, assembly.motion), **given})

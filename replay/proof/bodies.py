@@ -13,8 +13,8 @@ from replay.proof.exact import Floats, placed
 
 PAD: Final = 2.0**-38
 """What boxes must keep, as a share of both bodies' reach and distance from the origin together. Rounding of placed
-corners, of boxes, of their axes and of the tests is below 2^-44 of that, rotations off orthonormal by ``SKEW`` add 12
-times as much as they are off: together less than 2^-40."""
+corners, of boxes, of their axes and of the tests is below 2^-44 of that; rotations and axes of boxes that are off
+orthonormal by ``SKEW`` add 24 times as much: together less than 2^-39."""
 SKEW: Final = 2.0**-44
 LARGEST: Final = 1e70
 """Metres; squares stay finite."""

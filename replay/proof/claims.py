@@ -82,6 +82,8 @@ class Proof:
             if header["schema"] != SCHEMA:
                 raise WrongRecord(f"the proof has schema {header['schema']!r}, not {SCHEMA!r}")
             bodies = range(len(header["bodies"]))
+            if not all(i in bodies and j in bodies and i != j for i, j, _ in header["pairs"]):
+                raise WrongRecord("the proof names a pair of bodies that there is not")
             of_bodies = {f"{name}/{k}": row for k in bodies for name, row in OF_BODY.items()}
             for name, (kind, shape) in {**SHAPES, **of_bodies}.items():
                 have = arrays[name]

@@ -19,6 +19,9 @@ from replay.proof.claims import Proof, WrongRecord
 from replay.proof.exact import Floats
 from replay.proof.verifier import Mesh
 from sessions import Frames, Session, Status
+from sessions.doctor.pose_pass import look_through
+from sessions.doctor.pose_spans import pose_spans
+from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.scene import Pose, SceneBody
 
 USABLE: Final = (Status.VALID, Status.HELD, Status.INTERPOLATED)
@@ -139,7 +142,8 @@ def load(session: Session, proof: Proof) -> tuple[list[Mesh], Poses, Counter[str
 def _overlay(session: Session, proof: Proof, stamp_ns: NDArray[np.int64], poses: Poses) -> Counter[str]:
     """Put the poses that the proof gives where the recording has none, or where a policy replaced one."""
     names, told = proof.header["bodies"], Counter[str]()
-    flagged = [_flagged(proof.header["flags"], {"", *chain(session, name)}, stamp_ns) for name in names]
+    _check_flags(session, proof.header["flags"])
+    flagged = [_flagged(proof.header["flags"], chain(session, name), stamp_ns) for name in names]
     for row, pose in zip(proof["given_rows"].tolist(), proof["given_poses"], strict=True):
         body, first, last, origin = row
         if not (0 <= body < len(names) and 0 <= first <= last < len(stamp_ns) and origin in GIVEN):
@@ -154,7 +158,18 @@ def _overlay(session: Session, proof: Proof, stamp_ns: NDArray[np.int64], poses:
     return told
 
 
-def _flagged(flags: Iterable[Sequence[Any]], names: set[str], stamp_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _check_flags(session: Session, flags: Iterable[Sequence[Any]]) -> None:
+    """Refuse a flag that the doctor of recordings does not set."""
+    if flags:
+        looked = look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
+        ends = ((one, *looked.stamp_ns[[one.first, one.last]].tolist()) for one in pose_spans(looked))
+        known = {(one.code, looked.names[one.column], start, end) for one, start, end in ends}
+        for kind, body, start, end, _ in flags:
+            if (kind, body, start, end) not in known:
+                raise WrongRecord(f"body {body}: the doctor finds it nowhere {kind} from {start} to {end} ns")
+
+
+def _flagged(flags: Iterable[Sequence[Any]], names: Sequence[str], stamp_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
     """The frames (T,) in which a policy touched one of these bodies."""
     marked = np.zeros(len(stamp_ns), dtype=np.bool_)
     for _, body, start, end, _ in flags:

@@ -88,7 +88,8 @@ class _Pair:
         row = np.repeat(np.arange(len(rows)), length)
         kind = rows[row, 3]
         self._check_kinds(kind, row)
-        self._check_word()
+        if self._word != NOT_ASKED:
+            self._check_word()
         fresh = np.flatnonzero(self._fresh(row))
         self._check_contacts(row[fresh], fresh)
         self._check_fronts(row[fresh], fresh)
@@ -120,12 +121,10 @@ class _Pair:
         self._refuse((kind != NO_POSE) & ~there, row, "a body has no pose")
 
     def _check_word(self) -> None:
+        """Containment is decided of closed meshes without doubled faces; of those of several parts it may not be."""
         bodies = self._two.bodies
-        open_ = [one.name for one in bodies if not one.closed]
-        odd = [one.name for one in bodies if one.doubled or len(one.parts) > 1]
-        said = self._word == DECIDED and not open_ and not any(one.doubled for one in bodies)
-        refused = self._word == NOT_ASKED or (self._word.startswith("refused: ") and (open_ or odd))
-        if not (said or refused):
+        refused = self._word.startswith("refused: ") and any(len(one.parts) > 1 for one in bodies)
+        if any(not one.closed or one.doubled for one in bodies) == (self._word == DECIDED) and not refused:
             raise WrongRecord(f"pair {self._name}: containment is not {self._word!r} of these meshes")
 
     def _check_contacts(self, row: Rows, frame: Rows) -> None:
@@ -197,8 +196,9 @@ class _Pair:
             if not self._two.bodies[1 - side].closed or not self._is_inside(side, point, int(frame[at])):
                 raise self._wrong(int(row[at]), "this corner is not inside")
         asked = np.flatnonzero((kind == CLEAR) & ~np.isin(front, list(self._apart)))
-        parts = [(side, part) for side in (0, 1) for part in self._two.bodies[side].parts]
-        for side, part in parts if self._word == DECIDED else ():
+        asked = asked[: 0 if self._word == NOT_ASKED else None]
+        a, b = self._two.bodies
+        for side, part in [(0, part) for part in a.parts if b.closed] + [(1, part) for part in b.parts if a.closed]:
             for at in asked[self._may_be_inside(side, part, frame[asked])].tolist():
                 if self._is_inside(side, part[0], int(frame[at])):
                     raise self._wrong(int(row[at]), "a part of one body is inside the other")

@@ -63,6 +63,9 @@ def _check_tables(run: RunFolder, proof: Proof, table: NDArray[np.uint8]) -> Non
     counts = {KINDS[kind]: int((table == kind).sum()) for kind in KINDS if (table == kind).any()}
     if run.summary.get("oracle") != label or said.get("verdicts") != counts:
         raise WrongRecord(f"{SUMMARY}: {label} is said to have other verdicts than were proven")
+    pairs = [f"{bodies[i]}-{bodies[j]}" for i, j, _ in proof.header["pairs"]]
+    if pairs != [one.get("name") for one in run.summary.get("pairs", [])] or len({*pairs}) != len(pairs):
+        raise WrongRecord(f"{SUMMARY}: other pairs were proven")
     column = {frozenset((bodies[i], bodies[j])): k for k, (i, j, _) in enumerate(proof.header["pairs"])}
     contact = np.isin(table, (CONTACT, CONTAINED))
     try:
