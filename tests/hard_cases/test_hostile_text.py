@@ -191,7 +191,7 @@ CALLS = {
 
 WORKS = {
     "info", "doctor", "plan", "import", "run", "run again", "diff", "shrink", "audit", "tradeoff", "advise",
-    "study run", "scene new", "scene check",
+    "study run", "scene new", "scene check", "annotate",
 }  # fmt: skip
 
 
