@@ -110,7 +110,9 @@ def _subject(result: RunResult, label: str, number: int) -> Subject:
 
 def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subject]) -> None:
     assembly, scene = result.assembly, result.session.scene
-    log_world(writer, assembly, scene)
+    # A run of effects alone needs the bodies that they name, and no other is drawn.
+    named = result.summary["plan"]["bodies"] if scene.effects is not None and not result.detections else {}
+    log_world(writer, assembly, scene, named or None)
     log_touches(writer, assembly, [miss for misses in result.misses.values() for miss in misses])
     first = next(iter(result.comparisons), "")  # the contacts of the oracle are coloured by its misses
     for label, detection in result.detections.items():
