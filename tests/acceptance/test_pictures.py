@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rerun.blueprint as rrb
-from support.first_picture import TOASTS_GONE, opened, record_demo
+from support.first_picture import AROUND, TOASTS_GONE, film_picture, opened, record_demo
 from support.headless import photographed, pixels, viewer_or_skip
 from support.small_worlds import jumping
 
@@ -176,12 +176,18 @@ def small(picture):
     return np.asarray(Image.fromarray(picture.astype(np.uint8)).convert("L").resize((96, 54)), dtype=np.int16)
 
 
-def test_the_first_picture_of_the_readme_is_what_the_demo_looks_like_today(demo):
-    place = re.search(r"!\[[^\]]*\]\(([^)]+\.png)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
-    kept = small(np.asarray(Image.open(ROOT / place[1]).convert("RGB")))
-    now = small(pixels(demo.screenshot()))
-    assert np.abs(kept - now).mean() < 2.5, "make it anew: tests/support/first_picture.py"
-    assert np.abs(kept[:, ::-1] - now).mean() > 7.5, "so much differs in a picture that is not the same"
+def test_the_pictures_of_the_readme_are_what_the_demo_looks_like_today(demo):
+    shown = re.findall(r"\((\S+/overview\.\w+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    assert [Path(one).suffix for one in shown] == [".webp", ".png"]
+    screen = Image.fromarray(pixels(demo.screenshot()).astype(np.uint8))
+    film = Image.open(ROOT / shown[0])
+    assert film.n_frames == 2 * AROUND + 1
+    assert (ROOT / shown[0]).stat().st_size < 3e6
+    film.seek(AROUND)
+    for kept, now in ((film, film_picture(screen)), (Image.open(ROOT / shown[1]), screen)):
+        kept, now = (small(np.asarray(one.convert("RGB"))) for one in (kept, now))
+        assert np.abs(kept - now).mean() < 2.5, "make it anew: tests/support/first_picture.py"
+        assert np.abs(kept[:, ::-1] - now).mean() > 7.5, "so much differs in a picture that is not the same"
 
 
 def test_a_miss_between_frames_is_red_at_its_moment_and_not_before(tmp_path):

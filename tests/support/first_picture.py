@@ -1,4 +1,4 @@
-"""The demo as a viewer shows it; ``python tests/support/first_picture.py .github/pictures`` makes the README's pictures.
+"""The demo as a viewer shows it; ``python tests/support/first_picture.py .github/pictures`` makes README's pictures.
 
 ``overview.png`` is the worst moment, ``overview.webp`` its upper part played at a quarter of the speed.
 """
