@@ -24,6 +24,8 @@
         └── StudyRefusedError a result that a rule of the study forbids (replay.studies.class_study.refusals)
 """
 
+from sessions.errors import first_of
+
 
 class ReplayError(Exception):
     """The root of the tree: catch it to catch everything the tool raises on purpose."""
@@ -38,7 +40,11 @@ class AssemblyError(ReplayError, ValueError):
 
 
 class PlanError(ReplayError, ValueError):
-    """A scene declares effects that cannot be planned; the message names file, table and key."""
+    """A scene declares effects that cannot be planned: file, table and key of the first of its ``faults``."""
+
+    def __init__(self, *faults: str) -> None:
+        self.faults = faults
+        super().__init__(first_of(faults))
 
 
 class EffectError(ReplayError, ValueError):

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,9 +73,26 @@ def session_info(session: Session) -> dict[str, Any]:
             }
             for interval in session.intervals
         ],
+        "gaze": [
+            {"participant": name, **vars(ClockInfo.of(one.times_ns)), "valid": int(one.valid.sum())}
+            for name, one in session.gaze.items()
+        ],
+        "scalars": [
+            {"name": name, "unit": one.unit, **vars(ClockInfo.of(one.times_ns)), **_range(one.values)}
+            for name, one in session.scalars.items()
+        ],
         "events": dict(sorted(events.items(), key=lambda item: (-item[1], item[0]))),
         "facts": dict(session.facts),
     }  # fmt: skip
+
+
+def _range(values: NDArray[np.float64]) -> dict[str, float | None]:
+    """The least and the largest number; ``None`` where there is none."""
+    there = values[np.isfinite(values)]
+    return {"least": float(there.min()), "largest": float(there.max())} if len(there) else dict.fromkeys(ENDS)
+
+
+ENDS: Final = ("least", "largest")
 
 
 def _body(session: Session, name: str, track: ClockInfo | None, words: NDArray[np.int64] | None) -> dict[str, Any]:

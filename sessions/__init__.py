@@ -21,14 +21,16 @@ if TYPE_CHECKING:
     from sessions.model.live_contact import LiveContact
     from sessions.model.scene import Scene
     from sessions.model.session import Session
+    from sessions.model.streams import GazeTrack, ScalarTrack
     from sessions.model.track import Track
     from sessions.recovery.recover import recover
     from sessions.scene_files.scene_toml import parse_scene, read_scene
 
 __all__ = [
-    "IMPORTERS", "Event", "Finding", "Frames", "HandTrack", "Interval", "LiveContact", "MeshData", "Recorder", "Scene",
-    "Session", "Severity", "Status", "Track", "examine", "import_session", "load_mesh", "make_instrument", "make_shape",
-    "mesh_to_glb", "parse_scene", "read_scene", "read_session", "recover", "write_session",
+    "IMPORTERS", "Event", "Finding", "Frames", "GazeTrack", "HandTrack", "Interval", "LiveContact", "MeshData",
+    "Recorder", "ScalarTrack", "Scene", "Session", "Severity", "Status", "Track", "examine", "import_session",
+    "load_mesh", "make_instrument", "make_shape", "mesh_to_glb", "parse_scene", "read_scene", "read_session", "recover",
+    "write_session",
 ]  # fmt: skip
 
 _NAMES = {
@@ -37,7 +39,8 @@ _NAMES = {
     "mcap_format.reader": "read_session", "mcap_format.recorder": "Recorder", "mcap_format.writer": "write_session",
     "mesh_data": "MeshData", "meshes.glb": "mesh_to_glb", "meshes.mesh_files": "load_mesh",
     "model.event": "Event Interval", "model.frames": "Frames Status", "model.hand": "HandTrack",
-    "model.live_contact": "LiveContact", "model.scene": "Scene", "model.session": "Session", "model.track": "Track",
+    "model.live_contact": "LiveContact", "model.scene": "Scene", "model.session": "Session",
+    "model.streams": "GazeTrack ScalarTrack", "model.track": "Track",
     "recovery.recover": "recover", "scene_files.scene_toml": "parse_scene read_scene",
 }  # fmt: skip
 _HOME = {name: f"sessions.{module}" for module, names in _NAMES.items() for name in names.split()}

@@ -8,6 +8,8 @@ SessionError
     TornFileError    it ends without its index: the recording was cut short
 """
 
+from collections.abc import Sequence
+
 
 class SessionError(Exception):
     """Anything wrong with a session or with what belongs to it."""
@@ -30,8 +32,18 @@ class TornFileError(SessionFileError):
     code = "torn"
 
 
+def first_of(faults: Sequence[str]) -> str:
+    """The first of several sentences about a scene, and how many more there are."""
+    more = f"; {len(faults) - 1} more: `replay scene check` lists them" if len(faults) > 1 else ""
+    return "".join(faults[:1]) + more
+
+
 class SceneError(SessionError):
-    """A scene that says something impossible or something unknown."""
+    """A scene that says something impossible or something unknown; ``faults`` are all there are."""
+
+    def __init__(self, *faults: str) -> None:
+        self.faults = faults
+        super().__init__(first_of(faults))
 
 
 class ImportFileError(SessionError):

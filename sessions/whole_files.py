@@ -22,6 +22,12 @@ Listed = Callable[[Path], Sequence[str]]
 """Names of the files in a folder that its writer made, and may delete; an error where the folder is none of its own."""
 
 
+def check_free(target: Path, error: type[Exception], *, force: bool) -> None:
+    """Refuse a file that is there already, before the work is done and not after."""
+    if not force and os.path.lexists(target):
+        raise error(f"{target} exists; name another file, or replace it with --force")
+
+
 @contextmanager
 def whole_file(
     target: Path, error: type[Exception], *, overwrite: bool = True, parents: bool = False

@@ -42,6 +42,10 @@ COMPILING = pytest.StashKey[subprocess.Popen]()
 KERNELS_ARE_THERE = pytest.StashKey[Path]()
 
 
+os.environ["COLUMNS"] = "160"
+"""Answers of commands are as wide as their widest table, so that a test finds a sentence in a line."""
+
+
 def pytest_configure(config):
     """A property that asks for no number of examples gets 100, and 25 where slow tests are left out.
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from functools import reduce
 from importlib.metadata import version
 from pathlib import Path
@@ -73,8 +73,11 @@ def _kept(mesh: TriangleMesh, most: int) -> list[FloatArray]:
     corners = [np.array(piece, dtype=np.float64) for piece, _ in cut]
     with suppress(OSError):
         file.parent.mkdir(parents=True, exist_ok=True)
-        # Renamed when it is whole: another process may be reading.
-        with NamedTemporaryFile(dir=file.parent, delete=False) as fresh:
+        # Renamed when it is whole, another process may be reading; removed when the disk is full.
+        with NamedTemporaryFile(dir=file.parent, delete=False) as fresh, ExitStack() as failed:
+            failed.callback(Path(fresh.name).unlink)
             np.savez(fresh, corners=np.concatenate(corners), ends=np.cumsum([len(piece) for piece in corners]))
+            fresh.flush()
+            failed.pop_all()
         Path(fresh.name).replace(file)
     return corners

@@ -14,7 +14,7 @@ from cdcore.broad.broad_phase import BroadPhase
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import Pose, section_of_faces
-from cdcore.numerics import ByteArray, FloatArray, Int32Array, IntArray
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
 from cdcore.protocol import NO_FACES, Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict
 from cdcore.protocol.blocks import looks_at, looks_of, pair_has_pose, require_rate
 from cdcore.protocol.detection import SectionSource
@@ -109,6 +109,13 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         """A session that is asked one frame after the other."""
         looks = LivePairs(BroadLooks(self._broad), self._meshes.decide_now, self._containment.question)
         return LiveHeld(looks, self.pairs, self.settings.rate_hz) if self.settings.rate_hz else looks
+
+    def faces_of(self, motion: Motion, hits: BoolArray) -> FaceSets | None:
+        """Ask the meshes in these pair-frames; ``None`` with a rate, where a frame holds an earlier one's faces."""
+        if self.settings.rate_hz is not None:
+            return None
+        columns, frames = np.nonzero(hits.T)
+        return self._meshes.decide(motion, frames, columns, faces=True).face_sets(frames, columns)
 
     def _fresh_memory(self) -> _DiscreteMemory:
         count = len(self.pairs)

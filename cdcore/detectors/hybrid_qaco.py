@@ -1,7 +1,7 @@
 """The paper's pipeline: spheres, boxes, then the colony over mesh faces, every hit confirmed on triangles."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import ClassVar
 
@@ -93,7 +93,8 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
 
     def watch(self, motion: Motion) -> Watched:
         """Search the whole motion again and keep what each stage did."""
-        return watched(self.bodies, self.pairs, self.settings, motion, self._broad.by_stage(motion))
+        seen = watched(self.bodies, self.pairs, self.settings, motion, self._broad.by_stage(motion))
+        return seen if self._meshes is None else replace(seen, face_sets=None)
 
     def live(self) -> Live:
         """A session that is asked one frame after the other."""

@@ -12,7 +12,7 @@ two thirds of the time (2026-11).
 
 import gc
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from time import perf_counter
@@ -76,11 +76,27 @@ def kernel(function: Function) -> Function:
         compiled.enable_caching()
     except RuntimeError:  # neither the installation nor the user's cache folder can be written: compile at every start
         compiled = made(function)
-    files = getattr(getattr(compiled, "_cache", None), "_cache_file", None)
+    cached: Any = getattr(compiled, "_cache", None)
+    files = getattr(cached, "_cache_file", None)
     if files is not None and hasattr(files, "_source_stamp"):
         own = Path(function.__code__.co_filename).parent
         files._source_stamp = (files._source_stamp, _sources_stamp(own))
+        cached.save_overload = _kept_where_it_can_be(cached.save_overload, Path(files._index_path))
     return cast(Function, compiled)
+
+
+def _kept_where_it_can_be(save: Callable[..., None], index: Path) -> Callable[..., None]:
+    """A full disk costs the next start its time, and no run its answer."""
+
+    def saved(*given: Any) -> None:
+        try:
+            save(*given)
+        except OSError:
+            # numba writes the index first: it would lead to machine code of earlier sources.
+            with suppress(OSError):
+                index.unlink()
+
+    return saved
 
 
 def hot_kernel(function: Function) -> Function:

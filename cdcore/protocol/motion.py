@@ -95,8 +95,8 @@ class Motion:
     ) -> Motion:
         """A motion of poses that are known to be finite and rigid: kept as they are, and no compiler is loaded.
 
-        Choose it where poses were checked sample by sample and only effects will read them; a detector's motion is
-        made by the constructor, which checks.
+        Choose it where poses were checked sample by sample and only effects will read them, or are products of those of
+        a motion; else a detector's motion is made by the constructor, which checks.
         """
         motion = object.__new__(cls)
         unknown = np.zeros(valid.shape[1], dtype=np.bool_)

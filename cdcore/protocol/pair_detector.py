@@ -4,10 +4,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Generic, TypeVar
 
-from cdcore.numerics import ByteArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, IntArray
 from cdcore.protocol.blocks import blocks_in_order, require_bodies
 from cdcore.protocol.body import Body
 from cdcore.protocol.detection import Detection
+from cdcore.protocol.face_sets import FaceSets
 from cdcore.protocol.live import Live, LiveBlocks
 from cdcore.protocol.motion import Motion
 
@@ -46,6 +47,10 @@ class PairDetector(ABC, Generic[SettingsT]):
         """A session that is asked one frame after the other."""
         memory = self._fresh_memory()
         return LiveBlocks(lambda now: self._run(now, memory, False))
+
+    def faces_of(self, _motion: Motion, _hits: BoolArray) -> FaceSets | None:
+        """The face pairs of contacts that it found, ``hits`` (T, P); ``None`` where only all its work again tells."""
+        return None
 
     def _fresh_memory(self) -> Any:
         """What passes from block to block, as it is before the first; nothing unless a detector says otherwise."""

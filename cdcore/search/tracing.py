@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.numerics import BoolArray, FloatArray, IntArray
-from cdcore.protocol import Body, Motion
+from cdcore.protocol import Body, FaceSets, Motion
 from cdcore.search import advance, descent, state, swarm
 from cdcore.search.features import Features
 from cdcore.search.pair_search import PairSearch
@@ -220,7 +220,8 @@ class Watched:
     """What a detector with a search did with a motion.
 
     ``spheres``, ``boxes``, ``searched``: (T, P), the pair-frames that each stage let through, and those looked at.
-    ``search``: traces a look. ``settings``: of the detector.
+    ``search``: traces a look. ``settings``: of the detector. ``face_sets``: of the contacts, as if faces had been asked
+    for; ``None`` where others than the search find some.
     """
 
     spheres: BoolArray
@@ -228,6 +229,7 @@ class Watched:
     searched: BoolArray
     search: NotingStage
     settings: SearchSettings
+    face_sets: FaceSets | None
 
 
 @runtime_checkable
@@ -243,8 +245,8 @@ def watched(
 ) -> Watched:
     """Search where spheres and boxes met; ``near``: those of the spheres, and of the boxes too."""
     stage = NotingStage(bodies, pairs, settings)
-    stage.decide(motion, near[1], stage.fresh_memory())
+    found = stage.decide(motion, near[1], stage.fresh_memory(), faces=True)
     searched = np.zeros_like(near[0])
     for frame, column in stage.noted:
         searched[frame, column] = True
-    return Watched(*near, searched, stage, settings)
+    return Watched(*near, searched, stage, settings, found.face_sets())

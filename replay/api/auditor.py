@@ -39,11 +39,11 @@ class AuditResult:
 
 def audit(
     sessions: SessionLike | Sequence[SessionLike], *, detectors: SpecsLike | None = None,
-    oracle: SpecLike | None = None, out: str | Path | None = None, pairs: Pairs | None = None,
-    start: float | None = None, end: float | None = None, seed: int = 0, faces: bool = True, tau: float = TAU,
-    policy: PolicyLike | Policy | None = None, picture: bool = True, log_search: bool = False,
-    offline: bool = False, noise: Sequence[str] | str = (), noise_copies: int = COPIES, force: bool = False,
-    progress: Progress | None = None,
+    oracle: SpecLike | None = None, scene: str | Path | None = None, out: str | Path | None = None,
+    pairs: Pairs | None = None, start: float | None = None, end: float | None = None, seed: int = 0,
+    faces: bool = True, tau: float = TAU, policy: PolicyLike | Policy | None = None, picture: bool = True,
+    log_search: bool = False, offline: bool = False, noise: Sequence[str] | str = (), noise_copies: int = COPIES,
+    force: bool = False, progress: Progress | None = None,
 ) -> AuditResult:  # fmt: skip
     """Compare detectors with an oracle over one or several sessions: pair-frames, contacts matched one to one, faces.
 
@@ -52,7 +52,7 @@ def audit(
     sessions : a session or the file of one, or several.
     detectors, oracle : as ``replay.run``; an oracle is needed.
     out : run folder to write; with several sessions the folder that gets a run folder for each, named after its file.
-    pairs, start, end, seed, policy, picture, log_search, offline, noise, noise_copies, force, progress : as
+    scene, pairs, start, end, seed, policy, picture, log_search, offline, noise, noise_copies, force, progress : as
         ``replay.run``.
     faces : compare faces too, at the price of a second pass of every audited detector off the clock.
     tau : metres; a disagreement about less is *within tolerance*.
@@ -73,9 +73,9 @@ def audit(
     folders = _folders(given, None if out is None else Path(out))
     results = tuple(
         run(
-            session, detectors=detectors, oracle=oracle, out=folder, pairs=pairs, start=start, end=end, seed=seed,
-            faces=faces, tau=tau, policy=policy, picture=picture, log_search=log_search, offline=offline, noise=noise,
-            noise_copies=noise_copies, force=force, progress=progress,
+            session, detectors=detectors, oracle=oracle, scene=scene, out=folder, pairs=pairs, start=start, end=end,
+            seed=seed, faces=faces, tau=tau, policy=policy, picture=picture, log_search=log_search, offline=offline,
+            noise=noise, noise_copies=noise_copies, force=force, progress=progress,
         )
         for session, folder in zip(given, folders, strict=True)
     )  # fmt: skip

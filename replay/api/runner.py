@@ -21,7 +21,8 @@ from sessions import Session
 
 def run(
     session_or_path: Session | str | Path, *, detectors: SpecsLike | None = None, oracle: SpecLike | None = None,
-    out: str | Path | None = None, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
+    scene: str | Path | None = None, out: str | Path | None = None, pairs: Pairs | None = None,
+    start: float | None = None, end: float | None = None,
     seed: int = 0, faces: bool = False, tau: float = TAU, policy: PolicyLike | Policy | None = None,
     picture: bool = True, log_search: bool = False, offline: bool = False,
     noise: Sequence[str] | str = (), noise_copies: int = COPIES, proof: bool = False,
@@ -36,6 +37,7 @@ def run(
         sequence, or a mapping from label to one; ``None``: what the scene's plan calls for; ``()``: effects only.
     oracle : the detector to trust: a label among ``detectors`` or one of its own; ``None``: ``exact``; ``"none"``: no
         audit.
+    scene : file of a scene that stands in place of the session's own; ``None``: that one.
     out : run folder to write; ``None``: nothing is written.
     pairs : pairs of body names; ``None``: the scene's, else all that move against each other.
     start, end : seconds after the first frame.
@@ -64,7 +66,11 @@ def run(
     if not isinstance(session_or_path, Session):
         from sessions import read_session
 
-        session_or_path = read_session(Path(session_or_path))
+        session_or_path = read_session(Path(session_or_path), scene=scene)
+    elif scene is not None:
+        from sessions.scene_files.scene_meshes import with_scene
+
+        session_or_path = with_scene(session_or_path, scene)
     session = session_or_path
     if proof and (target is None or not Path(session.origin).is_file()):
         raise ProofError("a proof is of a recording in a file, and goes into a run folder; name both")

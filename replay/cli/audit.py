@@ -34,14 +34,14 @@ def command(
     """
     from replay.api.auditor import audit
     from replay.cli.run_report import answer_cited, close_run, run_json, sources_of, where_to_look
-    from replay.cli.run_tables import answers, audit_tables, missed_tables
+    from replay.cli.run_tables import answers, audit_tables, fault_tables
     from replay.cli.terminal import terminal
 
     shown: dict[str, Any] = {"faces": not no_faces, "picture": not no_picture}
     result = audit(list(sessions), **asked, **shown, progress=TerminalProgress(people))
     broken = limits.broken(result.summary, [one.summary for one in result.results])
     plain = {"audit": result.summary, "runs": [run_json(one) for one in result.results], "broken": broken}
-    tables = [*missed_tables(result.results), *audit_tables(result.results, result.summary)]
+    tables = [*fault_tables(result.results), *audit_tables(result.results, result.summary)]
     cited = sources_of(result.results) if cite else {}
     answer_cited(as_json, plain, lambda: terminal(answers(result.results), *tables), cited)
     codes = [close_run(one, people) for one in result.results]

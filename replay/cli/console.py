@@ -1,10 +1,12 @@
 """Answers on stdout, sentences and progress on stderr, and exit codes. Progress is shown on a terminal only."""
 
 import json
+import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final
+from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, Final
 
 from replay.base.progress import Advance
 from replay.base.shown import shown as safe_text
@@ -20,8 +22,8 @@ GATE_FAILED: Final = 4
 INTERRUPTED: Final = 130
 """Exit codes; 2 is click's, for a wrong call or a missing path."""
 
-WIDE: Final = 160
-"""Columns where there is no terminal: the widest table, of ``replay paper``, needs 136 to break no word."""
+PIPED: Final = 100
+"""Columns where there is no terminal and ``COLUMNS`` says nothing: what a mail, a log or a second pane shows whole."""
 
 
 class People:
@@ -34,7 +36,7 @@ class People:
         """Sentences, each on a line, at once."""
         if not self.quiet:
             for sentence in sentences:
-                print(safe_text(sentence, lines=True), file=sys.stderr, flush=True)
+                print(_folded(safe_text(sentence), sys.stderr), file=sys.stderr, flush=True)
 
     def detail(self, sentence: str) -> None:
         """One sentence for those who asked for more."""
@@ -95,17 +97,43 @@ def pace(speed: float | None, left: float | None, elapsed: float | None, finishe
     return f"{speed:,.0f} {unit}/s, {left:.0f} s left"
 
 
-def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType]") -> None:
-    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal; a ``str`` as it is."""
-    made = json.dumps(plain, indent=1, allow_nan=False) if as_json else shown()
-    if isinstance(made, str):
-        print(safe_text(made, lines=True))
-    else:
+def _folded(text: str, stream: "IO[str]") -> str:
+    """A sentence for a terminal, no word of it cut; elsewhere as it is, unless ``COLUMNS`` asks."""
+    if not (stream.isatty() or "COLUMNS" in os.environ):
+        return text
+    from shutil import get_terminal_size
+    from textwrap import fill
+
+    room, indent = get_terminal_size().columns, " " * (len(text) - len(text.lstrip()) + 2)
+    whole = len(text) <= room
+    return text if whole else fill(text, room, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+
+
+def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType | list[str]]") -> None:
+    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal.
+
+    A ``str`` is a line, a ``list`` are lines, whatever they hold. What is piped has no spaces at the ends of lines.
+    """
+    if as_json:
+        print(json.dumps(plain, indent=1, allow_nan=False))
+    elif isinstance(made := shown(), str | list):
+        for one in [made] if isinstance(made, str) else made:
+            print(_folded(safe_text(one), sys.stdout))
+    elif sys.stdout.isatty():
         stdout_console().print(made)
+    else:
+        with (console := stdout_console()).capture() as held:
+            console.print(made)
+        print("\n".join(one.rstrip() for one in held.get().splitlines()))
+
+
+def print_name(path: Path) -> None:
+    """Print the name of a file that was written, whatever it holds, on one line."""
+    print(safe_text(str(path)))
 
 
 def stdout_console() -> "Console":
-    """Where tables go: as wide as the terminal, and wide enough to lose nothing where there is none."""
+    """Where answers go: as wide as the terminal, or as ``COLUMNS`` says."""
     from rich.console import Console
 
-    return Console(width=None if sys.stdout.isatty() else WIDE, highlight=False)
+    return Console(width=None if sys.stdout.isatty() or "COLUMNS" in os.environ else PIPED, highlight=False)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from replay.cli.console import People, TerminalProgress
+from replay.cli.console import People, TerminalProgress, print_name
 from replay.cli.options import ANY_PATH, force, reporting
 
 if TYPE_CHECKING:
@@ -18,6 +18,16 @@ DETECTORS: Final = "paper=hybrid-qaco,hull50=collider[shape=hull,rate_hz=50],mes
 
 FOLDER: Final = Path("replay-demo")
 SESSION: Final = "session.mcap"
+
+FIRST_WORDS: Final = {
+    "contact": "two bodies touch, from the first frame to the last",
+    "detector": "what says in which frames they do: an engine, or a rule of one",
+    "oracle": "the detector that the others are compared with",
+    "missed": "a contact of the oracle that a detector never reports",
+    "in part": "reported, but late, not to its end, or with a gap",
+    "false": "reported where the oracle sees none",
+}
+"""All that a reader of an answer must know; what else it says is explained where it stands, or in the glossary."""
 
 
 @click.command()
@@ -31,21 +41,26 @@ SESSION: Final = "session.mcap"
 def command(session_only: bool, out: Path | None, force: bool, as_json: bool, people: People, **made: Any) -> int:
     """Record a made-up lab session to MCAP, replay it through the paper's pipeline and an engine's colliders."""
     from replay.cli.run_report import report_run, where_to_look
+    from replay.errors import OutputError
     from sessions.synthetic.truth import truth_path
+    from sessions.whole_files import check_free
 
     doing = f"making up a session in a laboratory ({made['scene']})"
     if session_only:
         file = out or Path(f"{made['scene']}.mcap")
+        for one in (file, truth_path(file)):
+            check_free(one, OutputError, force=force)
         people.say(f"{doing} and recording it ...")
         _record(file, **made)
         people.say(f"what was planted in it: {truth_path(file)}")
-        click.echo(file)
+        print_name(file)
         return 0
     people.say(f"{doing}, recording it, replaying it ...")
     folder = out or FOLDER
     result = _demo(folder, force or out is None, people, **made)
     code = report_run(result, people, as_json=as_json)
-    people.say(f"\nthe recorded session is {folder / SESSION}", *where_to_look(result))
+    people.say("", "six words:", *(f"  {word}: {meaning}" for word, meaning in FIRST_WORDS.items()))
+    people.say("", f"the recorded session is {folder / SESSION}", *where_to_look(result))
     return code
 
 

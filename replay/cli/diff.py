@@ -22,7 +22,7 @@ TRUTH: Final[Mapping[str, str]] = {
     "matched": ", confirmed by the oracle",
     "piece": ", part of one of the oracle's",
     "excused": ", undecided beside the oracle",
-    "invented": ", invented",
+    "invented": ", false",
 }
 """How ``status`` of an episode is said, where the run was audited."""
 
@@ -73,7 +73,7 @@ def _table(found: "RunDiff") -> Table:
         ratios = ("" if ratio is None else f"x {ratio:.2f}" for ratio in (one.time_ratio, one.p99_ratio))
         shares = (_change(one.missed), _change(one.invented))
         rows.append((label, *map(str, counts), *shares, *ratios, verdicts[one.same_verdicts]))
-    head = ("detector", "same", "gained", "lost", "shifted", "missed", "invented", "time", "p99", "verdicts")
+    head = ("detector", "same", "gained", "lost", "shifted", "missed", "false", "time", "p99", "verdicts")
     title = "contacts, and shares of pair-frames"
     return table(title, head, rows, words=("detector", "verdicts"), whole=head, notes=[_caption(found)])
 

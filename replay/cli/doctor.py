@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import click
 
 from replay.cli.console import GATE_FAILED, OK, People, answer
-from replay.cli.options import SESSION_FILE, reporting
+from replay.cli.options import SESSION_FILE, reporting, scene
 from replay.outputs.tables import ERROR, FAINT, WARNING, Table
 
 if TYPE_CHECKING:
@@ -23,8 +23,11 @@ MARKS: Final = (FAINT, WARNING, ERROR)
 @click.command()
 @click.argument("files", type=SESSION_FILE, nargs=-1, required=True, metavar="FILE...")
 @click.option("--fail-on", type=click.Choice(WORDS), metavar="SEVERITY", help=f"Exit with 4 from: {', '.join(WORDS)}.")
+@scene
 @reporting
-def command(files: tuple[Path, ...], fail_on: str | None, as_json: bool, people: People) -> int:
+def command(
+    files: tuple[Path, ...], fail_on: str | None, scene: Path | None, as_json: bool, people: People
+) -> int:  # fmt: skip
     """Say what is suspicious about a recording: FILE is a session (MCAP), a mesh, or a scene (TOML).
 
     \b
@@ -32,10 +35,11 @@ def command(files: tuple[Path, ...], fail_on: str | None, as_json: bool, people:
     replay doctor *.mcap --json --fail-on warning
     """
     from replay.cli.terminal import terminal
+    from replay.effects.effect_plan import plan_faults
     from replay.outputs.words import counted
     from sessions import examine
 
-    found = {file: examine(file) for file in files}
+    found = {file: examine(file, scene=scene, planned=plan_faults) for file in files}
     plain = [{"file": str(file), "findings": [one.as_json() for one in some]} for file, some in found.items()]
     shown = (part for file, some in found.items() for part in _shown(file, some, people.verbose))
     answer(as_json, plain, lambda: terminal(*shown))
@@ -46,18 +50,20 @@ def command(files: tuple[Path, ...], fail_on: str | None, as_json: bool, people:
 
 
 def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterator[Table | RenderableType]":
+    from rich.text import Text
+
     from replay.cli.terminal import plain
     from replay.outputs.run_tables import finding_table
 
-    yield f"[bold]{plain(file.name)}[/bold]  {headline(findings)}"
+    yield plain(file.name, "bold").append_text(Text.from_markup(f"  {headline(findings)}", style="not bold"))
     notes = Counter(one.code for one in findings if WORDS[one.severity] == "note")
     listed = [one for one in findings if verbose or WORDS[one.severity] != "note"]
     if listed:
         made = finding_table(sorted(listed, key=lambda one: -one.severity), "", marks=MARKS)
-        yield made.only("severity", "code", "body", "seconds", "what")
+        yield made.only("code", "severity", "body", "seconds", "what")
     if notes and not verbose:
         codes = ", ".join(f"{code} ({count})" if count > 1 else code for code, count in notes.items())
-        yield f"[dim]  notes (-v lists them): {codes}[/dim]"
+        yield plain(f"  notes (-v lists them): {codes}", "dim")
 
 
 def headline(findings: "Sequence[Finding]") -> str:

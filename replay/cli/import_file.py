@@ -11,6 +11,7 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, Number, force, reporting
 
 if TYPE_CHECKING:
     from sessions import Session
+    from sessions.mesh_data import MeshData
 
 
 @click.command()
@@ -19,8 +20,17 @@ if TYPE_CHECKING:
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.mcap", help="Session file to write.")
 @force
 @click.option("--mesh", "meshes", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
+@click.option(
+    "--meshes",
+    "place",
+    type=click.Path(exists=True, path_type=Path),
+    metavar="DIR|FILE.glb",
+    help="Meshes by the names of files or nodes.",
+)
+@click.option("--mesh-units", type=click.Choice(["m", "cm", "mm"]), help="Of the mesh files. Default: by their size.")
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv: which column is what.")
+@click.option("--preset", metavar="unity|openvr", help="csv: columns of a kind of log, in place of a mapping.")
 @click.option("--convention", metavar="NAME", help="Axes of the source, for example unity.")
 @click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="mcap, ros2: read this alone. Repeatable.")
 @click.option("--mesh-axes", metavar="NAME", help="csv: axes of the mesh files, same or x-flipped.")
@@ -31,7 +41,8 @@ if TYPE_CHECKING:
 @reporting
 def command(
     kind: str, sources: tuple[Path, ...], out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
-    session: Path | None, offset: float | None, as_json: bool, people: People, **options: Any,
+    place: Path | None, mesh_units: str | None, session: Path | None, offset: float | None, as_json: bool,
+    people: People, **options: Any,
 ) -> int:  # fmt: skip
     """Read SOURCE, a recording of another program in FORMAT, and write it as a session file.
 
@@ -44,21 +55,21 @@ def command(
     replay import contacts engine.csv --session session.mcap -o with_contacts.mcap
     """
     given: dict[str, Any] = {name: value for name, value in options.items() if value not in (None, ())}
-    given["meshes"] = _meshes(meshes)
+    given["meshes"], guesses = _meshes(meshes, mesh_units)
     from replay.errors import OutputError
     from sessions import write_session
     from sessions.importers import import_session
+    from sessions.whole_files import check_free
 
-    if out.exists() and not force:
-        raise OutputError(f"{out} exists; name another file, or replace it with --force")
+    check_free(out, OutputError, force=force)
     if kind == "contacts":
-        imported, said = _contacts(sources, session, offset)
+        imported, said = _contacts(sources, session, scene, offset)
     else:
         if scene is not None:
             from sessions.scene_files.scene_toml import read_scene
 
             given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
-        imported = import_session(kind, sources, **given)
+        imported = _dressed(import_session(kind, sources, **given), place, mesh_units, guesses, options["mesh_axes"])
         said = list(_what(imported))
     out.parent.mkdir(parents=True, exist_ok=True)
     write_session(imported, out, overwrite=force)
@@ -68,7 +79,9 @@ def command(
     return 0
 
 
-def _contacts(sources: tuple[Path, ...], session: Path | None, offset: float | None) -> "tuple[Session, list[str]]":
+def _contacts(
+    sources: tuple[Path, ...], session: Path | None, scene: Path | None, offset: float | None
+) -> "tuple[Session, list[str]]":
     """A session with the reported contacts in it, and how well their clock fits."""
     if session is None:
         raise click.UsageError("contacts belong to a session; name it with --session FILE.mcap")
@@ -78,20 +91,44 @@ def _contacts(sources: tuple[Path, ...], session: Path | None, offset: float | N
     from replay.contact_import import import_contacts
     from sessions import read_session
 
-    joined, fit = import_contacts(source, read_session(session), offset=offset)
+    joined, fit = import_contacts(source, read_session(session, scene=scene), offset=offset)
     return joined, [f"{len(joined.live_contacts):,} reports of {source}; {fit}"]
 
 
-def _meshes(given: tuple[str, ...]) -> dict[str, Path]:
-    meshes = {}
+def _dressed(
+    session: "Session", place: Path | None, units: str | None, guesses: list[str], axes: str | None
+) -> "Session":
+    """The session with the meshes of a folder or GLB, and with what was assumed of all of them."""
+    from sessions.importers.csv_file import HALF_TURN
+    from sessions.meshes.mesh_match import UNITS, matched
+    from sessions.scene_files.scene_meshes import with_meshes
+
+    if place is None:
+        return with_meshes(session, {}, guesses) if guesses else session
+    found, left = matched(place, session.names, UNITS[units] if units else None)
+    turn = HALF_TURN if axes == "x-flipped" else None
+    meshes = {name: one.mesh if turn is None else one.mesh.transformed(turn) for name, one in found.items()}
+    return with_meshes(session, meshes, [*guesses, *(one.words for one in found.values()), *left])
+
+
+def _meshes(given: tuple[str, ...], units: str | None) -> "tuple[dict[str, MeshData], list[str]]":
+    """Body -> mesh in metres, and what was assumed."""
+    from sessions.mesh_data import MeshData
+    from sessions.meshes.mesh_files import load_mesh
+    from sessions.meshes.mesh_match import UNITS, guessed
+
+    meshes, said = {}, []
     for text in given:
         body, equals, file = text.partition("=")
         if not equals or not body or not file:
             raise click.BadParameter(f"{text!r} is not BODY=FILE, for example left=wand.glb", param_hint="--mesh")
         if not Path(file).is_file():
             raise click.BadParameter(f"{file!r} does not exist or is no file", param_hint="--mesh")
-        meshes[body] = Path(file)
-    return meshes
+        mesh = load_mesh(file)
+        scale, words = (UNITS[units], "") if units else guessed(mesh, f"{body}: {Path(file).name}")
+        meshes[body] = mesh if scale == 1.0 else MeshData(mesh.vertices * scale, mesh.faces)
+        said += [words] * bool(words)
+    return meshes, said
 
 
 def _what(session: "Session") -> Iterator[str]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, answer
-from replay.cli.options import SESSION_FILE, reporting
+from replay.cli.options import SESSION_FILE, reporting, scene
 from replay.outputs.tables import Cell, Table, table
 from replay.outputs.words import counted
 
@@ -17,14 +17,15 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="FILE.mcap")
+@scene
 @reporting
-def command(session: Path, as_json: bool, people: People) -> int:
+def command(session: Path, scene: Path | None, as_json: bool, people: People) -> int:
     """Say what FILE.mcap holds: bodies with rates and gaps, duration, tasks, stages, events."""
     from replay.cli.terminal import terminal
     from replay.session_info import session_info
     from sessions import read_session
 
-    info = session_info(read_session(session))
+    info = session_info(read_session(session, scene=scene))
     answer(as_json, info, lambda: terminal(*_shown(info, session, people.verbose)))
     return 0
 
@@ -34,19 +35,33 @@ def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table |
     from replay.cli.terminal import plain
 
     scene = f"  ({info['scene']})" if info["scene"] else ""
-    yield f"[bold]{plain(file.name + scene)}[/bold]"
+    yield plain(file.name + scene, "bold")
     gaps = counted(clock["gaps"], "gap") + (f" (longest {1e3 * clock['longest_gap']:.0f} ms)" if clock["gaps"] else "")
     yield f"{_clock_time(clock['duration'])}, {clock['count']:,} frames at {clock['rate_hz']:.1f} Hz, {gaps}"
     if clock["not_forward"]:
         yield f"{clock['not_forward']:,} stamps do not go forward; a run leaves those frames out"
     yield _bodies(info["bodies"])
     for interval in info["intervals"]:
-        what = plain(f"{interval['kind']}  {interval['name']}")
-        yield f"  {interval['start']:8.2f} - {interval['end']:8.2f} s  {what}"
+        when = f"{interval['start']:8.2f} - {interval['end']:8.2f} s"
+        yield f"  {when}  {interval['kind']}  {interval['name']}"
+    yield from (f"  {words}" for words in _streams(info))
     if info["events"]:
-        yield "events: " + ", ".join(f"{plain(name)} {count}" for name, count in info["events"].items())
+        yield "events: " + ", ".join(f"{name} {count}" for name, count in info["events"].items())
     listed = (f"{key}: {value}" for key, value in info["facts"].items() if verbose or key in SHORT_FACTS)
-    yield from (f"[dim]{plain(words)}[/dim]" for words in listed)
+    yield from (plain(words, "dim") for words in listed)
+
+
+def _streams(info: dict[str, Any]) -> Iterator[str]:
+    """A line for each participant whose gaze is there, and for each scalar."""
+    for one in info["gaze"]:
+        yield f"gaze of {one['participant']}: {_samples(one)}, {one['valid']:,} valid"
+    for one in info["scalars"]:
+        ends = f"{one['least']:g} to {one['largest']:g} {one['unit']}" if one["least"] is not None else "no number"
+        yield f"scalar {one['name']}: {_samples(one)}, {ends.rstrip()}"
+
+
+def _samples(clock: dict[str, Any]) -> str:
+    return f"{counted(clock['count'], 'sample')} at {clock['rate_hz']:.1f} Hz, {counted(clock['gaps'], 'gap')}"
 
 
 SHORT_FACTS = ("format", "vr_type", "source_file", "conversions", "assumed", "missing")

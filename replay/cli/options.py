@@ -95,6 +95,8 @@ def reporting(command: Callable[..., int]) -> Callable[..., int]:
     )
 
 
+SCENE_WORDS = "A scene in place of the session's own, of which nothing is kept."
+scene = click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help=SCENE_WORDS)
 force = click.option("--force", is_flag=True, help="Replace an earlier file or folder of that name.")
 seed = click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
 tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
@@ -143,7 +145,7 @@ def replaying(command: Callable[..., int]) -> Callable[..., int]:
     policy = "What to do with a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
     taken = click.option("--policy", multiple=True, metavar="KIND=ACTION", help=policy)
     unseen = click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
-    return _with(reporting(command), force, window, tau, taken, unseen, cite)
+    return _with(reporting(command), force, scene, window, tau, taken, unseen, cite)
 
 
 def _with(command: Command, *options: Callable[[Command], Command]) -> Command:

@@ -48,8 +48,8 @@ def command(
         calibration=calibration, jobs=jobs or os.cpu_count() or 1, progress=TerminalProgress(people),
     )  # fmt: skip
     answer(as_json, plain(result), lambda: paper_tables(result.tables))
-    for sentence in () if as_json else verdict_of(result.tables):
-        click.echo(f"- {sentence}")
+    if not as_json:
+        answer(False, None, lambda: [f"- {sentence}" for sentence in verdict_of(result.tables)])
     if result.hard:
         people.say(f"FCL lists other pairs than there are in {result.hard} of {len(result.fixtures)} fixtures")
     people.say(*(f"wrote {path}" for path in (write_paper(result, out) if out else ())))

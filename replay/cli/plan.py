@@ -8,13 +8,15 @@ import click
 
 from replay.cli.console import People, answer
 from replay.cli.options import SESSION_FILE, reporting
+from replay.cli.options import scene as scene_option
 from sessions.model.scene import Scene
 
 
 @click.command()
-@click.argument("scene", type=SESSION_FILE, metavar="SCENE")
+@click.argument("session", type=SESSION_FILE, metavar="SCENE")
+@scene_option
 @reporting
-def command(scene: Path, as_json: bool, people: People) -> int:
+def command(session: Path, scene: Path | None, as_json: bool, people: People) -> int:
     """Say what SCENE, a scene.toml or a session file, calls for: effects, pairs, detectors, topics, each with why.
 
     \b
@@ -25,9 +27,10 @@ def command(scene: Path, as_json: bool, people: People) -> int:
     from replay.effects.effect_plan import plan
     from replay.effects.effect_summary import plan_summary
 
-    declared = _scene(scene)
-    planned = plan_summary(plan(declared, scene.name))
-    answer(as_json, {"scene": declared.name, **planned}, lambda: "\n".join(plan_lines(declared.name, planned)))
+    file = scene or session
+    declared = _scene(file)
+    planned = plan_summary(plan(declared, file.name))
+    answer(as_json, {"scene": declared.name, **planned}, lambda: [*plan_lines(declared.name, planned)])
     return 0
 
 

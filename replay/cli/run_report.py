@@ -3,9 +3,8 @@
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
+from math import isnan
 from typing import TYPE_CHECKING, Any, TypeAlias
-
-import click
 
 from replay.cli.console import DATA_LOSS, OK, People, answer
 from replay.comparison.clusters import by_depth
@@ -32,7 +31,7 @@ def sources_of(results: Sequence[RunResult]) -> Sources:
     from replay.pipeline.citations import sources_behind
 
     ran = (one for result in results for one in result.summary["detectors"].values())
-    return sources_behind((one["name"] for one in ran), (kind for result in results for kind in result.effects))
+    return sources_behind((one["name"] for one in ran), (one for result in results for one in result.effects.items()))
 
 
 def answer_cited(
@@ -43,8 +42,9 @@ def answer_cited(
     from replay.pipeline.citations import citations
 
     answer(as_json, {**plain, **({"sources": behind} if behind else {})}, shown)
-    for text in () if as_json else (*sentences, *(["\n" + citations(behind)] if behind else [])):
-        click.echo(text)
+    below = [*sentences, *(["", *citations(behind).splitlines()] if behind else [])]
+    if below and not as_json:
+        answer(False, None, lambda: below)
 
 
 def close_run(result: RunResult, people: People) -> int:
@@ -101,6 +101,10 @@ def repair_sentences(summary: Mapping[str, Any]) -> list[str]:
 
 
 def run_json(result: RunResult) -> dict[str, Any]:
-    """The summary, the misses, and where the rest lies."""
+    """The summary, the misses, the false contacts, and where the rest lies; null: not measured."""
     misses = {label: [asdict(miss) for miss in found] for label, found in result.misses.items()}
-    return {**result.summary, "misses": misses, "out": None if result.out is None else str(result.out)}
+    false = {
+        label: [asdict(one) | {"gap": None if isnan(one.gap) else one.gap} for one in found]
+        for label, found in result.false.items()
+    }
+    return {**result.summary, "misses": misses, "false": false, "out": None if result.out is None else str(result.out)}

@@ -1,6 +1,7 @@
 """What a terminal shows of a run and of an audit: the answers first, then the tables."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,6 +22,7 @@ from replay.outputs.run_tables import (
     containment_notes,
     cost_table,
     effect_table,
+    false_table,
     matched_table,
     miss_table,
     pair_frame_table,
@@ -34,14 +36,17 @@ from replay.pipeline.headline import beside, doubts, headlines, price
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 
-MISS_ROWS: Final = 20
-"""Misses listed of each detector; JSON and the tables of the run folder hold them all."""
+FAULT_ROWS: Final = 20
+"""Misses and false contacts listed of each detector; JSON and the tables of the run folder hold them all."""
+
+EVENT_ROWS: Final = 20
 
 PAIR_ROWS: Final = 20
 
 COST_HEAD: Final = ("detector", "how", "mean ms", *QUANTILES.values(), LATE, "longest stage")
 
 MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cause")
+FALSE_HEAD: Final = ("false", "at s", "pair", "frames", "mm apart", "why")
 
 
 def run_tables(result: RunResult) -> Group:
@@ -51,7 +56,7 @@ def run_tables(result: RunResult) -> Group:
     for label in result.comparisons:
         pairs = pair_table(result, label).only("pair", "contacts", *AUDIT_MARKS)
         parts.append(pairs.first(PAIR_ROWS, "… and {} more").titled(f"contacts, and what {label} made of them"))
-    parts += missed_tables([result])
+    parts += fault_tables([result])
     if not result.comparisons and result.detections:
         parts += [contact_table(result, label) for label in result.detections]
     if result.detections:
@@ -61,7 +66,7 @@ def run_tables(result: RunResult) -> Group:
     if result.effects:
         parts.append(effect_table(result).only("effect", "found", "ms", "% of the run", "% skipped"))
         if not result.detections:
-            parts += [Text(), *(line(words) for words in happened_words(result.effects, MISS_ROWS))]
+            parts += [Text(), *(line(words) for words in happened_words(result.effects, EVENT_ROWS))]
     parts += [Text(), line(CAVEAT, FAINT)]
     if result.assembly.proxies:
         parts.append(line(f"Proxy meshes stand in for: {', '.join(result.assembly.proxies)}.", FAINT))
@@ -72,8 +77,8 @@ def first_words(result: RunResult) -> Iterator[RenderableType]:
     """Before all else: what is suspicious, what the detectors missed and invented, in one table, and what that took."""
     yield from (line(words, INVENTED) for words in doubts(result))
     for words in headlines(result):
-        text = Text(" ").append(words, style=STYLES[_mark(result)])
-        yield text.append(f"   oracle: {result.oracle}", style="dim")
+        text = Text(words, style=STYLES[_mark(result)])
+        yield text.append(f"  (oracle: {result.oracle})", style="dim")
     if len(result.comparisons) > 1:
         yield terminal(ranking_table(result.summary))
     yield from (line(words, INVENTED) for words in beside(result))
@@ -96,22 +101,30 @@ def no_detection(result: RunResult) -> str:
     return f"No contact was looked for: the scene calls for {effects}. Ask with --detectors."
 
 
-def missed_tables(results: Sequence[RunResult]) -> list[Table]:
-    """A table per detector that missed anything, over all sessions: never found ones first, then in order of time.
+def fault_tables(results: Sequence[RunResult]) -> list[Table]:
+    """Of each detector what it missed, over all sessions, never found ones first; then what is false, longest first.
 
-    The number of a miss is that of its session; where there are several sessions a column names it.
+    A number is that of its session; where there are several sessions a column names it.
     """
-    where = " in misses.parquet" if all(result.out for result in results) else " with --format json"
+    where = " in {}.parquet" if all(result.out for result in results) else " with --format json"
     tables = []
     for label in dict.fromkeys(label for result in results for label in result.comparisons):
         found = [(result, miss) for result in results for miss in result.misses.get(label, ())]
         found.sort(key=lambda one: one[1].kind != NEVER_FOUND)
         made = miss_table(f"missed by {label}", [miss for _, miss in found]).only(*MISS_HEAD)
-        made = with_noise(made, found)
-        if len(results) > 1:
-            made = made.beside("session", [Path(result.session.origin).name for result, _ in found])
-        tables += [made.first(MISS_ROWS, "… and {} more" + where)] if found else []
+        tables += _some(with_noise(made, found), results, [result for result, _ in found], where.format("misses"))
+        wrong = [(result, one) for result in results for one in result.false.get(label, ())]
+        wrong.sort(key=lambda one: -one[1].frames)
+        made = false_table(f"false contacts of {label}", [one for _, one in wrong], label).only(*FALSE_HEAD)
+        tables += _some(made, results, [result for result, _ in wrong], where.format("false"))
     return tables
+
+
+def _some(made: Table, results: Sequence[RunResult], of: Sequence[RunResult], where: str) -> list[Table]:
+    """The first rows, each with its session where there are several; no table without a row."""
+    if len(results) > 1:
+        made = made.beside("session", [Path(one.session.origin).name for one in of])
+    return [made.first(FAULT_ROWS, "… and {} more" + where)] if of else []
 
 
 def answers(results: Sequence[RunResult]) -> Group:
@@ -121,7 +134,7 @@ def answers(results: Sequence[RunResult]) -> Group:
     """
     lines: list[RenderableType] = []
     for result in results:
-        name = [Text(f" {shown(result.session.origin)}")] if len(results) > 1 else []
+        name = [Text(shown(result.session.origin))] if len(results) > 1 else []
         notes = containment_notes(result, result.oracle) if result.comparisons else []
         lines += [Text(), *name, *first_words(result), *(line(f"{note}.", FAINT) for note in notes)]
     return Group(*lines)
@@ -136,7 +149,7 @@ def audit_tables(results: Sequence[RunResult], audit: Mapping[str, Any]) -> list
     ]
     contacts = "contacts: from the first frame of touching to the last, matched one to one"
     frames = pair_frame_table("pair-frames: one pair of bodies in one frame, beside the oracle", audit)
-    return [frames, matched_table(contacts, audit, CONTACT_WORDS_SHORT), cause_table(audit), *times]
+    return [replace(frames, notes=()), matched_table(contacts, audit, CONTACT_WORDS_SHORT), cause_table(audit), *times]
 
 
 def cause_table(audit: Mapping[str, Any]) -> Table:

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from replay.cli.console import People, TerminalProgress, answer
-from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, reporting
+from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, reporting, scene
 
 
 @click.command()
@@ -16,11 +16,12 @@ from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, report
 @click.option("--detector", "label", metavar="NAME", help="Whose answer: a label of the run; of a case any detector.")
 @click.option("--session", type=SESSION_FILE, metavar="FILE", help="The recording, where it is not found by itself.")
 @click.option("--out", "-o", type=ANY_PATH, default="case", show_default=True, metavar="DIR", help="Folder to write.")
+@scene
 @force
 @reporting
 def command(
-    run: Path | None, session: Path | None, miss: int | None, invented: int | None, case: int | None,
-    label: str | None, out: Path, force: bool, as_json: bool, people: People,
+    run: Path | None, session: Path | None, scene: Path | None, miss: int | None, invented: int | None,
+    case: int | None, label: str | None, out: Path, force: bool, as_json: bool, people: People,
 ) -> int:  # fmt: skip
     """Cut a wrong answer down to the fewest frames and faces that still give it, and write it as a test.
 
@@ -42,7 +43,9 @@ def command(
 
     check_target(out, force=force, kind=CASE)
     if run is not None:
-        found = faults.of_run(read_run_folder(run), miss=miss, invented=invented, label=label, session=session)
+        found = faults.of_run(
+            read_run_folder(run), miss=miss, invented=invented, label=label, session=session, scene=scene
+        )
         source = f"miss {miss}" if miss is not None else f"invented contact {invented}"
     elif label is None:
         raise click.UsageError("name the detector of the case with --detector")
@@ -52,8 +55,8 @@ def command(
     least = shrinking.run()
     write_case(least, before, out, source=source, force=force)
     plain = {"before": str(before), "after": str(Size.of(least)), "questions": shrinking.questions, "out": str(out)}
-    answer(as_json, plain, lambda: "\n".join([
+    answer(as_json, plain, lambda: [
         sentence(least), f" {before} became {Size.of(least)} in {shrinking.questions} questions",
         f" {out} is written; fails while it is so: python -m pytest {out / 'test_case.py'}",
-    ]))  # fmt: skip
+    ])  # fmt: skip
     return 0

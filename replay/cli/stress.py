@@ -34,7 +34,7 @@ COLUMNS: Final = ("missed", "invented", "within tolerance", "refused", "unconfir
 )  # fmt: skip
 @click.option("--family", "--families", metavar="RANGE", help="Ask families: 9, 3-5 or 1,7-9.")
 @click.option("--relation", "--relations", metavar="NAMES", help="Ask relations: swap, order, axes, scale, shift, all.")
-@click.option("--case", "--cases", metavar="RANGE", help="Ask cases of whole bodies: 29, 27-28,41 or all (27-43).")
+@click.option("--case", "--cases", metavar="RANGE", help="Ask cases of whole bodies: 29, 27-28,41 or all (from 27 on).")
 @click.option("--pairs", type=click.IntRange(min=1), default=4000, show_default=True, help="Pairs of each family.")
 @click.option("--relation-pairs", type=click.IntRange(min=1), default=200, show_default=True, help="Under relations.")
 @click.option("--quick", is_flag=True, help=f"{QUICK_PAIRS} pairs of a family, {QUICK_PAIRS // 10} under relations.")
@@ -155,7 +155,7 @@ def flip_table(flips: Sequence[Flips]) -> Table:
         families = sorted({one.number for one in of if one.flips or one.refused})
         rows.append((name, *cells, " ".join(f"{number:02d}" for number in families) or NONE))
     head = ("detector", *relations, "in families")
-    title = f"answers changed by what changes nothing, of {pairs:,} pairs"
+    title = f"answers that changed under harmless changes, of {pairs:,} pairs"
     return table(title, head, rows, words=("detector", "in families"))
 
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import click
 
-from replay.cli.console import DATA_LOSS, OK, People, answer
+from replay.cli.console import DATA_LOSS, OK, People, answer, print_name
 from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, lineup, reporting
+from replay.cli.options import scene as scene_option
 
 SLOW = "22.5Hz=discrete[rate_hz=22.5]"
 """The detector whose misses the synthetic class is analysed with besides the oracle."""
@@ -33,11 +34,13 @@ def require_extra() -> None:
 @click.argument("sessions", type=FILES_OR_FOLDERS, nargs=-1, required=True, metavar="FILE|DIR...")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Folder with a run folder per session.")
 @lineup
+@scene_option
 @click.option("--pictures", is_flag=True, help="A recording for Rerun in each run folder too.")
 @jobs_option
 @reporting
 def run_sessions(
-    sessions: tuple[Path, ...], out: Path, pictures: bool, jobs: int, as_json: bool, people: People, **asked: Any
+    sessions: tuple[Path, ...], out: Path, scene: Path | None, pictures: bool, jobs: int, as_json: bool,
+    people: People, **asked: Any,
 ) -> int:  # fmt: skip
     """Replay many sessions, each into a run folder of its own; killed, the same command goes on where it stopped.
 
@@ -45,12 +48,13 @@ def run_sessions(
     replay study run class/sessions --out class/runs --jobs 2
     """
     files = session_files(sessions)
-    batch = _run(files, out, jobs, {**asked, "picture": pictures}, people)
+    replaced = {"scene": str(scene)} if scene else {}
+    batch = _run(files, out, jobs, {**asked, **replaced, "picture": pictures}, people)
     plain = {"out": str(out), **{name: getattr(batch, name) for name in ("done", "kept", "failed", "digest")}}
     lines = [f"{len(batch.done)} of {len(files)} sessions are in {out}"]
     lines += [f"failed: {name}: {why}" for name, why in batch.failed.items()]
     lines.append(f"digest: {batch.digest or 'none, sessions failed'}")
-    answer(as_json, plain, lambda: "\n".join(lines))
+    answer(as_json, plain, lambda: lines)
     return DATA_LOSS if batch.failed else OK
 
 
@@ -71,7 +75,7 @@ def collect_runs(runs: tuple[Path, ...], out: Path, students: Path | None, force
     table = collect(runs, students)
     write_table(table, out, force=force)
     people.say(f"{len(table)} rows of {len(set(table['student'].to_pylist()))} students")
-    click.echo(out)
+    print_name(out)
     return OK
 
 

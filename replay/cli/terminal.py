@@ -1,11 +1,10 @@
-"""Tables for a terminal: every mark has a style, a count of zero is a dot, and no cell is cut off."""
+"""Tables for a terminal: every mark has a style, a count of zero is a dot, and no word is cut at any width."""
 
 from typing import Final
 
 from rich import box
-from rich.console import Group, RenderableType
-from rich.markup import escape
-from rich.padding import Padding
+from rich.cells import cell_len
+from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.table import Table as RichTable
 from rich.text import Text
 
@@ -30,42 +29,96 @@ STYLES: Final = {
 
 
 def terminal(*parts: Table | RenderableType) -> Group:
-    """Parts below each other, an empty line before each table."""
+    """Parts below each other, an empty line before each table; a ``str`` is text of no mark-up."""
     below: list[RenderableType] = []
     for part in parts:
         if isinstance(part, Table):
             # Not as rich's title: that would be folded to the width of the table, however narrow it is.
             title = [Text(shown(part.title), style="bold")] if part.title else []
-            below += [Text(), *title, rendered(part)]
+            below += [Text(), *title, Fitted(part)]
             below += [Text(shown(note, lines=True), style="dim") for note in part.notes]
         else:
-            below.append(part)
+            below.append(Text(shown(part)) if isinstance(part, str) else part)
     return Group(*below)
 
 
-def plain(text: str) -> str:
-    """Text of a recording, to stand in a line of markup."""
-    return escape(shown(text))
+def plain(text: str, style: str = "") -> Text:
+    """Text of a recording, whatever is in it."""
+    return Text(shown(text), style=style)
 
 
-def line(text: str, mark: str = "") -> Padding:
-    """A sentence, indented by one column on each of its lines."""
-    return Padding(Text(shown(text, lines=True), style=STYLES[mark]), (0, 0, 0, 1), expand=False)
+def line(text: str, mark: str = "") -> Text:
+    """A sentence; its words are not broken."""
+    return Text(shown(text, lines=True), style=STYLES[mark])
 
 
-def rendered(table: Table) -> RichTable:
-    """One table as rich draws it, without its title and notes."""
-    made = RichTable(
-        box=box.SIMPLE_HEAD, header_style="dim", pad_edge=False,
-        collapse_padding=True, show_edge=False, show_footer=bool(table.foot),
-    )  # fmt: skip
-    for k, column in enumerate(table.columns):
-        foot = _cell(table.foot[k], column) if table.foot else ""
-        justify = "left" if column.words else "right"
-        made.add_column(column.name, foot, justify=justify, no_wrap=column.whole, overflow="fold")  # type: ignore[arg-type]
-    for row in table.rows:
-        made.add_row(*(_cell(cell, column) for cell, column in zip(row, table.columns, strict=True)))
-    return made
+GAP: Final = 2
+"""Columns between two columns of a table."""
+
+
+class Fitted:
+    """A table in as many blocks below each other as the terminal needs; each begins with the first column.
+
+    So no word and no number is broken over lines, as long as there is room for one beside the first column.
+    """
+
+    def __init__(self, shown: Table) -> None:
+        self.table = shown
+        columns = [*zip(*shown.rows, strict=True)] if shown.rows else [()] * len(shown.columns)
+        self._cells = [[_cell(cell, one) for cell in cells] for one, cells in zip(shown.columns, columns, strict=True)]
+        self._feet = [_cell(cell, one) for cell, one in zip(shown.foot, shown.columns, strict=False)]
+        widths = [self._widths(k) for k in range(len(shown.columns))]
+        self._least, self._most = [one[0] for one in widths], [one[1] for one in widths]
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """The blocks, as wide as there is room."""
+        del console
+        for number, block in enumerate(self._blocks(options.max_width)):
+            if number:
+                yield Text()
+            yield self._drawn(block, options.max_width)
+
+    def _widths(self, k: int) -> tuple[int, int]:
+        """Least and greatest width of a column: its longest word, where words may stand below each other."""
+        column = self.table.columns[k]
+        cells = [text.plain for text in [*self._cells[k], *self._feet[k : k + 1]]]
+        apart = [one for text in cells for one in (text.split() if column.words and not column.whole else [text])]
+        return (
+            max(map(cell_len, [*apart, *column.name.split(), ""])),
+            max(cell_len(one) for text in [*cells, column.name] for one in (text.splitlines() or [""])),
+        )
+
+    def _blocks(self, room: int) -> list[list[int]]:
+        """Columns of each block."""
+        blocks, used = [[0]], self._least[0]
+        for k in range(1, len(self.table.columns)):
+            used += GAP + self._least[k]
+            if used > room and len(blocks[-1]) > 1:
+                blocks.append([0])
+                used = self._least[0] + GAP + self._least[k]
+            blocks[-1].append(k)
+        return blocks
+
+    def _drawn(self, block: list[int], room: int) -> RichTable:
+        made = RichTable(
+            box=box.SIMPLE_HEAD, header_style="dim", pad_edge=False,
+            collapse_padding=True, show_edge=False, show_footer=bool(self.table.foot),
+        )  # fmt: skip
+        left = room - GAP * (len(block) - 1) - sum(self._least[k] for k in block)
+        widths = {}
+        # Those who want least come first, so that what they leave goes to the long sentences.
+        for after, k in enumerate(sorted(block, key=lambda k: self._most[k] - self._least[k])):
+            more = min(self._most[k] - self._least[k], max(0, left) // (len(block) - after))
+            widths[k], left = self._least[k] + more, left - more
+        if left < 0:
+            widths[block[-1]] = max(1, widths[block[-1]] + left)
+        for k in block:
+            column, foot = self.table.columns[k], self._feet[k] if self._feet else ""
+            side = "left" if column.words else "right"
+            made.add_column(column.name, foot, justify=side, width=widths[k], overflow="fold")  # type: ignore[arg-type]
+        for row in zip(*(self._cells[k] for k in block), strict=True):
+            made.add_row(*row)
+        return made
 
 
 def _cell(cell: Cell, column: Column) -> Text:

@@ -25,8 +25,8 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying
 @click.option("--growth", is_flag=True, help="Then grow the session: bodies, faces, rate. As much time again.")
 @replaying
 def command(
-    session: Path, out: Path | None, force: bool, repeats: int, time_limit: float, steps: bool, growth: bool,
-    cite: bool, no_picture: bool, as_json: bool, people: People, **asked: Any,
+    session: Path, scene: Path | None, out: Path | None, force: bool, repeats: int, time_limit: float, steps: bool,
+    growth: bool, cite: bool, no_picture: bool, as_json: bool, people: People, **asked: Any,
 ) -> int:  # fmt: skip
     """Run every detector with every setting of a fixed list over SESSION, or --detectors: misses against time, advice.
 
@@ -54,7 +54,7 @@ def command(
 
     if out is not None:
         check_target(out, force=force)
-    held = read_session(session)
+    held = read_session(session, scene=scene)
     with compiling_announced(people), ParetoBar(people) as bar:
         listed = steps_of_trust() if steps else None
         done = tradeoff(held, settings=listed, repeats=repeats, time_limit=time_limit, watch=bar.watch, **asked)
@@ -75,5 +75,6 @@ def command(
         people.say(f"time limit: {len(done.cut)} of {len(done.cut) + len(done.rows)} settings were not tried:")
         people.say(f"  {', '.join(done.cut)}")
     if out is not None:
-        people.say(f"\nwrote {out}\nlook at:  {out / 'tradeoff.png'}" + f", or: replay view {out}" * (not no_picture))
+        view = f", or: replay view {out}" * (not no_picture)
+        people.say("", f"wrote {out}", f"look at:  {out / 'tradeoff.png'}{view}")
     return 0

@@ -74,17 +74,21 @@ def false_contacts(assembly: Assembly, comparison: Comparison, detector: object 
 
     ``detector``: the subject itself, which may explain.
     """
+    outcome, times = comparison.outcome, assembly.motion.times
+    found = column_runs(outcome[:, p] == Outcome.INVENTED for p in range(outcome.shape[1]))
+    if not len(found):
+        return ()
     # Here, since a run without a detection loads no collision engine.
     from cdcore.narrow.mesh_stage import MeshStage
 
-    outcome, times = comparison.outcome, assembly.motion.times
-    found = column_runs(outcome[:, p] == Outcome.INVENTED for p in range(outcome.shape[1]))
     longest = np.argsort([first - last for _, first, last in found.tolist()], kind="stable")[:LOOKS_IN_ALL]
     most = min(LOOKS, LOOKS_IN_ALL // max(1, len(longest)))
     measured, meshes, made = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), []
     for number, (pair, first, last) in enumerate(found.tolist(), 1):
         a, b = (assembly.names[body] for body in assembly.pairs[pair].tolist())
-        frames = looks(first, last, most if number - 1 in measured else 1).tolist()
+        # Not its ends: there the pair is about to part, and the next moment is near.
+        inner = (last - first) // 4
+        frames = looks(first + inner, last - inner, most if number - 1 in measured else 1).tolist()
         gap, frame, point = _widest(meshes if number - 1 in measured else None, assembly, pair, frames)
         made.append(
             FalseContact(

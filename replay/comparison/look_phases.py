@@ -9,6 +9,7 @@ import numpy as np
 from cdcore import Detection, Verdict
 from cdcore.detectors import DETECTORS, OPTIONAL
 from cdcore.numerics import BoolArray
+from cdcore.protocol import detect_live
 from cdcore.protocol.blocks import HeldVerdicts, looks_of
 from replay.base.constants import HELD_FRAMES
 from replay.base.wilson import share_of_clusters
@@ -25,21 +26,37 @@ Shares = Mapping[str, dict[str, Any]]
 """``contacts_missed``, ``contacts_in_part`` and ``invented``: counts over all phases, and their shares."""
 
 
-def phase_shares(
-    run: Run, assembly: Assembly, oracle: Detection, contacts: Sequence[Episode], holdings: Sequence[Episode],
-    tolerance: Tolerance, seed: int,
-) -> Shares | None:  # fmt: skip
-    """The shares of a run's detector over all phases; ``None`` where it has no rate, or is none of our table.
+def over_phases(
+    runs: Mapping[str, Run], assembly: Assembly, oracle: Detection, contacts: Sequence[Episode],
+    holdings: Sequence[Episode], tolerance: Tolerance, seed: int,
+) -> tuple[dict[str, Shares], dict[str, float]]:  # fmt: skip
+    """The shares over all phases of each run with a rate, and, where it was asked live, seconds a frame without one.
 
-    It is asked once more about every frame; then each phase holds what its looks see, as the detector does.
-    ``contacts`` are the oracle's that count. Recordings of more than an hour keep the phase of the run.
+    Each is asked once more, about every frame, as it was in the run: so both times are alike. A detector that is none
+    of our table, and a recording of more than an hour, keep the phase of the run.
     """
-    rate, times = run.settings.get("rate_hz"), assembly.motion.times
-    if not rate or run.spec.name not in (*DETECTORS, *OPTIONAL) or len(times) > HELD_FRAMES:
-        return None
-    often = replace(run.spec, settings={**run.spec.settings, "rate_hz": None})
-    every = make_detector(often, assembly, seed).detect(assembly.motion)
-    looked = [looks_of(times - (k + 0.5) / PHASES / rate, rate)[0] for k in range(PHASES)]
+    shares, seconds, frames = dict[str, Shares](), dict[str, float](), len(assembly.motion)
+    for label, run in runs.items():
+        if run.settings.get("rate_hz") and run.spec.name in (*DETECTORS, *OPTIONAL) and frames <= HELD_FRAMES:
+            often = replace(run.spec, settings={**run.spec.settings, "rate_hz": None})
+            detector = make_detector(often, assembly, seed)
+            every = detect_live(detector, assembly.motion) if run.live else detector.detect(assembly.motion)
+            shares[label] = phase_shares(run, every, oracle, contacts, holdings, tolerance)
+            if run.live:
+                seconds[label] = sum(float(np.sum(stage)) for stage in every.seconds.values()) / frames
+    return shares, seconds
+
+
+def phase_shares(
+    run: Run, every: Detection, oracle: Detection, contacts: Sequence[Episode], holdings: Sequence[Episode],
+    tolerance: Tolerance,
+) -> Shares:  # fmt: skip
+    """The shares of a run's detector over all phases: each holds what its looks see of ``every`` frame.
+
+    ``contacts`` are the oracle's that count.
+    """
+    rate = run.settings["rate_hz"]
+    looked = [looks_of(every.times - (k + 0.5) / PHASES / rate, rate)[0] for k in range(PHASES)]
     return shares_of_looks(every, oracle, looked, contacts, holdings, tolerance)
 
 

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
 import numpy as np
 
-from cdcore import Body, Detection, Detector, Motion
-from cdcore.bounding.sphere import Sphere, sphere_by_box_centre
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore import Detection, Detector
+from cdcore.numerics import FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
-from replay.base.constants import HEADSET_HZ
 from replay.base.progress import Advance
-from replay.comparison.episodes import column_runs
+from replay.comparison.noisy_pairs import NoisyPair, PairAnswer, Surfaces
 from replay.comparison.outcome import Episode
 from replay.detection.run_detector import Run, make_detector
 from replay.errors import NoiseError
 from replay.prepare.assembly import Assembly
-from replay.prepare.noise import BodyNoise, NoiseSpec, NoisyCopies, joined_spans, noise_of
+from replay.prepare.noise import BodyNoise, NoiseSpec, NoisyCopies, noise_of
 from sessions import Scene
 
 HOLDS, UNDECIDABLE, ABSENT = "holds", "undecidable", "absent"
@@ -32,7 +32,10 @@ WIDENED_S: Final = 0.1
 """A contact is found in a copy that has one of the same pair at most this long before or after it."""
 
 REST_S: Final = 1.0
-"""Frames that the noise leaves open for this long are bodies at rest on each other: one statement for all of them."""
+"""Copies that disagree for this long are about bodies at rest on each other: one statement for all of the stretch."""
+
+AGREED_S: Final = 0.2
+"""For less than this all copies may agree meanwhile: thrice the time over which the noise of a tracker correlates."""
 
 BLOCK: Final = 1024
 """Frames drawn at once: 64 copies of 12 bodies take 38 MB."""
@@ -63,7 +66,7 @@ class NoiseResult:
     contacts : of every contact of the oracle, in its order, how many copies have it.
     words : the same in a word; a contact of bodies at rest on each other is undecidable.
     near : stretches without contact in the recording in which copies have some.
-    resting : stretches of a second and more whose frames are open: bodies at rest on each other.
+    resting : stretches of a second and more in which copies disagree: bodies at rest on each other.
     open_frames : pair-frames with contact in some copies and not in others.
     asked, frames : pair-frames that copies were asked about, and all there are; the others are farther apart than the
         noise reaches, or further in.
@@ -119,105 +122,55 @@ def noisy_contacts(
     """Ask noisy copies of a recording, where noise can change the answer.
 
     ``oracle``: what it said of the recording itself, and ``contacts`` its episodes; ``make``: column of a pair -> the
-    oracle for its two bodies; ``advance`` is told frames. The answer does not depend on the size of blocks.
+    oracle for its two bodies; ``advance`` is told frames. The answer depends neither on the size of blocks nor on
+    threads, which share nothing that changes.
     """
-    motion, touching = assembly.motion, counts_as_contact(oracle.verdict)
-    near = np.stack(
-        [_near(assembly, column, touching[:, column], noise) for column in range(len(assembly.pairs))], axis=1
-    )
-    windows = [_widened(one, motion.times) for one in contacts]
-    windows += _between(near, windows, motion.times)
-    found = np.zeros((len(windows), copies), dtype=np.bool_)
-    counts = np.where(touching & ~near, copies, 0).astype(np.int64)
-    detectors = {int(column): make(int(column)) for column in np.flatnonzero(near.any(axis=0))}
-    drawn = NoisyCopies(noise, copies, seed)
-    for start in range(0, len(motion), BLOCK):
-        block = motion.frames(start, min(start + BLOCK, len(motion)))
-        errors = drawn.errors(block.times)
-        for column, detector in detectors.items():
-            rows = near[start : start + len(block), column]
-            if rows.any():
-                said = _asked(detector, block, assembly.pairs[column], rows, drawn, errors)
-                where = np.flatnonzero(rows) + start
-                counts[where, column] = said.sum(axis=0)
-                for number, (pair, first, last) in enumerate(windows):
-                    if pair == column and first <= where[-1] and last >= where[0]:
-                        found[number] |= said[:, (where >= first) & (where <= last)].any(axis=1)
-        advance(len(block))
-    for number, (pair, first, last) in enumerate(windows):
-        found[number] |= bool((counts[first : last + 1, pair] == copies).any())
-    sizes = {
-        root: (1e3 * one.position_rms_m, one.rotation_rms_deg, one.correlation_s) for root, one in noise.noise.items()
-    }
-    return _result(motion.times, windows, len(contacts), found, counts, near, sizes)
+    motion, drawn = assembly.motion, NoisyCopies(noise, copies, seed)
+    surfaces = Surfaces(assembly.bodies)
+    pairs = [NoisyPair(column, ends, noise, surfaces, make) for column, ends in enumerate(assembly.pairs.tolist())]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for start in range(0, len(motion), BLOCK):
+            block = motion.frames(start, min(start + BLOCK, len(motion)))
+            touching, errors = counts_as_contact(oracle.verdict[start : start + len(block)]), drawn.errors(block.times)
+            asked = [pool.submit(one.ask, start, block, touching[:, one.column], drawn, errors) for one in pairs]
+            for one in asked:
+                one.result()
+            advance(len(block))
+    return _result(motion.times, contacts, [one.answer() for one in pairs], copies, noise, oracle.verdict.size)
 
 
 def _result(
-    times: FloatArray, windows: Sequence[tuple[int, int, int]], contacts: int, found: BoolArray, counts: IntArray,
-    near: BoolArray, sizes: Mapping[str, tuple[float, float, float]],
+    times: FloatArray, contacts: Sequence[Episode], answers: Sequence[PairAnswer], copies: int, noise: BodyNoise,
+    size: int,
 ) -> NoiseResult:  # fmt: skip
-    copies = found.shape[1]
-    spans = [NoisySpan(*window, float(one.mean())) for window, one in zip(windows, found, strict=True)]
-    open_ = (counts > (1.0 - SURE) * copies + 1e-9) & (counts < SURE * copies)
-    resting = tuple(_resting(open_, counts / copies, times))
-    rests = [_at_rest(one, resting) for one in spans]
-    words = tuple(UNDECIDABLE if rest else one.word for one, rest in zip(spans[:contacts], rests, strict=False))
-    near_passes = (one for one, rest in zip(spans[contacts:], rests[contacts:], strict=True) if not rest)
-    digest = hashlib.sha256(np.ascontiguousarray(counts, dtype="<u2").tobytes() + found.tobytes()).hexdigest()
+    windows = [_widened(one, times) for one in contacts]
+    for pair, answer in enumerate(answers):
+        taken = [window[1:] for window in windows[: len(contacts)] if window[0] == pair]
+        windows += [(pair, *span) for span in _between(answer.frames, taken, times)]
+    spans = [NoisySpan(*window, float(answers[window[0]].found(*window[1:], copies).mean())) for window in windows]
+    counts = np.concatenate([one.counts for one in answers])
+    open_frames = int(((counts > (1.0 - SURE) * copies + 1e-9) & (counts < SURE * copies)).sum())
+    resting = tuple(
+        NoisySpan(pair, first, last, answers[pair].share(first, last, copies))
+        for pair, one in enumerate(answers)
+        for first, last in _spans(one.frames[(one.counts > 0) & (one.counts < copies)], times, AGREED_S)
+        if times[last] - times[first] >= REST_S
+    )
+    at_rest = {pair: [one for one in resting if one.pair == pair] for pair in range(len(answers))}
+    rests = [_at_rest(one, at_rest[one.pair]) for one in spans]
+    known = len(contacts)
+    words = tuple(UNDECIDABLE if rest else one.word for one, rest in zip(spans[:known], rests, strict=False))
+    near_passes = (one for one, rest in zip(spans[known:], rests[known:], strict=True) if not rest)
+    digest = hashlib.sha256()
+    for one in answers:
+        digest.update(np.concatenate([one.frames, one.certain]).astype("<i8").tobytes() + one.said.tobytes())
+    sizes = {
+        root: (1e3 * one.position_rms_m, one.rotation_rms_deg, one.correlation_s) for root, one in noise.noise.items()
+    }
     return NoiseResult(
-        copies, tuple(spans[:contacts]), words, tuple(one for one in near_passes if one.word != ABSENT), resting,
-        int(open_.sum()), int(near.sum()), near.size, digest, sizes,
+        copies, tuple(spans[:known]), words, tuple(one for one in near_passes if one.word != ABSENT), resting,
+        open_frames, len(counts), size, digest.hexdigest(), sizes,
     )  # fmt: skip
-
-
-def _near(assembly: Assembly, column: int, touching: BoolArray, noise: BodyNoise) -> BoolArray:
-    """Frames (T,) of a pair in which noise may change the answer: surfaces meet, or are nearer than it reaches."""
-    ends = [int(end) for end in assembly.pairs[column]]
-    bodies, motion = [assembly.bodies[end] for end in ends], assembly.motion
-    reach = float(np.linalg.norm([noise.reach(end, _lever(body)) for end, body in zip(ends, bodies, strict=True)]))
-    near = np.zeros(len(motion), dtype=np.bool_)
-    if not reach:
-        return near
-    # Here, since a run without noise and contacts loads no compiler.
-    from cdcore.narrow.contact_offset import ContactOffset
-    from cdcore.narrow.spacetime.box_tree import build_box_tree
-
-    surfaces = ContactOffset([build_box_tree(body.mesh.triangles) for body in bodies], np.array([[0, 1]]), reach)
-    for start in range(0, len(motion), BLOCK):
-        block = motion.frames(start, min(start + BLOCK, len(motion)))
-        meets = touching[start : start + len(block)]
-        rows = np.flatnonzero(block.valid[:, ends].all(axis=1) & (_sphere_gap(bodies, block, ends) <= reach) & ~meets)
-        poses = block.translations[:, ends], block.rotations[:, ends], block.valid[:, ends]
-        close = surfaces.near(Motion(block.times, *poses), rows, np.zeros_like(rows))
-        near[start : start + len(block)] = meets
-        near[start + rows] = close
-    return near
-
-
-def _lever(body: Body) -> float:
-    return float(np.linalg.norm(body.mesh.referenced_vertices, axis=1).max())
-
-
-def _sphere_gap(bodies: Sequence[Body], motion: Motion, ends: Sequence[int]) -> FloatArray:
-    """Metres (T,) between the bounding spheres of two bodies; below 0 where they overlap."""
-    spheres: list[Sphere] = [sphere_by_box_centre(body.mesh) for body in bodies]
-    centres = [
-        (motion.rotations[:, end] @ np.asarray(one.centre)) + motion.translations[:, end]
-        for one, end in zip(spheres, ends, strict=True)
-    ]
-    gap: FloatArray = np.linalg.norm(centres[0] - centres[1], axis=1) - sum(one.radius for one in spheres)
-    return gap
-
-
-def _asked(
-    detector: Detector, block: Motion, pair: IntArray, rows: BoolArray, drawn: NoisyCopies,
-    errors: dict[str, tuple[FloatArray, FloatArray]],
-) -> BoolArray:  # fmt: skip
-    """Contact (C, k) of one pair in every copy, at k rows of a block."""
-    turn, place = zip(*(drawn.poses(block, errors, int(end), rows) for end in pair), strict=True)
-    count = drawn.copies * int(rows.sum())
-    motion = Motion(np.arange(count) / HEADSET_HZ, np.stack(place, axis=1), np.stack(turn, axis=1))
-    return counts_as_contact(detector.detect(motion).verdict[:, 0]).reshape(drawn.copies, -1)
 
 
 def _widened(contact: Episode, times: FloatArray) -> tuple[int, int, int]:
@@ -226,30 +179,23 @@ def _widened(contact: Episode, times: FloatArray) -> tuple[int, int, int]:
     return contact.pair, first, last
 
 
-def _between(near: BoolArray, windows: Sequence[tuple[int, int, int]], times: FloatArray) -> list[tuple[int, int, int]]:
+def _between(frames: IntArray, taken: Sequence[tuple[int, int]], times: FloatArray) -> list[tuple[int, int]]:
     """Near passes: frames in reach of the noise that belong to no contact, those close in time as one."""
-    free = near.copy()
-    for pair, first, last in windows:
-        free[first : last + 1, pair] = False
-    return [(pair, *span) for pair, span in _spans(free, times)]
+    free = np.ones(len(frames), dtype=np.bool_)
+    for a, b in np.searchsorted(frames, np.add(np.reshape(taken, (-1, 2)), [0, 1])).tolist():
+        free[a:b] = False
+    return _spans(frames[free], times, WIDENED_S)
 
 
-def _spans(mask: BoolArray, times: FloatArray) -> Iterator[tuple[int, tuple[int, int]]]:
-    found = column_runs(mask.T)
-    for pair in range(mask.shape[1]):
-        spans = [(first, last) for _, first, last in found[found[:, 0] == pair].tolist()]
-        yield from ((pair, span) for span in joined_spans(spans, times, WIDENED_S))
-
-
-def _resting(open_: BoolArray, share: FloatArray, times: FloatArray) -> Iterator[NoisySpan]:
-    for pair, (first, last) in _spans(open_, times):
-        if times[last] - times[first] >= REST_S:
-            yield NoisySpan(pair, first, last, float(share[first : last + 1, pair].mean()))
+def _spans(frames: IntArray, times: FloatArray, apart: float) -> list[tuple[int, int]]:
+    """First and last of frames that follow each other, or in less than ``apart`` seconds."""
+    if not len(frames):
+        return []
+    cut = np.flatnonzero((np.diff(frames) > 1) & (np.diff(times[frames]) >= apart))
+    return list(zip(frames[np.insert(cut + 1, 0, 0)].tolist(), frames[np.append(cut, -1)].tolist(), strict=True))
 
 
 def _at_rest(span: NoisySpan, resting: Sequence[NoisySpan]) -> bool:
-    """Whether most of a span lies in stretches at rest."""
-    frames = sum(
-        max(0, min(span.last, one.last) - max(span.first, one.first) + 1) for one in resting if one.pair == span.pair
-    )
+    """Whether most of a span lies in stretches at rest of its pair."""
+    frames = sum(max(0, min(span.last, one.last) - max(span.first, one.first) + 1) for one in resting)
     return 2 * frames > span.last - span.first + 1

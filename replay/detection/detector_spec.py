@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias, TypeGuard, cast
+from typing import Any, Final, TypeAlias, TypeGuard, cast
 
 from replay.errors import DetectorSpecError
 
@@ -21,6 +21,12 @@ _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
 _COMMA_OUTSIDE = re.compile(r",(?![^\[]*\])")
 _WORDS = {"true": True, "false": False, "none": None}
 _HOW = "write name, name[setting=value,...] or label=name[...]"
+
+ORACLES: Final = ("exact", "hybrid")
+"""Detectors to trust, the most trusted first; the first that is there is the oracle."""
+
+TRUSTED: Final = "exact"
+"""The detector that effects name for instants; where it does not run, the oracle or the first detector replaces it."""
 
 
 @dataclass(frozen=True)

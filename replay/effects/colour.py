@@ -7,6 +7,7 @@ import numpy as np
 
 from replay.effects.declaring import Declaration, body, number, text
 from replay.effects.inputs import EffectInputs
+from replay.effects.matter import matter_of
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
@@ -23,8 +24,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         vessel = declared.body("in")
         ph = inputs.output("reaction").series.get(f"{vessel}/pH")
         if ph is None or not len(ph.times):
-            history = inputs.output("mixing").data.histories.get(vessel)
-            if history is not None and history.added_ml[-1] == history.added_ml[0]:
+            history = matter_of(inputs).histories.get(vessel)
+            if history is not None and not history.added_ml[-1].any():
                 inputs.count("vessels nothing came into")
                 continue
             raise declared.unmet(f"no reaction of an acid or base gives {vessel!r} a pH; declare one")
@@ -37,7 +38,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         clear = inputs.output("mixing").liquids.get(vessel)
         if clear is not None:
             acid, base = (COLOURS[declared.text(key)] for key in WORDS)
-            shade = blended(acid, base, np.interp(clear.times, ph.times, share))
+            held = np.maximum(0, np.searchsorted(ph.times, clear.times, side="right") - 1)
+            shade = blended(acid, base, share[held])
             found.liquids[vessel] = replace(clear, rgba=shade)
     return found.output()
 

@@ -113,14 +113,21 @@ class Declaration:
 def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: Scene, file: str) -> Declaration:
     """Check one declared effect against the fields of its spec.
 
-    Raises PlanError: a key that is missing, unknown or wrong, a body or tag there is not.
+    Raises PlanError: keys that are missing, unknown or wrong, a body or tag there is not; its ``faults`` are all.
     """
     place = f"[[effect]] {row} ({effect.kind!r})"
     reading = _Reading(scene, f"{file}: {place}: ")
-    for key in effect.settings:
-        if key not in fields:
-            raise reading.fail(f"unknown key {key!r}{nearest(key, fields)}")
-    return Declaration(effect.kind, file, place, {key: reading.read(key, fields[key], effect) for key in fields})
+    unknown = [key for key in effect.settings if key not in fields]
+    faults = [str(reading.fail(f"unknown key {key!r}{nearest(key, fields)}")) for key in unknown]
+    values = {}
+    for key in fields:
+        try:
+            values[key] = reading.read(key, fields[key], effect)
+        except PlanError as error:
+            faults += error.faults
+    if faults:
+        raise PlanError(*faults)
+    return Declaration(effect.kind, file, place, values)
 
 
 class _Reading:

@@ -9,9 +9,10 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Final
 
 from replay.effects import EFFECTS, effect_kinds, load_effect
+from replay.effects.body_keys import body_faults
 from replay.effects.declaring import Declaration, Pair, declare
 from replay.effects.protocol import POSES, EffectSpec
-from replay.errors import PlanError
+from replay.errors import EffectError, PlanError
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
 
@@ -61,13 +62,18 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
 
     ``file``: name of the scene in messages.
     ``table``: the effects there are.
-    Raises PlanError: an unknown effect, field, body or tag; the message has file, table, key and the nearest known
-    name.
+    Raises PlanError: an unknown effect, field, body or tag, or an unknown key of a body; the message has file, table,
+    key and the nearest known name, ``faults`` are all there are.
     Raises EffectError: a declared effect whose file cannot be loaded.
     """
+    faults: list[str] = []
+    declared, not_built = _declared(scene, file, table, faults)
+    theirs = {key: "" for kind in declared for key in load_effect(kind, table).properties}
+    faults += body_faults(scene, file, theirs)
+    if faults:
+        raise PlanError(*faults)
     if scene.effects is None:
         return Plan({}, scene.pairs, detection=True, not_run=effect_kinds(table))
-    declared, not_built = _declared(scene, file, table)
     specs, because = _closure(declared, table)
     inputs = {
         kind: tuple(dict.fromkeys((*spec.needed(declared.get(kind, ())), *(one for one in spec.uses if one in specs))))
@@ -83,8 +89,19 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
     return _whole(scene, steps, not_built, left)
 
 
+def plan_faults(scene: Scene, file: str = "scene.toml") -> tuple[str, ...]:
+    """Everything because of which there is no plan for a scene; nothing where there is one."""
+    try:
+        plan(scene, file)
+    except PlanError as error:
+        return error.faults
+    except EffectError as error:
+        return (str(error),)
+    return ()
+
+
 def _declared(
-    scene: Scene, file: str, table: Mapping[str, str]
+    scene: Scene, file: str, table: Mapping[str, str], faults: list[str]
 ) -> tuple[dict[str, tuple[Declaration, ...]], tuple[str, ...]]:
     found: dict[str, tuple[Declaration, ...]] = {}
     not_built: dict[str, None] = {}
@@ -92,14 +109,18 @@ def _declared(
     for row, effect in enumerate(scene.effects or (), start=1):
         if effect.kind in known:
             spec = load_effect(effect.kind, table)
-            declaration = declare(effect, row, spec.fields, scene, file)
-            if spec.check is not None:
-                spec.check(declaration, scene)
+            try:
+                declaration = declare(effect, row, spec.fields, scene, file)
+                if spec.check is not None:
+                    spec.check(declaration, scene)
+            except PlanError as error:
+                faults += error.faults
+                continue
             found[effect.kind] = (*found.get(effect.kind, ()), declaration)
         elif effect.kind in NOT_BUILT:
             not_built[effect.kind] = None
         else:
-            raise PlanError(f"{file}: [[effect]] {row}: no effect of kind {effect.kind!r}{nearest(effect.kind, known)}")
+            faults.append(f"{file}: [[effect]] {row}: no effect of kind {effect.kind!r}{nearest(effect.kind, known)}")
     for kind in [kind for kind, declarations in found.items() if _lacks(kind, declarations, known, table)]:
         not_built[kind] = None
         del found[kind]

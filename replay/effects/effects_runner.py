@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from time import perf_counter
+from typing import Any
 
 from cdcore import Detection
 from cdcore.errors import CollisionCoreError
@@ -54,26 +55,20 @@ def run_effects(
     Raises EffectError: the recording does not hold what a declared effect needs.
     """
     done: dict[str, EffectRun] = {}
+    tables = {kind: step.declared for kind, step in planned.steps.items()}
+    made: dict[str, Any] = {}
     for kind, step in planned.steps.items():
         outputs = {name: done[name].output for name in step.inputs}
-        done[kind] = _run(step, frozenset(planned.bodies), session, assembly, detections, outputs)
+        pairs = tuple(pair for pair in step.pairs if frozenset(assembly.names).issuperset(pair))
+        done[kind] = _run(step, EffectInputs(
+            kind, step.declared, pairs, session, assembly, frozenset(planned.bodies), step.spec.reads,
+            detections.get(step.spec.detector), outputs, Counter(), tables, made,
+        ))  # fmt: skip
     return done
 
 
-def _run(
-    step: Step,
-    bodies: frozenset[str],
-    session: Session,
-    assembly: Assembly,
-    detections: Mapping[str, Detection],
-    outputs: Mapping[str, EffectOutput],
-) -> EffectRun:
-    spec, there = step.spec, frozenset(assembly.names)
-    pairs = tuple(pair for pair in step.pairs if there.issuperset(pair))
-    found = detections.get(spec.detector)
-    inputs = EffectInputs(
-        spec.kind, step.declared, pairs, session, assembly, bodies, spec.reads, found, outputs, Counter()
-    )
+def _run(step: Step, inputs: EffectInputs) -> EffectRun:
+    spec = step.spec
     start = perf_counter()
     try:
         output = spec.compute(inputs)

@@ -80,21 +80,27 @@ def before(runs: NDArray[np.int64], frame: int, most: int = 2 * HALF_WINDOW + 1)
     return rows if len(rows) >= LEAST_SAMPLES else rows[:0]
 
 
-def velocities(times: FloatArray, places: FloatArray, runs: NDArray[np.int64]) -> FloatArray:
-    """Velocity (T, k) at every frame from the nine samples around it that belong to its stretch; NaN below five."""
+def velocities(
+    times: FloatArray, places: FloatArray, runs: NDArray[np.int64], at: NDArray[np.int64] | None = None
+) -> FloatArray:
+    """Velocity (n, k) from the nine samples around a frame that belong to its stretch; NaN below five.
+
+    ``at``: (n,) the frames asked for; ``None``: every one.
+    """
     count = len(times)
+    frames = np.arange(count) if at is None else at
     offsets = np.arange(-HALF_WINDOW, HALF_WINDOW + 1)
-    rows = np.clip(np.arange(count)[:, None] + offsets, 0, max(0, count - 1))
-    inside = (np.arange(count)[:, None] + offsets == rows) & (runs[rows] == runs[:, None]) & (runs >= 0)[:, None]
+    rows = np.clip(frames[:, None] + offsets, 0, max(0, count - 1))
+    inside = (frames[:, None] + offsets == rows) & (runs[rows] == runs[frames, None]) & (runs[frames] >= 0)[:, None]
     enough = inside.sum(axis=1) >= LEAST_SAMPLES
-    velocity = np.full(places.shape, np.nan)
+    velocity = np.full((len(frames), places.shape[1]), np.nan)
     if not enough.any():
         return velocity
-    rows, inside = rows[enough], inside[enough]
-    u = np.where(inside, times[rows] - times[enough, None], 0.0)
+    rows, inside, frames = rows[enough], inside[enough], frames[enough]
+    u = np.where(inside, times[rows] - times[frames, None], 0.0)
     width = np.abs(u).max(axis=1, keepdims=True)
     powers = np.stack([np.where(inside, (u / width) ** k, 0.0) for k in range(3)], axis=2)
-    here = np.where(inside[..., None], places[rows] - places[enough][:, None], 0.0)
+    here = np.where(inside[..., None], places[rows] - places[frames][:, None], 0.0)
     normal = np.einsum("tni,tnj->tij", powers, powers)
     velocity[enough] = np.linalg.solve(normal, np.einsum("tni,tnk->tik", powers, here))[:, 1] / width
     return velocity

@@ -4,10 +4,11 @@ import numpy as np
 
 from replay.effects.declaring import Declaration, body, number, text, vector
 from replay.effects.inputs import EffectInputs
+from replay.effects.matter import matter_of
 from replay.effects.models.gas_laws import gas_ml_per_mol, vapour_pressure_pa
+from replay.effects.models.ledger import GAS
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
-from replay.effects.reaction import Reacted
 from replay.effects.spans import BoolArray, Span, spans_of
 from replay.effects.vessels import Vessel, inside, vessels_of
 from replay.errors import EffectError
@@ -16,11 +17,10 @@ from sessions.model.scene import Scene
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``collect`` with volume and amount; collected and leaked volume as series, a lane of where it goes."""
-    reacted: tuple[Reacted, ...] = inputs.output("reaction").data
     found = Findings(len(inputs))
     for declared in inputs.declared:
         gas, jar = declared.text("gas"), declared.body("jar")
-        evolved = _evolved(inputs, declared, reacted)
+        evolved = _evolved(inputs, declared)
         gained = np.diff(evolved, prepend=0.0)
         evolving = gained > 0.0
         found.ran |= evolving
@@ -40,16 +40,13 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return found.output()
 
 
-def _evolved(inputs: EffectInputs, declared: Declaration, reacted: tuple[Reacted, ...]) -> FloatArray:
-    """Mol (T,) of gas that the flask's reactions have given."""
-    gas, flask = declared.text("gas"), declared.body("from")
-    total = np.zeros(len(inputs))
-    for one in reacted:
-        if one.vessel == flask and gas in one.equation.products:
-            rows = np.searchsorted(one.times, inputs.times, side="right") - 1
-            total += np.where(rows >= 0, one.extent[np.maximum(rows, 0)], 0.0) * one.equation.products[gas]
-    # What is poured off takes no gas back.
-    return np.maximum.accumulate(total)
+def _evolved(inputs: EffectInputs, declared: Declaration) -> FloatArray:
+    """Mol (T,) of gas that the flask's reactions have given; what is poured off takes no gas back."""
+    matter, flask = matter_of(inputs), declared.body("from")
+    place = matter.ledger.column.get(declared.text("gas") + GAS)
+    if flask not in matter.histories or place is None:
+        return np.zeros(len(inputs))
+    return np.maximum.accumulate(matter.states(flask, inputs.times)[0][:, place])
 
 
 def _led_in(inputs: EffectInputs, declared: Declaration) -> BoolArray:

@@ -1,15 +1,20 @@
 """A flame heats what stands over it; an acid heats the water it is diluted with; the wrong order is named."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
+from replay.effects.chemistry import WATER
 from replay.effects.declaring import Declaration, body, number, text, vector
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.transfers import Load, Mixture, flows, total_ml
+from replay.effects.matter import matter_of
+from replay.effects.models.history import NEUTRALISATION, Load
+from replay.effects.models.ledger import BROUGHT
+from replay.effects.models.transfers import Stream, flows
 from replay.effects.models.warming import cooled, heat_given_off, warmed
-from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
+from replay.effects.movement import movement_of
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series, vector_of
 from replay.effects.protocol import EffectSpec, Need
 from replay.effects.spans import BoolArray, Span, steadied
 from replay.errors import EffectError
@@ -19,27 +24,37 @@ from sessions.scene_files.toml_table import is_number
 LEAST_ML = 0.05
 """What is less in one go, about a drop, is no mistake of order; chosen by us."""
 
-WATER = "H2O"
+CAPACITY: Final = "heat_capacity_j_per_ml_k"
+WATER_BOILS_C: Final = 100.0
+NEUTRALISATION_J_MOL: Final = 55.84e3
+"""Of H+ + OH- -> H2O at 25 degC: 285.83 - 229.99 kJ/mol. Source: Wagman et al., NBS tables, 1982."""
 
 
 def diluted(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
     """Find events ``wrong-order`` and ``boil``, and the temperature of every vessel from its first change on."""
-    mixed: Mixture = inputs.output("mixing").data
-    warmth: dict[str, _Warmth] = {
-        name: _Warmth(declared, float(history.volume_ml[0])) for name, history in mixed.histories.items() if len(inputs)
-    }
-    for load in mixed.loads:
-        _receive(declared, warmth, load)
-    inputs.count("mixtures heated", len(mixed.loads))
-    for event in _wrong_orders(declared, mixed.loads):
-        found.events.append(event)
-        found.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
-    for name, one in warmth.items():
-        if one.rows:
-            first = one.rows[0][0]
+    matter = matter_of(inputs)
+    for one in matter.recipe.contents.values():
+        if declared.text("solute") in one.amounts and WATER not in one.amounts:
+            raise declared.unmet(
+                f"nothing says how much water is with the {declared.text('solute')}; "
+                "give liquid.water_molar, mol of water per litre of the solution"
+            )
+    warmth = {name: _Warmth(declared, vessel.volume_ml) for name, vessel in matter.vessels.items()}
+    told = [declared.text("solute") + BROUGHT, WATER]
+    places = [matter.ledger.column.get(name, -1) for name in told]
+    for load in matter.ledger.loads:
+        _receive(declared, warmth, load, places, NEUTRALISATION in matter.ledger.processes)
+    inputs.count("mixtures heated", len(matter.ledger.loads))
+    if places[0] >= 0:
+        for event in _wrong_orders(inputs, declared, [one for one in matter.ledger.loads if one.target], places[0]):
+            found.events.append(event)
+            found.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
+    for name, warm in warmth.items():
+        if warm.rows:
+            first = warm.rows[0][0]
             found.ran[first:] = True
             times = inputs.times[first:]
-            _note_temperature(declared, found, name, Series(times, one.over(times), "degC"))
+            _note_temperature(declared, found, name, Series(times, warm.over(times), "degC"))
 
 
 class _Warmth:
@@ -52,81 +67,75 @@ class _Warmth:
 
     def at(self, time: float) -> float:
         """Temperature by then; an empty vessel has that of the room."""
-        return self._after(self.celsius, self.volume_ml, time - self.time)
+        return float(self._after(*(np.array([one]) for one in (self.celsius, self.volume_ml, time - self.time)))[0])
 
     def note(self, frame: int, time: float, celsius: float, volume_ml: float) -> None:
-        self.time, self.celsius, self.volume_ml = time, celsius, volume_ml
-        self.rows.append((frame, time, celsius, volume_ml))
+        self.time, self.celsius, self.volume_ml = time, min(celsius, _boils(self.declared)), volume_ml
+        self.rows.append((frame, time, self.celsius, volume_ml))
 
     def over(self, times: FloatArray) -> FloatArray:
         """(n,) at times from the first change on."""
-        last = np.searchsorted([row[1] for row in self.rows], times, side="right") - 1
-        changes = zip((self.rows[k] for k in last.tolist()), times.tolist(), strict=True)
-        return np.array([self._after(celsius, ml, time - then) for (_, then, celsius, ml), time in changes])
+        rows = np.array(self.rows)
+        last = np.searchsorted(rows[:, 1], times, side="right") - 1
+        return self._after(rows[last, 2], rows[last, 3], times - rows[last, 1])
 
-    def _after(self, celsius: float, volume_ml: float, seconds: float) -> float:
-        ambient = self.declared.number("ambient_c")
-        capacity = self.declared.number("heat_capacity_j_per_ml_k") * volume_ml
-        if capacity <= 0.0:
-            return ambient
+    def _after(self, celsius: FloatArray, volume_ml: FloatArray, seconds: FloatArray) -> FloatArray:
+        ambient, capacity = self.declared.number("ambient_c"), volume_ml * self.declared.number(CAPACITY)
+        full = np.where(capacity > 0.0, capacity, 1.0)
         loss = self.declared.number("loss_w_per_k")
-        return cooled(celsius, seconds, power_w=0.0, capacity=capacity, loss=loss, ambient=ambient)
+        after = cooled(celsius, seconds, power_w=0.0, capacity=full, loss=loss, ambient=ambient)
+        return np.where(capacity > 0.0, after, ambient)
 
 
-def _receive(declared: Declaration, warmth: Mapping[str, _Warmth], load: Load) -> None:
-    one = load.transfer
-    source = warmth[one.source]
-    incoming = source.at(one.time)
-    left = source.volume_ml - one.volume_ml
+def _receive(
+    declared: Declaration, warmth: Mapping[str, _Warmth], load: Load, places: list[int], neutral: bool
+) -> None:
+    source = warmth[load.source]
+    incoming = source.at(load.time)
+    left = max(0.0, source.volume_ml - load.volume_ml)
     if source.rows:
-        source.note(one.frame, one.time, incoming, max(0.0, left))
+        source.note(load.frame, load.time, incoming, left)
     else:
-        source.volume_ml = max(0.0, left)
-    if not one.target:
+        source.volume_ml = left
+    if not load.target:
         return
-    target = warmth[one.target]
-    per_ml = declared.number("heat_capacity_j_per_ml_k")
-    there, more = per_ml * load.before_ml, per_ml * one.volume_ml
-    given = _given(declared, _sum(load)) - _given(declared, load.before) - _given(declared, load.amounts)
+    target = warmth[load.target]
+    per_ml = declared.number(CAPACITY)
+    there, more = per_ml * load.before_ml, per_ml * load.volume_ml
+    given = load.reacted[0] * NEUTRALISATION_J_MOL if neutral else 0.0
+    if declared.text("solute"):
+        heat, half = declared.number("heat_j_mol"), declared.number("half_water")
+        for sign, one in ((1.0, load.before + load.carried), (-1.0, load.before), (-1.0, load.carried)):
+            acid, water = (float(one[place]) if place >= 0 else 0.0 for place in places)
+            given += sign * heat_given_off(acid, water, heat, half)
     total = there + more
-    # Energy above 0 degC is shared; what the acid gives off is added. Nothing into nothing keeps the room's warmth.
-    celsius = (there * target.at(one.time) + more * incoming + given) / total if total > 0.0 else incoming
-    target.note(one.frame, one.time, celsius, load.before_ml + one.volume_ml)
+    # Energy above 0 degC is shared; what is given off is added. Nothing into nothing keeps the room's warmth.
+    celsius = (there * target.at(load.time) + more * incoming + given) / total if total > 0.0 else incoming
+    target.note(load.frame, load.time, celsius, load.before_ml + load.volume_ml)
 
 
-def _sum(load: Load) -> dict[str, float]:
-    return {key: load.before.get(key, 0.0) + load.amounts.get(key, 0.0) for key in {**load.before, **load.amounts}}
-
-
-def _given(declared: Declaration, amounts: Mapping[str, float]) -> float:
-    acid = amounts.get(declared.text("solute"), 0.0)
-    if acid > 0.0 and WATER not in amounts:
-        raise declared.unmet(
-            f"nothing says how much water is with the {declared.text('solute')}; "
-            "give liquid.water_molar, mol of water per litre of the solution"
-        )
-    return heat_given_off(acid, amounts.get(WATER, 0.0), declared.number("heat_j_mol"), declared.number("half_water"))
-
-
-def _wrong_orders(declared: Declaration, loads: tuple[Load, ...]) -> list[EffectEvent]:
+def _wrong_orders(inputs: EffectInputs, declared: Declaration, loads: list[Load], place: int) -> list[EffectEvent]:
     """Where a weaker solution of the solute, or none, was poured into a stronger one."""
-    solute = declared.text("solute")
-    wrong = [
-        load.transfer
-        for load in loads
-        if load.transfer.target
-        and load.before.get(solute, 0.0) * load.transfer.volume_ml > load.amounts.get(solute, 0.0) * load.before_ml
-    ]
-    events = []
-    for flow in flows(wrong, LEAST_ML):
-        first, volume = flow[0], total_ml(flow)
-        words = f"{volume:.1f} mL from {first.source} poured into {solute} in {first.target}: acid goes into water"
-        bodies = (first.source, first.target)
-        events.append(
-            EffectEvent(
-                first.time, "wrong-order", bodies, flow[-1].time, {"volume_ml": volume}, words, "error", first.point
-            )
+    wrong: dict[tuple[str, str], list[Load]] = {}
+    for load in loads:
+        if load.before[place] * load.volume_ml > load.carried[place] * load.before_ml:
+            wrong.setdefault((load.source, load.target), []).append(load)
+    streams = []
+    for (source, target), parts in wrong.items():
+        poured = [one for one in movement_of(inputs).streams if (one.source, one.target) == (source, target)]
+        begins, frames, volumes = (
+            np.array([getattr(one, key) for one in parts]) for key in ("begin", "frame", "volume_ml")
         )
+        points = poured[0].points[np.searchsorted(poured[0].times, begins)]
+        streams.append(Stream(source, target, False, begins, frames, volumes, points))
+    events = []
+    for flow in flows(streams, LEAST_ML):
+        words = f"{flow.total_ml:.1f} mL from {flow.source} poured into {declared.text('solute')} in {flow.target}"
+        end, values = float(inputs.times[flow.frames[-1]]), {"volume_ml": flow.total_ml}
+        events.append(EffectEvent(
+            float(flow.times[0]), "wrong-order", (flow.source, flow.target), end, values,
+            f"{words}: acid goes into water", "error", vector_of(flow.points[0]),
+        ))  # fmt: skip
     return events
 
 
@@ -149,7 +158,7 @@ def heated(inputs: EffectInputs, declared: Declaration, found: Findings) -> None
         power[begin:stop] = declared.number("power_w")
     celsius = warmed(
         times[first:], power[first:], capacity=_capacity(inputs, name), loss=declared.number("loss_w_per_k"),
-        ambient=ambient,
+        ambient=ambient, boils=_boils(declared),
     )  # fmt: skip
     whole = np.concatenate([np.full(first, ambient), celsius])
     shown = np.arange(len(times)) >= max(0, first - 1)
@@ -160,12 +169,18 @@ def heated(inputs: EffectInputs, declared: Declaration, found: Findings) -> None
 
 
 def _note_temperature(declared: Declaration, found: Findings, name: str, celsius: Series) -> None:
-    """The series, and an event when it first reaches the declared boiling point."""
+    """The series, and an event when it first reaches its boiling point."""
     found.series[f"{name}/temperature"] = celsius
-    if declared.values["boils_c"] is not None:
-        for row in np.flatnonzero(celsius.values >= declared.number("boils_c"))[:1].tolist():
-            words = f"{name} reaches {declared.number('boils_c'):g} degC and would boil"
-            found.events.append(EffectEvent(float(celsius.times[row]), "boil", (name,), None, {}, words, "warning"))
+    for row in np.flatnonzero(celsius.values >= _boils(declared))[:1].tolist():
+        words = f"{name} reaches {_boils(declared):g} degC and boils: it gets no hotter, what boils off is not computed"
+        found.events.append(EffectEvent(float(celsius.times[row]), "boil", (name,), None, {}, words, "warning"))
+
+
+def _boils(declared: Declaration) -> float:
+    """Where the temperature stays: as declared, else that of water where liquids are mixed."""
+    if declared.values["boils_c"] is None:
+        return np.inf if declared.text("of") == "flame" else WATER_BOILS_C
+    return declared.number("boils_c")
 
 
 def _over(inputs: EffectInputs, declared: Declaration) -> BoolArray:
@@ -194,7 +209,8 @@ def _event(inputs: EffectInputs, name: str, lamp: str, span: Span, celsius: Floa
 
 WANTED = {
     "flame": ("source", "heats", "within", "power_w", "base"),
-    "dilution": ("solute", "heat_j_mol", "half_water", "heat_capacity_j_per_ml_k"),
+    "dilution": ("solute", "heat_j_mol", "half_water", CAPACITY),
+    "neutralisation": (CAPACITY,),
 }
 """Fields that each kind of heat cannot do without."""
 
@@ -213,7 +229,7 @@ def _check(declared: Declaration, _scene: Scene) -> None:
         if declared.values[key] is None:
             raise declared.fail(f"{key} is missing: heat of a {kind} needs {', '.join(WANTED[kind])}")
     for other in set(WANTED) - {kind}:
-        for key in WANTED[other]:
+        for key in set(WANTED[other]) - set(WANTED[kind]):
             if declared.values[key] is not None:
                 raise declared.fail(f"{key} belongs to heat of a {other}, and this is of a {kind}; leave it out")
 
@@ -222,12 +238,12 @@ SPEC = EffectSpec(
     kind="heat",
     about="A flame or a dilution heats.",
     compute=compute,
-    needs=(Need("mixing", "of", ("dilution",)),),
+    needs=(Need("mixing", "of", ("dilution", "neutralisation")), Need("reaction", "of", ("neutralisation",))),
     fields={
         "of": text("what gives the heat", among=tuple(WANTED)),
         "ambient_c": number("of the room and of everything at first", "degC", above=-273.15),
         "loss_w_per_k": number("heat lost per kelvin above the room", "W/K", least=0.0),
-        "boils_c": number("reaching it is an event; what boils off is not computed", "degC", default=None),
+        "boils_c": number("hotter it does not get; absent: 100 for liquids, none over a flame", "degC", default=None),
         "source": body("the lamp", required=False),
         "heats": body("what is heated; properties.heat_capacity_j_per_k", required=False),
         "base": vector("foot of the flame in the lamp's frame", default=None),
@@ -241,6 +257,7 @@ SPEC = EffectSpec(
     trigger="the body over the flame and the time after, or liquid that is mixed and the time after",
     sources=(
         "m c dT/dt = P - k (T - Ta), closed form from frame to frame; constants: the scene's author",
+        "heat of neutralisation 55.84 kJ per mol of water formed: NBS tables, 25 degC",
         "heat of dilution a n / (n + b) per mol of acid in n mol of water (form of J. Thomsen); constants the author's",
         "acid into water: a more concentrated acid is poured into a weaker one, never the other way round",
     ),

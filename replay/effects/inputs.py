@@ -1,9 +1,9 @@
 """All that an effect gets: it can read what its spec names, and everything else is refused."""
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -112,6 +112,10 @@ class EffectInputs:
     detection: Detection | None = None
     outputs: Mapping[str, EffectOutput] = field(default_factory=dict)  # of the effects it needs or uses
     counters: Counter[str] = field(default_factory=Counter)
+    tables: Mapping[str, tuple[Declaration, ...]] = field(
+        default_factory=dict
+    )  # declarations of every kind of the plan
+    made: dict[str, Any] = field(default_factory=dict)  # what effects share
 
     @property
     def scene(self) -> Scene:
@@ -147,6 +151,12 @@ class EffectInputs:
     def count(self, name: str, by: int = 1) -> None:
         """Add to a counter of this effect's work."""
         self.counters[name] += int(by)
+
+    def shared(self, name: str, make: Callable[[], Any]) -> Any:
+        """What several effects are views of, such as the ledger of matter: made by the first that asks."""
+        if name not in self.made:
+            self.made[name] = make()
+        return self.made[name]
 
     def body(self, name: str) -> SceneBody:
         """The declaration of a body."""

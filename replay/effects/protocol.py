@@ -31,6 +31,7 @@ The spec (`EffectSpec`) is data, and what it does not name cannot be had:
   ``inputs.output(kind)`` is their `EffectOutput`, ``inputs.has(kind)`` whether a used one is there. What one effect
   tells another goes through ``EffectOutput.data``, a frozen dataclass of the telling effect's file, which ``needs``
   has imported anyway, or of a module of models that both share.
+- ``properties``: keys of its own in a body's ``properties``; others must stand in ``replay.effects.body_keys``.
 - ``reads``: topics beyond the poses: ``HANDS`` gives ``inputs.hand_of(body)``. Others are never decoded.
 - ``detector``: name of the detector whose verdicts on the effect's pairs it reads with ``inputs.contact(pair)``; empty
   for most: pouring, mixing and reactions make no collision query. An effect that needs one with a detector (``grasp``
@@ -102,6 +103,7 @@ class EffectSpec:
     needs: tuple[str | Need, ...] = ()
     uses: tuple[str, ...] = ()
     reads: tuple[str, ...] = ()  # topics beyond the poses
+    properties: tuple[str, ...] = ()  # keys of a body's ``properties`` that no other effect reads
     detector: str = ""  # row of the table of detectors that looks at its pairs, ``""``: none
     trigger: str = ""  # what gates it, in words; ``""``: it runs in every frame
     sources: tuple[str, ...] = ()  # citations

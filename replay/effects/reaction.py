@@ -1,125 +1,122 @@
-"""A declared equation runs to the end of its limiting reagent, at once or at a rate; acids and bases give a pH."""
+"""Declared equations run to the end of what limits them, at once or at a rate, all on what there is; a pH shows it."""
 
-from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
+from replay.effects.chemistry import Reaction, dissolved
 from replay.effects.declaring import Declaration, mapping, number, text
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.acid_base import AcidBase
-from replay.effects.models.equation import Equation, approach, equation_of
-from replay.effects.models.transfers import History, Mixture
+from replay.effects.matter import Matter, matter_of
+from replay.effects.models.ledger import BROUGHT, GAS, SOLID
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import is_number
 
-
-@dataclass(frozen=True, eq=False)
-class Reacted:
-    """One equation in one vessel."""
-
-    # vessel, equation: where, and what
-    vessel: str
-    equation: Equation
-    history: History  # of the vessel, as brought
-    # times, extent: (n,) seconds and mol of reaction; every frame from the begin on where it has a rate
-    times: FloatArray
-    extent: FloatArray
+LEAST: Final = 1e-6
+"""An excess below this share of the greatest there was is none: what a slow reaction leaves ends no titration."""
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Event ``end-point`` where acid and base are equivalent; extents and pH as series."""
-    mixed: Mixture = inputs.output("mixing").data
-    found, reacted = Findings(len(inputs)), list[Reacted]()
-    for declared in inputs.declared:
-        equation, chemistry = equation_of(declared.text("equation")), _chemistry(declared)
-        for vessel, history in mixed.histories.items():
-            goal = equation.extent({formula: history.amount(formula) for formula in equation.reagents})
-            if not (goal > 0.0).any():
-                continue  # the reagents are never together
-            one = Reacted(vessel, equation, history, *_course(inputs, declared, history, goal))
-            reacted.append(one)
-            found.ran |= np.isin(inputs.times, one.times)
-            inputs.count("rows reacted", len(one.times))
-            found.series[f"{vessel}/extent"] = Series(one.times, one.extent, "mol")
-            found.lanes[vessel] = [LaneSpan(_begin(one), float(one.times[-1]), declared.text("equation"))]
-            if any(chemistry.is_acid(formula) or chemistry.is_base(formula) for formula in equation.reagents):
-                found.series[f"{vessel}/pH"] = _ph(inputs, one, chemistry)
-                found.events += _end_points(one, chemistry)
-    return found.output(tuple(reacted))
+    matter, found = matter_of(inputs), Findings(len(inputs))
+    for one in matter.recipe.reactions:
+        for vessel, history in matter.histories.items():
+            times = _times(inputs, matter, one, vessel)
+            amounts, extents, volume_ml = matter.states(vessel, times)
+            extent = extents[:, one.process] if one.process >= 0 else _protonated(matter, one, amounts)
+            if (extent > 0.0).any():
+                found.ran |= np.isin(inputs.times, times)
+                inputs.count("rows reacted", len(times))
+                name, equation = f"{vessel}/extent", one.declared.text("equation")
+                found.series[f"{name} of {equation}" if name in found.series else name] = Series(times, extent, "mol")
+                moving = np.flatnonzero(np.diff(extent, prepend=0.0))
+                found.lane(vessel, LaneSpan(float(times[moving[0]]), float(times[moving[-1]]), equation))
+            if one.acid_base and history.added_ml[-1].any() and _any(matter, one, amounts):
+                wet = volume_ml > 0.0
+                litres = volume_ml[wet] * 1e-3
+                there = {
+                    column: amounts[wet, place] / litres for column, place in matter.ledger.column.items()
+                    if not column.endswith((BROUGHT, SOLID, GAS))
+                }  # fmt: skip
+                inputs.count("pH solved", len(litres))
+                found.series[f"{vessel}/pH"] = Series(times[wet], one.chemistry.ph(there), "pH")
+                found.events += _end_points(matter, one, vessel)
+    return found.output()
 
 
-def _begin(one: Reacted) -> float:
-    there = np.flatnonzero(one.extent > 0.0)
-    return float(one.times[max(0, int(there[0]) - 1)]) if len(there) else float(one.times[0])
+def _times(inputs: EffectInputs, matter: Matter, one: Reaction, vessel: str) -> FloatArray:
+    """Where it is told: at every change, and in every frame from its begin on where it is slow."""
+    history = matter.histories[vessel]
+    if one.declared.values["rate_per_s"] is None:
+        return history.times
+    on = (history.pending[:, one.process] > 0.0) | (history.extents[:, one.process] > 0.0)
+    first = int(history.frames[int(np.argmax(on))]) if on.any() else len(inputs)
+    return inputs.times[first:]
 
 
-def _course(
-    inputs: EffectInputs, declared: Declaration, history: History, goal: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Times and extent, from the extent at the end of the limiting reagent."""
-    rate = declared.values["rate_per_s"]
-    if rate is None:
-        return history.times, goal
-    first = int(history.frames[max(0, int(np.argmax(goal > 0.0)) - 1)])
-    times = inputs.times[first:]
-    held = goal[np.maximum(0, np.searchsorted(history.times, times, side="right") - 1)]
-    return times, approach(times, held, float(rate))
+def _any(matter: Matter, one: Reaction, amounts: FloatArray) -> bool:
+    """Whether anything that an acid or base of the equation brings to the pH is, or was, there."""
+    parts = {part for formula in one.equation.reagents for part in dissolved(one.chemistry, formula)}
+    mine = [place for column, place in matter.ledger.column.items() if column in parts]
+    return bool((amounts[:, mine] > 0.0).any())
 
 
-def _ph(inputs: EffectInputs, one: Reacted, chemistry: AcidBase) -> Series:
-    """pH where there is liquid. Acid and base stand in the charge balance as brought; what else consumes them does not.
+def _takers(one: Reaction) -> tuple[str, float]:
+    """The weakest part that keeps protons when all has reacted, and how many on each; ``""``: none does."""
+    sides = []
+    for side in (one.equation.products, one.equation.reagents):
+        parts: dict[str, float] = {}
+        for formula, coefficient in side.items():
+            for part, many in dissolved(one.chemistry, formula).items():
+                parts[part] = parts.get(part, 0.0) + coefficient * many
+        sides.append(parts)
+    products, reagents = sides
+    base, pka = one.chemistry.molecule_base, one.chemistry.pka
+    weak = {part: pka[part][-1] for part in reagents if pka.get(part)}
+    weak.update((part, step) for part in reagents if (step := base(part)) is not None)
+    weakest = max(weak, key=lambda part: weak[part], default="")
+    # What leaves as a gas has taken all protons there were on the left.
+    kept = products if weakest in products else reagents
+    return weakest, kept.get("H+", 0.0) / kept[weakest] if weakest else 0.0
 
-    ``HCl + NaOH -> NaCl + H2O`` changes no charge balance: the salt is what the balance says anyway.
+
+def _protonated(matter: Matter, one: Reaction, amounts: FloatArray) -> FloatArray:
+    """Mol (n,) of a base that holds a proton, for an equation that does nothing but hand it over."""
+    part, many = _takers(one)
+    free, base = (amounts[:, matter.ledger.column[name]] for name in ("H+", part))
+    return np.asarray(np.minimum(free / max(many, 1.0), base))
+
+
+def _end_points(matter: Matter, one: Reaction, vessel: str) -> list[EffectEvent]:
+    """Where the excess of acid over base changes its sign, between two rows by a straight line.
+
+    The volume is that which came from where the flow came from that did it: the titrant, rinses left out.
     """
-    reagents = one.equation.reagents
-    neutral = any(map(chemistry.is_acid, reagents)) and any(map(chemistry.is_base, reagents))
-    litres = np.interp(one.times, one.history.times, one.history.volume_ml) * 1e-3
-    there = litres > 0.0
-    concentrations: dict[str, FloatArray] = {}
-    for formula in one.history.amounts:
-        amount = np.interp(one.times, one.history.times, one.history.amount(formula))
-        used = 0.0 if neutral else one.extent * reagents.get(formula, 0)
-        concentrations[formula] = np.maximum(0.0, amount - used)[there] / litres[there]
-    inputs.count("pH solved", int(there.sum()))
-    return Series(one.times[there], chemistry.ph(concentrations), "pH")
-
-
-def _end_points(one: Reacted, chemistry: AcidBase) -> list[EffectEvent]:
-    """Where the excess of acid over base changes its sign, between two rows by a straight line."""
-    acids = [formula for formula in one.equation.reagents if chemistry.is_acid(formula)]
-    bases = [formula for formula in one.equation.reagents if chemistry.is_base(formula)]
+    acids = [formula for formula in one.equation.reagents if one.chemistry.is_acid(formula)]
+    bases = [formula for formula in one.equation.reagents if one.chemistry.is_base(formula) and formula not in acids]
     if len(acids) != 1 or len(bases) != 1:
         return []
-    history, parts = one.history, one.equation.reagents
-    excess = history.amount(acids[0]) / parts[acids[0]] - history.amount(bases[0]) / parts[bases[0]]
-    events = []
-    for row in np.flatnonzero(np.sign(excess[1:]) * np.sign(excess[0]) <= 0.0)[:1].tolist():
-        if excess[row] == 0.0:
-            continue
-        share = float(excess[row] / (excess[row] - excess[row + 1]))
-        time, volume = (
-            float(column[row] + share * (column[row + 1] - column[row])) for column in (history.times, history.added_ml)
-        )
-        words = f"{acids[0]} and {bases[0]} are equivalent in {one.vessel} after {volume:.2f} mL"
-        events.append(EffectEvent(time, "end-point", (one.vessel,), None, {"volume_ml": volume}, words))
-    return events
-
-
-def _chemistry(declared: Declaration) -> AcidBase:
-    acids = {formula: tuple(float(value) for value in pka) for formula, pka in declared.mapping("acids").items()}
-    bases = {formula: float(value) for formula, value in declared.mapping("bases").items()}
-    return AcidBase(acids, bases, declared.number("pkw"))
+    history, (part, many) = matter.histories[vessel], _takers(one)
+    excess = matter.amount(vessel, "H+") - matter.amount(vessel, "OH-") - many * matter.amount(vessel, part)
+    rows = np.flatnonzero(np.abs(excess) > LEAST * np.abs(excess).max())
+    turns = np.flatnonzero(np.diff(np.sign(excess[rows])))
+    if not len(turns):
+        return []
+    a, b = rows[turns[0]], rows[turns[0] + 1]
+    share = float(excess[a] / (excess[a] - excess[b]))
+    came = history.added_ml[b] - history.added_ml[a] > 0.0
+    added = history.added_ml[:, came].sum(axis=1)
+    time, volume = (float(column[a] + share * (column[b] - column[a])) for column in (history.times, added))
+    words = f"{acids[0]} and {bases[0]} are equivalent in {vessel} after {volume:.2f} mL"
+    values = {"volume_ml": volume, "overshot_ml": float(added[-1]) - volume}
+    return [EffectEvent(time, "end-point", (vessel,), None, values, words)]
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:
-    try:
-        equation_of(declared.text("equation"))
-    except ValueError as error:
-        raise declared.fail(f"equation: {error}") from error
     for formula, pka in declared.mapping("acids").items():
-        rising = isinstance(pka, list | tuple) and pka and all(map(is_number, pka)) and list(pka) == sorted(pka)
+        rising = isinstance(pka, list | tuple) and all(map(is_number, pka)) and list(pka) == sorted(pka)
         if not rising:
             raise declared.fail(f"acids.{formula} is {pka!r}; give its pKa as a rising list of numbers")
     for formula, value in declared.mapping("bases").items():

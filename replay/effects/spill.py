@@ -4,7 +4,8 @@ import numpy as np
 
 from replay.effects.declaring import bodies, number
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.transfers import Liquids, Transfer, flows
+from replay.effects.models.transfers import Stream, flows
+from replay.effects.movement import movement_of
 from replay.effects.output import EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.vessels import flow_event
@@ -12,30 +13,33 @@ from replay.effects.vessels import flow_event
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``spill`` with a marker where it landed; all that was spilled so far as a series."""
-    poured: Liquids = inputs.output("pour").data
+    moved = movement_of(inputs)
     found = Findings(len(inputs))
-    lost: list[Transfer] = []
+    lost: dict[int, Stream] = {}
     for declared in inputs.declared:
         watched = declared.bodies("from")
         for name in watched:
-            if name not in poured.initial_ml:
+            if name not in moved.vessels:
                 raise declared.unmet(f"{name!r} is no vessel of an effect pour; name it there")
-        mine = [one for one in poured.transfers if not one.target and one.source in watched]
-        lost += mine
-        inputs.count("transfers that missed", len(mine))
+        mine = [one for one in moved.streams if not one.target and not one.over and one.source in watched]
+        lost.update({id(one): one for one in mine})
+        inputs.count("transfers that missed", sum(len(one.frames) for one in mine))
         for flow in flows(mine, declared.number("least_ml")):
-            found.events.append(flow_event(inputs, flow, "spill", f"spilled from {flow[0].source}"))
-            found.lane(flow[0].source, LaneSpan(flow[0].time, flow[-1].time, "spills"))
-    found.ran[[one.frame for one in lost]] = True
-    found.series["spilled/volume"] = _together(inputs.times, sorted(set(lost), key=lambda one: one.frame))
+            found.events.append(flow_event(inputs, flow, "spill", f"spilled from {flow.source}"))
+            found.lane(flow.source, LaneSpan(float(flow.times[0]), float(flow.times[-1]), "spills"))
+    for one in lost.values():
+        found.ran[one.frames] = True
+    found.series["spilled/volume"] = _together(inputs.times, list(lost.values()))
     return found.output()
 
 
-def _together(times: FloatArray, lost: list[Transfer]) -> Series:
+def _together(times: FloatArray, lost: list[Stream]) -> Series:
     """All that was lost by each time it was, from the first frame to the last."""
-    at = [float(times[0]), *(one.time for one in lost), float(times[-1])] if len(times) else []
-    sums = np.cumsum([0.0, *(one.volume_ml for one in lost), 0.0])
-    return Series(np.array(at), sums[: len(at)], "mL")
+    gone = np.zeros(len(times))
+    for one in lost:
+        gone[one.frames] += one.volume_ml
+    rows = np.unique(np.concatenate([np.array([0, len(times) - 1][: len(times)]), np.flatnonzero(gone)]))
+    return Series(times[rows], np.cumsum(gone)[rows], "mL")
 
 
 SPEC = EffectSpec(

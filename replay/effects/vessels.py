@@ -3,15 +3,15 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from replay.effects.inputs import BodyPoses, EffectInputs
-from replay.effects.models.ballistic import Disc, disc_entered, place_at_height
-from replay.effects.models.transfers import Transfer, total_ml
-from replay.effects.output import EffectEvent, FloatArray, Liquid, Series, Vector, vector_of
+from replay.effects.models.tilted import volume_kept
+from replay.effects.models.transfers import Stream
+from replay.effects.output import EffectEvent, FloatArray, Liquid, vector_of
 from replay.effects.spans import BoolArray
 from replay.errors import EffectError
 from sessions.model.scene import SceneBody
@@ -42,6 +42,50 @@ ML = 1e-6
 """Cubic metres in a millilitre."""
 
 
+class VesselShape(Protocol):
+    """What a vessel does with liquid by its form alone; directions of gravity are given in the body's frame."""
+
+    @property
+    def brim_ml(self) -> float:
+        """What it holds upright."""
+
+    def kept_ml(self, down: FloatArray) -> FloatArray:
+        """Millilitres (n,) that an overfull vessel keeps with gravity along unit ``down`` (n, 3)."""
+
+    def exit(self, down: FloatArray) -> FloatArray:
+        """Where (n, 3) in the body's frame the stream leaves."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cylinder:
+    """A round vessel in closed form (`replay.effects.models.tilted`)."""
+
+    radius: float
+    height: float
+    lip: FloatArray  # (3,)
+    opening: FloatArray  # (3,)
+    opening_radius: float
+
+    @property
+    def brim_ml(self) -> float:
+        """What it holds upright."""
+        return math.pi * self.radius**2 * self.height / ML
+
+    def kept_ml(self, down: FloatArray) -> FloatArray:
+        """By its tilt alone."""
+        # The arc tangent keeps its digits near 0 and pi, where the arc cosine of a rounded cosine loses half of them.
+        tilt = np.arctan2(np.hypot(down[:, 0], down[:, 2]), -down[:, 1])
+        return volume_kept(tilt, self.radius, self.height) / ML
+
+    def exit(self, down: FloatArray) -> FloatArray:
+        """The lip, or the lowest point of the rim where that is lower."""
+        along = down * np.array([1.0, 0.0, 1.0])
+        length = np.sqrt((along * along).sum(axis=1, keepdims=True))
+        lowest = self.opening + self.opening_radius * along / np.where(length > 0.0, length, 1.0)
+        deeper = (lowest * down).sum(axis=1) > down @ self.lip
+        return np.where(deeper[:, None], lowest, self.lip)
+
+
 @dataclass(frozen=True)
 class Vessel:
     """One vessel and its declaration."""
@@ -60,9 +104,11 @@ class Vessel:
         """``properties.liquid`` or ``properties.solid`` as written, empty where there is none."""
         return (self.body.extra.get("properties") or {}).get(kind) or {}
 
-    def amount(self, kind: str, key: str, default: float | None = None) -> float:
-        """A number of at least 0 that the scene declares in ``properties.liquid`` or ``properties.solid``."""
-        value: Any = self.contents(kind).get(key, default)
+    def amount(
+        self, kind: str, key: str, default: float | None = None, within: Mapping[str, Any] | None = None
+    ) -> float:
+        """A number of at least 0 of ``properties.liquid`` or ``properties.solid``, or of a table ``within`` it."""
+        value: Any = (self.contents(kind) if within is None else within).get(key, default)
         if not is_number(value) or value < 0.0:
             raise self.fail(f"has {kind}.{key} = {value!r}; give a finite number of at least 0")
         return float(value)
@@ -83,16 +129,22 @@ class Vessel:
         return self.floor + self.volume_ml * ML / self.section_m2
 
     @property
-    def cylinder(self) -> tuple[float, float] | None:
-        """Inner radius and height up to the lip, metres, of a cylindrical vessel; ``None`` for any other."""
+    def shape(self) -> VesselShape:
+        """Its form: that of the cylinder which the scene declares. Raises EffectError: it declares none."""
         cavity = self.body.extra["cavity"]
-        return (self.size("radius"), self.size("height")) if "radius" in cavity and "height" in cavity else None
+        if "radius" not in cavity or "height" not in cavity:
+            raise self.fail(
+                "is poured from and its cavity has no radius and height; give those of the cylinder that it is, from "
+                "its floor to its lip"
+            )
+        place, size = self.place, self.size
+        return Cylinder(size("radius"), size("height"), place("lip"), place("opening"), size("opening_radius"))
 
     @property
     def brim_ml(self) -> float:
         """What it holds upright; infinite where the scene does not say, so that such a vessel never runs over."""
-        sizes = self.cylinder
-        return math.inf if sizes is None else math.pi * sizes[0] ** 2 * sizes[1] / ML
+        cavity = self.body.extra["cavity"]
+        return self.shape.brim_ml if "radius" in cavity and "height" in cavity else math.inf
 
     @property
     def section_m2(self) -> float:
@@ -116,12 +168,6 @@ class Vessel:
             raise self.fail(f"has cavity.{key} = {value!r}; give three numbers in metres")
         return np.array(value, dtype=np.float64)
 
-    def opening(self, poses: BodyPoses, frame: int) -> Disc:
-        """Its opening in the room at a frame."""
-        turn = poses.rotation[frame]
-        centre = poses.translation[frame] + turn @ self.place("opening")
-        return Disc(self.body.id, centre, turn[:, 1], self.size("opening_radius"))
-
     def drawn(self, times: FloatArray, volume_ml: FloatArray) -> Liquid:
         """What stands in it, as a cylinder of its mean cross-section."""
         colour = np.tile(np.array(WATERY, dtype=np.uint8), (len(times), 1))
@@ -142,43 +188,11 @@ def inside(places: FloatArray, poses: BodyPoses, vessel: Vessel) -> BoolArray:
     return np.asarray(between & (across <= vessel.size("opening_radius")) & poses.valid)
 
 
-def landing(
-    inputs: EffectInputs, vessels: Mapping[str, Vessel], held: Mapping[str, BodyPoses], frame: int, start: FloatArray,
-    velocity: FloatArray,
-) -> tuple[str, Vector]:  # fmt: skip
-    """Where liquid goes that is let go at a frame: the vessel it falls into and where it started, or ``""`` and where
-    it lands.
-
-    ``held``: vessels that may receive, each with the last pose there was.
-    """
-    there = {name: poses for name, poses in held.items() if poses.valid[frame]}
-    discs = [vessels[name].opening(poses, frame) for name, poses in there.items()]
-    inputs.count("arcs", len(discs))
-    if target := disc_entered(start, velocity, discs):
-        return target, vector_of(start)
-    floor = min((float(poses.translation[frame, 1]) for poses in there.values()), default=float(start[1]))
-    return "", vector_of(place_at_height(start, velocity, floor))
-
-
-def flow_event(inputs: EffectInputs, flow: tuple[Transfer, ...], name: str, words: str, digits: int = 1) -> EffectEvent:
+def flow_event(inputs: EffectInputs, flow: Stream, name: str, words: str, digits: int = 1) -> EffectEvent:
     """The event of a flow with its volume and time; ``words`` follow the volume. One without a target is a warning."""
-    first, last, volume = flow[0], flow[-1], total_ml(flow)
-    bodies, level = ((first.source, first.target), "info") if first.target else ((first.source,), "warning")
-    values = {"volume_ml": volume, "seconds": last.time - first.time}
-    end = None if last.frame == len(inputs) - 1 else last.time
-    return EffectEvent(first.time, name, bodies, end, values, f"{volume:.{digits}f} mL {words}", level, first.point)
-
-
-def volumes(times: FloatArray, initial_ml: Mapping[str, float], transfers: tuple[Transfer, ...]) -> dict[str, Series]:
-    """Vessel -> its volume wherever it changed, and at the first and the last of ``times``."""
-    found: dict[str, Series] = {}
-    for name, volume in initial_ml.items():
-        rows: dict[float, float] = {float(times[0]): volume} if len(times) else {}
-        for one in transfers:
-            if name in (one.source, one.target):
-                volume += one.volume_ml if one.target == name else -one.volume_ml
-                rows[one.time] = volume
-        if len(times):
-            rows.setdefault(float(times[-1]), volume)
-        found[name] = Series(np.array(list(rows)), np.array(list(rows.values())), "mL")
-    return found
+    start, end, volume = float(flow.times[0]), float(flow.times[-1]), flow.total_ml
+    bodies, level = ((flow.source, flow.target), "info") if flow.target else ((flow.source,), "warning")
+    values = {"volume_ml": volume, "seconds": end - start}
+    last = None if flow.frames[-1] == len(inputs) - 1 else end
+    message, point = f"{volume:.{digits}f} mL {words}", vector_of(flow.points[0])
+    return EffectEvent(start, name, bodies, last, values, message, level, point)

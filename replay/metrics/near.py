@@ -5,15 +5,17 @@ Distances are between points spread over the surfaces, so they are too long by u
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from cdcore import Body
-from cdcore.bounding.sphere import sphere_by_box_centre
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from replay.metrics.hands import frames_at
 from replay.prepare.assembly import Assembly
+
+if TYPE_CHECKING:
+    from scipy.spatial import cKDTree
 
 CLOSE_M: Final = 0.010
 """Closer than this is close: a hand or a glass covers it in a tenth of a second."""
@@ -27,8 +29,10 @@ APART_S: Final = 0.5
 
 MOST_POINTS: Final = 20_000
 
-CELL_M: Final = 0.02
-"""Edge of the cubes that points are sorted into; half of a cube's diagonal is less than it."""
+CELL_M: Final = 0.006
+"""Edge of the cubes that points are sorted into: a middle stands for about three points."""
+HALF_DIAGONAL: Final = 0.8661
+"""Of a cube with edge 1, rounded up."""
 
 
 @dataclass(frozen=True)
@@ -75,21 +79,17 @@ class _Cloud:
     """Points of a surface sorted into cubes, so that those far from everything are never moved one by one."""
 
     def __init__(self, points: FloatArray) -> None:
-        cell, own = np.unique(np.floor(points / CELL_M), axis=0, return_inverse=True)
-        order = np.argsort(own, kind="stable")
-        self.points = points[order]
-        self.start = np.searchsorted(own[order], np.arange(len(cell) + 1))
-        self.middle = (cell + 0.5) * CELL_M
+        cell, self._cell = np.unique(np.floor(points / CELL_M), axis=0, return_inverse=True)
+        self.points, self._middle = points, (cell + 0.5) * CELL_M
 
-    def inside(self, turn: FloatArray, move: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-        """The moved points inside a box; the cubes' own size is allowed for."""
-        middle = self.middle @ turn.T + move
-        near = ((middle >= low - CELL_M) & (middle <= high + CELL_M)).all(axis=1)
-        if not near.any():
-            return self.points[:0]
-        points = np.concatenate([self.points[self.start[k] : self.start[k + 1]] for k in np.flatnonzero(near)])
-        points = points @ turn.T + move
-        return points[((points >= low) & (points <= high)).all(axis=1)]
+    def least_distance(self, turn: FloatArray, move: FloatArray, tree: "cKDTree", close: float) -> float:
+        """Least distance of a moved point to one of the tree's, inf where it is not below ``close``."""
+        middle, around = self._middle @ turn.T + move, close + HALF_DIAGONAL * CELL_M
+        box = ((middle >= tree.mins - around) & (middle <= tree.maxes + around)).all(axis=1)
+        near = np.zeros(len(middle), dtype=np.bool_)
+        near[box] = np.isfinite(tree.query(middle[box], distance_upper_bound=around)[0])
+        points = self.points[near[self._cell]] @ turn.T + move
+        return float(tree.query(points, distance_upper_bound=close)[0].min(initial=np.inf))
 
 
 def spread_points(body: Body, spacing: float = SPACING_M) -> FloatArray:
@@ -111,39 +111,38 @@ def spread_points(body: Body, spacing: float = SPACING_M) -> FloatArray:
 def _distances(
     assembly: Assembly, a: int, b: int, rows: IntArray, close: float, clouds: dict[int, _Cloud]
 ) -> FloatArray:
-    """Least distance at each look, inf where the bounding spheres are farther apart than ``close`` or a pose lacks."""
+    """Least distance at each look, inf where the bounding boxes are farther apart than ``close`` or a pose lacks."""
     from scipy.spatial import cKDTree
 
     motion = assembly.motion
     distance = np.full(len(rows), np.inf)
+    near = np.flatnonzero(_boxes_near(assembly, a, b, rows, close))
+    if not len(near):
+        return distance
     for body in (a, b):
         if body not in clouds:
             clouds[body] = _Cloud(spread_points(assembly.bodies[body]))
     if len(clouds[a].points) > len(clouds[b].points):
         a, b = b, a
-    there = clouds[b].points
-    tree, low, high = cKDTree(there), there.min(axis=0) - close, there.max(axis=0) + close
-    for k in np.flatnonzero(_spheres_near(assembly, a, b, rows, close)).tolist():
-        row = rows[k]
-        turn = motion.rotations[row, b].T @ motion.rotations[row, a]
-        move = motion.rotations[row, b].T @ (motion.translations[row, a] - motion.translations[row, b])
-        points = clouds[a].inside(turn, move, low, high)
-        if len(points):
-            distance[k] = tree.query(points, distance_upper_bound=close)[0].min()
+    tree = cKDTree(clouds[b].points)
+    for k in near.tolist():
+        back, row = motion.rotations[rows[k], b].T, rows[k]
+        move = back @ (motion.translations[row, a] - motion.translations[row, b])
+        distance[k] = clouds[a].least_distance(back @ motion.rotations[row, a], move, tree, close)
     return distance
 
 
-def _spheres_near(assembly: Assembly, a: int, b: int, rows: IntArray, close: float) -> BoolArray:
-    motion = assembly.motion
-    centres, radii = [], []
-    for body in (a, b):
-        sphere = sphere_by_box_centre(assembly.bodies[body].mesh)
-        turn, move = motion.rotations[rows, body], motion.translations[rows, body]
-        centres.append(np.einsum("tij,j->ti", turn, sphere.centre) + move)
-        radii.append(sphere.radius)
-    apart = np.linalg.norm(centres[0] - centres[1], axis=1)
+def _boxes_near(assembly: Assembly, a: int, b: int, rows: IntArray, close: float) -> BoolArray:
+    """Looks (K,) with both poses at which no face of a body's box keeps the other's box farther away than ``close``."""
+    motion, ends = assembly.motion, [assembly.bodies[body].mesh.vertices for body in (a, b)]
+    (mid_a, half_a), (mid_b, half_b) = (((v.max(0) + v.min(0)) / 2, (v.max(0) - v.min(0)) / 2) for v in ends)
+    turn_a, turn_b = motion.rotations[rows, a], motion.rotations[rows, b]
+    between = turn_a @ mid_a + motion.translations[rows, a] - turn_b @ mid_b - motion.translations[rows, b]
+    spread = np.abs(np.einsum("kji,kjl->kil", turn_b, turn_a))
+    apart_b = np.abs(np.einsum("kji,kj->ki", turn_b, between)) - half_b - spread @ half_a
+    apart_a = np.abs(np.einsum("kji,kj->ki", turn_a, between)) - half_a - np.einsum("kij,i->kj", spread, half_b)
     known = motion.valid[rows, a] & motion.valid[rows, b]
-    return known & (apart <= sum(radii) + close)
+    return known & (np.maximum(apart_a, apart_b).max(axis=1) <= close)
 
 
 def _stretches(times: FloatArray, distance: FloatArray, close: float) -> list[tuple[float, float, float]]:

@@ -10,7 +10,8 @@ from typing import Final
 import numpy as np
 
 from cdcore import Motion, TriangleMesh
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.narrow.containment.first_hits import crossing
+from cdcore.numerics import FloatArray, IntArray
 from replay.comparison.first_touch import at_touch
 from replay.comparison.outcome import Miss
 from replay.effects.output import vector_of
@@ -125,26 +126,9 @@ class _Surface:
         aside = (distance[near] ** 2)[:, None] - along**2
         radii = self._radii[near, None]
         face, ray = np.nonzero((aside <= radii**2 * 1.001) & (along > -radii))
-        hit = _crossed(self._triangles[near[face]], point, rays[ray], length)
+        ahead = crossing(self._triangles[near[face]], point, rays[ray])
+        hit = (ahead > SKIN) & (ahead < length)
         return np.bincount(ray[hit], minlength=len(rays))
-
-
-def _crossed(triangles: FloatArray, point: FloatArray, rays: FloatArray, length: float) -> BoolArray:
-    """Whether each ray crosses its triangle between ``SKIN`` and ``length``.
-
-    Source: Moeller and Trumbore, "Fast, minimum storage ray-triangle intersection", 1997.
-    """
-    a, edge_b, edge_c = triangles[:, 0], triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
-    p = np.cross(rays, edge_c)
-    determinant = (edge_b * p).sum(axis=1)
-    flat = determinant == 0
-    inverse = 1.0 / np.where(flat, 1.0, determinant)
-    from_a = point - a
-    u = (from_a * p).sum(axis=1) * inverse
-    q = np.cross(from_a, edge_b)
-    v = (rays * q).sum(axis=1) * inverse
-    t = (edge_c * q).sum(axis=1) * inverse
-    return ~flat & (u >= 0) & (v >= 0) & (u + v <= 1) & (t > SKIN) & (t < length)
 
 
 def _cost(tags: tuple[str, ...]) -> float:

@@ -14,7 +14,7 @@ import numpy as np
 from cdcore.numerics import IntArray
 from replay.comparison.causes import Cause
 from replay.comparison.clusters import by_depth
-from replay.comparison.false_contacts import HELD, SOLIDS, FalseContact, false_contacts
+from replay.comparison.false_contacts import HELD, SOLIDS, FalseContact
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Episode, Miss, Outcome, Vector, as_vector
 from replay.outputs.palette import FOUND, INVENTED, MISSED, PARTLY_MISSED, Rgba
@@ -83,26 +83,22 @@ TO_DO: Final[Mapping[str, str]] = {
 """Cause of most of a detector's wrong frames -> what mends it."""
 
 
-def to_do(result: RunResult, label: str, false: Sequence[FalseContact]) -> str:
+def to_do(result: RunResult, label: str) -> str:
     """What mends most of the frames in which a detector was wrong."""
     frames: Counter[str] = Counter()
     for miss in result.misses[label]:
         frames[miss.cause] += miss.last - miss.first + 1
-    for one in false:
+    for one in result.false.get(label, ()):
         frames[one.cause] += one.frames
     worst = frames.most_common(1)
-    return TO_DO.get(worst[0][0], "see its causes") if worst else "nothing"
+    if result.summary["audit"][label]["contacts_undecided"]:
+        return "see what it left undecided"
+    return TO_DO.get(worst[0][0], "see its causes") if worst else "no action needed"
 
 
-def false_of(result: RunResult) -> dict[str, tuple[FalseContact, ...]]:
-    """Label -> its false contacts, numbered."""
-    compared = result.comparisons.items()
-    return {label: false_contacts(result.assembly, one, result.detectors.get(label)) for label, one in compared}
-
-
-def key_moments(result: RunResult, false: Mapping[str, Sequence[FalseContact]]) -> list[FocusMoment]:
+def key_moments(result: RunResult) -> list[FocusMoment]:
     """All moments, in order of time; of those in one frame the worst comes last, by a nanosecond."""
-    found = [*_faults(result, false)]
+    found = [*_faults(result)]
     seen = {one.pair for one in found}
     found += [_contact(result, pair, one) for pair, one in _longest(result).items() if pair not in seen]
     found.sort(key=lambda one: (one.frame, one.later, one.outcome == Outcome.MISSED, one.size))
@@ -129,7 +125,7 @@ def pair_in_focus(moments: Sequence[FocusMoment], frames: int) -> IntArray:
     return np.array([one.pair for *_, one in rows], dtype=np.int64)[at]
 
 
-def _faults(result: RunResult, false: Mapping[str, Sequence[FalseContact]]) -> Iterator[FocusMoment]:
+def _faults(result: RunResult) -> Iterator[FocusMoment]:
     contacts = len(result.episodes[result.oracle])
     for label, misses in result.misses.items():
         for one in by_depth(misses)[:LISTED]:
@@ -137,10 +133,10 @@ def _faults(result: RunResult, false: Mapping[str, Sequence[FalseContact]]) -> I
                 *one.shown, one.pair, one.point, label, one.number, Outcome.MISSED, one.first, one.last, one.cut_length,
                 one.kind, miss_note(one, len(misses), contacts, label, result.oracle),
             )  # fmt: skip
-        for no in sorted(false[label], key=lambda one: -one.frames)[:LISTED]:
+        for no in sorted(result.false.get(label, ()), key=lambda one: -one.frames)[:LISTED]:
             yield FocusMoment(
                 no.widest, 0, no.pair, no.point, label, no.number, Outcome.INVENTED, no.first, no.last, no.gap, no.kind,
-                false_note(no, len(false[label]), label, result.oracle),
+                false_note(no, len(result.false.get(label, ())), label, result.oracle),
             )  # fmt: skip
 
 
@@ -164,7 +160,7 @@ def _contact(result: RunResult, pair: int, one: Episode) -> FocusMoment:
         kinds = (Outcome.MISSED, Outcome.INVENTED, Outcome.HELD)
         missed, invented, held = (int((comparison.outcome[:, pair] == one).sum()) for one in kinds)
         apart = f", {held:,} held and counted apart" if held else ""
-        counts.append(f"- {label}: {counted(missed, 'frame')} missed, {invented:,} invented{apart}")
+        counts.append(f"- {label}: {counted(missed, 'frame')} missed, {invented:,} false{apart}")
     lines = [f"#### {result.assembly.pair_name(pair)}, in the whole session", "", *counts]
     return FocusMoment(
         frame, 0, pair, as_vector(point), "", 0, Outcome.BOTH, one.first, one.last, 0.0, "", "\n".join(lines)
@@ -173,9 +169,10 @@ def _contact(result: RunResult, pair: int, one: Episode) -> FocusMoment:
 
 def moment_line(moment: FocusMoment, name: str, widths: tuple[int, int]) -> str:
     """One line of the list; ``name``: of the pair; ``widths``: of label and name."""
-    size = f"{moment.size * 1e3:5.1f} mm" if moment.label and moment.size > 0 else ""
-    frames = moment.last - moment.first + 1
-    return f"{moment.label:<{widths[0]}} {moment.words:<8} {name:<{widths[1]}} {frames:>4} fr {size}".rstrip()
+    size = f"{moment.size * 1e3:.1f} mm" if moment.label and moment.size > 0 else ""
+    frames = counted(moment.last - moment.first + 1, "frame")
+    # In a narrow view the end is cut: what tells moments apart comes first.
+    return f"{moment.label:<{widths[0]}} {moment.words:<8} {size:>8}  {name:<{widths[1]}} {frames:>10}".rstrip()
 
 
 def miss_note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:

@@ -11,6 +11,7 @@ from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import clusters
 from replay.comparison.contact_counts import contact_counts, held_counts, loose
 from replay.comparison.contact_duration import PHASES
+from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.outputs.tables import CODE, FAINT, FOUND, IN_RED, INVENTED, PARTLY, STRONG, Cell, Marked, Table, table
 from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, bound_words, counted, depth_words, span_words
@@ -28,7 +29,7 @@ RANK_HEAD = (
 MAY_LACK = ("undecided", "p99 ms", OF_FRAME, "held: false frames", "held: missed")
 
 AUDIT_MARKS = {
-    "missed": IN_RED, "in part": PARTLY, "frames found": FOUND, "frames missed": PARTLY, "frames invented": INVENTED,
+    "missed": IN_RED, "in part": PARTLY, "frames found": FOUND, "frames missed": PARTLY, "false frames": INVENTED,
     WITHIN: FAINT,
 }  # fmt: skip
 
@@ -89,8 +90,8 @@ def matched_table(title: str, audit: Mapping[str, Any], words: Mapping[str, str]
     found = [figures["episodes"] for figures in audit.values()]
     rows: list[tuple[Cell, ...]] = [(word, *(one[name] for one in found)) for name, word in words.items()]
     rows.append((f"{words['missed']}, of the oracle's", *(percent(one["missed_share"]) for one in found)))
-    for name, word in (("onset_error", "begin late by, ms (worst)"), ("duration_error", "last longer by, ms (worst)")):
-        rows.append((word, *(_spread(one.get(name)) for one in found)))
+    for name, word in (("onset_error", "starts late by"), ("duration_error", "lasts longer by")):
+        rows.append((f"{word}, ms (worst)", *(_spread(one.get(name)) for one in found)))
     return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))
 
 
@@ -173,6 +174,20 @@ def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table
     return table(title, (*SEEN_HEAD, *BETWEEN_HEAD[-2:]), rows, words=5, whole=("miss", "pair"))
 
 
+def false_table(title: str, found: Sequence[FalseContact], label: str, run: object = "RUN") -> Table:
+    """A row per false contact, in the order given; ``label``: of who reports them."""
+    rows = [
+        (
+            Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
+            Marked(f"replay view {run} --false {one.number} --by {label}", CODE), f"{one.start:.3f}", one.frames,
+            "" if np.isnan(one.gap) else f"{one.gap * 1e3:.1f}",
+        )
+        for one in found
+    ]  # fmt: skip
+    head = ("false", "pair", "what", "why", "look at it", "at s", "frames", "mm apart")
+    return table(title, head, rows, words=5, whole=("false", "pair"))
+
+
 def with_noise(made: Table, found: Sequence[tuple[RunResult, Miss]]) -> Table:
     """A table of misses, and beside each whether its contact holds in spite of tracker noise, where that was asked."""
     words = [one.noise.words[miss.episode - 1] for one, miss in found if one.noise is not None]
@@ -225,7 +240,7 @@ def cost_table(result: RunResult) -> Table:
     if others:
         notes.append(f"other work took {', '.join(others)}: another run may take other times")
     words = ("detector", "how", "longest stage")
-    return table("Time of each detector", head, rows, words=words, whole=("how",), notes=notes)
+    return table("Time of each detector", head, rows, words=words, whole=words, notes=notes)
 
 
 BUSY = 0.05

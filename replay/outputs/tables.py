@@ -18,11 +18,12 @@ WARNING, ERROR, GOOD = "warning", "error", "good"
 
 @dataclass(frozen=True)
 class Marked:
-    """A cell with emphasis; ``below`` is a lesser remark under it."""
+    """A cell with emphasis; ``below`` is a lesser remark under it; on a page a link ``to`` an address."""
 
     text: str
     mark: str = ""
     below: str = ""
+    to: str = ""
 
 
 Cell = str | int | None | Marked

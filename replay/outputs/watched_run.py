@@ -13,8 +13,8 @@ from cdcore.numerics import BoolArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay.comparison.clusters import by_depth
 from replay.comparison.episodes import column_runs
+from replay.detection.run_detector import watched_again
 from replay.pipeline.run_result import RunResult
-from replay.prepare.stored_motion import StoredMotion
 
 if TYPE_CHECKING:
     from cdcore.search.tracing import LookTrace, Watched
@@ -78,18 +78,11 @@ def watched_runs(result: RunResult, *, all_looks: bool) -> list[WatchedRun]:
 
     ``all_looks``: every look is a moment, not only those that matter.
     """
-    if not result.comparisons:
-        return []
-    # Here, since a run without a search loads no compiler.
-    from cdcore.search.tracing import Watchable
-
     found: list[WatchedRun] = []
     for label in result.comparisons:
-        detector: object = result.detectors.get(label)
-        detection = result.detections[label]
-        motion = result.assembly.motion
-        if isinstance(detector, Watchable) and detection.reproducible and not isinstance(motion, StoredMotion):
-            seen = detector.watch(motion)
+        detection, motion = result.detections[label], result.assembly.motion
+        seen = result.watched.get(label) or watched_again(result.detectors.get(label), detection, motion)
+        if seen is not None:
             moments = _moments(result, label, seen, all_looks=all_looks)
             found.append(WatchedRun(label, detection, motion, stage_counts(detection, seen), seen, moments))
     return found

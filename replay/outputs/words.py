@@ -5,13 +5,14 @@ from types import MappingProxyType
 from typing import Final
 
 from cdcore import Verdict
+from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.comparison.outcome import Miss, Outcome
 
 OUTCOME_WORDS: Final[Mapping[int, str]] = MappingProxyType(
     {
         Outcome.BOTH: "both",
         Outcome.MISSED: "MISSED",
-        Outcome.INVENTED: "invented",
+        Outcome.INVENTED: "false",
         Outcome.WITHIN_TOLERANCE: "within tolerance",
         Outcome.BETWEEN_FRAMES: "between frames",
         Outcome.LEFT_OUT: "left out",
@@ -24,23 +25,34 @@ neither; NEITHER, the true negative, has no word: it is a gap in a lane."""
 VERDICT_WORDS: Final[Mapping[int, str]] = MappingProxyType({one: one.name for one in Verdict if one != Verdict.CLEAR})
 """Verdict -> its word of the glossary; CLEAR is a gap in a lane."""
 
+NOISE_WORDS: Final[Mapping[int, str]] = MappingProxyType(
+    dict(enumerate((UNDECIDABLE, "maybe hidden", ABSENT, HOLDS), 1))
+)
+"""State of a lane of noise -> its word: of two at a time the later."""
+
 FRAME_ROWS: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.LEFT_OUT)
 """Outcomes that every table of pair-frames counts, in its order."""
 
 CONTACT_WORDS: Final = {
     "truth": "contacts by the oracle", "matched": "matched", "missed": "missed whole",
-    "absorbed": "found only as part of a longer one", "excused_truth": "by the oracle, nobody's fault",
-    "found": "contacts reported", "invented": "invented", "pieces": "further pieces of one contact",
-    "excused_found": "reported, nobody's fault", "split": "by the oracle, reported in pieces",
+    "absorbed": "found only as part of a longer one", "excused_truth": "ties, not counted",
+    "found": "contacts reported", "invented": "false", "pieces": "further pieces of one contact",
+    "excused_found": "reported in ties, not counted", "split": "by the oracle, reported in pieces",
     "merged": "reported, that join several",
 }  # fmt: skip
 """Figure of matched contacts -> its words: first what became of the oracle's contacts, then of the detector's."""
 
 CONTACT_WORDS_SHORT: Final = {
-    "truth": "the oracle's", "found": "reported", "matched": "matched", "missed": "missed", "invented": "invented",
+    "truth": "the oracle's", "found": "reported", "matched": "matched", "missed": "missed", "invented": "false",
     "split": "split", "merged": "merged",
 }  # fmt: skip
 """The figures that fit into a terminal, and short words for them."""
+
+
+def address(kind: str, number: int, by: str = "") -> str:
+    """Where a page has a moment of this ``kind``, ``miss`` or ``false``: ``#miss=4``, ``#false=2&by=hull50``."""
+    return f"{kind}={number}" + (f"&by={by}" if by else "")
+
 
 WITHIN: Final = OUTCOME_WORDS[Outcome.WITHIN_TOLERANCE]
 BETWEEN: Final = OUTCOME_WORDS[Outcome.BETWEEN_FRAMES]
@@ -52,7 +64,7 @@ NOTHING_SUSPICIOUS: Final = "Nothing suspicious found"
 
 LANE_LEGEND: Final[Mapping[int, str]] = MappingProxyType(
     {
-        Outcome.MISSED: "red: missed", Outcome.INVENTED: "yellow: invented", Outcome.BOTH: "blue: both",
+        Outcome.MISSED: "red: missed", Outcome.INVENTED: "yellow: false", Outcome.BOTH: "blue: both",
         Outcome.HELD: "green: held", Outcome.BETWEEN_FRAMES: "violet: between frames",
         Outcome.WITHIN_TOLERANCE: "grey: within tolerance", Outcome.LEFT_OUT: "dark: left out",
     }

@@ -3,15 +3,17 @@
 from collections.abc import Iterable, Mapping
 
 from cdcore.detectors import load_detector
-from replay.effects import load_effect
+from replay.effects.effects_runner import EffectRun
 
 NONE_NAMED = ("names no sources",)
 
 
-def sources_behind(detectors: Iterable[str], effects: Iterable[str] = ()) -> dict[str, tuple[str, ...]]:
+def sources_behind(
+    detectors: Iterable[str], effects: Iterable[tuple[str, EffectRun]] = ()
+) -> dict[str, tuple[str, ...]]:
     """``detector NAME`` or ``effect KIND`` -> citations, in the order given, each name once."""
     behind = {f"detector {name}": tuple(getattr(load_detector(name), "sources", ())) for name in detectors}
-    behind |= {f"effect {kind}": tuple(load_effect(kind).sources) for kind in effects}
+    behind |= {f"effect {kind}": run.spec.sources for kind, run in effects}
     return {what: sources or NONE_NAMED for what, sources in behind.items()}
 
 

@@ -2,35 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from time import perf_counter
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
-from cdcore import Detection, Detector, Motion
+from cdcore import Detection
 from cdcore.detectors import detector_names
 from replay.base.progress import Progress, Silent
 from replay.comparison.causes import examine
-from replay.comparison.compare import FaceRecall, compare, face_recall
+from replay.comparison.compare import compare
 from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
+from replay.comparison.false_contacts import false_contacts
 from replay.comparison.holding import holdings
-from replay.comparison.look_phases import phase_shares
+from replay.comparison.look_phases import Shares, over_phases
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.noisy_contacts import in_noise
 from replay.comparison.outcome import Comparison, Episode
 from replay.comparison.tolerance import TAU, Tolerance
 from replay.detection.compile_notice import compiling_announced
-from replay.detection.detector_spec import DetectorSpec, SpecLike, SpecsLike, parse_detector, parse_detectors
+from replay.detection.detector_spec import (
+    ORACLES,
+    TRUSTED,
+    DetectorSpec,
+    SpecLike,
+    SpecsLike,
+    parse_detector,
+    parse_detectors,
+)
 from replay.detection.recorded import RECORDED
-from replay.detection.run_detector import Run, face_sets_again, make_detector, run_detector
+from replay.detection.run_detector import Run, run_detector
 from replay.effects.effect_plan import Plan, plan
-from replay.effects.effects_runner import EffectRun, run_effects
+from replay.effects.effects_runner import run_effects
+from replay.effects.recorded import recorded
 from replay.errors import DetectorSpecError, NoiseError
+from replay.pipeline.faces import face_source, recall_of_faces
 from replay.pipeline.run_result import Measured, RunResult
 from replay.pipeline.summary import summarise
 from replay.prepare.assemble import AssemblyLayout, Pairs, lay_out
@@ -42,16 +50,13 @@ from replay.prepare.policy import Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
 from sessions import Session
 
+if TYPE_CHECKING:
+    pass
+
 SUBJECTS: Final = ("hybrid-qaco", "hybrid")
 """What a run audits by default: the paper's pipeline, or those of its detectors that are installed."""
 
-ORACLES: Final = ("exact", "hybrid")
-"""Detectors to trust, the most trusted first; the first that is there is the oracle."""
-
 NO_ORACLE: Final = "none"
-
-TRUSTED: Final = "exact"
-"""The detector that effects name for instants; where it does not run, the oracle or the first detector replaces it."""
 
 
 @dataclass(frozen=True)
@@ -161,33 +166,35 @@ def compute(
     # Misses are examined with other kernels; without a detection no compiler is loaded.
     with progress.stage("audit"), compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection) for label, run in runs.items()}
-        again = _face_source(assembly, seed, runs.get(lineup.oracle))
+        again = face_source(assembly, seed, runs.get(lineup.oracle))
         tolerance = Tolerance(assembly, again, tau)
         truth = found.get(lineup.oracle, ())
         held = holdings(assembly, session, truth) if lineup.oracle else ()
         comparisons, matches = _compared(runs, lineup.oracle, found, tolerance, held)
-        dwell, phases = None, {}
+        dwell, phases, often = None, dict[str, Shares](), dict[str, float]()
         if lineup.oracle:
             loose, trusted = tuple(one for one in truth if one not in set(held)), runs[lineup.oracle].detection
             dwell = _durations(assembly, trusted, loose, tolerance, seed)
-            asked = {one: phase_shares(runs[one], assembly, trusted, loose, held, tolerance, seed) for one in matches}
-            phases = {label: shares for label, shares in asked.items() if shares}
+            phases, often = over_phases(
+                {one: runs[one] for one in matches}, assembly, trusted, loose, held, tolerance, seed
+            )
         missed, causes = examine(comparisons, truth, runs, assembly, again)
+        false = {label: false_contacts(assembly, one, runs[label].detector) for label, one in comparisons.items()}
     noisy = None
     if blur:
         with progress.stage("noise", len(assembly.motion)) as advance:
             noisy = in_noise(blur, assembly, session.scene, runs[lineup.oracle], truth, seed, advance)
-    recall = _face_recall(comparisons, found, runs, assembly, progress) if faces else {}
-    effects: dict[str, EffectRun] = {}
+    recall, watched = recall_of_faces(comparisons, found, runs, assembly, progress) if faces else ({}, {})
+    effects = recorded(session, assembly)
     if planned.effects:
         with progress.stage("effects"):
-            effects = run_effects(planned, session, assembly, _believed(planned, runs, lineup.oracle))
+            effects |= run_effects(planned, session, assembly, _believed(planned, runs, lineup.oracle))
     measured = Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,
-        face_recall=recall, causes=causes, dwell=dwell, phases=phases, holdings=held, effects=effects,
-        treatment=treatment, noise=noisy, flags=Flags.of(treatment.spans, assembly, session.scene),
-        detectors={label: run.detector for label, run in runs.items()},
+        face_recall=recall, false=false, causes=causes, dwell=dwell, phases=phases, at_every_frame=often, holdings=held,
+        effects=effects, treatment=treatment, noise=noisy, flags=Flags.of(treatment.spans, assembly, session.scene),
+        detectors={label: run.detector for label, run in runs.items()}, watched=watched,
     )  # fmt: skip
     summary = summarise(measured, runs, layout.scan, planned, window=(start, end), seed=seed, tau=tau, began=began)
     return RunResult(**vars(measured), summary=summary, out=out)
@@ -262,37 +269,3 @@ def _durations(
         seen = run_detector(exact, assembly, seed=seed, faces=False, advance=lambda _: None).detection
     rates = StepRates(seen, contacts, tolerance.judge(oracle, oracle), int(between))
     return replace(contact_durations(assembly, oracle, contacts), rates=rates)
-
-
-def _face_recall(
-    comparisons: dict[str, Comparison], found: dict[str, tuple[Episode, ...]], runs: dict[str, Run],
-    assembly: Assembly, progress: Progress,
-) -> dict[str, FaceRecall]:  # fmt: skip
-    recalls = {}
-    for label, comparison in comparisons.items():
-        truth = runs[comparison.oracle].detection
-        if truth.face_sets is None or truth.covers != "instants":
-            continue
-        with progress.stage(f"faces of {label}", len(assembly.motion)) as advance:
-            said = face_sets_again(runs[label].detector, assembly, advance)
-        if said is not None:
-            recalls[label] = face_recall(said, truth.face_sets, comparison, found[comparison.oracle])
-    return recalls
-
-
-def _face_source(assembly: Assembly, seed: int, oracle: Run | None) -> Callable[[Motion], Detection]:
-    """The faces of some of the motion's frames by the most trusted detector of instants, made on first use.
-
-    An oracle of intervals, of volumes or of a lower rate says that there is contact, but not in which faces at a frame;
-    one that is that detector, and listed faces, has said it.
-    """
-    if oracle is not None and oracle.spec.name == TRUSTED and not oracle.spec.settings and oracle.detection.face_sets:
-        known = oracle.detection
-        return lambda motion: known.take(np.searchsorted(known.times, motion.times))
-
-    @cache
-    def trusted() -> Detector:
-        best = next(name for name in ORACLES if name in detector_names())
-        return make_detector(DetectorSpec("faces", best), assembly, seed)
-
-    return lambda motion: trusted().detect(motion, faces=True)

@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 from typing import Any, Final
 
+from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.comparison.contact_counts import ContactCounts, contact_counts, held_counts
-from replay.comparison.contact_duration import PHASES
 from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.comparison.outcome import Outcome
 from replay.detection.recorded import RECORDED
 from replay.pipeline.gates import figure
-from replay.pipeline.ranking import fault_words, ranking
+from replay.pipeline.ranking import false_words, fault_words, ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import undecided_share
 from sessions import Finding, Severity
@@ -21,22 +21,29 @@ NOT_COVERED: Final = (
 
 
 def headlines(result: RunResult) -> list[str]:
-    """What a title says of a run: of several detectors the worst one's faults, the larger first, else the contacts."""
-    if len(result.comparisons) > 1:
-        worst = ranking(result.summary)[0]
+    """What a title says of a run: the worst detector's faults, the larger first; of a single one, all its contacts."""
+    worst = next(iter(ranking(result.summary)), None)
+    if worst is None:
+        return []
+    if len(result.comparisons) > 1 or worst.leads_false:
         return [f"{worst.label}: {fault_words(worst)}"]
-    return [headline(result, label) for label in result.comparisons]
+    return [headline(result, worst.label)]
 
 
 def headline(result: RunResult, label: str) -> str:
     """Contacts of the oracle that the subject did not decide, then those it missed; fit for a title."""
     counts = contact_counts(result, label)
-    if counts.contacts:
-        return contact_words(counts, f" by {label}")
-    outcome = result.comparisons[label].outcome
-    if (outcome == Outcome.LEFT_OUT).all():
-        return f"Nothing compared: {result.oracle} and {label} both decided none of {outcome.size:,} pair-frames"
-    return f"No contact found by {result.oracle}, so none for {label} to miss"
+    if not counts.contacts:
+        outcome = result.comparisons[label].outcome
+        if (outcome == Outcome.LEFT_OUT).all():
+            return f"Nothing compared: {result.oracle} and {label} both decided none of {outcome.size:,} pair-frames"
+        return f"No contact found by {result.oracle}, so none for {label} to miss"
+    if label not in result.phases:
+        return contact_words(counts, label)
+    rate = result.summary["detectors"][label]["settings"]["rate_hz"]
+    mean = result.phases[label]["contacts_missed"]["share"] * counts.contacts
+    words = contact_words(counts, f"Looking {rate:g} times a second", " here")
+    return f"{words}; {mean:.1f} on average over look phases"
 
 
 def doubts(result: RunResult) -> list[str]:
@@ -56,23 +63,24 @@ def doubts(result: RunResult) -> list[str]:
     return lines
 
 
-def contact_words(counts: ContactCounts, by: str = "") -> str:
+def contact_words(counts: ContactCounts, who: str = "", here: str = "") -> str:
     """What became of the oracle's contacts, of which there is one at least; the undecided come first."""
     things = f"{counts.contacts} contact" + "s" * (counts.contacts != 1)
-    undecided = _some(counts.undecided, counts.undecided_in_part, f"{things} undecided", by)
-    missed = _some(counts.missed, counts.in_part, f"{things} missed", by)
-    if not undecided:
-        return missed or f"None of {things} missed{by}"
-    if counts.undecided == counts.contacts:
-        return undecided
-    return f"{undecided}; {missed or 'none missed where it decided'}"
+    undecided = _some(counts.undecided, counts.undecided_in_part, things, " undecided")
+    missed = _some(counts.missed, counts.in_part, things, here)
+    if undecided:
+        rest = "" if counts.undecided == counts.contacts else f"; missed {missed or 'none where it decided'}"
+        return f"{who} left {undecided}{rest}".lstrip()
+    if not missed and counts.contacts == 1:
+        return f"{who} found the one contact" if who else "the one contact was found"
+    return f"{who} missed {missed or f'none of {things}{here}'}".lstrip()
 
 
-def _some(whole: int, part: int, what: str, by: str) -> str:
-    """``2 of 5 contacts missed by slow, 1 more in part``; nothing where there are none."""
+def _some(whole: int, part: int, things: str, more: str) -> str:
+    """``2 of 5 contacts and part of 1 more``; nothing where there are none."""
     if not whole:
-        return f"{part} of {what} in part{by}" if part else ""
-    return f"{whole} of {what}{by}" + (f", {part} more in part" if part else "")
+        return f"part of {part} of {things}{more}" if part else ""
+    return f"{whole} of {things}{more}" + (f" and part of {part} more" if part else "")
 
 
 def undecided(result: RunResult) -> list[str]:
@@ -89,17 +97,12 @@ def undecided(result: RunResult) -> list[str]:
 def invented(result: RunResult) -> list[str]:
     """A line for a detector that reports contact where there is none: one that misses nothing may invent everything.
 
-    Of several detectors the ranking says it.
+    Where the headline says it, of several detectors or of the larger fault, there is none.
     """
-    lines: list[str] = []
-    if len(result.comparisons) > 1:
-        return lines
-    for label, comparison in result.comparisons.items():
-        wrong, right = comparison.count(Outcome.INVENTED), comparison.count(Outcome.BOTH)
-        if wrong:
-            share = figure(100 * wrong / (wrong + right))
-            lines.append(f"{label} invents {share} % of the contact that it reports, counted in pair-frames.")
-    return lines
+    ranks = ranking(result.summary)
+    if len(result.comparisons) != 1 or ranks[0].leads_false:
+        return []
+    return [f"{words}." for words in [false_words(result.summary["audit"][ranks[0].label]["invented"])] if words]
 
 
 def held(result: RunResult) -> list[str]:
@@ -115,24 +118,10 @@ def held(result: RunResult) -> list[str]:
     return lines
 
 
-def phases(result: RunResult) -> list[str]:
-    """A line per audited detector of a fixed rate: where its looks fall is chance, and other phases miss others."""
-    lines = []
-    for label, shares in result.phases.items():
-        rate, mean = result.summary["detectors"][label]["settings"]["rate_hz"], shares["contacts_missed"]
-        counts = contact_counts(result, label)
-        if counts.contacts:
-            lines.append(
-                f"{label} looks {rate:g} times a second. At this run's phase it misses {counts.missed} of "
-                f"{counts.contacts} contacts, {mean['share'] * counts.contacts:.2f} in the mean over {PHASES} phases."
-            )
-    return lines
-
-
 def beside(result: RunResult) -> list[str]:
     """What a reader must know beside the headlines: what was not decided, what is invented, what is chance."""
     return [
-        *undecided(result), *invented(result), *held(result), *in_noise(result), *compounds(result), *phases(result)
+        *undecided(result), *invented(result), *held(result), *in_noise(result), *compounds(result)
     ]  # fmt: skip
 
 
@@ -169,25 +158,48 @@ def compounds(result: RunResult) -> list[str]:
 
 
 def price(result: RunResult) -> list[str]:
-    """A line with the time of the oracle and of each audited detector; no line where none is audited.
+    """A line with what being right costs; no line where nothing is audited.
 
-    A run takes one pass of each, and the oracle alone lists faces: the line says so, and who measures like with like.
+    Like with like where the run measured it: the worst detector's own algorithm at every frame, or an oracle that was
+    asked live as it was. Else what each time is of is said, and who measures alike.
     """
     if not result.comparisons:
         return []
-    figures, trusted = result.summary["detectors"], result.oracle
-    labels = [trusted, *(label for label in result.comparisons if figures[label]["name"] != RECORDED)]
-    kinds = {label: _kind(figures[label]) for label in labels}
-    took = {label: f"{1e3 * figures[label]['seconds']['per_frame_mean']:.3g} ms" for label in labels}
-    did = "Every contact counted here was found by" if result.episodes[trusted] else "No contact was found by"
-    parts = [f"{did} {trusted} in {took[trusted]} a frame ({kinds[trusted]})"]
-    parts += [f"{label} took {took[label]} ({kinds[label]})" for label in labels[1:]]
-    alike = "" if len(set(kinds.values())) == 1 else ", not alike"
-    passes = f"One pass of each{alike}: replay tradeoff compares like with like" if len(labels) > 1 else "One pass"
-    return [f"{'; '.join(parts)}. {passes}."]
+    figures, trusted, ranks = result.summary["detectors"], result.oracle, ranking(result.summary)
+    worst = ranks[0].label
+    seconds = {label: figures[label]["seconds"] for label in (trusted, worst)}
+    took = f"{1e3 * seconds[worst]['per_frame_mean']:.2g} ms"
+    often = seconds[worst].get("at_every_frame")
+    if often is not None and not ranks[0].leads_false:
+        rarely = _how_often(figures[worst], result.summary["session"]["frames"])
+        return [f"The same algorithm at every frame costs {_of_frame(often)}, {rarely} {took} (like with like, live)."]
+    kinds = {label: _kind(figures[label]) for label in (trusted, worst)}
+    right = f"Being right costs {_of_frame(seconds[trusted]['per_frame_mean'])} with {trusted}"
+    if figures[worst]["name"] == RECORDED:
+        return [f"{right} ({kinds[trusted]}); what {worst} took is not recorded."]
+    if len(set(kinds.values())) == 1:
+        return [f"{right}; {worst} takes {took} (like with like, {kinds[worst]})."]
+    return [f"{right} ({kinds[trusted]}); {worst} took {took} ({kinds[worst]}). `replay tradeoff` compares alike."]
+
+
+def _of_frame(seconds: float) -> str:
+    """``0.08 ms (0.7 % of a 90 Hz frame)``."""
+    return f"{1e3 * seconds:.2g} ms ({figure(1e5 * seconds / BUDGET_MS)} % of a {HEADSET_HZ:g} Hz frame)"
+
+
+ORDINALS: Final = ("second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
+
+
+def _how_often(figures: Mapping[str, Any], frames: int) -> str:
+    """``every fourth frame``, or the rate where its looks do not fall so."""
+    looks = figures["seconds"].get("per_frame", {}).get("looks", 0)
+    every = frames / looks if looks else 0.0
+    if 1.5 < every < len(ORDINALS) + 1.5 and abs(every - round(every)) < 0.05:
+        return f"every {ORDINALS[round(every) - 2]} frame"
+    return f"{figures['settings']['rate_hz']:g} times a second"
 
 
 def _kind(figures: Mapping[str, Any]) -> str:
     """What a time is of; only times of one kind can be compared."""
-    way = "frame by frame" if figures["live"] else "whole recording at once"
-    return f"{way}, {'with' if figures['faces_asked'] else 'without'} faces"
+    way = "live" if figures["live"] else "offline"
+    return f"{way}{', with faces' if figures['faces_asked'] else ''}"

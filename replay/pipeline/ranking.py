@@ -93,20 +93,30 @@ def _rank(summary: Mapping[str, Any], label: str) -> Rank:
     )  # fmt: skip
 
 
+def false_words(share: Share | None) -> str:
+    """How much of what a detector reports is false, ``""``: nothing.
+
+    Every pair-frame counts alike: it is a share of time as far as frames are evenly spaced.
+    """
+    false = _part(share)
+    return f"{figure(100 * false)} % of the contact time it reports is false" if false else ""
+
+
 def fault_words(rank: Rank) -> str:
     """What is wrong with a detector, its larger fault first; follows its label, fit for a title."""
     lost, false = _part(rank.missed), _part(rank.false)
     things = f"of {rank.contacts} contact{'s' * (rank.contacts != 1)}"
     misses = f"misses {rank.count(rank.missed)} {things}, {rank.count(rank.in_part)} in part"
+    none = "finds the one contact" if rank.contacts == 1 else f"misses none {things}"
+    none = "" if rank.undecided or not rank.contacts else none
     words = [
         (2.0, f"leaves {rank.undecided} {things} undecided" if rank.undecided else ""),
-        (lost, misses if rank.lost else ""),
-        (false, f"{figure(100 * false)} % of the contact it reports is false" if false else ""),
+        (lost, misses if rank.lost else none if false else ""),
+        (false, false_words(rank.false)),
     ]
     told = "; ".join(text for _, text in sorted(words, key=lambda one: -one[0]) if text)
-    none = f"misses none {things}" if rank.contacts else "has no contact to miss"
     mean = f" (mean over {rank.phases} look phases)" if rank.phases > 1 else ""
-    return (told or f"{none} and says nothing false") + mean
+    return (told or f"{none or 'has no contact to miss'} and says nothing false") + mean
 
 
 def _part(share: Share | None) -> float:

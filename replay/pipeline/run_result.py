@@ -3,12 +3,13 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from cdcore import Detection, Detector
 from replay.comparison.causes import Causes
 from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_duration import ContactDurations
+from replay.comparison.false_contacts import FalseContact
 from replay.comparison.look_phases import Shares
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.noisy_contacts import NoiseResult
@@ -18,6 +19,9 @@ from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.repair import Repair
 from sessions import Session
+
+if TYPE_CHECKING:
+    from cdcore.search.tracing import Watched
 
 TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/2"
 
@@ -66,10 +70,12 @@ class Measured:
     comparisons : label -> comparison with the oracle.
     episodes : label -> that detection's contact episodes.
     misses : label -> numbered misses, in order of time.
+    false : label -> numbered false contacts, in order of time.
     matches : label -> its episodes matched one to one with the oracle's.
     face_recall : label -> face pairs found, where it was asked for and both list faces of instants.
     causes : label -> why each of its misses was missed.
     phases : label -> what a detector of a fixed rate misses and invents in the mean over look phases.
+    at_every_frame : label -> seconds a frame of such a detector where it looks at all of them, asked live.
     holdings : when a pair is a hand and what it holds; contacts there are counted apart.
     dwell : how long each other contact of the oracle lasted; ``None`` without an oracle.
     effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
@@ -77,6 +83,7 @@ class Measured:
     treatment : the findings of the doctor, and what the policy did about them.
     flags : which verdicts rest on a pose in doubt.
     detectors : label -> the detector, ready to be asked again.
+    watched : label -> what each stage of a search did, where that came with the faces.
     """
 
     session: Session
@@ -86,10 +93,12 @@ class Measured:
     comparisons: Mapping[str, Comparison]
     episodes: Mapping[str, tuple[Episode, ...]]
     misses: Mapping[str, tuple[Miss, ...]]
+    false: Mapping[str, tuple[FalseContact, ...]] = field(default_factory=dict)
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)
     face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)
     causes: Mapping[str, Causes] = field(default_factory=dict)
     phases: Mapping[str, Shares] = field(default_factory=dict)
+    at_every_frame: Mapping[str, float] = field(default_factory=dict)
     holdings: tuple[Episode, ...] = ()
     dwell: ContactDurations | None = None
     effects: Mapping[str, EffectRun] = field(default_factory=dict)
@@ -97,6 +106,7 @@ class Measured:
     treatment: Repair | None = None
     flags: Flags | None = None
     detectors: Mapping[str, Detector] = field(default_factory=dict)
+    watched: Mapping[str, "Watched | None"] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)

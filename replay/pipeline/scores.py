@@ -1,5 +1,6 @@
 """The figures of an audit as plain data: every share with its count, its whole and its interval."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
@@ -27,7 +28,7 @@ def score(result: Measured, label: str) -> dict[str, Any]:
     comparison, missed, contacts = result.comparisons[label], result.misses[label], contact_counts(result, label)
     frames = {outcome.name: comparison.count(outcome) for outcome in Outcome}
     unconfirmed = (result.detections[label].verdict == Verdict.CANDIDATE) & (comparison.outcome == Outcome.INVENTED)
-    truth = result.detections[result.oracle].verdict
+    truth, false = result.detections[result.oracle].verdict, result.false.get(label, ())
     figures: dict[str, Any] = {
         "pair_frames": frames, "missed": contacts.share(Outcome.MISSED),
         "invented": count_reports(comparison).share(Outcome.INVENTED), "undecided": undecided_share(result, label),
@@ -38,6 +39,7 @@ def score(result: Measured, label: str) -> dict[str, Any]:
         "contacts_undecided": contacts.undecided, "contact_frames_undecided": contacts.frames_undecided,
         "held": held_counts(result, label), "misses": len(missed),
         "by_kind": {kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
+        "false_contacts": len(false), "false_causes": dict(Counter(one.cause for one in false)),
         "faces": _faces(result.face_recall.get(label)),
     }  # fmt: skip
     if result.noise is not None:

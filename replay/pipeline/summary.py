@@ -25,7 +25,7 @@ SCHEMA: Final = "vrlab-replay/run/1"
 
 REPORTED_FACTS: Final = frozenset((
     "format", "profile", "source_units", "source_convention", "handedness", "conversions", "vr_type", "headset_model",
-    "clock", "pseudonym", "consent", "missing", "recovered", "synthetic", "seed", "noise", "jitter",
+    "scene_file", "clock", "pseudonym", "consent", "missing", "recovered", "synthetic", "seed", "noise", "jitter",
     "contacts_clock_offset_s", "contacts_clock_drift", "contacts_clock_residual_s",
 ))  # fmt: skip
 """Facts that leave the session file, in summary and report. Any other may lead to a person, so it is only counted."""
@@ -48,7 +48,10 @@ def summarise(
             for p in range(len(result.assembly.pairs))
         ],
         "oracle": result.oracle,
-        "detectors": {label: _detector(run, len(result.episodes[label])) for label, run in runs.items()},
+        "detectors": {
+            label: _detector(run, len(result.episodes[label]), result.at_every_frame.get(label))
+            for label, run in runs.items()
+        },
         "audit": {label: score(result, label) for label in result.comparisons},
         "dwell": None if result.dwell is None else result.dwell.table(),
         "noise": None if result.noise is None else result.noise.as_json(),
@@ -89,7 +92,7 @@ def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _detector(run: Run, contacts: int) -> dict[str, Any]:
+def _detector(run: Run, contacts: int, often: float | None) -> dict[str, Any]:
     detection = run.detection
     verdicts = np.bincount(detection.verdict.ravel(), minlength=len(Verdict))
     return {
@@ -98,7 +101,8 @@ def _detector(run: Run, contacts: int) -> dict[str, Any]:
         "approximate": detection.approximate, "contacts": contacts,
         "faces_asked": run.faces,
         "verdicts": {verdict.name: int(verdicts[verdict]) for verdict in Verdict if verdicts[verdict]},
-        "seconds": _seconds(run), "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
+        "seconds": _seconds(run) | ({} if often is None else {"at_every_frame": often}),
+        "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
         "digest": detection.digest, "faces_digest": detection.faces_digest if detection.face_sets is not None else None,
     }  # fmt: skip
 

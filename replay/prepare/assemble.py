@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from cdcore import Body, Motion, TriangleMesh
 from cdcore.errors import InvalidMeshError
 from replay.base.constants import BLOCK_FRAMES
+from replay.base.shown import shown
 from replay.errors import AssemblyError
 from replay.prepare.assembly import Assembly, PoseOrigin
 from replay.prepare.flags import chain_of
@@ -103,9 +104,8 @@ def lay_out(
     bodies = tuple(_body(session, name) for name in [*session.names, *fixed] if name in session.meshes)
     names = [body.name for body in bodies]
     if not bodies:
-        raise AssemblyError(
-            f"no body has a mesh; there are tracks of: {', '.join(session.names)}; give meshes with --mesh"
-        )
+        tracked = shown(", ".join(session.names))
+        raise AssemblyError(f"no body has a mesh; there are tracks of: {tracked}; give meshes with --mesh")
     Kinematics(session.scene, session.names, names)
     moves = dict(zip(session.names, seen.moves.tolist(), strict=True))
     rows = chosen_pairs(session.scene, names, moves, pairs)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -118,6 +117,13 @@ class BodyNoise:
         own = self.noise.get(self.roots[body])
         return 0.0 if own is None else own.margin(lever, bodies=1)
 
+    def reach_between(self, ends: Sequence[int], levers: Sequence[float]) -> float:
+        """The same of two bodies against each other; none where one tracker carries both."""
+        one, other = ends
+        if self.roots[one] == self.roots[other]:
+            return 0.0
+        return float(np.hypot(self.reach(one, levers[0]), self.reach(other, levers[1])))
+
 
 def noise_of(spec: NoiseSpec, assembly: Assembly, scene: Scene, whole: Motion | None = None) -> BodyNoise:
     """The noise of every tracker of an assembly; ``whole`` is the motion that it is measured in.
@@ -219,54 +225,47 @@ def _vectors(rotations: FloatArray) -> FloatArray:
 class NoisyCopies:
     """Errors of every tracker in every copy, block after block of one recording.
 
-    A copy of a body is the same whatever the size of the blocks, and whichever other bodies there are: each series has
-    a random stream of its own, and errors of two frames correlate by their true distance in time.
+    They are the same whatever the size of the blocks, and whichever other bodies there are: each tracker has a random
+    stream of its own, and errors of two frames correlate by their true distance in time.
     """
 
     def __init__(self, noise: BodyNoise, copies: int, seed: int) -> None:
         self.noise, self.copies = noise, copies
-        self._streams = {
-            root: [random_stream(seed, "noisy copy", root, restart=copy) for copy in range(copies)]
-            for root in noise.noise
-        }
-        self._last: dict[str, FloatArray] = {}
+        self._streams = {root: random_stream(seed, "noisy copies", root) for root in noise.noise}
+        self._last = {root: np.zeros((copies, 6)) for root in noise.noise}
         self._time = -np.inf
 
-    def errors(self, times: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """Root -> its position errors (C, B, 3) in metres and rotation errors (C, B, 3, 3) at the frames of a block."""
+    def errors(self, times: FloatArray) -> dict[str, FloatArray]:
+        """Root -> its errors (B, C, 6) at the frames of a block: of the place in metres, a rotation vector in radians.
+
+        Source: an Ornstein-Uhlenbeck process, stepped exactly.
+        """
         gaps = np.diff(times, prepend=self._time)
+        self._time = float(times[-1]) if len(times) else self._time
         found = {}
         for root, noise in self.noise.noise.items():
-            fresh = np.stack([stream.standard_normal((len(times), 6)) for stream in self._streams[root]], axis=1)
             keep = np.exp(-gaps / noise.correlation_s)
-            add = np.sqrt(1.0 - keep**2)
-            before = self._last.get(root, np.zeros((self.copies, 6)))
-            for row, (old, new) in enumerate(zip(keep.tolist(), add.tolist(), strict=True)):
-                before = fresh[row] = old * before + new * fresh[row]
-            self._last[root] = before
-            series = np.swapaxes(fresh, 0, 1)
-            turned = np.radians(noise.rotation_rms_deg) / np.sqrt(3.0) * series[..., 3:]
-            rotation = Rotation.from_rotvec(turned.reshape(-1, 3)).as_matrix()
-            moved = noise.position_rms_m / np.sqrt(3.0) * series[..., :3]
-            found[root] = moved, rotation.reshape(*moved.shape[:2], 3, 3)
-        self._time = float(times[-1]) if len(times) else self._time
+            series = self._streams[root].standard_normal((len(times), self.copies, 6))
+            series *= np.sqrt(1.0 - keep**2)[:, None, None]
+            before = self._last[root]
+            for row, share in enumerate(keep.tolist()):
+                before = np.add(series[row], share * before, out=series[row])
+            self._last[root] = before.copy()
+            sigma = noise.position_rms_m, np.radians(noise.rotation_rms_deg)
+            found[root] = series * np.repeat(sigma, 3) / np.sqrt(3.0)
         return found
 
     def poses(
-        self, motion: Motion, errors: Mapping[str, tuple[FloatArray, FloatArray]], body: int, rows: BoolArray
+        self, motion: Motion, errors: Mapping[str, FloatArray], body: int, rows: BoolArray
     ) -> tuple[FloatArray, FloatArray]:
         """Rotations (C k, 3, 3) and places (C k, 3) of a body at k rows of a block, copy after copy."""
         turn, place = motion.rotations[rows, body], motion.translations[rows, body]
         own = errors.get(self.noise.roots[body])
         if own is None:
             return np.tile(turn, (self.copies, 1, 1)), np.tile(place, (self.copies, 1))
-        lever = place - motion.translations[rows, self.noise.anchors[body]]
-        moved, turned = own[0][:, rows], own[1][:, rows]
-        swung = (turned @ lever[None, :, :, None])[..., 0] - lever
-        return (turned @ turn).reshape(-1, 3, 3), (place + moved + swung).reshape(-1, 3)
-
-
-def joined_spans(spans: Sequence[tuple[int, int]], times: FloatArray, apart: float) -> list[tuple[int, int]]:
-    """Spans of frames, in order, of which those less than ``apart`` seconds from each other are one."""
-    starts = [0, *(k + 1 for k, (one, other) in enumerate(pairwise(spans)) if times[other[0]] - times[one[1]] >= apart)]
-    return [(spans[a][0], spans[b - 1][1]) for a, b in pairwise([*starts, len(spans)])] if spans else []
+        moved, turned = np.split(own[rows].swapaxes(0, 1), 2, axis=2)
+        rotation = Rotation.from_rotvec(turned.reshape(-1, 3)).as_matrix().reshape(*moved.shape, 3)
+        if self.noise.anchors[body] != body:
+            lever = place - motion.translations[rows, self.noise.anchors[body]]
+            moved = moved + (rotation @ lever[None, :, :, None])[..., 0] - lever
+        return (rotation @ turn).reshape(-1, 3, 3), (place + moved).reshape(-1, 3)

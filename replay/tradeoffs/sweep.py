@@ -18,9 +18,9 @@ from replay.base.constants import BUDGET_MS
 from replay.base.machine import machine, versions
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.tolerance import TAU
-from replay.detection.detector_spec import SpecLike, SpecsLike, parse_detector
+from replay.detection.detector_spec import TRUSTED, SpecLike, SpecsLike, parse_detector
 from replay.detection.run_detector import make_detector, warm_frames
-from replay.pipeline.engine import TRUSTED, prepared
+from replay.pipeline.engine import prepared
 from replay.pipeline.run_result import Tradeoff
 from replay.prepare.assemble import Pairs
 from replay.prepare.assembly import Assembly

@@ -89,6 +89,13 @@ _MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
                           "export it with the right handedness"),
         "mesh-units": ("its size is not that of a thing on a bench", "set scale in the scene"),
     },
+    "stream": {
+        "gaze-nowhere": ("the sample says that the eyes were seen, and holds no direction",
+                         "flag such samples as lost in the export"),
+        "stream-apart": ("none of it falls into the time of the poses: its clock is another one",
+                         "bring it onto the clock of the poses before it is imported"),
+        "stream-empty": ("nothing was measured", "check the sensor and its column"),
+    },
     "scene": {
         "bad-scene": ("what was declared cannot be read", "correct the scene"),
         "unknown-frame": ("poses are given in a frame, or for a body, that the file does not know",

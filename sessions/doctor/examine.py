@@ -1,24 +1,23 @@
 """``examine``: finds everything wrong with a recording, a scene or a mesh; no fault ends the search."""
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Final, TypeVar
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from sessions.doctor.finding import Finding, Severity, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.scale import table_findings
-from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings
+from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings, stream_findings
 from sessions.doctor.structure import structure_findings
 from sessions.doctor.tolerant_frames import Noted, TolerantFrames
-from sessions.errors import SessionError, SessionFileError
+from sessions.errors import SceneError, SessionError, SessionFileError
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.reader import (
     attached_mesh,
-    attached_scene,
     is_part,
     listed_names,
     mesh_code,
@@ -26,23 +25,36 @@ from sessions.mcap_format.reader import (
     session_facts,
 )
 from sessions.mcap_format.refusals import brief
-from sessions.mcap_format.schemas import WORLD
+from sessions.mcap_format.schemas import GAZE_PREFIX, SCALARS_PREFIX, WORLD, topic_key
+from sessions.mcap_format.writer import SCENE_FILE
+from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene
 from sessions.model.session import Session
+
+if TYPE_CHECKING:
+    from sessions.scene_files.scene_check import Planned
 
 Result = TypeVar("Result")
 MESH_FILES: Final = (".glb", ".obj", ".stl", ".ply", ".off")
 
 
-def examine(recording: str | Path | Session) -> list[Finding]:
+def examine(
+    recording: str | Path | Session, *, scene: str | Path | None = None, planned: "Planned" = lambda *_: ()
+) -> list[Finding]:
     """Everything that is wrong with a recording, or odd about it, the worst first.
 
-    ``recording``: a session file, a mesh file (GLB, OBJ, STL, PLY, OFF), a scene (TOML), or a session in memory.
+    ``recording``: a session file, a mesh file (GLB, OBJ, STL, PLY, OFF), a scene (TOML), or a session in memory;
+    ``scene``: a scene file in place of the session's own; ``planned`` judges effects, which `sessions` does not know.
 
     Raises ``SessionFileError``: the file is missing or may not be read. Faults *in* the file become findings.
     """
     if isinstance(recording, Session):
-        return in_order([*examine_session(recording)])
+        replaced = recording
+        if scene is not None:
+            from sessions.scene_files.scene_meshes import with_scene
+
+            replaced = with_scene(recording, scene)
+        return in_order([*examine_session(replaced), *_bad_scene(planned(replaced.scene, SCENE_FILE))])
     path = Path(recording)
     try:
         with path.open("rb"):
@@ -50,8 +62,8 @@ def examine(recording: str | Path | Session) -> list[Finding]:
         if kind in MESH_FILES:
             return in_order([*_mesh_file(path)])
         if kind == ".toml":
-            return in_order([*_scene_file(path)])
-        return in_order([*_session_file(path)])
+            return in_order([*_scene_file(path, planned)])
+        return in_order([*_session_file(path, scene, planned)])
     except OSError as error:
         raise SessionFileError(
             f"{path} cannot be read ({error.strerror or error}); check the path and who may read it"
@@ -69,16 +81,26 @@ def _mesh_file(path: Path) -> Iterator[Finding]:
     yield from mesh_findings(path.stem, mesh)
 
 
-def _scene_file(path: Path) -> Iterator[Finding]:
-    from sessions.scene_files.scene_meshes import scene_meshes
-    from sessions.scene_files.scene_toml import read_scene
+def _bad_scene(faults: Iterable[str]) -> Iterator[Finding]:
+    return (Finding("bad-scene", Severity.ERROR, fault) for fault in faults)
+
+
+Checked = tuple[Scene, dict[str, MeshData], list[str]]
+
+
+def _checked(path: Path, planned: "Planned") -> Checked:
+    from sessions.scene_files.scene_check import checked_scene
+    from sessions.scene_files.toml_table import read_text
 
     try:
-        scene = read_scene(path)
-        meshes = scene_meshes(scene, path.parent)
-    except SessionError as error:
-        yield Finding("bad-scene", Severity.ERROR, str(error))
-        return
+        return checked_scene(read_text(path, "scene", SceneError), path.name, planned, path.parent)
+    except SceneError as error:
+        return Scene(), {}, [*error.faults]
+
+
+def _scene_file(path: Path, planned: "Planned") -> Iterator[Finding]:
+    scene, meshes, faults = _checked(path, planned)
+    yield from _bad_scene(faults)
     yield from all_mesh_findings(meshes)
     for finding in scene_findings(scene, [body.id for body in scene.bodies if body.fixed is None], [*meshes]):
         if finding.code != "no-mesh":
@@ -106,7 +128,7 @@ def refusal(error: SessionFileError, body: str = "") -> Finding:
     return Finding(error.code, Severity.ERROR, brief(error), body)
 
 
-def _session_file(path: Path) -> Iterator[Finding]:
+def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -> Iterator[Finding]:
     try:
         file = McapFile(path)
     except SessionFileError as error:
@@ -118,13 +140,18 @@ def _session_file(path: Path) -> Iterator[Finding]:
     facts, hashes = tried(lambda: session_facts(file), nothing)
     nobody: tuple[str, ...] = ()
     names = tried(lambda: listed_names(file), nobody) if file.own else nobody
-    scene = tried(lambda: attached_scene(file), Scene())
+    none: Checked = (Scene(), {}, [])
+    look = partial(_attached, file, planned) if replaced is None else partial(_checked, Path(replaced), planned)
+    scene, declared, faults = tried(look, none)
+    tried.findings += _bad_scene(faults)
     meshes = {
         name: tried(partial(attached_mesh, file, name, expected), None, name) for name, expected in hashes.items()
     }
+    streams: dict[str, dict[str, Any]] = {prefix: {} for prefix in (GAZE_PREFIX, SCALARS_PREFIX)}
     for topic in dict.fromkeys(channel.topic for channel in file.catalogue.channels.values()):
-        if is_part(topic):
-            tried(partial(part, file, topic), None)
+        found = tried(partial(part, file, topic), None) if is_part(topic) else None
+        if found is not None and (prefix := topic_key(topic)) in streams:
+            streams[prefix][topic.removeprefix(prefix)] = found
     frames = TolerantFrames(file, names)
     looked = look_through(frames.blocks(), scene.space_radius)
     known = len(tried.findings)
@@ -136,10 +163,19 @@ def _session_file(path: Path) -> Iterator[Finding]:
     yield from tried.findings
     yield from _noted(frames.noted, looked, names if file.own else looked.names)
     yield from frame_findings(looked, scene, facts)
-    there = {name: mesh for name, mesh in meshes.items() if mesh is not None}
+    there = {name: mesh for name, mesh in meshes.items() if mesh is not None} | declared
     yield from all_mesh_findings(there)
     yield from table_findings(there, scene)
-    yield from scene_findings(scene, looked.names, [*meshes])
+    yield from scene_findings(scene, looked.names, [*meshes, *declared])
+    yield from stream_findings({"gaze": streams[GAZE_PREFIX], "scalar": streams[SCALARS_PREFIX]}, looked)
+
+
+def _attached(file: McapFile, planned: "Planned") -> Checked:
+    """The scene that a file carries."""
+    from sessions.scene_files.scene_check import checked_scene
+
+    data = file.attachment(SCENE_FILE)
+    return (Scene(), {}, []) if data is None else checked_scene(data.decode(errors="replace"), SCENE_FILE, planned)
 
 
 def _noted(noted: Noted, looked: PosePass, listed: tuple[str, ...]) -> Iterator[Finding]:

@@ -1,8 +1,10 @@
 """Findings about a session and its scene, but not about its file: the container code is not loaded."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
-from sessions.doctor.finding import Finding, Severity
+import numpy as np
+
+from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.meshes import all_mesh_findings
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.poses import pose_findings
@@ -12,6 +14,9 @@ from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.scene_pairs import absent_bodies
 from sessions.model.session import Session
+from sessions.model.streams import GazeTrack, ScalarTrack
+
+Streams = Mapping[str, Mapping[str, GazeTrack] | Mapping[str, ScalarTrack]]
 
 
 def examine_session(session: Session, looked: PosePass | None = None) -> Iterator[Finding]:
@@ -21,6 +26,27 @@ def examine_session(session: Session, looked: PosePass | None = None) -> Iterato
     yield from all_mesh_findings(session.meshes)
     yield from table_findings(session.meshes, session.scene)
     yield from scene_findings(session.scene, session.names, [*session.meshes])
+    yield from stream_findings({"gaze": session.gaze, "scalar": session.scalars}, looked)
+
+
+def stream_findings(streams: Streams, looked: PosePass) -> Iterator[Finding]:
+    """Everything about gaze and scalars; ``streams``: what they are called -> name -> stream."""
+    zero, last = (int(looked.stamp_ns.min()), int(looked.stamp_ns.max())) if len(looked.stamp_ns) else (0, 0)
+    for what, named in streams.items():
+        for name, one in named.items():
+            called, stamps = f"{what} {name!r}", one.times_ns
+            there = one.valid if isinstance(one, GazeTrack) else np.isfinite(one.values)
+            if not there.any():
+                yield Finding("stream-empty", Severity.WARNING, f"{called}: no sample of {len(one)} holds anything")
+            elif zero < last and (stamps[0] > last or stamps[-1] < zero):
+                ends = f"{(stamps[0] - zero) / 1e9:.1f} s to {(stamps[-1] - zero) / 1e9:.1f} s after the first pose"
+                message = f"{called}: it lasts from {ends}, the poses {(last - zero) / 1e9:.1f} s"
+                yield Finding("stream-apart", Severity.WARNING, message)
+            if isinstance(one, GazeTrack) and (lost := np.flatnonzero(one.valid & ~one.usable)).size:
+                message = f"{called}: samples that are seen and hold no direction: {len(lost)}"
+                yield Span(int(stamps[lost[0]]), int(stamps[lost[-1]]), zero).finding(
+                    "gaze-nowhere", Severity.WARNING, message, count=len(lost)
+                )
 
 
 def frame_findings(looked: PosePass, scene: Scene, metadata: dict[str, str]) -> Iterator[Finding]:

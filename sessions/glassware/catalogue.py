@@ -55,11 +55,19 @@ def make_instrument(name: str, faces: int = 5000, **options: Any) -> Instrument:
         raise UnknownInstrumentError(f"no instrument {name!r}; there are: {', '.join(INSTRUMENTS)}")
     if not LEAST_FACES <= faces <= MOST_FACES:
         raise UnknownInstrumentError(f"{name} with {faces} faces; ask for {LEAST_FACES} to {MOST_FACES:,}")
-    module, function, fixed = INSTRUMENTS[name]
-    make = getattr(importlib.import_module(f"sessions.glassware.{module}"), function)
-    allowed = set(make.__kwdefaults__ or ()) - set(fixed)
+    make, allowed = _maker(name), instrument_options(name)
     unknown = set(options) - allowed
     if unknown:
         known = ", ".join(sorted(allowed)) or "none"
         raise UnknownInstrumentError(f"{name} has no option {', '.join(sorted(unknown))}; its options: {known}")
-    return make(faces, **fixed, **options)
+    return make(faces, **INSTRUMENTS[name][2], **options)
+
+
+def instrument_options(name: str) -> set[str]:
+    """The options that an instrument of the table takes."""
+    return set(_maker(name).__kwdefaults__ or ()) - set(INSTRUMENTS[name][2])
+
+
+def _maker(name: str) -> Any:
+    module, function, _ = INSTRUMENTS[name]
+    return getattr(importlib.import_module(f"sessions.glassware.{module}"), function)

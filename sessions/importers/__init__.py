@@ -20,7 +20,8 @@ IMPORTERS: Final[dict[str, str]] = {
     "uxf": "sessions.importers.uxf:read_uxf",
     "xdf": "sessions.importers.xdf:read_xdf",
 }
-"""Format -> ``module:function``. Rows from outside come in through the entry-point group below."""
+"""Format -> ``module:function`` that reads a path as ``Imported``; rows from outside, as ``Session``, come in through
+the entry-point group below."""
 
 AUTO: Final = "auto"
 """The format that looks at the source first; why it took it for what it did is the fact ``taken_for``."""
@@ -28,7 +29,8 @@ AUTO: Final = "auto"
 FOLDERS: Final = ("uxf", AUTO)
 """Formats whose source may be a folder."""
 
-FOR_THE_WHOLE: Final = ("meshes", "scene", "scene_folder", "proxies")
+COMMON: Final = ("meshes", "scene", "scene_folder", "proxies")
+"""Options of every importer above; see ``sessions.importers.finish.finished``."""
 
 ENTRY_POINT_GROUP: Final = "vrlab_replay.importers"
 
@@ -46,8 +48,7 @@ def import_session(format: str, source: str | Path | Sequence[str | Path], **opt
     ----------
     format : a name in ``IMPORTERS`` or of an installed package.
     source : the file, or the folder of a format in ``FOLDERS``; or several, of one clock and one recording.
-    options : keywords of that importer; all take ``meshes``, ``scene``, ``scene_folder`` and ``proxies`` of
-        ``sessions.importers.finish.finished``.
+    options : keywords of that importer, and those in ``COMMON``.
 
     Raises ``ImportFileError``: an unknown format or option, or a file that is not what it should be; names file, line
     and column.
@@ -62,12 +63,22 @@ def import_session(format: str, source: str | Path | Sequence[str | Path], **opt
         name, why = recognised(path)
         session = import_session(name, path, **options)
         return replace(session, facts={**session.facts, "taken_for": f"{name}, because {why}"})
-    known = list(signature(_importer(format)).parameters)[1:] if format != AUTO else list(options)
+    known = _options(format) if format != AUTO else list(options)
     for option in options:
         if option not in known:
             raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {', '.join(known)}")
     if not is_there:
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
+    common = {name: options.pop(name) for name in COMMON if format in IMPORTERS and name in options}
+    made = _read(format, path, options)
+    if format not in IMPORTERS:
+        return made
+    from sessions.importers.finish import finished
+
+    return finished(made, path, **common)
+
+
+def _read(format: str, path: Path, options: dict[str, Any]) -> Any:
     read = _importer(format)
     try:
         return read(path, **options)
@@ -78,16 +89,22 @@ def import_session(format: str, source: str | Path | Sequence[str | Path], **opt
         raise ImportFileError(f"{where} failed: {type(error).__name__}: {error}; report it to its package") from error
 
 
+def _options(format: str) -> list[str]:
+    own = list(signature(_importer(format)).parameters)[1:]
+    return [*own, *COMMON] if format in IMPORTERS else own
+
+
 def _joined(format: str, sources: Sequence[str | Path], options: dict[str, Any]) -> Session:
     if len(sources) == 1:
         return import_session(format, sources[0], **options)
-    whole = {name: options.pop(name) for name in FOR_THE_WHOLE if name in options}
+    whole = {name: options.pop(name) for name in COMMON if name in options}
     if not sources or options.get("mesh_axes", "same") != "same":
         raise ImportFileError("name a source; turn meshes by mesh_axes with one source alone")
     parts = {Path(one): import_session(format, one, **options, proxies=False) for one in sources}
+    from sessions.importers.finish import finished
     from sessions.importers.joining import joined
 
-    return joined(parts, **whole)
+    return finished(joined(parts), next(iter(parts)), **whole)
 
 
 def _importer(name: str) -> Any:

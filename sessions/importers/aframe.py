@@ -8,19 +8,16 @@ Source: the format of aframe-motion-capture-components (``poses``, ``events``, `
 
 import json
 import math
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.finish import Imported, MeshSource, counted, finished, side_of, usable_track
+from sessions.importers.finish import Imported, counted, side_of, usable_track
 from sessions.meshes.conventions import quaternion_from_euler
 from sessions.model.event import Event
 from sessions.model.hand import HandTrack
-from sessions.model.scene import Scene
-from sessions.model.session import Session
 from sessions.model.track import Track
 
 OPENVR_GAMEPAD: Final = "OpenVR Gamepad"
@@ -32,15 +29,8 @@ MOST_BUTTONS: Final = 32
 LARGEST_MS: Final = 9.0e12  # About 9 million seconds short of what int64 nanoseconds hold
 
 
-def read_aframe(
-    source: Path,
-    *,
-    meshes: Mapping[str, MeshSource] | None = None,
-    scene: Scene | None = None,
-    scene_folder: str | Path = ".",
-    proxies: bool | None = None,
-) -> Session:
-    """The session of an A-Frame motion capture; see ``sessions.importers.finish.finished`` for the keywords."""
+def read_aframe(source: Path) -> Imported:
+    """Poses, events and buttons of an A-Frame motion capture."""
     devices = _devices(source)
     tracks: dict[str, Track] = {}
     events: list[Event] = []
@@ -59,8 +49,7 @@ def read_aframe(
     clock = "performance clock of the browser, ms"
     metadata = {"source_units": "m", "source_convention": "webxr", "handedness": "right", "clock": clock}
     events.sort(key=lambda event: event.time_ns)
-    samples = Imported(tracks, tuple(done), metadata, events, hands)
-    return finished(samples, source, meshes=meshes, scene=scene, scene_folder=scene_folder, proxies=proxies)
+    return Imported(tracks, tuple(done), metadata, events, hands)
 
 
 def _devices(source: Path) -> dict[str, dict[str, Any]]:

@@ -1,6 +1,6 @@
 """Imports a CSV of poses, wide or long, of any convention; doubtful rows are flagged as lost."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,16 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
-from sessions.geometry.rotations import quaternion_from_matrix
-from sessions.importers.csv_happenings import events, hands, live_contacts, pose_rows, unknown_kinds
-from sessions.importers.csv_mapping import METRES, UNITY, CsvMapping, PoseColumns, read_mapping
+from sessions.geometry.rotations import quaternion_from_matrix, rotated
+from sessions.importers.beside_poses import BesidePoses
+from sessions.importers.csv_happenings import (
+    events,
+    hands,
+    live_contacts,
+    pose_rows,
+    rows_of_kind,
+    scalar_cells,
+    unknown_kinds,
+)
+from sessions.importers.csv_mapping import METRES, PRESETS, UNITY, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable, Rows
-from sessions.importers.finish import QUATERNION_TOLERANCE, Imported, MeshSource, finished, loaded
-from sessions.importers.pose_table import PoseTable, SourceFrame, imported
-from sessions.mesh_data import MeshData
+from sessions.importers.finish import QUATERNION_TOLERANCE, Imported, usable_track
+from sessions.importers.pose_table import PoseTable, SourceFrame, imported, in_frame
 from sessions.meshes.conventions import Convention, convention, quaternion_from_euler
-from sessions.model.scene import Scene
-from sessions.model.session import Session
 
 MESH_AXES = {
     "same": "mesh files have the axes of the converted session",
@@ -33,60 +39,64 @@ def read_csv(
     source: Path,
     *,
     mapping: str | Path | CsvMapping | None = None,
+    preset: str | None = None,
     convention: str | None = None,
     mesh_axes: str = "same",
-    meshes: Mapping[str, MeshSource] | None = None,
-    scene: Scene | None = None,
-    scene_folder: str | Path = ".",
-    proxies: bool | None = None,
-) -> Session:
-    """The session of a CSV file.
+) -> Imported:
+    """Everything in a CSV file.
 
     Parameters
     ----------
-    mapping : a mapping file or ``CsvMapping``; ``None``: the CSV of the README's Unity script.
+    mapping : a mapping file or ``CsvMapping``; ``None``: that of a preset.
+    preset : a name in ``PRESETS``; ``None``: the one whose columns are there, else ``unity``.
     convention : a name in ``CONVENTIONS``; wins over the mapping's.
     mesh_axes : ``same``, or ``x-flipped`` for meshes that a glTF exporter of Unity wrote (it flips X, the poses flip Z:
-        without this every mesh is turned by 180 degrees about Y).
-    meshes, scene, scene_folder, proxies : see ``sessions.importers.finish.finished``.
+        without this every mesh is turned by 180 degrees about Y). Source: F_z F_m^-1 with F_m = diag(-1, 1, 1) is
+        this half turn.
 
     Raises ``ImportFileError``: names file, line and column.
     """
     if mesh_axes not in MESH_AXES:
         raise ImportFileError(f"no mesh_axes {mesh_axes!r}; there are: {', '.join(MESH_AXES)}")
-    plan = UNITY if mapping is None else mapping if isinstance(mapping, CsvMapping) else read_mapping(mapping)
+    if mapping is not None:
+        if preset is not None:
+            raise ImportFileError("a mapping and a preset both say what the columns are; give one of them")
+        plan = mapping if isinstance(mapping, CsvMapping) else read_mapping(mapping)
+        table = CsvTable(
+            source, plan.delimiter, plan.decimal, plan.skip_lines, plan.header_lines, plan.columns, plan.rate_hz, True
+        )
+    else:
+        table = CsvTable(source, UNITY.delimiter, UNITY.decimal)
+        plan = _preset(table, preset)
     axes = _axes(convention or plan.convention)
-    table = CsvTable(source, plan.delimiter, plan.decimal, plan.skip_lines, plan.header_lines)
-    if mapping is None and plan.time not in table.columns:
+    samples = _samples(table, plan, axes)
+    if mesh_axes == "same":
+        return samples
+    done = (*samples.conversions, f"{MESH_AXES[mesh_axes]}: turned by 180 degrees")
+    return replace(samples, conversions=done, mesh_turn=HALF_TURN)
+
+
+def _preset(table: CsvTable, name: str | None) -> CsvMapping:
+    """The mapping of a preset that fits the columns of a table."""
+    if name is not None and name not in PRESETS:
+        raise ImportFileError(f"no preset {name!r}; there are: {', '.join(PRESETS)}")
+    plans = [plan for one in (PRESETS if name is None else [name]) for plan in PRESETS[one]]
+    for plan in plans:
+        if plan.body is not None and {plan.time, plan.name, *plan.body.numbers} <= {*table.columns}:
+            says = plan.body.valid in table.columns
+            return plan if says else replace(plan, body=replace(plan.body, valid=""))
+    if name is None and plans[0].time not in table.columns:
         raise ImportFileError(
-            f"{source}: line 1: no column {plan.time!r}, so this is not the CSV of the Unity script; "
+            f"{table.source}: line 1: no column {plans[0].time!r}, so this is not the CSV of the Unity script; "
             "say with --mapping FILE what its columns are"
         )
-    samples = _samples(table, plan, axes)
-    if mesh_axes != "same":
-        samples = replace(samples, conversions=(*samples.conversions, f"{MESH_AXES[mesh_axes]}: turned by 180 degrees"))
-    given = meshes or {} if mesh_axes == "same" else _turned_meshes(meshes or {}, scene, Path(scene_folder))
-    return finished(samples, source, meshes=given, scene=scene, scene_folder=scene_folder, proxies=proxies)
+    return plans[0]
 
 
 def _axes(name: str) -> Convention:
     if not name:
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
     return convention(name)
-
-
-def _turned_meshes(meshes: Mapping[str, MeshSource], scene: Scene | None, folder: Path) -> dict[str, MeshData]:
-    """Every mesh file, given or named by the scene, turned by 180 degrees about Y; shapes and instruments stay.
-
-    Source: F_z F_m^-1 with F_m = diag(-1, 1, 1) is this half turn.
-    """
-    from sessions.meshes.mesh_files import load_mesh
-
-    turned = {name: loaded(mesh) for name, mesh in meshes.items()}
-    for body in scene.bodies if scene is not None else ():
-        if body.mesh and body.id not in turned:
-            turned[body.id] = load_mesh(folder / body.mesh, body.scale)
-    return {name: mesh.transformed(HALF_TURN) for name, mesh in turned.items()}
 
 
 def _samples(table: CsvTable, plan: CsvMapping, axes: Convention) -> Imported:
@@ -99,6 +109,7 @@ def _samples(table: CsvTable, plan: CsvMapping, axes: Convention) -> Imported:
     contacts, twice = live_contacts(table, plan)
     frame = SourceFrame(axes, plan.units, METRES[plan.units], f"column {plan.time}, {plan.unit}", plan.unit)
     samples = imported(tables, frame, [*notes, *twice, *unknown_kinds(table, plan)])
+    samples = _beside(table, plan, frame).put_into(samples)
     return replace(samples, events=events(table, plan), hands=hands(table, plan), live_contacts=contacts)
 
 
@@ -132,6 +143,28 @@ def _poses(table: CsvTable, plan: CsvMapping, columns: PoseColumns, rows: Rows) 
     elif columns.matrix:
         turn = _of_matrices(turn.reshape(-1, 3, 3))
     return PoseTable(stamps, numbers[:, :3], turn, valid)
+
+
+def _beside(table: CsvTable, plan: CsvMapping, frame: SourceFrame) -> BesidePoses:
+    """Gaze and numbers, in columns of their own or in rows of their kind."""
+    beside, poses = BesidePoses(), pose_rows(table, plan)
+    for name, (rows, column, unit) in scalar_cells(table, plan, poses).items():
+        stamps, first = np.unique(table.stamps(plan.time, plan.unit, rows), return_index=True)
+        beside.scalar(name, stamps, table.numbers((column,), rows)[first, 0], unit)
+    for name, ray in plan.gaze.items():
+        stamps, first = np.unique(table.stamps(plan.time, plan.unit, poses), return_index=True)
+        rays = frame.axes.points(table.numbers((*ray.origin, *ray.direction), poses).reshape(-1, 2, 3))[first]
+        seen = table.flags(ray.valid, poses)[first] if ray.valid else np.ones(len(first), dtype=np.bool_)
+        beside.looked(name, stamps, rays[:, 0] * frame.metres, rays[:, 1], seen)
+    looked = rows_of_kind(table, plan, plan.kinds.gaze)
+    if plan.body is None or not looked.any():
+        return beside
+    for name in table.words(plan.name, looked):
+        pose = _poses(table, plan, plan.body, looked & table.rows_of(plan.name, name))
+        eye, _, _ = usable_track(*in_frame(pose, frame))
+        forward = rotated(eye.quaternions_xyzw, (0.0, 0.0, -1.0))
+        beside.looked(name, eye.times_ns, eye.positions, forward, eye.valid)
+    return beside
 
 
 def _of_matrices(matrices: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""What a CSV holds besides poses: collisions the engine reported, triggers, events; rows left out are counted."""
+"""What a CSV holds besides poses: collisions, triggers, events, gaze, numbers; rows left out are counted."""
 
 from collections.abc import Iterator
 from typing import Any
@@ -20,7 +20,7 @@ def live_contacts(table: CsvTable, plan: CsvMapping) -> tuple[tuple[LiveContact,
     found: dict[tuple[int, frozenset[str], str], LiveContact] = {}
     reported = 0
     for phase, word in (("enter", plan.kinds.enter), ("exit", plan.kinds.exit)):
-        for stamp, first, second in _cells(table, plan, _of_kind(table, plan, word), plan.name, plan.kinds.other):
+        for stamp, first, second in _cells(table, plan, rows_of_kind(table, plan, word), plan.name, plan.kinds.other):
             reported += 1
             found.setdefault((stamp, frozenset((first, second)), phase), LiveContact(stamp, first, second, phase))
     twice = reported - len(found)
@@ -31,7 +31,7 @@ def live_contacts(table: CsvTable, plan: CsvMapping) -> tuple[tuple[LiveContact,
 def hands(table: CsvTable, plan: CsvMapping) -> dict[str, HandTrack]:
     """``student/<side>`` -> trigger, from the rows that hold one; of rows with one stamp the first counts."""
     found = {}
-    pulled = _of_kind(table, plan, plan.kinds.trigger)
+    pulled = rows_of_kind(table, plan, plan.kinds.trigger)
     for name in table.words(plan.name, pulled) if plan.kinds.trigger else ():
         rows = pulled & table.rows_of(plan.name, name)
         stamps, first = np.unique(table.stamps(plan.time, plan.unit, rows), return_index=True)
@@ -42,7 +42,7 @@ def hands(table: CsvTable, plan: CsvMapping) -> dict[str, HandTrack]:
 
 def events(table: CsvTable, plan: CsvMapping) -> list[Event]:
     """Rows that are events, and every new text in a column of events, by time."""
-    kinds, rows = plan.kinds, _of_kind(table, plan, plan.kinds.event)
+    kinds, rows = plan.kinds, rows_of_kind(table, plan, plan.kinds.event)
     found = [
         Event(stamp, name or kinds.event, message, body)
         for stamp, name, body, message in _cells(table, plan, rows, kinds.other, plan.name, kinds.value)
@@ -50,10 +50,19 @@ def events(table: CsvTable, plan: CsvMapping) -> list[Event]:
     return sorted([*found, *_event_columns(table, plan)], key=lambda event: event.time_ns)
 
 
+def scalar_cells(table: CsvTable, plan: CsvMapping, poses: Rows) -> dict[str, tuple[Rows, str, str]]:
+    """Name -> rows, column and unit of every number over time: a column beside the ``poses``, or rows of its kind."""
+    kinds, numbered = plan.kinds, rows_of_kind(table, plan, plan.kinds.scalar)
+    found = {name: (poses, one.column, one.unit) for name, one in plan.scalars.items()}
+    for name in table.words(kinds.other, numbered) if numbered.any() else ():
+        found[name or kinds.scalar] = (numbered & table.rows_of(kinds.other, name), kinds.value, "")
+    return found
+
+
 def unknown_kinds(table: CsvTable, plan: CsvMapping) -> list[str]:
     """A sentence about the rows whose kind the mapping does not know."""
     kinds = plan.kinds
-    known = {kinds.pose, kinds.enter, kinds.exit, kinds.trigger, kinds.event}
+    known = {kinds.pose, kinds.enter, kinds.exit, kinds.trigger, kinds.event, kinds.scalar, kinds.gaze}
     counts = table.counts(kinds.column) if kinds.column else {}
     others = {word: count for word, count in counts.items() if word not in known}
     if not others:
@@ -64,7 +73,7 @@ def unknown_kinds(table: CsvTable, plan: CsvMapping) -> list[str]:
 
 def pose_rows(table: CsvTable, plan: CsvMapping) -> Rows:
     """Which rows hold a pose, (n,)."""
-    return _of_kind(table, plan, plan.kinds.pose) if plan.kinds.column else np.ones(len(table), dtype=np.bool_)
+    return rows_of_kind(table, plan, plan.kinds.pose) if plan.kinds.column else np.ones(len(table), dtype=np.bool_)
 
 
 def _event_columns(table: CsvTable, plan: CsvMapping) -> Iterator[Event]:
@@ -84,7 +93,7 @@ def _event_columns(table: CsvTable, plan: CsvMapping) -> Iterator[Event]:
                 before = word
 
 
-def _of_kind(table: CsvTable, plan: CsvMapping, word: str) -> Rows:
+def rows_of_kind(table: CsvTable, plan: CsvMapping, word: str) -> Rows:
     """Which rows are of a kind, (n,); none of a kind that the mapping does not name."""
     known = word and plan.kinds.column
     return table.rows_of(plan.kinds.column, word) if known else np.zeros(len(table), dtype=np.bool_)

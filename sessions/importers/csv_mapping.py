@@ -5,7 +5,7 @@ triggers and collisions.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -14,6 +14,8 @@ from sessions.meshes.conventions import CONVENTIONS
 from sessions.scene_files.toml_table import TomlTable, parse_toml, read_text
 
 MOST_LINES: Final = 1000
+ROW_TIME: Final = "time by rows"
+"""The column of time of a file that has none."""
 METRES: Final[Mapping[str, float]] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0, "ticks": 100.0}
 """Nanoseconds per unit of the clock; ``ticks`` are .NET's, counted from the year 1."""
@@ -38,6 +40,23 @@ class PoseColumns:
 
 
 @dataclass(frozen=True)
+class ScalarColumn:
+    """A number over time."""
+
+    column: str
+    unit: str = ""
+
+
+@dataclass(frozen=True)
+class GazeColumns:
+    """Where a ray stands: three columns of its origin and three of its direction."""
+
+    origin: tuple[str, ...]
+    direction: tuple[str, ...]
+    valid: str = ""
+
+
+@dataclass(frozen=True)
 class RowKinds:
     """Words in a column that says what a row is; rows of other words are counted and left out."""
 
@@ -52,6 +71,10 @@ class RowKinds:
     """Column of the trigger's value, 0 to 1, and of an event's words."""
     event: str = ""
     """Rows that are events: their name stands in column ``other``, what is said in ``value``."""
+    scalar: str = ""
+    """Rows that are numbers over time: their name stands in column ``other``, the number in ``value``."""
+    gaze: str = ""
+    """Rows that say where a participant looks: the body is the participant, the pose that of the eye."""
 
 
 @dataclass(frozen=True)
@@ -68,10 +91,16 @@ class CsvMapping:
     """Lines above the header."""
     header_lines: int = 1
     """Of several, a column's name is all its words, with spaces between them."""
+    columns: tuple[str, ...] = ()
+    """Names of the columns of a file that does not name them."""
+    rate_hz: float = 0.0
+    """Rows a second of a file without a clock."""
     name: str = ""
     body: PoseColumns | None = None
     bodies: Mapping[str, PoseColumns] | None = None
     rows: RowKinds | None = None
+    scalars: Mapping[str, ScalarColumn] = field(default_factory=dict)
+    gaze: Mapping[str, GazeColumns] = field(default_factory=dict)
     events: tuple[str, ...] = ()
     """Columns in which every new text is an event."""
 
@@ -87,9 +116,32 @@ UNITY: Final = CsvMapping(
     convention="unity",
     name="body",
     body=PoseColumns(("px", "py", "pz"), ("qx", "qy", "qz", "qw"), valid="tracked"),
-    rows=RowKinds("kind", "pose", "enter", "exit", "other", "trigger", "value", "event"),
+    rows=RowKinds("kind", "pose", "enter", "exit", "other", "trigger", "value", "event", "scalar", "gaze"),
 )
 """The CSV of the README's Unity script."""
+
+
+ROW_MAJOR: Final = tuple(f"m{row}{column}" for row in range(3) for column in range(4))
+_OPENVR: Final = CsvMapping(
+    time="time",
+    unit="s",
+    convention="openvr",
+    name="device",
+    body=PoseColumns(ROW_MAJOR[3::4], matrix=tuple(one for one in ROW_MAJOR if one[2] != "3"), valid="valid"),
+)
+PRESETS: Final[Mapping[str, tuple[CsvMapping, ...]]] = {
+    "unity": (UNITY,),
+    "openvr": (
+        _OPENVR,
+        replace(_OPENVR, body=PoseColumns(("x", "y", "z"), ("r_x", "r_y", "r_z", "r_w"), valid="valid")),
+    ),
+}
+"""Name -> built-in mappings, of which the first whose columns are there is taken.
+
+``openvr``: a row per device and time, with ``mDeviceToAbsoluteTracking`` as the columns m00 to m23 and
+``bPoseIsValid`` as ``valid``, or with the columns that triad_openvr samples. Source: OpenVR SDK, openvr.h
+(HmdMatrix34_t).
+"""
 
 
 def read_mapping(path: str | Path) -> CsvMapping:
@@ -99,7 +151,8 @@ def read_mapping(path: str | Path) -> CsvMapping:
     """
     whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError)
     clock = whole.table("time") or TomlTable({}, whole.file, "[time]", ImportFileError)
-    column, unit = clock.text("column", None), clock.text("unit", None, CLOCK_NS)
+    rate = clock.number("rate_hz", 0.0)
+    column, unit = (ROW_TIME, "s") if rate > 0.0 else (clock.text("column", None), clock.text("unit", None, CLOCK_NS))
     clock.done()
     long = whole.table("body")
     wide = whole.named_tables("bodies")
@@ -115,10 +168,14 @@ def read_mapping(path: str | Path) -> CsvMapping:
         decimal=_letter(whole, "decimal", "."),
         skip_lines=whole.count("skip_lines", 0, 0, MOST_LINES),
         header_lines=whole.count("header_lines", 1, 1, MOST_LINES),
+        columns=whole.texts("columns"),
+        rate_hz=rate,
         name=long.text("name", None) if long is not None else "",
         body=_columns(long) if long is not None else None,
         bodies={name: _columns(table) for name, table in wide.items()} or None,
         rows=_kinds(kinds) if kinds is not None else None,
+        scalars={name: _scalar(table) for name, table in whole.named_tables("scalars").items()},
+        gaze={name: _ray(table) for name, table in whole.named_tables("gaze").items()},
         events=whole.texts("event_columns"),
     )
     if mapping.rows is not None and mapping.body is None:
@@ -153,6 +210,18 @@ def _columns(table: TomlTable) -> PoseColumns:
     return columns
 
 
+def _scalar(table: TomlTable) -> ScalarColumn:
+    column = ScalarColumn(table.text("column", None), table.text("unit"))
+    table.done()
+    return column
+
+
+def _ray(table: TomlTable) -> GazeColumns:
+    columns = GazeColumns(table.texts("origin", 3), table.texts("direction", 3), table.text("valid"))
+    table.done()
+    return columns
+
+
 def _angles(table: TomlTable, order: str) -> tuple[str, ...]:
     """Three columns in the order of turning; as a table, ``euler = {x = ..., y = ..., z = ...}``, by their axes."""
     if not table.is_table("euler"):
@@ -166,7 +235,7 @@ def _angles(table: TomlTable, order: str) -> tuple[str, ...]:
 
 
 def _kinds(table: TomlTable) -> RowKinds:
-    words = {key: table.text(key) for key in ("enter", "exit", "other", "trigger", "value", "event")}
+    words = {key: table.text(key) for key in ("enter", "exit", "other", "trigger", "value", "event", "scalar", "gaze")}
     kinds = RowKinds(table.text("column", None), table.text("pose", "pose"), **words)
     if (kinds.enter or kinds.exit) and not kinds.other:
         raise table.fail("enter and exit need other: the column of the second body")
@@ -174,5 +243,7 @@ def _kinds(table: TomlTable) -> RowKinds:
         raise table.fail("event needs other: the column of its name")
     if kinds.trigger and not kinds.value:
         raise table.fail("trigger needs value: the column of its value")
+    if kinds.scalar and not (kinds.other and kinds.value):
+        raise table.fail("scalar needs other and value: the columns of its name and of the number")
     table.done()
     return kinds

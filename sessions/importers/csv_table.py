@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import CLOCK_NS
+from sessions.importers.csv_mapping import CLOCK_NS, ROW_TIME
 from sessions.scene_files.toml_table import nearest
 
 EMPTY: Final = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "-"]  # Cells that say: no number here
@@ -32,19 +32,25 @@ Rows = NDArray[np.bool_]
 class CsvTable:
     """The cells of one file; every column is text until it is asked for.
 
-    ``skip_lines`` come before the header; of several ``header_lines`` a column's name is all its words.
+    ``skip_lines`` come before the header; of several ``header_lines`` a column's name is all its words. A file without
+    a header gets ``columns``, one without a clock a column ``ROW_TIME`` by its rows at ``rate_hz``. Errors name
+    keys of the mapping where the file is ``mapped``.
     """
 
-    def __init__(self, source: Path, delimiter: str, decimal: str, skip_lines: int = 0, header_lines: int = 1) -> None:
+    def __init__(
+        self, source: Path, delimiter: str, decimal: str, skip_lines: int = 0, header_lines: int = 1,
+        columns: Sequence[str] = (), rate_hz: float = 0.0, mapped: bool = False,
+    ) -> None:  # fmt: skip
         import pyarrow as pa
         from pyarrow import csv as arrow_csv
 
-        self.source, self.skipped = source, 0
+        self.source, self.skipped, self._mapped = source, 0, mapped
+        header_lines = 0 if columns else header_lines
         self._delimiter, self._decimal, self._above = delimiter, decimal, skip_lines + header_lines
-        self.heads = _heads(source, delimiter, skip_lines, header_lines)
+        self.heads = [list(columns)] if columns else _heads(source, delimiter, skip_lines, header_lines)
         header = _names(self.heads)
         repeated = {name for name in header if header.count(name) > 1}
-        if repeated and header_lines == 1:
+        if repeated and header_lines < 2:
             raise ImportFileError(
                 f"{source}: line {self._above}: column {sorted(repeated)[0]!r} occurs twice; rename one"
             )
@@ -60,6 +66,10 @@ class CsvTable:
             why = str(error).splitlines()[0][:160] if str(error) else type(error).__name__
             raise ImportFileError(f"{source}: this is no CSV ({why}); save it again as UTF-8") from None
         self.columns = tuple(header)
+        if rate_hz > 0.0:
+            clock = [format(row / rate_hz, ".9f").replace(".", decimal) for row in range(len(self))]
+            self._table = self._table.append_column(ROW_TIME, pa.array(clock, pa.string()))
+            self.columns = (*header, ROW_TIME)
         self.cut_short = _is_cut_short(source, delimiter, len(header))
 
     def _skip(self, _row: Any) -> str:
@@ -74,9 +84,10 @@ class CsvTable:
         """The cells of a column as Arrow text."""
         if name not in self.columns:
             if len(self.columns) == 1 and (other := [letter for letter in ",;\t|" if letter in self.columns[0]]):
+                cure = f"write delimiter = {json.dumps(other[0])} into the mapping"
                 raise ImportFileError(
                     f"{self.source}: line {self._above}: no column {name!r}, for nothing stands between "
-                    f"{self._delimiter!r}; write delimiter = {json.dumps(other[0])} into the mapping"
+                    f"{self._delimiter!r}; {cure if self._mapped else 'export it with commas between the cells'}"
                 )
             raise ImportFileError(f"{self.source}: line {self._above}: no column {name!r}{nearest(name, self.columns)}")
         return self._table.column(name)
@@ -103,6 +114,13 @@ class CsvTable:
     def numbers(self, columns: Sequence[str], rows: Rows) -> NDArray[np.float64]:
         """The cells of some columns and rows as float64, (n, columns); an empty cell is NaN."""
         return np.column_stack([self._floats(column, rows) for column in columns]) if columns else np.zeros((0, 0))
+
+    def holds_numbers(self, column: str) -> bool:
+        """Whether every cell of a column is a number or empty, and one is a number."""
+        try:
+            return bool(np.isfinite(self._floats(column, np.ones(len(self), dtype=np.bool_))).any())
+        except ImportFileError:
+            return False
 
     def _chosen(self, column: str, rows: Rows) -> Any:
         import pyarrow as pa
@@ -132,7 +150,8 @@ class CsvTable:
             try:
                 float("nan" if cell in EMPTY else cell.replace(self._decimal, "."))
             except ValueError:
-                cure = 'write decimal = "," into the mapping' if cell.count(",") == 1 else "repair the cell"
+                cure = 'write decimal = "," into the mapping' if self._mapped else "export it with decimal points"
+                cure = cure if cell.count(",") == 1 else "repair the cell"
                 return self._wrong(row, column, f"{cell[:40]!r} is no number; {cure}")
         return ImportFileError(f"{self.source}: column {column!r} holds something that is no number; repair it")
 

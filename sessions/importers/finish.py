@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
 from sessions.mesh_data import MeshData
-from sessions.model.event import Event
+from sessions.model.event import Event, Interval
 from sessions.model.hand import HandTrack
 from sessions.model.live_contact import LiveContact
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
+from sessions.model.streams import GazeTrack, ScalarTrack
 from sessions.model.track import Track
 from sessions.scene_files.scene_meshes import scene_meshes
 from sessions.scene_files.scene_toml import scene_to_toml
@@ -35,14 +36,23 @@ PROXY_FACES = 2000
 
 @dataclass(frozen=True)
 class Imported:
-    """What an importer read, already in the canonical frame and in metres."""
+    """What an importer read, already in the canonical frame and in metres; ``finished`` makes a session of it.
+
+    ``conversions``: sentences about what was done to the numbers. ``meshes``: of bodies, as the source holds them.
+    ``mesh_turn``: (4, 4), what mesh files are turned by before they are in the frame of the poses.
+    """
 
     tracks: Mapping[str, Track]
-    conversions: tuple[str, ...]  # sentences about what was done to the numbers
+    conversions: tuple[str, ...]
     facts: Mapping[str, str] = field(default_factory=dict)
     events: Sequence[Event] = ()
     hands: Mapping[str, HandTrack] = field(default_factory=dict)
     live_contacts: Sequence[LiveContact] = ()
+    intervals: Sequence[Interval] = ()
+    gaze: Mapping[str, GazeTrack] = field(default_factory=dict)
+    scalars: Mapping[str, ScalarTrack] = field(default_factory=dict)
+    meshes: Mapping[str, MeshData] = field(default_factory=dict)
+    mesh_turn: NDArray[np.float64] | None = None
 
 
 def finished(
@@ -54,11 +64,11 @@ def finished(
     scene_folder: str | Path = ".",
     proxies: bool | None = None,
 ) -> Session:
-    """A session from samples.
+    """A session from samples; these keywords are options of every importer.
 
     Parameters
     ----------
-    meshes : body name -> mesh file or mesh; they win over the scene's.
+    meshes : body name -> mesh file or mesh; they win over the scene's, and those over the source's own.
     scene : declared bodies, pairs and effects; its mesh paths are relative to ``scene_folder``.
     proxies : whether headset and controllers without a mesh get a stand-in; ``None``: only if no mesh is given at all.
 
@@ -67,17 +77,24 @@ def finished(
     if not any(len(track) for track in samples.tracks.values()):
         raise ImportFileError(f"{source}: there is no pose in it; check that this is the recording")
     declared = scene or Scene()
-    given = scene_meshes(declared, scene_folder)
-    known = [*samples.tracks, *(body.id for body in declared.bodies)]
+    ids = [body.id for body in declared.bodies]
+    given = {name: mesh for name, mesh in samples.meshes.items() if name not in ids}
+    given |= scene_meshes(declared, scene_folder)
+    known = [*samples.tracks, *ids]
     for name, mesh in (meshes or {}).items():
         if name not in known:
             raise ImportFileError(f"{source}: there is no body {name!r} to put a mesh on{nearest(name, known)}")
         given[name] = loaded(mesh)
+    if samples.mesh_turn is not None:
+        files = {*(meshes or ()), *(body.id for body in declared.bodies if body.mesh)}
+        given |= {name: given[name].transformed(samples.mesh_turn) for name in files}
     if proxies or (proxies is None and not given):
         declared = _with_proxies(declared, samples.tracks, given)
     facts = {"source_file": source.name, "conversions": "; ".join(samples.conversions) or "none", **samples.facts}
-    session = Session.from_tracks(samples.tracks, given, declared, events=samples.events, facts=facts)
-    return replace(session, hands=dict(samples.hands), live_contacts=tuple(samples.live_contacts))
+    events, intervals = samples.events, samples.intervals
+    session = Session.from_tracks(samples.tracks, given, declared, events=events, intervals=intervals, facts=facts)
+    contacts, hands = tuple(samples.live_contacts), dict(samples.hands)
+    return replace(session, live_contacts=contacts, hands=hands, gaze=dict(samples.gaze), scalars=dict(samples.scalars))
 
 
 def usable_track(
@@ -93,9 +110,7 @@ def usable_track(
     The track; how many rows were dropped because their stamp repeats or goes back; how many rows were flagged that
     the source had called valid.
     """
-    ahead = np.maximum.accumulate(times_ns, axis=0) if len(times_ns) else times_ns
-    keep = np.ones(len(times_ns), dtype=np.bool_)
-    keep[1:] = times_ns[1:] > ahead[:-1]
+    keep = increasing(times_ns)
     positions, quaternions_xyzw = positions[keep], quaternions_xyzw[keep]
     with np.errstate(over="ignore", invalid="ignore"):
         norm = np.sqrt((quaternions_xyzw**2).sum(axis=1))
@@ -103,6 +118,13 @@ def usable_track(
     claimed = valid[keep]
     track = Track(times_ns[keep], positions, quaternions_xyzw, claimed & pose)
     return track, int((~keep).sum()), int((claimed & ~pose).sum())
+
+
+def increasing(times_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which stamps are later than all before them, (n,)."""
+    keep = np.ones(len(times_ns), dtype=np.bool_)
+    keep[1:] = times_ns[1:] > np.maximum.accumulate(times_ns)[:-1]
+    return keep
 
 
 def counted(what: str, dropped: int, flagged: int) -> list[str]:

@@ -1,61 +1,51 @@
 """Several recordings of one clock as one session: a file per body, or per device."""
 
+from collections import Counter
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from sessions.errors import ImportFileError
-from sessions.importers.finish import Imported, MeshSource, finished
-from sessions.model.live_contact import LiveContact
-from sessions.model.scene import Scene
+from sessions.importers.finish import Imported
 from sessions.model.session import Session
-from sessions.model.track import Track
 
 
-def joined(
-    parts: Mapping[Path, Session],
-    *,
-    meshes: Mapping[str, MeshSource] | None = None,
-    scene: Scene | None = None,
-    scene_folder: str | Path = ".",
-    proxies: bool | None = None,
-) -> Session:
-    """One session of several, whose stamps must share one clock; a body of two files is named ``FILE/BODY``.
+def joined(parts: Mapping[Path, Session]) -> Imported:
+    """Several sessions as one, whose stamps must share one clock; what two files name alike is named ``FILE/NAME``.
 
     Raises ``ImportFileError``: the times of two files do not overlap.
     """
     _check_clocks(parts)
-    names = [name for part in parts.values() for name in part.names]
-    tracks: dict[str, Track] = {}
-    given: dict[str, MeshSource] = {}
-    contacts: list[LiveContact] = []
-    for path, part in parts.items():
-        new = {name: name if names.count(name) == 1 else f"{path.stem}/{name}" for name in part.names}
-        for name, track in part.tracks.items():
-            if new[name] in tracks:
-                raise ImportFileError(f"{path}: another file of that name has a body {name!r} too; rename the file")
-            tracks[new[name]] = track
-        given |= {new[name]: mesh for name, mesh in part.meshes.items()}
-        contacts += part.live_contacts
     first = next(iter(parts.values()))
     facts = {key: _said(parts, key) for key in first.facts if key not in ("source_file", "conversions")}
-    samples = Imported(
-        tracks,
+    return Imported(
+        _named(parts, "tracks"),
         (_said(parts, "conversions"),),
         {**facts, "source_file": ", ".join(path.name for path in parts)},
         sorted((event for part in parts.values() for event in part.events), key=lambda event: event.time_ns),
         {side: hand for part in parts.values() for side, hand in part.hands.items()},
-        sorted(contacts, key=lambda contact: contact.time_ns),
+        sorted((one for part in parts.values() for one in part.live_contacts), key=lambda one: one.time_ns),
+        [one for part in parts.values() for one in part.intervals],
+        _named(parts, "gaze"),
+        _named(parts, "scalars"),
+        _named(parts, "meshes"),
     )
-    whole = finished(
-        samples,
-        next(iter(parts)),
-        meshes=given | dict(meshes or {}),
-        scene=scene,
-        scene_folder=scene_folder,
-        proxies=proxies,
-    )
-    return replace(whole, intervals=tuple(one for part in parts.values() for one in part.intervals))
+
+
+def _named(parts: Mapping[Path, Session], what: str) -> dict[str, Any]:
+    """Everything of a kind by its name, with its file's name before it where several files have that name."""
+    every: dict[Path, Mapping[str, Any]] = {path: getattr(part, what) for path, part in parts.items()}
+    names = Counter(name for named in every.values() for name in named)
+    if what == "meshes":  # called as the bodies that they belong to
+        names = Counter(name for part in parts.values() for name in part.names)
+    found: dict[str, Any] = {}
+    for path, named in every.items():
+        for name, one in named.items():
+            new = name if names[name] < 2 else f"{path.stem}/{name}"
+            if new in found:
+                raise ImportFileError(f"{path}: another file of that name has {name!r} too; rename the file")
+            found[new] = one
+    return found
 
 
 def _check_clocks(parts: Mapping[Path, Session]) -> None:

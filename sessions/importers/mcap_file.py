@@ -4,20 +4,20 @@ Source: Foxglove schemas, https://docs.foxglove.dev/docs/sdk/schemas; ROS 2 comm
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from sessions.importers.finish import MeshSource, finished
+from sessions.importers.finish import Imported
 from sessions.importers.frame_tree import FrameTree
 from sessions.importers.mcap_messages import Received, received
+from sessions.importers.mcap_readings import Readings
 from sessions.importers.pose_table import SourceFrame, imported
 from sessions.importers.readings import listed, numbers_of, part, stamp_of, text
 from sessions.importers.scene_entities import SceneEntities
 from sessions.mesh_data import MeshData
 from sessions.meshes.conventions import Convention
 from sessions.meshes.conventions import convention as convention_named
-from sessions.model.scene import Scene
-from sessions.model.session import Session
 
 ASSUMED: Final = "ros"
 """Axes where none are named: Foxglove and ROS both follow REP 103."""
@@ -28,12 +28,8 @@ def read_mcap(
     *,
     convention: str | None = None,
     topics: Sequence[str] = (),
-    meshes: Mapping[str, MeshSource] | None = None,
-    scene: Scene | None = None,
-    scene_folder: str | Path = ".",
-    proxies: bool | None = None,
-) -> Session:
-    """The session of an MCAP file of another program.
+) -> Imported:
+    """Everything in an MCAP file of another program.
 
     A frame is a body of its name; a pose or entity is a body of its topic or id. Stamps are those of the messages.
 
@@ -41,18 +37,19 @@ def read_mcap(
     ----------
     convention : a name in ``CONVENTIONS``; ``None``: that of ROS.
     topics : read these alone; none: all that hold poses.
-    meshes, scene, scene_folder, proxies : see ``sessions.importers.finish.finished``.
 
     Raises ``ImportFileError``: names file, topic and what to do.
     """
     axes = convention_named(convention or ASSUMED)
     tree, entities = FrameTree(str(source)), SceneEntities(str(source))
-    unstamped = 0
+    unstamped, readings = 0, Readings()
     for one in received(source, (*LAYOUTS, "SceneUpdate"), topics):
         if one.kind == "SceneUpdate":
             entities.add(one.message, one.log_ns)
+        elif one.kind:
+            unstamped += _add(one, tree, readings)
         else:
-            unstamped += _add(one, tree)
+            readings.add(one)
     shapes = entities.hang(tree)
     tables, words = tree.tables()
     words += entities.notes.values()
@@ -60,12 +57,8 @@ def read_mcap(
         words.append(f"{unstamped} poses without a stamp have the time they were logged at")
     assumed = [] if convention else [f"axes {ASSUMED} ({axes.words})"]
     frame = SourceFrame(axes, "m", 1.0, "stamps of the messages, ns", "ns", (*assumed, "lengths in m"))
-    declared = scene.bodies if scene is not None else ()
-    given = {name: _in_axes(mesh, axes) for name, mesh in shapes.items() if name not in [body.id for body in declared]}
-    samples = imported(tables, frame, words)
-    return finished(
-        samples, source, meshes=given | dict(meshes or {}), scene=scene, scene_folder=scene_folder, proxies=proxies
-    )
+    meshes = {name: _in_axes(mesh, axes) for name, mesh in shapes.items()}
+    return replace(readings.put_into(imported(tables, frame, words), frame), meshes=meshes)
 
 
 def _in_axes(mesh: MeshData, axes: Convention) -> MeshData:
@@ -105,17 +98,19 @@ LAYOUTS: Final[Mapping[str, _Layout]] = {
 """Last word of a schema's name -> where its poses are."""
 
 
-def _add(one: Received, tree: FrameTree) -> int:
+def _add(one: Received, tree: FrameTree, readings: Readings) -> int:
     """Hang the poses of a message into the tree; how many bear no stamp of their own."""
     layout, unstamped = LAYOUTS[one.kind], 0
     rows = listed(part(one.message, layout.rows)) if layout.rows else [one.message]
-    topic = one.topic.strip("/") or "pose"
+    topic, static = one.topic.strip("/") or "pose", one.topic.endswith("tf_static")
     for number, row in enumerate(rows):
         head = row if layout.child else one.message
         name = text(part(row, layout.child)) if layout.child else f"{topic}/{number}" if layout.rows else topic
         stamp = stamp_of(part(head, layout.stamp))
         unstamped += stamp == 0
+        if stamp and not static:
+            readings.pose(one.log_ns, stamp)
         numbers = numbers_of(part(row, layout.place), "xyz") + numbers_of(part(row, layout.turn), "xyzw")
         parent = text(part(head, layout.parent))
-        tree.add(parent, name, stamp or one.log_ns, numbers, static=one.topic.endswith("tf_static"))
+        tree.add(parent, name, stamp or one.log_ns, numbers, static=static)
     return unstamped

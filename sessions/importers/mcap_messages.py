@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import nullcontext, suppress
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
@@ -9,7 +10,11 @@ from typing import Any, Final, NamedTuple
 
 from sessions.errors import ImportFileError
 
+LONGEST_READING: Final = 4096  # Bytes; a longer message is a picture or a cloud of points and holds no single number
 NAMED_TOPICS: Final = 8  # Topics that an error names before it ends in dots
+
+
+Decoders = dict[int, Callable[[bytes], Any]]
 
 
 class Received(NamedTuple):
@@ -22,7 +27,9 @@ class Received(NamedTuple):
 
 
 def received(source: Path, kinds: Sequence[str], topics: Sequence[str]) -> Iterator[Received]:
-    """Every message of these kinds; ``topics``: of these topics alone, where any is named.
+    """Every message of these kinds, and short ones of other kinds as kind ``""``, where they can be read.
+
+    ``topics``: of these topics alone, where any is named.
 
     Raises ``ImportFileError``: a file that is no MCAP, damaged or cut short; a message that cannot be read; no message
     of these kinds, or a topic that is not there: names the topics there are.
@@ -31,7 +38,7 @@ def received(source: Path, kinds: Sequence[str], topics: Sequence[str]) -> Itera
 
     schemas: dict[int, Schema] = {}
     channels: dict[int, Channel] = {}
-    decoders: dict[int, Callable[[bytes], Any]] = {}
+    decoders: Decoders = {}
     found = False
     for record in _records(source):
         if isinstance(record, Header) and record.profile.startswith("vrlab/"):
@@ -42,18 +49,26 @@ def received(source: Path, kinds: Sequence[str], topics: Sequence[str]) -> Itera
             channels[record.id] = record
         elif isinstance(record, Message) and record.channel_id in channels:
             channel = channels[record.channel_id]
-            kind = _kind(schemas.get(channel.schema_id))
-            if kind in kinds and channel.topic in (topics or (channel.topic,)):
-                found = True
-                content = _decoded(source, schemas[channel.schema_id], channel, record.data, decoders)
-                yield Received(channel.topic, kind, record.log_time, content)
+            schema = schemas.get(channel.schema_id)
+            if channel.topic in (topics or (channel.topic,)):
+                kind = _kind(schema) if _kind(schema) in kinds else ""
+                found |= bool(kind)
+                yield from _message(source, kind, schema, channel, record, decoders)
     seen = {one.topic: getattr(schemas.get(one.schema_id), "name", "no schema") for one in channels.values()}
-    absent = [topic for topic in topics if topic not in seen]
-    if absent or not found:
+    absent = [f"no topic {topic!r}" for topic in topics if topic not in seen]
+    absent += [] if found else [f"no message of poses ({', '.join(kinds)})"]
+    if absent:
         words = [f"{topic} ({name})" for topic, name in seen.items()]
         listed = ", ".join(words[:NAMED_TOPICS]) + ", ..." * (len(words) > NAMED_TOPICS)
-        what = f"no topic {absent[0]!r}" if absent else f"no message of poses ({', '.join(kinds)})"
-        raise ImportFileError(f"{source}: {what}; there are: {listed or 'none'}")
+        raise ImportFileError(f"{source}: {absent[0]}; there are: {listed or 'none'}")
+
+
+def _message(source: Path, kind: str, schema: Any, channel: Any, record: Any, decoders: Decoders) -> Iterator[Received]:
+    """The message, decoded; one that holds no pose where it is short and can be read."""
+    if kind or len(record.data) <= LONGEST_READING:
+        with nullcontext() if kind else suppress(ImportFileError):
+            content = _decoded(source, schema, channel, record.data, decoders)
+            yield Received(channel.topic, kind, record.log_time, content)
 
 
 def _records(source: Path) -> Iterator[Any]:
@@ -68,7 +83,7 @@ def _records(source: Path) -> Iterator[Any]:
         ) from None
 
 
-def _decoded(source: Path, schema: Any, channel: Any, data: bytes, decoders: dict[int, Callable[[bytes], Any]]) -> Any:
+def _decoded(source: Path, schema: Any, channel: Any, data: bytes, decoders: Decoders) -> Any:
     try:
         if channel.id not in decoders:
             decoders[channel.id] = _decoder(channel.message_encoding, schema)
@@ -77,7 +92,7 @@ def _decoded(source: Path, schema: Any, channel: Any, data: bytes, decoders: dic
         raise ImportFileError(f"{source}: {channel.topic}: {error}") from None
     except Exception as error:  # decoders of foreign bytes raise errors of any kind; each means: damaged
         raise ImportFileError(
-            f"{source}: {channel.topic}: a {schema.name} cannot be read ({_why(error)}); "
+            f"{source}: {channel.topic}: a {getattr(schema, 'name', 'message')} cannot be read ({_why(error)}); "
             "record it again or leave the topic out"
         ) from None
 
@@ -85,7 +100,9 @@ def _decoded(source: Path, schema: Any, channel: Any, data: bytes, decoders: dic
 def _decoder(encoding: str, schema: Any) -> Callable[[bytes], Any]:
     if encoding == "protobuf":
         kind = _kind(schema)
-        return getattr(import_module(f"foxglove_schemas_protobuf.{kind}_pb2"), kind).FromString
+        if schema.name.startswith("foxglove."):
+            return getattr(import_module(f"foxglove_schemas_protobuf.{kind}_pb2"), kind).FromString
+        return _described(schema)
     if encoding == "json":
         return _read_json
     if encoding == "cdr":
@@ -100,6 +117,16 @@ def _decoder(encoding: str, schema: Any) -> Callable[[bytes], Any]:
             return decode
         raise ImportFileError(f"a schema in {schema.encoding!r} is not known; record with schemas in ros2msg")
     raise ImportFileError(f"messages are encoded as {encoding!r}; write protobuf, json or cdr (ROS 2)")
+
+
+def _described(schema: Any) -> Callable[[bytes], Any]:
+    """A decoder of a protobuf message by the description that the file carries."""
+    from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+
+    pool = descriptor_pool.DescriptorPool()
+    for file in descriptor_pb2.FileDescriptorSet.FromString(schema.data).file:
+        pool.Add(file)
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName(schema.name)).FromString
 
 
 def _kind(schema: Any) -> str:

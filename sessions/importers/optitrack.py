@@ -6,7 +6,6 @@ Source: OptiTrack, documentation of Motive, *Data Export: CSV* (format versions 
 """
 
 import csv
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
 
@@ -14,12 +13,10 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
-from sessions.importers.finish import MeshSource, finished
+from sessions.importers.finish import Imported
 from sessions.importers.pose_table import PoseTable, SourceFrame, imported
 from sessions.meshes.conventions import convention as convention_named
 from sessions.meshes.conventions import quaternion_from_euler
-from sessions.model.scene import Scene
-from sessions.model.session import Session
 
 LENGTHS: Final = {"meters": 1.0, "centimeters": 0.01, "millimeters": 0.001, "inches": 0.0254, "feet": 0.3048}
 BODIES: Final = ("Rigid Body", "Bone")
@@ -28,21 +25,12 @@ HEAD_LINES: Final = 12  # The lines that name columns are among these; Motive wr
 FIRST, TIME = "Format Version", "Time (Seconds)"
 
 
-def read_optitrack(
-    source: Path,
-    *,
-    convention: str | None = None,
-    meshes: Mapping[str, MeshSource] | None = None,
-    scene: Scene | None = None,
-    scene_folder: str | Path = ".",
-    proxies: bool | None = None,
-) -> Session:
-    """The session of a Motive CSV export.
+def read_optitrack(source: Path, *, convention: str | None = None) -> Imported:
+    """Rigid bodies and bones of a Motive CSV export.
 
     Parameters
     ----------
     convention : axes, where the export was not made with Motive's own (``z-up``).
-    meshes, scene, scene_folder, proxies : see ``sessions.importers.finish.finished``.
 
     Raises ``ImportFileError``: names file, line and what to export.
     """
@@ -78,8 +66,7 @@ def read_optitrack(
     frame = SourceFrame(
         convention_named(convention or AXES), unit.lower(), LENGTHS[unit.lower()], clock, assumed=tuple(assumed)
     )
-    samples = imported(tables, frame, notes)
-    return finished(samples, source, meshes=meshes, scene=scene, scene_folder=scene_folder, proxies=proxies)
+    return imported(tables, frame, notes)
 
 
 def _preamble(source: Path) -> tuple[dict[str, str], int, int]:

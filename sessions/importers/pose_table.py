@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,11 +47,7 @@ def imported(tables: Mapping[str, PoseTable], frame: SourceFrame, notes: Sequenc
     ]
     tracks: dict[str, Track] = {}
     for name, table in tables.items():
-        valid = np.ones(len(table.times_ns), dtype=np.bool_) if table.valid is None else table.valid
-        place = axes.points(table.positions) * frame.metres
-        tracks[name], dropped, flagged = usable_track(
-            table.times_ns, place, axes.quaternions(table.quaternions_xyzw), valid
-        )
+        tracks[name], dropped, flagged = usable_track(*in_frame(table, frame))
         done += counted(name, dropped, flagged)
     facts = {
         "source_units": frame.units,
@@ -62,6 +58,13 @@ def imported(tables: Mapping[str, PoseTable], frame: SourceFrame, notes: Sequenc
     if frame.assumed:
         facts["assumed"] = "; ".join(frame.assumed)
     return Imported(tracks, tuple(done), facts)
+
+
+def in_frame(table: PoseTable, frame: SourceFrame) -> tuple[NDArray[Any], ...]:
+    """Stamps, positions, quaternions and validity of a table, in the canonical frame and metres."""
+    valid = np.ones(len(table.times_ns), dtype=np.bool_) if table.valid is None else table.valid
+    place, turn = frame.axes.points(table.positions) * frame.metres, frame.axes.quaternions(table.quaternions_xyzw)
+    return table.times_ns, place, turn, valid
 
 
 def stamps_of(seconds: NDArray[np.float64], where: str) -> NDArray[np.int64]:

@@ -8,7 +8,7 @@ Research Methods 52 (2020); its wiki, page *Output files*.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -16,47 +16,46 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import ImportFileError
+from sessions.importers.beside_poses import BesidePoses, Numbers, Stamps
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.finish import MeshSource, finished
+from sessions.importers.finish import Imported
 from sessions.importers.pose_table import LARGEST_SECONDS, PoseTable, SourceFrame, imported
 from sessions.meshes.conventions import convention as convention_named
 from sessions.meshes.conventions import quaternion_from_euler
 from sessions.model.event import Interval
-from sessions.model.scene import Scene
-from sessions.model.session import Session
 
 TRACKER: Final = re.compile(r"(?P<body>.+?)_(?P<what>[^_]+)_T(?P<trial>\d+)\.csv")
 PLACE, ANGLES, ORDER = ("pos_x", "pos_y", "pos_z"), ("rot_z", "rot_x", "rot_y"), "zxy"
+TIME: Final = "time"
 TRIALS: Final = "trial_results.csv"
 LONGEST_HEADER: Final = 10_000
 
 
-def read_uxf(
-    source: Path,
-    *,
-    convention: str = "unity",
-    meshes: Mapping[str, MeshSource] | None = None,
-    scene: Scene | None = None,
-    scene_folder: str | Path = ".",
-    proxies: bool | None = None,
-) -> Session:
-    """The session of a UXF session folder such as ``experiment/participant/S001``.
+def read_uxf(source: Path, *, convention: str = "unity") -> Imported:
+    """Everything in a UXF session folder such as ``experiment/participant/S001``.
 
-    Every trial of ``trial_results.csv`` is an interval of kind ``task``; its other columns are data of it.
+    Every trial of ``trial_results.csv`` is an interval of kind ``task``; its other columns are data of it. Every other
+    column of numbers of a tracker is a scalar, ``OBJECT/COLUMN``.
 
     Parameters
     ----------
     convention : axes of the poses, where a tracker of your own writes others than Unity's.
-    meshes, scene, scene_folder, proxies : see ``sessions.importers.finish.finished``.
 
     Raises ``ImportFileError``: names folder, file, line and column.
     """
     folder = source.parent if source.is_file() else source
     found: dict[str, list[PoseTable]] = {}
+    numbers: dict[str, list[tuple[Stamps, Numbers]]] = {}
     notes = ["rotations from Euler angles zxy in degrees to unit quaternions"]
     for path, body in _trackers(folder):
+        if not (_begins_with(path, TIME) or _begins_with(path, PLACE[0])):
+            notes.append(f"{path.name} left out: its first line names neither {TIME} nor {PLACE[0]}")
+            continue
         table = CsvTable(path, ",", ".")
-        found.setdefault(body, []).append(_poses(table))
+        if _begins_with(path, PLACE[0]):
+            found.setdefault(body, []).append(_poses(table))
+        for column, times, values in _numbers(table):
+            numbers.setdefault(f"{body}/{column}", []).append((times, values))
         notes += [f"{path.name}: {table.skipped} rows left out that have too few or too many cells"] * bool(
             table.skipped
         )
@@ -64,9 +63,12 @@ def read_uxf(
     axes = convention_named(convention)
     assumed = ("lengths in m", "clock in s since the start of the program (Unity's Time.time)")
     frame = SourceFrame(axes, "m", 1.0, "Unity's Time.time, s", assumed=assumed)
-    samples = imported(tables, frame, notes)
-    session = finished(samples, folder, meshes=meshes, scene=scene, scene_folder=scene_folder, proxies=proxies)
-    return replace(session, intervals=tuple(_trials(folder)))
+    beside = BesidePoses()
+    for name, parts in numbers.items():
+        times, values = (np.concatenate(column) for column in zip(*parts, strict=True))
+        beside.scalar(name, times, values)
+    samples = beside.put_into(imported(tables, frame, notes))
+    return replace(samples, intervals=tuple(_trials(folder)), facts={"source_file": folder.name, **samples.facts})
 
 
 def _trackers(folder: Path) -> Iterator[tuple[Path, str]]:
@@ -77,8 +79,8 @@ def _trackers(folder: Path) -> Iterator[tuple[Path, str]]:
             f"{folder}: {len(sessions)} sessions are in it; name one, for example {sessions[0].parent}"
         )
     named = ((TRACKER.fullmatch(path.name), path) for path in folder.rglob("*.csv"))
-    trackers = [(match, path) for match, path in named if match and _holds_poses(path)]
-    if not trackers:
+    trackers = [(match, path) for match, path in named if match]
+    if not any(_begins_with(path, PLACE[0]) for _, path in trackers):
         raise ImportFileError(
             f"{folder}: no file OBJECT_movement_T001.csv with columns {', '.join(PLACE)}; "
             "name the session's folder, for example experiment/participant/S001"
@@ -87,9 +89,18 @@ def _trackers(folder: Path) -> Iterator[tuple[Path, str]]:
         yield path, match["body"] if match["what"] == "movement" else f"{match['body']}_{match['what']}"
 
 
-def _holds_poses(path: Path) -> bool:
+def _begins_with(path: Path, column: str) -> bool:
+    """Whether a file's header seems to name a column."""
     with path.open(encoding="utf-8-sig", errors="replace") as file:
-        return PLACE[0] in file.readline(LONGEST_HEADER)
+        return column in file.readline(LONGEST_HEADER)
+
+
+def _numbers(table: CsvTable) -> Iterator[tuple[str, Stamps, Numbers]]:
+    """Columns that hold numbers and no poses, with their stamps; columns of text are left out."""
+    every = np.ones(len(table), dtype=np.bool_)
+    for column in table.columns if TIME in table.columns and len(table) else ():
+        if column not in (TIME, *PLACE, *ANGLES) and table.holds_numbers(column):
+            yield column, table.stamps(TIME, "s", every), table.numbers((column,), every)[:, 0]
 
 
 def _poses(table: CsvTable) -> PoseTable:
@@ -98,7 +109,7 @@ def _poses(table: CsvTable) -> PoseTable:
     turns = quaternion_from_euler(np.radians(numbers[:, 3:]), ORDER)
     valid = every.copy()
     valid[-1:] &= not table.cut_short
-    return PoseTable(table.stamps("time", "s", every), numbers[:, :3], turns, valid)
+    return PoseTable(table.stamps(TIME, "s", every), numbers[:, :3], turns, valid)
 
 
 def _joined(parts: list[PoseTable]) -> PoseTable:

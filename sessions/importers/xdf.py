@@ -1,13 +1,15 @@
-"""XDF files of the Lab Streaming Layer: streams of content type MoCap become bodies, those of markers events.
+"""XDF files of the Lab Streaming Layer: streams of MoCap or LSL4Unity become bodies, of Gaze gaze, of text events.
+
+Every channel of any other stream of numbers becomes a scalar.
 
 Clock offsets are applied as pyxdf does; how far they are from a straight line is said per stream. Stamps are not
 smoothed. A quaternion is OrientationA (scalar), B, C, D; Confidence 0 means that the object was not seen.
 
-Source: XDF specification, and its wiki, page *MoCap Meta Data*.
+Source: XDF specification, and its wiki, pages *MoCap Meta Data* and *Gaze Meta-Data*.
 """
 
 import logging
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -15,13 +17,13 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
+from sessions.importers.beside_poses import BesidePoses
+from sessions.importers.clocks import ClockFit
 from sessions.importers.csv_mapping import METRES
-from sessions.importers.finish import MeshSource, finished
+from sessions.importers.finish import Imported
 from sessions.importers.pose_table import PoseTable, SourceFrame, imported, stamps_of
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event
-from sessions.model.scene import Scene
-from sessions.model.session import Session
 
 MAGIC: Final = b"XDF:"
 ASSUMED: Final = "openxr"
@@ -31,56 +33,84 @@ ROLES: Final = {
 }  # fmt: skip
 """Type of a channel in small letters -> its place in x y z qx qy qz qw confidence."""
 
+UNITY: Final = "unity."
+"""How the types of streams begin that LSL4Unity sends: of its pose and transform outlets, in Unity's axes."""
+
+UNITY_ROLES: Final = {
+    **{("", f"pos{axis}"): place for place, axis in enumerate("xyz")},
+    **{("", f"rot{axis}"): 3 + place for place, axis in enumerate("xyzw")},
+    **{("position in world space", axis): place for place, axis in enumerate("xyz")},
+    **{("quaternion component", axis): 3 + place for place, axis in enumerate("xyzw")},
+}
+"""Type and label of a channel of LSL4Unity in small letters, or its label alone -> its place, as in ``ROLES``."""
+
+RAY: Final = ("positionx", "positiony", "positionz", "directionx", "directiony", "directionz")
+"""Types of the channels of an eye, in small letters."""
+
 UNITS: Final = {"meters": "m", "meter": "m", "metres": "m", "centimeters": "cm", "millimeters": "mm", "": "m"}
 
 
-def read_xdf(
-    source: Path,
-    *,
-    convention: str | None = None,
-    meshes: Mapping[str, MeshSource] | None = None,
-    scene: Scene | None = None,
-    scene_folder: str | Path = ".",
-    proxies: bool | None = None,
-) -> Session:
-    """The session of an XDF file.
+def read_xdf(source: Path, *, convention: str | None = None) -> Imported:
+    """Everything in an XDF file.
 
     Parameters
     ----------
     convention : axes of its MoCap streams, which XDF does not state; ``None``: right-handed, +Y up.
-    meshes, scene, scene_folder, proxies : see ``sessions.importers.finish.finished``.
 
     Raises ``ImportFileError``: names file, stream and channel.
     """
     streams, notes = _streams(source)
     whole = _is_whole(source)
     notes += [] if whole else ["the file is cut short or damaged: the last pose of each body is flagged as lost"]
-    tables: dict[str, PoseTable] = {}
-    units: set[str] = set()
-    assumed: list[str] = []
-    for stream in streams:
-        if _first(stream["info"], "type").lower() != "mocap":
-            continue
-        where = f"stream {_first(stream['info'], 'name')!r}"
-        for name, channels in _bodies(f"{source}: {where}", stream):
-            name = name if name not in tables else f"{_first(stream['info'], 'name')}/{name}"
-            tables[name] = _poses(source, where, stream, channels, whole)
-            units |= {_unit(stream, channels[0])}
-        (notes if stream["clock_times"] else assumed).append(f"{where}: {_clock(stream)}")
+    posed = [stream for stream in streams if _holds_poses(source, stream)]
+    tables, units = _tables(source, posed, whole)
     if not tables:
         seen = [f"{_first(one['info'], 'name')} ({_first(one['info'], 'type')})" for one in streams]
         raise ImportFileError(
             f"{source}: no stream of type MoCap with PositionX and OrientationA; there are: {', '.join(seen) or 'none'}"
         )
-    unit = UNITS.get(min(units), min(units))
-    if len(units) > 1 or unit not in METRES:
+    lengths = {UNITS.get(unit, unit) for unit in units}
+    if len(lengths) > 1 or not lengths <= METRES.keys():
         raise ImportFileError(f"{source}: lengths are in {', '.join(sorted(units))}; record all in one of m, cm, mm")
-    axes = convention_named(convention or ASSUMED)
-    assumed = [f"axes {ASSUMED} ({axes.words})"] * (not convention) + ["lengths in m"] * ("" in units) + assumed
+    kinds = {"unity" if _kind(stream).startswith(UNITY) else ASSUMED for stream in posed}
+    if len(kinds) > 1 and not convention:
+        raise ImportFileError(f"{source}: poses of Unity and others are in it; name the axes of all by --convention")
+    axes, (unit,) = convention_named(convention or min(kinds)), lengths
+    assumed = [f"axes {axes.name} ({axes.words})"] * (not convention) + ["lengths in m"] * ("" in units)
+    for stream in streams:
+        (notes if stream["clock_times"] else assumed).append(f"{_where(stream)}: {_clock(stream)}")
     clock = "LSL clock of the recording computer, s"
-    samples = imported(tables, SourceFrame(axes, unit, METRES[unit], clock, assumed=tuple(assumed)), notes)
-    samples = replace(samples, events=sorted(_events(source, streams), key=lambda event: event.time_ns))
-    return finished(samples, source, meshes=meshes, scene=scene, scene_folder=scene_folder, proxies=proxies)
+    frame, beside = SourceFrame(axes, unit, METRES[unit], clock, assumed=tuple(assumed)), BesidePoses()
+    for stream in streams:
+        if not any(stream is one for one in posed):
+            _beside(source, stream, frame, beside)
+    samples = beside.put_into(imported(tables, frame, notes))
+    return replace(samples, events=sorted(_events(source, streams), key=lambda event: event.time_ns))
+
+
+def _holds_poses(source: Path, stream: dict[str, Any]) -> bool:
+    bodies = _kind(stream).startswith(UNITY) and next(_bodies(f"{source}: {_where(stream)}", stream), None)
+    return _kind(stream) == "mocap" or bool(bodies)
+
+
+def _tables(source: Path, streams: list[dict[str, Any]], whole: bool) -> tuple[dict[str, PoseTable], set[str]]:
+    """Every body of these streams, and the units of their lengths."""
+    tables: dict[str, PoseTable] = {}
+    units: set[str] = set()
+    for stream in streams:
+        for name, channels in _bodies(f"{source}: {_where(stream)}", stream):
+            name = name if name not in tables else f"{_first(stream['info'], 'name')}/{name}"
+            tables[name] = _poses(source, _where(stream), stream, channels, whole)
+            units |= {_unit(stream, channels[0])}
+    return tables, units
+
+
+def _kind(stream: dict[str, Any]) -> str:
+    return _first(stream["info"], "type").lower()
+
+
+def _where(stream: dict[str, Any]) -> str:
+    return f"stream {_first(stream['info'], 'name')!r}"
 
 
 def _streams(source: Path) -> tuple[list[dict[str, Any]], list[str]]:
@@ -133,13 +163,14 @@ def _bodies(where: str, stream: dict[str, Any]) -> Iterator[tuple[str, list[int]
     """Each object of a stream that has a place and a quaternion, and its channels in the order of ``ROLES``."""
     found: dict[str, dict[int, int]] = {}
     for number, channel in enumerate(_channels(stream)):
-        kind = _first(channel, "type").lower()
+        kind, label = _first(channel, "type").lower(), _first(channel, "label").lower()
         name = _first(channel, "object") or _first(channel, "marker") or _first(stream["info"], "name")
         if kind in ("orientationp", "orientationh", "orientationr"):
             raise ImportFileError(
                 f"{where}: {name!r} has Euler angles, whose order XDF does not state; record OrientationA to D"
             )
-        if kind in ROLES and found.setdefault(name, {}).setdefault(ROLES[kind], number) != number:
+        role = ROLES.get(kind, UNITY_ROLES.get((kind, label), UNITY_ROLES.get(("", label), -1)))
+        if role >= 0 and found.setdefault(name, {}).setdefault(role, number) != number:
             raise ImportFileError(
                 f"{where}: {name!r} has two channels {_first(channel, 'type')}; name an <object> for each channel"
             )
@@ -159,21 +190,45 @@ def _poses(source: Path, where: str, stream: dict[str, Any], channels: list[int]
     return PoseTable(stamps, rows[:, :3], rows[:, 3:7], valid)
 
 
+def _beside(source: Path, stream: dict[str, Any], frame: SourceFrame, beside: BesidePoses) -> None:
+    """Every eye with a place and a direction, and every other channel of numbers."""
+    values = np.asarray(stream["time_series"])
+    if values.dtype.kind not in "fiu" or values.ndim != 2 or not len(values):
+        return
+    name = _first(stream["info"], "name") or "stream"
+    stamps = stamps_of(np.asarray(stream["time_stamps"], dtype=np.float64), f"{source}: {_where(stream)}")
+    described = [*_channels(stream), *[{}] * values.shape[1]][: values.shape[1]]
+    eyes: dict[str, dict[str, int]] = {}
+    for number, channel in enumerate(described):
+        eyes.setdefault(_first(channel, "eye"), {})[_first(channel, "type").lower()] = number
+    taken: set[int] = set()
+    for eye, types in eyes.items():
+        if _kind(stream) == "gaze" and types.keys() >= set(RAY):
+            columns = [types[kind] for kind in RAY]
+            unit = _unit(stream, columns[0])
+            metres = METRES.get(UNITS.get(unit, unit), frame.metres)
+            seen = values[:, types["confidence"]] > 0 if "confidence" in types else np.ones(len(values), np.bool_)
+            rays = values[:, columns].astype(np.float64)
+            origins, directions = frame.axes.points(rays[:, :3]) * metres, frame.axes.points(rays[:, 3:])
+            beside.looked(f"{name}/{eye}" if len(eyes) > 1 and eye else name, stamps, origins, directions, seen)
+            taken |= {*columns}
+    for number, channel in enumerate(described):
+        if number not in taken:
+            label = _first(channel, "label") or _first(channel, "type") or str(number + 1)
+            whole = f"{name}/{label}" if len(described) > 1 else name
+            beside.scalar(whole, stamps, values[:, number].astype(np.float64), _first(channel, "unit"))
+
+
 def _unit(stream: dict[str, Any], channel: int) -> str:
     return _first(_channels(stream)[channel], "unit").lower()
 
 
 def _clock(stream: dict[str, Any]) -> str:
     """How a stream's clock was brought onto the recorder's."""
-    times, values = np.array(stream["clock_times"]), np.array(stream["clock_values"])
-    if not len(times):
+    if not stream["clock_times"]:
         return "no clock offsets, so that its clock is taken for the recorder's"
-    drift, offset = np.polyfit(times - times.mean(), values, 1) if len(times) > 1 else (0.0, values[0])
-    residual = np.abs(values - offset - drift * (times - times.mean())).max()
-    return (
-        f"{len(times)} clock offsets applied, {offset * 1e3:.3f} ms, drift {drift * 1e6:.1f} ppm, "
-        f"at most {residual * 1e3:.3f} ms from a line"
-    )
+    fit = ClockFit.of(stream["clock_times"], stream["clock_values"])
+    return f"{fit.readings} clock offsets applied, {fit.words}"
 
 
 def _events(source: Path, streams: list[dict[str, Any]]) -> Iterator[Event]:

@@ -1,9 +1,9 @@
-"""Events, intervals, live contacts, hands and faster tracks as messages, and back without loss.
+"""Events, intervals, live contacts, hands, faster tracks, gaze and scalars as messages, and back without loss.
 
 Each ``*_message`` gives (topic, publish_ns, payload); each ``read_*`` takes the payloads of one topic.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -11,17 +11,28 @@ from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format.pose_encoding import SECOND_NS, check_stamp
-from sessions.mcap_format.schemas import EVENTS, HANDS_PREFIX, INTERVALS, LIVE_CONTACTS, TRACKS_PREFIX, message_class
+from sessions.mcap_format.schemas import (
+    EVENTS,
+    GAZE_PREFIX,
+    HANDS_PREFIX,
+    INTERVALS,
+    LIVE_CONTACTS,
+    SCALARS_PREFIX,
+    TRACKS_PREFIX,
+    channel_spec,
+    message_class,
+)  # fmt: skip
 from sessions.model.event import Event, Interval
 from sessions.model.hand import HandTrack
 from sessions.model.live_contact import PHASES, LiveContact
+from sessions.model.streams import GazeTrack, ScalarTrack
 from sessions.model.track import Track
 
 Message = tuple[str, int, bytes]
 LEVELS = ("", "debug", "info", "warning", "error", "fatal")
 UNCLOSED = "unclosed"  # Key in an interval's data that says its end was never recorded
-# One message of a faster track carries this many samples: 0.25 s at 1 kHz.
-TRACK_BATCH = 256
+# One message of a stream of samples carries this many: 0.25 s at 1 kHz.
+BATCH = 256
 
 
 def set_stamp(stamp: Any, time_ns: int) -> None:
@@ -153,28 +164,63 @@ def read_hand(payloads: Iterable[bytes]) -> HandTrack:
 
 
 def track_messages(name: str, track: Track) -> Iterator[Message]:
-    """A faster track in batches; each is stamped with its first sample."""
-    for start in range(0, len(track), TRACK_BATCH):
-        part = slice(start, start + TRACK_BATCH)
-        message = message_class("TrackSamples")(
-            sample_ns=track.times_ns[part].tolist(),
-            position=track.positions[part].reshape(-1).tolist(),
-            quaternion_xyzw=track.quaternions_xyzw[part].reshape(-1).tolist(),
-            valid=track.valid[part].tolist(),
-        )
-        yield _message(TRACKS_PREFIX + name, int(track.times_ns[start]), message)
+    """A faster track in batches."""
+    columns = {"position": track.positions, "quaternion_xyzw": track.quaternions_xyzw, "valid": track.valid}
+    return _batches(TRACKS_PREFIX + name, track.times_ns, columns)
+
+
+def gaze_messages(participant: str, gaze: GazeTrack) -> Iterator[Message]:
+    """Where a participant looked, in batches."""
+    columns = {"origin": gaze.origins, "direction": gaze.directions, "valid": gaze.valid, "body": gaze.bodies}
+    return _batches(GAZE_PREFIX + participant, gaze.times_ns, columns)
+
+
+def scalar_messages(name: str, scalar: ScalarTrack) -> Iterator[Message]:
+    """A scalar in batches, each with the unit."""
+    return _batches(SCALARS_PREFIX + name, scalar.times_ns, {"value": scalar.values}, unit=scalar.unit)
+
+
+def _batches(topic: str, times_ns: Any, columns: Mapping[str, Any], **of_all: str) -> Iterator[Message]:
+    """Samples in batches; each is stamped with its first sample."""
+    for start in range(0, len(times_ns), BATCH):
+        part = slice(start, start + BATCH)
+        values = {name: np.array(column[part], dtype=_KINDS.get(name)).reshape(-1) for name, column in columns.items()}
+        fields = {name: column.tolist() for name, column in values.items()}
+        message = channel_spec(topic).message(sample_ns=times_ns[part].tolist(), **fields, **of_all)
+        yield _message(topic, int(times_ns[start]), message)
+
+
+_KINDS: Mapping[str, Any] = {"valid": np.bool_, "body": object}
+"""Types of columns that hold no float64."""
 
 
 def read_track(payloads: Iterable[bytes]) -> Track:
     """A faster track in order of time; repeats of a stamp are dropped."""
-    parse = message_class("TrackSamples").FromString
-    batches = [parse(payload) for payload in payloads]
-    sizes = [(len(b.sample_ns), (len(b.position), len(b.quaternion_xyzw), len(b.valid))) for b in batches]
-    if any(size != (3 * n, 4 * n, n) for n, size in sizes):
-        raise SessionFileError("a message of a faster track has samples of unequal length; run `replay doctor` on it")
-    times = np.array([t for b in batches for t in b.sample_ns], dtype=np.int64)
-    position = np.array([v for b in batches for v in b.position], dtype=np.float64).reshape(-1, 3)
-    quaternion = np.array([v for b in batches for v in b.quaternion_xyzw], dtype=np.float64).reshape(-1, 4)
-    valid = np.array([v for b in batches for v in b.valid], dtype=np.bool_)
+    stamps, columns, _ = _samples("TrackSamples", payloads, position=3, quaternion_xyzw=4, valid=1)
+    return Track(stamps, columns["position"], columns["quaternion_xyzw"], columns["valid"])
+
+
+def read_gaze(payloads: Iterable[bytes]) -> GazeTrack:
+    """Where a participant looked, in order of time; repeats of a stamp are dropped."""
+    stamps, columns, _ = _samples("GazeSamples", payloads, origin=3, direction=3, valid=1, body=1)
+    return GazeTrack(stamps, columns["origin"], columns["direction"], columns["valid"], columns["body"].tolist())
+
+
+def read_scalar(payloads: Iterable[bytes]) -> ScalarTrack:
+    """A scalar in order of time; repeats of a stamp are dropped."""
+    stamps, columns, batches = _samples("ScalarSamples", payloads, value=1)
+    return ScalarTrack(stamps, columns["value"], batches[0].unit if batches else "")
+
+
+def _samples(kind: str, payloads: Iterable[bytes], **widths: int) -> tuple[Any, dict[str, Any], list[Any]]:
+    """Stamps (n,) and columns, (n,) or (n, width), in order of time, and the messages they came in."""
+    batches = [message_class(kind).FromString(payload) for payload in payloads]
+    if any(len(getattr(one, name)) != n * len(one.sample_ns) for one in batches for name, n in widths.items()):
+        raise SessionFileError(f"a message of {kind} has samples of unequal length; run `replay doctor` on it")
+    times = np.array([t for one in batches for t in one.sample_ns], dtype=np.int64)
     stamps, rows = np.unique(times, return_index=True)
-    return Track(stamps, position[rows], quaternion[rows], valid[rows])
+    columns = {}
+    for name, width in widths.items():
+        values = np.array([v for one in batches for v in getattr(one, name)], dtype=_KINDS.get(name))
+        columns[name] = values.reshape(-1, width)[rows] if width > 1 else values[rows]
+    return stamps, columns, batches

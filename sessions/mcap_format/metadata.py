@@ -17,6 +17,7 @@ SESSION_RECORD, BODIES_RECORD = "vrlab.session", "vrlab.bodies"
 MESH_HASH = "mesh.sha256/"
 FORMAT = "format"
 NOT_STATED = "not stated"
+SHARE = "share"
 
 DECLARED = {
     "source_units": NOT_STATED,
@@ -26,7 +27,7 @@ DECLARED = {
     "devices": NOT_STATED,  # device serial -> role
     "clock": NOT_STATED,
     "pseudonym": NOT_STATED,
-    "consent": NOT_STATED,
+    "consent": NOT_STATED,  # none, lab or share
 }
 """Metadata that every file has; what nobody gave is written as "not stated", so that a reader sees the gap."""
 

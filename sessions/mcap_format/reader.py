@@ -12,7 +12,15 @@ from typing import Any, Generic, TypeVar
 from google.protobuf.message import DecodeError
 
 from sessions.errors import SessionError, SessionFileError, TornFileError
-from sessions.mcap_format.annotations import read_contact, read_event, read_hand, read_intervals, read_track
+from sessions.mcap_format.annotations import (
+    read_contact,
+    read_event,
+    read_gaze,
+    read_hand,
+    read_intervals,
+    read_scalar,
+    read_track,
+)  # fmt: skip
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
 from sessions.mcap_format.metadata import (
     BODIES_RECORD,
@@ -26,11 +34,15 @@ from sessions.mcap_format.metadata import (
 from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import (
     EVENTS,
+    GAZE_PREFIX,
     HANDS_PREFIX,
     INTERVALS,
     LIVE_CONTACTS,
+    SCALARS_PREFIX,
+    STREAMS,
     TF,
     TRACKS_PREFIX,
+    topic_key,
 )  # fmt: skip
 from sessions.mcap_format.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
@@ -42,14 +54,15 @@ MISSING = "missing"  # The metadata key that says what a truncated file lacks
 Value = TypeVar("Value")
 
 
-def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
+def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | None = None) -> Session:
     """Read a session file of profile ``vrlab/1``, or any MCAP with ``foxglove.FrameTransforms`` on ``/tf``.
 
-    Meshes are checked against their hashes. Frames, hands, live contacts and faster tracks are decoded when asked for.
+    Meshes are checked against their hashes. Frames, live contacts and streams are decoded when asked for.
     A file without the profile has the metadata ``format: foreign`` and ``profile: none`` (or what it calls its own).
 
     ``path``: the file; ``torn``: what to do with a file that was cut short, for example by a crash of the recorder:
-    ``refuse``, or ``keep`` every whole chunk; the metadata key ``missing`` then says what is not there.
+    ``refuse``, or ``keep`` every whole chunk; the metadata key ``missing`` then says what is not there; ``scene``: a
+    scene file that stands in place of the session's own, which is not looked at (`with_scene`).
 
     Raises ``SessionFileError``: the file is missing, empty, damaged, no MCAP, of an unknown version, or has no poses;
     ``TornFileError`` when it was cut short and ``torn`` is ``refuse``.
@@ -66,18 +79,26 @@ def read_session(path: str | Path, *, torn: str = "refuse") -> Session:
     file.catalogue.check_pose_channels()
     if file.catalogue.tear is not None:
         facts[MISSING] = _missing(file)
-    return Session(
+    session = Session(
         McapFrames(file, listed_names(file) if file.own else _scanned_names(file)),
         {name: attached_mesh(file, name, expected) for name, expected in hashes.items()},
-        attached_scene(file),
+        attached_scene(file) if scene is None else Scene(),
         events=part(file, EVENTS),
         intervals=part(file, INTERVALS),
         facts=facts,
         origin=str(path),
-        hands=LazyMapping(file.topics_below(HANDS_PREFIX), lambda key: part(file, HANDS_PREFIX + key)),
         live_contacts=LazySequence(lambda: part(file, LIVE_CONTACTS)),
-        fast_tracks=LazyMapping(file.topics_below(TRACKS_PREFIX), lambda key: part(file, TRACKS_PREFIX + key)),
+        **{name: _streams(file, prefix) for prefix, name in STREAMS.items()},
     )
+    if scene is None:
+        return session
+    from sessions.scene_files.scene_meshes import with_scene
+
+    return with_scene(session, scene)
+
+
+def _streams(file: McapFile, prefix: str) -> Any:
+    return LazyMapping(file.topics_below(prefix), lambda key: part(file, prefix + key))
 
 
 def session_facts(file: McapFile) -> tuple[dict[str, str], dict[str, str]]:
@@ -116,9 +137,7 @@ def attached_mesh(file: McapFile, name: str, expected: str) -> MeshData:
     if data is None:
         raise file.refused("mesh-unreadable", f"the mesh of {name!r} is not in the file")
     if (found := hashlib.sha256(data).hexdigest()) != expected:
-        what = (
-            f"the mesh of {name!r} is not the one that was recorded (SHA-256 {found[:12]}..., not {expected[:12]}...)"
-        )
+        what = f"the mesh of {name!r} is not the one that was recorded (SHA-256 {found[:12]!r}, not {expected[:12]!r})"
         raise file.refused("mesh-hash", what)
     try:
         return mesh_from_bytes(data, "glb")
@@ -161,20 +180,21 @@ _PARTS: dict[str, Callable[[Messages, int], Any]] = {
     LIVE_CONTACTS: lambda found, _: tuple(read_contact(payload) for _, payload in found),
     HANDS_PREFIX: lambda found, _: read_hand(payload for _, payload in found),
     TRACKS_PREFIX: lambda found, _: read_track(payload for _, payload in found),
+    GAZE_PREFIX: lambda found, _: read_gaze(payload for _, payload in found),
+    SCALARS_PREFIX: lambda found, _: read_scalar(payload for _, payload in found),
 }
 """Topic, or prefix of topics, beside those of the poses -> what a session makes of its messages."""
 
 
 def is_part(topic: str) -> bool:
     """Whether a session holds the messages of a topic, other than poses."""
-    return topic in _PARTS or topic.startswith((HANDS_PREFIX, TRACKS_PREFIX))
+    return topic_key(topic) in _PARTS
 
 
 def read_part(where: Path, topic: str, messages: Messages, last_ns: int = 0) -> Any:
     """What a session makes of the messages of a topic; ``last_ns`` ends intervals that do not."""
-    key = next((prefix for prefix in (HANDS_PREFIX, TRACKS_PREFIX) if topic.startswith(prefix)), topic)
     try:
-        return _PARTS[key](messages, last_ns)
+        return _PARTS[topic_key(topic)](messages, last_ns)
     except (DecodeError, ValueError, OverflowError, SessionError):
         raise refused(where, "bad-message", f"a message on {topic} is not what its schema says") from None
 

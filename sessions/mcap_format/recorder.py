@@ -14,6 +14,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from sessions.errors import SessionError, SessionFileError
@@ -27,6 +28,7 @@ from sessions.model.frames import Status
 from sessions.model.live_contact import LiveContact
 from sessions.model.scene import Scene
 from sessions.model.session import mesh_of
+from sessions.model.streams import GazeTrack, ScalarTrack
 from sessions.model.track import Track
 
 if TYPE_CHECKING:
@@ -185,8 +187,25 @@ class Recorder:
         valid: ArrayLike | None = None,
     ) -> None:
         """Record samples of a body that is tracked faster than the frames come; (n,), (n, 3), (n, 4), (n,)."""
-        for message in messages.track_messages(name, Track(times_ns, positions, quaternions_xyzw, valid)):
-            self._put(message, None)
+        self._put_all(messages.track_messages(name, Track(times_ns, positions, quaternions_xyzw, valid)))
+
+    def gaze(
+        self,
+        stamp_ns: int,
+        participant: str,
+        origin: ArrayLike,
+        direction: ArrayLike,
+        *,
+        valid: bool = True,
+        body: str = "",
+    ) -> None:
+        """Record where a participant looks, in the world; ``body``: the first one hit, where the program knows it."""
+        looked = GazeTrack([nanoseconds(stamp_ns)], np.array([origin]), np.array([direction]), [valid], [body])
+        self._put_all(messages.gaze_messages(participant, looked))
+
+    def scalar(self, stamp_ns: int, name: str, value: float, unit: str = "") -> None:
+        """Record a number, such as a heart rate."""
+        self._put_all(messages.scalar_messages(name, ScalarTrack([nanoseconds(stamp_ns)], [value], unit)))
 
     def close(self) -> None:
         """Write what waits, the index, and give the file its name; a second call does nothing.
@@ -212,6 +231,10 @@ class Recorder:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def _put_all(self, made: Iterable[Message]) -> None:
+        for message in made:
+            self._put(message, None)
 
     def _put(self, message: Message, log_ns: int | None) -> None:
         log = time.time_ns() if log_ns is None else nanoseconds(log_ns)

@@ -1,8 +1,8 @@
 """Every message of the profile as a protobuf class and every channel with its schema; readable by any protobuf tool.
 
 Poses, remarks and models use Foxglove's published messages, so that Rerun and Foxglove open them as they are. What
-those do not know (validity, intervals, hands, live contacts, faster tracks) is package ``vrlab`` below, built from a
-table instead of generated code.
+those do not know (validity, intervals, hands, live contacts, faster tracks, gaze, scalars) is package ``vrlab`` below,
+built from a table instead of generated code.
 
 Source: Foxglove schemas (FrameTransforms, Log, SceneUpdate), https://docs.foxglove.dev/docs/sdk/schemas.
 """
@@ -22,7 +22,9 @@ WORLD = "world"
 TF, TRACKING, EVENTS, INTERVALS, SCENE, LIVE_CONTACTS = (
     "/tf", "/tracking", "/events", "/intervals", "/scene", "/contacts/live",
 )  # fmt: skip
-HANDS_PREFIX, TRACKS_PREFIX = "/hands/", "/tracks/"
+HANDS_PREFIX, TRACKS_PREFIX, GAZE_PREFIX, SCALARS_PREFIX = "/hands/", "/tracks/", "/gaze/", "/scalars/"
+STREAMS = {HANDS_PREFIX: "hands", TRACKS_PREFIX: "fast_tracks", GAZE_PREFIX: "gaze", SCALARS_PREFIX: "scalars"}
+"""Prefix of topics -> the part of a session that holds them by what follows the prefix."""
 
 _TIMESTAMP = ".google.protobuf.Timestamp"
 _FIELD = descriptor_pb2.FieldDescriptorProto
@@ -52,6 +54,11 @@ _MESSAGES: dict[str, tuple[tuple[str, str], ...]] = {
         ("sample_ns", "repeated sfixed64"), ("position", "repeated double"), ("quaternion_xyzw", "repeated double"),
         ("valid", "repeated bool"),
     ),
+    "GazeSamples": (
+        ("sample_ns", "repeated sfixed64"), ("origin", "repeated double"), ("direction", "repeated double"),
+        ("valid", "repeated bool"), ("body", "repeated string"),
+    ),
+    "ScalarSamples": (("sample_ns", "repeated sfixed64"), ("value", "repeated double"), ("unit", "string")),
 }  # fmt: skip
 
 
@@ -125,14 +132,18 @@ def _collect(file: Any, files: dict[str, Any]) -> None:
 _MESSAGE_OF: dict[str, Any] = {
     TF: FrameTransforms, EVENTS: Log, SCENE: SceneUpdate,
     TRACKING: "Tracking", INTERVALS: "Interval", LIVE_CONTACTS: "Contact",
-    HANDS_PREFIX: "Hand", TRACKS_PREFIX: "TrackSamples",
+    HANDS_PREFIX: "Hand", TRACKS_PREFIX: "TrackSamples", GAZE_PREFIX: "GazeSamples", SCALARS_PREFIX: "ScalarSamples",
 }  # fmt: skip
 """Topic, or prefix of topics -> the message's class, or the name of our own."""
 
 
+def topic_key(topic: str) -> str:
+    """The prefix that a topic has, or the topic itself."""
+    return next((prefix for prefix in STREAMS if topic.startswith(prefix)), topic)
+
+
 def channel_spec(topic: str) -> ChannelSpec:
     """The channel of a topic of the profile; ``KeyError`` when the profile has no such topic."""
-    prefix = next((prefix for prefix in (HANDS_PREFIX, TRACKS_PREFIX) if topic.startswith(prefix)), topic)
-    message = _MESSAGE_OF[prefix]
+    message = _MESSAGE_OF[topic_key(topic)]
     message = message_class(message) if isinstance(message, str) else message
     return ChannelSpec(topic, message.DESCRIPTOR.full_name, message)

@@ -1,10 +1,10 @@
 """Writes a session to its file: the same session gives the same bytes, and no file is left half written."""
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO, Final
 
 from sessions.errors import SceneError, SessionFileError
 from sessions.mcap_format import annotations as messages
@@ -58,10 +58,16 @@ def _sparse(session: Session) -> Iterator[Message]:
     yield from map(messages.event_message, session.events)
     yield from map(messages.interval_message, session.intervals)
     yield from map(messages.contact_message, session.live_contacts)
-    for key, hand in session.hands.items():
-        yield from messages.hand_messages(key, hand)
-    for name, track in session.fast_tracks.items():
-        yield from messages.track_messages(name, track)
+    for name, made in STREAM_MESSAGES.items():
+        for key, stream in getattr(session, name).items():
+            yield from made(key, stream)
+
+
+STREAM_MESSAGES: Final[Mapping[str, Callable[[str, Any], Iterator[Message]]]] = {
+    "hands": messages.hand_messages, "fast_tracks": messages.track_messages, "gaze": messages.gaze_messages,
+    "scalars": messages.scalar_messages,
+}  # fmt: skip
+"""Part of a session -> the messages of one of its streams."""
 
 
 class SessionWriter(ContainerWriter):

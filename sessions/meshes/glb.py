@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.mesh_data import MeshData
+from sessions.meshes.glb_tree import EXACT
 
 _GLB_MAGIC, _GLB_JSON, _GLB_BINARY = 0x46546C67, 0x4E4F534A, 0x004E4942
 _FLOAT32, _UINT32, _ARRAY_BUFFER, _ELEMENT_ARRAY_BUFFER, _TRIANGLES = 5126, 5125, 34962, 34963, 4
-_EXACT = "vrlab_positions_float64"
-_GENERATOR, _GENERATOR_SEARCHED = "vrlab-replay", 4096
+_GENERATOR = "vrlab-replay"
 _Block = tuple[NDArray[Any], int | None]
 
 
@@ -20,7 +20,7 @@ def mesh_to_glb(mesh: MeshData, name: str) -> bytes:
     """Return the mesh as a binary glTF 2.0 file with one node ``name``; equal meshes and names give equal bytes.
 
     Positions are float32, as glTF demands. Where that loses bits, a second buffer view holds them in float64, and the
-    primitive's ``extras`` name it: viewers ignore it, `read_own_glb` reads it, so no mesh changes on its way through
+    primitive's ``extras`` name it: viewers ignore it, `read_glb` reads it, so no mesh changes on its way through
     a file. There are no normals: a viewer then shades each face flat, as the format says.
 
     Source: Khronos glTF 2.0 specification, sections 3.7 (meshes) and 4.4 (GLB container).
@@ -31,7 +31,7 @@ def mesh_to_glb(mesh: MeshData, name: str) -> bytes:
     primitive: dict[str, Any] = {"attributes": {"POSITION": 0}, "indices": 1, "mode": _TRIANGLES}
     if not np.array_equal(positions.astype(np.float64), mesh.vertices):
         blocks.append((mesh.vertices.astype("<f8"), None))
-        primitive["extras"] = {_EXACT: 2}
+        primitive["extras"] = {EXACT: 2}
     tree = {
         "asset": {"version": "2.0", "generator": _GENERATOR},
         "scene": 0,
@@ -60,26 +60,3 @@ def _buffer_views(blocks: list[_Block]) -> list[dict[str, int]]:
         views.append(view | ({"target": target} if target is not None else {}))
         start += array.nbytes
     return views
-
-
-def read_own_glb(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]] | None:
-    """Read what `mesh_to_glb` wrote, bit for bit, without a library for meshes; ``None`` for a file of others.
-
-    A session is read and its effects run without any geometry engine: a library for meshes loads one.
-    """
-    if data[:4] != b"glTF" or _GENERATOR.encode() not in data[:_GENERATOR_SEARCHED]:
-        return None
-    length = struct.unpack_from("<I", data, 12)[0]
-    tree = json.loads(data[20 : 20 + length])
-    primitives = [primitive for mesh in tree["meshes"] for primitive in mesh["primitives"]]
-    if tree["asset"].get("generator") != _GENERATOR or len(primitives) != 1 or len(tree["nodes"]) != 1:
-        return None
-    binary = memoryview(data)[28 + length :]
-
-    def view(number: int, dtype: str) -> NDArray[Any]:
-        place = tree["bufferViews"][number]
-        return np.frombuffer(binary[place["byteOffset"] :][: place["byteLength"]], dtype=dtype).reshape(-1, 3)
-
-    exact = primitives[0].get("extras", {}).get(_EXACT)
-    vertices = view(0, "<f4") if exact is None else view(exact, "<f8")
-    return vertices.astype(np.float64), view(1, "<u4").astype(np.int64)

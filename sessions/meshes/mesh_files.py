@@ -4,19 +4,17 @@ Only this module of `sessions` imports trimesh and manifold3d, and only when a f
 """
 
 import io
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
+from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import MeshFileError
 from sessions.mesh_data import MeshData, concatenated, is_closed, least_area
-from sessions.meshes.glb import read_own_glb
-
-if TYPE_CHECKING:
-    import trimesh
+from sessions.meshes.glb_tree import read_glb
 
 FILE_TYPES = ("glb", "obj", "stl", "ply", "off")
 
@@ -28,7 +26,7 @@ SEAM_ATTEMPTS = 8  # up to a quarter of a millimetre, a tenth of the thinnest ro
 LEAST_AREA = 1e-13  # m2; an edge of 1 um times one of 0.2 um: anything less is a crumb of a seam
 
 
-def load_mesh(path: str | Path, scale: float = 1.0) -> MeshData:
+def load_mesh(path: str | Path, scale: float = 1.0, node: str = "") -> MeshData:
     """Read a mesh file (GLB, OBJ, STL, PLY or OFF) as one mesh; faces keep the order of the file.
 
     Parts of a GLB scene are placed by their nodes and joined, in file order. Nothing is merged, repaired or dropped,
@@ -38,6 +36,7 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> MeshData:
     ----------
     path : the file; its ending says its type.
     scale : metres per unit of the file (0.01 for a file in centimetres).
+    node : of a GLB only what hangs on the node or joint of this name, in its frame; ``""``: everything.
 
     Raises ``MeshFileError``: when the file is missing, empty, damaged, of an unknown type, or holds no triangle.
     """
@@ -56,12 +55,12 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> MeshData:
             f"mesh file {place} cannot be read ({error.strerror}); check what it is and who may read it"
         ) from None
     try:
-        return mesh_from_bytes(data, file_type, scale)
+        return mesh_from_bytes(data, file_type, scale, node)
     except MeshFileError as error:
         raise MeshFileError(f"mesh file {place}: {error}") from None
 
 
-def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0) -> MeshData:
+def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0, node: str = "") -> MeshData:
     """Read one mesh from the bytes of a file; errors as in `load_mesh`."""
     kind = file_type.lower().removeprefix(".")
     if kind not in FILE_TYPES:
@@ -71,7 +70,7 @@ def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0) -> MeshData
     if not data:
         raise MeshFileError("the mesh file is empty; export it again")
     try:
-        vertices, faces = _read_obj(data) if kind == "obj" else _read_with_trimesh(data, kind)
+        vertices, faces = _read(data, kind, node)
     except MeshFileError:
         raise
     except Exception as error:  # parsers of foreign files raise errors of any kind; each means: damaged
@@ -81,6 +80,14 @@ def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0) -> MeshData
     if kind == "stl":
         vertices, faces = _share_equal_vertices(vertices, faces)
     return MeshData(vertices * scale, faces)
+
+
+def _read(data: bytes, kind: str, node: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    if node and kind != "glb":
+        raise MeshFileError(f"a {kind.upper()} has no nodes; name a GLB, or leave the node out")
+    if kind == "glb":
+        return _read_glb(data, node)
+    return _read_obj(data) if kind == "obj" else _read_with_trimesh(data, kind)
 
 
 def united(meshes: Sequence[MeshData]) -> MeshData:
@@ -135,33 +142,23 @@ def _from_manifold(solid: Any) -> MeshData:
 
 
 def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    own = read_own_glb(data) if kind == "glb" else None
-    if own is not None:
-        return own
     import trimesh
 
-    options: dict[str, Any] = {"skip_materials": True} if kind == "glb" else {}
-    scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False, **options)
-    parts = list(_placed_parts(scene))
+    scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
+    parts = [MeshData(one.vertices, one.faces) for one in scene.geometry.values() if len(getattr(one, "faces", ()))]
     if not parts:
         raise MeshFileError("the file holds no triangle; export the surface as triangles")
     whole = concatenated(parts)
     return whole.vertices, whole.faces
 
 
-def _placed_parts(scene: "trimesh.Scene") -> Iterable[MeshData]:
-    """Yield the meshes of a scene where its nodes put them, in an order that depends on the file alone."""
-    import trimesh
-
-    # trimesh gives random names to the nodes of a GLB with several primitives, so names cannot order them: the
-    # place of the geometry in the file does, then the numbers of the pose.
-    rank = {name: place for place, name in enumerate(scene.geometry)}
-    nodes = [scene.graph[node] for node in scene.graph.nodes_geometry]
-    for pose, name in sorted(nodes, key=lambda node: (rank[node[1]], np.asarray(node[0]).tolist())):
-        part = scene.geometry[name]
-        if isinstance(part, trimesh.Trimesh) and len(part.faces):
-            mesh = MeshData(part.vertices, part.faces)
-            yield mesh if np.array_equal(pose, np.eye(4)) else mesh.transformed(pose)
+def _read_glb(data: bytes, node: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    tree = read_glb(data)
+    mesh = tree.split([node]).get(node) if node else tree.whole()
+    if mesh is None:
+        near = get_close_matches(node, tree.owners, n=1) or tree.owners[:8]
+        raise MeshFileError(f"no mesh hangs on a node {node!r}; there are: {', '.join(near)}")
+    return mesh.vertices, mesh.faces
 
 
 def _read_obj(data: bytes) -> tuple[NDArray[np.float64], NDArray[np.int64]]:

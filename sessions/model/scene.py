@@ -22,7 +22,7 @@ class SceneBody:
     Parameters
     ----------
     id : the name its track has.
-    mesh : path of a mesh file relative to the scene, or ``""``.
+    mesh : path of a mesh file relative to the scene, or ``""``; ``node``: of a GLB what hangs on that node or joint.
     shape : ``box``, ``sphere``, ``capsule`` or ``cylinder`` with its sizes in ``size``, or an instrument's name in
         ``instrument``; one of mesh, shape and instrument, or none when the session carries the mesh.
     size : sizes of the shape by name, metres.
@@ -38,6 +38,7 @@ class SceneBody:
 
     id: str
     mesh: str = ""
+    node: str = ""
     shape: str = ""
     instrument: str = ""
     size: Mapping[str, Any] = field(default_factory=dict)

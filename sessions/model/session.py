@@ -16,6 +16,7 @@ from sessions.model.frames import Frames, Status
 from sessions.model.hand import HandTrack
 from sessions.model.live_contact import LiveContact
 from sessions.model.scene import Scene
+from sessions.model.streams import GazeTrack, ScalarTrack
 from sessions.model.track import Track
 
 if TYPE_CHECKING:
@@ -51,6 +52,8 @@ class Session:
     hands : ``participant/side`` -> what the hand pressed.
     live_contacts : what the engine reported while the session ran.
     fast_tracks : body name -> samples that come faster than frames.
+    gaze : participant -> where they looked.
+    scalars : name -> a number over time: a heart rate, a marker, a channel of an EEG.
     """
 
     source: FrameSource
@@ -63,6 +66,8 @@ class Session:
     hands: Mapping[str, HandTrack] = field(default_factory=dict)
     live_contacts: Sequence[LiveContact] = ()
     fast_tracks: Mapping[str, Track] = field(default_factory=dict)
+    gaze: Mapping[str, GazeTrack] = field(default_factory=dict)
+    scalars: Mapping[str, ScalarTrack] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:

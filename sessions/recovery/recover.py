@@ -29,7 +29,7 @@ from sessions.mcap_format.metadata import (
 from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.refusals import brief
-from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF
+from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, STREAMS, TF
 from sessions.mcap_format.writer import CHUNK_BYTES, SCENE_FILE
 from sessions.recovery.file_scan import FileScan, scan_file
 from sessions.recovery.lost import Recovery
@@ -74,7 +74,7 @@ def _nothing(source: Path, why: str) -> SessionFileError:
 def _write(found: FileScan, stream: BinaryIO, target: Path, *, overwrite: bool) -> Recovery:
     declared, records = found.declared, dict(found.declared.metadata)
     session = records.get(SESSION_RECORD)
-    own = session is not None or declared.profile.startswith(PROFILE_FAMILY)
+    own = any(word.startswith(PROFILE_FAMILY) for word in (declared.profile, (session or {}).get(FORMAT, "")))
     listed = _listed_names(records.get(BODIES_RECORD), declared.path)
     profile = _profile(found, session, own=own)
     held = set(found.names)
@@ -117,9 +117,9 @@ def refusal_of(path: Path) -> str:
         session = read_session(path)
         for _ in session.blocks():
             pass
-        for each in (session.hands, session.fast_tracks, {"": session.live_contacts}):
-            for key in each:
-                len(each[key])
+        len(session.live_contacts)
+        for name in STREAMS.values():
+            dict(getattr(session, name))
     except SessionFileError as error:
         return brief(error)
     return ""

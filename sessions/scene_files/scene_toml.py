@@ -2,6 +2,7 @@
 
 import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
@@ -19,6 +20,7 @@ MESH_UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Unit of a mesh file -> metres, a shorter way to write ``scale``. Source: one inch is 25.4 mm (ISO 80000-3)."""
 
 TAG = "tag:"
+IDENTITY: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0)
 
 
 def read_scene(path: str | Path) -> Scene:
@@ -29,12 +31,21 @@ def read_scene(path: str | Path) -> Scene:
 def parse_scene(text: str, file: str = "scene.toml") -> Scene:
     """The scene of a TOML text; ``file`` is the name used in messages.
 
-    Raises ``SceneError``: file, table and key, and what to do.
+    Raises ``SceneError``: file, table and key, and what to do; its ``faults`` are all there are.
     """
-    whole = parse_toml(text, file, SceneError)
-    head = whole.table("scene") or TomlTable({}, file, "[scene]", SceneError)
+    scene, faults = scene_and_faults(text, file)
+    if faults:
+        raise SceneError(*faults)
+    return scene
+
+
+def scene_and_faults(text: str, file: str) -> tuple[Scene, list[str]]:
+    """What can be read of a scene, defaults in place of what is wrong, and all faults; SceneError: it is no TOML."""
+    faults: list[str] = []
+    whole = parse_toml(text, file, SceneError, faults)
+    head = whole.table("scene") or whole.within({}, "[scene]")
     name = head.text("name")
-    space = whole.table("space") or TomlTable({}, file, "[space]", SceneError)
+    space = whole.table("space") or whole.within({}, "[space]")
     space_radius = space.number("radius_m", SPACE_RADIUS, above=0.0)
     head.done()
     space.done()
@@ -52,7 +63,7 @@ def parse_scene(text: str, file: str = "scene.toml") -> Scene:
         text=text,
     )
     whole.done()
-    return scene
+    return scene, faults
 
 
 def selected_bodies(selector: str, bodies: tuple[SceneBody, ...]) -> tuple[str, ...]:
@@ -70,6 +81,7 @@ def _body(table: TomlTable) -> SceneBody:
     body = SceneBody(
         id=name,
         mesh=table.text("mesh"),
+        node=table.text("node"),
         shape=shape,
         instrument=table.text("instrument"),
         size=_size(table, shape),
@@ -84,12 +96,17 @@ def _body(table: TomlTable) -> SceneBody:
     )
     sources = [key for key in ("mesh", "shape", "instrument") if getattr(body, key)]
     if len(sources) > 1:
-        raise table.fail(f"it has {' and '.join(sources)}; give one of them")
+        table.refuse(f"it has {' and '.join(sources)}; give one of them")
+    if body.node and not body.mesh:
+        table.refuse("it has node and no mesh; name the GLB that holds the node")
     if body.instrument:
-        from sessions.glassware.catalogue import INSTRUMENTS
+        from sessions.glassware.catalogue import INSTRUMENTS, instrument_options
 
         if body.instrument not in INSTRUMENTS:
-            raise table.fail(f"no instrument {body.instrument!r}{nearest(body.instrument, INSTRUMENTS)}")
+            table.refuse(f"no instrument {body.instrument!r}{nearest(body.instrument, INSTRUMENTS)}")
+        elif "options" in body.extra:
+            options = table.within(body.extra["options"], f"{table.place} options")
+            options.done(instrument_options(body.instrument))
     table.done()
     return body
 
@@ -98,8 +115,9 @@ def _scale(table: TomlTable) -> float:
     if "units" not in table:
         return table.number("scale", 1.0, above=0.0)
     if "scale" in table:
-        raise table.fail("it has units and scale; give one of them")
-    return MESH_UNITS[table.text("units", None, MESH_UNITS)]
+        table.refuse("it has units and scale; give one of them")
+        table.number("scale", 1.0)
+    return MESH_UNITS.get(table.text("units", None, MESH_UNITS), 1.0)
 
 
 def _size(table: TomlTable, shape: str) -> dict[str, float]:
@@ -113,7 +131,7 @@ def _size(table: TomlTable, shape: str) -> dict[str, float]:
     bad = [name for name, value in size.items() if value <= 0.0]
     if bad:
         wanted = "size = [x, y, z]" if shape == "box" else " and ".join(SIZES[shape])
-        raise table.fail(f"a {shape} needs {wanted} in metres, each above 0")
+        table.refuse(f"a {shape} needs {wanted} in metres, each above 0")
     return size
 
 
@@ -136,17 +154,19 @@ def _pose(table: TomlTable | None) -> Pose | None:
     position = table.vector("position", (0.0, 0.0, 0.0))
     if "euler_deg" in table:
         if "quaternion_xyzw" in table:
-            raise table.fail("it has quaternion_xyzw and euler_deg; give one of them")
+            table.refuse("it has quaternion_xyzw and euler_deg; give one of them")
+            table.vector("quaternion_xyzw", IDENTITY)
         angles = [math.radians(angle) for angle in table.vector("euler_deg", (0.0, 0.0, 0.0))]
+        turn = IDENTITY
         try:
             turn = tuple(quaternion_from_euler(angles, table.text("order", "xyz")).tolist())
         except SessionError as error:
-            raise table.fail(str(error)) from None
+            table.refuse(str(error))
     else:
-        turn = table.vector("quaternion_xyzw", (0.0, 0.0, 0.0, 1.0))
+        turn = table.vector("quaternion_xyzw", IDENTITY)
     norm = math.hypot(*turn)
     if not abs(norm - 1.0) <= 1e-3:
-        raise table.fail(f"quaternion_xyzw {list(turn)} has norm {norm:.6g}, not 1")
+        table.refuse(f"quaternion_xyzw {list(turn)} has norm {norm:.6g}, not 1")
     table.done()
     return Pose(cast(tuple[float, float, float], position), cast(tuple[float, float, float, float], turn))
 
@@ -157,24 +177,25 @@ def _check_bodies(bodies: tuple[SceneBody, ...], whole: TomlTable) -> None:
     for row, body in enumerate(bodies, start=1):
         place = f"[[body]] {row} ({body.id!r})"
         if names.index(body.id) != row - 1:
-            raise whole.fail(f"{place}: the id is taken by [[body]] {names.index(body.id) + 1}; ids must differ")
+            whole.refuse(f"{place}: the id is taken by [[body]] {names.index(body.id) + 1}; ids must differ")
         if body.parent and body.parent not in parents:
-            raise whole.fail(f"{place}: no parent {body.parent!r}{nearest(body.parent, names)}")
+            whole.refuse(f"{place}: no parent {body.parent!r}{nearest(body.parent, names)}")
         above = body.parent
         for _ in bodies:  # a chain of parents without a loop is no longer than the bodies
             above = parents.get(above, "")
         if above:
-            raise whole.fail(f"{place}: its parents lead back to itself; a joint needs a first body")
+            whole.refuse(f"{place}: its parents lead back to itself; a joint needs a first body")
 
 
 def _two(table: TomlTable) -> tuple[str, ...]:
     """The selectors of ``between = [first, second]``, or of ``a = first`` and ``b = second``."""
     if "a" not in table and "b" not in table:
-        if "between" not in table:
-            table.done()
+        if "between" not in table and not table.done():
+            return ()
         return table.texts("between", 2)
     if "between" in table:
-        raise table.fail("it has between and a or b; give one of them")
+        table.refuse("it has between and a or b; give one of them")
+        table.texts("between")
     return table.text("a", None), table.text("b", None)
 
 
@@ -182,9 +203,9 @@ def _between(table: TomlTable, bodies: tuple[SceneBody, ...]) -> list[tuple[str,
     ends = []
     for selector in _two(table):
         found = selected_bodies(selector, bodies)
-        if not found:
+        if not found and selector:
             tags = [TAG + tag for body in bodies for tag in body.tags]
-            raise table.fail(f"no body is {selector!r}{nearest(selector, {*tags, *(body.id for body in bodies)})}")
+            table.refuse(f"no body is {selector!r}{nearest(selector, {*tags, *(body.id for body in bodies)})}")
         ends.append(found)
     return ends
 
@@ -192,10 +213,10 @@ def _between(table: TomlTable, bodies: tuple[SceneBody, ...]) -> list[tuple[str,
 def _selected(tables: list[TomlTable], bodies: tuple[SceneBody, ...]) -> tuple[tuple[str, str], ...]:
     chosen: dict[frozenset[str], tuple[str, str]] = {}
     for table in tables:
-        first, second = _between(table, bodies)
-        found = [(a, b) for a in first for b in second if a != b]
-        if not found:
-            raise table.fail(f"{first[0]!r} is paired with itself; a pair needs two bodies")
+        ends = _between(table, bodies)
+        found = [(a, b) for a in ends[0] for b in ends[1] if a != b] if len(ends) == 2 else []
+        if not found and all(ends) and len(ends) == 2:
+            table.refuse(f"{ends[0][0]!r} is paired with itself; a pair needs two bodies")
         for pair in found:
             chosen.setdefault(frozenset(pair), pair)
         table.done()
@@ -208,7 +229,8 @@ def _effect(table: TomlTable, bodies: tuple[SceneBody, ...]) -> SceneEffect:
     settings: dict[str, Any] = {}
     if "between" in table:
         settings["between"] = list(table.texts("between", 2))
-        _selected([TomlTable(settings, table.file, table.place, table.error)], bodies)
+        if len(settings["between"]) == 2:
+            _selected([table.within(settings, table.place)], bodies)
     settings.update(table.rest())
     return SceneEffect(kind, settings)
 
@@ -216,21 +238,27 @@ def _effect(table: TomlTable, bodies: tuple[SceneBody, ...]) -> SceneEffect:
 def scene_to_toml(scene: Scene) -> str:
     """The scene as TOML; read again it is the same scene, and the same scene gives the same text."""
     lines = [f"{key} = []" for key, value in (("effect", scene.effects), ("pair", scene.pairs)) if value == ()]
-    lines += ["[scene]", f"name = {_value(scene.name)}"] if scene.name else []
+    lines += ["[scene]", f"name = {value_text(scene.name)}"] if scene.name else []
     lines += ["[space]", f"radius_m = {scene.space_radius!r}"] if scene.space_radius != SPACE_RADIUS else []
-    tables = [("body", _body_keys(body)) for body in scene.bodies]
+    tables = [("body", body_keys(body)) for body in scene.bodies]
     tables += [("pair", {"between": pair}) for pair in scene.pairs or ()]
     tables += [("ignore", {"between": pair}) for pair in scene.ignore]
     tables += [("effect", {"kind": effect.kind, **effect.settings}) for effect in scene.effects or ()]
     for kind, entries in tables:
-        lines += ["", f"[[{kind}]]", *(f"{key} = {_value(value)}" for key, value in entries.items())]
+        lines += table_lines(kind, entries)
     return "\n".join(lines).lstrip("\n") + "\n"
 
 
-def _body_keys(body: SceneBody) -> dict[str, Any]:
+def table_lines(kind: str, entries: Mapping[str, Any]) -> list[str]:
+    """``[[kind]]`` and its keys, after an empty line."""
+    return ["", f"[[{kind}]]", *(f"{key} = {value_text(value)}" for key, value in entries.items())]
+
+
+def body_keys(body: SceneBody) -> dict[str, Any]:
+    """What a scene says of a body, key by key; nothing that is as it is without being said."""
     keys: dict[str, Any] = {"id": body.id}
     plain = SceneBody(id=body.id)
-    for key in ("mesh", "shape", "instrument", "scale", "group", "parent", "tags", "proxy"):
+    for key in ("mesh", "node", "shape", "instrument", "scale", "group", "parent", "tags", "proxy"):
         if getattr(body, key) != getattr(plain, key):
             keys[key] = getattr(body, key)
     keys.update({"size": [body.size[axis] for axis in "xyz"]} if body.shape == "box" else body.size)
@@ -241,13 +269,14 @@ def _body_keys(body: SceneBody) -> dict[str, Any]:
     return {**keys, **{key: body.extra[key] for key in EXTRA_KEYS if key in body.extra}}
 
 
-def _value(value: Any) -> str:
+def value_text(value: Any) -> str:
+    """A value as TOML."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
         return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")  # TOML escapes DEL too
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{_value(key)} = {_value(one)}" for key, one in value.items()) + "}"
+        return "{" + ", ".join(f"{value_text(key)} = {value_text(one)}" for key, one in value.items()) + "}"
     if isinstance(value, list | tuple):
-        return "[" + ", ".join(_value(one) for one in value) + "]"
+        return "[" + ", ".join(value_text(one) for one in value) + "]"
     return repr(value) if is_number(value) else str(value)

@@ -28,12 +28,12 @@ def read_text(path: str | Path, what: str, error: type[SessionError]) -> str:
         raise error(f"{what} {place} is not UTF-8 text; save it as UTF-8") from None
 
 
-def parse_toml(text: str, file: str, error: type[SessionError]) -> "TomlTable":
-    """The whole file as a table; the parser's own sentence names line and column."""
+def parse_toml(text: str, file: str, error: type[SessionError], faults: list[str] | None = None) -> "TomlTable":
+    """The whole file as a table; the parser's own sentence names line and column. ``faults`` as in `TomlTable`."""
     if _DEEP_KEY.search(text):
         raise error(f"{file}: tables are nested too deeply; a scene needs three levels at most")
     try:
-        return TomlTable(tomllib.loads(text), file, "", error)
+        return TomlTable(tomllib.loads(text), file, "", error, faults)
     except tomllib.TOMLDecodeError as reason:
         raise error(f"{file}: this is not TOML: {reason}") from None
     except RecursionError:
@@ -52,16 +52,33 @@ def nearest(word: str, known: Iterable[str]) -> str:
 
 
 class TomlTable:
-    """A table and where it stands; reading takes keys away, so that what is left over is unknown."""
+    """A table and where it stands; reading takes keys away, so that what is left over is unknown.
 
-    def __init__(self, data: Mapping[str, Any], file: str, place: str, error: type[SessionError]) -> None:
+    A wrong key raises ``error``. Where ``faults`` is a list, its sentence is kept there instead, the default stands in
+    for its value, and reading goes on: whoever asks for a list raises when there is one in it at the end.
+    """
+
+    def __init__(
+        self, data: Mapping[str, Any], file: str, place: str, error: type[SessionError],
+        faults: list[str] | None = None,
+    ) -> None:  # fmt: skip
         self._data = dict(data)
         self._known: list[str] = []
-        self.file, self.place, self.error = file, place, error
+        self.file, self.place, self.error, self.faults = file, place, error, faults
 
     def fail(self, message: str) -> SessionError:
         """The error to raise: file, table, message."""
         return self.error(f"{self.file}: {self.place + ': ' if self.place else ''}{message}")
+
+    def refuse(self, message: str) -> None:
+        """Raise this fault, or keep it where faults are collected."""
+        if self.faults is None:
+            raise self.fail(message)
+        self.faults.append(str(self.fail(message)))
+
+    def within(self, data: Mapping[str, Any], place: str) -> "TomlTable":
+        """Another table of this file, its faults kept beside those of this one."""
+        return TomlTable(data, self.file, place, self.error, self.faults)
 
     def __contains__(self, key: str) -> bool:
         self._known.append(key)
@@ -75,27 +92,34 @@ class TomlTable:
         self._known.append(key)
         return self._data.pop(key, default)
 
-    def done(self) -> None:
-        """Raise on the first key that nobody asked for."""
-        for key in self._data:
-            raise self.fail(f"unknown key {key!r}{nearest(key, self._known)}")
+    def done(self, known: Iterable[str] = ()) -> bool:
+        """Refuse every key that nobody asked for and that is not in ``known``; whether there was none."""
+        self._known += known
+        unknown = [key for key in self._data if key not in self._known]
+        self._data = {}
+        for key in unknown:
+            self.refuse(f"unknown key {key!r}{nearest(key, self._known)}")
+        return not unknown
 
     def text(self, key: str, default: str | None = "", among: Iterable[str] | None = None) -> str:
         """Text; required where ``default`` is None."""
         value = self._take(key, default)
         if value is None:
-            raise self.fail(f"{key} is missing; every such table needs it")
-        if not isinstance(value, str) or (default is None and not value):
-            raise self.fail(f"{key} is {_shown(value)}; give text")
-        if among is not None and value != default and value not in among:
-            raise self.fail(f"{key} is {_shown(value)}{nearest(value, among)}")
-        return value
+            self.refuse(f"{key} is missing; every such table needs it")
+        elif not isinstance(value, str) or (default is None and not value):
+            self.refuse(f"{key} is {_shown(value)}; give text")
+        elif among is not None and value != default and value not in among:
+            self.refuse(f"{key} is {_shown(value)}{nearest(value, among)}")
+        else:
+            return value
+        return default or ""
 
     def _checked(self, key: str, default: Any, wanted: str, fits: Callable[[Any], bool]) -> Any:
         value = self._take(key, default)
-        if not fits(value):
-            raise self.fail(f"{key} is {_shown(value)}; {wanted}")
-        return value
+        if fits(value):
+            return value
+        self.refuse(f"{key} is {_shown(value)}; {wanted}")
+        return default
 
     def count(self, key: str, default: int, least: int, most: int) -> int:
         """A whole number between bounds, both allowed."""
@@ -115,7 +139,7 @@ class TomlTable:
         """A list of texts, of a given length where one is named."""
         value = self._checked(key, [], "give a list of texts", lambda value: _is_list(value, str) and all(value))
         if count is not None and len(value) != count:
-            raise self.fail(f"{key} has {len(value)} entries; give {count}")
+            self.refuse(f"{key} has {len(value)} entries; give {count}")
         return tuple(value)
 
     def vector(self, key: str, default: tuple[float, ...]) -> tuple[float, ...]:
@@ -128,7 +152,7 @@ class TomlTable:
         """A table within, or ``None``."""
         value = self._checked(key, None, "give a table", lambda value: value is None or isinstance(value, dict))
         place = f"{self.place} {key}" if self.place else f"[{key}]"
-        return None if value is None else TomlTable(value, self.file, place, self.error)
+        return None if value is None else self.within(value, place)
 
     def tables(self, key: str) -> "list[TomlTable] | None":
         """``[[key]]`` tables in order, or ``None`` where the key does not occur."""
@@ -136,7 +160,7 @@ class TomlTable:
         value = self._checked(key, None, wanted, lambda value: value is None or _is_list(value, dict))
         if value is None:
             return None
-        return [TomlTable(one, self.file, f"[[{key}]] {row}", self.error) for row, one in enumerate(value, start=1)]
+        return [self.within(one, f"[[{key}]] {row}") for row, one in enumerate(value, start=1)]
 
     def named_tables(self, key: str) -> "dict[str, TomlTable]":
         """``[key.NAME]`` tables by name."""
@@ -144,13 +168,13 @@ class TomlTable:
         value = self._checked(
             key, {}, wanted, lambda value: isinstance(value, dict) and _is_list([*value.values()], dict)
         )
-        return {name: TomlTable(one, self.file, f"[{key}.{name}]", self.error) for name, one in value.items()}
+        return {name: self.within(one, f"[{key}.{name}]") for name, one in value.items()}
 
     def rest(self) -> dict[str, Any]:
         """All keys not yet read, as written. Numbers must be finite. After this call no key counts as unknown."""
         for key, value in self._data.items():
             if not _all_finite(value):
-                raise self.fail(f"{key} is {_shown(value)}; give finite numbers")
+                self.refuse(f"{key} is {_shown(value)}; give finite numbers")
         left, self._data = self._data, {}
         return left
 

@@ -16,7 +16,7 @@ from sessions.geometry.solids import box, inscribed_depth, pointed_ball, prism
 from sessions.mesh_data import MeshData
 from sessions.model.constants import HEADSET_HZ
 from sessions.model.session import Session
-from sessions.synthetic.assembly import START_NS, Recording, recorded
+from sessions.synthetic.assembly import MADE_UP, START_NS, Recording, recorded
 from sessions.synthetic.motion_profiles import Dips, MotionProfile, Swing, Turning, outside, passes
 from sessions.synthetic.paths import Path, Poses, still
 from sessions.synthetic.rng import random_stream
@@ -215,7 +215,7 @@ def make_analytic(
     case = ANALYTIC[name](random_stream(seed, "analytic", name), seconds)
     how = Recording(seed=seed, rate_hz=rate_hz, seconds=seconds, noise=noise, jitter=jitter, losses=losses)
     seen = recorded(case.paths, how)
-    facts = {"synthetic": name, "seed": str(seed), "noise": noise, "jitter": jitter, "source_units": "m"}
+    facts = {"synthetic": name, "seed": str(seed), "noise": noise, "jitter": jitter, **MADE_UP}
     session = Session.from_tracks(seen.tracks(), meshes=case.meshes, facts=facts)
     truth = Truth(name, seed, START_NS, seconds, noise, sorted_episodes(_episodes(case, how)), sorted_facts(seen.facts))
     return session, truth

@@ -14,7 +14,7 @@ from sessions.mesh_data import MeshData
 from sessions.model.scene import Pose, Scene, SceneBody
 from sessions.model.session import Session
 from sessions.scene_files.scene_toml import parse_scene, scene_to_toml
-from sessions.synthetic.assembly import START_NS, Recorded
+from sessions.synthetic.assembly import MADE_UP, START_NS, Recorded
 from sessions.synthetic.choreography import Buttons
 from sessions.synthetic.paths import Point, Poses, Quaternion
 from sessions.synthetic.truth import Truth
@@ -167,7 +167,7 @@ def made_session(
     ``version`` of the choreography: another one has other poses for the same seed.
     """
     tracks = seen.tracks(things)
-    facts = {"synthetic": truth.name, "seed": str(truth.seed), "noise": truth.noise, "source_units": "m"}
+    facts = {"synthetic": truth.name, "seed": str(truth.seed), "noise": truth.noise, **MADE_UP}
     facts["choreography"] = str(version)
     session = Session.from_tracks(
         {name: tracks[name] for name in layout.placed if name in tracks},

@@ -14,7 +14,7 @@ from sessions.mesh_data import MeshData
 from sessions.model.constants import HEADSET_HZ
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
-from sessions.synthetic.assembly import START_NS, Recording, recorded
+from sessions.synthetic.assembly import MADE_UP, START_NS, Recording, recorded
 from sessions.synthetic.bench import BENCH_TOP, STAND_M, Instruments, Placed, with_text
 from sessions.synthetic.paths import Path, Poses, carried
 from sessions.synthetic.rng import random_stream
@@ -65,7 +65,7 @@ def make_crowded_lab(
             meshes[f"{side}-{part}"] = finger
         hands += [SceneBody(f"{side}-{part}", group=side, tags=("hand",)) for part in ("palm", *FINGERS)]
     scene = with_text(Scene(NAME, (*layout.bodies(), *hands)), ("A shaker full of glasses, and two hands of fingers.",))
-    facts = {"synthetic": NAME, "seed": str(seed), "noise": noise, "source_units": "m", "vr_type": "immersive"}
+    facts = {"synthetic": NAME, "seed": str(seed), "noise": noise, **MADE_UP, "vr_type": "immersive"}
     session = Session.from_tracks(seen.tracks(things), meshes=meshes, scene=scene, facts=facts)
     return session, Truth(NAME, seed, START_NS, seconds, noise, (), sorted_facts(seen.facts))
 

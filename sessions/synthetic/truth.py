@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sessions.errors import SessionError
+from sessions.whole_files import whole_file
 
 Interval = tuple[float, float]
 Pair = tuple[str, str]
@@ -146,7 +147,8 @@ def truth_path(session_path: str | Path) -> Path:
 def write_truth(truth: Truth, path: str | Path) -> None:
     """Write a truth as JSON: sorted keys, floats by their shortest exact form, so that equal truths are equal bytes."""
     text = json.dumps({"format": TRUTH_FORMAT, **asdict(truth)}, sort_keys=True, indent=1, allow_nan=False)
-    Path(path).write_text(text + "\n", encoding="utf-8", newline="\n")
+    with whole_file(Path(path), SessionError) as file:
+        file.write(f"{text}\n".encode())
 
 
 def read_truth(path: str | Path) -> Truth:

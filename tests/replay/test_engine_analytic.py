@@ -5,7 +5,8 @@ import pytest
 
 from cdcore.detectors import detector_names
 from cdcore.protocol import counts_as_contact
-from replay.pipeline.engine import ORACLES, compute
+from replay.detection.detector_spec import ORACLES
+from replay.pipeline.engine import compute
 from sessions.synthetic import ANALYTIC, make_analytic, predicted
 from sessions.synthetic.truth import CLEAR, PRESENT
 

@@ -181,7 +181,7 @@ def _all(session) -> None:
     for _ in session.blocks(4096):
         pass
     list(session.live_contacts)
-    for mapping in (session.hands, session.fast_tracks, session.meshes):
+    for mapping in (session.hands, session.fast_tracks, session.gaze, session.scalars, session.meshes):
         dict(mapping.items())
 
 

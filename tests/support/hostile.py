@@ -27,10 +27,12 @@ from replay.session_info import session_info
 from sessions import (
     Event,
     Frames,
+    GazeTrack,
     HandTrack,
     Interval,
     LiveContact,
     Recorder,
+    ScalarTrack,
     Severity,
     Track,
     examine,
@@ -68,6 +70,8 @@ def good_files(folder: Path) -> dict[str, bytes]:
         },
         "live_contacts": [LiveContact(int(t[4]), "body 0", "body 1", "enter")],
         "fast_tracks": {"body 1": Track(t[:50], made.position[:50, 1], made.quaternion_xyzw[:50, 1])},
+        "gaze": {"student": GazeTrack(t[:50], made.position[:50, 0], np.tile([0.0, 0.0, -1.0], (50, 1)))},
+        "scalars": {"heart rate": ScalarTrack(t[:50], np.linspace(70, 80, 50), "1/min")},
         "scene": parse_scene('[[body]]\nid = "body 1"\n[[body]]\nid = "body 0"\n'),
     }
     write_session(session_of(made, **parts), folder / "own.mcap")
@@ -151,7 +155,7 @@ def _said(work) -> tuple[bool, str]:
     try:
         return True, str(work() or "")
     except KNOWN as error:
-        assert str(error).strip() and "\n" not in str(error), repr(str(error))
+        assert str(error).strip() and str(error).isprintable(), repr(str(error))
         return False, str(error)
 
 

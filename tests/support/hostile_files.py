@@ -175,7 +175,7 @@ def _messages(parts, random):
 
 def _rewritten(parts, random, change):
     k = _pick(parts, random, Opcode.MESSAGE)
-    if k is None:
+    if k is None or len(parts[k][1]) < MESSAGE.size:  # damaged by an earlier change
         return parts
     channel, sequence, log, publish = MESSAGE.unpack_from(parts[k][1])
     head, payload = change([channel, sequence, log, publish], parts[k][1][MESSAGE.size :])

@@ -7,16 +7,17 @@ from support.small_worlds import cubes
 
 from replay.pipeline.engine import compute
 
+FALSE = "% of the contact time it reports is false"
 STATES = {
     # state: (oracle, subject, headline)
     "none": ("......", "nnnnnn", "No contact found by exact, so none for it to miss"),
-    "one": (".CC...", "nnnnnn", "1 of 1 contact missed by it"),
-    "several": ("C.C.CC", "nncncn", "1 of 3 contacts missed by it, 1 more in part"),
-    "undecided": (".C.CC.", "nunuun", "2 of 2 contacts undecided by it"),
+    "one": (".CC...", "nnnnnn", "it missed 1 of 1 contact"),
+    "several": ("C.C.CC", "nncncn", "it missed 1 of 3 contacts and part of 1 more"),
+    "undecided": (".C.CC.", "nunuun", "it left 2 of 2 contacts undecided"),
     "not measured": ("......", "uuuuuu", "Nothing compared: exact and it both decided none of 6 pair-frames"),
-    "more invented than found": ("C.....", "cnccnc", "None of 1 contact missed by it"),
-    "false at both ends": ("..CC..C.", "nccccccn", "None of 2 contacts missed by it"),
-    "more than a list holds": ("C." * 41, "n" * 82, "41 of 41 contacts missed by it"),
+    "more invented than found": ("C.....", "cnccnc", f"it: 75 {FALSE}; finds the one contact"),
+    "false at both ends": ("..CC..C.", "nccccccn", f"it: 50 {FALSE}; misses none of 2 contacts"),
+    "more than a list holds": ("C." * 41, "n" * 82, "it missed 41 of 41 contacts"),
 }
 
 
@@ -39,7 +40,7 @@ def stretches(letters):
 
 def became(truth, said):
     """A word for each frame."""
-    pairs = {("C", "c"): "both", ("C", "n"): "MISSED", (".", "c"): "invented"}
+    pairs = {("C", "c"): "both", ("C", "n"): "MISSED", (".", "c"): "false"}
     return ["left out" if mine == "u" else pairs.get((own, mine), "") for own, mine in zip(truth, said, strict=True)]
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 from support.small_worlds import STEP_NS, cube
 
+from replay.effects.models.tilted import volume_kept
 from replay.pipeline.engine import compute
 from sessions import Session
 from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -10,6 +11,17 @@ from sessions.model.track import Track
 
 RADIUS, HEIGHT = 0.02, 0.06
 """Of the glass, which holds 75.4 mL."""
+
+
+def tilt_of_onset(volume, radius, height):
+    """Least tilt in radians that keeps no more than ``volume``: where pouring from this fill begins."""
+    if volume >= volume_kept(0.0, radius, height):
+        return 0.0
+    low, high = 0.0, 0.5 * np.pi
+    while low < (middle := 0.5 * (low + high)) < high:
+        low, high = (middle, high) if volume_kept(middle, radius, height) > volume else (low, middle)
+    return high
+
 
 LOW = 0.2
 """The receiving glass stands this far below the pouring one."""

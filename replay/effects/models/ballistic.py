@@ -1,8 +1,5 @@
 """Where falling liquid goes: into the first opening that its parabola enters from above, or beside them all."""
 
-import math
-from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -13,56 +10,41 @@ GRAVITY: Final = 9.80665
 """m/s2. Source: standard gravity, 3rd CGPM 1901."""
 
 
-@dataclass(frozen=True, eq=False)
-class Disc:
-    """An opening in the room."""
+def entry_times(
+    start: FloatArray, velocity: FloatArray, centre: FloatArray, normal: FloatArray, radius: float
+) -> FloatArray:
+    """Seconds (n,) until liquid let go at ``start`` with ``velocity`` (n, 3) enters an opening; infinite: it does not.
 
-    name: str  # whose it is
-    # centre, normal: (3,) world metres, and the unit direction out of the vessel
-    centre: FloatArray
-    normal: FloatArray
-    radius: float  # metres
-
-
-def disc_entered(start: FloatArray, velocity: FloatArray, discs: Iterable[Disc]) -> str:
-    """Name of the opening that liquid let go at ``start`` (3,) with ``velocity`` (3,) enters first; ``""``: none.
-
-    World Y is up. An opening that faces down or sideways is not entered, nor one that the liquid starts below.
+    World Y is up; ``normal`` is the unit direction out of the vessel. An opening that faces down or sideways is not
+    entered, nor one that the liquid starts below.
     """
-    entered = [(time, disc.name) for disc in discs if (time := _entry(start, velocity, disc)) is not None]
-    return min(entered)[1] if entered else ""
+    upward = normal[:, 1] > 0.0
+    above = ((start - centre) * normal).sum(axis=1)
+    time = _fall(above, -(velocity * normal).sum(axis=1), 0.5 * GRAVITY * np.where(upward, normal[:, 1], 1.0))
+    away = places(start, velocity, np.where(np.isfinite(time), time, 0.0)) - centre
+    away -= (away * normal).sum(axis=1)[:, None] * normal
+    inside = (away * away).sum(axis=1) <= radius**2
+    return np.asarray(np.where(upward & inside, time, np.inf))
 
 
-def place_at_height(start: FloatArray, velocity: FloatArray, height: float) -> FloatArray:
-    """Where (3,) it falls through a height; ``start`` itself where it starts no higher and does not rise to it."""
-    time = _fall(start[1] - height, -velocity[1], 0.5 * GRAVITY)
-    return start.copy() if time is None else _place(start, velocity, time)
+def places_at_height(start: FloatArray, velocity: FloatArray, height: FloatArray) -> FloatArray:
+    """Where (n, 3) it falls through a height (n,); ``start`` itself where it starts no higher and never rises to it."""
+    time = _fall(start[:, 1] - height, -velocity[:, 1], np.full(len(start), 0.5 * GRAVITY))
+    return places(start, velocity, np.where(np.isfinite(time), time, 0.0))
 
 
-def _entry(start: FloatArray, velocity: FloatArray, disc: Disc) -> float | None:
-    if disc.normal[1] <= 0.0:
-        return None
-    above = float(disc.normal @ (start - disc.centre))
-    time = _fall(above, -float(disc.normal @ velocity), 0.5 * GRAVITY * float(disc.normal[1]))
-    if time is None:
-        return None
-    away = _place(start, velocity, time) - disc.centre
-    away = away - (away @ disc.normal) * disc.normal
-    return time if float(away @ away) <= disc.radius**2 else None
+def places(start: FloatArray, velocity: FloatArray, time: FloatArray) -> FloatArray:
+    """Where (n, 3) falling liquid is after some seconds (n,)."""
+    found = start + time[:, None] * velocity
+    found[:, 1] -= 0.5 * GRAVITY * time * time
+    return np.asarray(found)
 
 
-def _fall(above: float, speed: float, pull: float) -> float | None:
-    """Time at which ``above = speed t + pull t^2``, the last one; ``pull`` above 0."""
+def _fall(above: FloatArray, speed: FloatArray, pull: FloatArray) -> FloatArray:
+    """Times (n,) at which ``above = speed t + pull t^2``, the last ones; infinite: never. ``pull`` is above 0."""
     root = speed * speed + 4.0 * pull * above
-    if above < 0.0 and (speed >= 0.0 or root < 0.0):
-        return None
+    never = (above < 0.0) & ((speed >= 0.0) | (root < 0.0))
+    root = np.sqrt(np.maximum(0.0, root))
     # Of the two forms of the root the one that adds, so that a fast start or a small height costs no digits.
-    if speed >= 0.0:
-        return 0.0 if above == 0.0 else 2.0 * above / (speed + math.sqrt(root))
-    return (math.sqrt(root) - speed) / (2.0 * pull)
-
-
-def _place(start: FloatArray, velocity: FloatArray, time: float) -> FloatArray:
-    place = start + time * velocity
-    place[1] -= 0.5 * GRAVITY * time * time
-    return np.asarray(place)
+    down = np.where(speed + root > 0.0, 2.0 * above / np.where(speed + root > 0.0, speed + root, 1.0), 0.0)
+    return np.asarray(np.where(never, np.inf, np.where(speed >= 0.0, down, (root - speed) / (2.0 * pull))))

@@ -1,16 +1,31 @@
-"""A balanced equation as written on a blackboard, and how far it goes: to the end of the limiting reagent."""
+"""A balanced equation as written on a blackboard: formulas with charges and phases, and arrows of every kind."""
 
 import re
+import unicodedata
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Final
 
-import numpy as np
+ELEMENTS: Final = frozenset(re.findall(
+    r"\w+",
+    "H He Li Be B C N O F Ne Na Mg Al Si P S Cl Ar K Ca Sc Ti V Cr Mn Fe Co Ni Cu Zn Ga Ge As Se Br Kr Rb Sr Y Zr Nb Mo"
+    " Tc Ru Rh Pd Ag Cd In Sn Sb Te I Xe Cs Ba La Ce Pr Nd Pm Sm Eu Gd Tb Dy Ho Er Tm Yb Lu Hf Ta W Re Os Ir Pt Au Hg"
+    " Tl Pb Bi Po At Rn Fr Ra Ac Th Pa U Np Pu Am Cm Bk Cf Es Fm Md No Lr",
+))  # fmt: skip
+COMMON: Final = (
+    "HCl", "HBr", "HNO3", "H2SO4", "CH3COOH", "NaOH", "KOH", "Ba(OH)2", "NH3", "NaCl", "KCl", "AgNO3", "KI", "CuSO4",
+    "NaHCO3", "Na2CO3", "ZnCl2", "CaCl2", "BaCl2", "MgCl2", "Na2SO4", "KMnO4", "AgCl", "H2O",
+)  # fmt: skip
+"""Formulas for "did you mean"."""
 
-from cdcore.numerics import FloatArray
+ARROWS: Final = ("<=>", "<->", "-->", "==>", "->", "=>", "→", "⟶", "⇌", "⇄", "↔")
 
-_TERM = re.compile(r"^(\d+)?\s*([A-Z][A-Za-z0-9().]*)$")
-_PART = re.compile(r"([A-Z][a-z]?|\(|\))(\d*)")
+_TERM = re.compile(r"^(\d+)?\s*(\S+?)\s*(?:\((s|l|g|aq)\))?$")
+_PART = re.compile(r"([A-Z][a-z]?|\(|\)|\[|\])(\d*)")
+_CHARGE = re.compile(r"^(.*?)(?:\^?(\d*)([+-]))?$")
+_WORDS = str.maketrans({"−": "-", "·": ".", "•": ".", "*": ".", "↓": "(s)", "↑": "(g)"})
 
 
 @dataclass(frozen=True)
@@ -20,20 +35,23 @@ class Equation:
     # reagents, products: formula -> coefficient
     reagents: Mapping[str, int]
     products: Mapping[str, int]
-
-    def extent(self, amounts: Mapping[str, FloatArray]) -> FloatArray:
-        """Mol of reaction (n,) at the end of the limiting reagent, from mol (n,) of each reagent."""
-        shares = [amounts[formula] / coefficient for formula, coefficient in self.reagents.items()]
-        return np.asarray(np.maximum(0.0, np.min(shares, axis=0)))
+    phases: Mapping[str, str]  # formula -> ``s``, ``l``, ``g`` or ``aq`` where the equation says so
 
 
-def equation_of(text: str) -> Equation:
-    """Read an equation. Raises ValueError: it cannot be read, or its two sides do not have the same atoms."""
-    left, arrow, right = text.partition("->")
+def equation_of(text: str, ions: Iterable[str] = ()) -> Equation:
+    """Read an equation; ``ions``: formulas by which ``NH4+`` is told from ``Cu2+``.
+
+    Raises ValueError: it cannot be read, or its two sides do not have the same atoms and charge.
+    """
+    plain = unicodedata.normalize("NFKC", text).translate(_WORDS)
+    arrow = next((one for one in ARROWS if one in plain), "")
     if not arrow:
         raise ValueError(f"{text!r} has no ->; write it as HCl + NaOH -> NaCl + H2O")
-    equation = Equation(_side(left), _side(right))
-    before, after = (_atoms_of(side) for side in (equation.reagents, equation.products))
+    phases: dict[str, str] = {}
+    left, _, right = plain.partition(arrow)
+    known = frozenset(ions)
+    equation = Equation(_side(left, phases, known), _side(right, phases, known), phases)
+    before, after = (_counted(side) for side in (equation.reagents, equation.products))
     if before != after:
         wrong = sorted(atom for atom in {*before, *after} if before[atom] != after[atom])
         counted = ", ".join(f"{atom} {before[atom]} and {after[atom]}" for atom in wrong)
@@ -41,10 +59,30 @@ def equation_of(text: str) -> Equation:
     return equation
 
 
+def ion_of(formula: str, ions: Iterable[str] = ()) -> str:
+    """A formula in the form of the tables: ``Cu2+`` becomes ``Cu^2+``, ``SO42-`` ``SO4^2-``, ``NH4+`` stays."""
+    plain = unicodedata.normalize("NFKC", formula.strip()).translate(_WORDS)
+    match = _CHARGE.match(plain)
+    if match is None or not match.group(3):
+        return plain
+    body, digits, sign = match.groups()
+    forms = [f"{body}^{digits}{sign}" if digits not in ("", "1") else body + digits + sign]
+    if digits and "^" not in plain:
+        forms += [body + digits + sign, f"{body}{digits[:-1]}^{digits[-1]}{sign}"]
+    known = frozenset(ions)
+    return next((form for form in forms if form in known), forms[0])
+
+
+def charge_of(formula: str) -> int:
+    """Charge of a formula of the tables: 2 for ``Cu^2+``."""
+    match = re.search(r"(?:\^(\d+))?([+-])$", formula)
+    return 0 if match is None else int(match.group(2) + (match.group(1) or "1"))
+
+
 def atoms(formula: str) -> Counter[str]:
-    """Atoms of a formula such as ``Ca(OH)2`` or ``CuSO4.5H2O``. Raises ValueError: it is no formula."""
+    """Atoms of a formula such as ``Ca(OH)2``, ``SO4^2-`` or ``CuSO4.5H2O``. Raises ValueError: it is no formula."""
     total: Counter[str] = Counter()
-    for part in formula.split("."):
+    for part in re.sub(r"(\^\d+)?[+-]$", "", formula).split("."):
         factor = re.match(r"\d*", part)
         assert factor is not None
         for atom, count in _group(part[factor.end() :], formula).items():
@@ -52,36 +90,28 @@ def atoms(formula: str) -> Counter[str]:
     return total
 
 
-def approach(times: FloatArray, goal: FloatArray, rate: float) -> FloatArray:
-    """First-order approach (n,) to a goal that is constant from each time to the next: dx/dt = rate (goal - x), x >= 0.
-
-    Closed form from row to row, so that rows may be as far apart as they like.
-    """
-    reached = np.zeros(len(times))
-    for row in range(1, len(times)):
-        # 1 - exp(-rate dt) by expm1: for short steps the difference would lose its digits.
-        share = -np.expm1(-rate * (times[row] - times[row - 1]))
-        reached[row] = reached[row - 1] + share * max(0.0, goal[row - 1] - reached[row - 1])
-    return reached
-
-
-def _side(text: str) -> dict[str, int]:
+def _side(text: str, phases: dict[str, str], ions: frozenset[str]) -> dict[str, int]:
     found: Counter[str] = Counter()
-    for term in text.split("+"):
+    # A plus between blanks parts terms; without blanks one does that no charge ends with.
+    terms = re.split(r"\s\+\s", text) if re.search(r"\s\+\s", text) else re.split(r"\+(?=[\dA-Z])", text)
+    for term in terms:
         match = _TERM.match(term.strip())
         if match is None:
             raise ValueError(f"{term.strip()!r} is no formula with its coefficient; write for example 2 HCl")
-        atoms(match.group(2))
-        found[match.group(2)] += int(match.group(1) or 1)
+        formula = ion_of(match.group(2), ions)
+        atoms(formula)
+        found[formula] += int(match.group(1) or 1)
+        if match.group(3):
+            phases[formula] = match.group(3)
     if min(found.values()) < 1:
         raise ValueError(f"{text.strip()!r} has a coefficient 0; leave it out")
     return dict(found)
 
 
-def _atoms_of(side: Mapping[str, int]) -> Counter[str]:
+def _counted(side: Mapping[str, int]) -> Counter[str]:
     total: Counter[str] = Counter()
     for formula, coefficient in side.items():
-        for atom, count in atoms(formula).items():
+        for atom, count in (*atoms(formula).items(), ("charge", charge_of(formula))):
             total[atom] += coefficient * count
     return total
 
@@ -95,15 +125,23 @@ def _group(text: str, whole: str) -> Counter[str]:
             raise ValueError(f"{whole!r} is no formula; write for example Ca(OH)2 or CuSO4.5H2O")
         word, count = match.group(1), int(match.group(2) or 1)
         place = match.end()
-        if word == "(":
+        if word in "([":
             stack.append(Counter())
-        elif word == ")" and len(stack) > 1:
-            for atom, inner in stack.pop().items():
-                stack[-1][atom] += inner * count
-        elif word != ")":
+        elif word in ")]":
+            if len(stack) < 2:
+                raise ValueError(f"{whole!r} closes a bracket that it does not open; correct the formula")
+            inner = stack.pop()
+            stack[-1] += Counter({atom: many * count for atom, many in inner.items()})
+        elif word in ELEMENTS:
             stack[-1][word] += count
         else:
-            raise ValueError(f"{whole!r} closes a bracket that it does not open; correct the formula")
+            raise ValueError(f"{whole!r} is no formula: there is no element {word}{_meant(whole)}")
     if len(stack) > 1 or not stack[0]:
         raise ValueError(f"{whole!r} is no formula: a bracket is left open or it is empty")
     return stack[0]
+
+
+def _meant(formula: str) -> str:
+    """``; did you mean 'HCl'?`` where letters of another size make a formula of the common ones."""
+    close = get_close_matches(formula.lower(), [one.lower() for one in COMMON], n=1, cutoff=0.8)
+    return f"; did you mean {next(one for one in COMMON if one.lower() == close[0])!r}?" if close else ""

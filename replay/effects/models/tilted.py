@@ -3,6 +3,10 @@
 import math
 from typing import Final
 
+import numpy as np
+
+from cdcore.numerics import FloatArray
+
 SERIES_BELOW: Final = 0.1
 """Half angle below which sin - sin^3/3 - phi cos is summed as a series: it is of order phi^5 while its terms are of
 order phi, so at 0.1 the closed form has lost four digits and at 0.001 all of them. Measured with the printed form
@@ -12,50 +16,30 @@ TERMS: Final = 8
 """Terms of the series; the first left out is below 1e-16 of the sum at ``SERIES_BELOW``."""
 
 
-def volume_kept(tilt: float, radius: float, height: float) -> float:
-    """Volume that an overfull cylinder keeps when it is tilted slowly; the unit is that of the sizes, cubed.
+def volume_kept(tilt: FloatArray, radius: float, height: float) -> FloatArray:
+    """Volume (n,) that an overfull cylinder keeps when it is tilted slowly; the unit is that of the sizes, cubed.
 
-    ``tilt``: radians from upright, 0 to pi; from a right angle on nothing is kept.
+    ``tilt``: (n,) radians from upright, 0 to pi; from a right angle on nothing is kept.
     ``radius``, ``height``: inner sizes, from the floor to the lip; above 0.
 
     Source: a cylinder cut by a horizontal plane through its lip. While the plane does not meet the floor the volume is
     pi R^2 (H - R tan); beyond, with phi = 2 asin sqrt(H / (2 R tan)) the half angle of the wetted part of the floor,
     R^3 tan (sin phi - sin^3 phi / 3 - phi cos phi).
     """
-    if tilt >= 0.5 * math.pi:
-        return 0.0
-    slope = math.tan(max(0.0, tilt))
-    if 2.0 * radius * slope <= height:
-        return math.pi * radius**2 * (height - radius * slope)
-    half_angle = 2.0 * math.asin(math.sqrt(height / (2.0 * radius * slope)))
-    return radius**3 * slope * _wedge(half_angle)
+    slope = np.tan(np.clip(tilt, 0.0, 0.5 * math.pi))
+    steep = 2.0 * radius * slope > height
+    phi = 2.0 * np.arcsin(np.sqrt(height / np.where(steep, 2.0 * radius * slope, height)))
+    kept = np.where(steep, radius**3 * slope * _wedge(phi), math.pi * radius**2 * (height - radius * slope))
+    return np.asarray(np.where(tilt >= 0.5 * math.pi, 0.0, kept))
 
 
-def tilt_of_onset(volume: float, radius: float, height: float) -> float:
-    """Least tilt in radians that keeps no more than ``volume``: where pouring from this fill begins.
-
-    A vessel filled beyond its lip runs over upright: 0. An empty one never pours: pi / 2 and nothing to lose.
-    """
-    if volume >= volume_kept(0.0, radius, height):
-        return 0.0
-    low, high = 0.0, 0.5 * math.pi
-    while low < (middle := 0.5 * (low + high)) < high:
-        if volume_kept(middle, radius, height) > volume:
-            low = middle
-        else:
-            high = middle
-    return high
-
-
-def _wedge(phi: float) -> float:
-    if phi >= SERIES_BELOW:
-        sine = math.sin(phi)
-        return sine - sine**3 / 3.0 - phi * math.cos(phi)
+def _wedge(phi: FloatArray) -> FloatArray:
+    sine = np.sin(phi)
     # With sin^3 = (3 sin - sin 3x) / 4 the coefficient of phi^(2k+1) is
     # (-1)^k ((9 + 3^(2k+1)) / 12 / (2k+1)! - 1 / (2k)!), which is 0 for k = 0 and 1 and 2/15 for k = 2.
-    total, square = 0.0, phi * phi
+    total, square = np.zeros_like(phi), phi * phi
     for k in range(TERMS + 1, 1, -1):
         odd = 2 * k + 1
         term = (9.0 + 3.0**odd) / 12.0 / math.factorial(odd) - 1.0 / math.factorial(2 * k)
         total = total * square + (-1.0) ** k * term
-    return total * phi**5
+    return np.asarray(np.where(phi >= SERIES_BELOW, sine - sine**3 / 3.0 - phi * np.cos(phi), total * phi**5))

@@ -1,31 +1,46 @@
 """Temperatures in closed form from row to row: heat in at a steady power, heat out in proportion to the excess."""
 
-import math
+from itertools import pairwise
 
 import numpy as np
 
 from cdcore.numerics import FloatArray
 
 
-def cooled(celsius: float, seconds: float, *, power_w: float, capacity: float, loss: float, ambient: float) -> float:
-    """Temperature after some seconds of m c dT/dt = P - k (T - Ta).
+def cooled(
+    celsius: FloatArray,
+    seconds: FloatArray,
+    *,
+    power_w: float,
+    capacity: FloatArray | float,
+    loss: float,
+    ambient: float,
+) -> FloatArray:
+    """Temperature after some seconds of m c dT/dt = P - k (T - Ta); all may be arrays.
 
     ``capacity``: m c in J/K, above 0; ``loss`` k in W/K, at least 0: without loss it rises evenly.
     """
-    exponent = loss * seconds / capacity
+    exponent = np.asarray(loss * seconds / capacity, dtype=np.float64)
     # (1 - exp(-x)) / x by expm1, which is 1 at 0: no loss and short steps cost no digits.
-    share = -math.expm1(-exponent) / exponent if exponent > 0.0 else 1.0
-    return celsius + (power_w - loss * (celsius - ambient)) * seconds / capacity * share
+    share = np.where(exponent > 0.0, -np.expm1(-exponent) / np.where(exponent > 0.0, exponent, 1.0), 1.0)
+    return np.asarray(celsius + (power_w - loss * (celsius - ambient)) * seconds / capacity * share)
 
 
-def warmed(times: FloatArray, power_w: FloatArray, *, capacity: float, loss: float, ambient: float) -> FloatArray:
-    """Temperature (n,) at each time, from ambient at the first; power (n,) holds from its time to the next."""
+def warmed(
+    times: FloatArray, power_w: FloatArray, *, capacity: float, loss: float, ambient: float, boils: float = np.inf
+) -> FloatArray:
+    """Temperature (n,) at each time, from ambient at the first; power (n,) holds from its time to the next.
+
+    At ``boils`` it stays: what is heated further boils off.
+    """
     found = np.full(len(times), ambient)
-    for row in range(1, len(times)):
-        step = float(times[row] - times[row - 1])
-        found[row] = cooled(
-            float(found[row - 1]), step, power_w=float(power_w[row - 1]), capacity=capacity, loss=loss, ambient=ambient
-        )
+    cuts = [0, *(np.flatnonzero(np.diff(power_w)) + 1).tolist(), len(times) - 1]
+    for first, last in pairwise(cuts):
+        part = slice(first + 1, last + 1)
+        since = times[part] - times[first]
+        found[part] = np.minimum(boils, cooled(
+            found[first], since, power_w=float(power_w[first]), capacity=capacity, loss=loss, ambient=ambient
+        ))  # fmt: skip
     return found
 
 

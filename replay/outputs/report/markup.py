@@ -84,6 +84,7 @@ def _cell(cell: Cell) -> Markup:
     if not isinstance(cell, Marked):
         return safe("" if cell is None else cell)
     text = element(MARKS[cell.mark], cell.text) if cell.mark in MARKS else safe(cell.text)
+    text = element("a", text, href=cell.to) if cell.to else text
     return joined([text, element("small", cell.below)]) if cell.below else text
 
 

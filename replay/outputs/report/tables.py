@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final
 
 from replay.comparison.clusters import MANY, seen_and_between
@@ -10,7 +11,8 @@ from replay.effects.effect_summary import happened
 from replay.outputs import run_tables
 from replay.outputs.report.markup import Markup, element, joined, page_table, table
 from replay.outputs.run_tables import BETWEEN_HEAD, SEEN_HEAD
-from replay.outputs.words import NOTHING_SUSPICIOUS, counted
+from replay.outputs.tables import STRONG, Marked, Table
+from replay.outputs.words import NOTHING_SUSPICIOUS, address, counted
 from replay.pipeline.run_result import RunResult
 from sessions import Finding, Severity
 
@@ -24,7 +26,7 @@ EVENT_ROWS: Final = 60
 """Events listed; ``events.parquet`` holds them all."""
 
 PAIR_HEAD: Final = (
-    "pair", "contacts", "seconds", "longest s", "missed", "in part", "frames missed", "frames invented",
+    "pair", "contacts", "seconds", "longest s", "missed", "in part", "frames missed", "false frames",
     "within tolerance",
 )  # fmt: skip
 
@@ -77,15 +79,15 @@ def miss_table(result: RunResult, label: str) -> Markup:
 
     Misses that no frame shows have a table of their own, in order of time.
     """
-    run, misses = result.out or "RUN", result.misses[label]
+    misses, by = result.misses[label], "" if label == next(iter(result.comparisons)) else label
     seen, between = seen_and_between(misses)
     shown, hidden = seen[:MOST_ROWS], between[:MOST_ROWS]
     words = f"What {label} missed between frames: no frame shows it, so it has no depth; in order of time"
     tables = ((f"What {label} missed", shown, SEEN_HEAD), (words, hidden, BETWEEN_HEAD))
     parts = [
-        page_table(run_tables.with_noise(made, [(result, one) for one in some]))
+        page_table(run_tables.with_noise(_linked(made, by), [(result, one) for one in some]))
         for title, some, head in tables
-        if some and (made := run_tables.miss_table(title, some, run).only(*head))
+        if some and (made := run_tables.miss_table(title, some).only(*head))
     ]
     if len(misses) <= MANY:
         return joined(parts)
@@ -95,8 +97,15 @@ def miss_table(result: RunResult, label: str) -> Markup:
         rest = f"the other {len(misses) - count:,} are in misses.parquet"
         words = f"The {count:,} with the longest cuts, each with the command that shows it; {rest}"
     heads = ("pair", "cause", "look at the longest cut", "misses", "frames", "s", "longest cut mm")
-    found = page_table(run_tables.cluster_table(label, misses, run).only(*heads))
+    found = page_table(run_tables.cluster_table(label, misses).only(*heads))
     return joined([found, element("details", element("summary", words), *parts)])
+
+
+def _linked(made: Table, by: str) -> Table:
+    """A table of misses whose numbers are links: to the moment in the picture, where there is one beside the page."""
+    numbers = (one.text if isinstance(one, Marked) else str(one) for one, *_ in made.rows)
+    linked = (Marked(one, STRONG, to="#" + address("miss", int(one), by)) for one in numbers)
+    return replace(made, rows=tuple((one, *row[1:]) for one, row in zip(linked, made.rows, strict=True)))
 
 
 def effect_section(result: RunResult) -> Markup:

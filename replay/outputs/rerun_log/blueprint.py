@@ -14,12 +14,14 @@ from replay.comparison.outcome import Outcome
 from replay.outputs.camera import Eye
 from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.contacts import contacts_path
-from replay.outputs.rerun_log.effects import EffectViews, effect_views
+from replay.outputs.rerun_log.effects import EffectViews, effect_views, tab_name
 from replay.outputs.rerun_log.findings import finding_lanes, finding_tab, state_view
+from replay.outputs.rerun_log.lanes import noise_lane
 from replay.outputs.rerun_log.overview import SPACE, OverviewLanes
 from replay.outputs.rerun_log.overview_tab import overview_tab
 from replay.outputs.rerun_log.pipeline import sphere_path
 from replay.outputs.rerun_log.pipeline_tab import pipeline_tab
+from replay.outputs.rerun_log.session_lanes import session_lanes
 from replay.outputs.rerun_log.timing import Cost, any_timed, stage_path, timing_view
 from replay.outputs.rerun_log.tradeoff import curve_tab
 from replay.outputs.rerun_log.views import faded_meshes, plot, spatial, text_list
@@ -84,12 +86,15 @@ class Subject:
         return "" if self.longest is None else f"{self.missed}/eye"
 
 
-def lanes_in_view(subject: Subject) -> list[str]:
-    """The numbers, the worst pairs, and the pair of the longest cut, on which the cursor stands first."""
-    lanes = list(subject.lanes)
-    shown = lanes[:LANES_IN_VIEW]
-    worst = [lane for lane in lanes[LANES_IN_VIEW:] if subject.lanes[lane] == subject.longest]
-    return [*shown[: LANES_IN_VIEW - len(worst)], *worst]
+def lanes_in_view(subject: Subject, noisy: bool = False) -> list[str]:
+    """The numbers, the worst pairs, and the pair of the longest cut, on which the cursor stands first.
+
+    ``noisy``: below each pair what tracker noise leaves of its contacts; there is room for half as many pairs then.
+    """
+    lanes, room = list(subject.lanes), 1 + (LANES_IN_VIEW - 1) // (1 + noisy)
+    worst = [lane for lane in lanes[room:] if subject.lanes[lane] == subject.longest]
+    chosen = [*lanes[: room - len(worst)], *worst]
+    return [path for lane in chosen for path in (lane, noise_lane(lane))[: 1 + (noisy and lane != lanes[0])]]
 
 
 @dataclass(frozen=True)
@@ -103,7 +108,6 @@ class BlueprintInput:
     detector_lanes : whether there are lanes per detector.
     watched : audited detectors that are shown at their work.
     overview : lanes of the screen of all detectors, ``None`` without a moment to show.
-    leads : whether that screen is the first.
     solids : label -> entities of the solids in place of the meshes.
     hiding : bodies that stand before what a close-up shows: translucent there.
     start, end : seconds of the time axes; left alone, the viewer shows one minute around the cursor.
@@ -118,7 +122,6 @@ class BlueprintInput:
     end: float
     watched: Sequence[WatchedRun] = ()
     overview: OverviewLanes | None = None
-    leads: bool = False
     solids: Mapping[str, Sequence[str]] = field(default_factory=dict)
     hiding: Collection[str] = ()
 
@@ -141,14 +144,16 @@ def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
         tabs.append(pipeline_tab(result, run, _eye_controls(layout.eye), _whole(layout), name))
     first = 0
     if layout.overview is not None:
-        tabs.insert(0 if layout.leads else len(layout.subjects), _overview(layout, layout.overview))
+        tabs.insert(0, _overview(layout, layout.overview))
     if result.tradeoff is not None:
         first = len(tabs)
         tabs.append(curve_tab())
     tabs.append(_costs(layout, "What accuracy costs" if result.tradeoff is None else "Time per frame"))
-    if result.effects:
-        first = first if layout.subjects or result.tradeoff is not None else len(tabs)
-        tabs.append(_effects(layout, effect_views(result.effects)))
+    doing = tuple(session_lanes(result))
+    if result.effects or doing:
+        if result.effects and not layout.subjects and result.tradeoff is None:
+            first = len(tabs)
+        tabs.append(_happened(layout, effect_views(result.effects), doing))
     if layout.detector_lanes:
         words = "What each detector said of each pair (no colour: CLEAR)"
         tabs.append(rrb.Horizontal(state_view("detectors", words, _whole(layout)), name="Detectors"))
@@ -160,7 +165,7 @@ def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
 
 
 def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
-    lanes = lanes_in_view(subject)
+    lanes = lanes_in_view(subject, layout.result.noise is not None)
     where = f"Where: red dots are contacts missed by {subject.label}"
     space = spatial(where, _contents(layout, subject, f"/{subject.missed}/eye"), _eye_controls(layout.eye))
     lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))
@@ -187,7 +192,8 @@ def _overview(layout: BlueprintInput, lanes: OverviewLanes) -> Any:
     times = timing_view(layout.costs, _whole(layout), short=True)
     there = {code for one in layout.result.comparisons.values() for code in np.unique(one.outcome).tolist()}
     faded, legend = faded_meshes(layout.result, layout.hiding), lane_legend(there & IN_LEGEND)
-    return overview_tab(lanes, contents, _eye_controls(layout.eye), faded, legend, _whole(layout), times)
+    eye, wires = _eye_controls(layout.eye), [*layout.solids]
+    return overview_tab(lanes, contents, eye, faded, legend, _whole(layout), times, wires)
 
 
 def _words(subject: Subject) -> Any:
@@ -262,17 +268,18 @@ def _costs(layout: BlueprintInput, name: str) -> Any:
     return rrb.Horizontal(*beside, table, column_shares=[0.62, 0.38] if plots else [1.0], name=name)
 
 
-def _effects(layout: BlueprintInput, views: EffectViews) -> Any:
-    """What happened in the room, when, and in numbers."""
+def _happened(layout: BlueprintInput, views: EffectViews, doing: Sequence[str]) -> Any:
+    """What happened in the room, what people did there (lanes of ``doing``), when, and in numbers."""
     rows: list[Any] = []
     plots = list(views.plots.items())[:EFFECT_PLOTS]
     shares = [SCREEN_POINTS / max(1, len(plots))] * len(plots)
-    if views.lanes:
+    if lanes := [*doing, *views.lanes]:
         # As high as its lanes, or the lower ones would be cut off; what is left is for the plots.
-        high = min(RULER_POINTS + LANE_POINTS * len(views.lanes), SCREEN_POINTS // 2)
+        high = min(RULER_POINTS + LANE_POINTS * len(lanes), SCREEN_POINTS // 2)
         shares = [high, *((SCREEN_POINTS - high) / len(plots) for _ in plots)]
-        rows.append(state_view("effects", "When", _whole(layout), views.lanes))
+        rows.append(state_view("", "When: what people did, and what the effects found", _whole(layout), lanes))
     rows += [plot(_whole(layout), "/effects", unit or "numbers", paths) for unit, paths in plots]
     words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name="What happened")
     left = rrb.Vertical(_room(layout), words, row_shares=[0.68, 0.32])
-    return rrb.Horizontal(left, *([rrb.Vertical(*rows, row_shares=shares)] if rows else []), name="Effects")
+    beside = [rrb.Vertical(*rows, row_shares=shares)] if rows else []
+    return rrb.Horizontal(left, *beside, name=tab_name(layout.result.effects) if layout.result.effects else "Tasks")

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from replay.base.shown import shown
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import FACE_PAIRS, EffectEvent, FloatArray, LaneSpan, Liquid, Series
+from replay.effects.recorded import GAZE, SCALARS, UNSEEN, Looked
 from replay.outputs.palette import FAINT, SERIES, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.lanes import send_lane
@@ -25,6 +26,9 @@ MARKERS: Final = 100
 
 MARKER_M: Final = 0.006
 """Radius of a marker."""
+
+AIR: Final = 1.5
+"""Metres of a ray that meets nothing."""
 
 LEVEL_WORDS: Final = {"info": "INFO", "warning": "WARN", "error": "ERROR"}
 
@@ -53,6 +57,12 @@ def effect_views(effects: Mapping[str, EffectRun]) -> EffectViews:
     return EffectViews(plots, tuple(lanes), events)
 
 
+def tab_name(effects: Mapping[str, EffectRun]) -> str:
+    """What the tab is called: effects are declared, signals were recorded."""
+    signals = "signals" * bool({GAZE, SCALARS} & effects.keys())
+    return " and ".join(filter(None, ("effects" * bool(effects.keys() - {GAZE, SCALARS}), signals))).capitalize()
+
+
 def _path(kind: str, *parts: str) -> str:
     """Below ``effects/<kind>``: a series, ``lanes/<name>``, or ``events``. A slash in a series' name makes a folder."""
     return entity(ROOT, kind, *parts)
@@ -69,6 +79,9 @@ def log_effects(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> No
             _log_lane(writer, _path(kind, "lanes", name), spans)
         _log_events(writer, _path(kind, "events"), run.events)
         _log_markers(writer, kind, run.events)
+        if kind == GAZE:
+            for place, (who, looked) in enumerate(run.output.data.items()):
+                _log_rays(writer, entity("world", GAZE, who), looked, SERIES[place % len(SERIES)])
     for body, liquid in _drawn(effects).items():
         _log_liquid(writer, f"{body_path(body)}/liquid", liquid)
 
@@ -113,6 +126,16 @@ def _log_markers(writer: RecordingWriter, kind: str, events: Sequence[EffectEven
             colors=packed([SERIES[1] if event.level == "error" else SERIES[4]]),
         )  # fmt: skip
         writer.session_rows(entity("world", ROOT, kind, str(number)), _ns(np.array([event.time])), columns)
+
+
+def _log_rays(writer: RecordingWriter, path: str, looked: Looked, colour: Rgba) -> None:
+    """A line from the eyes to what they look at, or into the air; none while they are not seen."""
+    there = looked.body != UNSEEN
+    far = np.where(np.isfinite(looked.distance), looked.distance, AIR)[there]
+    strips = np.stack([looked.rays[there, 0], looked.rays[there, 0] + far[:, None] * looked.rays[there, 1]], axis=1)
+    writer.static(path, rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.0), colors=packed([colour])))
+    columns = rr.LineStrips3D.columns(strips=strips.astype(np.float32))
+    writer.session_rows(path, _ns(looked.times), columns, there.astype(np.int64))
 
 
 def _log_liquid(writer: RecordingWriter, path: str, liquid: Liquid) -> None:

@@ -36,6 +36,11 @@ def audit_lanes(root: str, assembly: Assembly, comparison: Comparison) -> dict[s
     return lanes
 
 
+def noise_lane(lane: str) -> str:
+    """Path of the lane below that of a pair: what tracker noise leaves of its contacts."""
+    return f"{lane}/in_noise"
+
+
 def log_detector_lanes(
     writer: RecordingWriter, root: str, assembly: Assembly, detections: Mapping[str, Detection], columns: Sequence[int]
 ) -> None:

@@ -24,6 +24,7 @@ from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.focus import log_eyes, read_static
 from replay.outputs.rerun_log.lanes import log_lane, log_with_numbers, send_lane, word_changes
 from replay.outputs.rerun_log.missed import LINGER, POLE, UP
+from replay.outputs.rerun_log.session_lanes import session_lanes
 from replay.pipeline.run_result import RunResult
 
 ROOT: Final = "focus"
@@ -44,10 +45,14 @@ BACK: Final = 0.30
 
 @dataclass(frozen=True)
 class OverviewLanes:
-    """Paths of the lanes of the pair in focus, and of those of all pairs; the oracle's first, then the worst."""
+    """Paths of the lanes of the pair in focus, and of those of all pairs; the oracle's first, then the worst.
+
+    ``doing``: lanes of what people did, where there is room for any.
+    """
 
     near: Sequence[str]
     whole: Sequence[str]
+    doing: Sequence[str] = ()
 
 
 SHOWN: Final = (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH)
@@ -64,7 +69,7 @@ def overview_lanes(result: RunResult, order: Sequence[str]) -> OverviewLanes:
     near, whole = (
         [entity(ROOT, part, f"{rank}_{label}") for rank, label in enumerate(labels, 1)] for part in ("pair", "all")
     )
-    return OverviewLanes(near, whole)
+    return OverviewLanes(near, whole, [*session_lanes(result)][: LANES - len(labels)])
 
 
 def log_overview(

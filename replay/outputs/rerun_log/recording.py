@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Final
@@ -14,41 +14,40 @@ from cdcore.numerics import FloatArray
 from cdcore.protocol import counts_as_contact
 from replay.comparison.clusters import MANY, by_depth
 from replay.comparison.contact_counts import contact_counts
-from replay.comparison.false_contacts import FalseContact
 from replay.outputs.camera import Eye, overview
-from replay.outputs.lanes import number_boxes, ranked_pairs
+from replay.outputs.lanes import noise_states, number_boxes, ranked_pairs
 from replay.outputs.materials import is_ghost, tags_of
-from replay.outputs.moments import FocusMoment, false_of, key_moments, pair_in_focus, worst_first
-from replay.outputs.palette import OUTCOMES
+from replay.outputs.moments import FocusMoment, key_moments, pair_in_focus, worst_first
+from replay.outputs.palette import NOISES, OUTCOMES
 from replay.outputs.rerun_log.blueprint import BlueprintInput, Subject, build_blueprint
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity
 from replay.outputs.rerun_log.contacts import log_contacts
 from replay.outputs.rerun_log.effects import log_effects
 from replay.outputs.rerun_log.findings import log_findings
 from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
-from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane
+from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane, noise_lane
 from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
 from replay.outputs.rerun_log.overview import log_overview, moment_eyes, overview_lanes
-from replay.outputs.rerun_log.overview_tab import RANKING
+from replay.outputs.rerun_log.overview_tab import ANSWER
 from replay.outputs.rerun_log.pipeline import log_pipeline
 from replay.outputs.rerun_log.pipeline_frame import log_frame
 from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.report import (
+    answer_text,
     log_cluster_list,
     log_missed_list,
     log_notes,
     log_worst,
-    ranking_text,
     report_text,
 )
 from replay.outputs.rerun_log.search_picture import log_searches
+from replay.outputs.rerun_log.session_lanes import log_session_lanes
 from replay.outputs.rerun_log.solids import log_solids, solid_path, with_solids
 from replay.outputs.rerun_log.timing import cost_of, cost_text, log_timing
 from replay.outputs.rerun_log.tradeoff import log_tradeoff
 from replay.outputs.rerun_log.world import log_touches, log_world
 from replay.outputs.watched_run import WatchedRun, watched_runs
 from replay.pipeline.headline import contact_words, headline
-from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 
 APPLICATION: Final = "vrlab-replay"
@@ -77,8 +76,7 @@ def write_recording(result: RunResult, path: Path, *, log_search: bool = False) 
     clock = RecordingClock.of(result.assembly, spans)
     subjects = [_subject(result, label, k) for k, label in enumerate(result.comparisons)]
     watched = watched_runs(result, all_looks=log_search)
-    false = false_of(result)
-    moments = key_moments(result, false) if result.comparisons and result.summary else []
+    moments = key_moments(result) if result.comparisons and result.summary else []
     eyes, hiding = moment_eyes(result, moments)
     layout = build_blueprint(_layout(result, subjects, watched, moments, hiding))
     with recording_file(f"{APPLICATION}-{uuid4().hex}", path, layout) as stream:
@@ -88,7 +86,7 @@ def write_recording(result: RunResult, path: Path, *, log_search: bool = False) 
         for run in watched:
             _log_watched(writer, result, run)
         if moments:
-            _log_overview(writer, result, false, moments, eyes)
+            _log_overview(writer, result, moments, eyes)
 
 
 def _subject(result: RunResult, label: str, number: int) -> Subject:
@@ -97,10 +95,10 @@ def _subject(result: RunResult, label: str, number: int) -> Subject:
     if number:
         words, space = entity("audit", label), entity("world", f"missed_by_{label}")
         lanes, faces = entity("audit", label, "lanes"), entity(f"missed_faces_by_{label}")
-    misses = by_depth(result.misses.get(label, ()))
+    misses, counts = by_depth(result.misses.get(label, ())), contact_counts(result, label)
     return Subject(
         label=label,
-        headline=headline(result, label),
+        headline=contact_words(counts, label) if counts.contacts else headline(result, label),
         lanes=audit_lanes(lanes, result.assembly, result.comparisons[label]),
         longest=misses[0].pair if misses else None,
         words=words,
@@ -130,6 +128,7 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     if result.tradeoff is not None:
         log_tradeoff(writer, result.tradeoff)
     log_effects(writer, result.effects)
+    log_session_lanes(writer, result)
     writer.markdown("report", report_text(result))
     log_findings(writer, result)
 
@@ -141,11 +140,10 @@ def _log_watched(writer: RecordingWriter, result: RunResult, run: WatchedRun) ->
 
 
 def _log_overview(
-    writer: RecordingWriter, result: RunResult, false: Mapping[str, Sequence[FalseContact]],
-    moments: Sequence[FocusMoment], eyes: Sequence[Eye],
+    writer: RecordingWriter, result: RunResult, moments: Sequence[FocusMoment], eyes: Sequence[Eye]
 ) -> None:  # fmt: skip
     log_overview(writer, result, worst_first(result), moments, eyes)
-    writer.markdown(RANKING, ranking_text(result, false))
+    writer.markdown(ANSWER, answer_text(result))
     pair = pair_in_focus(moments, len(result.assembly.motion))
     for label in with_solids(result):
         log_solids(writer, result, label, pair)
@@ -159,6 +157,9 @@ def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, r
             log_number_lane(writer, path, misses)
         else:
             log_lane(writer, path, result.comparisons[subject.label].outcome[:, column], OUTCOMES)
+            if result.noise is not None:
+                states = noise_states(result.noise, result.episodes[result.oracle], column, len(assembly.motion))
+                log_lane(writer, noise_lane(path), states, NOISES)
     log_missed_faces(writer, subject.faces, assembly, oracle, misses)
     log_pins(writer, subject.missed, misses, reach)
     log_missed_list(writer, f"{subject.words}/missed", misses, f"nothing missed by {subject.label}")
@@ -193,7 +194,6 @@ def _layout(
     end = max([last, *(end / 1e9 for _, _, end in boxes)])
     lanes = overview_lanes(result, worst_first(result)) if moments else None
     solids = {label: [solid_path(body, label) for body in result.assembly.names] for label in with_solids(result)}
-    leads = bool(moments) and (len(subjects) > 1 or ranking(result.summary)[0].leads_false)
     return BlueprintInput(
         result,
         subjects,
@@ -204,7 +204,6 @@ def _layout(
         end,
         watched,
         lanes,
-        leads,
         solids,
         hiding,
     )

@@ -13,6 +13,7 @@ from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact
 from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.contact_counts import contact_counts
+from replay.comparison.false_contacts import FalseContact
 from replay.comparison.holding import within
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.effects.output import plain_value
@@ -38,17 +39,21 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
     """Pair-frames where anything happened, in order of time, part by part.
 
     A row stands for one pair in one frame that some detector calls contact, candidate, unresolved or invalid. Columns:
-    ``frame stamp_ns time body_a body_b held``; per detector ``verdict/<label>``; per audited one ``outcome/<label>``
-    and ``miss/<label>`` (number of the miss, null outside); ``work/<label>/<counter>`` where counted per pair-frame;
-    and ``frame_seconds/<label>`` (the whole frame, all pairs) where frames were timed. ``flag`` names what was in doubt
-    about a pose of either body (``frozen+gap``; null: nothing); such pair-frames always have a row, except those after
-    a gap, whose poses are not in doubt.
+    ``frame stamp_ns time body_a body_b held``; per detector ``verdict/<label>``; per audited one ``outcome/<label>``,
+    ``miss/<label>`` and ``false/<label>`` (number of the miss or the false contact, null outside);
+    ``work/<label>/<counter>`` where counted per pair-frame; and ``frame_seconds/<label>`` (the whole frame, all pairs)
+    where frames were timed. ``flag`` names what was in doubt about a pose of either body (``frozen+gap``; null:
+    nothing); such pair-frames always have a row, except those after a gap, whose poses are not in doubt.
     """
     rows, columns = _happened(result)
-    numbers = {label: _miss_numbers(result, label, rows, columns) for label in result.comparisons}
+    numbers = {
+        f"{kind}/{label}": _numbers(found[label], rows, columns)
+        for label in result.comparisons
+        for kind, found in (("miss", result.misses), ("false", result.false))
+    }
     for start in range(0, max(1, len(rows)), ROWS_PER_PART):
         part = slice(start, start + ROWS_PER_PART)
-        cut = {label: number[part] for label, number in numbers.items()}
+        cut = {name: number[part] for name, number in numbers.items()}
         yield pa.table(_frame_columns(result, rows[part], columns[part], cut))
 
 
@@ -82,11 +87,11 @@ def episode_table(result: RunResult) -> pa.Table:
             one.first, one.last, one.last - one.first + 1, one.start, one.end, ",".join(never.get((label, number), ())),
             _doubt(result, one), status.get(label, {}).get(number, ""),
             *(getattr(match.get((label, number)), name, None) for name in MATCH),
-            *(_in_noise(result, number) if label == result.oracle else (None, None)),
+            *(in_noise(result, number) if label == result.oracle else (None, None)),
         )
         for label, number, one in rows
     ]  # fmt: skip
-    heads = _heads(result, rows)
+    heads = heads_of(result, rows)
     return pa.table(heads | columns_of(values, EPISODE_COLUMNS))
 
 
@@ -100,44 +105,17 @@ EPISODE_COLUMNS: Final[dict[str, type]] = {
 }  # fmt: skip
 
 
-def _in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]:
+def in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]:
     """Word and share of a contact of the oracle in noisy copies."""
     noise = result.noise
     return (None, None) if noise is None else (noise.words[number - 1], noise.contacts[number - 1].share)
 
 
-def _heads(result: RunResult, rows: Sequence[tuple[str, int, Episode | Miss]]) -> Columns:
+def heads_of(result: RunResult, rows: Sequence[tuple[str, int, Episode | Miss | FalseContact]]) -> Columns:
     """Detector, number and pair of each row."""
     asked = np.array([(one.pair, one.first, one.last) for _, _, one in rows], dtype=np.int64).reshape(-1, 3)
     named = columns_of([(label, number) for label, number, _ in rows], {"detector": str, "number": int})
     return named | _pair_columns(result, *asked.T)
-
-
-def miss_table(result: RunResult) -> pa.Table:
-    """Every numbered miss of every audited detector, with the geometry of its deepest frame (metres, world).
-
-    Of a contact that no frame shows ``touch`` says when, in seconds, it begins between the frames ``first`` - 1 and
-    ``first``: not before ``touch_free``. ``face_a`` and ``face_b`` touch first; point and normal are of that moment.
-    ``noise`` and ``noise_share`` are those of the contact.
-    """
-    rows = [(label, miss) for label, found in result.misses.items() for miss in found]
-    values = []
-    for _, miss in rows:
-        touch = (None,) * 4 if miss.touch is None else (miss.touch.moment, *miss.touch.faces, miss.touch.free)
-        noise = _in_noise(result, miss.episode)
-        values.append([*(getattr(miss, name) for name in MISS_COLUMNS), *miss.point, *miss.normal, *touch, *noise])
-    places = dict.fromkeys([f"{name}_{axis}" for name in ("point", "normal") for axis in "xyz"], float)
-    kinds = MISS_COLUMNS | places | {"touch": float, "face_a": int, "face_b": int, "touch_free": float}
-    kinds |= {"noise": str, "noise_share": float}
-    heads = _heads(result, [(label, miss.number, miss) for label, miss in rows])
-    return pa.table(heads | columns_of(values, kinds))
-
-
-MISS_COLUMNS: Final[dict[str, type]] = {
-    "first": int, "last": int, "start": float, "end": float, "kind": str, "episode": int, "deepest": int,
-    "face_pairs": int, "cut_length": float, "cause": str,
-}  # fmt: skip
-"""Columns that are attributes of a miss."""
 
 
 def event_table(result: RunResult) -> pa.Table:
@@ -247,7 +225,8 @@ def _frame_columns(result: RunResult, rows: IntArray, columns: IntArray, numbers
         table[f"verdict/{label}"] = _words(detection.verdict[rows, columns], VERDICT_WORDS)
     for label, comparison in result.comparisons.items():
         table[f"outcome/{label}"] = _words(comparison.outcome[rows, columns], OUTCOME_WORDS)
-        table[f"miss/{label}"] = pa.array(numbers[label], mask=numbers[label] == 0)
+        for name in (f"miss/{label}", f"false/{label}"):
+            table[name] = pa.array(numbers[name], mask=numbers[name] == 0)
     for label, detection in result.detections.items():
         for counter, count in detection.work.items():
             if isinstance(count, np.ndarray):
@@ -273,12 +252,12 @@ def _words(values: NDArray[np.integer], words: list[str]) -> pa.DictionaryArray:
     return pa.DictionaryArray.from_arrays(pa.array(values.astype(np.int32)), pa.array(words, pa.string()))
 
 
-def _miss_numbers(result: RunResult, label: str, rows: IntArray, columns: IntArray) -> IntArray:
-    """Number of the miss that each row belongs to, 0 outside."""
+def _numbers(found: Sequence[Miss | FalseContact], rows: IntArray, columns: IntArray) -> IntArray:
+    """Number of the miss or the false contact that each row belongs to, 0 outside."""
     number = np.zeros(len(rows), dtype=np.int64)
-    for miss in result.misses[label]:
-        low, high = np.searchsorted(rows, [miss.first, miss.last + 1])
-        number[low:high][columns[low:high] == miss.pair] = miss.number
+    for one in found:
+        low, high = np.searchsorted(rows, [one.first, one.last + 1])
+        number[low:high][columns[low:high] == one.pair] = one.number
     return number
 
 

@@ -12,7 +12,7 @@ from replay.outputs.results.parquet import UNREADABLE
 from replay.outputs.results.run_folder import METRICS
 from replay.studies.class_study.joining import check_pseudonyms, read_rows
 from replay.studies.class_study.refusals import StudyRefusedError
-from sessions.whole_files import whole_file
+from sessions.whole_files import check_free, whole_file
 
 KEY: Final = ("session", "detector", "settings")
 ORDER: Final = [("student", "ascending"), ("session", "ascending"), ("detector", "ascending")]
@@ -50,8 +50,7 @@ def metric_files(run: Path) -> list[Path]:
 
 def write_table(table: pa.Table, out: Path, *, force: bool = False) -> Path:
     """Write a table under its name when it is whole; ``OutputError``: the file exists or cannot be written."""
-    if out.exists() and not force:
-        raise OutputError(f"{out} exists; name another file, or replace it with --force")
+    check_free(out, OutputError, force=force)
     with whole_file(out, OutputError, overwrite=force, parents=True) as file:
         pq.write_table(table, file, compression="zstd")
     return out

@@ -22,7 +22,7 @@ from replay.outputs.results.run_folder import EPISODES, MISSES, RunFolder
 from replay.pipeline.engine import prepared
 from replay.prepare.assembly import Assembly
 from replay.studies.stress.families import FIRST_SEED
-from replay.studies.stress.scenes import SCENES
+from replay.studies.stress.found_scenes import SCENES
 from sessions import read_session
 
 WINDOWS: Final = (1.0, 10.0, 100.0, np.inf)
@@ -78,13 +78,14 @@ class Fault:
 
 def of_run(
     run: RunFolder, *, miss: int | None = None, invented: int | None = None, label: str | None = None,
-    session: Path | None = None,
+    session: Path | None = None, scene: Path | None = None,
 ) -> Fault:  # fmt: skip
     """The fault of a run folder: a miss by its number, or an invented contact, counted from 1 in order of time.
 
     ``label``: the detector, where the run audited several; ``session``: the recording, where it lies neither in the run
-    folder, nor beside it, nor in the working directory. Raises ``ShrinkError``: no such fault, a detector whose
-    answers came with the recording, or a fault that does not happen again; ``RunFolderError``: no recording.
+    folder, nor beside it, nor in the working directory; ``scene``: that of the run, where it was not the recording's.
+    Raises ``ShrinkError``: no such fault, a detector whose answers came with the recording, or a fault that does not
+    happen again; ``RunFolderError``: no recording or scene.
     """
     label, row = _row(run, miss, invented, label)
     said, contact = run.summary["detectors"][label], miss is not None
@@ -93,7 +94,7 @@ def of_run(
     oracle = "continuous" if run.summary["detectors"][run.summary["oracle"]]["covers"] == "intervals" else "exact"
     usual = vars(load_detector(said["name"]).Settings())
     settings = {key: value for key, value in said["settings"].items() if value != usual.get(key)}
-    assembly = _assembled(run, session)
+    assembly = _assembled(run, session, scene)
     names = [body.name for body in assembly.bodies]
     pair = names.index(row["body_a"]), names.index(row["body_b"])
     frames = [row["deepest"]] if contact else range(row["first"], row["last"] + 1)
@@ -148,10 +149,10 @@ def _row(run: RunFolder, miss: int | None, invented: int | None, label: str | No
     return labels[0], found[0]
 
 
-def _assembled(run: RunFolder, session: Path | None) -> Assembly:
+def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:
     """Bodies, poses and pairs as the run had them."""
-    said, found = run.summary["session"], run.recording(session)
-    ready = prepared(read_session(found), policy=run.summary["policy"], **run.summary["window"])
+    said, found = run.summary["session"], run.recording(session, scene)
+    ready = prepared(read_session(found, scene=scene), policy=run.summary["policy"], **run.summary["window"])
     if ready.treatment.digest != said["digest"]:
         raise ShrinkError(f"{found} is not the recording that {run.path} replayed; its contents differ")
     return ready.assembly

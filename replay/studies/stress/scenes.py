@@ -242,7 +242,7 @@ def reversed_and_split(rng: Generator) -> Iterator[StressScene]:
 
 Maker = Callable[[Generator], Iterator[StressScene]]
 
-SCENES: Final[dict[int, tuple[str, Maker]]] = {
+SPECIFIED: Final[dict[int, tuple[str, Maker]]] = {
     27: ("containment", containment),
     28: ("cavity", cavity),
     29: ("thin-wall phases", thin_wall),
@@ -256,4 +256,4 @@ SCENES: Final[dict[int, tuple[str, Maker]]] = {
     41: ("resting contact", resting),
     42: ("mesh degeneracies", degenerate),
 }
-"""Number of a case -> its name, and what makes its scenes: 29 to 33 ask about the time between frames."""
+"""Cases of the specification that have scenes: number -> name, and what makes them."""

@@ -1,4 +1,4 @@
-"""Detectors on the hard cases of whole bodies, 27 to 43: passed, missed, invented or refused, with the reason."""
+"""Detectors on the hard cases of whole bodies, from 27 on: passed, missed, invented or refused, with the reason."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,14 +17,17 @@ from replay.errors import StressError
 from replay.studies.stress.attempts import ATTEMPTS
 from replay.studies.stress.cases import FailedScene, write_scenes
 from replay.studies.stress.families import FIRST_SEED
+from replay.studies.stress.found_scenes import SCENES
 from replay.studies.stress.peers import PEERS
-from replay.studies.stress.scenes import SCENES, StressScene, meeting
+from replay.studies.stress.scenes import StressScene, meeting
 
 NOT_ASKED: Final = {40: ("time stamps", "about recordings, not detectors: replay info names what lies")}
 """Number of a case that asks no detector -> its name, and why."""
 
 CASES: Final = {n: row[0] for n, row in sorted((SCENES | ATTEMPTS | NOT_ASKED).items())}
-"""Number -> name, 27 to 43."""
+"""Number -> name, from 27 on."""
+
+FIRST, LAST = min(CASES), max(CASES)
 
 AT_FRAMES: Final = "decides at frames: between them it is not asked"
 WORDS: Final = ("missed", "invented", "within", "refused", "unconfirmed")
@@ -63,8 +66,8 @@ class CaseTally:
 
 
 def cases_of(text: str) -> list[int]:
-    """Cases named by ``all``, ``29`` or ``27-28,41``. Raises StressError: not numbers from 27 to 43."""
-    return numbers_of("27-43" if text == "all" else text, "case", 27, 43)
+    """Cases named by ``all``, ``29`` or ``27-28,41``. Raises StressError: not numbers of cases."""
+    return numbers_of(f"{FIRST}-{LAST}" if text == "all" else text, "case", FIRST, LAST)
 
 
 def numbers_of(text: str, what: str, least: int, most: int) -> list[int]:
@@ -81,7 +84,7 @@ def numbers_of(text: str, what: str, least: int, most: int) -> list[int]:
 
 def run_cases(
     detectors: Sequence[str],  # names of detectors, or of peers
-    cases: Sequence[int] = tuple(CASES),  # numbers from 27 to 43
+    cases: Sequence[int] = tuple(CASES),  # their numbers
     *,
     seed: int = FIRST_SEED,  # of the random worlds
     tau: float = TAU,  # metres, see ``TAU``

@@ -37,6 +37,19 @@ def test_at_every_frame_it_says_what_hybrid_says(seed):
     assert discrete.work["held"] == 0
 
 
+def test_faces_of_known_contacts_are_those_of_all_its_work_and_with_a_rate_it_cannot_tell():
+    bodies, motion = lab(150, 0)
+    detector = create_detector("discrete", bodies)
+    whole = detector.detect(motion, faces=True)
+    again = detector.faces_of(motion, whole.verdict == Verdict.CONTACT)
+    assert len(again.faces) > 100
+    for one in ("frame", "pair"):
+        assert np.array_equal(getattr(again, one), getattr(whole.face_sets, one))
+    for frame, pair in zip(again.frame, again.pair, strict=True):
+        assert np.array_equal(again.at(frame, pair), whole.face_sets.at(frame, pair))
+    assert create_detector("discrete", bodies, rate_hz=30).faces_of(motion, whole.verdict == Verdict.CONTACT) is None
+
+
 def test_a_quarter_of_the_rate_looks_at_every_fourth_frame():
     frames, detection = looks(np.arange(90) / 90, 22.5)
     assert frames == list(range(0, 90, 4))

@@ -4,6 +4,7 @@ import gc
 import os
 import subprocess
 import sys
+from errno import ENOSPC
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -98,6 +99,20 @@ def test_without_the_quick_way_kernels_and_their_parts_compute_the_same(monkeypa
     asked = kernel(lambda x: part(x) + part(x + 1))
     asked._cache = type(asked)(asked.py_func)._cache  # no disk: this test compiles
     assert asked(3.0) == 10.0 + 17.0
+
+
+def test_a_full_disk_under_the_cache_costs_no_answer_and_leaves_no_index_to_code_of_earlier_sources(monkeypatch):
+    def full(name, data):
+        raise OSError(ENOSPC, "No space left on device")
+
+    asked = kernel(lambda x: x * x + 3)
+    files = asked._cache._cache_file
+    monkeypatch.setattr(files, "_save_data", full)
+    index = Path(files._index_path)
+    index.unlink(missing_ok=True)
+    assert asked(2.0) == 7.0 and not index.exists()
+    monkeypatch.undo()
+    assert asked(2) == 7 and index.is_file()
 
 
 @kernel

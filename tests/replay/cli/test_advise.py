@@ -6,7 +6,6 @@ from support.small_worlds import cubes
 from cdcore.bounding import compound
 from replay.api import advisor
 from replay.cli import advise as verb
-from replay.cli import console
 from replay.cli.main import main
 from sessions import write_session
 
@@ -21,7 +20,7 @@ def file(tmp_path, monkeypatch):
 
 
 def test_table_and_advice_fit_eighty_columns_and_no_setting_is_broken(file, monkeypatch, capsys):
-    monkeypatch.setattr(console, "WIDE", 80)
+    monkeypatch.setenv("COLUMNS", "80")
     assert main(["advise", file, "--engine", "unity"]) == 0
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 80

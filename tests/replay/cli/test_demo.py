@@ -47,6 +47,17 @@ def test_session_only_records_the_file_and_prints_its_name(tmp_path, capsys):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["s.mcap", "s.truth.json"]
 
 
+@pytest.mark.parametrize("there", ["fast-ball.mcap", "fast-ball.truth.json"])
+def test_session_only_replaces_a_file_only_when_asked(there, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / there).write_text("thesis")
+    assert main(["demo", "--session-only", "--scene", "fast-ball"]) == 1
+    assert f"{there} exists; name another file, or replace it with --force" in capsys.readouterr().err
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["thesis"]
+    assert main(["demo", "--session-only", "--scene", "fast-ball", "--force"]) == 0
+    assert len(list(tmp_path.iterdir())) == 2 and (tmp_path / there).read_bytes() != b"thesis"
+
+
 @pytest.mark.slow
 def test_a_titration_makes_no_collision_query_and_says_so(tmp_path, capsys):
     assert main(["demo", "--scene", "titration", "-o", str(tmp_path / "run"), "--format", "json"]) == 0

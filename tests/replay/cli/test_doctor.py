@@ -24,7 +24,7 @@ def test_a_fault_is_said_with_body_span_meaning_and_cure(files, capsys):
     assert main(["doctor", str(files[1])]) == 0
     text = " ".join(capsys.readouterr().out.split())
     assert "frozen.mcap 2 warnings" in text
-    assert "frozen hand-left 3.333 to 3.989" in text and "nothing was measured" in text and "--policy" in text
+    assert "frozen warning hand-left 3.333 to 3.989" in text and "nothing was measured" in text and "--policy" in text
 
 
 def test_verbose_lists_the_notes(files, capsys):

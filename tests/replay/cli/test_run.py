@@ -23,7 +23,7 @@ def test_run_writes_the_folder_prints_tables_and_says_how_to_look(file, tmp_path
         == 0
     )
     printed, said = capsys.readouterr()
-    assert "1 of 2 contacts missed by slow" in printed
+    assert "missed 1 of 2 contacts here" in printed
     assert f"replay view {out}" in said and "replay view" not in printed
     assert (out / "run.rrd").is_file() and (out / "summary.json").is_file()
 

@@ -14,7 +14,7 @@ from replay.api.auditor import audit
 from replay.cli import run_tables as module
 from replay.cli.console import People
 from replay.cli.run_report import close_run, where_to_look
-from replay.cli.run_tables import answers, audit_tables, cause_table, missed_tables, run_tables
+from replay.cli.run_tables import answers, audit_tables, cause_table, fault_tables, run_tables
 from replay.cli.terminal import terminal
 from replay.cli.tradeoff_tables import pareto_table
 from replay.effects.effect_summary import happened_words
@@ -37,7 +37,8 @@ def text(result, width=120):
 
 def test_the_headline_counts_contacts_missed_and_names_both_detectors():
     shown = text(compute(cubes(PLACES), detectors="slow=discrete[rate_hz=20]", oracle="hybrid"))
-    assert "1 of 2 contacts missed by slow, 1 more in part   oracle: hybrid" in shown
+    missed = "Looking 20 times a second missed 1 of 2 contacts here and part of 1 more"
+    assert f"{missed}; 1.2 on average over look phases (oracle: hybrid)" in " ".join(shown.split())
 
 
 def test_misses_stand_under_their_numbers_never_found_ones_first():
@@ -51,14 +52,14 @@ def test_misses_stand_under_their_numbers_never_found_ones_first():
 
 
 def test_long_lists_say_how_much_they_leave_out(monkeypatch):
-    monkeypatch.setattr(module, "MISS_ROWS", 1)
+    monkeypatch.setattr(module, "FAULT_ROWS", 1)
     result = compute(cubes(PLACES), detectors="slow=discrete[rate_hz=20]", oracle="hybrid")
     assert "… and 1 more with --format json" in text(result)
     assert "… and 1 more in misses.parquet" in text(replace(result, out=Path("run")))
 
 
 def test_a_detector_that_misses_nothing_is_told_so():
-    assert "None of 2 contacts missed by hybrid" in text(
+    assert "hybrid missed none of 2 contacts" in text(
         compute(cubes(PLACES), detectors="hybrid", oracle="best=hybrid[skip=false]")
     )
 
@@ -85,11 +86,11 @@ def test_names_of_pairs_are_whole_in_a_terminal_of_80_columns():
 def test_the_answers_and_their_price_come_before_any_table():
     two = "slow=discrete[rate_hz=20],slower=discrete[rate_hz=10]"
     lines = text(compute(cubes(PLACES), detectors=two), width=200).splitlines()
-    assert lines[1].startswith(" slower: misses ")
+    assert lines[1].startswith("slower: misses ")
     ranked = [line.split()[0] for line in lines[2:9] if line.startswith(("slow", "exact"))]
     assert ranked == ["slower", "slow", "exact"]
-    phased = [k for k, line in enumerate(lines) if " times a second. At this run's phase" in line]
-    assert len(phased) == 2 and lines[phased[1] + 1].startswith(" Every contact counted here was found by exact in")
+    means = next(k for k, line in enumerate(lines) if line.startswith("Means over 16 look phases: slower, slow"))
+    assert lines[means + 2].startswith("The same algorithm at every frame costs")
 
 
 def test_a_miss_that_no_frame_shows_says_so_and_when_they_touch():
@@ -104,7 +105,7 @@ def test_without_a_detector_what_happened_is_told_in_words():
     scene = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(near,))
     result = compute(cubes({"a": [0.0] * 4, "b": [3.0, 3.0, 1.1, 3.0]}, scene=scene), detectors=())
     (line,) = happened_words(result.effects, 5)
-    assert f" {line}" in text(result).splitlines()
+    assert line in text(result).splitlines()
 
 
 def test_counts_and_intervals_are_shown():
@@ -136,8 +137,8 @@ def test_the_answer_comes_first_and_names_the_session_where_there_are_several():
     one = replace(cubes(places), origin="first.mcap")
     alone = audit([one], detectors="slow=discrete[rate_hz=20]")
     text = printed(answers(alone.results), 200)
-    assert "1 of 2 contacts missed by slow, 1 more in part   oracle: exact" in text and "first.mcap" not in text
-    assert "Every contact counted here was found by exact in" in text
+    assert "missed 1 of 2 contacts here and part of 1 more" in text and "(oracle: exact)" in text
+    assert "first.mcap" not in text and "The same algorithm at every frame costs" in text
     both = audit([one, replace(one, origin="second.mcap")], detectors="slow=discrete[rate_hz=20]")
     lines = printed(answers(both.results), 200).split()
     assert lines.index("first.mcap") < lines.index("missed") < lines.index("second.mcap")
@@ -155,7 +156,7 @@ def test_three_detectors_with_long_names_fit_into_80_columns_whole():
     )
     text = printed(terminal(*audit_tables(found.results, found.summary)), 80)
     assert "…" not in text and "collider-capsule" in text
-    rows = [line.split("  ") for line in text.splitlines() if line.strip().startswith(("invented ", "begin late"))]
+    rows = [line.split("  ") for line in text.splitlines() if line.strip().startswith(("false ", "starts late"))]
     assert len(rows) == 3 and all(len([cell for cell in row if cell.strip()]) >= 3 for row in rows)
 
 
@@ -163,32 +164,33 @@ def test_what_is_suspicious_about_units_comes_before_every_answer():
     far = {"a": [0.0] * 12, "b": [3000, 3000, 3000, 3000, 0.9, 3000, 3000, 3000, 0.9, 0.8, 0.9, 3000]}
     result = compute(cubes(far), detectors="hybrid")
     first, second = text(result, width=400).splitlines()[1:3]
-    assert first.startswith(" Warning, unit-suspect: positions look like millimetres") and "(b: 3000 m from" in first
-    assert second.startswith(" None of 2 contacts missed by hybrid")
+    assert first.startswith("Warning, unit-suspect: positions look like millimetres") and "(b: 3000 m from" in first
+    assert second.startswith("hybrid missed none of 2 contacts")
     for words in (report_text(result), report_html(result)):
-        assert words.index("unit-suspect") < words.rindex("None of 2 contacts missed by hybrid")
+        assert words.index("unit-suspect") < words.rindex("hybrid missed none of 2 contacts")
 
 
 def test_an_audit_lists_every_miss_with_its_cause_in_80_columns():
     names = {"small-beaker": [0] * 12, "hand-left": PLACES["b"]}
     sessions = [replace(cubes(names), origin=f"recordings/{name}.mcap") for name in ("one", "two")]
     found = audit(sessions, detectors="slow=discrete[rate_hz=20],hybrid,it=support.planted_detectors:Undecided")
-    alone = printed(terminal(*missed_tables(found.results[:1])), 80).splitlines()
-    rows = [line.split() for line in alone if "small-beaker - hand-left" in line]
+    alone = printed(terminal(*fault_tables(found.results[:1])), 80).splitlines()
+    rows = [line.split() for line in alone if "small-beaker - hand-left" in line and "held since" not in line]
     misses = found.results[0].misses["slow"]
     assert {(row[0], row[1]) for row in rows} == {(str(miss.number), f"{miss.start:.3f}") for miss in misses}
     assert all(" ".join(row[-2:]) == "between looks" for row in rows) and len(rows) == 2
     assert "missed by hybrid" not in " ".join(alone), "what missed nothing has no list"
     assert "missed by it" not in " ".join(alone), "what was left undecided was not missed"
-    several = [line.split() for line in printed(terminal(*missed_tables(found.results)), 80).splitlines()]
-    assert [row[0] for row in several if row and row[0].endswith(".mcap")].count("two.mcap") == 2
+    several = [line.split() for line in printed(terminal(*fault_tables(found.results)), 80).splitlines()]
+    assert [row[0] for row in several if row and row[0].endswith(".mcap")].count("two.mcap") == 3
 
 
 def test_an_audit_lists_so_many_misses_of_a_detector_over_all_sessions_and_says_how_many_more(monkeypatch):
-    monkeypatch.setattr(module, "MISS_ROWS", 3)
+    monkeypatch.setattr(module, "FAULT_ROWS", 3)
     found = audit([cubes(PLACES)] * 2, detectors="slow=discrete[rate_hz=20]")
-    (table,) = missed_tables(found.results)
-    assert len(table.rows) == 3 and "… and 1 more with --format json" in printed(terminal(table), 80).splitlines()
+    missed, false = fault_tables(found.results)
+    assert len(missed.rows) == 3 and "… and 1 more with --format json" in printed(terminal(missed), 80).splitlines()
+    assert len(false.rows) == 2 and false.title == "false contacts of slow" and not false.notes
 
 
 @pytest.mark.parametrize("state", STATES)
@@ -196,19 +198,23 @@ def test_every_sentence_of_the_terminal_holds_in_every_state(state):
     (truth, said, headline), result = STATES[state], run(state)
     outcome, (contacts, lost) = became(truth, said), missed(truth, said)
     shown = text(result, 200)
-    assert f" {headline}   oracle: exact" in shown
+    assert f"\n{headline}  (oracle: exact)" in shown
     contact = [set(outcome[first : first + count]) for first, count, letter in stretches(truth) if letter == "C"]
     whole, parts = contact.count({"MISSED"}), contact.count({"MISSED", "both"})
-    counts = [outcome.count(word) for word in ("both", "MISSED", "invented")]
+    counts = [outcome.count(word) for word in ("both", "MISSED", "false")]
     rows = [line.split() for line in shown.replace("·", "0").splitlines() if line.startswith("a-b ")]
     expected = [["a-b", *map(str, (contacts, whole, parts, *counts))]] if contacts or any(counts) else []
     assert rows == expected
-    assert sum(" a - b " in line for line in shown.splitlines()) == min(len(lost), 20)
+    wrong = [count for _, count, word in stretches(outcome) if word == "false"]
+    assert sum(" a - b " in line for line in shown.splitlines()) == min(len(lost), 20) + len(wrong)
+    listed = shown.partition("false contacts of it")[2].split("\n\n")[0]
+    frames = [int(line.split()[5]) for line in listed.splitlines() if " a - b " in line]
+    assert frames == sorted(wrong, reverse=True) and listed.count("unexplained") == len(wrong)
     assert (f"… and {len(lost) - 20} more with --format json" in shown) == (len(lost) > 20)
     figures = printed(terminal(*audit_tables([result], result.summary["audit"])), 200).replace("·", "0")
     rows = [line.split() for line in figures.splitlines()]
-    assert [row for row in rows if row[:1] in (["both"], ["missed"], ["invented"])][:3] == [
-        ["both", str(counts[0])], ["missed", str(counts[1])], ["invented", str(counts[2])]
+    assert [row for row in rows if row[:1] in (["both"], ["missed"], ["false"])][:3] == [
+        ["both", str(counts[0])], ["missed", str(counts[1])], ["false", str(counts[2])]
     ]  # fmt: skip
     assert ("nothing missed" in figures) == (not lost)
 

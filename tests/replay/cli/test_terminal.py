@@ -5,9 +5,17 @@ import io
 import pytest
 from rich.console import Console
 from support.small_tables import made
+from support.small_worlds import cubes
 
-from replay.cli.terminal import STYLES, terminal
+from replay.api import advisor
+from replay.cli import console as console_module
+from replay.cli.demo import FIRST_WORDS
+from replay.cli.main import main
+from replay.cli.terminal import STYLES, line, terminal
+from replay.guide.pages import page
 from replay.outputs import tables
+from replay.outputs.tables import table
+from sessions import write_session
 
 
 def printed(one, width=60):
@@ -37,3 +45,156 @@ def test_a_column_is_marked_where_it_is_not_zero():
 @pytest.mark.parametrize("mark", sorted(set(STYLES) - {tables.IN_RED, tables.PARTLY}))
 def test_red_is_for_misses_alone(mark):
     assert "red" not in STYLES[mark] and "#ff2d55" not in STYLES[mark]
+
+
+WIDTHS = (60, 80, 100, 140)
+SLOW, HULL = "slow=discrete[rate_hz=20]", "hull=collider[shape=hull,rate_hz=50]"
+VERBS = {
+    "run": ["run", "{s}", "--detectors", f"{SLOW},{HULL}", "--out", "{t}/b", "--no-picture"],
+    "audit": ["audit", "{s}", "--detectors", f"{SLOW},{HULL}"],
+    "diff": ["diff", "{t}/a", "{t}/b"],
+    "info": ["info", "{s}"],
+    "doctor": ["doctor", "-v", "{s}"],
+    "advise": ["advise", "{s}", "--engine", "unity"],
+    "tradeoff": ["tradeoff", "{s}", "--detectors", "exact,discrete[rate_hz=20]", "--repeats", "1"],
+    "stress": ["stress", "--detectors", "exact,sphere", "--family", "1-2", "--pairs", "10"],
+    "study": ["study", "check"],
+}
+
+
+class Keeping(Console):
+    """A console that keeps what is printed, to be drawn later."""
+
+    def __init__(self, kept):
+        super().__init__(file=io.StringIO())
+        self.kept = kept
+
+    def print(self, shown, **_):
+        """Draw nothing."""
+        self.kept.append(shown)
+
+
+@pytest.fixture(scope="module")
+def shown(tmp_path_factory):
+    """Verb -> what it prints, to be drawn at any width; each runs once."""
+    folder, drawn = tmp_path_factory.mktemp("shown"), {}
+    names = {"small-beaker": [0] * 12, "hand-left-glove": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    write_session(cubes(names), folder / "s.mcap")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(advisor, "find_spec", lambda name: None)
+        first = ["run", "{s}", "--detectors", SLOW, "--out", "{t}/a", "--no-picture"]
+        for verb, words in {"first": first, **VERBS}.items():
+            drawn[verb] = []
+            patch.setattr(console_module, "stdout_console", lambda kept=drawn[verb]: Keeping(kept))
+            assert main([one.format(s=folder / "s.mcap", t=folder) for one in words]) == 0, verb
+    return drawn
+
+
+def at_width(drawn, width):
+    """Lines of what was drawn, as they are piped."""
+    console = Console(width=width, file=io.StringIO())
+    for one in drawn:
+        console.print(one)
+    return [text.rstrip() for text in console.file.getvalue().splitlines()]
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("verb", VERBS)
+def test_at_every_width_every_word_and_number_of_a_verb_is_whole(shown, verb, width):
+    lines, wide = at_width(shown[verb], width), at_width(shown[verb], 1000)
+    assert wide and max(map(len, lines)) <= width
+    words, all_words = ({one for text in some for one in text.split() if set(one) - set("─")} for some in (lines, wide))
+    assert words == all_words
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_a_row_of_a_block_that_is_too_wide_goes_on_below_under_its_first_column(shown, verb):
+    lines, wide = (sum(map(bool, at_width(shown[verb], width))) for width in (60, 140))
+    assert lines >= wide
+
+
+PRIVATE = ("pair-frame", "invented", "episode", "outcome", "tau", "absorbed", "excused", "verdict", "candidate")
+
+
+def test_an_answer_asks_for_the_six_words_of_the_glossary_and_no_private_one(shown):
+    text = " ".join(at_width(shown["run"], 140))
+    assert [word for word in PRIVATE if word in text] == [] and all(word in text for word in FIRST_WORDS)
+    rows = [f"| {word} | {meaning} |" for word, meaning in FIRST_WORDS.items()]
+    assert "\n".join(rows) in page("glossary") and len(rows) == 6
+
+
+SNAPSHOT = table(
+    "18 contacts", ("detector", "missed", "of a 90 Hz frame", "why"),
+    [("hull50", "0.50 [0.075, 2.9]", "1.4 %", "its solids meet, the meshes do not"), ("exact", 0, "0.53 %", "")],
+    words=("detector", "why"), notes=["Means over 16 look phases: hull50."],
+)  # fmt: skip
+SNAPSHOTS = {
+    100: """
+18 contacts
+detector             missed  of a 90 Hz frame  why
+─────────────────────────────────────────────────────────────────────────────────
+hull50    0.50 [0.075, 2.9]             1.4 %  its solids meet, the meshes do not
+exact                     ·            0.53 %
+Means over 16 look phases: hull50.""",
+    60: """
+18 contacts
+                                 of a 90 Hz
+detector             missed           frame  why
+────────────────────────────────────────────────────────────
+hull50    0.50 [0.075, 2.9]           1.4 %  its solids
+                                             meet, the
+                                             meshes do not
+exact                     ·          0.53 %
+Means over 16 look phases: hull50.""",
+    30: """
+18 contacts
+detector             missed
+───────────────────────────
+hull50    0.50 [0.075, 2.9]
+exact                     ·
+
+            of a 90
+detector   Hz frame  why
+──────────────────────────────
+hull50        1.4 %  its
+                     solids
+                     meet, the
+                     meshes do
+                     not
+exact        0.53 %
+Means over 16 look phases:
+hull50.""",
+}
+
+
+@pytest.mark.parametrize("width", SNAPSHOTS)
+def test_a_table_looks_so(width):
+    assert "\n".join(at_width([terminal(SNAPSHOT)], width)) == SNAPSHOTS[width]
+
+
+def test_a_sentence_breaks_between_words_only():
+    text = "Looking 22.5 times a second missed 9 of 18 contacts here"
+    assert " ".join(at_width([line(text)], 20)) == text
+
+
+@pytest.mark.parametrize(("columns", "widest"), [(None, console_module.PIPED), ("60", 60), ("140", 140)])
+def test_what_is_piped_is_as_wide_as_columns_says_and_ends_in_no_space(monkeypatch, capsys, columns, widest):
+    monkeypatch.delenv("COLUMNS")
+    if columns:
+        monkeypatch.setenv("COLUMNS", columns)
+    console_module.answer(False, None, lambda: terminal(line("word " * 80), SNAPSHOT))
+    lines = capsys.readouterr().out.splitlines()
+    assert widest - 5 <= max(map(len, lines)) <= widest
+    assert not [text for text in lines if text != text.rstrip()]
+
+
+def test_a_path_or_a_sentence_alone_is_folded_for_people_and_whole_for_programs(monkeypatch, capsys):
+    text = "  note: " + "word " * 30 + "/a/path/that/is/longer/than/the/terminal/is/wide/by/far.mcap"
+    monkeypatch.delenv("COLUMNS")
+    console_module.answer(False, None, lambda: text)
+    assert capsys.readouterr().out == text + "\n"
+    monkeypatch.setenv("COLUMNS", "40")
+    console_module.People().say(text)
+    lines = capsys.readouterr().err.splitlines()
+    assert " ".join(" ".join(lines).split()) == " ".join(text.split()) and lines[1].startswith("    word")
+    assert [len(one) <= 40 for one in lines] == [True] * (len(lines) - 1) + [False]

@@ -109,7 +109,7 @@ def test_all_who_count_contacts_say_the_same(run, label, figures):
     assert (told["contacts"], told["contacts_missed"], told["contacts_in_part"]) == figures
     assert told["episodes"]["missed"] == missed and told["contacts_undecided"] == 0
     assert [tuple(row) for row in pair_table(run, label).only("missed", "in part").rows] == [(missed, part)]
-    assert headline(run, label).startswith(f"{missed or part} of {contacts} contacts missed")
+    assert f" missed {'part of ' * (not missed)}{missed or part} of {contacts} contacts" in headline(run, label)
     rows = episode_table(run).to_pylist()
     assert sum(label in row["missed_by"].split(",") for row in rows) == missed
     judged = Scoring(run.assembly, parse_detector("exact"), 0, TAU).figures(run.detections[label])

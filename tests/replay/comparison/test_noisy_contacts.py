@@ -1,27 +1,42 @@
 """Contacts in noisy copies: shares against the normal distribution, words, and the same answer however it is asked."""
 
+import json
 from statistics import NormalDist
+from time import perf_counter
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 from support.small_worlds import along_x, cube, cubes
 
 from replay import audit, run
+from replay.api.batch import run_batch
 from replay.comparison import noisy_contacts as module
+from replay.comparison.episodes import episodes
+from replay.detection.detector_spec import DetectorSpec
+from replay.detection.run_detector import run_detector
 from replay.errors import NoiseError
 from replay.pipeline.engine import compute
 from replay.pipeline.gates import Gates
-from sessions import Session
+from replay.prepare.assemble import assemble
+from replay.prepare.noise import parse_noise
+from replay.studies.bench.workload import make_workload
+from sessions import MeshData, Session, write_session
+from sessions.synthetic.tracker import VIVE, disturbed
 
 SIZE = "1 mm, 0 deg, 1 ms"
 """Along one axis 1 mm over the root of three; frames 10 ms apart do not correlate."""
 
 SIGMA = 1e-3 / np.sqrt(3.0)
 
+WAVERING = [9.0] * 5 + [0.3, -0.2, 0.1, -0.5] * 10
+"""Gaps that noise of this size closes and opens."""
 
-def gaps(millimetres):
+
+def gaps(millimetres, names="ab"):
     """Two cubes, the gap between their faces in every frame in millimetres, below 0 how far they overlap."""
-    return cubes({"a": [0.0] * len(millimetres), "b": [1.0 + 1e-3 * gap for gap in millimetres]})
+    places = {"a": [0.0] * len(millimetres), "b": [1.0 + 1e-3 * gap for gap in millimetres]}
+    return cubes({name: places[name] for name in names})
 
 
 def asked(session, **more):
@@ -29,16 +44,13 @@ def asked(session, **more):
     return compute(session, **more)
 
 
-def test_the_share_of_copies_with_contact_is_that_of_the_normal_distribution(monkeypatch):
+def test_the_share_of_copies_with_contact_is_that_of_the_normal_distribution():
     """Faces that are parallel meet where the noise along one axis closes the gap: two trackers, or one."""
-    counted = {}
-    monkeypatch.setattr(module, "_result", lambda *given: counted.setdefault("counts", given[4]))
-    wide = [9.0, 0.7, 0.0, -0.4, 1.2]
+    far, wide = [9.0] * 20, [-0.4, 0.0, 0.7, 0.8]
+    session = gaps([*far, *(one for gap in wide for one in (gap, *far))])
     for sizes, sigma in (([SIZE], np.sqrt(2.0) * SIGMA), ([f"b={SIZE}"], SIGMA)):
-        counted.clear()
-        with pytest.raises(AttributeError):  # the counts are no result to go on with
-            asked(gaps(wide), noise=sizes, noise_copies=4000)
-        share = counted["counts"][:, 0] / 4000
+        noise = asked(session, noise=sizes, noise_copies=4000).noise
+        share = [one.share for one in (*noise.contacts, *noise.near)]
         assert share == pytest.approx([NormalDist(0, 1e3 * sigma).cdf(-gap) for gap in wide], abs=0.03)
 
 
@@ -75,10 +87,33 @@ def result_lines(result):
 
 
 def test_blocks_change_no_answer_and_another_seed_draws_other_copies(monkeypatch):
-    session = gaps([9.0] * 5 + [0.3, -0.2, 0.1, -0.5] * 10)
+    session = gaps(WAVERING)
     whole = asked(session).noise
     monkeypatch.setattr(module, "BLOCK", 7)
     assert asked(session).noise.digest == whole.digest != asked(session, seed=1).noise.digest
+
+
+def test_neither_threads_nor_the_order_of_bodies_change_an_answer(monkeypatch):
+    session = gaps(WAVERING)
+    whole = asked(session).noise
+    for threads in (1, 5):
+        monkeypatch.setattr(module.os, "cpu_count", lambda threads=threads: threads)
+        assert asked(session).noise.digest == whole.digest
+    assert asked(gaps(WAVERING, names="ba")).noise == whole
+
+
+@pytest.mark.slow
+def test_neither_processes_nor_the_order_of_sessions_change_an_answer(tmp_path):
+    files = [tmp_path / "0.mcap", tmp_path / "1.mcap"]
+    for k, file in enumerate(files):
+        write_session(gaps(WAVERING[k:]), file)
+    settings = {"detectors": "hybrid", "noise": [SIZE], "picture": False}
+    answers = []
+    for jobs, order in ((1, files), (2, files[::-1])):
+        batch = run_batch(order, tmp_path / f"of {jobs}", jobs=jobs, settings=settings)
+        summaries = [json.loads((batch.out / f"{k}" / "summary.json").read_text()) for k in range(2)]
+        answers.append([one["noise"] for one in summaries])
+    assert answers[0] == answers[1] and answers[0][0]["digest"] != answers[0][1]["digest"]
 
 
 def test_tables_and_gates_count_what_holds(tmp_path):
@@ -140,3 +175,35 @@ def test_a_contact_with_a_turned_body_reaches_as_far_as_its_lever():
     session = Session.from_arrays(np.arange(30) * 10_000_000, poses, {"rod": long, "cube": cube(0.1)})
     result = compute(session, detectors="hybrid", noise="rod=0 mm, 0.5 deg, 0.01 s")
     assert result.noise.asked == 30 and (result.noise.near or result.noise.resting)
+
+
+def two_benches(frames, faces):
+    """Two trays, on each a cup, a ring and a bottle that stand, and a rod and a tube that are used; VIVE noise."""
+    times, poses, meshes = np.arange(frames) / 90.0, {}, {}
+    for bench in range(2):
+        work = make_workload(faces, frames, bodies=6, seed=bench)
+        for k, (name, mesh) in enumerate(zip(work.names, work.meshes, strict=True)):
+            place = work.poses[:, k, :3, 3] + [2.0 * bench, 0.0, LOWERED.get(name[:4], 0.0)]
+            true = place, Rotation.from_matrix(work.poses[:, k, :3, :3]).as_quat()
+            poses[f"{name} {bench}"] = disturbed(true, times, VIVE, np.random.default_rng([bench, k]))
+            meshes[f"{name} {bench}"] = MeshData(*mesh)
+    return Session.from_arrays(np.round(times * 1e9).astype(np.int64), poses, meshes)
+
+
+LOWERED = {"ring": -0.2958, "bott": -0.0017}
+"""Metres that bring what hangs over the tray down to 0.3 mm above it."""
+
+
+@pytest.mark.bench
+def test_ten_minutes_of_twelve_bodies_take_a_minute_for_64_copies():
+    """On two cores, where at most a tenth of the pair-frames is near; most of them stand in reach of the noise."""
+    session = two_benches(54_000, 2000)
+    assembly = assemble(session)
+    oracle = run_detector(DetectorSpec("exact", "exact"), assembly, seed=0, faces=False, advance=lambda _: None)
+    given = assembly, session.scene, oracle, episodes(oracle.detection), 0, lambda _: None
+    module.in_noise(parse_noise(["vive"], 2), *given)  # compiles
+    began = perf_counter()
+    result = module.in_noise(parse_noise(["vive"]), *given)
+    seconds, share = perf_counter() - began, result.asked / result.frames
+    print(f"{seconds:.1f} s, {100 * share:.1f} % of {result.frames:,} pair-frames near, {len(result.words):,} contacts")
+    assert 0.05 < share <= 0.1 and seconds < 60.0

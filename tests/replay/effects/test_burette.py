@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from support.liquid_worlds import COLUMN, MIX, RADIUS, glass, run_in
 
-from replay.effects.burette import twist, volume_run_out
+from replay.effects.models.outflow import twist, volume_run_out
 from replay.errors import EffectError, PlanError
 
 OPEN = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]
@@ -18,7 +18,7 @@ def test_a_full_turn_runs_at_torricellis_rate_and_stops_when_closed():
     rate = 0.6 * 6e-7 * np.sqrt(2 * 9.80665 * 0.65) * 1e6
     # Linear between frames: the turn to and from open adds half a frame on each side.
     assert event.name == "run-in" and event.values["volume_ml"] == pytest.approx(rate * 2.0, rel=0.01)
-    assert event.bodies == ("burette", "flask") and run.frames_run == 200
+    assert event.bodies == ("burette", "flask") and run.frames_run == 201
     left, gone = run.series["burette/volume"], run.series["burette/delivered"]
     assert left.values + gone.values == pytest.approx(np.full(len(left.times), 50.0), rel=1e-12)
     assert gone.values[0] == 0.0 and gone.values[-1] == pytest.approx(event.values["volume_ml"], rel=1e-9)

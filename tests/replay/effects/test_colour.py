@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from support.liquid_worlds import MIX, NEUTRAL, glass, run_in
+from support.liquid_worlds import COLUMN, MIX, NEUTRAL, glass, run_in
 
 from replay.effects.vessels import COLOURS
 from replay.errors import EffectError, PlanError
@@ -46,7 +46,11 @@ def test_short_of_the_range_nothing_changes():
 
 
 def test_a_vessel_without_a_ph_and_a_range_that_falls_are_refused():
+    salt = ("reaction", {"equation": "Ag+ + Cl- -> AgCl(s)"})
+    silver = glass("flask", 0.5, solute="AgNO3", molar=0.1)
     with pytest.raises(EffectError, match="gives 'flask' a pH"):
-        run(acid=glass("flask", 0.5, solute="NaCl", molar=0.1))
+        run_in(
+            OPEN, MIX, salt, ("colour", PINK), acid=silver, base=glass("burette", 50.0, solute="NaCl", cavity=COLUMN)
+        )
     with pytest.raises(PlanError, match="from_ph is not below to_ph"):
         run(from_ph=10.0, to_ph=8.2)

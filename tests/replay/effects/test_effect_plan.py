@@ -107,3 +107,32 @@ def test_a_mistake_is_named_with_file_table_key_and_the_nearest_name(text, said)
     whole = f'[[body]]\nid = "cup"\n[[body]]\nid = "top"\n[[effect]]\n{text}\n'
     with pytest.raises(PlanError, match=said):
         plan(parse_scene(whole, "lab.toml"), "lab.toml")
+
+
+def test_every_fault_is_named_at_any_depth_whether_effects_are_declared_or_not(made_up):
+    bodies = """[[body]]
+id = "cup"
+cavity = { capcity_ml = 3.0 }
+properties = { liqid = {}, liquid = { volum_ml = 1.0, molar = 1.0 }, solid = 3, glow = { lux = 2 } }
+"""
+    effects = '[[effect]]\nkind = "contct"\n[[effect]]\nkind = "pour"\nfrom = "cap"\nint = "cup"\n'
+    wrong = [
+        "('cup'): solid is 3; give a table", "('cup') cavity: unknown key 'capcity_ml'; did you mean 'capacity_ml'?",
+        "('cup') properties: unknown key 'liqid'; did you mean 'liquid'?",
+        "('cup') properties liquid: unknown key 'volum_ml'; did you mean 'volume_ml'?",
+        "('cup') properties: unknown key 'glow'",
+    ]  # fmt: skip
+    with pytest.raises(PlanError) as caught:
+        plan(parse_scene(bodies), "lab.toml")
+    assert len(caught.value.faults) == 5
+    assert all(sum(f"lab.toml: [[body]] 1 {one}".replace("('cup'): solid", "('cup') properties: solid") in said
+                   for said in caught.value.faults) == 1 for one in wrong)  # fmt: skip
+    with pytest.raises(PlanError) as caught:
+        plan(parse_scene(bodies + effects), "lab.toml")
+    said = caught.value.faults
+    assert len(said) == 8 and str(caught.value) == f"{said[0]}; 7 more: `replay scene check` lists them"
+    assert "[[effect]] 1: no effect of kind 'contct'; did you mean 'contact'?" in said[0]
+    assert "[[effect]] 2 ('pour'): unknown key 'int'; did you mean 'into'?" in said[1] and "'cap'" in said[2]
+    glows = made_up(spec("glow", properties=("glow",), fields={}))
+    one = parse_scene('[[body]]\nid = "lamp"\nproperties = { glow = { lux = 2 } }\n[[effect]]\nkind = "glow"\n')
+    assert plan(one, table=glows).effects == ("glow",)

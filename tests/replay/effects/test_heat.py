@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from support.liquid_worlds import glass, poured, still, tilted, world
 
+from replay.effects.chemistry import WATER_MOLAR
 from replay.effects.effect_plan import plan
-from replay.effects.mixing import WATER_MOLAR
 from replay.errors import EffectError, PlanError
 from replay.pipeline.engine import compute
 from sessions.model.scene import SceneBody
@@ -36,7 +36,7 @@ def test_a_flame_needs_no_mixing_and_a_dilution_does():
 def test_both_kinds_in_one_scene_tell_both():
     heat = compute(bench(POUR, ("heat", FLAME), ("heat", DILUTION))).effects["heat"]
     assert {"dish/temperature", "b/temperature"} <= set(heat.series) and heat.frames_run == 3
-    assert {event.name for event in heat.events} == {"heated", "wrong-order"}
+    assert {event.name for event in heat.events} == {"heated", "wrong-order", "boil"}
     assert [event.time for event in heat.events] == sorted(event.time for event in heat.events)
 
 
@@ -115,7 +115,7 @@ def test_acid_into_water_gives_off_what_the_formula_says_and_is_the_right_order(
 
 
 def test_water_into_acid_is_the_wrong_order_and_just_as_warm():
-    effects = mixed((glass("a", 60.0), acid("b", 60.0)))
+    effects = mixed((glass("a", 60.0), acid("b", 60.0)), boils_c=400.0)
     (event,) = effects["heat"].events
     assert event.name == "wrong-order" and event.level == "error" and event.bodies == ("a", "b")
     assert event.time == pytest.approx(0.01)

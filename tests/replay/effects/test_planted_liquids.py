@@ -53,7 +53,7 @@ def test_the_spill_is_found_where_it_was_and_the_volumes_add_up(seed):
     pour, spill = (result.effects[kind].output for kind in ("pour", "spill"))
     ends = [series.values[-1] for series in pour.series.values()]
     lost = spill.series["spilled/volume"].values[-1]
-    assert sum(ends) + lost == pytest.approx(sum(pour.data.initial_ml.values()), rel=1e-9)
+    assert sum(ends) + lost == pytest.approx(sum(one.volume_ml for one in pour.data.vessels.values()), rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["acid-dilution", "silver-chloride", "gas-collection"])

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import HEIGHT, RADIUS, glass
 
-from replay.effects.models.transfers import Transfer
-from replay.effects.vessels import COLOURS, Vessel, blended, volumes
+from replay.effects.vessels import COLOURS, Vessel, blended
 from replay.errors import EffectError
 from sessions.model.scene import SceneBody
 
@@ -25,20 +24,14 @@ def test_the_brim_is_that_of_the_cylinder_and_unknown_for_any_other():
     assert Vessel(glass("a")).brim_ml == pytest.approx(math.pi * RADIUS**2 * HEIGHT * 1e6)
     body = glass("a")
     del body.extra["cavity"]["radius"]
-    assert Vessel(body).brim_ml == math.inf and Vessel(body).cylinder is None
+    assert Vessel(body).brim_ml == math.inf
+    with pytest.raises(EffectError, match="no radius and height"):
+        assert Vessel(body).shape
 
 
 def test_a_level_rises_from_the_floor_to_the_mark_as_it_fills():
     liquid = Vessel(glass("a")).drawn(np.array([0.0, 1.0]), np.array([0.0, 50.0]))
     assert liquid.level.tolist() == pytest.approx([0.0, 50e-6 / (math.pi * RADIUS**2)])
-
-
-def test_volumes_begin_and_end_with_the_recording_and_change_with_each_transfer():
-    moved = (Transfer(1, 0.1, "a", "b", 2.0, (0, 0, 0)), Transfer(2, 0.2, "a", "", 1.0, (0, 0, 0)))
-    told = volumes(np.array([0.0, 0.1, 0.2, 0.3]), {"a": 5.0, "b": 0.0}, moved)
-    assert told["a"].times.tolist() == [0.0, 0.1, 0.2, 0.3] and told["a"].values.tolist() == [5.0, 3.0, 2.0, 2.0]
-    assert told["b"].times.tolist() == [0.0, 0.1, 0.3] and told["b"].values.tolist() == [0.0, 2.0, 2.0]
-    assert volumes(np.zeros(0), {"a": 5.0}, ())["a"].values.tolist() == []
 
 
 def test_a_blend_begins_and_ends_at_its_colours_and_stays_between():

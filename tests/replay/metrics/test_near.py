@@ -2,10 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.distance import cdist
+from scipy.spatial.transform import Rotation
 from support.small_worlds import cube, cubes
 
 from cdcore import Body, Motion, TriangleMesh
-from replay.metrics.near import close_stretches, spread_points, without_contact
+from replay.metrics.near import _distances, close_stretches, spread_points, without_contact
 from replay.prepare.assemble import assemble
 
 FRAMES = 400
@@ -43,6 +45,22 @@ def test_with_a_contact_within_half_a_second_it_is_no_miss():
     assert without_contact(found, np.array([[0, 2.7, 2.8]])) == found
     assert without_contact(found, np.array([[1, 2.0, 2.1]])) == found
     assert without_contact(found, np.zeros((0, 3))) == found
+
+
+def test_the_least_distance_is_that_of_all_points_to_all_points():
+    rng, frames, shape = np.random.default_rng(1), 12, cube(0.04)
+    assembly = assemble(cubes({"a": np.zeros(frames), "b": 0.04 + rng.uniform(-0.01, 0.02, frames)}))
+    assembly = replace(assembly, bodies=[Body(name, TriangleMesh(shape.vertices, shape.faces)) for name in "ab"])
+    poses = assembly.motion.rotations.copy()
+    poses[:, 1] = Rotation.from_rotvec(rng.uniform(-0.2, 0.2, (frames, 3))).as_matrix()
+    motion = Motion(assembly.motion.times, assembly.motion.translations, poses)
+    clouds = [spread_points(body) for body in assembly.bodies]
+    found = _distances(replace(assembly, motion=motion), 0, 1, np.arange(frames), 0.01, {})
+    for k in range(frames):
+        placed = [clouds[n] @ poses[k, n].T + motion.translations[k, n] for n in (0, 1)]
+        least = cdist(*placed).min()
+        assert found[k] == (pytest.approx(least, abs=1e-12) if least < 0.01 else np.inf)
+    assert 2 < np.isfinite(found).sum() < frames - 2
 
 
 def test_points_leave_no_gap_wider_than_the_spacing():

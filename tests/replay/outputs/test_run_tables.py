@@ -12,7 +12,7 @@ from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
 from replay.guide.pages import page
 from replay.outputs.rerun_log.report import miss_note
-from replay.outputs.results.parquet_tables import miss_table as parquet_misses
+from replay.outputs.results.fault_tables import miss_table as parquet_misses
 from replay.outputs.run_tables import (
     LATE,
     contact_table,
@@ -47,7 +47,7 @@ def test_pairs_have_their_contacts_and_frames(run):
     assert column(made, "pair") == ["a-b"] and column(made, "contacts") == [len(run.episodes["exact"])] == [2]
     whole = sum(miss.kind == NEVER_FOUND for miss in misses)
     assert (column(made, "missed"), column(made, "in part")) == ([whole], [len(misses) - whole]) and whole
-    words = {"frames found": Outcome.BOTH, "frames missed": Outcome.MISSED, "frames invented": Outcome.INVENTED}
+    words = {"frames found": Outcome.BOTH, "frames missed": Outcome.MISSED, "false frames": Outcome.INVENTED}
     assert all(column(made, word) == [compared.count(kind)] for word, kind in words.items())
     assert "within tolerance" not in [one.name for one in made.columns]
 

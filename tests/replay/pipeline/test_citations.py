@@ -1,6 +1,7 @@
 """A run cites the detectors and effects it used, each once, and no others."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from support.small_worlds import cubes
@@ -27,7 +28,8 @@ def test_each_detector_of_the_run_is_cited_once_with_its_own_sources(result):
 
 
 def test_effects_that_ran_are_cited_too(result):
-    behind = sources_of([result, replace(result, effects={"contact": None})])
+    ran = SimpleNamespace(spec=load_effect("contact"))
+    behind = sources_of([result, replace(result, effects={"contact": ran})])
     assert behind["effect contact"] == tuple(load_effect("contact").sources)
 
 

@@ -5,9 +5,10 @@ from support.small_worlds import cubes
 from cdcore import Verdict
 from cdcore.detectors import detector_names
 from replay.comparison.outcome import Outcome
+from replay.detection.detector_spec import ORACLES
 from replay.errors import DetectorSpecError
 from replay.pipeline import engine
-from replay.pipeline.engine import ORACLES, compute, line_up
+from replay.pipeline.engine import compute, line_up
 from sessions import Scene
 from sessions.model.scene import SceneBody, SceneEffect
 from sessions.synthetic.scenes import make_scene_session

@@ -7,7 +7,7 @@ from support.small_worlds import jumping
 from replay.base.wilson import share
 from replay.comparison.outcome import Comparison, Episode, Outcome
 from replay.pipeline.engine import compute
-from replay.pipeline.headline import beside, compounds, headline, headlines, held, invented, phases, price
+from replay.pipeline.headline import beside, compounds, headline, headlines, held, invented, price
 
 
 def told(*contacts):
@@ -19,25 +19,26 @@ def told(*contacts):
         outcome += [*([letters[letter]] for letter in contact), [Outcome.NEITHER]]
     comparison = Comparison("slow", "exact", np.array(outcome, dtype=np.uint8))
     return SimpleNamespace(
-        oracle="exact", episodes={"exact": tuple(found)}, comparisons={"slow": comparison}, noise=None
+        oracle="exact", episodes={"exact": tuple(found)}, comparisons={"slow": comparison}, noise=None, phases={}
     )
 
 
 @pytest.mark.parametrize(
     ("contacts", "words"),
     [
-        (["m"] * 9 + ["b"] * 9, "9 of 18 contacts missed by slow"),
-        (["mm", "mb", *["b"] * 7], "1 of 9 contacts missed by slow, 1 more in part"),
-        (["mbmbm", *["b"] * 4], "1 of 5 contacts missed in part by slow"),
-        (["b", "bb", "w"], "None of 3 contacts missed by slow"),
-        (["m"], "1 of 1 contact missed by slow"),
+        (["m"] * 9 + ["b"] * 9, "slow missed 9 of 18 contacts"),
+        (["mm", "mb", *["b"] * 7], "slow missed 1 of 9 contacts and part of 1 more"),
+        (["mbmbm", *["b"] * 4], "slow missed part of 1 of 5 contacts"),
+        (["b", "bb", "w"], "slow missed none of 3 contacts"),
+        (["m"], "slow missed 1 of 1 contact"),
+        (["b"], "slow found the one contact"),
         ([], "No contact found by exact, so none for slow to miss"),
-        (["uu"] * 8, "8 of 8 contacts undecided by slow"),
-        (["u", "b", "b"], "1 of 3 contacts undecided by slow; none missed where it decided"),
-        (["ub", "b"], "1 of 2 contacts undecided in part by slow; none missed where it decided"),
+        (["uu"] * 8, "slow left 8 of 8 contacts undecided"),
+        (["u", "b", "b"], "slow left 1 of 3 contacts undecided; missed none where it decided"),
+        (["ub", "b"], "slow left part of 1 of 2 contacts undecided; missed none where it decided"),
         (
             ["u", "ub", "m", "bm"],
-            "1 of 4 contacts undecided by slow, 1 more in part; 1 of 4 contacts missed by slow, 1 more in part",
+            "slow left 1 of 4 contacts undecided and part of 1 more; missed 1 of 4 contacts and part of 1 more",
         ),
     ],
 )
@@ -52,77 +53,103 @@ def test_the_headline_of_two_that_decided_nothing_says_that_nothing_was_compared
     assert headline(run, "slow") == "Nothing compared: exact and slow both decided none of 10 pair-frames"
 
 
-def took(seconds, *, live=True, name="discrete", faces=False):
-    return {"name": name, "live": live, "faces_asked": faces, "seconds": {"per_frame_mean": seconds}}
+def took(seconds, *, live=True, name="discrete", faces=False, **more):
+    return {"name": name, "live": live, "faces_asked": faces, "seconds": {"per_frame_mean": seconds, **more}}
 
 
-def priced(*, contacts=1, faces=True, **detectors):
-    summary = {"detectors": {"exact": took(5.69e-5, live=False, name="exact", faces=faces), **detectors}}
-    episodes = {"exact": (None,) * contacts}
-    return SimpleNamespace(oracle="exact", comparisons=dict.fromkeys(detectors), summary=summary, episodes=episodes)
+def counted(false=0, missed=0, of=4):
+    """The figures of an audited detector."""
+    return {
+        "contacts": of, "contacts_missed": missed, "contacts_in_part": 0, "contacts_undecided": 0,
+        "invented": share(false, 4),
+    }  # fmt: skip
 
 
-LIKE = "replay tradeoff compares like with like."
+def priced(*, oracle, **detectors):
+    """A run of the oracle and others: label -> what it took, and its faults."""
+    labels = {"exact": oracle, **{label: one for label, (one, _) in detectors.items()}}
+    summary = {
+        "detectors": {label: {"contacts": 4, **one} for label, one in labels.items()}, "session": {"frames": 400},
+        "audit": {label: fault for label, (_, fault) in detectors.items()}, "oracle": "exact",
+    }  # fmt: skip
+    return SimpleNamespace(oracle="exact", comparisons=detectors, summary=summary)
 
 
-def test_times_of_one_pass_are_said_to_be_that_and_to_be_of_what_they_are():
-    engine = took(1e-7, name="recorded")
-    assert price(priced(slow=took(1.63e-4), engine=engine, box=took(2e-5, live=False))) == [
-        "Every contact counted here was found by exact in 0.0569 ms a frame (whole recording at once, with faces); "
-        "slow took 0.163 ms (frame by frame, without faces); box took 0.02 ms (whole recording at once, without "
-        f"faces). One pass of each, not alike: {LIKE}"
-    ]
-    assert price(priced()) == []
-    (alone,) = price(priced(engine=engine))
-    assert alone.endswith(" 0.0569 ms a frame (whole recording at once, with faces). One pass.")
-    (none,) = price(priced(contacts=0, slow=took(1.63e-4)))
-    assert none.startswith("No contact was found by exact in 0.0569 ms a frame")
+RATE = {"settings": {"rate_hz": 22.5}}
 
 
 @pytest.mark.parametrize(
-    ("faces", "subject", "alike"),
+    ("oracle", "subject", "faults", "words"),
     [
-        (False, took(2e-5, live=False), True),
-        (True, took(2e-5, live=False), False),
-        (False, took(2e-5), False),
-        (False, took(2e-5, live=False, faces=True), False),
+        (
+            took(9e-5, live=False, faces=True),
+            took(5e-5, at_every_frame=8e-5, per_frame={"looks": 100, "p99": 1e-4}) | RATE, counted(missed=2),
+            "The same algorithm at every frame costs 0.08 ms (0.72 % of a 90 Hz frame), every fourth frame 0.05 ms "
+            "(like with like, live).",
+        ),
+        (
+            took(9e-5), took(5e-5, at_every_frame=8e-5, per_frame={"looks": 150, "p99": 1e-4}) | RATE,
+            counted(missed=2),
+            "The same algorithm at every frame costs 0.08 ms (0.72 % of a 90 Hz frame), 22.5 times a second 0.05 ms "
+            "(like with like, live).",
+        ),
+        (
+            took(9e-5), took(5e-5, at_every_frame=8e-5) | RATE, counted(false=3),
+            "Being right costs 0.09 ms (0.81 % of a 90 Hz frame) with exact; it takes 0.05 ms (like with like, live).",
+        ),
+        (
+            took(9e-5, live=False, faces=True), took(5e-5), counted(missed=1),
+            "Being right costs 0.09 ms (0.81 % of a 90 Hz frame) with exact (offline, with faces); it "
+            "took 0.05 ms (live). `replay tradeoff` compares alike.",
+        ),
+        (
+            took(9e-5), took(0.0, name="recorded"), counted(missed=1),
+            "Being right costs 0.09 ms (0.81 % of a 90 Hz frame) with exact (live); what it took is not recorded.",
+        ),
     ],
-)
-def test_booleans_beside_faces_and_live_beside_the_whole_recording_are_not_alike(faces, subject, alike):
-    (line,) = price(priced(faces=faces, it=subject))
-    assert line.endswith(f". One pass of each{'' if alike else ', not alike'}: {LIKE}")
+)  # fmt: skip
+def test_what_being_right_costs_is_said_like_with_like_or_what_each_time_is_of(oracle, subject, faults, words):
+    assert price(priced(oracle=oracle, it=(subject, faults))) == [words]
+    assert price(priced(oracle=oracle)) == []
 
 
-def test_who_lists_no_faces_took_its_time_without_them_though_it_was_asked():
-    (line,) = price(compute(jumping(), detectors="exact", oracle="continuous", offline=True))
-    assert line.count("(whole recording at once, without faces)") == 2 and "One pass of each: " in line
-    (line,) = price(compute(jumping(), detectors="continuous", oracle="exact"))
-    assert "with faces); continuous took" in line and "One pass of each, not alike: " in line
+def test_of_several_detectors_the_price_is_said_beside_the_worst():
+    run = priced(oracle=took(9e-5), good=(took(1e-5), counted()), bad=(took(3e-5), counted(missed=3)))
+    assert price(run)[0].endswith(" with exact; bad takes 0.03 ms (like with like, live).")
 
 
-def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_misses():
-    for outcomes, told in {(1, 1, 2): [], (1, *[3] * 29): ["96.7"], (3, 3): ["100"]}.items():
-        one = Comparison("it", "exact", np.array([outcomes], dtype=np.uint8))
-        lines = [f"it invents {share} % of the contact that it reports, counted in pair-frames." for share in told]
-        assert invented(SimpleNamespace(comparisons={"it": one})) == lines
+def test_the_price_of_every_frame_is_measured_in_the_run_itself_and_live():
+    run = compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid")
+    often = run.summary["detectors"]["slow"]["seconds"]["at_every_frame"]
+    assert run.at_every_frame == {"slow": often} and often > 0 and run.summary["detectors"]["slow"]["live"]
+    assert "at_every_frame" not in run.summary["detectors"]["hybrid"]["seconds"]
+    offline = compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid", offline=True)
+    assert offline.at_every_frame == {} and offline.phases["slow"] == run.phases["slow"]
+
+
+@pytest.mark.parametrize(("outcomes", "words"), [((1, 1, 2), ""), ((*[1] * 29, 3), "3.3"), ((1, 3), "50")])
+def test_who_reports_contact_where_there_is_none_is_told_so_however_little_it_misses(outcomes, words):
+    wrong = share(outcomes.count(3), outcomes.count(3) + outcomes.count(1))
+    run = priced(oracle=took(1e-4), it=(took(1e-4), counted(missed=3) | {"invented": wrong}))
+    assert invented(run) == [f"{words} % of the contact time it reports is false."] * bool(words)
+    run = priced(oracle=took(1e-4), it=(took(1e-4), counted() | {"invented": wrong}))
+    assert invented(run) == []  # the headline says it
 
 
 def looked(contacts=18):
     """A detector at 22.5 Hz that misses half of the contacts at this phase, and a quarter in the mean."""
     run = told(*["m", "b"] * (contacts // 2))
-    run.summary = {"detectors": {"slow": {"name": "discrete", "settings": {"rate_hz": 22.5}}}}
+    run.summary = priced(oracle=took(1e-4), slow=(took(1e-4) | RATE, counted(false=1, missed=2))).summary
     run.phases = {"slow": {"contacts_missed": share(contacts * 4, contacts * 16)}}
     run.detections = {"exact": SimpleNamespace(verdict=np.ones((len(run.comparisons["slow"].outcome), 1), np.uint8))}
     run.detections["slow"], run.holdings, run.detectors = run.detections["exact"], (), {}
     return run
 
 
-def test_who_looks_at_a_rate_is_said_to_miss_at_this_runs_phase_and_what_the_mean_is():
-    assert phases(looked()) == [
-        "slow looks 22.5 times a second. At this run's phase it misses 9 of 18 contacts, 4.50 in the mean over 16 "
-        "phases."
-    ]
-    assert phases(looked(contacts=0)) == []
+def test_who_looks_at_a_rate_is_said_to_miss_here_and_what_the_mean_over_look_phases_is():
+    words = "Looking 22.5 times a second missed 9 of 18 contacts here; 4.5 on average over look phases"
+    assert headline(looked(), "slow") == words
+    assert headline(looked(contacts=0), "slow") == "No contact found by exact, so none for slow to miss"
 
 
 def test_what_a_hand_holds_is_counted_apart_and_said():
@@ -141,7 +168,7 @@ def test_what_a_hand_holds_is_counted_apart_and_said():
 
 def test_page_picture_and_terminal_say_the_same_beside_the_headline():
     run = looked()
-    assert beside(run) == [*invented(run), *held(run), *phases(run)] and len(beside(run)) == 1
+    assert beside(run) == [*invented(run), *held(run)] and len(beside(run)) == 1
 
 
 def test_of_several_detectors_the_headline_is_that_of_the_worst_with_its_larger_fault_first():
@@ -154,9 +181,12 @@ def test_of_several_detectors_the_headline_is_that_of_the_worst_with_its_larger_
         "oracle": "exact", "audit": {"slow": lost, "hull": {**lost, "contacts_missed": 0, "invented": wrong}},
         "detectors": dict.fromkeys(("slow", "hull", "exact"), made),
     }  # fmt: skip
-    assert headlines(run) == ["1 of 2 contacts missed by slow"]
+    audit = run.summary["audit"]
+    assert headlines(SimpleNamespace(**vars(run) | {"summary": run.summary | {"audit": {"slow": audit["slow"]}}})) == [
+        "slow missed 1 of 2 contacts"
+    ]
     run.comparisons["hull"] = run.comparisons["slow"]
-    assert headlines(run) == ["hull: 75 % of the contact it reports is false"]
+    assert headlines(run) == ["hull: 75 % of the contact time it reports is false; misses none of 2 contacts"]
     assert invented(run) == []
 
 

@@ -44,14 +44,14 @@ def test_the_worst_comes_first_by_its_larger_fault_and_the_oracle_last():
 @pytest.mark.parametrize(
     ("figures", "words"),
     [
-        (BENCH["hull50"], "96.7 % of the contact it reports is false; misses 0 of 18 contacts, 1 in part"),
-        (BENCH["mesh50"], "misses 1 of 18 contacts, 6 in part; 4 % of the contact it reports is false"),
+        (BENCH["hull50"], "96.7 % of the contact time it reports is false; misses 0 of 18 contacts, 1 in part"),
+        (BENCH["mesh50"], "misses 1 of 18 contacts, 6 in part; 4 % of the contact time it reports is false"),
         (BENCH["paper"], "misses 0 of 18 contacts, 1 in part"),
         (audited(0, 0, 0), "misses none of 18 contacts and says nothing false"),
         (audited(0, 0, 0, undecided=2), "leaves 2 of 18 contacts undecided"),
         (
             audited(0, 0, 1, 4, undecided=2),
-            "leaves 2 of 18 contacts undecided; 25 % of the contact it reports is false",
+            "leaves 2 of 18 contacts undecided; 25 % of the contact time it reports is false",
         ),
     ],
 )
@@ -64,7 +64,7 @@ def test_an_audited_rate_is_ranked_by_its_mean_over_look_phases():
     (one, _) = ranking(run(slow=audited(9, 0, 0, phases=mean)))
     assert (one.phases, one.count(one.missed), one.count(one.in_part)) == (PHASES, "1.00", 0)
     assert fault_words(one) == (
-        "10 % of the contact it reports is false; misses 1.00 of 18 contacts, 0 in part (mean over 16 look phases)"
+        "10 % of the contact time it reports is false; misses 1.00 of 18 contacts, 0 in part (mean over 16 look phases)"
     )
 
 

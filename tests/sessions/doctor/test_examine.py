@@ -1,5 +1,6 @@
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,7 +8,7 @@ from support.mcap_samples import write_foreign
 from support.planted_faults import FAULTS, clean
 from support.small_worlds import cube
 
-from sessions import Scene, Session, Severity, examine, import_session
+from sessions import GazeTrack, ScalarTrack, Scene, Session, Severity, examine, import_session, write_session
 from sessions.doctor.pose_pass import look_through
 from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings
 from sessions.errors import SessionFileError
@@ -133,3 +134,25 @@ def test_a_stretch_of_teleports_is_one_line():
     shaken = [(100 + k, 0.5 if k % 2 else -0.4) for k in range(78)]
     assert teleports(shaken) == [("78 steps of up to 0.501 m within 0.77 s", 78)]
     assert len(teleports([(100, 0.5), (149, 0.5), (300, 0.5)])) == 2
+
+
+def test_gaze_and_scalars_that_say_nothing_or_lie_elsewhere_are_found_in_memory_and_in_the_file(tmp_path):
+    place, turn = np.linspace((0, 0, 0), (1, 0, 0), 90), np.tile([0.0, 0.0, 0.0, 1.0], (90, 1))
+    stamps = 10**9 + 10_000_000 * np.arange(90)
+    nowhere = np.tile([0.0, 0.0, -1.0], (90, 1))
+    nowhere[3], nowhere[7], valid = 0, np.nan, np.arange(90) != 7
+    gaze = {"anna": GazeTrack(stamps, place, nowhere, valid), "ben": GazeTrack(stamps, place, nowhere, ~(stamps > 0))}
+    scalars = {
+        "good": ScalarTrack([10**9, 10**10], [1, 2]), "apart": ScalarTrack([6 * 10**9, 8 * 10**9], [1, 2]),
+        "empty": ScalarTrack([10**9], [np.nan]),
+    }  # fmt: skip
+    session = replace(Session.from_arrays(stamps, {"a": (place, turn)}), gaze=gaze, scalars=scalars)
+    write_session(session, tmp_path / "s.mcap")
+    codes = ("gaze-nowhere", "stream-apart", "stream-empty")
+    for found in (examine(session), examine(tmp_path / "s.mcap")):
+        assert [(one.code, one.message, one.count) for one in found if one.code in codes] == [
+            ("gaze-nowhere", "gaze 'anna': samples that are seen and hold no direction: 1", 1),
+            ("stream-apart", "scalar 'apart': it lasts from 5.0 s to 7.0 s after the first pose, the poses 0.9 s", 1),
+            ("stream-empty", "gaze 'ben': no sample of 90 holds anything", 1),
+            ("stream-empty", "scalar 'empty': no sample of 1 holds anything", 1),
+        ]

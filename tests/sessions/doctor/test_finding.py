@@ -35,7 +35,7 @@ def test_the_worst_comes_first_and_then_the_earliest():
 def test_every_code_says_what_it_means_and_what_to_do():
     for code, spec in CODES.items():
         assert spec.meaning and spec.fix and not spec.fix.endswith("."), code
-        assert spec.group in {"structure", "time", "pose", "scale", "mesh", "scene"}
+        assert spec.group in {"structure", "time", "pose", "scale", "mesh", "stream", "scene"}
 
 
 def test_every_code_is_given_somewhere_and_none_that_is_unknown():

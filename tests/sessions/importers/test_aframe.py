@@ -102,20 +102,36 @@ def test_repeated_stamps_are_dropped_and_missing_numbers_flagged_and_both_are_sa
     assert "left: 1 rows flagged" in session.facts["conversions"]
 
 
-@pytest.mark.parametrize(
-    ("data", "message"),
-    [
-        ("{", "this is not JSON"),
-        ("[]", "no device with a list of poses"),
-        ({"left": {"poses": []}}, "there is no pose in it"),
-        ({"left": {"poses": [{"position": {}}]}}, "left: pose 0: it has no timestamp"),
-        ({"left": {"poses": [pose(1)], "events": [{"name": "x"}]}}, "event 0 has no timestamp"),
-        ({"left": {"poses": [pose(1)], "events": 3}}, "events are no list"),
-    ],
+def left(first, **more):
+    return {"left": {"poses": [first], **more}}
+
+
+NO_DEVICE, NO_TIME, NO_EVENT = (
+    "no device with a list of poses",
+    "left: pose 0: it has no timestamp",
+    "event 0 has no time",
 )
+BROKEN = [
+    ("{", "this is not JSON"), ("", "this is not JSON"), ("\udcff{", "this is not JSON text"),
+    ("[" * 100_000, "this is not JSON text"), (json.dumps(left(pose(1))) + " x", "this is not JSON: Extra data"),
+    (json.dumps(left(pose(1)))[:-9], "this is not JSON"), ("[]", NO_DEVICE), ("null", NO_DEVICE), ("3", NO_DEVICE),
+    ({"a": 1}, NO_DEVICE), ({"recording": {}}, NO_DEVICE), ({"recording": {"left": {"poses": 3}}}, NO_DEVICE),
+    ({"left": {"poses": []}}, "there is no pose in it"), (left({"position": {}}), NO_TIME), (left(None), NO_TIME),
+    (left([1]), NO_TIME), *((left(pose(1) | {"timestamp": at}), NO_TIME) for at in ("1", True, 1e20, float("nan"))),
+    (left(pose(1), events=[{"name": "x"}]), NO_EVENT), (left(pose(1), events=[3]), NO_EVENT),
+    (left(pose(1), events=[{"timestamp": "x"}]), NO_EVENT), (left(pose(1), events=3), "events are no list"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("data", "message"), BROKEN, ids=map(str, range(len(BROKEN))))
 def test_a_file_that_is_no_capture_is_refused_in_one_sentence(tmp_path, data, message):
-    with pytest.raises(SessionError, match=message):
-        import_session("aframe", written(tmp_path, data))
+    assert len(BROKEN) >= 20
+    path = tmp_path / "m.json"
+    text = data if isinstance(data, str) else json.dumps(data)
+    path.write_bytes(text.encode(errors="surrogateescape"))
+    with pytest.raises(SessionError, match=message) as raised:
+        import_session("aframe", path)
+    assert str(raised.value).startswith(f"{path}: ") and "\n" not in str(raised.value)
 
 
 @given(

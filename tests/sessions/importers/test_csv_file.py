@@ -93,6 +93,53 @@ def test_a_wide_table_with_decimal_commas_millimetres_and_euler_angles(tmp_path)
     assert session.tracks["flask"].valid.tolist() == [True, False]
 
 
+def test_columns_of_a_mapping_are_scalars_and_gaze(tmp_path):
+    mapping = tmp_path / "map.toml"
+    mapping.write_text(
+        WIDE
+        + '[scalars.heart]\ncolumn = "hr"\nunit = "1/min"\n'
+        + '[gaze.anna]\norigin = ["x", "y", "z"]\ndirection = ["rx", "ry", "rz"]\nvalid = "seen"\n'
+    )
+    lines = [
+        "t;x;y;z;rx;ry;rz;hr;seen",
+        "0,5;1000;2000;3000;0;3;4;71,5;1",
+        "1,5;1;2;3;0;3;4;;0",
+        "2,5;1;2;3;0;0;0;70;1",
+    ]
+    session = import_session("csv", written(tmp_path, lines), mapping=mapping)
+    heart, gaze = session.scalars["heart"], session.gaze["anna"]
+    assert heart.unit == "1/min" and heart.times_ns.tolist() == gaze.times_ns.tolist() == [
+        500_000,
+        1_500_000,
+        2_500_000,
+    ]
+    np.testing.assert_array_equal(heart.values, [71.5, np.nan, 70])
+    assert gaze.origins[0].tolist() == [1.0, 3.0, -2.0]  # z-up, millimetres
+    assert np.allclose(gaze.directions[0], [0, 0.8, -0.6], atol=1e-12)
+    assert gaze.valid.tolist() == [True, False, False]
+    assert "gaze of anna: 1 samples flagged as lost that hold no ray" in session.facts["conversions"]
+
+
+def test_rows_of_unity_are_scalars_and_gaze_along_the_forward_of_an_eye(tmp_path):
+    turn, place = Rotation.from_euler("zxy", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
+    eye = [
+        unity_row(0.011 * k, "anna", place, turn.as_quat(), tracked=k != 1).replace("pose", "gaze", 1) for k in (0, 1)
+    ]
+    lines = [
+        HEADER, unity_row(0.0, "cup", (0, 0, 0), (0, 0, 0, 1)), *eye,
+        "scalar,0.005000,,,,,,,,,,heart rate,71.5", "scalar,0.015000,,,,,,,,,,heart rate,72", "scalar,0.5,,,,,,,,,,,7",
+    ]  # fmt: skip
+    session = import_session("csv", written(tmp_path, lines))
+    gaze, mirror = session.gaze["anna"], np.diag([1.0, 1.0, -1.0])
+    assert session.names == ("cup",) and gaze.valid.tolist() == [True, False]
+    assert np.allclose(gaze.origins, place @ mirror, atol=1e-6)
+    assert np.allclose(gaze.directions, turn.apply([0, 0, 1]) @ mirror, atol=1e-6)  # Unity's forward is +Z
+    assert {name: one.values.tolist() for name, one in session.scalars.items()} == {
+        "heart rate": [71.5, 72],
+        "scalar": [7],
+    }
+
+
 @pytest.mark.parametrize(
     ("unit", "cell", "expected"),
     [
@@ -121,22 +168,44 @@ def test_a_mesh_that_unity_exported_as_gltf_is_turned_about_y(tmp_path):
     assert session.meshes["tool"].faces.tolist() == [[0, 1, 2]]
 
 
-@pytest.mark.parametrize(
-    ("lines", "message"),
-    [
-        ([""], "the file is empty"),
-        (["a,b"], "line 1: no column 'time', so this is not the CSV of the Unity script"),
-        ([HEADER + ",px", ""], "line 1: column 'px' occurs twice"),
-        ([HEADER], "there is no pose in it"),
-        ([HEADER, "pose,x,left,0,0,0,0,0,0,1,1,,"], "line 2, column 'time': 'x' is no number"),
-        ([HEADER, "pose,0,left,0,0,here,0,0,0,1,1,,"], "line 2, column 'pz': 'here' is no number"),
-        ([HEADER, "pose,,left,0,0,0,0,0,0,1,1,,"], "line 2, column 'time': the time is missing"),
-        ([HEADER, "pose,0,,0,0,0,0,0,0,1,1,,"], "a pose has no body"),
-    ],
-)
-def test_a_bad_file_is_refused_with_line_and_column(tmp_path, lines, message):
-    with pytest.raises(SessionError, match=message):
-        import_session("csv", written(tmp_path, lines))
+LEFT = "pose,0.000000,left,0,0,0,0,0,0,1,1,,"
+BROKEN = [
+    ([HEADER.replace("kind", "art"), LEFT], "line 1: no column 'kind'"),
+    ([HEADER.replace("px", "x"), LEFT], "line 1: no column 'px'; did you mean 'x'"),
+    ([HEADER.replace("qw", "q"), LEFT], "line 1: no column 'qw'; did you mean 'q'"),
+    ([HEADER, LEFT.replace("0.000000", "inf")], "line 2, column 'time': the time is missing; remove the row"),
+    ([HEADER, LEFT.replace("0.000000", "1e300")], "a time is outside the years .* check the unit, which is 's'"),
+    ([HEADER, LEFT.replace("0.000000", "1:02")], "line 2, column 'time': '1:02' is no number; repair the cell"),
+    ([HEADER, LEFT.replace("0.000000", '"0,5"')], "'0,5' is no number; export it with decimal points"),
+    ([HEADER, "trigger,0.005,left,,,,,,,,,,0.75"], "there is no pose in it"),
+    ([HEADER, "pose,0", "pose,1"], "there is no pose in it"),
+    ([HEADER, '"pose,0,left'], "there is no pose in it"),
+    ([HEADER.replace(",", "\t"), LEFT], "so this is not the CSV of the Unity script; say with --mapping FILE"),
+    ([LEFT], "line 1: column '' occurs twice; rename one"),
+    ([HEADER, LEFT, "enter,x,left,,,,,,,,,cup,"], "line 3, column 'time': 'x' is no number"),
+    ([HEADER, LEFT, "scalar,0,,,,,,,,,,hr,much"], "line 3, column 'value': 'much' is no number"),
+    ([HEADER, LEFT, "gaze,0,anna,a,0,0,0,0,0,1,1,,"], "line 3, column 'px': 'a' is no number"),
+    (["PK\x03\x04\udcff"], "this is not UTF-8 text; save it as UTF-8"),
+    (["\0" * 200], "so this is not the CSV of the Unity script"),
+    ([""], "the file is empty"),
+    (["a,b"], "line 1: no column 'time', so this is not the CSV of the Unity script"),
+    ([HEADER + ",px", ""], "line 1: column 'px' occurs twice"),
+    ([HEADER], "there is no pose in it"),
+    ([HEADER, "pose,x,left,0,0,0,0,0,0,1,1,,"], "line 2, column 'time': 'x' is no number"),
+    ([HEADER, "pose,0,left,0,0,here,0,0,0,1,1,,"], "line 2, column 'pz': 'here' is no number"),
+    ([HEADER, "pose,,left,0,0,0,0,0,0,1,1,,"], "line 2, column 'time': the time is missing"),
+    ([HEADER, "pose,0,,0,0,0,0,0,0,1,1,,"], "a pose has no body"),
+]
+
+
+@pytest.mark.parametrize(("lines", "message"), BROKEN, ids=map(str, range(len(BROKEN))))
+def test_a_bad_file_is_refused_in_one_sentence_with_line_and_column(tmp_path, lines, message):
+    assert len(BROKEN) >= 20
+    path = tmp_path / "take.csv"
+    path.write_bytes("\n".join([*lines, ""]).encode(errors="surrogateescape"))
+    with pytest.raises(SessionError, match=message) as raised:
+        import_session("csv", path)
+    assert str(raised.value).startswith(f"{path}: ") and "\n" not in str(raised.value)
 
 
 def world_points(session, name):

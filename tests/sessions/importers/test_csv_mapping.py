@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from support.shared_data import DATA, needs_data
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -27,6 +28,8 @@ other = "other"
 trigger = "trigger"
 value = "value"
 event = "event"
+scalar = "scalar"
+gaze = "gaze"
 """
 
 
@@ -187,3 +190,71 @@ def test_matrices_row_by_row_become_quaternions_and_what_is_no_rotation_is_lost(
     assert np.flatnonzero(~track.valid).tolist() == [3, 5, 20]
     got = Rotation.from_quat(track.quaternions_xyzw[track.valid]).as_matrix()
     assert np.abs(got - turns[track.valid[:20]]).max() < 1e-9
+
+
+TURNS, PLACES = Rotation.random(4, random_state=1), np.random.default_rng(1).normal(size=(4, 3))
+
+
+def openvr_rows(kind):
+    """A log of two devices, as matrices of OpenVR or as triad_openvr samples them."""
+    if kind == "matrix":
+        yield "time,device," + ",".join(f"m{row}{column}" for row in range(3) for column in range(4)) + ",valid"
+    else:
+        yield "time,device,x,y,z,yaw,pitch,roll,r_w,r_x,r_y,r_z"
+    for k in range(4):
+        x, y, z, w = TURNS[k].as_quat()
+        matrix = np.column_stack([TURNS[k].as_matrix(), PLACES[k]]).reshape(-1)
+        cells = [*matrix, k != 2] if kind == "matrix" else [*PLACES[k], 0, 0, 0, w, x, y, z]
+        yield f"{k / 90!r},LHR-{k % 2}," + ",".join(str(float(one)) for one in cells)
+
+
+@pytest.mark.parametrize("kind", ["matrix", "triad"])
+@pytest.mark.parametrize("options", [{}, {"preset": "openvr"}])
+def test_a_log_of_openvr_needs_no_mapping(tmp_path, kind, options):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([*openvr_rows(kind), ""]))
+    session = import_session("csv", path, **options)
+    assert session.names == ("LHR-0", "LHR-1") and session.facts["source_convention"] == "openvr"
+    for device in (0, 1):
+        track, rows = session.tracks[f"LHR-{device}"], [device, device + 2]
+        assert track.times_ns.tolist() == [round(k / 90 * 1e9) for k in rows]
+        assert np.abs(track.positions - PLACES[rows]).max() < 1e-9
+        got = Rotation.from_quat(track.quaternions_xyzw).as_matrix()
+        assert np.abs(got - TURNS[rows].as_matrix()).max() < 1e-9
+        assert track.valid.tolist() == [True, kind == "triad" or device == 1]
+
+
+def test_a_preset_must_be_there_and_stands_alone(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join([*openvr_rows("matrix"), ""]))
+    with pytest.raises(ImportFileError, match="no preset 'vive'; there are: unity, openvr"):
+        import_session("csv", path, preset="vive")
+    with pytest.raises(ImportFileError, match="line 1: no column 'kind'"):
+        import_session("csv", path, preset="unity")
+    with pytest.raises(ImportFileError, match="a mapping and a preset both say what the columns are"):
+        import_session("csv", path, preset="unity", mapping=UNITY)
+
+
+BARE = """
+convention = "openvr"
+delimiter = " "
+skip_lines = 1
+columns = ["x", "y", "z", "w", "i", "j", "k"]
+[time]
+rate_hz = 250
+[bodies.tracker]
+position = ["x", "y", "z"]
+quaternion_xyzw = ["i", "j", "k", "w"]
+"""
+
+
+@needs_data
+def test_a_real_log_without_names_and_clock_is_read_row_by_row(tmp_path):
+    """A tracker at rest that lost tracking and wrote the identity for 159 rows; read again with NumPy alone."""
+    source = DATA / "vive-accuracy" / "measurementPoint3.txt"
+    (tmp_path / "m.toml").write_text(BARE)
+    track = import_session("csv", source, mapping=tmp_path / "m.toml").tracks["tracker"]
+    table = np.loadtxt(source)
+    assert track.times_ns.tolist() == [4_000_000 * row for row in range(len(table))]
+    assert np.abs(track.positions - table[:, :3]).max() < 1e-9
+    assert np.abs(track.quaternions_xyzw - table[:, [4, 5, 6, 3]]).max() < 1e-9

@@ -34,6 +34,18 @@ def test_a_body_of_two_files_is_told_apart_and_what_was_done_is_said_per_file(tm
     assert "b.csv: axes unity" in session.facts["conversions"]
 
 
+def test_scalars_and_gaze_of_two_files_are_told_apart(tmp_path):
+    row = "scalar,{},,,,,,,,,,heart rate,{}\ngaze,{},anna,0,1,0,0,0,0,1,1,,"
+    for number, name in enumerate(("left", "right")):
+        path = take(tmp_path / f"{name}.csv", name, 0.01 * number, 2)
+        path.write_text(path.read_text() + row.format(0.01, number, 0.01) + "\n")
+    session = import_session("csv", [tmp_path / "left.csv", tmp_path / "right.csv"])
+    assert {name: one.values.tolist() for name, one in session.scalars.items()} == {
+        "left/heart rate": [0.0], "right/heart rate": [1.0],
+    }  # fmt: skip
+    assert list(session.gaze) == ["left/anna", "right/anna"]
+
+
 def test_files_of_two_clocks_are_not_joined(tmp_path):
     files = [take(tmp_path / "a.csv", "left", 100, 1), take(tmp_path / "b.csv", "right", 0, 2)]
     with pytest.raises(ImportFileError, match=r"a.csv begins 99.91 s after .*b.csv ends; give files of one clock"):
@@ -50,5 +62,5 @@ def test_a_short_file_within_a_long_one_and_files_of_one_name(tmp_path):
     files.append(take(tmp_path / "x" / "c.csv", "cup", 0.08, 2))
     assert import_session("csv", files).names == ("left", "right", "cup")
     files.append(take(tmp_path / "c.csv", "cup", 0.08, 2))
-    with pytest.raises(ImportFileError, match="another file of that name has a body 'cup' too; rename the file"):
+    with pytest.raises(ImportFileError, match="another file of that name has 'cup' too; rename the file"):
         import_session("csv", files)

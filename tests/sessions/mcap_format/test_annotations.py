@@ -78,17 +78,22 @@ def test_a_hand_comes_back_in_order_of_time_without_repeats():
 
 
 def test_a_fast_track_is_cut_into_batches_and_comes_back_whole():
-    count = 3 * a.TRACK_BATCH + 1
+    count = 3 * a.BATCH + 1
     rng = np.random.default_rng(0)
     track = Track(np.arange(count), rng.normal(size=(count, 3)), rng.normal(size=(count, 4)), rng.random(count) < 0.5)
     messages = list(a.track_messages("wand", track))
-    assert [m[:2] for m in messages] == [("/tracks/wand", k * a.TRACK_BATCH) for k in range(4)]
+    assert [m[:2] for m in messages] == [("/tracks/wand", k * a.BATCH) for k in range(4)]
     found = a.read_track(m[2] for m in messages)
     for name in ("times_ns", "positions", "quaternions_xyzw", "valid"):
         assert getattr(found, name).tobytes() == getattr(track, name).tobytes()
-    broken = message_class("TrackSamples")(sample_ns=[1, 2], position=[1.0])
+
+
+@pytest.mark.parametrize("kind, read", [("Track", a.read_track), ("Gaze", a.read_gaze), ("Scalar", a.read_scalar)])
+def test_samples_of_unequal_length_are_refused(kind, read):
+    assert len(read([])) == 0
+    broken = message_class(f"{kind}Samples")(sample_ns=[1, 2])
     with pytest.raises(SessionFileError, match="unequal length"):
-        a.read_track([broken.SerializeToString()])
+        read([broken.SerializeToString()])
 
 
 def test_nothing_is_stamped_before_zero():

@@ -21,6 +21,7 @@ from sessions.model.hand import HandTrack
 from sessions.model.live_contact import LiveContact
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
+from sessions.model.streams import GazeTrack, ScalarTrack
 from sessions.model.track import Track
 from sessions.scene_files.scene_toml import parse_scene
 
@@ -38,6 +39,8 @@ def full_session():
         hands={"anna/left": HandTrack([1, 2, 9], [0.1, 0.2, 1.0], None, ("a", "menu"), [[0, 1], [1, 1], [0, 0]])},
         live_contacts=(LiveContact(3, "body 0", "body 1", "enter", (0.5, -0.25, 1e-300)), LiveContact(4, "x", "y", "exit")),  # noqa: E501
         fast_tracks={"body 1": Track(times, rng.normal(size=(400, 3)), rng.normal(size=(400, 4)), times % 3_000_000 > 0)},  # noqa: E501
+        gaze={"anna": GazeTrack(times, rng.normal(size=(400, 3)), rng.normal(size=(400, 3)), times % 2 > 0, ["", "cup"] * 200)},  # noqa: E501
+        scalars={"EEG/Fz": ScalarTrack(times, np.where(times % 5_000_000, rng.normal(size=400), np.nan), "uV"), "empty": ScalarTrack([3], [1])},  # noqa: E501
     )  # fmt: skip
 
 
@@ -53,11 +56,12 @@ def test_every_part_of_a_session_survives_its_file(tmp_path):
     for name, mesh in session.meshes.items():
         assert found.meshes[name].vertices.tobytes() == mesh.vertices.tobytes()
         assert found.meshes[name].faces.tobytes() == mesh.faces.tobytes()
-    for left, right in ((found.hands, session.hands), (found.fast_tracks, session.fast_tracks)):
+    for name in ("hands", "fast_tracks", "gaze", "scalars"):
+        left, right = getattr(found, name), getattr(session, name)
         assert list(left) == list(right)
         for key, value in right.items():
             for field, expected in vars(value).items():
-                assert np.array_equal(getattr(left[key], field), expected), (key, field)
+                np.testing.assert_array_equal(getattr(left[key], field), expected, err_msg=f"{key} {field}")
 
 
 def test_a_session_written_again_after_reading_gives_the_same_bytes(tmp_path):

@@ -113,6 +113,7 @@ def test_declaring_no_effect_differs_from_not_declaring_any():
         ("mass = 0.1", "mass = " + "9" * 400, r"mass is 9+\.\.\.; give a finite number"),
         ("mass = 0.1", "mass = " + "9" * 5000, "a number has thousands of digits"),
         ("mass = 0.1", "mass = 0x" + "f" * 5000, "mass is a number of thousands of digits"),
+        ("faces = 800", "options = { faces = 800 }", r"\[\[body\]\] 2 \('beaker'\) options: unknown key 'faces'"),
         ("faces = 800", "faces = 800.5", "faces is 800.5; give a whole number from 4 to 1000000"),
         ("faces = 800", "faces = 100000000000", "faces is 100000000000; give a whole number"),
         ("fill_ml = 25.0", "fill_ml = nan", r"properties: fill_ml is nan; give finite numbers"),
@@ -135,6 +136,52 @@ def test_a_mistake_is_named_with_file_table_and_key(old, new, message):
         parse_scene(BENCH.replace(old, new, 1))
     assert str(caught.value).startswith("scene.toml: ")
     assert "\n" not in str(caught.value)
+
+
+FAULTY = """
+[scene]
+nam = "bench"
+[[body]]
+id = "table"
+shape = "box"
+size = [1, 2]
+offset = { position = [0, 0, 0], turn = 3 }
+[[body]]
+id = "beaker"
+instrument = "beaker_250"
+options = { wall_mm = 2 }
+masss = 1
+mass = "heavy"
+[[body]]
+mesh = "a.glb"
+units = "feet"
+[[pair]]
+between = ["beaker", "tabel"]
+[[ignore]]
+betwen = ["beaker", "table"]
+[[effect]]
+between = ["beaker"]
+[sapce]
+"""
+
+
+def test_every_fault_of_a_scene_is_named_not_only_the_first():
+    with pytest.raises(SceneError) as caught:
+        parse_scene(FAULTY, "lab.toml")
+    faults = caught.value.faults
+    for place, key in [
+        ("[scene]", "'nam'; did you mean 'name'"), ("[[body]] 1 ('table')", "size is [1, 2]"),
+        ("[[body]] 1 ('table')", "a box needs size"), ("[[body]] 1 ('table') offset", "'turn'"),
+        ("[[body]] 2 ('beaker') options", "'wall_mm'"), ("[[body]] 2 ('beaker')", "'masss'; did you mean 'mass'"),
+        ("[[body]] 2 ('beaker')", "mass is 'heavy'"), ("[[body]] 3", "id is missing"),
+        ("[[body]] 3 ('')", "units is 'feet'"), ("[[pair]] 1", "'tabel'; did you mean 'table'"),
+        ("[[ignore]] 1", "'betwen'; did you mean 'between'"), ("[[effect]] 1", "kind is missing"),
+        ("[[effect]] 1 ('')", "between has 1 entries"), ("", "'sapce'; did you mean 'space'"),
+    ]:  # fmt: skip
+        head = f"lab.toml: {place}: " if place else "lab.toml: unknown key"
+        assert sum(one.startswith(head) and key in one for one in faults) == 1, (place, key, faults)
+    assert len(faults) == 14
+    assert str(caught.value) == f"{faults[0]}; 13 more: `replay scene check` lists them"
 
 
 def test_a_missing_file_and_one_that_is_no_text_are_one_sentence(tmp_path):
@@ -240,7 +287,6 @@ def test_files_shapes_and_instruments_become_meshes(tmp_path):
         (SceneBody("m", mesh="absent.glb"), "body 'm': mesh file .*absent.glb does not exist"),
         (SceneBody("i", instrument="beaker_100", extra={"faces": 7}), "body 'i': beaker_100 with 7 faces"),
         (SceneBody("o", instrument="bench", extra={"options": {"colour": 1}}), "body 'o': bench has no option colour"),
-        (SceneBody("f", instrument="bench", extra={"options": {"faces": 900}}), "body 'f': options hold faces"),
         (SceneBody("w", instrument="bench", extra={"options": {"width": "wide"}}), "body 'w': "),
         (SceneBody("n", mesh="a\0.glb"), "body 'n': .*null"),
     ],

@@ -3,14 +3,24 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replay.effects.models.ballistic import GRAVITY, Disc, disc_entered, place_at_height
+from replay.effects.models.ballistic import GRAVITY, entry_times, places_at_height
 
 UP = np.array([0.0, 1.0, 0.0])
 REST = np.zeros(3)
 
 
 def disc(name="cup", centre=(0.0, 0.0, 0.0), normal=UP, radius=0.03):
-    return Disc(name, np.array(centre), np.array(normal) / np.linalg.norm(normal), radius)
+    return name, np.array([centre]), np.array([normal]) / np.linalg.norm(normal), radius
+
+
+def disc_entered(start, velocity, discs):
+    """Name of the opening that is entered first."""
+    times = {name: entry_times(start[None], velocity[None], *rest)[0] for name, *rest in discs}
+    return min((time, name) for name, time in {**times, "": np.inf}.items())[1]
+
+
+def place_at_height(start, velocity, height):
+    return places_at_height(start[None], velocity[None], np.array([height]))[0]
 
 
 @pytest.mark.parametrize(("x", "name"), [(0.0, "cup"), (0.0299, "cup"), (0.03, "cup"), (0.0301, "")])

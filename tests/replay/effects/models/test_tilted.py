@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replay.effects.models.tilted import tilt_of_onset, volume_kept
+from replay.effects.models.tilted import volume_kept
 
 RADIUS, HEIGHT = 0.03, 0.08
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(80)
@@ -59,15 +59,3 @@ def test_both_forms_meet_where_the_liquid_leaves_half_the_floor():
 def test_a_level_or_overturned_vessel_keeps_nothing_and_an_upright_one_all():
     assert [volume_kept(angle, RADIUS, HEIGHT) for angle in (RIGHT, 2.0, math.pi)] == [0.0, 0.0, 0.0]
     assert volume_kept(0.0, RADIUS, HEIGHT) == math.pi * RADIUS**2 * HEIGHT
-
-
-@given(st.floats(1e-12, 1.0))
-def test_the_tilt_of_onset_is_the_least_that_keeps_the_fill(share):
-    fill = share * volume_kept(0.0, RADIUS, HEIGHT)
-    onset = tilt_of_onset(fill, RADIUS, HEIGHT)
-    assert volume_kept(onset, RADIUS, HEIGHT) <= fill <= volume_kept(max(0.0, onset - 1e-7), RADIUS, HEIGHT) + 1e-18
-
-
-def test_an_overfull_vessel_pours_upright_and_an_empty_one_at_a_right_angle():
-    assert tilt_of_onset(1.0, RADIUS, HEIGHT) == 0.0
-    assert tilt_of_onset(0.0, RADIUS, HEIGHT) == pytest.approx(RIGHT)

@@ -66,7 +66,7 @@ def selected(query, entities):
 def test_there_is_one_layout_and_it_has_a_tab_per_question(layout):
     assert len(layout.stores) == 1
     names = [v.get("ContainerBlueprint:display_name", [""])[0] for v in layout.values.values()]
-    assert set(names) - {""} == {"Audit", "All detectors", "What accuracy costs", "Detectors"}
+    assert set(names) - {""} == {"Answer", "Audit", "What accuracy costs", "Detectors"}
 
 
 def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes(layout, recording, read):
@@ -101,7 +101,7 @@ def test_the_viewer_opens_paused_slow_and_on_the_session_timeline(layout):
 
 
 def test_the_headline_is_the_title_of_the_list(layout):
-    assert any("contacts missed by 22.5Hz" in name for name in layout.views())
+    assert any("22.5Hz missed " in name for name in layout.views())
 
 
 def test_the_close_up_follows_the_camera_in_the_data(layout, read):
@@ -158,20 +158,22 @@ def test_one_look_that_the_machine_held_up_is_cut_off_and_the_title_says_so(demo
 @pytest.mark.slow
 def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_beside(hundreds, layout):
     views = BlueprintInput(hundreds[1].path).views()
-    (first,) = [query for name, query in views.items() if re.match(r"\d+ of \d+ contacts missed by 22\.5Hz", name)]
+    (first,) = [query for name, query in views.items() if re.match(r"22\.5Hz missed \d+ of \d+", name)]
     assert any("/report/clusters" in line for line in first) and any("/report/missed" in line for line in views["All"])
     assert "All" not in layout.views(), "a dozen misses need no clusters"
 
 
 def built(subjects, effects, *, tradeoff=False):
     """The tabs of a layout made by hand."""
-    room = SimpleNamespace(scene=SimpleNamespace(name="room"))
+    room = SimpleNamespace(scene=SimpleNamespace(name="room"), intervals=(), facts={})
+    moving = SimpleNamespace(valid=np.ones((1, 0), dtype=bool))
     result = SimpleNamespace(
         tradeoff=tradeoff or None,
+        noise=None,
         effects=effects,
         treatment=None,
         session=room,
-        assembly=SimpleNamespace(names=(), motion=SimpleNamespace(valid=np.ones((1, 0), dtype=bool))),
+        assembly=SimpleNamespace(names=(), motion=moving, stamp_ns=np.zeros(0, dtype=np.int64)),
         comparisons={"slow": SimpleNamespace(outcome=np.zeros((1, 1), np.uint8))},
     )
     eye = Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
@@ -221,3 +223,10 @@ def test_the_worst_lanes_are_in_view(longest):
 @pytest.mark.parametrize("longest", [LANES_IN_VIEW + 1, 13])
 def test_the_lane_of_the_longest_cut_takes_the_place_of_the_least_bad_one(longest):
     assert lanes_in_view(subject(longest)) == [*list(LANES)[: LANES_IN_VIEW - 1], f"lanes/{longest}_p"]
+
+
+@pytest.mark.parametrize("longest", [None, 2, 13])
+def test_what_noise_leaves_stands_below_half_as_many_pairs(longest):
+    pairs = {None: (2, 3), 2: (2, 3), 13: (2, 13)}[longest]
+    below = [path for k in pairs for path in (f"lanes/{k}_p", f"lanes/{k}_p/in_noise")]
+    assert lanes_in_view(subject(longest), noisy=True) == ["lanes/1_missed", *below]

@@ -8,8 +8,9 @@ from rerun.chunk import RrdReader
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import FACE_PAIRS, EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
+from replay.effects.recorded import NOTHING, UNSEEN, Looked
 from replay.outputs.rerun_log.columns import RecordingWriter
-from replay.outputs.rerun_log.effects import _log_series, effect_views, log_effects
+from replay.outputs.rerun_log.effects import _log_series, effect_views, log_effects, tab_name
 
 TIMES = np.array([0.0, 0.5, 1.0])
 OUTPUT = EffectOutput(
@@ -21,7 +22,20 @@ OUTPUT = EffectOutput(
     lanes={"cup": (LaneSpan(0.0, 0.5, "pours"), LaneSpan(0.5, 1.0, "spills")), SKIPPED: (LaneSpan(0.5, 1.0, SKIPPED),)},
     liquids={"cup": Liquid(TIMES, np.array([0.05, 0.03, 0.01]), 0.01, 0.02, np.full((3, 4), 200, dtype=np.uint8))},
 )
-RUNS = {"pour": EffectRun(EffectSpec("pour", "x", lambda i: OUTPUT), ("declared",), OUTPUT, 0.1, {}, 3, 2)}
+LOOKED = Looked(
+    TIMES,
+    np.tile([[0.0, 1, 0], [0, 0, -1]], (3, 1, 1)),
+    np.array([2.0, np.inf, np.inf]),
+    np.array([0, NOTHING, UNSEEN]),
+)
+SEEN = EffectOutput(lanes={"anna": (LaneSpan(0.0, 0.1, "cup"),)}, data={"anna": LOOKED})
+
+
+def run_of(kind, output):
+    return EffectRun(EffectSpec(kind, "x", lambda i: output), ("declared",), output, 0.1, {}, 3, 2)
+
+
+RUNS = {"pour": run_of("pour", OUTPUT), "gaze": run_of("gaze", SEEN)}
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +64,7 @@ def test_every_part_of_an_effect_has_an_entity_and_nothing_else_has(entities):
     told = {path for path in entities if path.startswith(("/effects", "/world"))}
     assert told == {
         "/effects/pour/cup/volume", "/effects/pour/lanes/cup", "/effects/pour/lanes/skipped", "/effects/pour/events",
-        "/world/effects/pour/1", "/world/cup/liquid",
+        "/world/effects/pour/1", "/world/cup/liquid", "/effects/gaze/lanes/anna", "/world/gaze/anna",
     }  # fmt: skip
 
 
@@ -58,6 +72,16 @@ def test_values_and_words_arrive_as_they_are(entities):
     scalars = [row[0] for row in values(entities["/effects/pour/cup/volume"], "scalars")]
     assert scalars[:2] == [3.0, 2.0] and np.isnan(scalars[2])
     assert values(entities["/effects/pour/events"], ":text") == [["pours cup"], ["3 mL beside"]]
+
+
+def test_gaze_is_a_line_to_what_it_meets_or_into_the_air_and_none_while_the_eyes_are_not_seen(entities):
+    strips = values(entities["/world/gaze/anna"], "strips")
+    assert strips == [[[[0.0, 1.0, 0.0], [0.0, 1.0, -2.0]]], [[[0.0, 1.0, 0.0], [0.0, 1.0, -1.5]]], []]
+
+
+def test_the_tab_is_called_what_is_in_it():
+    assert tab_name({"pour": 0}) == "Effects" and tab_name({"pour": 0, "gaze": 0}) == "Effects and signals"
+    assert tab_name({"scalars": 0}) == tab_name({"gaze": 0, "scalars": 0}) == "Signals"
 
 
 def test_only_what_somebody_should_mind_gets_a_marker(entities):
@@ -79,7 +103,7 @@ def test_a_lane_goes_from_word_to_word_without_a_gap(entities):
 def test_the_tab_gets_a_plot_per_unit_and_every_lane():
     views = effect_views(RUNS)
     assert views.plots == {"mL": ("effects/pour/cup/volume",)} and views.events == ("effects/pour/events",)
-    assert views.lanes == ("effects/pour/lanes/cup", "effects/pour/lanes/skipped")
+    assert views.lanes == ("effects/pour/lanes/cup", "effects/pour/lanes/skipped", "effects/gaze/lanes/anna")
 
 
 def test_a_vessel_is_drawn_once_as_the_effect_that_ran_last_says():

@@ -1,5 +1,6 @@
 """All detectors on one screen: lanes, list, words and eye are those of the moment in focus, wherever the cursor is."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -8,11 +9,12 @@ import pytest
 from cdcore.protocol import counts_as_contact
 from replay.comparison.outcome import Outcome
 from replay.errors import RunFolderError
-from replay.outputs.moments import false_of, key_moments, leading, pair_in_focus
+from replay.outputs.moments import key_moments, leading, pair_in_focus
 from replay.outputs.palette import OUTCOMES
 from replay.outputs.rerun_log.overview import LANES, overview_lanes, read_moments
-from replay.outputs.rerun_log.report import ranking_text
+from replay.outputs.rerun_log.report import answer_text
 from replay.outputs.rerun_log.viewer import _target
+from replay.pipeline.headline import price
 from replay.pipeline.ranking import fault_words, ranking
 
 SUBJECT = "22.5Hz"
@@ -20,7 +22,7 @@ SUBJECT = "22.5Hz"
 
 @pytest.fixture(scope="module")
 def moments(demo):
-    return key_moments(demo, false_of(demo))
+    return key_moments(demo)
 
 
 def states(read, path, stamps):
@@ -35,7 +37,7 @@ def stamps(demo):
 
 
 def test_the_moments_are_all_misses_and_false_contacts_and_no_two_share_a_place(demo, moments):
-    false = false_of(demo)[SUBJECT]
+    false = demo.false[SUBJECT]
     found = {(one.outcome, one.number) for one in moments if one.label}
     assert found == {(Outcome.MISSED, one.number) for one in demo.misses[SUBJECT]} | {
         (Outcome.INVENTED, one.number) for one in false
@@ -61,14 +63,14 @@ def test_the_lane_of_all_pairs_shows_the_worst_and_numbers_stand_over_misses(dem
     seen = states(read, f"focus/all/2_{SUBJECT}", stamps)
     numbers = {str(one.number) for one in demo.misses[SUBJECT]}
     for frame, word in enumerate(seen):
-        if word in ("both", "invented", ""):
+        if word in ("both", "false", ""):
             codes = (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH)
             worst = next((OUTCOMES[code][0] for code in codes if (own[frame] == code).any()), "")
             assert word == worst, frame
         else:
             assert word in numbers or "-" in word
     for miss in demo.misses[SUBJECT]:
-        assert seen[miss.first] not in ("both", "invented", "")
+        assert seen[miss.first] not in ("both", "false", "")
 
 
 def test_where_the_list_leads_the_note_speaks_of_the_moment_and_the_eye_looks_at_it(demo, moments, read, stamps):
@@ -91,10 +93,13 @@ def test_a_flag_stands_while_a_fault_in_focus_lasts_and_carries_its_number(momen
             assert flag in [f"{other.label}: {other.words}" for other in near]
 
 
-def test_the_ranking_stands_at_all_times(demo, read):
-    ((at, _, (text,)),) = read.column("ranking", "TextDocument:text")
-    assert at is None and text == ranking_text(demo, false_of(demo))
+def test_the_answer_stands_at_all_times_with_why_and_cost_beside_what(demo, read):
+    ((at, _, (text,)),) = read.column("answer", "TextDocument:text")
+    assert at is None and text == answer_text(demo)
     assert text.startswith(f"## {SUBJECT}: {fault_words(ranking(demo.summary)[0]).split(';')[0]}\n")
+    assert f"**Cost:** {price(demo)[0]}" in text
+    why = Counter(one.cause for one in demo.false[SUBJECT]).most_common(1)[0]
+    assert f"**Why:** {why[0]} ({why[1]} of {len(demo.false[SUBJECT])} false contacts). **To do:** " in text
 
 
 def test_a_screen_has_four_lanes_at_most_the_worst_detectors_first(demo):
@@ -104,7 +109,7 @@ def test_a_screen_has_four_lanes_at_most_the_worst_detectors_first(demo):
 
 
 def test_the_larger_fault_of_the_worst_leads(demo, moments, recording, stamps):
-    longest = max(false_of(demo)[SUBJECT], key=lambda one: one.frames)
+    longest = max(demo.false[SUBJECT], key=lambda one: one.frames)
     lead = moments[leading(demo, moments)]
     assert lead.outcome == Outcome.INVENTED and lead.last - lead.first + 1 == longest.frames
     assert _target(recording, None, None, "") == int(stamps[lead.frame]) + lead.later

@@ -11,7 +11,7 @@ from replay.outputs.rerun_log.columns import packed
 from replay.outputs.rerun_log.focus import moments, read_misses
 from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.rerun_log.report import report_text
-from replay.pipeline.headline import invented
+from replay.pipeline.headline import headlines, price
 
 SUBJECT = "22.5Hz"
 
@@ -48,7 +48,7 @@ def test_the_note_where_the_cursor_meets_a_miss_is_about_that_miss(demo, read, r
 def test_the_report_gives_the_counts_of_the_comparison(demo, read):
     text = read.column("report", "TextDocument:text")[0][2][0]
     assert text == report_text(demo)
-    assert all(line in text for line in invented(demo)) and len(invented(demo)) == 1
+    assert all(line in text for line in (*headlines(demo), *price(demo))) and len(headlines(demo)) == 1
     comparison = demo.comparisons[SUBJECT]
     assert f"| {comparison.count(Outcome.BOTH):,} | {comparison.count(Outcome.MISSED):,} |" in text
     assert "Exact about the recorded poses" in text

@@ -54,7 +54,7 @@ def test_pair_frames_are_the_same_in_frames_summary_report_and_picture(folder, s
     step = summary["session"]["median_step"]
     for column, label in enumerate(LABELS):
         told = summary["audit"][label]["pair_frames"]
-        for word, name in (("both", "BOTH"), ("missed", "MISSED"), ("invented", "INVENTED")):
+        for word, name in (("both", "BOTH"), ("missed", "MISSED"), ("false", "INVENTED")):
             counted = sum(row[f"outcome/{label}"] == name for row in rows)
             assert counted == told[name] == int(frames[word][column]), (label, name)
             assert _frames_in(lanes, column, name, step) == counted, (label, name)
@@ -66,7 +66,7 @@ def _frames_in(lanes, number, name, step):
     """Frames that the audit lanes of the n-th detector show in one state."""
     below = "/audit/collider-sphere/lanes/" if number else "/lanes/"
     lane = [rows for path, rows in lanes.items() if path.startswith(below) and "1_missed" not in path]
-    words = {"BOTH": ("both", "found"), "MISSED": ("missed",), "INVENTED": ("invented",)}[name]
+    words = {"BOTH": ("both", "found"), "MISSED": ("missed",), "INVENTED": ("false",)}[name]
     total = 0.0
     for rows in lane:
         spans = [(a, b) for a, b in pairwise(rows) if a[1].lower() in words]
@@ -86,7 +86,7 @@ def test_contacts_are_the_same_in_episodes_summary_and_report(folder, summary):
         assert len(mine) == int(contacts["contacts reported"][column])
         assert len(truth) == told["truth"] == int(contacts["contacts by the oracle"][column])
         for status, name in (("matched", "matched"), ("invented", "invented"), ("piece", "pieces")):
-            words = {"pieces": "further pieces of one contact"}.get(name, name)
+            words = {"pieces": "further pieces of one contact", "invented": "false"}.get(name, name)
             assert sum(row["status"] == status for row in mine) == told[name] == int(contacts[words][column])
         never = sum(label in row["missed_by"].split(",") for row in truth)
         assert never == told["missed"] == int(contacts["missed whole"][column])

@@ -26,7 +26,14 @@ def test_a_run_folder_holds_tables_summary_and_picture(result, tmp_path):
         result, tmp_path / "deep" / "run", picture=lambda got, path: path.write_text("p"),
         files={"session.mcap": session},
     )  # fmt: skip
-    tables = ["episodes.parquet", "events.parquet", "frames.parquet", "metrics.parquet", "misses.parquet"]
+    tables = [
+        "episodes.parquet",
+        "events.parquet",
+        "false.parquet",
+        "frames.parquet",
+        "metrics.parquet",
+        "misses.parquet",
+    ]
     assert names(out) == [*tables, "report.html", "run.rrd", "session.mcap", "summary.json", "timing.parquet"]
     summary = json.loads((out / "summary.json").read_text())
     assert summary.pop("files") == names(out) and summary == json.loads(json.dumps(result.summary))

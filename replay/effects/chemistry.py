@@ -1,0 +1,232 @@
+"""What the tables of a scene say of its chemistry, in the columns of the ledger; what does not fit together is refused.
+
+Raised are PlanErrors of the table concerned, with the nearest name: at the plan already, not in the run.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from replay.effects.declaring import Declaration
+from replay.effects.models.acid_base import AcidBase
+from replay.effects.models.equation import COMMON, Equation, atoms, equation_of, ion_of
+from replay.effects.models.history import NEUTRALISATION, Process
+from replay.effects.models.ledger import BROUGHT, SOLID, Ledger
+from replay.effects.models.species import GASES, IONS, SOLIDS
+from replay.effects.vessels import Vessel
+from sessions.scene_files.toml_table import nearest
+
+Tables = Mapping[str, tuple[Declaration, ...]]
+WATER: Final = "H2O"
+WATER_MOLAR: Final = 55.41
+"""mol/L of pure water at 20 degC: 998.2 g/L over 18.015 g/mol. Source: CRC Handbook (density), IUPAC 2021 (weights)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Contents:
+    """What is in a vessel at first: millilitres, and formula -> mol dissolved and solid."""
+
+    volume_ml: float
+    amounts: Mapping[str, float]
+    solids: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Reaction:
+    """One table of an effect reaction."""
+
+    declared: Declaration
+    equation: Equation
+    chemistry: AcidBase
+    process: int  # its place among the ledger's processes; -1: it only takes or gives protons
+
+    @property
+    def acid_base(self) -> bool:
+        """Whether it has an acid or a base, so that a pH is asked for."""
+        return any(self.chemistry.is_acid(one) or self.chemistry.is_base(one) for one in self.equation.reagents)
+
+
+@dataclass(frozen=True, eq=False)
+class Recipe:
+    """What all tables make together."""
+
+    reactions: tuple[Reaction, ...]
+    processes: tuple[Process, ...]
+    contents: Mapping[str, Contents]  # vessel -> what is in it at first
+    chemistry: AcidBase  # all acids and bases of all tables
+
+    def ledger(self, along: float) -> Ledger:
+        """A ledger with everything in its vessels."""
+        fills = {name: (one.volume_ml, self._columns(one)) for name, one in self.contents.items()}
+        columns = {column: None for _, there in fills.values() for column in there}
+        columns.update((column, None) for process in self.processes for column in process.changes)
+        made = Ledger(tuple(fills), tuple(columns), self.processes, along)
+        for name, (volume, there) in fills.items():
+            made.fill(name, volume, there)
+        return made
+
+    def _columns(self, contents: Contents) -> dict[str, float]:
+        found: dict[str, float] = {}
+        for formula, amount in contents.amounts.items():
+            for part, many in dissolved(self.chemistry, formula).items():
+                found[part] = found.get(part, 0.0) + many * amount
+            if formula != WATER:
+                found[formula + BROUGHT] = amount
+        return found | {formula + SOLID: amount for formula, amount in contents.solids.items()}
+
+
+def dissolved(chemistry: AcidBase, formula: str) -> Mapping[str, int]:
+    """Parts of a formula in solution; one that stays whole is its only part."""
+    return chemistry.parts(formula) or {formula: 1}
+
+
+def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
+    """Read the tables of reactions, precipitations and gases against what stands in the vessels.
+
+    Raises PlanError: an equation, formula or product that fits nothing.
+    """
+    declared = tables.get("reaction", ())
+    equations = [_read(one) for one in declared]
+    acids, bases = ({k: v for one in declared for k, v in one.mapping(key).items()} for key in ("acids", "bases"))
+    chemistry = AcidBase({k: tuple(map(float, v)) for k, v in acids.items()}, bases)
+    solids = {f for one in contents.values() for f in one.solids}
+    solids |= {one.text("solid") for one in tables.get("precipitation", ())}
+    gases = {one.text("gas") for one in tables.get("gas", ())}
+    processes: list[Process] = [NEUTRALISATION] if declared else []
+    reactions = []
+    for one, equation in zip(declared, equations, strict=True):
+        phases = {**dict.fromkeys(SOLIDS | solids, "s"), **dict.fromkeys(GASES | gases, "g"), **equation.phases}
+        _check_brought(one, equation, equations, chemistry, contents)
+        changes = _changes(equation, phases, chemistry)
+        rate = one.values["rate_per_s"]
+        product = _product(one, changes, tables)
+        process = Process(one.text("equation"), changes, None if rate is None else float(rate), product)
+        place = next((k for k, known in enumerate(processes) if _same(known, process)), len(processes))
+        if not changes and not any("H+" in dissolved(chemistry, formula) for formula in equation.reagents):
+            raise one.fail("equation: nothing happens, all of it stays dissolved; mark what falls out with (s)")
+        if changes and place == len(processes):
+            processes.append(process)
+        own = AcidBase(chemistry.acids, chemistry.bases, one.number("pkw"))
+        reactions.append(Reaction(one, equation, own, place if changes else -1))
+    _check_made(tables, equations)
+    _check_known(declared, reactions, chemistry, contents)
+    return Recipe(tuple(reactions), tuple(processes), contents, chemistry)
+
+
+def _read(declared: Declaration) -> Equation:
+    try:
+        return equation_of(declared.text("equation"), IONS)
+    except ValueError as error:
+        raise declared.fail(f"equation: {error}") from error
+
+
+def _changes(equation: Equation, phases: Mapping[str, str], chemistry: AcidBase) -> dict[str, float]:
+    """Column -> what one mol of reaction makes; ions that only look on cancel."""
+    found: dict[str, float] = {}
+    for sign, side in ((-1.0, equation.reagents), (1.0, equation.products)):
+        for formula, coefficient in side.items():
+            phase = phases.get(formula, "")
+            parts = {formula + f"({phase})": 1} if phase in ("s", "g") else dissolved(chemistry, formula)
+            for part, many in parts.items():
+                found[part] = found.get(part, 0.0) + sign * coefficient * many
+    return {part: many for part, many in found.items() if many != 0.0}
+
+
+def _same(known: Process, new: Process) -> bool:
+    return known.changes == new.changes and (known.rate, known.product) == (new.rate, new.product)
+
+
+def _product(declared: Declaration, changes: Mapping[str, float], tables: Tables) -> float | None:
+    """Solubility product of the solid that a process makes, where an effect precipitation declares it."""
+    for one in tables.get("precipitation", ()):
+        made = changes.get(one.text("solid") + SOLID, 0.0)
+        if made > 0.0:
+            for ion, many in changes.items():
+                if many < 0.0 and many / made != round(many / made):
+                    raise declared.fail(
+                        f"equation: {-many:g} {ion} for {made:g} {one.text('solid')} is no whole number of ions; "
+                        f"write {ion} with the ions it brings"
+                    )
+            return one.number("ksp")
+    return None
+
+
+def _check_brought(
+    declared: Declaration, equation: Equation, equations: Iterable[Equation], chemistry: AcidBase,
+    contents: Mapping[str, Contents],
+) -> None:  # fmt: skip
+    """Every reagent stands in a vessel, under this formula or as one of its ions, or another equation makes it."""
+    there = {formula for one in contents.values() for formula in (*one.amounts, *one.solids)} | {WATER}
+    there |= {formula for one in equations for formula in one.products}
+    parts = [dict(dissolved(chemistry, formula)) for formula in there]
+    ions = {part for one in parts for part in one}
+    for formula in equation.reagents:
+        if formula not in there | ions and dict(dissolved(chemistry, formula)) not in parts:
+            raise declared.fail(f"equation: nobody brings {formula!r}{nearest(formula, there - {WATER})}")
+    for key in ("acids", "bases"):
+        known = there | set(equation.reagents) | set(equation.products)
+        for formula in declared.mapping(key):
+            if formula not in known and dict(dissolved(chemistry, formula)) not in parts:
+                raise declared.fail(f"{key}: nobody brings {formula!r}{nearest(formula, known - {WATER})}")
+
+
+def _check_made(tables: Tables, equations: Iterable[Equation]) -> None:
+    made = {formula for one in equations for formula in one.products}
+    for kind, key in (("precipitation", "solid"), ("gas", "gas")):
+        for one in tables.get(kind, ()):
+            if one.text(key) not in made:
+                raise one.fail(f"{key}: no reaction makes {one.text(key)!r}{nearest(one.text(key), made)}")
+
+
+def _check_known(
+    declared: tuple[Declaration, ...], reactions: Iterable[Reaction], chemistry: AcidBase,
+    contents: Mapping[str, Contents],
+) -> None:  # fmt: skip
+    """Where a pH is asked for, every dissolved formula has its part in it."""
+    if not any(one.acid_base for one in reactions):
+        return
+    for name, one in contents.items():
+        for formula in one.amounts:
+            if not chemistry.known(formula):
+                raise declared[0].fail(
+                    f"the pH needs data of {formula!r} in {name!r}; give acids = {{ {formula} = [pKa, ...] }} or "
+                    f"bases, or acids = {{ {formula} = [] }} if it neither gives nor takes protons"
+                    f"{nearest(formula, (*COMMON, *chemistry.acids, *chemistry.bases))}"
+                )
+
+
+def contents_of(vessel: Vessel) -> Contents:
+    """What the scene says is in a vessel at first; ``H2O`` is counted in pure water and where the scene tells it.
+
+    Raises EffectError: a formula or a number that cannot be.
+    """
+    liquid, litres = vessel.contents("liquid"), vessel.volume_ml * 1e-3
+    amounts: dict[str, float] = {}
+    told = liquid.get("solutes") or {}
+    if not isinstance(told, Mapping):
+        raise vessel.fail(f"has liquid.solutes = {told!r}; give a table: formula = mol/L")
+    solutes = {str(key): vessel.amount("liquid", str(key), within=told) for key in told}
+    if liquid.get("solute"):
+        solutes[str(liquid["solute"])] = vessel.amount("liquid", "molar")
+    for formula, molar in solutes.items():
+        amounts[_formula(vessel, formula)] = litres * molar
+    if "water_molar" in liquid:
+        amounts[WATER] = litres * vessel.amount("liquid", "water_molar")
+    elif not solutes:
+        amounts[WATER] = litres * WATER_MOLAR
+    solids: dict[str, float] = {}
+    if vessel.contents("solid"):
+        mass, weight = (vessel.amount("solid", key) for key in ("mass_g", "molar_mass"))
+        if weight <= 0.0:
+            raise vessel.fail("has solid.molar_mass = 0; give it in g/mol")
+        solids[_formula(vessel, str(vessel.contents("solid").get("formula")))] = mass / weight
+    return Contents(vessel.volume_ml, amounts, solids)
+
+
+def _formula(vessel: Vessel, text: str) -> str:
+    formula = ion_of(text, IONS)
+    try:
+        atoms(formula)
+    except ValueError as error:
+        raise vessel.fail(f"holds {error}") from error
+    return formula

@@ -1,0 +1,216 @@
+"""How liquid moves between vessels: one account for all that tilt, run out and run over, whoever declared them.
+
+In every frame each vessel gives by the state of the frame before: what its tilt does not keep, what its stopcock lets
+out; then what stands above a brim runs over. No loop over frames: what comes in turns into what a vessel holds by
+running minima, and rounds over the vessels repeat that until nothing changes. Each round settles one more hand-over in
+a row, so that rounds are few.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from cdcore.numerics import FloatArray, IntArray
+from replay.effects.declaring import Declaration
+from replay.effects.fitting import settled_runs, velocities
+from replay.effects.inputs import BodyPoses, EffectInputs
+from replay.effects.models.ballistic import entry_times, places_at_height
+from replay.effects.models.outflow import run_out, twist
+from replay.effects.models.transfers import Stream
+from replay.effects.output import Series
+from replay.effects.spans import BoolArray
+from replay.effects.vessels import ML, Vessel, vessels_of
+
+SPILLED, UNKNOWN = -1, -2
+
+
+@dataclass(frozen=True, eq=False)
+class Movement:
+    """Vessel -> what it holds in every frame, millilitres (T,), and all streams between them."""
+
+    vessels: Mapping[str, Vessel]
+    volume_ml: Mapping[str, FloatArray]
+    streams: tuple[Stream, ...]
+
+    def changes(self, times: FloatArray, name: str) -> Series:
+        """A vessel's volume wherever it changed, and at the first and the last frame."""
+        frames = [one.frames for one in self.streams if name in (one.source, one.target)]
+        ends = np.array([0, len(times) - 1][: len(times)], dtype=np.int64)
+        rows = np.unique(np.concatenate([ends, *frames]))
+        return Series(times[rows], self.volume_ml[name][rows], "mL")
+
+
+def movement_of(inputs: EffectInputs) -> Movement:
+    """The movement of this run, made once."""
+    return inputs.shared("movement", lambda: _Bench(inputs).moved())
+
+
+@dataclass(eq=False)
+class _Outlet:
+    """A vessel that gives: where to, from which point, and what it does not keep."""
+
+    into: tuple[str, ...]
+    declared: Declaration | None = None  # of a burette
+    target: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))  # (T,) number of the vessel it enters
+    point: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+
+
+class _Bench:
+    def __init__(self, inputs: EffectInputs) -> None:
+        self.inputs, count = inputs, len(inputs)
+        self.outlets = _outlets(inputs)
+        names = tuple(dict.fromkeys(name for key, outlet in self.outlets.items() for name in (key, *outlet.into)))
+        self.vessels = vessels_of(inputs, names)
+        self.names = list(names)
+        self.poses = {name: inputs.poses(name) for name in names}
+        self.held = {name: poses.held() for name, poses in self.poses.items()}
+        for outlet in self.outlets.values():
+            outlet.target, outlet.point = np.full(count, UNKNOWN), np.zeros((count, 3))
+        self.kept = {name: self._kept(name) for name, outlet in self.outlets.items() if outlet.declared is None}
+        self.area = {
+            name: _open_area(inputs, outlet.declared) * self.held[name].valid
+            for name, outlet in self.outlets.items() if outlet.declared is not None
+        }  # fmt: skip
+
+    def moved(self) -> Movement:
+        count = len(self.inputs)
+        coming = {name: np.zeros(count) for name in self.names}
+        while True:
+            given = {name: self._given(name, coming[name]) for name in self.names}
+            after = {name: np.zeros(count) for name in self.names}
+            for source, (leaving, _, _) in given.items():
+                if source in self.outlets:
+                    self._aim(source, leaving)
+                    for number in set(self.outlets[source].target[leaving > 0.0].tolist()) - {SPILLED}:
+                        after[self.names[number]] += np.where(self.outlets[source].target == number, leaving, 0.0)
+            if all(np.array_equal(after[name], coming[name]) for name in self.names):
+                break
+            coming = after
+        streams = [one for name in self.names for one in self._streams(name, *given[name][:2])]
+        return Movement(self.vessels, {name: given[name][2] for name in self.names}, tuple(streams))
+
+    def _given(self, name: str, coming: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """What leaves by tilt or stopcock, what runs over, and what stays, each (T,), with what comes in."""
+        first, brim = self.vessels[name].volume_ml, self.vessels[name].brim_ml
+        came = np.cumsum(coming)
+        before = came - coming
+        if name in self.area:
+            let_out = run_out(self.inputs.times, self.area[name], coming * ML, **self._column(name)) / ML
+            top = first + came - np.cumsum(let_out)
+            over = np.minimum(top, np.maximum.accumulate(np.maximum(0.0, top - brim)))
+            return let_out, np.diff(over, prepend=0.0), top - over
+        # With all that came in taken off, what a vessel holds only falls: to what its tilt keeps, and to its brim.
+        kept = self.kept.get(name, np.full(len(coming), np.inf)) - before
+        low = np.minimum.accumulate(np.stack([kept, brim - came], axis=1).ravel(), axis=0)
+        low = np.minimum(first, low).reshape(-1, 2)
+        previous = np.concatenate([[first], low[:-1, 1]])
+        return previous - low[:, 0], low[:, 0] - low[:, 1], np.maximum(0.0, came + low[:, 1])
+
+    def _kept(self, name: str) -> FloatArray:
+        """Millilitres (T,) that a vessel's tilt keeps; infinite where its tilt is not known."""
+        poses, vessel = self.poses[name], self.vessels[name]
+        # A frame reached by a jump or a loss is no evidence of a tilt: a glitch of one frame would empty the glass.
+        known = poses.valid & poses.linked
+        known[:1] |= poses.valid[:1]
+        kept = np.full(len(known), np.inf)
+        kept[known] = vessel.shape.kept_ml(_down(poses, known))
+        self.inputs.count("tilts compared", int(known.sum()))
+        return kept
+
+    def _column(self, name: str) -> dict[str, float]:
+        vessel, declared = self.vessels[name], self.outlets[name].declared
+        assert declared is not None
+        return {
+            "discharge": declared.number("discharge"), "section": vessel.section_m2,
+            "foot": vessel.floor - declared.vector("tip")[1], "volume": vessel.volume_ml * ML,
+        }  # fmt: skip
+
+    def _aim(self, name: str, leaving: FloatArray) -> None:
+        """Find where it falls in each frame in which it flows, if that is not known yet."""
+        outlet = self.outlets[name]
+        rows = np.flatnonzero((leaving > 0.0) & (outlet.target == UNKNOWN))
+        if not len(rows):
+            return
+        poses = self.held[name]
+        if outlet.declared is not None:
+            local, velocity = np.array([outlet.declared.vector("tip")]), np.zeros((len(rows), 3))
+        else:
+            local, velocity = self.vessels[name].shape.exit(_down(poses, rows)), self._velocity(name, rows)
+        start = poses.translation[rows] + np.einsum("tij,tj->ti", poses.rotation[rows], local * np.ones((len(rows), 1)))
+        outlet.target[rows], outlet.point[rows] = self._landing(outlet.into, rows, start, velocity)
+
+    def _landing(
+        self, into: tuple[str, ...], rows: IntArray, start: FloatArray, velocity: FloatArray
+    ) -> tuple[IntArray, FloatArray]:
+        """Number of the vessel that it falls into and where it started, or `SPILLED` and where it lands."""
+        best, target = np.full(len(rows), np.inf), np.full(len(rows), SPILLED)
+        floor = np.full(len(rows), np.inf)
+        for name in into:
+            poses, vessel = self.held[name], self.vessels[name]
+            turn, place = poses.rotation[rows], poses.translation[rows]
+            centre = place + np.einsum("tij,j->ti", turn, vessel.place("opening"))
+            time = entry_times(start, velocity, centre, turn[:, :, 1], vessel.size("opening_radius"))
+            time = np.where(poses.valid[rows], time, np.inf)
+            self.inputs.count("arcs", int(poses.valid[rows].sum()))
+            target, best = np.where(time < best, self.names.index(name), target), np.minimum(time, best)
+            floor = np.where(poses.valid[rows], np.minimum(floor, place[:, 1]), floor)
+        landed = places_at_height(start, velocity, np.where(np.isfinite(floor), floor, start[:, 1]))
+        return target, np.where((target == SPILLED)[:, None], landed, start)
+
+    def _velocity(self, name: str, rows: IntArray) -> FloatArray:
+        """Of the lip (n, 3), which the liquid leaves with; at rest where the path about the frame is not known."""
+        poses, local = self.poses[name], self.vessels[name].place("lip")
+        lips = poses.translation + poses.rotation @ local
+        runs = settled_runs(poses.times, poses.valid, poses.linked)
+        return np.nan_to_num(velocities(poses.times, lips, runs, rows))
+
+    def _streams(self, name: str, leaving: FloatArray, over: FloatArray) -> list[Stream]:
+        found = []
+        if name in self.outlets:
+            outlet = self.outlets[name]
+            flowing = leaving > 0.0
+            for number in sorted(set(outlet.target[flowing].tolist())):
+                target = "" if number == SPILLED else self.names[number]
+                found.append(self._stream(name, target, flowing & (outlet.target == number), leaving, outlet.point))
+        rim = self.held[name].point(self.vessels[name].place("opening")) if (over > 0.0).any() else np.zeros((0, 3))
+        return found + ([self._stream(name, "", over > 0.0, over, rim, over_brim=True)] if len(rim) else [])
+
+    def _stream(
+        self, source: str, target: str, mask: BoolArray, volume: FloatArray, points: FloatArray,
+        *, over_brim: bool = False,
+    ) -> Stream:  # fmt: skip
+        rows = np.flatnonzero(mask)
+        return Stream(source, target, over_brim, self.inputs.times[rows], rows, volume[rows], points[rows])
+
+
+def _outlets(inputs: EffectInputs) -> dict[str, _Outlet]:
+    """Vessel that gives -> its outlet, of all tables that declare one."""
+    found: dict[str, _Outlet] = {}
+    for declared in inputs.tables.get("burette", ()):
+        name = declared.body("body")
+        into = (*(found[name].into if name in found else ()), *declared.bodies("into"))
+        found[name] = _Outlet(tuple(dict.fromkeys(into)), found[name].declared if name in found else declared)
+    for declared in inputs.tables.get("pour", ()):
+        for source in declared.bodies("from"):
+            others = (name for name in declared.bodies("into") if name != source)
+            into = tuple(dict.fromkeys((*(found[source].into if source in found else ()), *others)))
+            found[source] = _Outlet(into, found[source].declared if source in found else None)
+    return found
+
+
+def _open_area(inputs: EffectInputs, declared: Declaration) -> FloatArray:
+    """Open area (T,) in m2 of a stopcock; where its turn was not seen, as it was seen last."""
+    key, stand = inputs.poses(declared.body("joint")), inputs.poses(declared.body("body"))
+    axis = np.array(declared.vector("axis"))
+    relative = key.relative_to(stand).held()
+    angle = np.where(relative.valid, twist(relative.rotation, axis / np.sqrt(axis @ axis)), 0.0)
+    angle = np.abs(np.degrees(angle))
+    angle[angle < declared.number("closed_below_deg")] = 0.0
+    inputs.count("angles compared", len(angle))
+    return np.asarray(declared.number("full_area_m2") * np.minimum(1.0, angle / declared.number("full_angle_deg")))
+
+
+def _down(poses: BodyPoses, rows: IntArray | BoolArray) -> FloatArray:
+    """The direction (n, 3) of gravity in the body's frame."""
+    return np.asarray(-poses.rotation[rows][:, 1, :])

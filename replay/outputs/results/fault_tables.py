@@ -1,0 +1,59 @@
+"""What detectors got wrong as tables: a row per numbered miss, and per numbered false contact."""
+
+from typing import Final
+
+import numpy as np
+import pyarrow as pa
+
+from replay.outputs.results.parquet import columns_of
+from replay.outputs.results.parquet_tables import heads_of, in_noise
+from replay.pipeline.run_result import RunResult
+
+
+def miss_table(result: RunResult) -> pa.Table:
+    """Every numbered miss of every audited detector, with the geometry of its deepest frame (metres, world).
+
+    Of a contact that no frame shows ``touch`` says when, in seconds, it begins between the frames ``first`` - 1 and
+    ``first``: not before ``touch_free``. ``face_a`` and ``face_b`` touch first; point and normal are of that moment.
+    ``noise`` and ``noise_share`` are those of the contact.
+    """
+    rows = [(label, miss) for label, found in result.misses.items() for miss in found]
+    values = []
+    for _, miss in rows:
+        touch = (None,) * 4 if miss.touch is None else (miss.touch.moment, *miss.touch.faces, miss.touch.free)
+        noise = in_noise(result, miss.episode)
+        values.append([*(getattr(miss, name) for name in MISS_COLUMNS), *miss.point, *miss.normal, *touch, *noise])
+    places = dict.fromkeys([f"{name}_{axis}" for name in ("point", "normal") for axis in "xyz"], float)
+    kinds = MISS_COLUMNS | places | {"touch": float, "face_a": int, "face_b": int, "touch_free": float}
+    kinds |= {"noise": str, "noise_share": float}
+    heads = heads_of(result, [(label, miss.number, miss) for label, miss in rows])
+    return pa.table(heads | columns_of(values, kinds))
+
+
+MISS_COLUMNS: Final[dict[str, type]] = {
+    "first": int, "last": int, "start": float, "end": float, "kind": str, "episode": int, "deepest": int,
+    "face_pairs": int, "cut_length": float, "cause": str,
+}  # fmt: skip
+"""Columns that are attributes of a miss."""
+
+
+def false_table(result: RunResult) -> pa.Table:
+    """Every numbered false contact of every audited detector.
+
+    ``gap`` is in metres between the meshes at frame ``widest``, where they are farthest apart of the frames looked at,
+    and ``point_x`` to ``point_z`` is the middle of it (world); null: not measured.
+    """
+    rows = [(label, one) for label, found in result.false.items() for one in found]
+    measured = [None if np.isnan(one.gap) else one.gap for _, one in rows]
+    values = [
+        [*(getattr(one, name) for name in FALSE_COLUMNS), *one.point, gap]
+        for (_, one), gap in zip(rows, measured, strict=True)
+    ]
+    kinds = FALSE_COLUMNS | dict.fromkeys(("point_x", "point_y", "point_z", "gap"), float)
+    return pa.table(heads_of(result, [(label, one.number, one) for label, one in rows]) | columns_of(values, kinds))
+
+
+FALSE_COLUMNS: Final[dict[str, type]] = {
+    "first": int, "last": int, "start": float, "end": float, "kind": str, "widest": int, "cause": str,
+}  # fmt: skip
+"""Columns that are attributes of a false contact."""

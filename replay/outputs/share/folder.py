@@ -1,0 +1,132 @@
+"""The folder that a run is sent as: the report, the live picture beside it, and the recording; it opens by itself.
+
+A browser reads no file for a page of ``file://`` but scripts, styles and pictures. So the recording and the viewer lie
+packed in scripts; the viewer's, the largest, is there once for all runs.
+"""
+
+import gzip
+import json
+import shutil
+from base64 import b64encode
+from collections.abc import Sequence
+from html import unescape
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, Final
+
+from replay.base.machine import versions
+from replay.errors import OutputError, RunFolderError
+from replay.outputs.report.markup import ALLOWED, element, page_html, page_table
+from replay.outputs.results.run_folder import PICTURE, REPORT, FolderKind, RunFolder, result_folder, write_summary
+from replay.outputs.tables import Marked, table
+from replay.outputs.words import counted
+from sessions.mcap_format.metadata import SHARE
+
+SHARED: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1", ())
+INDEX: Final = "index.html"
+
+WITH_PICTURE: Final = f"{ALLOWED}; script-src 'self' file: 'wasm-unsafe-eval'"
+"""What a browser may load for the page: scripts of its own folder too. No other address: the viewer would call home."""
+
+NOTE: Final = "The picture is drawn by Rerun {}, licensed under MIT and Apache 2.0; notices of others lie beside it."
+
+
+def require_consent(folders: Sequence[RunFolder]) -> None:
+    """Refuse recordings whose fact ``consent`` is not ``share``; ``OutputError`` says which and what to do."""
+    consents = {str(one.path): one.summary["session"]["facts"].get("consent", "not stated") for one in folders}
+    without = [f"{path} (consent: {words})" for path, words in consents.items() if words != SHARE]
+    if without:
+        what = f"not recorded as consent to share: {', '.join(without)}"
+        raise OutputError(f"{what}; its motion can identify a person; where you may pass it on, add --anyway")
+
+
+def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool = False) -> str:
+    """Write runs to a folder that opens by a double click on ``index.html``; why there is no picture, or nothing.
+
+    Raises ``OutputError``: the folder exists or cannot be written; ``RunFolderError``: a run holds no report that this
+    version wrote.
+    """
+    shown = [one for one in folders if (one.path / PICTURE).is_file()]
+    viewer, why = _viewer() if shown else ({}, f"no run holds a picture ({PICTURE})")
+    pages = {"run" if len(folders) == 1 else f"run{k}": one for k, one in enumerate(folders, 1)}
+    titles: dict[str, str] = {}
+    with result_folder(out, SHARED, force=force) as folder:
+        for name, content in viewer.items():
+            (folder / name).write_bytes(content)
+        for name, one in pages.items():
+            page = INDEX if len(pages) == 1 else f"{name}.html"
+            titles[name] = _write_run(one, folder / page, name, pictured=bool(viewer) and one in shown)
+        if len(pages) > 1:
+            (folder / INDEX).write_text(_list(pages, titles), encoding="utf-8", newline="\n")
+        write_summary(folder, SHARED, {"schema": SHARED.schema, "runs": len(pages), "picture": bool(viewer)})
+    return why
+
+
+def _viewer() -> tuple[dict[str, bytes], str]:
+    """The files of the viewer, and why there are none."""
+    from replay.outputs.rerun_log.viewer import ViewerError
+    from replay.outputs.rerun_log.web_viewer import PROGRAM, web_viewer
+
+    try:
+        found = web_viewer()
+    except ViewerError as error:
+        return {}, str(error)
+    script = files("replay.outputs.share").joinpath("picture.js").read_bytes()
+    return found | {"viewer.js": _packed(found.pop(PROGRAM)), "picture.js": script}, ""
+
+
+def _packed(content: bytes) -> bytes:
+    return b'window.packed="' + b64encode(gzip.compress(content, 6, mtime=0)) + b'";\n'
+
+
+def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
+    """The page of a run, and where it is ``pictured`` its recording, as it is and packed; the title of the page."""
+    try:
+        text = (run.path / REPORT).read_text(encoding="utf-8")
+    except OSError as error:
+        raise RunFolderError(f"{run.path} holds no {REPORT}; replay the session again") from error
+    if pictured:
+        recording, labels = run.path / PICTURE, list(run.summary["audit"])
+        shutil.copyfile(recording, page.with_name(f"{name}.rrd"))
+        packed = _moments(recording, labels) + _packed(recording.read_bytes())
+        page.with_name(f"{name}.js").write_bytes(packed)
+        text = _beside(text, name, run)
+    page.write_text(text, encoding="utf-8", newline="\n")
+    return unescape(text[text.index("<title>") + len("<title>") : text.index("</title>")])
+
+
+def _moments(recording: Path, labels: Sequence[str]) -> bytes:
+    from replay.outputs.rerun_log.web_viewer import moment_commands
+
+    found = {name: b64encode(one).decode() for name, one in moment_commands(recording, labels).items()}
+    return f"window.moments={json.dumps(found)};\n".encode()
+
+
+def _beside(report: str, name: str, run: RunFolder) -> str:
+    """The page of a report with the picture in it."""
+    words, seen = "The picture is loading; the report can be read meanwhile.", "The session in motion, in 3D, by Rerun"
+    canvas = element("canvas", tabindex=0, role="img", aria_label=seen)
+    button = element("button", "Fill the screen", type="button")
+    box = element("aside", element("p", words, role="status"), button, canvas, id="picture", aria_label="Picture")
+    licence = element("p", NOTE.format(versions().get("rerun-sdk", "")))
+    style = files("replay.outputs.share").joinpath("picture.css").read_text(encoding="utf-8")
+    script = element("script", src="picture.js", defer="", data_recording=name)
+    for before, after in {
+        ALLOWED: WITH_PICTURE, "</head>": f"<style>{style}</style>{script}</head>", "</body>": f"{box}</body>",
+        "</footer>": f"{licence}</footer>",
+    }.items():  # fmt: skip
+        if report.count(before) != 1:
+            raise RunFolderError(f"{run.path} holds a {REPORT} of another version; replay the session again")
+        report = report.replace(before, after)
+    return report
+
+
+def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
+    """The page that leads to the runs."""
+    rows: list[Sequence[Any]] = []
+    for name, one in pages.items():
+        who = one.summary["session"]["facts"].get("pseudonym", "")
+        rows.append((Marked(name, to=f"{name}.html"), who, titles[name]))
+    made = table("Each with its picture", ("run", "who", "session and answer"), rows, words=3)
+    title = counted(len(pages), "run")
+    return page_html(title, [element("h1", title)], [page_table(made)])

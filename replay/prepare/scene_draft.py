@@ -1,0 +1,194 @@
+"""A first scene of a recording, to edit: its bodies, the pairs that come near, what is held and what stands on what."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Final
+
+import numpy as np
+
+from cdcore import Motion, create_detector
+from cdcore.numerics import BoolArray, FloatArray
+from cdcore.protocol import Verdict, counts_as_contact
+from replay.prepare.assemble import AssemblyLayout, assemble_blocks, lay_out
+from replay.prepare.assemble_stored import decoded_once
+from replay.prepare.policy import parse_policy
+from replay.prepare.repair import repair_session
+from sessions import Session
+from sessions.importers.finish import proxy_for
+from sessions.mesh_data import MeshData
+from sessions.model.scene import Scene, SceneBody
+from sessions.scene_files.scene_toml import body_keys, table_lines, value_text
+
+NEAR_M: Final = 0.05  # A pair whose boxes never come as near as this cannot have touched between two frames either
+STANDS_GAP_M: Final = 0.005  # A thing that stands, seen by a tracker, hovers by some millimetres or sinks in as much
+STANDS_SHARE: Final = 0.2  # Of the recording: what is put down for less does not stand there as a rule
+STILL_M, STILL_DEG = 0.002, 1.0  # Between two samples; three times what a tracker at rest shows (VIVE: 0.77 mm at p99)
+RIGID_M, RIGID_DEG = 0.005, 3.0  # Throughout: what is mounted or held without a slip
+MOVES_M: Final = 0.05
+SAMPLE_S: Final = 0.2
+
+Pair = tuple[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Draft:
+    """What a recording tells about its scene.
+
+    Parameters
+    ----------
+    near : pairs that move against each other and come within ``NEAR_M``, boxes along their own axes.
+    stands : (upper, lower) -> share of the recording.
+    held : sets of bodies that move and never move against each other.
+    """
+
+    near: tuple[Pair, ...] = ()
+    stands: Mapping[Pair, float] = field(default_factory=dict)
+    held: tuple[tuple[str, ...], ...] = ()
+
+
+def drafted(session: Session) -> Draft:
+    """Look through a recording once; errors as of a run."""
+    bare = replace(session, scene=replace(session.scene, pairs=None, ignore=(), effects=None, text=""))
+    if not session.meshes:
+        return Draft()
+    session = repair_session(decoded_once(bare), parse_policy(None)).session
+    layout = lay_out(session, looking=False)
+    if not len(layout.pairs):
+        return Draft()
+    near, samples = _near(session, layout)
+    names = [body.name for body in layout.bodies]
+    pairs = [(names[i], names[j]) for i, j in layout.pairs[near].tolist()]
+    rigid = [pair for pair, fixed in zip(pairs, _rigid(samples, layout, near), strict=True) if fixed]
+    held = _joined(rigid)
+    loose = tuple(pair for pair in pairs if not any({*pair} <= {*group} for group in held))
+    return Draft(loose, _stands(samples, layout, near), held)
+
+
+def _near(session: Session, layout: AssemblyLayout) -> tuple[BoolArray, Motion]:
+    """(P,) which pairs come near, and the motion at a sample every ``SAMPLE_S``."""
+    boxes = create_detector("collider", layout.bodies, pairs=layout.pairs, shape="box", skin_m=NEAR_M / 2)
+    kept: list[Motion] = []
+
+    def motions() -> Iterator[Motion]:
+        for block in assemble_blocks(session, layout=layout):
+            ticks = np.floor(block.motion.times / SAMPLE_S)
+            kept.append(block.motion.take(np.flatnonzero(np.diff(ticks, prepend=-1.0))))
+            yield block.motion
+
+    near = np.zeros(len(layout.pairs), dtype=np.bool_)
+    for found in boxes.stream(motions()):
+        near |= (counts_as_contact(found.verdict) | (found.verdict == Verdict.UNRESOLVED)).any(axis=0)
+    parts = [(one.times, one.translations, one.rotations, one.valid) for one in kept]
+    return near, Motion(*(np.concatenate(rows) for rows in zip(*parts, strict=True)))
+
+
+def _turned(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Degrees between rotations (..., 3, 3)."""
+    trace = np.einsum("...ij,...ij->...", first, second)
+    return np.degrees(np.arccos(np.clip((trace - 1) / 2, -1.0, 1.0)))
+
+
+def _rigid(samples: Motion, layout: AssemblyLayout, near: BoolArray) -> list[bool]:
+    """Which near pairs move and never move against each other."""
+    found = []
+    for i, j in layout.pairs[near].tolist():
+        seen = samples.valid[:, i] & samples.valid[:, j]
+        if not seen.any():
+            found.append(False)
+            continue
+        at, turn = samples.translations[seen], samples.rotations[seen]
+        place = np.einsum("tji,tj->ti", turn[:, i], at[:, j] - at[:, i])
+        angle = np.einsum("tji,tjk->tik", turn[:, i], turn[:, j])
+        still = np.ptp(place, axis=0).max() <= RIGID_M and _turned(angle, angle[:1]).max() <= RIGID_DEG
+        found.append(bool(still and np.ptp(at[:, i], axis=0).max() > MOVES_M))
+    return found
+
+
+def _joined(pairs: Sequence[Pair]) -> tuple[tuple[str, ...], ...]:
+    """Sets of names that pairs connect."""
+    groups: list[dict[str, None]] = []
+    for pair in pairs:
+        touched = [group for group in groups if group.keys() & set(pair)]
+        groups = [group for group in groups if group not in touched]
+        groups.append(dict.fromkeys([*(name for group in touched for name in group), *pair]))
+    return tuple(tuple(group) for group in groups)
+
+
+def _stands(samples: Motion, layout: AssemblyLayout, near: BoolArray) -> dict[Pair, float]:
+    """(upper, lower) -> share of the samples in which both rest, one upon the other."""
+    at, turn = samples.translations, samples.rotations
+    still = np.zeros(samples.valid.shape, dtype=np.bool_)
+    still[1:] = samples.valid[1:] & samples.valid[:-1] & (np.linalg.norm(np.diff(at, axis=0), axis=2) <= STILL_M)
+    still[1:] &= _turned(turn[1:], turn[:-1]) <= STILL_DEG
+    names = [body.name for body in layout.bodies]
+    rows = [
+        (i, j) for i, j in layout.pairs[near].tolist()
+        if (still[:, i] & still[:, j]).mean() >= STANDS_SHARE and not proxy_for(names[i]) and not proxy_for(names[j])
+    ]  # fmt: skip
+    if not rows:
+        return {}
+    closely = create_detector(
+        "collider", layout.bodies, pairs=np.array(rows), shape="mesh", skin_m=STANDS_GAP_M / 2
+    ).detect(samples)
+    stands = {}
+    for (i, j), verdict in zip(rows, closely.verdict.T, strict=True):
+        rests = counts_as_contact(verdict) & still[:, i] & still[:, j]
+        share = float(rests.mean())
+        if share >= STANDS_SHARE:
+            (low, top, up), (under, over, down) = sorted(_heights(layout, samples, k, rests) for k in (j, i))[::-1]
+            # What reaches below another thing hangs through it, as a burette through its stopcock.
+            if low >= under and low + top > under + over:
+                stands[names[up], names[down]] = share
+    return stands
+
+
+def _heights(layout: AssemblyLayout, samples: Motion, body: int, rows: BoolArray) -> tuple[float, float, int]:
+    """Lowest and highest point of a body in the first of these samples, and its number."""
+    row = int(rows.argmax())
+    height = layout.bodies[body].mesh.vertices @ samples.rotations[row, body][1] + samples.translations[row, body][1]
+    return float(height.min()), float(height.max()), body
+
+
+def draft_text(session: Session, draft: Draft, files: Mapping[str, tuple[str, str, float]], heading: str) -> str:
+    """The scene as TOML with remarks; ``files``: body -> its mesh file, node of it, and scale.
+
+    What the session's scene says of bodies and effects is kept. Its pairs are kept where it names some; else those of
+    the draft are written, as remarks where the scene has effects, which ask for their own.
+    """
+    own = session.scene
+    there = dict.fromkeys([*session.names, *(body.id for body in own.bodies if body.id not in session.names)])
+    lines = [f"# {heading}", "[scene]", f"name = {value_text(own.name or 'first')}"]
+    groups = {name: f"held-{k}" for k, group in enumerate(draft.held, start=1) for name in group}
+    for name in there:
+        mesh, node, scale = files.get(name, ("", "", 1.0))
+        body = own.body(name) or SceneBody(name)
+        body = replace(body, mesh=mesh, node=node, scale=scale, group=body.group or groups.get(name, ""))
+        lines += [*table_lines("body", body_keys(body)), f"# {_about(session, name)}"]
+    lines += ["", "# Bodies of one group are never paired: these moved together throughout."] * bool(groups)
+    lines += [*_pairs(own, draft), *(line for one in own.ignore for line in table_lines("ignore", {"between": one}))]
+    for effect in own.effects or ():
+        lines += table_lines("effect", {"kind": effect.kind, **effect.settings})
+    return "\n".join((["effect = []"] if own.effects == () else []) + lines) + "\n"
+
+
+def _about(session: Session, name: str) -> str:
+    mesh: MeshData | None = session.meshes.get(name)
+    if mesh is None:
+        return "it has no mesh: give it mesh = FILE, shape or instrument, or contacts of it cannot be found"
+    size = " x ".join(f"{100 * edge:.1f}" for edge in mesh.bounds[1] - mesh.bounds[0])
+    return f"{'tracked' if name in session.names else 'fixed'}; {len(mesh.faces):,} faces, {size} cm"
+
+
+def _pairs(own: Scene, draft: Draft) -> Iterator[str]:
+    if own.pairs is not None:
+        yield from (line for one in own.pairs for line in table_lines("pair", {"between": one}))
+        return
+    mark = "" if own.effects is None else "# "
+    if draft.near:
+        yield from ("", f"# Pairs that came within {100 * NEAR_M:g} cm; without any, all that move are looked at.")
+    for pair in draft.near:
+        yield from (f"{mark}{line}" if line else "" for line in table_lines("pair", {"between": pair}))
+        for (up, down), share in draft.stands.items():
+            if {up, down} == {*pair}:
+                stands = f"{value_text(up)} stands on {value_text(down)} in {100 * share:.0f} % of the recording"
+                yield f"# {stands}: take this pair out, and that is not counted"

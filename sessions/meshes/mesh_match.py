@@ -1,0 +1,121 @@
+"""Mesh files as they come: which body each is of, by its name, and in which unit it was drawn, by its size."""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from sessions.errors import MeshFileError
+from sessions.mesh_data import MeshData
+from sessions.meshes.glb_tree import read_glb
+from sessions.meshes.mesh_files import FILE_TYPES, load_mesh
+
+UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+SMALLEST_M, LARGEST_M, USUAL_M = 0.005, 5.0, 0.15
+"""Of what a hand moves or stands beside: a stopper, a bench, a beaker. Beyond the first two a file is not in metres."""
+
+MOST_FILES: Final = 10_000
+
+
+@dataclass(frozen=True, eq=False)
+class Match:
+    """The mesh found for a body: in metres, its file, the node of a GLB (or ``""``), its scale, and why, in words."""
+
+    mesh: MeshData
+    file: Path
+    node: str
+    scale: float
+    words: str
+
+
+def guessed(mesh: MeshData, what: str) -> tuple[float, str]:
+    """Metres per unit, and what was assumed; no words where metres make sense.
+
+    A file names no unit (a GLB is in metres, if its exporter kept to the format). Of metres, centimetres and
+    millimetres, the one is taken that makes it a thing for hands.
+    """
+    size = float((mesh.bounds[1] - mesh.bounds[0]).max())
+    if SMALLEST_M <= size <= LARGEST_M or size == 0.0:
+        return 1.0, ""
+    unit = min(UNITS, key=lambda one: max(size * UNITS[one] / USUAL_M, USUAL_M / (size * UNITS[one])))
+    if unit == "m":
+        return 1.0, f"{what} is {size:.3g} m long, taken as it is; if it is drawn in another unit, say so"
+    return UNITS[unit], f"{what} is {size:.4g} units long, taken for {unit}: {size * UNITS[unit]:.3g} m"
+
+
+def matched(place: Path, names: Sequence[str], scale: float | None = None) -> tuple[dict[str, Match], list[str]]:
+    """Body -> its mesh among the files of a folder, or the nodes of one GLB; and which bodies have none.
+
+    A file or node is a body's when its name is the same, capitals, signs and ``(Clone)`` left out; else a file is when
+    it is the only one whose words hold the body's, or are held by them (``beaker_v2`` for ``beaker``).
+
+    ``scale``: metres per unit; ``None``: guessed. Raises MeshFileError: no folder and no GLB, or no mesh file in it.
+    """
+    offered = [*_offered(place)]
+    if not offered:
+        raise MeshFileError(f"{place} holds no mesh; name a folder of {', '.join(FILE_TYPES)} files, or a GLB")
+    found, said = {}, []
+    for name in names:
+        choice = _choice(name, offered)
+        if choice is None:
+            continue
+        if isinstance(choice, str):
+            said.append(choice)
+            continue
+        label, file, node = choice
+        mesh = load_mesh(file, 1.0, node)
+        what = f"{file.name}, node {node}" if node else file.name
+        factor, assumed = (scale, "") if scale is not None else guessed(mesh, what)
+        skinned = bool(node) and read_glb(file.read_bytes()).skinned
+        parts = [f"{name}: {what}", "" if _plain(label) == _plain(name) else "a like name", assumed,
+                 "cut from a skin by dominant joint, as it lies at rest" if skinned else ""]  # fmt: skip
+        words = "; ".join(part for part in parts if part)
+        found[name] = Match(MeshData(mesh.vertices * factor, mesh.faces), file, node, factor, words)
+    bare = [name for name in names if name not in found]
+    return found, said + [f"no mesh is named like: {', '.join(bare)}"] * bool(bare)
+
+
+Offer = tuple[str, Path, str]
+"""Name, file, node."""
+
+
+def _offered(place: Path) -> Iterator[Offer]:
+    files = sorted(place.rglob("*"))[:MOST_FILES] if place.is_dir() else [place]
+    for file in files:
+        kind = file.suffix.lower().removeprefix(".")
+        if kind not in FILE_TYPES or not file.is_file():
+            continue
+        if place.is_dir():
+            yield file.stem, file, ""
+        if kind != "glb":
+            continue
+        try:
+            owners = read_glb(file.read_bytes()).owners
+        except Exception as error:  # of a damaged file; those who load it say what is wrong
+            if place.is_dir():
+                continue
+            raise MeshFileError(f"mesh file {file}: this is no readable GLB ({error}); export it again") from error
+        yield from ((node, file, node) for node in owners if len(owners) > 1 or not place.is_dir())
+
+
+def _choice(name: str, offered: Iterable[Offer]) -> Offer | str | None:
+    """The offer for a body, nothing, or a sentence where several are as good."""
+    plain = _plain(name)
+    same = [one for one in offered if _plain(one[0]) == plain]
+    like = [one for one in offered if not one[2] and (_words(one[0]) <= _words(name) or _words(name) <= _words(one[0]))]
+    for some in (same, like):
+        if len(some) == 1:
+            return some[0]
+        if some:
+            listed = ", ".join(f"{file.name}{', node ' + node if node else ''}" for _, file, node in some[:4])
+            return f"{name}: several are named so: {listed}; name one with mesh = FILE in the scene"
+    return None
+
+
+def _words(name: str) -> set[str]:
+    return {word.lower() for word in re.findall("[A-Z]?[a-z]+|[A-Z]+(?![a-z])|[0-9]+", name)} - {"clone"}
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"\(clone\)|[\W_]", "", name.lower())

@@ -1,0 +1,220 @@
+"""`replay scene`, and `--scene` on every verb that reads a session."""
+
+import json
+
+import click
+import pytest
+from support.shared_data import DATA
+from support.small_worlds import cube, cubes
+
+import replay
+from replay.cli.commands import COMMANDS
+from replay.cli.main import cli, main
+from sessions import import_session, read_session, write_session
+from sessions.errors import SceneError
+from sessions.scene_files.scene_toml import parse_scene
+from sessions.synthetic.scenes import SCENES, make_scene_session
+
+CAPTURES = (
+    "aframe-motion-capture/grabLeft", "aframe-motion-capture/grabRight", "aframe-motion-capture/tracked-recording",
+    "a-saturday-night/dance",
+)  # fmt: skip
+PLACES = {"a": [0] * 6, "b": [3, 3, 0.9, 3, 3, 3], "c": [9, 9, 9, 0.8, 9, 9]}
+OWN = """
+[scene]
+name = "own"
+[[body]]
+id = "a"
+group = "all"
+[[body]]
+id = "b"
+[[body]]
+id = "c"
+group = "all"
+[[effect]]
+kind = "contact"
+between = ["a", "c"]
+"""
+OTHER = """
+[scene]
+name = "other"
+[[body]]
+id = "a"
+[[body]]
+id = "b"
+shape = "box"
+size = [0.5, 0.5, 0.5]
+[[pair]]
+between = ["a", "b"]
+"""
+FAULTY = """
+[[body]]
+id = "cup"
+masss = 0.1
+cavity = { capcity_ml = 1.0 }
+[[body]]
+id = "jar"
+mesh = "none.glb"
+[[body]]
+id = "lid"
+shape = "box"
+size = [0, 1, 1]
+[[pair]]
+between = ["cup", "jag"]
+[[effect]]
+kind = "contct"
+[[effect]]
+kind = "contact"
+between = ["cup", "jag"]
+betwen = 1
+"""
+FAULTS = [
+    "[[body]] 1 ('cup'): unknown key 'masss'; did you mean 'mass'?",
+    "[[body]] 3 ('lid'): a box needs size = [x, y, z] in metres, each above 0",
+    "[[pair]] 1: no body is 'jag'; did you mean 'jar'?",
+    "[[effect]] 2 ('contact'): no body is 'jag'; did you mean 'jar'?",
+    "body 'jar': mesh file {folder}/none.glb does not exist; check the path",
+    "[[effect]] 1: no effect of kind 'contct'; did you mean 'contact'?",
+    "[[effect]] 2 ('contact'): unknown key 'betwen'; did you mean 'between'?",
+    "[[body]] 1 ('cup') cavity: unknown key 'capcity_ml'; did you mean 'capacity_ml'?",
+]
+
+
+@pytest.fixture
+def files(tmp_path):
+    session = cubes(PLACES, scene=parse_scene(OWN))
+    write_session(session, tmp_path / "s.mcap")
+    (tmp_path / "other.toml").write_text(OTHER)
+    (tmp_path / "faulty.toml").write_text(FAULTY)
+    return tmp_path
+
+
+def test_a_check_names_every_fault_of_text_meshes_and_effects_once(files, capsys):
+    assert main(["scene", "check", str(files / "faulty.toml")]) == 1
+    assert capsys.readouterr().out.splitlines() == [f"faulty.toml: {fault.format(folder=files)}" for fault in FAULTS]
+    assert main(["scene", "check", str(files / "faulty.toml"), "--json"]) == 1
+    assert len(json.loads(capsys.readouterr().out)["faults"]) == len(FAULTS)
+    assert main(["scene", "check", str(files / "other.toml")]) == 0
+    assert capsys.readouterr().out == "other.toml: no fault in 2 bodies and 0 effects\n"
+    (files / "torn.toml").write_text("[[body]")
+    assert main(["scene", "check", str(files / "torn.toml")]) == 1
+    assert "this is not TOML" in capsys.readouterr().out
+
+
+def test_the_doctor_names_the_same_faults_and_a_plan_the_first(files, capsys):
+    assert main(["doctor", str(files / "faulty.toml"), "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)
+    said = [one["message"] for one in found["findings"] if one["code"] == "bad-scene"]
+    assert sorted(said) == sorted(f"faulty.toml: {fault.format(folder=files)}" for fault in FAULTS)
+    assert main(["plan", str(files / "faulty.toml")]) == 1
+    assert f"faulty.toml: {FAULTS[0]}; 3 more: `replay scene check` lists them" in capsys.readouterr().err
+
+
+def test_a_key_deep_in_a_scene_that_a_recording_carries_is_found_by_doctor_and_plan(files, capsys):
+    deep = OWN.replace('id = "b"', 'id = "b"\nproperties = { liquid = { volum_ml = 1.0 } }')
+    write_session(cubes(PLACES, scene=parse_scene(deep)), files / "deep.mcap")
+    fault = "[[body]] 2 ('b') properties liquid: unknown key 'volum_ml'; did you mean 'volume_ml'?"
+    assert main(["doctor", str(files / "deep.mcap"), "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)
+    assert [one["message"] for one in found["findings"] if one["code"] == "bad-scene"] == [f"scene.toml: {fault}"]
+    assert main(["plan", str(files / "deep.mcap")]) == 1
+    assert fault in capsys.readouterr().err
+    # Another scene in its place mends both.
+    assert main(["doctor", str(files / "deep.mcap"), "--scene", str(files / "other.toml"), "--fail-on", "error"]) == 0
+    assert main(["plan", str(files / "deep.mcap"), "--scene", str(files / "other.toml")]) == 0
+
+
+def test_every_verb_that_reads_a_session_takes_a_scene():
+    silent = {"recover", "demo", "diff", "view", "stress", "paper", "bench", "guide", "scene", "share"}
+    for verb in COMMANDS.keys() - silent:
+        found = cli.get_command(click.Context(cli), verb)
+        found = found.commands["run"] if isinstance(found, click.Group) else found
+        assert "--scene" in {flag for option in found.params for flag in option.opts}, verb
+
+
+def test_a_scene_that_is_given_replaces_the_sessions_own_and_keeps_nothing_of_it(files):
+    own, other = (replay.run(files / "s.mcap", detectors="exact", oracle="none", **more)
+                  for more in ({}, {"scene": files / "other.toml"}))  # fmt: skip
+    assert own.summary["session"]["scene"] == "own" and other.summary["session"]["scene"] == "other"
+    assert [pair["name"] for pair in own.summary["pairs"]] == ["a-c"]
+    assert [pair["name"] for pair in other.summary["pairs"]] == ["a-b"]
+    assert other.session.scene.effects is None and other.session.scene.body("c") is None
+    assert other.summary["session"]["facts"]["scene_file"] == "other.toml"
+    assert "scene_file" not in own.summary["session"]["facts"]
+    # Of meshes a scene replaces those that it declares: half the edge, so that 0.9 m is no contact.
+    assert own.session.meshes["b"].bounds[1, 0] == 0.5 and other.session.meshes["b"].bounds[1, 0] == 0.25
+    assert not other.episodes["exact"]
+    held = replay.run(read_session(files / "s.mcap"), detectors="exact", oracle="none", scene=files / "other.toml")
+    assert held.detections["exact"].digest == other.detections["exact"].digest
+
+
+def test_a_scene_that_cannot_be_read_is_not_even_looked_at_where_another_replaces_it(files):
+    data = (files / "s.mcap").read_bytes()
+    assert data.count(b'group = "all"') == 2
+    (files / "bad.mcap").write_bytes(data.replace(b'group = "all"', b'gruop = "all"'))
+    with pytest.raises(Exception, match=r"gruop|damaged"):
+        read_session(files / "bad.mcap")
+    assert read_session(files / "bad.mcap", scene=files / "other.toml").scene.name == "other"
+    with pytest.raises(SceneError, match=r"faulty.toml: .*masss"):
+        read_session(files / "s.mcap", scene=files / "faulty.toml")
+
+
+def test_a_first_scene_is_one_that_a_run_takes(files, tmp_path, capsys):
+    assert main(["scene", "new", str(files / "s.mcap")]) == 0
+    said = capsys.readouterr()
+    assert said.out.strip() == str(files / "s.toml") and said.err == "1 pair came near\n"
+    assert main(["scene", "check", str(files / "s.toml")]) == 0
+    made = replay.run(files / "s.mcap", scene=files / "s.toml", detectors="exact", oracle="none")
+    # The effects of the recording's own scene are kept, and ask for their own pair.
+    assert [pair["name"] for pair in made.summary["pairs"]] == ["a-c"]
+    assert main(["scene", "new", str(files / "s.mcap")]) == 1
+    assert "exists; name another file, or replace it with --force" in capsys.readouterr().err
+
+
+def test_meshes_of_a_folder_get_to_their_bodies_in_an_import_and_in_a_first_scene(files, capsys):
+    folder, out = files / "meshes", files / "csv.mcap"
+    folder.mkdir()
+    for name, edge in (("a", 10.0), ("B (Clone)", 0.1)):
+        corners = edge * cube().vertices
+        lines = [f"v {x} {y} {z}" for x, y, z in corners] + [f"f {a} {b} {c}" for a, b, c in cube().faces + 1]
+        (folder / f"{name}.obj").write_text("\n".join(lines))
+    rows = [f"{t},{name},{t},0,0,0,0,0,1" for t in (0, 0.1) for name in ("a", "b", "c")]
+    (files / "x.csv").write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw", *rows]))
+    (files / "map.toml").write_text(
+        '[time]\ncolumn = "time"\nunit = "s"\n[body]\nname = "body"\nposition = ["px", "py", "pz"]\n'
+        'quaternion_xyzw = ["qx", "qy", "qz", "qw"]\n'
+    )
+    given = ["--mapping", str(files / "map.toml"), "--convention", "openxr", "--meshes", str(folder)]
+    assert main(["import", "csv", str(files / "x.csv"), "-o", str(out), *given]) == 0
+    words = "a: a.obj; a.obj is 10 units long, taken for cm: 0.1 m; b: B (Clone).obj; no mesh is named like: c"
+    assert words in capsys.readouterr().err
+    session = read_session(out)
+    assert session.facts["conversions"].endswith(words) and {*session.meshes} == {"a", "b"}
+    assert session.meshes["a"].bounds.tolist() == [[-0.05] * 3, [0.05] * 3]
+    assert main(["scene", "new", str(out), "--meshes", str(folder), "-o", str(files / "deep" / "new.toml")]) == 0
+    scene = parse_scene((files / "deep" / "new.toml").read_text())
+    assert (scene.body("a").mesh, scene.body("a").scale) == ("../meshes/a.obj", 0.01)
+    assert main(["scene", "check", str(files / "deep" / "new.toml")]) == 0
+    assert read_session(out, scene=files / "deep" / "new.toml").meshes["a"].bounds.tolist() == [[-0.05] * 3, [0.05] * 3]
+    units = ["import", "csv", str(files / "x.csv"), "-o", str(files / "mm.mcap"), *given, "--mesh-units", "mm"]
+    assert main(units) == 0 and read_session(files / "mm.mcap").meshes["a"].bounds[1, 0] == 0.005
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*SCENES, *CAPTURES])
+def test_the_first_scene_of_every_made_up_and_every_real_recording_runs_as_it_is(name, tmp_path):
+    file = tmp_path / "s.mcap"
+    if name in SCENES:
+        write_session(make_scene_session(name)[0], file)
+    elif not DATA.is_dir():
+        pytest.skip("the recordings are not here")
+    else:
+        write_session(import_session("aframe", DATA / f"{name}.json"), file)
+    assert main(["scene", "new", str(file), "-q"]) == 0
+    assert main(["scene", "check", str(tmp_path / "s.toml")]) == 0
+    with_it = replay.run(file, scene=tmp_path / "s.toml", detectors="exact", oracle="none")
+    own = replay.run(file, detectors="exact", oracle="none")
+    # Nothing that touches in the recording is left out of it: pairs that it does not list never come near.
+    touched = {frozenset(own.assembly.pairs[one.pair].tolist()) for one in own.episodes["exact"]}
+    listed = {frozenset(pair) for pair in with_it.assembly.pairs.tolist()}
+    assert own.assembly.names == with_it.assembly.names and touched <= listed and listed

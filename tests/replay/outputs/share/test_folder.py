@@ -1,0 +1,197 @@
+"""A run can be sent as a folder, and the folder opens by itself, says all, and calls nobody."""
+
+import base64
+import gzip
+import json
+import re
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from rerun.chunk import RrdReader
+from support.browser import opened
+from support.headless import pixels
+from support.small_worlds import cubes
+
+import replay
+from replay.errors import OutputError, RunFolderError
+from replay.outputs.rerun_log import web_viewer as module
+from replay.outputs.rerun_log.focus import read_misses
+from replay.outputs.rerun_log.overview import read_moments
+from replay.outputs.rerun_log.viewer import ViewerError
+from replay.outputs.results.run_folder import read_run_folder
+from replay.outputs.share.folder import require_consent, write_shared_folder
+from sessions.mcap_format.writer import write_session
+
+PLACES = {"a": [0] * 24, "b": [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7]}
+DETECTORS = ["slow=discrete[rate_hz=20]", "late=discrete[rate_hz=12]"]
+SECRETS = {"devices": '{"LHR-5EC12E7": "left hand"}', "serial": "SN-5EC12E7", "operator": "/home/anna"}
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("anna")
+    session = cubes(PLACES)
+    write_session(replace(session, facts={**session.facts, **SECRETS, "consent": "share"}), folder / "lab.mcap")
+    return replay.run(folder / "lab.mcap", detectors=DETECTORS, oracle="exact", out=folder / "run of anna").out
+
+
+@pytest.fixture(scope="module")
+def shared(run, tmp_path_factory):
+    out = tmp_path_factory.mktemp("sent") / "folder"
+    assert write_shared_folder([read_run_folder(run)], out) == ""
+    return out
+
+
+def consenting(run, words):
+    folder = read_run_folder(run)
+    facts = {**folder.summary["session"]["facts"], "consent": words}
+    return replace(folder, summary={**folder.summary, "session": {**folder.summary["session"], "facts": facts}})
+
+
+def test_only_the_consent_to_share_shares(run):
+    require_consent([consenting(run, "share")])
+    for words in ("none", "lab", "not stated", "", "Share", "share with the lab", "no share"):
+        with pytest.raises(OutputError, match=r"not recorded as consent to share: .*add --anyway"):
+            require_consent([consenting(run, "share"), consenting(run, words)])
+
+
+def moment_messages(folder, name="run"):
+    text = (folder / f"{name}.js").read_text().splitlines()[0]
+    return {key: base64.b64decode(one) for key, one in json.loads(text[len("window.moments=") : -1]).items()}
+
+
+def control_request():
+    """The messages of ``viewer_control.proto`` that are sent, as far as they are used, read by Google's own library."""
+    file = descriptor_pb2.FileDescriptorProto(name="control.proto", package="control", syntax="proto3")
+    parts = {
+        "Timeline": [("name", 1, "string")], "Moment": [("time", 1, "int64")], "Command": [("id", 1, "string")],
+        "Cursor": [("timeline", 2, "Timeline"), ("moment", 3, "Moment"), ("play", 4, "bool")],
+        "Request": [("cursor", 6, "Cursor"), ("command", 11, "Command")],
+    }  # fmt: skip
+    for name, fields in parts.items():
+        made = file.message_type.add(name=name)
+        for field, number, kind in fields:
+            plain = {"string": 9, "int64": 3, "bool": 8}.get(kind)
+            type_name = {} if plain else {"type_name": f".control.{kind}"}
+            made.field.add(name=field, number=number, label=1, type=plain or 11, **type_name)
+    pool = descriptor_pool.DescriptorPool()
+    pool.Add(file)
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName("control.Request"))
+
+
+def test_every_moment_has_a_message_with_its_time(run, shared):
+    read, sent = control_request(), moment_messages(shared)
+    places = {"misses": read_misses(run / "run.rrd"), "moments": read_moments(run / "run.rrd")}
+    times = {name: read.FromString(one).cursor for name, one in sent.items() if name != "layout"}
+    assert {one.timeline.name for one in times.values()} == {"session"} and not any(one.play for one in times.values())
+    for one in places["misses"]:
+        assert times[f"miss={one.number}"].moment.time == one.session_ns
+    others = [one for one in places["moments"] if one.label == "late"]
+    assert others and all(times[f"{one.kind}={one.number}&by=late"].moment.time == one.session_ns for one in others)
+    assert times[""].moment.time == next(one.session_ns for one in places["moments"] if one.leads)
+    assert read.FromString(sent["layout"]).command.id == "recording.reset_blueprint_to_default"
+    for ns in (0, 1, 127, 128, 31_877_273_761, 2**62, -5):
+        assert read.FromString(module.cursor_at(ns)).cursor.moment.time == ns
+
+
+def test_every_miss_of_the_run_is_a_link_with_a_moment(run, shared):
+    page, sent = (shared / "index.html").read_text(), moment_messages(shared)
+    links = set(re.findall('href="#([^"]*)"', page.replace("&amp;", "&")))
+    rows = read_run_folder(run).rows("misses.parquet")
+    asked = {f"miss={one['number']}" + ("" if one["detector"] == "slow" else f"&by={one['detector']}") for one in rows}
+    assert asked and asked <= links and asked <= sent.keys()
+
+
+def texts_of(folder):
+    """All that can be read in a folder: scripts are unpacked, recordings are taken apart."""
+    for file in folder.iterdir():
+        yield file.name, file.read_bytes()
+        for packed in re.findall(rb'packed="([^"]*)"', file.read_bytes() if file.suffix == ".js" else b""):
+            yield file.name, gzip.decompress(base64.b64decode(packed))
+        if file.suffix == ".rrd":
+            batches = (chunk.to_record_batch() for chunk in RrdReader(file).stream().to_chunks())
+            yield (
+                file.name,
+                repr([(one.schema, one.to_pylist() if one.num_rows < 50 else "") for one in batches]).encode(),
+            )
+
+
+def test_no_serial_and_no_path_is_in_the_folder(run, shared):
+    seen = dict(texts_of(shared))
+    assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= seen.keys()
+    own = [(name, text) for name, text in texts_of(shared) if name not in ("viewer.js", "re_viewer.js")]
+    for word in (b"5EC12E7", b"anna", str(run).encode(), str(run.parent).encode(), str(shared.parent).encode()):
+        assert not [name for name, text in own if word in text], word
+
+
+def test_a_rerun_without_a_viewer_leaves_the_report_alone(run, tmp_path, monkeypatch):
+    def none():
+        raise ViewerError(module.NO_WEB_VIEWER)
+
+    monkeypatch.setattr(module, "web_viewer", none)
+    why = write_shared_folder([read_run_folder(run)], tmp_path / "sent")
+    assert why == "this rerun-sdk ships no viewer for a browser"
+    assert sorted(one.name for one in (tmp_path / "sent").iterdir()) == ["index.html", "share.json"]
+    assert (tmp_path / "sent" / "index.html").read_text() == (run / "report.html").read_text()
+
+
+def test_what_hands_out_no_viewer_is_one_sentence(tmp_path, monkeypatch):
+    binary = tmp_path / "rerun"
+    binary.write_text("#!/bin/sh\nexit 1\n")
+    binary.chmod(0o755)
+    monkeypatch.setattr(module, "viewer_binary", lambda: binary)
+    with pytest.raises(ViewerError, match="ships no viewer for a browser"):
+        module.web_viewer()
+
+
+def test_a_run_without_a_picture_or_with_a_report_of_another_version(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT: b"", module.PROGRAM: b""})
+    folder = read_run_folder(run)
+    bare = replace(folder, path=tmp_path / "bare")
+    bare.path.mkdir()
+    with pytest.raises(RunFolderError, match=r"holds no report\.html; replay the session again"):
+        write_shared_folder([bare], tmp_path / "sent")
+    (bare.path / "report.html").write_text("<title>t</title>")
+    assert write_shared_folder([bare], tmp_path / "alone") == "no run holds a picture (run.rrd)"
+    (bare.path / "run.rrd").write_bytes((run / "run.rrd").read_bytes())
+    with pytest.raises(RunFolderError, match="of another version; replay the session again"):
+        write_shared_folder([bare], tmp_path / "sent")
+    assert not (tmp_path / "sent").exists()
+
+
+def test_runs_share_one_viewer_and_a_list_leads_to_them(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT: b"", module.PROGRAM: b""})
+    write_shared_folder([read_run_folder(run)] * 2, tmp_path / "sent")
+    names = {one.name for one in (tmp_path / "sent").iterdir()}
+    own = {f"run{k}.{kind}" for k in (1, 2) for kind in ("html", "js", "rrd")}
+    assert names == own | {"index.html", "viewer.js", "re_viewer.js", "picture.js", "share.json"}
+    text = (tmp_path / "sent" / "index.html").read_text()
+    title = re.findall("<title>(.*?)</title>", (run / "report.html").read_text())[0]
+    assert [text.count(f'href="run{k}.html"') for k in (1, 2)] == [1, 1] and text.count(title) == 2
+    assert 'data-recording="run2"' in (tmp_path / "sent" / "run2.html").read_text()
+    write_shared_folder([read_run_folder(run)], tmp_path / "sent", force=True)
+    assert not own & {one.name for one in (tmp_path / "sent").iterdir()}, "an earlier folder is replaced whole"
+
+
+@pytest.mark.slow
+def test_the_folder_opens_by_itself_and_every_link_moves_the_picture(run, shared, tmp_path):
+    url = (shared / "index.html").as_uri()
+    with opened(url, tmp_path) as page:
+        computed = page.processor_seconds()
+        seconds = page.wait_for("document.getElementById('picture').dataset.state") / 1000
+        assert min(seconds, page.processor_seconds()) < 20
+        assert page.ask("document.getElementById('picture').dataset.state") == "shown"
+        painted = page.ask("performance.getEntriesByName('first-contentful-paint')[0].startTime") / 1000
+        print(f"painted after {painted:.1f} s, shown after {seconds:.1f} s of {page.processor_seconds():.1f}")
+        assert min(painted, computed) < 2
+        for address in moment_messages(shared).keys() - {"", "layout"}:
+            page.ask(f"location.hash = {json.dumps(address)}")
+            page.wait_for(f"document.getElementById('picture').dataset.shows === {json.dumps(address)}")
+        time.sleep(1)
+        colours = np.unique(pixels(page.png())[:, 640:].reshape(-1, 3), axis=0)
+        assert len(colours) > 500, "the viewer draws"
+        assert not page.errors()
+        assert all(one.startswith((shared.as_uri(), "data:")) for one in page.requests()) and page.requests()

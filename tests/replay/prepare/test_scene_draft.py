@@ -1,0 +1,78 @@
+"""What a recording tells about its scene: who comes near, who is held, what stands on what."""
+
+import numpy as np
+from support.small_worlds import cube
+
+from replay.prepare.scene_draft import draft_text, drafted
+from sessions import Session
+from sessions.mesh_data import MeshData
+from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
+from sessions.scene_files.scene_toml import parse_scene
+
+STEP = 20_000_000
+COUNT = 200
+
+
+def path(*points):
+    """(COUNT, 3) along straight pieces, with a tenth of a millimetre of noise, and no turn."""
+    along = np.linspace(0, len(points) - 1, COUNT)
+    places = np.stack([np.interp(along, np.arange(len(points)), axis) for axis in np.array(points, float).T], axis=1)
+    places = places + np.random.default_rng(len(points)).normal(0, 1e-4, places.shape)
+    return places, np.tile([0.0, 0.0, 0.0, 1.0], (COUNT, 1))
+
+
+def bench(scene=None, **more):
+    small = cube(0.1)
+    tracks = {
+        "cup": path((0, 0.0505, 0), (0, 0.0505, 0)), "hand-right": path((0.5, 0.4, 0), (0.3, 0.4, 0), (0.9, 0.4, 0)),
+        "rod": path((0.5, 0.29, 0), (0.3, 0.29, 0), (0.9, 0.29, 0)), "far": path((3, 2, 0), (3, 1, 0)),
+        "lamp": path((0, 0.3, 0.4), (0.0, 0.12, 0.0), (0, 0.3, 0.4)), **more,
+    }  # fmt: skip
+    top = MeshData(np.array([2.0, 0.04, 1.0]) * cube(1.0).vertices - [0, 0.02, 0], cube(1.0).faces)
+    scene = scene or Scene(bodies=(SceneBody("top", fixed=Pose(), tags=("bench",)),))
+    tracks["rod"] = (tracks["hand-right"][0] - [0, 0.11, 0], tracks["rod"][1])
+    return Session.from_arrays(np.arange(COUNT) * STEP, tracks, {"top": top, **dict.fromkeys(tracks, small)}, scene)
+
+
+def test_near_pairs_what_is_held_and_what_stands_are_found():
+    draft = drafted(bench())
+    assert {*map(frozenset, draft.near)} == {frozenset(p) for p in (("cup", "top"), ("cup", "lamp"))}
+    assert draft.held == (("hand-right", "rod"),)
+    assert [*draft.stands] == [("cup", "top")] and draft.stands["cup", "top"] > 0.9
+
+
+def test_the_text_is_a_scene_that_says_the_same():
+    session = bench()
+    text = draft_text(session, drafted(session), {"cup": ("m/cup.glb", "Cup", 0.01)}, "A first scene.")
+    scene = parse_scene(text)
+    assert [body.id for body in scene.bodies] == ["cup", "hand-right", "rod", "far", "lamp", "top"]
+    assert scene.body("hand-right").group == scene.body("rod").group != "" == scene.body("far").group
+    assert scene.body("cup").mesh == "m/cup.glb" and scene.body("cup").node == "Cup" and scene.body("cup").scale == 0.01
+    assert scene.body("top").fixed == Pose() and scene.body("top").tags == ("bench",)
+    assert {*map(frozenset, scene.pairs)} == {frozenset(("cup", "top")), frozenset(("cup", "lamp"))}
+    assert '# "cup" stands on "top" in 9' in text and "10.0 x 10.0 x 10.0 cm" in text
+
+
+def test_what_the_recordings_own_scene_declares_is_kept_and_effects_ask_for_their_own_pairs():
+    bodies = (SceneBody("top", fixed=Pose()), SceneBody("cup", mesh="gone.glb", tags=("glass",), extra={"mass": 0.1}))
+    effects = (SceneEffect("contact", {"between": ["cup", "top"]}),)
+    session = bench(Scene("lab", bodies, ignore=(("cup", "far"),), effects=effects))
+    scene = parse_scene(draft_text(session, drafted(session), {}, "A first scene."))
+    assert (scene.name, scene.effects, scene.ignore, scene.pairs) == ("lab", effects, (("cup", "far"),), None)
+    assert scene.body("cup") == SceneBody("cup", tags=("glass",), extra={"mass": 0.1})  # the recording holds its mesh
+    declared = bench(Scene("lab", bodies, pairs=(("cup", "far"),)))
+    assert parse_scene(draft_text(declared, drafted(declared), {}, "x")).pairs == (("cup", "far"),)
+    none = bench(Scene(effects=(), bodies=bodies))
+    assert parse_scene(draft_text(none, drafted(none), {}, "x")).effects == ()
+
+
+def test_without_meshes_or_neighbours_it_is_a_scene_all_the_same():
+    bare = Session.from_arrays([0, STEP], {'a"b\n': (np.zeros((2, 3)), np.tile([0.0, 0, 0, 1], (2, 1)))})
+    text = draft_text(bare, drafted(bare), {}, "A first scene.")
+    assert parse_scene(text).bodies == (SceneBody('a"b\n'),) and "it has no mesh" in text
+    apart = Session.from_arrays(
+        [0, STEP], {"a": (np.zeros((2, 3)), bare.frames.quaternion_xyzw[:, 0]),
+                    "b": (np.array([[9.0, 0, 0], [8.0, 0, 0]]), bare.frames.quaternion_xyzw[:, 0])},
+        dict.fromkeys("ab", cube(0.1)),
+    )  # fmt: skip
+    assert parse_scene(draft_text(apart, drafted(apart), {}, "x")).pairs is None

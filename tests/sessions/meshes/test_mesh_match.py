@@ -1,0 +1,80 @@
+"""Files find their bodies by name, and their unit by size; what was assumed is said."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from sessions.errors import MeshFileError
+from sessions.mesh_data import MeshData
+from sessions.meshes.mesh_match import guessed, matched
+
+
+def ball(size):
+    solid = trimesh.creation.icosphere(1, size / 2)
+    return MeshData(solid.vertices, solid.faces)
+
+
+def place(folder, **sizes):
+    for name, size in sizes.items():
+        trimesh.creation.icosphere(1, size / 2).export(folder / f"{name}.obj")
+
+
+@pytest.mark.parametrize(
+    ("size", "scale", "words"),
+    [
+        (0.08, 1.0, ""), (4.9, 1.0, ""), (8.0, 0.01, "x is 8 units long, taken for cm: 0.08 m"),
+        (80.0, 0.001, "x is 80 units long, taken for mm: 0.08 m"), (20.0, 0.01, "taken for cm: 0.2 m"),
+        (1600.0, 0.001, "taken for mm: 1.6 m"), (0.001, 1.0, "x is 0.001 m long, taken as it is; if it is drawn in"),
+    ],
+)  # fmt: skip
+def test_the_unit_is_the_one_that_makes_it_a_thing_for_hands_and_it_is_said(size, scale, words):
+    found, said = guessed(ball(size), "x")
+    assert found == scale and words in said and bool(words) == bool(said)
+
+
+def test_a_folder_is_matched_by_name_and_all_is_said(tmp_path):
+    place(tmp_path, Beaker_250=8.0, LEFT_hand=0.2, flask=0.1, flask_old=0.1, spare=0.1)
+    (tmp_path / "notes.txt").write_text("no mesh")
+    found, said = matched(tmp_path, ["beaker", "LeftHand(Clone)", "Flask", "camera", "hand"])
+    assert {name: one.file.name for name, one in found.items()} == {
+        "beaker": "Beaker_250.obj", "LeftHand(Clone)": "LEFT_hand.obj", "Flask": "flask.obj", "hand": "LEFT_hand.obj",
+    }  # fmt: skip
+    said_of_it = "beaker: Beaker_250.obj; a like name; Beaker_250.obj is 8 units long, taken for cm: 0.08 m"
+    assert found["beaker"].words == said_of_it
+    assert found["beaker"].mesh.bounds[1, 0] == pytest.approx(0.04, rel=0.05) and found["beaker"].scale == 0.01
+    assert found["Flask"].words == "Flask: flask.obj" and said == ["no mesh is named like: camera"]
+    forced, _ = matched(tmp_path, ["flask"], 0.001)
+    assert np.array_equal(forced["flask"].mesh.vertices, found["Flask"].mesh.vertices * 0.001)
+
+
+def test_two_files_as_good_are_named_and_none_is_taken(tmp_path):
+    place(tmp_path, glass_a=0.1, glass_b=0.1)
+    found, said = matched(tmp_path, ["glass"])
+    assert not found
+    assert said[0] == "glass: several are named so: glass_a.obj, glass_b.obj; name one with mesh = FILE in the scene"
+
+
+def test_a_glb_of_many_nodes_is_split_among_its_bodies(tmp_path):
+    scene = trimesh.Scene()
+    for k, name in enumerate(("Beaker", "Flask", "Shelf")):
+        at = trimesh.transformations.translation_matrix([k, 0, 0])
+        scene.add_geometry(trimesh.creation.icosphere(1, 0.05), node_name=name, geom_name=name, transform=at)
+    (tmp_path / "lab.glb").write_bytes(scene.export(file_type="glb"))
+    for where in (tmp_path, tmp_path / "lab.glb"):
+        found, said = matched(where, ["flask", "beaker", "rod"])
+        assert {name: (one.file.name, one.node) for name, one in found.items()} == {
+            "beaker": ("lab.glb", "Beaker"), "flask": ("lab.glb", "Flask"),
+        }  # fmt: skip
+        # Each in its node's frame, where a tracker reports it, not where the file has it.
+        assert np.abs(found["flask"].mesh.bounds).max() == pytest.approx(0.05, abs=1e-6)
+        assert said == ["no mesh is named like: rod"] and found["flask"].words == "flask: lab.glb, node Flask"
+
+
+def test_nothing_to_match_and_a_damaged_file_are_one_sentence(tmp_path):
+    with pytest.raises(MeshFileError, match=r"holds no mesh; name a folder of glb, obj"):
+        matched(tmp_path, ["a"])
+    (tmp_path / "a.glb").write_bytes(b"glTF????")
+    with pytest.raises(MeshFileError, match=r"a.glb: this is no readable GLB"):
+        matched(tmp_path / "a.glb", ["a"])
+    with pytest.raises(MeshFileError, match=r"a.glb"):
+        matched(tmp_path, ["a"])

@@ -1,0 +1,119 @@
+"""Chromium without a window, a graphics card or a network, by its DevTools protocol over a pipe."""
+
+import base64
+import json
+import os
+import select
+import shutil
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import psutil
+import pytest
+
+FLAGS = (
+    "--headless=new", "--no-sandbox", "--no-first-run", "--disable-quic", "--disable-background-networking",
+    "--disable-component-update", "--disable-sync", "--host-resolver-rules=MAP * ~NOTFOUND", "--remote-debugging-pipe",
+    "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+)  # fmt: skip
+
+PIPED = """import fcntl, os, sys
+asked, answered = (fcntl.fcntl(int(one), fcntl.F_DUPFD, 10) for one in sys.argv[1:3])
+os.dup2(asked, 3)
+os.dup2(answered, 4)
+os.execv(sys.argv[3], sys.argv[3:])
+"""
+"""Starts a program that reads from descriptor 3 and writes to 4, as Chromium does."""
+
+
+class Page:
+    """A page in a browser: it is asked and heard."""
+
+    def __init__(self, process, to, back):
+        self.process, self.to, self.back = process, to, back
+        self.rest, self.number, self.said, self.session = b"", 0, [], {}
+
+    def call(self, method, **given):
+        self.number += 1
+        message = {"id": self.number, "method": method, "params": given, **self.session}
+        os.write(self.to, json.dumps(message).encode() + b"\0")
+        while True:
+            while b"\0" not in self.rest:
+                assert select.select([self.back], [], [], 90)[0], f"{method}: no answer"
+                more = os.read(self.back, 1 << 20)
+                assert more, "the browser ended"
+                self.rest += more
+            text, _, self.rest = self.rest.partition(b"\0")
+            answer = json.loads(text)
+            if answer.get("id") == self.number:
+                assert "error" not in answer, answer
+                return answer["result"]
+            self.said.append(answer)
+
+    def ask(self, script):
+        """What an expression of JavaScript is, waited for if it is a promise."""
+        found = self.call("Runtime.evaluate", expression=script, awaitPromise=True, returnByValue=True)
+        assert "exceptionDetails" not in found, found
+        return found["result"].get("value")
+
+    def wait_for(self, script, seconds=90):
+        """Milliseconds after the page began at which an expression became true."""
+        loop = f"const step = () => {script} ? done(performance.now()) : setTimeout(step, 50);"
+        found = self.ask(f"new Promise(done => {{ {loop} setTimeout(() => done(0), {1000 * seconds}); step(); }})")
+        assert found, f"never true: {script}"
+        return found
+
+    def processor_seconds(self):
+        """What the browser has computed: on two idle cores no time is longer."""
+        family = [self.process, *self.process.children(recursive=True)]
+        return sum(sum(one.cpu_times()[:2]) for one in family)
+
+    def png(self):
+        return base64.b64decode(self.call("Page.captureScreenshot")["data"])
+
+    def errors(self):
+        """What it wrote to the console as an error, and what it threw."""
+        self.ask("1")
+        kind = {
+            "Runtime.exceptionThrown": lambda one: True,
+            "Log.entryAdded": lambda one: one["entry"]["level"] == "error",
+            "Runtime.consoleAPICalled": lambda one: one["type"] in ("error", "assert"),
+        }
+        return [one for one in self.said if one.get("method") in kind and kind[one["method"]](one["params"])]
+
+    def requests(self):
+        asked = (one["params"] for one in self.said if one.get("method") == "Network.requestWillBeSent")
+        return [one["request"]["url"] for one in asked]
+
+
+@contextmanager
+def opened(url, folder, size=(1280, 800), scheme="light"):
+    """A page of that size and colour scheme; skipped where there is no Chromium."""
+    browser = shutil.which("chromium") or shutil.which("chromium-browser")
+    if browser is None:
+        pytest.skip("Chromium is not installed: install the package chromium to look at the page")
+    (asked, to), (back, answered) = os.pipe(), os.pipe()
+    words = [sys.executable, "-c", PIPED, str(asked), str(answered), browser, *FLAGS]
+    words += [f"--user-data-dir={folder / 'profile'}", "about:blank"]
+    process = subprocess.Popen(words, pass_fds=(asked, answered), stderr=subprocess.DEVNULL)
+    os.close(asked)
+    os.close(answered)
+    page = Page(psutil.Process(process.pid), to, back)
+    try:
+        target = next(one for one in page.call("Target.getTargets")["targetInfos"] if one["type"] == "page")
+        at = page.call("Target.attachToTarget", targetId=target["targetId"], flatten=True)
+        page.session = {"sessionId": at["sessionId"]}
+        for domain in ("Page", "Runtime", "Network", "Log"):
+            page.call(f"{domain}.enable")
+        width, height = size
+        page.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+        page.call("Page.navigate", url=url)
+        page.wait_for(f"location.href === {json.dumps(url)} && document.readyState === 'complete'")
+        yield page
+    finally:
+        process.kill()
+        process.wait()
+        os.close(to)
+        os.close(back)
