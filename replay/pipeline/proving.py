@@ -15,8 +15,8 @@ from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.far_poses import far_poses
 from cdcore.narrow.spacetime.fronts import APART, EVERY_FACE, PairFronts
 from cdcore.numerics import FloatArray, IntArray
+from replay.detection.detector_spec import TRUSTED
 from replay.errors import ProofError
-from replay.pipeline.engine import TRUSTED
 from replay.pipeline.run_result import RunResult
 from replay.prepare.assembly import PoseOrigin
 from replay.proof.bodies import Poses as ProofPoses

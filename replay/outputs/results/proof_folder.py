@@ -36,9 +36,12 @@ def verify_run(folder: Path, given: Path | None = None, scene: Path | None = Non
     try:
         session = read_session(recording, scene=scene)
         meshes, poses, whence = load(session, proof)
+        told = verify(proof, meshes, poses)
     except SessionError as error:
         raise WrongRecord(f"{recording.name} cannot be read: {error}") from error
-    told = verify(proof, meshes, poses)
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        # A header may hold anything where a number or a word belongs.
+        raise WrongRecord(f"{PROOF} is no proof ({error!r})") from error
     table = verdicts(proof, len(poses.valid))
     _check_tables(run, proof, table)
     bodies = proof.header["bodies"]
