@@ -22,6 +22,12 @@ def command(run: Path, miss: int | None, false: int | None, by: str, people: Peo
     replay view run1 --miss 4
     replay view run1 --false 2 --by hull50
     """
+    watch(run, people, miss, false, by)
+    return 0
+
+
+def watch(run: Path, people: People, miss: int | None = None, false: int | None = None, by: str = "") -> None:
+    """Open the picture of a run folder and wait until its window is closed."""
     from replay.outputs.results.run_folder import PICTURE, SUMMARY, read_run_folder
 
     # The folder of a diff has a picture and no summary.
@@ -34,4 +40,3 @@ def command(run: Path, miss: int | None, false: int | None, by: str, people: Peo
     with open_viewer(run, miss, false=false, by=by) as viewer:
         people.say("close its window, or press Ctrl-C here, to end")
         viewer.process.wait()
-    return 0
