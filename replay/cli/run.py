@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, noisy, offline, replaying
+from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, noisy, offline, proof, replaying
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 @log_search
 @offline
 @noisy
+@proof
 @gates
 @replaying
 def command(
@@ -31,6 +32,7 @@ def command(
     \b
     replay run session.mcap --out run1 --view
     replay run session.mcap --out run2 --detectors "slow=discrete[rate_hz=22.5],hybrid" --oracle exact
+    replay run session.mcap --out run3 --proof
     """
     if view and no_picture:
         raise click.UsageError("--view shows the picture; leave out --no-picture")

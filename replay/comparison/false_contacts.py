@@ -2,18 +2,21 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cdcore.numerics import ByteArray
+from cdcore.numerics import ByteArray, IntArray
 from cdcore.protocol import NO_FACES, Explains
 from replay.comparison.causes import Cause
+from replay.comparison.contact_counts import REPORTED
 from replay.comparison.episodes import column_runs
 from replay.comparison.evidence import looks
 from replay.comparison.outcome import Comparison, Outcome, Vector, as_vector
 from replay.detection.recorded import RecordedDetector
 from replay.prepare.assembly import Assembly
+from sessions.doctor.runs import runs
 
 if TYPE_CHECKING:
     from cdcore.narrow.mesh_stage import MeshStage
@@ -21,9 +24,6 @@ if TYPE_CHECKING:
 FALSE_KINDS: Final = ("nothing there", "begins early", "lasts long", "joins two")
 _, BEGINS, LASTS, JOINS = FALSE_KINDS
 """By whether the report holds true contact after the stretch, and (two places on) before it."""
-
-SAID: Final = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
-"""Outcomes of frames in which the detector reports contact, or may."""
 
 SOLIDS: Final = "its solids meet, the meshes do not"
 HELD: Final = "held since its last look"
@@ -86,6 +86,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, detector: object 
 
     longest = np.argsort([first - last for _, first, last in found.tolist()], kind="stable")[:LOOKS_IN_ALL]
     most = min(LOOKS, LOOKS_IN_ALL // max(1, len(longest)))
+    reports = cache(lambda pair: runs(np.isin(outcome[:, pair], REPORTED)))
     measured, meshes, made = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), []
     for number, (pair, first, last) in enumerate(found.tolist(), 1):
         a, b = (assembly.names[body] for body in assembly.pairs[pair].tolist())
@@ -96,7 +97,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, detector: object 
         made.append(
             FalseContact(
                 number, pair, a, b, first, last, float(times[first]), float(times[last]),
-                _kind(outcome[:, pair], first, last), frame, gap, point, "",
+                _kind(outcome[:, pair], reports(pair), first, last), frame, gap, point, "",
             )
         )  # fmt: skip
         made[-1] = replace(made[-1], cause=_cause(detector, assembly, made[-1]))
@@ -115,12 +116,10 @@ def _widest(
     return gap, frame, as_vector(ends.mean(axis=0))
 
 
-def _kind(outcome: ByteArray, first: int, last: int) -> str:
-    """Where in the report that holds it a stretch lies."""
-    silent = np.flatnonzero(~np.isin(outcome, SAID))
-    begin = silent[np.searchsorted(silent, first) - 1] + 1 if len(silent) and silent[0] < first else 0
-    end = silent[np.searchsorted(silent, last)] if len(silent) and silent[-1] > last else len(outcome)
-    before, after = ((part == Outcome.BOTH).any() for part in (outcome[begin:first], outcome[last + 1 : end]))
+def _kind(outcome: ByteArray, reports: IntArray, first: int, last: int) -> str:
+    """Where in the report that holds it a stretch lies; ``reports`` (k, 2) are first and last frames of all."""
+    begin, end = reports[np.searchsorted(reports[:, 0], first, side="right") - 1].tolist()
+    before, after = ((part == Outcome.BOTH).any() for part in (outcome[begin:first], outcome[last + 1 : end + 1]))
     return FALSE_KINDS[2 * int(before) + int(after)]
 
 
