@@ -276,8 +276,8 @@ def _effects(layout: BlueprintInput, views: EffectViews) -> Any:
         high = min(RULER_POINTS + LANE_POINTS * len(views.lanes), SCREEN_POINTS // 2)
         shares = [high, *((SCREEN_POINTS - high) / len(plots) for _ in plots)]
         rows.append(state_view("effects", "When", _whole(layout), views.lanes))
-    rows += [plot(_whole(layout), "/effects", unit or "numbers", paths) for unit, paths in plots]
-    words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name="What happened")
+    rows += [plot(_whole(layout), "/effects", axis, paths) for axis, paths in plots]
+    words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name=views.headline)
     left = rrb.Vertical(_room(layout), words, row_shares=[0.68, 0.32])
     beside = [rrb.Vertical(*rows, row_shares=shares)] if rows else []
     return rrb.Horizontal(left, *beside, name=tab_name(layout.result.effects))
