@@ -78,9 +78,10 @@ def _model(mujoco: Any, bodies: Sequence[Body], pairs: Sequence[tuple[int, int]]
         if key not in hulls:
             corners = _corners(body.mesh)
             # MuJoCo takes corners as float32, whose spacing grows with the distance from the origin.
-            hulls[key] = body.name, (corners.min(axis=0) + corners.max(axis=0)) / 2
+            # It finds no mesh again whose name holds a line end.
+            hulls[key] = repr(body.name)[1:-1], (corners.min(axis=0) + corners.max(axis=0)) / 2
             # Corners without faces: MuJoCo closes them by their hull, so that an open mesh has a middle too.
-            spec.add_mesh(name=body.name, uservert=(corners - hulls[key][1]).ravel(), inertia=shell)
+            spec.add_mesh(name=hulls[key][0], uservert=(corners - hulls[key][1]).ravel(), inertia=shell)
         mesh, middle = hulls[key]
         mocap = spec.worldbody.add_body(mocap=True)
         mocap.add_geom(name=str(number), type=kind, meshname=mesh, pos=middle, contype=0, conaffinity=0)

@@ -11,6 +11,11 @@ def shown(text: str, *, lines: bool = False) -> str:
     return "".join(one if _plain(one) or (lines and one == "\n") else repr(one)[1:-1] for one in text)
 
 
+def drawable(text: str) -> str:
+    """The same for matplotlib, which takes what stands between two dollars for mathematics."""
+    return shown(text).replace("$", r"\$")
+
+
 def _plain(letter: str) -> bool:
     # Spaces of any width are not printable for Python.
     return letter.isprintable() or (letter.isspace() and letter > "\x9f" and letter not in "\u2028\u2029")

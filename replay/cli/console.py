@@ -5,6 +5,7 @@ import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, Final
 
 from replay.base.progress import Advance
@@ -35,7 +36,7 @@ class People:
         """Sentences, each on a line, at once."""
         if not self.quiet:
             for sentence in sentences:
-                print(_folded(safe_text(sentence, lines=True), sys.stderr), file=sys.stderr, flush=True)
+                print(_folded(safe_text(sentence), sys.stderr), file=sys.stderr, flush=True)
 
     def detail(self, sentence: str) -> None:
         """One sentence for those who asked for more."""
@@ -97,37 +98,38 @@ def pace(speed: float | None, left: float | None, elapsed: float | None, finishe
 
 
 def _folded(text: str, stream: "IO[str]") -> str:
-    """Text for a terminal, no word of it cut; elsewhere as it is, a sentence a line, unless ``COLUMNS`` asks."""
+    """A sentence for a terminal, no word of it cut; elsewhere as it is, unless ``COLUMNS`` asks."""
     if not (stream.isatty() or "COLUMNS" in os.environ):
         return text
     from shutil import get_terminal_size
     from textwrap import fill
 
-    room, lines = get_terminal_size().columns, text.split("\n")
-    indents = [" " * (len(one) - len(one.lstrip()) + 2) for one in lines]
-    return "\n".join(
-        fill(one, room, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
-        if len(one) > room
-        else one
-        for one, indent in zip(lines, indents, strict=True)
-    )
+    room, indent = get_terminal_size().columns, " " * (len(text) - len(text.lstrip()) + 2)
+    whole = len(text) <= room
+    return text if whole else fill(text, room, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
 
 
-def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType]") -> None:
-    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal; a ``str`` as it is.
+def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType | list[str]]") -> None:
+    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal.
 
-    What is piped has no spaces at the ends of lines.
+    A ``str`` is a line, a ``list`` are lines, whatever they hold. What is piped has no spaces at the ends of lines.
     """
-    made = json.dumps(plain, indent=1, allow_nan=False) if as_json else shown()
-    if isinstance(made, str):
-        text = safe_text(made, lines=True)
-        print(text if as_json else _folded(text, sys.stdout))
+    if as_json:
+        print(json.dumps(plain, indent=1, allow_nan=False))
+    elif isinstance(made := shown(), str | list):
+        for one in [made] if isinstance(made, str) else made:
+            print(_folded(safe_text(one), sys.stdout))
     elif sys.stdout.isatty():
         stdout_console().print(made)
     else:
         with (console := stdout_console()).capture() as held:
             console.print(made)
         print("\n".join(one.rstrip() for one in held.get().splitlines()))
+
+
+def print_name(path: Path) -> None:
+    """Print the name of a file that was written, whatever it holds, on one line."""
+    print(safe_text(str(path)))
 
 
 def stdout_console() -> "Console":

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import click
 
-from replay.cli.console import People, TerminalProgress
+from replay.cli.console import People, TerminalProgress, print_name
 from replay.cli.options import ANY_PATH, force, reporting
 
 if TYPE_CHECKING:
@@ -53,14 +53,14 @@ def command(session_only: bool, out: Path | None, force: bool, as_json: bool, pe
         people.say(f"{doing} and recording it ...")
         _record(file, **made)
         people.say(f"what was planted in it: {truth_path(file)}")
-        click.echo(file)
+        print_name(file)
         return 0
     people.say(f"{doing}, recording it, replaying it ...")
     folder = out or FOLDER
     result = _demo(folder, force or out is None, people, **made)
     code = report_run(result, people, as_json=as_json)
-    people.say("\nsix words:", *(f"  {word}: {meaning}" for word, meaning in FIRST_WORDS.items()))
-    people.say(f"\nthe recorded session is {folder / SESSION}", *where_to_look(result))
+    people.say("", "six words:", *(f"  {word}: {meaning}" for word, meaning in FIRST_WORDS.items()))
+    people.say("", f"the recorded session is {folder / SESSION}", *where_to_look(result))
     return code
 
 

@@ -50,10 +50,12 @@ def command(
 
 
 def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterator[Table | RenderableType]":
+    from rich.text import Text
+
     from replay.cli.terminal import plain
     from replay.outputs.run_tables import finding_table
 
-    yield f"[bold]{plain(file.name)}[/bold]  {headline(findings)}"
+    yield plain(file.name, "bold").append_text(Text.from_markup(f"  {headline(findings)}", style="not bold"))
     notes = Counter(one.code for one in findings if WORDS[one.severity] == "note")
     listed = [one for one in findings if verbose or WORDS[one.severity] != "note"]
     if listed:
@@ -61,7 +63,7 @@ def _shown(file: Path, findings: "Sequence[Finding]", verbose: bool) -> "Iterato
         yield made.only("code", "severity", "body", "seconds", "what")
     if notes and not verbose:
         codes = ", ".join(f"{code} ({count})" if count > 1 else code for code, count in notes.items())
-        yield f"[dim]  notes (-v lists them): {codes}[/dim]"
+        yield plain(f"  notes (-v lists them): {codes}", "dim")
 
 
 def headline(findings: "Sequence[Finding]") -> str:

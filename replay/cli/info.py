@@ -35,20 +35,20 @@ def _shown(info: dict[str, Any], file: Path, verbose: bool) -> "Iterator[Table |
     from replay.cli.terminal import plain
 
     scene = f"  ({info['scene']})" if info["scene"] else ""
-    yield f"[bold]{plain(file.name + scene)}[/bold]"
+    yield plain(file.name + scene, "bold")
     gaps = counted(clock["gaps"], "gap") + (f" (longest {1e3 * clock['longest_gap']:.0f} ms)" if clock["gaps"] else "")
     yield f"{_clock_time(clock['duration'])}, {clock['count']:,} frames at {clock['rate_hz']:.1f} Hz, {gaps}"
     if clock["not_forward"]:
         yield f"{clock['not_forward']:,} stamps do not go forward; a run leaves those frames out"
     yield _bodies(info["bodies"])
     for interval in info["intervals"]:
-        what = plain(f"{interval['kind']}  {interval['name']}")
-        yield f"  {interval['start']:8.2f} - {interval['end']:8.2f} s  {what}"
-    yield from (f"  {plain(words)}" for words in _streams(info))
+        when = f"{interval['start']:8.2f} - {interval['end']:8.2f} s"
+        yield f"  {when}  {interval['kind']}  {interval['name']}"
+    yield from (f"  {words}" for words in _streams(info))
     if info["events"]:
-        yield "events: " + ", ".join(f"{plain(name)} {count}" for name, count in info["events"].items())
+        yield "events: " + ", ".join(f"{name} {count}" for name, count in info["events"].items())
     listed = (f"{key}: {value}" for key, value in info["facts"].items() if verbose or key in SHORT_FACTS)
-    yield from (f"[dim]{plain(words)}[/dim]" for words in listed)
+    yield from (plain(words, "dim") for words in listed)
 
 
 def _streams(info: dict[str, Any]) -> Iterator[str]:

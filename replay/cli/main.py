@@ -9,6 +9,7 @@ import warnings
 from collections.abc import Sequence
 from errno import ENOMEM
 from importlib import import_module
+from math import inf
 from typing import Final
 
 import click
@@ -17,6 +18,8 @@ from replay.cli.commands import COMMANDS, GROUPS
 from replay.cli.console import FAILURE, INTERRUPTED, OK
 
 DEBUG: Final = "--debug"
+LEAST_BYTES: Final = (256 << 20) + (os.cpu_count() or 1) * (64 << 20)
+"""Address space in which the libraries can be loaded; with less OpenBLAS hangs, or ends the process (2026-11)."""
 
 
 class LazyGroup(click.Group):
@@ -72,10 +75,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     _make_streams_safe()
+    if memory_allowed() < LEAST_BYTES:
+        return _failure(MemoryError(), debug=False)
     try:
         with warnings.catch_warnings():
-            # What NumPy remarks on a calculation is for its programmer.
-            warnings.simplefilter("ignore", RuntimeWarning)
+            # What NumPy remarks on a calculation, or a plot on a letter, is for its programmer.
+            warnings.simplefilter("ignore")
             code = cli.main(args=given, prog_name="replay", standalone_mode=False)
     except (click.exceptions.Abort, KeyboardInterrupt):
         click.echo("interrupted; nothing half-written was left behind", err=True)
@@ -123,11 +128,18 @@ def _memory_ran_out(error: Exception) -> bool:
     """Whether the process has no memory left; under a limit, libraries say so with errors of several kinds."""
     if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == ENOMEM):
         return True
-    if sys.platform == "win32" or not isinstance(error, SystemError | RuntimeError | ImportError | OSError):
-        return False
+    spoken = isinstance(error, SystemError | RuntimeError | ImportError | OSError)
+    return spoken and memory_allowed() < inf and not _is_known(error)
+
+
+def memory_allowed() -> float:
+    """Bytes of address space that the system grants this process (``ulimit -v``)."""
+    if sys.platform == "win32":
+        return inf
     import resource
 
-    return resource.getrlimit(resource.RLIMIT_AS)[0] != resource.RLIM_INFINITY and not _is_known(error)
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    return inf if limit == resource.RLIM_INFINITY else limit
 
 
 def _is_known(error: Exception) -> bool:

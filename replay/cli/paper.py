@@ -49,7 +49,7 @@ def command(
     )  # fmt: skip
     answer(as_json, plain(result), lambda: paper_tables(result.tables))
     if not as_json:
-        answer(False, None, lambda: "\n".join(f"- {sentence}" for sentence in verdict_of(result.tables)))
+        answer(False, None, lambda: [f"- {sentence}" for sentence in verdict_of(result.tables)])
     if result.hard:
         people.say(f"FCL lists other pairs than there are in {result.hard} of {len(result.fixtures)} fixtures")
     people.say(*(f"wrote {path}" for path in (write_paper(result, out) if out else ())))

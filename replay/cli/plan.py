@@ -30,7 +30,7 @@ def command(session: Path, scene: Path | None, as_json: bool, people: People) ->
     file = scene or session
     declared = _scene(file)
     planned = plan_summary(plan(declared, file.name))
-    answer(as_json, {"scene": declared.name, **planned}, lambda: "\n".join(plan_lines(declared.name, planned)))
+    answer(as_json, {"scene": declared.name, **planned}, lambda: [*plan_lines(declared.name, planned)])
     return 0
 
 

@@ -27,6 +27,6 @@ def command(torn: Path, out: Path, force: bool, as_json: bool, people: People) -
     people.say(f"reading {torn}")
     result = recover(torn, out, overwrite=force)
     plain = {**asdict(result), "out": str(result.out), "whole": result.whole, "source": str(torn)}
-    answer(as_json, plain, lambda: "\n".join([*result.sentences(), *["nothing was lost"] * result.whole]))
-    people.say(f"wrote {out}\nlook at it:  replay doctor {out}")
+    answer(as_json, plain, lambda: [*result.sentences(), *["nothing was lost"] * result.whole])
+    people.say(f"wrote {out}", f"look at it:  replay doctor {out}")
     return OK if result.whole else DATA_LOSS

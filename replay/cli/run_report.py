@@ -42,9 +42,9 @@ def answer_cited(
     from replay.pipeline.citations import citations
 
     answer(as_json, {**plain, **({"sources": behind} if behind else {})}, shown)
-    below = [*sentences, *(["\n" + citations(behind)] if behind else [])]
+    below = [*sentences, *(["", *citations(behind).splitlines()] if behind else [])]
     if below and not as_json:
-        answer(False, None, lambda: "\n".join(below))
+        answer(False, None, lambda: below)
 
 
 def close_run(result: RunResult, people: People) -> int:

@@ -39,11 +39,10 @@ def new(session: Path, out: Path | None, place: Path | None, force: bool, as_jso
     from sessions import read_session
     from sessions.meshes.mesh_match import matched
     from sessions.scene_files.scene_meshes import with_meshes
-    from sessions.whole_files import whole_file
+    from sessions.whole_files import check_free, whole_file
 
     target = out or session.with_suffix(".toml")
-    if target.exists() and not force:
-        raise OutputError(f"{target} exists; name another file, or replace it with --force")
+    check_free(target, OutputError, force=force)
     held = read_session(session)
     found, said = ({}, []) if place is None else matched(place, held.names)
     held = with_meshes(held, {name: one.mesh for name, one in found.items()}, [])
@@ -94,5 +93,5 @@ def check(scene: Path, as_json: bool, people: People) -> int:
     declared, _, faults = checked_scene(text, scene.name, plan_faults, scene.parent)
     effects = counted(len(declared.effects or ()), "effect")
     fine = f"{scene.name}: no fault in {counted(len(declared.bodies), 'body', 'bodies')} and {effects}"
-    answer(as_json, {"file": str(scene), "faults": faults}, lambda: "\n".join(faults or [fine]))
+    answer(as_json, {"file": str(scene), "faults": faults}, lambda: faults or [fine])
     return FAILURE if faults else OK

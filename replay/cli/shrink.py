@@ -55,8 +55,8 @@ def command(
     least = shrinking.run()
     write_case(least, before, out, source=source, force=force)
     plain = {"before": str(before), "after": str(Size.of(least)), "questions": shrinking.questions, "out": str(out)}
-    answer(as_json, plain, lambda: "\n".join([
+    answer(as_json, plain, lambda: [
         sentence(least), f" {before} became {Size.of(least)} in {shrinking.questions} questions",
         f" {out} is written; fails while it is so: python -m pytest {out / 'test_case.py'}",
-    ]))  # fmt: skip
+    ])  # fmt: skip
     return 0

@@ -63,7 +63,7 @@ def analyse_files(
         folder.write_study(study, out, title=title, inputs=_digests(inputs, seed), force=force)
     answer(as_json, folder.as_json(study), lambda: study_tables(study))
     if out is not None:
-        people.say(f"\nwrote {out}\nread it:  {out / 'study.html'}")
+        people.say("", f"wrote {out}", f"read it:  {out / 'study.html'}")
     return OK
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from replay.cli.console import DATA_LOSS, OK, People, answer
+from replay.cli.console import DATA_LOSS, OK, People, answer, print_name
 from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, lineup, reporting
 from replay.cli.options import scene as scene_option
 
@@ -54,7 +54,7 @@ def run_sessions(
     lines = [f"{len(batch.done)} of {len(files)} sessions are in {out}"]
     lines += [f"failed: {name}: {why}" for name, why in batch.failed.items()]
     lines.append(f"digest: {batch.digest or 'none, sessions failed'}")
-    answer(as_json, plain, lambda: "\n".join(lines))
+    answer(as_json, plain, lambda: lines)
     return DATA_LOSS if batch.failed else OK
 
 
@@ -75,7 +75,7 @@ def collect_runs(runs: tuple[Path, ...], out: Path, students: Path | None, force
     table = collect(runs, students)
     write_table(table, out, force=force)
     people.say(f"{len(table)} rows of {len(set(table['student'].to_pylist()))} students")
-    click.echo(out)
+    print_name(out)
     return OK
 
 

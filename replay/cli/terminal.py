@@ -5,7 +5,6 @@ from typing import Final
 from rich import box
 from rich.cells import cell_len
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
-from rich.markup import escape
 from rich.table import Table as RichTable
 from rich.text import Text
 
@@ -30,7 +29,7 @@ STYLES: Final = {
 
 
 def terminal(*parts: Table | RenderableType) -> Group:
-    """Parts below each other, an empty line before each table."""
+    """Parts below each other, an empty line before each table; a ``str`` is text of no mark-up."""
     below: list[RenderableType] = []
     for part in parts:
         if isinstance(part, Table):
@@ -39,18 +38,18 @@ def terminal(*parts: Table | RenderableType) -> Group:
             below += [Text(), *title, Fitted(part)]
             below += [Text(shown(note, lines=True), style="dim") for note in part.notes]
         else:
-            below.append(part)
+            below.append(Text(shown(part)) if isinstance(part, str) else part)
     return Group(*below)
 
 
-def plain(text: str) -> str:
-    """Text of a recording, to stand in a line of markup."""
-    return escape(shown(text))
+def plain(text: str, style: str = "") -> Text:
+    """Text of a recording, whatever is in it."""
+    return Text(shown(text), style=style)
 
 
 def line(text: str, mark: str = "") -> Text:
     """A sentence; its words are not broken."""
-    return Text(shown(text, lines=True), style=STYLES[mark])
+    return Text(shown(text), style=STYLES[mark])
 
 
 GAP: Final = 2

@@ -75,5 +75,6 @@ def command(
         people.say(f"time limit: {len(done.cut)} of {len(done.cut) + len(done.rows)} settings were not tried:")
         people.say(f"  {', '.join(done.cut)}")
     if out is not None:
-        people.say(f"\nwrote {out}\nlook at:  {out / 'tradeoff.png'}" + f", or: replay view {out}" * (not no_picture))
+        view = f", or: replay view {out}" * (not no_picture)
+        people.say("", f"wrote {out}", f"look at:  {out / 'tradeoff.png'}{view}")
     return 0

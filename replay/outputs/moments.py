@@ -91,6 +91,8 @@ def to_do(result: RunResult, label: str) -> str:
     for one in result.false.get(label, ()):
         frames[one.cause] += one.frames
     worst = frames.most_common(1)
+    if result.summary["audit"][label]["contacts_undecided"]:
+        return "see what it left undecided"
     return TO_DO.get(worst[0][0], "see its causes") if worst else "no action needed"
 
 
@@ -167,9 +169,10 @@ def _contact(result: RunResult, pair: int, one: Episode) -> FocusMoment:
 
 def moment_line(moment: FocusMoment, name: str, widths: tuple[int, int]) -> str:
     """One line of the list; ``name``: of the pair; ``widths``: of label and name."""
-    size = f"{moment.size * 1e3:5.1f} mm" if moment.label and moment.size > 0 else ""
-    frames = moment.last - moment.first + 1
-    return f"{moment.label:<{widths[0]}} {moment.words:<8} {name:<{widths[1]}} {frames:>4} fr {size}".rstrip()
+    size = f"{moment.size * 1e3:.1f} mm" if moment.label and moment.size > 0 else ""
+    frames = counted(moment.last - moment.first + 1, "frame")
+    # In a narrow view the end is cut: what tells moments apart comes first.
+    return f"{moment.label:<{widths[0]}} {moment.words:<8} {size:>8}  {name:<{widths[1]}} {frames:>10}".rstrip()
 
 
 def miss_note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:

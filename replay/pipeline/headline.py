@@ -201,5 +201,5 @@ def _how_often(figures: Mapping[str, Any], frames: int) -> str:
 
 def _kind(figures: Mapping[str, Any]) -> str:
     """What a time is of; only times of one kind can be compared."""
-    way = "live" if figures["live"] else "whole recording at once"
+    way = "live" if figures["live"] else "offline"
     return f"{way}{', with faces' if figures['faces_asked'] else ''}"

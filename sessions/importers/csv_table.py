@@ -33,17 +33,18 @@ class CsvTable:
     """The cells of one file; every column is text until it is asked for.
 
     ``skip_lines`` come before the header; of several ``header_lines`` a column's name is all its words. A file without
-    a header gets ``columns``, one without a clock a column ``ROW_TIME`` by its rows at ``rate_hz``.
+    a header gets ``columns``, one without a clock a column ``ROW_TIME`` by its rows at ``rate_hz``. Errors name
+    keys of the mapping where the file is ``mapped``.
     """
 
     def __init__(
         self, source: Path, delimiter: str, decimal: str, skip_lines: int = 0, header_lines: int = 1,
-        columns: Sequence[str] = (), rate_hz: float = 0.0,
+        columns: Sequence[str] = (), rate_hz: float = 0.0, mapped: bool = False,
     ) -> None:  # fmt: skip
         import pyarrow as pa
         from pyarrow import csv as arrow_csv
 
-        self.source, self.skipped = source, 0
+        self.source, self.skipped, self._mapped = source, 0, mapped
         header_lines = 0 if columns else header_lines
         self._delimiter, self._decimal, self._above = delimiter, decimal, skip_lines + header_lines
         self.heads = [list(columns)] if columns else _heads(source, delimiter, skip_lines, header_lines)
@@ -83,9 +84,10 @@ class CsvTable:
         """The cells of a column as Arrow text."""
         if name not in self.columns:
             if len(self.columns) == 1 and (other := [letter for letter in ",;\t|" if letter in self.columns[0]]):
+                cure = f"write delimiter = {json.dumps(other[0])} into the mapping"
                 raise ImportFileError(
                     f"{self.source}: line {self._above}: no column {name!r}, for nothing stands between "
-                    f"{self._delimiter!r}; write delimiter = {json.dumps(other[0])} into the mapping"
+                    f"{self._delimiter!r}; {cure if self._mapped else 'export it with commas between the cells'}"
                 )
             raise ImportFileError(f"{self.source}: line {self._above}: no column {name!r}{nearest(name, self.columns)}")
         return self._table.column(name)
@@ -148,7 +150,8 @@ class CsvTable:
             try:
                 float("nan" if cell in EMPTY else cell.replace(self._decimal, "."))
             except ValueError:
-                cure = 'write decimal = "," into the mapping' if cell.count(",") == 1 else "repair the cell"
+                cure = 'write decimal = "," into the mapping' if self._mapped else "export it with decimal points"
+                cure = cure if cell.count(",") == 1 else "repair the cell"
                 return self._wrong(row, column, f"{cell[:40]!r} is no number; {cure}")
         return ImportFileError(f"{self.source}: column {column!r} holds something that is no number; repair it")
 

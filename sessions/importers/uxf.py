@@ -48,6 +48,9 @@ def read_uxf(source: Path, *, convention: str = "unity") -> Imported:
     numbers: dict[str, list[tuple[Stamps, Numbers]]] = {}
     notes = ["rotations from Euler angles zxy in degrees to unit quaternions"]
     for path, body in _trackers(folder):
+        if not (_begins_with(path, TIME) or _begins_with(path, PLACE[0])):
+            notes.append(f"{path.name} left out: its first line names neither {TIME} nor {PLACE[0]}")
+            continue
         table = CsvTable(path, ",", ".")
         if _begins_with(path, PLACE[0]):
             found.setdefault(body, []).append(_poses(table))
@@ -83,8 +86,7 @@ def _trackers(folder: Path) -> Iterator[tuple[Path, str]]:
             "name the session's folder, for example experiment/participant/S001"
         )
     for match, path in sorted(trackers, key=lambda one: (int(one[0]["trial"]), str(one[1]))):
-        if _begins_with(path, TIME) or _begins_with(path, PLACE[0]):
-            yield path, match["body"] if match["what"] == "movement" else f"{match['body']}_{match['what']}"
+        yield path, match["body"] if match["what"] == "movement" else f"{match['body']}_{match['what']}"
 
 
 def _begins_with(path: Path, column: str) -> bool:

@@ -1,4 +1,4 @@
-"""XDF files of the Lab Streaming Layer: streams of type MoCap become bodies, of type Gaze gaze, of text events.
+"""XDF files of the Lab Streaming Layer: streams of MoCap or LSL4Unity become bodies, of Gaze gaze, of text events.
 
 Every channel of any other stream of numbers becomes a scalar.
 
@@ -33,6 +33,17 @@ ROLES: Final = {
 }  # fmt: skip
 """Type of a channel in small letters -> its place in x y z qx qy qz qw confidence."""
 
+UNITY: Final = "unity."
+"""How the types of streams begin that LSL4Unity sends: of its pose and transform outlets, in Unity's axes."""
+
+UNITY_ROLES: Final = {
+    **{("", f"pos{axis}"): place for place, axis in enumerate("xyz")},
+    **{("", f"rot{axis}"): 3 + place for place, axis in enumerate("xyzw")},
+    **{("position in world space", axis): place for place, axis in enumerate("xyz")},
+    **{("quaternion component", axis): 3 + place for place, axis in enumerate("xyzw")},
+}
+"""Type and label of a channel of LSL4Unity in small letters, or its label alone -> its place, as in ``ROLES``."""
+
 RAY: Final = ("positionx", "positiony", "positionz", "directionx", "directiony", "directionz")
 """Types of the channels of an eye, in small letters."""
 
@@ -51,34 +62,51 @@ def read_xdf(source: Path, *, convention: str | None = None) -> Imported:
     streams, notes = _streams(source)
     whole = _is_whole(source)
     notes += [] if whole else ["the file is cut short or damaged: the last pose of each body is flagged as lost"]
-    tables: dict[str, PoseTable] = {}
-    units: set[str] = set()
-    kinds = [_first(stream["info"], "type").lower() for stream in streams]
-    for stream in (one for one, kind in zip(streams, kinds, strict=True) if kind == "mocap"):
-        where = _where(stream)
-        for name, channels in _bodies(f"{source}: {where}", stream):
-            name = name if name not in tables else f"{_first(stream['info'], 'name')}/{name}"
-            tables[name] = _poses(source, where, stream, channels, whole)
-            units |= {_unit(stream, channels[0])}
+    posed = [stream for stream in streams if _holds_poses(source, stream)]
+    tables, units = _tables(source, posed, whole)
     if not tables:
         seen = [f"{_first(one['info'], 'name')} ({_first(one['info'], 'type')})" for one in streams]
         raise ImportFileError(
             f"{source}: no stream of type MoCap with PositionX and OrientationA; there are: {', '.join(seen) or 'none'}"
         )
-    unit = UNITS.get(min(units), min(units))
-    if len(units) > 1 or unit not in METRES:
+    lengths = {UNITS.get(unit, unit) for unit in units}
+    if len(lengths) > 1 or not lengths <= METRES.keys():
         raise ImportFileError(f"{source}: lengths are in {', '.join(sorted(units))}; record all in one of m, cm, mm")
-    axes = convention_named(convention or ASSUMED)
-    assumed = [f"axes {ASSUMED} ({axes.words})"] * (not convention) + ["lengths in m"] * ("" in units)
+    kinds = {"unity" if _kind(stream).startswith(UNITY) else ASSUMED for stream in posed}
+    if len(kinds) > 1 and not convention:
+        raise ImportFileError(f"{source}: poses of Unity and others are in it; name the axes of all by --convention")
+    axes, (unit,) = convention_named(convention or min(kinds)), lengths
+    assumed = [f"axes {axes.name} ({axes.words})"] * (not convention) + ["lengths in m"] * ("" in units)
     for stream in streams:
         (notes if stream["clock_times"] else assumed).append(f"{_where(stream)}: {_clock(stream)}")
     clock = "LSL clock of the recording computer, s"
-    frame = SourceFrame(axes, unit, METRES[unit], clock, assumed=tuple(assumed))
-    beside = BesidePoses()
-    for stream in (one for one, kind in zip(streams, kinds, strict=True) if kind != "mocap"):
-        _beside(source, stream, frame, beside)
-    samples = beside.put_into(imported(tables, frame, notes))
+    frame, beside = SourceFrame(axes, unit, METRES[unit], clock, assumed=tuple(assumed)), BesidePoses()
+    for stream in streams:
+        if not any(stream is one for one in posed):
+            _beside(source, stream, frame, beside)
+    samples = beside.put_into(imported(tables, frame, notes), stated=False)
     return replace(samples, events=sorted(_events(source, streams), key=lambda event: event.time_ns))
+
+
+def _holds_poses(source: Path, stream: dict[str, Any]) -> bool:
+    bodies = _kind(stream).startswith(UNITY) and next(_bodies(f"{source}: {_where(stream)}", stream), None)
+    return _kind(stream) == "mocap" or bool(bodies)
+
+
+def _tables(source: Path, streams: list[dict[str, Any]], whole: bool) -> tuple[dict[str, PoseTable], set[str]]:
+    """Every body of these streams, and the units of their lengths."""
+    tables: dict[str, PoseTable] = {}
+    units: set[str] = set()
+    for stream in streams:
+        for name, channels in _bodies(f"{source}: {_where(stream)}", stream):
+            name = name if name not in tables else f"{_first(stream['info'], 'name')}/{name}"
+            tables[name] = _poses(source, _where(stream), stream, channels, whole)
+            units |= {_unit(stream, channels[0])}
+    return tables, units
+
+
+def _kind(stream: dict[str, Any]) -> str:
+    return _first(stream["info"], "type").lower()
 
 
 def _where(stream: dict[str, Any]) -> str:
@@ -135,13 +163,14 @@ def _bodies(where: str, stream: dict[str, Any]) -> Iterator[tuple[str, list[int]
     """Each object of a stream that has a place and a quaternion, and its channels in the order of ``ROLES``."""
     found: dict[str, dict[int, int]] = {}
     for number, channel in enumerate(_channels(stream)):
-        kind = _first(channel, "type").lower()
+        kind, label = _first(channel, "type").lower(), _first(channel, "label").lower()
         name = _first(channel, "object") or _first(channel, "marker") or _first(stream["info"], "name")
         if kind in ("orientationp", "orientationh", "orientationr"):
             raise ImportFileError(
                 f"{where}: {name!r} has Euler angles, whose order XDF does not state; record OrientationA to D"
             )
-        if kind in ROLES and found.setdefault(name, {}).setdefault(ROLES[kind], number) != number:
+        role = ROLES.get(kind, UNITY_ROLES.get((kind, label), UNITY_ROLES.get(("", label), -1)))
+        if role >= 0 and found.setdefault(name, {}).setdefault(role, number) != number:
             raise ImportFileError(
                 f"{where}: {name!r} has two channels {_first(channel, 'type')}; name an <object> for each channel"
             )
@@ -174,7 +203,7 @@ def _beside(source: Path, stream: dict[str, Any], frame: SourceFrame, beside: Be
         eyes.setdefault(_first(channel, "eye"), {})[_first(channel, "type").lower()] = number
     taken: set[int] = set()
     for eye, types in eyes.items():
-        if _first(stream["info"], "type").lower() == "gaze" and types.keys() >= set(RAY):
+        if _kind(stream) == "gaze" and types.keys() >= set(RAY):
             columns = [types[kind] for kind in RAY]
             unit = _unit(stream, columns[0])
             metres = METRES.get(UNITS.get(unit, unit), frame.metres)

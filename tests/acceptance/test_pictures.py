@@ -115,7 +115,7 @@ def seek(viewer, result, frame):
 SHOWN = {
     "Where: red dots are contacts missed by mesh50": 100, "Close-up: the miss": 300,
     "When and which pair    red: missed by mesh50": 1000, "0.6 s around": 60,
-    r"\d+ of \d+ contacts missed.*mesh50": 500,
+    "mesh50 missed ": 500,
 }  # fmt: skip
 """View -> pixels of red at least, a third of what there are."""
 
@@ -137,13 +137,13 @@ def yellow(picture):
     return int(((r > 150) & (g > 120) & (b < 60) & (r - g < 90)).sum())
 
 
-def test_the_demo_opens_on_all_detectors_at_a_false_contact_of_the_worst(demo):
+def test_the_demo_opens_on_the_answer_at_a_false_contact_of_the_worst(demo):
     assert yellow(view(demo, "Where: red =")) > 300 and yellow(view(demo, "Close-up: the moment")) > 1000
     assert yellow(view(demo, "The pair in focus")) > 3000
-    whole = view(demo, "All pairs")
+    whole = view(demo, "When    red")
     assert red(whole) > 1000 < yellow(whole) and blue(whole) > 300
-    ranking = view(demo, "Ranking")
-    assert int((ranking.min(axis=-1) > 180).sum()) > 2000
+    answer = view(demo, "Answer")
+    assert int((answer.min(axis=-1) > 180).sum()) > 2000
     assert not any(one.reports for one in demo.state().views)
 
 
@@ -151,7 +151,7 @@ def test_choosing_a_moment_moves_lanes_close_up_and_words(looking, audited):
     deepest = by_depth(audited.misses["mesh50"])[0]
     false = max(audited.false["hull50"], key=lambda one: one.frames)
     titles, seen = ("Close-up: the moment", "The pair in focus", "The moment in the close-up"), []
-    with looking("All detectors") as viewer:
+    with looking("Answer") as viewer:
         for frame in (false.widest, deepest.deepest):
             seek(viewer, audited, frame)
             seen.append([view(viewer, title) for title in titles])
@@ -166,7 +166,7 @@ def test_four_lanes_are_whole_at_800_lines(audited, tmp_path):
     with viewer_or_skip(start_viewer, headless=True, size=(1280, 800)) as viewer:
         viewer.open(tmp_path / "run.rrd")
         time.sleep(TOASTS_GONE)
-        heights = [len(view(viewer, title)) for title in ("The pair in focus", "All pairs")]
+        heights = [len(view(viewer, title)) for title in ("The pair in focus", "When    red")]
     assert min(heights) >= 24 + 4 * 40, "a ruler and four lanes"
 
 
@@ -207,7 +207,7 @@ def hundreds():
 def test_hundreds_of_misses_are_clusters_and_numbers_in_red(hundreds, tmp_path):
     write_recording(hundreds, tmp_path / "run.rrd")
     with viewer_or_skip(opened, tmp_path) as viewer:
-        listed = view(viewer, r"\d+ of \d+ contacts missed|.* missed in part")
+        listed = view(viewer, "it missed ")
         lanes, near = view(viewer, "When and which"), view(viewer, "0.6 s around")
     assert int(((listed - listed[..., 1:2])[..., 0] > 60).sum()) > 500
     assert is_red(lanes).mean(axis=1).max() > 0.3, "the numbers fill their lane"

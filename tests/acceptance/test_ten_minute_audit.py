@@ -11,13 +11,11 @@ import sys
 import numpy as np
 import pytest
 from support.peak_memory import environment
+from support.ten_minutes import FACES, ten_minutes
 
-from sessions import Scene, Session, Track, write_session
-from sessions.synthetic.bench import Instruments, Placed, standing
-from sessions.synthetic.bench_bumps import make_bench_bumps
+from sessions import write_session
 
 pytestmark = pytest.mark.slow
-MINUTES, FACES = 10, 5000
 SECONDS, GIBIBYTES, MEGABYTES = 60.0, 2.0, 60.0
 
 MEASURED = """
@@ -32,30 +30,6 @@ seconds = time.process_time() - before
 print(json.dumps({"seconds": seconds, "gibibytes": peak_bytes() / 2**30, "frames": len(result.assembly.motion),
                   "audit": result.summary["audit"]["hybrid-qaco"]}))
 """
-
-
-def ten_minutes():
-    """The minute of bumps ten times over, two more glasses beside it, everything paired that moves."""
-    minute, _ = make_bench_bumps(faces=FACES)
-    spare = {
-        "spare-beaker": Placed("beaker_250", standing(0.35, 0.15)),
-        "spare-flask": Placed("erlenmeyer_flask", standing(0.02, -0.20)),
-    }
-    layout = Instruments(spare, FACES)
-    tracks = {name: repeated(track) for name, track in minute.tracks.items()}
-    stamps = tracks["headset"].times_ns
-    for name, item in spare.items():
-        poses = (np.tile(row, (len(stamps), 1)) for row in (item.position, item.quaternion))
-        tracks[name] = Track(stamps, *poses)
-    scene = Scene("ten-minutes", (*minute.scene.bodies, *layout.bodies()))
-    return Session.from_tracks(tracks, meshes={**minute.meshes, **layout.meshes}, scene=scene)
-
-
-def repeated(track):
-    times = track.times_ns
-    span = times[-1] - times[0] + int(np.median(np.diff(times)))
-    poses = (np.concatenate([part] * MINUTES) for part in (track.positions, track.quaternions_xyzw, track.valid))
-    return Track(np.concatenate([times + k * span for k in range(MINUTES)]), *poses)
 
 
 def test_ten_minutes_are_audited_with_the_colony_in_a_minute_two_gibibytes_and_sixty_megabytes(tmp_path):

@@ -29,6 +29,16 @@ def pixels(png):
 
 def photographed(page, folder, size):
     """Pixels of a page, HTML text, in a window of that size, and what the browser said."""
+    said = _opened(page, folder, f"--screenshot={folder / 'page.png'}", f"--window-size={size}").stderr
+    return pixels((folder / "page.png").read_bytes()), said
+
+
+def page_after_its_scripts(page, folder):
+    """The page as a browser has it two seconds later, as HTML."""
+    return _opened(page, folder, "--dump-dom", "--virtual-time-budget=2000").stdout
+
+
+def _opened(page, folder, *more):
     browser = shutil.which("chromium") or shutil.which("chromium-browser")
     if browser is None:
         pytest.skip("Chromium is not installed: install the package chromium to look at the page")
@@ -36,8 +46,6 @@ def photographed(page, folder, size):
     words = [
         browser, "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
         "--disable-background-networking", "--disable-component-update", "--disable-sync", "--enable-logging=stderr",
-        f"--user-data-dir={folder / 'profile'}", f"--screenshot={folder / 'page.png'}", f"--window-size={size}",
-        (folder / "page.html").as_uri(),
+        f"--user-data-dir={folder / 'profile'}", *more, (folder / "page.html").as_uri(),
     ]  # fmt: skip
-    done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)
-    return pixels((folder / "page.png").read_bytes()), done.stderr
+    return subprocess.run(words, capture_output=True, text=True, timeout=120, check=True)

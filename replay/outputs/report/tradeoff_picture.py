@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
+from replay.base.shown import drawable
 from replay.outputs.price_plot import BEST, COMPLETE, CURVES, FAINT, INVENTS, Plot, plots_of, subtitle
 from replay.pipeline.run_result import Tradeoff
 
@@ -65,7 +66,7 @@ def _drawn(done: Tradeoff, theme: Theme) -> Figure:
     drawn = Figure(figsize=SIZE, facecolor=theme.paper)
     drawn.text(0.05, 0.95, done.answer, fontsize=17, fontweight="bold", va="center")
     for place, line in zip((0.915, 0.887), subtitle(done), strict=True):
-        drawn.text(0.05, place, line, fontsize=10, color=theme.faint, va="center")
+        drawn.text(0.05, place, drawable(line), fontsize=10, color=theme.faint, va="center")
     for axes, plot in zip(drawn.subplots(1, 2, gridspec_kw={"wspace": 0.14}), plots_of(done), strict=True):
         _panel(axes, plot, theme)
     drawn.subplots_adjust(left=0.05, right=0.985, top=0.83, bottom=0.09)

@@ -21,6 +21,7 @@ from replay.outputs.rerun_log.overview import SPACE, OverviewLanes
 from replay.outputs.rerun_log.overview_tab import overview_tab
 from replay.outputs.rerun_log.pipeline import sphere_path
 from replay.outputs.rerun_log.pipeline_tab import pipeline_tab
+from replay.outputs.rerun_log.session_lanes import session_lanes
 from replay.outputs.rerun_log.timing import Cost, any_timed, stage_path, timing_view
 from replay.outputs.rerun_log.tradeoff import curve_tab
 from replay.outputs.rerun_log.views import faded_meshes, plot, spatial, text_list
@@ -107,7 +108,6 @@ class BlueprintInput:
     detector_lanes : whether there are lanes per detector.
     watched : audited detectors that are shown at their work.
     overview : lanes of the screen of all detectors, ``None`` without a moment to show.
-    leads : whether that screen is the first.
     solids : label -> entities of the solids in place of the meshes.
     hiding : bodies that stand before what a close-up shows: translucent there.
     start, end : seconds of the time axes; left alone, the viewer shows one minute around the cursor.
@@ -122,7 +122,6 @@ class BlueprintInput:
     end: float
     watched: Sequence[WatchedRun] = ()
     overview: OverviewLanes | None = None
-    leads: bool = False
     solids: Mapping[str, Sequence[str]] = field(default_factory=dict)
     hiding: Collection[str] = ()
 
@@ -145,14 +144,16 @@ def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
         tabs.append(pipeline_tab(result, run, _eye_controls(layout.eye), _whole(layout), name))
     first = 0
     if layout.overview is not None:
-        tabs.insert(0 if layout.leads else len(layout.subjects), _overview(layout, layout.overview))
+        tabs.insert(0, _overview(layout, layout.overview))
     if result.tradeoff is not None:
         first = len(tabs)
         tabs.append(curve_tab())
     tabs.append(_costs(layout, "What accuracy costs" if result.tradeoff is None else "Time per frame"))
-    if result.effects:
-        first = first if layout.subjects or result.tradeoff is not None else len(tabs)
-        tabs.append(_effects(layout, effect_views(result.effects)))
+    doing = tuple(session_lanes(result))
+    if result.effects or doing:
+        if result.effects and not layout.subjects and result.tradeoff is None:
+            first = len(tabs)
+        tabs.append(_happened(layout, effect_views(result.effects), doing))
     if layout.detector_lanes:
         words = "What each detector said of each pair (no colour: CLEAR)"
         tabs.append(rrb.Horizontal(state_view("detectors", words, _whole(layout)), name="Detectors"))
@@ -189,9 +190,10 @@ def _overview(layout: BlueprintInput, lanes: OverviewLanes) -> Any:
     own = [f"- /{one.missed}/**" for one in layout.subjects]
     contents = ["/world/**", *normals, *spheres, *own]
     times = timing_view(layout.costs, _whole(layout), short=True)
-    there = {code for one in layout.result.comparisons.values() for code in np.unique(one.outcome).tolist()}
+    there = {code for one in layout.result.comparisons.values() for code in np.flatnonzero(one.counts).tolist()}
     faded, legend = faded_meshes(layout.result, layout.hiding), lane_legend(there & IN_LEGEND)
-    return overview_tab(lanes, contents, _eye_controls(layout.eye), faded, legend, _whole(layout), times)
+    eye, wires = _eye_controls(layout.eye), [*layout.solids]
+    return overview_tab(lanes, contents, eye, faded, legend, _whole(layout), times, wires)
 
 
 def _words(subject: Subject) -> Any:
@@ -229,7 +231,7 @@ def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
 
 
 def _lanes(layout: BlueprintInput, subject: Subject, lanes: Sequence[str]) -> Any:
-    there = np.unique(layout.result.comparisons[subject.label].outcome).tolist()
+    there = np.flatnonzero(layout.result.comparisons[subject.label].counts).tolist()
     name = f"When and which pair    {lane_legend(there, subject.label)}"
     root = lanes[0].rpartition("/")[0]
     whole = state_view(root, name, _whole(layout), lanes)
@@ -266,18 +268,18 @@ def _costs(layout: BlueprintInput, name: str) -> Any:
     return rrb.Horizontal(*beside, table, column_shares=[0.62, 0.38] if plots else [1.0], name=name)
 
 
-def _effects(layout: BlueprintInput, views: EffectViews) -> Any:
-    """What happened in the room, when, and in numbers."""
+def _happened(layout: BlueprintInput, views: EffectViews, doing: Sequence[str]) -> Any:
+    """What happened in the room, what people did there (lanes of ``doing``), when, and in numbers."""
     rows: list[Any] = []
     plots = list(views.plots.items())[:EFFECT_PLOTS]
     shares = [SCREEN_POINTS / max(1, len(plots))] * len(plots)
-    if views.lanes:
+    if lanes := [*doing, *views.lanes]:
         # As high as its lanes, or the lower ones would be cut off; what is left is for the plots.
-        high = min(RULER_POINTS + LANE_POINTS * len(views.lanes), SCREEN_POINTS // 2)
+        high = min(RULER_POINTS + LANE_POINTS * len(lanes), SCREEN_POINTS // 2)
         shares = [high, *((SCREEN_POINTS - high) / len(plots) for _ in plots)]
-        rows.append(state_view("effects", "When", _whole(layout), views.lanes))
+        rows.append(state_view("", "When: what people did, and what the effects found", _whole(layout), lanes))
     rows += [plot(_whole(layout), "/effects", axis, paths) for axis, paths in plots]
     words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name=views.headline)
     left = rrb.Vertical(_room(layout), words, row_shares=[0.68, 0.32])
     beside = [rrb.Vertical(*rows, row_shares=shares)] if rows else []
-    return rrb.Horizontal(left, *beside, name=tab_name(layout.result.effects))
+    return rrb.Horizontal(left, *beside, name=tab_name(layout.result.effects) if layout.result.effects else "Tasks")

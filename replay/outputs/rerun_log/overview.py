@@ -24,6 +24,7 @@ from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.focus import log_eyes, read_static
 from replay.outputs.rerun_log.lanes import log_lane, log_with_numbers, send_lane, word_changes
 from replay.outputs.rerun_log.missed import LINGER, POLE, UP
+from replay.outputs.rerun_log.session_lanes import session_lanes
 from replay.pipeline.run_result import RunResult
 
 ROOT: Final = "focus"
@@ -44,10 +45,14 @@ BACK: Final = 0.30
 
 @dataclass(frozen=True)
 class OverviewLanes:
-    """Paths of the lanes of the pair in focus, and of those of all pairs; the oracle's first, then the worst."""
+    """Paths of the lanes of the pair in focus, and of those of all pairs; the oracle's first, then the worst.
+
+    ``doing``: lanes of what people did, where there is room for any.
+    """
 
     near: Sequence[str]
     whole: Sequence[str]
+    doing: Sequence[str] = ()
 
 
 SHOWN: Final = (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH)
@@ -64,7 +69,7 @@ def overview_lanes(result: RunResult, order: Sequence[str]) -> OverviewLanes:
     near, whole = (
         [entity(ROOT, part, f"{rank}_{label}") for rank, label in enumerate(labels, 1)] for part in ("pair", "all")
     )
-    return OverviewLanes(near, whole)
+    return OverviewLanes(near, whole, [*session_lanes(result)][: LANES - len(labels)])
 
 
 def log_overview(
@@ -85,14 +90,17 @@ def _log_lanes(
     lanes, assembly = overview_lanes(result, order), result.assembly
     frames = np.arange(len(assembly.motion))
     pair = pair_in_focus(moments, len(frames))
-    contact = counts_as_contact(result.detections[result.oracle].verdict)
-    names = {column: assembly.pair_name(column) for column in np.unique(pair).tolist()}
-    there = zip(pair.tolist(), contact[frames, pair].tolist(), strict=True)
-    words = np.array([f"{names[column]}{CONTACT if now else ''}" for column, now in there], dtype=object)
-    looks = [(f"{name}{more}", shade) for name in names.values() for more, shade in (("", FAINT), (CONTACT, TRUE))]
+    verdict = result.detections[result.oracle].verdict
+    columns, number = np.unique(pair, return_inverse=True)
+    names = [assembly.pair_name(column) for column in columns.tolist()]
+    texts = np.array([[name, f"{name}{CONTACT}"] for name in names], dtype=object)
+    words = texts[number, counts_as_contact(verdict[frames, pair]).astype(np.intp)]
+    looks = [look for free, met in texts.tolist() for look in ((free, FAINT), (met, TRUE))]
     send_lane(writer, lanes.near[0], *word_changes(writer, words), looks)
-    free = contact & (next(iter(result.comparisons.values())).outcome != Outcome.HELD)
-    anywhere = np.where(free.any(axis=1), "contact", "").astype(object)
+    touched = np.zeros(len(frames), dtype=np.bool_)
+    for said, outcome in zip(verdict.T, next(iter(result.comparisons.values())).outcome.T, strict=True):
+        touched |= counts_as_contact(said) & (outcome != Outcome.HELD)
+    anywhere = np.array(["", "contact"], dtype=object)[touched.astype(np.intp)]
     send_lane(writer, lanes.whole[0], *word_changes(writer, anywhere), [("contact", TRUE)])
     for label, near, whole in zip(order, lanes.near[1:], lanes.whole[1:], strict=False):
         outcome = result.comparisons[label].outcome

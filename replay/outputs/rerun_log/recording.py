@@ -28,26 +28,26 @@ from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_tab
 from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane, noise_lane
 from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
 from replay.outputs.rerun_log.overview import log_overview, moment_eyes, overview_lanes
-from replay.outputs.rerun_log.overview_tab import RANKING
+from replay.outputs.rerun_log.overview_tab import ANSWER
 from replay.outputs.rerun_log.pipeline import log_pipeline
 from replay.outputs.rerun_log.pipeline_frame import log_frame
 from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.report import (
+    answer_text,
     log_cluster_list,
     log_missed_list,
     log_notes,
     log_worst,
-    ranking_text,
     report_text,
 )
 from replay.outputs.rerun_log.search_picture import log_searches
+from replay.outputs.rerun_log.session_lanes import log_session_lanes
 from replay.outputs.rerun_log.solids import log_solids, solid_path, with_solids
 from replay.outputs.rerun_log.timing import cost_of, cost_text, log_timing
 from replay.outputs.rerun_log.tradeoff import log_tradeoff
 from replay.outputs.rerun_log.world import log_touches, log_world
 from replay.outputs.watched_run import WatchedRun, watched_runs
 from replay.pipeline.headline import contact_words, headline
-from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 
 APPLICATION: Final = "vrlab-replay"
@@ -130,6 +130,7 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     if result.tradeoff is not None:
         log_tradeoff(writer, result.tradeoff)
     log_effects(writer, result.effects)
+    log_session_lanes(writer, result)
     writer.markdown("report", report_text(result))
     log_findings(writer, result)
 
@@ -144,7 +145,7 @@ def _log_overview(
     writer: RecordingWriter, result: RunResult, moments: Sequence[FocusMoment], eyes: Sequence[Eye]
 ) -> None:  # fmt: skip
     log_overview(writer, result, worst_first(result), moments, eyes)
-    writer.markdown(RANKING, ranking_text(result))
+    writer.markdown(ANSWER, answer_text(result))
     pair = pair_in_focus(moments, len(result.assembly.motion))
     for label in with_solids(result):
         log_solids(writer, result, label, pair)
@@ -179,7 +180,8 @@ def _spoken_of(result: RunResult) -> list[int]:
     for comparison in result.comparisons.values():
         ranked.update(dict.fromkeys(ranked_pairs(comparison, result.assembly.held)))
     for detection in result.detections.values():
-        ranked.update(dict.fromkeys(np.flatnonzero(counts_as_contact(detection.verdict).any(axis=0)).tolist()))
+        said = [counts_as_contact(column).any() for column in detection.verdict.T]
+        ranked.update(dict.fromkeys(np.flatnonzero(said).tolist()))
     return list(ranked)[:DETECTOR_LANES]
 
 
@@ -195,7 +197,6 @@ def _layout(
     end = max([last, *(end / 1e9 for _, _, end in boxes)])
     lanes = overview_lanes(result, worst_first(result)) if moments else None
     solids = {label: [solid_path(body, label) for body in result.assembly.names] for label in with_solids(result)}
-    leads = bool(moments) and (len(subjects) > 1 or ranking(result.summary)[0].leads_false)
     return BlueprintInput(
         result,
         subjects,
@@ -206,7 +207,6 @@ def _layout(
         end,
         watched,
         lanes,
-        leads,
         solids,
         hiding,
     )
@@ -225,10 +225,9 @@ def _places(result: RunResult, misses: Sequence[tuple[float, float, float]]) -> 
     trusted = result.detections.get(result.oracle) or next(iter(result.detections.values()), None)
     if trusted is None:
         return points[0]
-    contact = counts_as_contact(trusted.verdict)
     names, scene = assembly.names, result.session.scene
     for column, bodies in enumerate(assembly.pairs.tolist()):
-        frames = np.flatnonzero(contact[:, column])
+        frames = np.flatnonzero(counts_as_contact(trusted.verdict[:, column]))
         frames = frames[:: max(1, len(frames) // 200)]
         for body in bodies:
             corners = _corners(assembly.bodies[body].mesh.vertices)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
@@ -23,8 +24,8 @@ from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.run_tables import cluster_table, miss_table, ranking_table
 from replay.outputs.tables import table, text_of
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words
-from replay.pipeline.headline import beside, doubts, headlines, price
-from replay.pipeline.ranking import Rank, fault_words, ranking
+from replay.pipeline.headline import beside, doubts, headlines, price, undecided
+from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
 
 WORST: Final = MANY
@@ -73,19 +74,41 @@ def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result
 RANK_COLUMNS: Final = ("detector", "missed", "in part", "undecided", "false", "p99 ms", "what to do", "asked")
 
 
-def ranking_text(result: RunResult) -> str:
-    """The audited detectors in Markdown, worst first: what is wrong, what to do, and what being right costs."""
+def answer_text(result: RunResult) -> str:
+    """What is wrong, why, what being right costs, and of several detectors the ranking, the worst first."""
     ranks = ranking(result.summary)
-    told = [*(to_do(result, one.label) for one in ranks[:-1]), "trusted here"]
-    made = ranking_table(result.summary).beside("what to do", told).only(*RANK_COLUMNS)
+    title, _, more = headlines(result)[0].partition("; ")
+    cost = [f"**Cost:** {words}" for words in price(result)]
+    several = len(ranks) > 2
+    also = [f"Also: {more}."] if more else []
+    # The table holds what else there is: at 1,280 x 800 it stands whole below three lines.
+    parts = [f"## {title}", *also * (not several), *why(result, ranks[0]), *cost]
+    if several:
+        parts += [_ranks(result, ranks), *also, "*missed*: never reported. *in part*: late, early, or with gaps."]
+    held = [f"A hand and what it holds are counted apart: {words}." for words in _held_words(ranks)]
+    return "\n\n".join([*parts, *undecided(result), *held, *doubts(result), f"*{CAVEAT}*"])
+
+
+def why(result: RunResult, worst: Rank) -> list[str]:
+    """A line with the cause of most of the larger fault of the worst detector, and what mends it."""
+    found, mends = result.false[worst.label] if worst.leads_false else result.misses[worst.label], ""
+    if len(result.comparisons) == 1:
+        mends = f"**To do:** {to_do(result, worst.label)}."
+    if not found:
+        return [mends] * bool(mends)
+    (cause, count), *_ = Counter(one.cause for one in found).most_common()
+    thing = counted(len(found), "false contact" if worst.leads_false else "miss", "" if worst.leads_false else "misses")
+    return [f"**Why:** {cause} ({count:,} of {thing}). {mends}".rstrip()]
+
+
+def _ranks(result: RunResult, ranks: Sequence[Rank]) -> str:
+    """The audited detectors; the oracle's time stands in the price."""
+    made = ranking_table(result.summary)
+    made = replace(made, rows=made.rows[:-1], notes=tuple(one for one in made.notes if one != OVER_CONTACTS))
+    made = made.beside("what to do", [to_do(result, one.label) for one in ranks[:-1]]).only(*RANK_COLUMNS)
     # Page and terminal have room for intervals; here they would push out what to do.
     plain = [tuple(text_of(cell).partition(" [")[0] for cell in row[:-1]) + row[-1:] for row in made.rows]
-    made = replace(made, rows=tuple(plain), notes=tuple(one for one in made.notes if one != OVER_CONTACTS))
-    about = "*missed*: never reported. *in part*: late, early, or with gaps. *false*: share of the contact it reports."
-    held = [f"A hand and what it holds are counted apart: {words}." for words in _held_words(ranks)]
-    title = f"## {ranks[0].label}: {fault_words(ranks[0]).partition(';')[0]}"
-    parts = [title, *(f"**{words}**" for words in price(result)), markdown(made), about, *held]
-    return "\n\n".join([*parts, *doubts(result), f"*{CAVEAT}*"])
+    return markdown(replace(made, title="", rows=tuple(plain)))
 
 
 def _held_words(ranks: Sequence[Rank]) -> list[str]:

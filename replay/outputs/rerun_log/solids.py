@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Final, Protocol, runtime_checkable
 
 import numpy as np
@@ -28,9 +29,10 @@ HIDDEN, SEEN, FALSE = range(3)
 
 @runtime_checkable
 class HasColliders(Protocol):
-    """A detector that decides about solids in place of the meshes, one a body."""
+    """A detector that decides about solids in place of the meshes, one a body, each of one or more convex parts."""
 
     colliders: tuple[Body, ...]
+    parts: Mapping[str, Sequence[TriangleMesh]]
 
 
 def solid_path(body: str, label: str) -> str:
@@ -55,7 +57,7 @@ def log_solids(writer: RecordingWriter, result: RunResult, label: str, pair: Int
     assert isinstance(detector, HasColliders)
     state, left = solid_states(result, label, pair), DRAWN_EDGES
     for column, solid in enumerate(detector.colliders):
-        edges = sharp_edges(solid.mesh)
+        edges = np.concatenate([sharp_edges(part) for part in detector.parts[solid.name]])
         if np.ptp(solid.mesh.vertices, axis=0).max() / 2 > ROOM:
             continue
         left -= _log_solid(writer, solid_path(solid.name, label), edges, state[:, column], left)

@@ -27,6 +27,9 @@ TOTAL: Final = "1_total"
 BUDGET_SHOWN: Final = 0.25
 """Share of the budget from which its line is in the plot of times."""
 
+LEGEND: Final = 3
+"""Detectors beside whose names that of the budget fits into the legend of a low plot; its height says it too."""
+
 CUT: Final = 1.3
 """A plot of times ends at so many times what one look in a thousand exceeds."""
 
@@ -129,7 +132,7 @@ def timing_view(costs: Mapping[str, Cost], whole: rrb.TimeAxis, *, short: bool =
     timed = [cost.per_frame for cost in costs.values() if cost.per_frame is not None and len(cost.per_frame)]
     top, slowest, cut = clipped(timed)
     # A budget far above everything would press the curves to the floor: then the title says how far.
-    budget = ["timing/budget"] if top > BUDGET_SHOWN * BUDGET_MS else []
+    budget = ["timing/budget"] if top > BUDGET_SHOWN * BUDGET_MS and not (short and len(costs) > LEGEND) else []
     top = max(top, 1.15 * BUDGET_MS if budget else 0.0)
     worst = f"worst {slowest:.2f}{cut if slowest > top else ''}: {slowest / BUDGET_MS:.0%} of a "
     worst += f"{HEADSET_HZ:g} Hz frame" if short else f"frame at {HEADSET_HZ:g} Hz ({BUDGET_MS:.1f} ms)"

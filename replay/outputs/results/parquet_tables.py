@@ -39,7 +39,7 @@ def frame_table(result: RunResult) -> Iterator[pa.Table]:
     """Pair-frames where anything happened, in order of time, part by part.
 
     A row stands for one pair in one frame that some detector calls contact, candidate, unresolved or invalid. Columns:
-    ``frame stamp_ns time body_a body_b held``; per detector ``verdict/<label>``; per audited one ``outcome/<label>``
+    ``frame stamp_ns time body_a body_b held``; per detector ``verdict/<label>``; per audited one ``outcome/<label>``,
     ``miss/<label>`` and ``false/<label>`` (number of the miss or the false contact, null outside);
     ``work/<label>/<counter>`` where counted per pair-frame; and ``frame_seconds/<label>`` (the whole frame, all pairs)
     where frames were timed. ``flag`` names what was in doubt about a pose of either body (``frozen+gap``; null:

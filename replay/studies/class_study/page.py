@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Final
 
+from replay.base.shown import drawable
 from replay.outputs.report.drawing import PAPER, svg_in_page
 from replay.outputs.report.markup import Markup, element, page_html, page_section, page_table
 from replay.outputs.tables import table
@@ -120,7 +121,7 @@ def _forest(study: Study) -> Markup:
         axes.axvline(0.0, color="#8a93a0", lw=1)
         held = ["" if one.kind == "simple" else ", others held equal" for one, _ in rows]
         names = [f"{words(c.name)} – {words(one.outcome)}{more}" for (one, c), more in zip(rows, held, strict=True)]
-        axes.set_yticks(range(len(rows)), names)
+        axes.set_yticks(range(len(rows)), list(map(drawable, names)))
         axes.invert_yaxis()
         axes.set_xlabel("standardised coefficient with 95 % interval; filled: associated")
         axes.spines[["top", "right", "left"]].set_visible(False)

@@ -11,6 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import TriangleMesh
+from replay.base.shown import drawable
 from replay.outputs.palette import FOUND, INVENTED, MISSED, hex_of
 from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
 from replay.outputs.words import counted
@@ -170,7 +171,9 @@ def _picture(fault: Fault) -> bytes:
     # A point has no extent, and the limits of an axis must differ.
     middle, half = (points.min(axis=0) + points.max(axis=0)) / 2, max(float(np.ptp(points, axis=0).max()) / 2, 1e-9)
     axes.set(**{f"{axis}lim": (middle[k] - half, middle[k] + half) for k, axis in enumerate("xyz")})
-    axes.set(xlabel="x, m", ylabel="y, m", zlabel="z, m", title=" and ".join(body.name for body in fault.pair))
+    axes.set(
+        xlabel="x, m", ylabel="y, m", zlabel="z, m", title=" and ".join(drawable(body.name) for body in fault.pair)
+    )
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=100, metadata={"Software": None})
     return buffer.getvalue()

@@ -104,6 +104,11 @@ def test_a_sheet_touches_what_crosses_it_and_not_what_is_above_it(thickness, siz
         )
 
 
+def test_a_body_may_be_called_anything():
+    bodies = [Body(name, box_mesh()) for name in ("a\nb", "a b", "a\\nb", "<x>")]
+    assert create_detector("mujoco", bodies).pairs.shape == (6, 2)
+
+
 def test_a_mesh_that_it_refuses_is_refused_by_name_in_one_line():
     box, turn = box_mesh(), random_rotations(np.random.default_rng(0), 1)[0]
     for vertices in (box.vertices * [1e6, 1e6, 1e-4] @ turn, box.vertices * 1e100):

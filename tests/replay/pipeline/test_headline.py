@@ -99,7 +99,7 @@ RATE = {"settings": {"rate_hz": 22.5}}
         ),
         (
             took(9e-5, live=False, faces=True), took(5e-5), counted(missed=1),
-            "Being right costs 0.09 ms (0.81 % of a 90 Hz frame) with exact (whole recording at once, with faces); it "
+            "Being right costs 0.09 ms (0.81 % of a 90 Hz frame) with exact (offline, with faces); it "
             "took 0.05 ms (live). `replay tradeoff` compares alike.",
         ),
         (

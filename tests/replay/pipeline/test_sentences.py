@@ -120,7 +120,7 @@ def test_every_sentence_holds_in_every_state(state):
     assert said(run) == [*sentences, UNTIMED]
     (price,) = headline.price(run)
     assert price == (
-        "Being right costs 1 ms (9 % of a 90 Hz frame) with exact (whole recording at once, with faces); it took 1 ms "
+        "Being right costs 1 ms (9 % of a 90 Hz frame) with exact (offline, with faces); it took 1 ms "
         "(live). `replay tradeoff` compares alike."
     )
 

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from support.import_mutants import round_trips
 
 from sessions.errors import SessionError
 from sessions.importers import import_session
@@ -37,6 +38,7 @@ def test_stamps_rotations_and_events_come_through(tmp_path):
     session = import_session("aframe", written(tmp_path, data), proxies=False)
     assert session.frames.stamp_ns.tolist() == [1_000_500_000, 1_011_600_000]
     expected = Rotation.from_euler("YXZ", [angles[1], angles[0], angles[2]], degrees=True).as_quat()
+    round_trips(session, tmp_path)
     got = session.frames.quaternion_xyzw[0, 0]
     assert np.allclose(got * np.sign(got[3]), expected * np.sign(expected[3]), atol=1e-15)
     (event,) = session.events
@@ -102,20 +104,36 @@ def test_repeated_stamps_are_dropped_and_missing_numbers_flagged_and_both_are_sa
     assert "left: 1 rows flagged" in session.facts["conversions"]
 
 
-@pytest.mark.parametrize(
-    ("data", "message"),
-    [
-        ("{", "this is not JSON"),
-        ("[]", "no device with a list of poses"),
-        ({"left": {"poses": []}}, "there is no pose in it"),
-        ({"left": {"poses": [{"position": {}}]}}, "left: pose 0: it has no timestamp"),
-        ({"left": {"poses": [pose(1)], "events": [{"name": "x"}]}}, "event 0 has no timestamp"),
-        ({"left": {"poses": [pose(1)], "events": 3}}, "events are no list"),
-    ],
+def left(first, **more):
+    return {"left": {"poses": [first], **more}}
+
+
+NO_DEVICE, NO_TIME, NO_EVENT = (
+    "no device with a list of poses",
+    "left: pose 0: it has no timestamp",
+    "event 0 has no time",
 )
+BROKEN = [
+    ("{", "this is not JSON"), ("", "this is not JSON"), ("\udcff{", "this is not JSON text"),
+    ("[" * 100_000, "this is not JSON text"), (json.dumps(left(pose(1))) + " x", "this is not JSON: Extra data"),
+    (json.dumps(left(pose(1)))[:-9], "this is not JSON"), ("[]", NO_DEVICE), ("null", NO_DEVICE), ("3", NO_DEVICE),
+    ({"a": 1}, NO_DEVICE), ({"recording": {}}, NO_DEVICE), ({"recording": {"left": {"poses": 3}}}, NO_DEVICE),
+    ({"left": {"poses": []}}, "there is no pose in it"), (left({"position": {}}), NO_TIME), (left(None), NO_TIME),
+    (left([1]), NO_TIME), *((left(pose(1) | {"timestamp": at}), NO_TIME) for at in ("1", True, 1e20, float("nan"))),
+    (left(pose(1), events=[{"name": "x"}]), NO_EVENT), (left(pose(1), events=[3]), NO_EVENT),
+    (left(pose(1), events=[{"timestamp": "x"}]), NO_EVENT), (left(pose(1), events=3), "events are no list"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("data", "message"), BROKEN, ids=map(str, range(len(BROKEN))))
 def test_a_file_that_is_no_capture_is_refused_in_one_sentence(tmp_path, data, message):
-    with pytest.raises(SessionError, match=message):
-        import_session("aframe", written(tmp_path, data))
+    assert len(BROKEN) >= 20
+    path = tmp_path / "m.json"
+    text = data if isinstance(data, str) else json.dumps(data)
+    path.write_bytes(text.encode(errors="surrogateescape"))
+    with pytest.raises(SessionError, match=message) as raised:
+        import_session("aframe", path)
+    assert str(raised.value).startswith(f"{path}: ") and "\n" not in str(raised.value)
 
 
 @given(
@@ -142,12 +160,11 @@ SCRIPT = "".join(re.findall(r"```csharp\n(.*?)```", (ROOT / "replay/guide/unity.
 
 
 def templates():
-    """The header and the three kinds of lines as the script writes them."""
+    """The header and the kinds of lines as the script writes them."""
+    kinds = ("pose,", "trigger,", "{kind},", "scalar,", "gaze,")
     (header,) = re.findall(r'WriteLine\("(kind,[^"]*)"\)', SCRIPT)
     lines = re.findall(r'Invariant\(\$"([^"]*)"\)', SCRIPT)
-    return header, *(
-        next(line for line in lines if line.startswith(start)) for start in ("pose,", "trigger,", "{kind},")
-    )
+    return header, *(next(line for line in lines if line.startswith(start)) for start in kinds)
 
 
 def filled(template, values):
@@ -168,7 +185,7 @@ def pose_values(time, name, position, quaternion, tracked=1):
 
 
 def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
-    header, pose, trigger, contact = templates()
+    header, pose, trigger, contact, scalar, gaze = templates()
     rng = np.random.default_rng(8)
     count = 40
     turns, places = Rotation.random(count, random_state=8), rng.normal(size=(count, 3)) * [1, 1, 1e-5]
@@ -177,6 +194,9 @@ def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
         time = k / 90
         lines.append(filled(pose, pose_values(time, "LeftHand", places[k], turns[k].as_quat(), int(k != 3))))
         lines.append(filled(trigger, {"Time.timeAsDouble": time, "hand": "left", "value": k / count}))
+        lines.append(filled(scalar, {"Time.timeAsDouble": time, "Cell(name)": "heart rate", "value": 70 + k}))
+        eye = pose_values(time, "", places[k], turns[k].as_quat()) | {"Cell(who)": "anna"}
+        lines.append(filled(gaze, eye))
         if k in (10, 20):
             kind = {10: "enter", 20: "exit"}[k]
             both = (("LeftHand", "Beaker"), ("Beaker", "LeftHand"))
@@ -201,3 +221,8 @@ def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
         ("LeftHand", "Beaker", "exit"),
     ]
     assert "left out" not in session.facts["conversions"]
+    assert session.scalars["heart rate"].values.tolist() == [70.0 + k for k in range(count)]
+    round_trips(session, tmp_path)
+    looked = session.gaze["anna"]
+    assert np.allclose(looked.origins, places @ mirror, rtol=1e-7, atol=1e-12)
+    assert np.allclose(looked.directions, turns.apply([0, 0, 1]) @ mirror, atol=1e-6)

@@ -120,6 +120,27 @@ def test_columns_of_a_mapping_are_scalars_and_gaze(tmp_path):
     assert "gaze of anna: 1 samples flagged as lost that hold no ray" in session.facts["conversions"]
 
 
+def test_gaze_in_the_frame_of_a_headset_is_carried_into_the_world(tmp_path):
+    mapping = tmp_path / "map.toml"
+    gaze = '[gaze.anna]\norigin = ["ox", "oy", "oz"]\ndirection = ["dx", "dy", "dz"]\nrelative_to = "{}"\n'
+    mapping.write_text(WIDE + gaze.format("flask"))
+    place, turn = np.array([1000.0, 2000, 3000]), Rotation.from_euler("zyx", [30, 20, 10], degrees=True)
+    origin, ray = np.array([10.0, 20, 30]), np.array([0.0, 0.6, 0.8])
+    row = [place, (10, 20, 30), origin, ray]
+    cells = [";".join(str(one).replace(".", ",") for part in row for one in part)] * 2
+    cells[1] = cells[1].replace("1000,0", "", 1)
+    lines = ["t;x;y;z;rx;ry;rz;ox;oy;oz;dx;dy;dz", *(f"{k};{one}" for k, one in enumerate(cells))]
+    path = written(tmp_path, lines)
+    looked = import_session("csv", path, mapping=mapping).gaze["anna"]
+    axes = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
+    assert np.abs(looked.origins[0] - axes @ (place + turn.apply(origin)) / 1000).max() < 1e-9
+    assert np.abs(looked.directions[0] - axes @ turn.apply(ray)).max() < 1e-9
+    assert looked.valid.tolist() == [True, False]
+    mapping.write_text(WIDE + gaze.format("flusk"))
+    with pytest.raises(SessionError, match="gaze of 'anna': no body 'flusk'; did you mean 'flask'"):
+        import_session("csv", path, mapping=mapping)
+
+
 def test_rows_of_unity_are_scalars_and_gaze_along_the_forward_of_an_eye(tmp_path):
     turn, place = Rotation.from_euler("zxy", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
     eye = [
@@ -168,22 +189,44 @@ def test_a_mesh_that_unity_exported_as_gltf_is_turned_about_y(tmp_path):
     assert session.meshes["tool"].faces.tolist() == [[0, 1, 2]]
 
 
-@pytest.mark.parametrize(
-    ("lines", "message"),
-    [
-        ([""], "the file is empty"),
-        (["a,b"], "line 1: no column 'time', so this is not the CSV of the Unity script"),
-        ([HEADER + ",px", ""], "line 1: column 'px' occurs twice"),
-        ([HEADER], "there is no pose in it"),
-        ([HEADER, "pose,x,left,0,0,0,0,0,0,1,1,,"], "line 2, column 'time': 'x' is no number"),
-        ([HEADER, "pose,0,left,0,0,here,0,0,0,1,1,,"], "line 2, column 'pz': 'here' is no number"),
-        ([HEADER, "pose,,left,0,0,0,0,0,0,1,1,,"], "line 2, column 'time': the time is missing"),
-        ([HEADER, "pose,0,,0,0,0,0,0,0,1,1,,"], "a pose has no body"),
-    ],
-)
-def test_a_bad_file_is_refused_with_line_and_column(tmp_path, lines, message):
-    with pytest.raises(SessionError, match=message):
-        import_session("csv", written(tmp_path, lines))
+LEFT = "pose,0.000000,left,0,0,0,0,0,0,1,1,,"
+BROKEN = [
+    ([HEADER.replace("kind", "art"), LEFT], "line 1: no column 'kind'"),
+    ([HEADER.replace("px", "x"), LEFT], "line 1: no column 'px'; did you mean 'x'"),
+    ([HEADER.replace("qw", "q"), LEFT], "line 1: no column 'qw'; did you mean 'q'"),
+    ([HEADER, LEFT.replace("0.000000", "inf")], "line 2, column 'time': the time is missing; remove the row"),
+    ([HEADER, LEFT.replace("0.000000", "1e300")], "a time is outside the years .* check the unit, which is 's'"),
+    ([HEADER, LEFT.replace("0.000000", "1:02")], "line 2, column 'time': '1:02' is no number; repair the cell"),
+    ([HEADER, LEFT.replace("0.000000", '"0,5"')], "'0,5' is no number; export it with decimal points"),
+    ([HEADER, "trigger,0.005,left,,,,,,,,,,0.75"], "there is no pose in it"),
+    ([HEADER, "pose,0", "pose,1"], "there is no pose in it"),
+    ([HEADER, '"pose,0,left'], "there is no pose in it"),
+    ([HEADER.replace(",", "\t"), LEFT], "so this is not the CSV of the Unity script; say with --mapping FILE"),
+    ([LEFT], "line 1: column '' occurs twice; rename one"),
+    ([HEADER, LEFT, "enter,x,left,,,,,,,,,cup,"], "line 3, column 'time': 'x' is no number"),
+    ([HEADER, LEFT, "scalar,0,,,,,,,,,,hr,much"], "line 3, column 'value': 'much' is no number"),
+    ([HEADER, LEFT, "gaze,0,anna,a,0,0,0,0,0,1,1,,"], "line 3, column 'px': 'a' is no number"),
+    (["PK\x03\x04\udcff"], "this is not UTF-8 text; save it as UTF-8"),
+    (["\0" * 200], "so this is not the CSV of the Unity script"),
+    ([""], "the file is empty"),
+    (["a,b"], "line 1: no column 'time', so this is not the CSV of the Unity script"),
+    ([HEADER + ",px", ""], "line 1: column 'px' occurs twice"),
+    ([HEADER], "there is no pose in it"),
+    ([HEADER, "pose,x,left,0,0,0,0,0,0,1,1,,"], "line 2, column 'time': 'x' is no number"),
+    ([HEADER, "pose,0,left,0,0,here,0,0,0,1,1,,"], "line 2, column 'pz': 'here' is no number"),
+    ([HEADER, "pose,,left,0,0,0,0,0,0,1,1,,"], "line 2, column 'time': the time is missing"),
+    ([HEADER, "pose,0,,0,0,0,0,0,0,1,1,,"], "a pose has no body"),
+]
+
+
+@pytest.mark.parametrize(("lines", "message"), BROKEN, ids=map(str, range(len(BROKEN))))
+def test_a_bad_file_is_refused_in_one_sentence_with_line_and_column(tmp_path, lines, message):
+    assert len(BROKEN) >= 20
+    path = tmp_path / "take.csv"
+    path.write_bytes("\n".join([*lines, ""]).encode(errors="surrogateescape"))
+    with pytest.raises(SessionError, match=message) as raised:
+        import_session("csv", path)
+    assert str(raised.value).startswith(f"{path}: ") and "\n" not in str(raised.value)
 
 
 def world_points(session, name):

@@ -4,6 +4,7 @@ import sys
 
 import numpy as np
 import pytest
+from mcap.writer import Writer
 from scipy.spatial.transform import Rotation
 from support.import_mutants import survive
 
@@ -124,6 +125,81 @@ def test_ros_without_its_library_is_one_sentence(bag, monkeypatch):
     monkeypatch.setitem(sys.modules, "mcap_ros2.decoder", None)
     with pytest.raises(ImportFileError, match=r'need mcap-ros2-support; install it: pip install -e "\.\[formats\]"'):
         import_session("ros2", bag[0])
+
+
+def tf(*moves, topic="/tf"):
+    """A bag of these transforms."""
+
+    def write(path):
+        with path.open("wb") as stream:
+            writer = pytest.importorskip("mcap_ros2.writer").Writer(stream)
+            kind = writer.register_msgdef("tf2_msgs/msg/TFMessage", TRANSFORM + SHARED)
+            for message in moves:
+                writer.write_message(topic, kind, message, 10)
+            writer.finish()
+
+    return write
+
+
+def at(parent, child, stamp=1, place=(0, 0, 0)):
+    return transform(parent, child, stamp, place, Rotation.identity())
+
+
+def raw(data=b"\0\1\0\0", name="tf2_msgs/msg/TFMessage", kind="ros2msg", text=TRANSFORM + SHARED, coding="cdr"):
+    """A bag with one message of these bytes and this description."""
+
+    def write(path):
+        with path.open("wb") as stream:
+            writer = Writer(stream)
+            writer.start(profile="ros2")
+            channel = writer.register_channel("/tf", coding, writer.register_schema(name, kind, text.encode()))
+            writer.add_message(channel, 10, data, 10)
+            writer.finish()
+
+    return write
+
+
+def damaged(change):
+    def write(path):
+        tf(at("map", "a"), at("map", "a", 2))(path)
+        path.write_bytes(change(path.read_bytes()))
+
+    return write
+
+
+WHOLE, UNREAD, OTHER = "is no whole MCAP file", "/tf: a tf2_msgs/msg/TFMessage cannot be read", "no message of poses"
+BROKEN = {
+    "two parents": (tf(at("map", "a"), at("odom", "a", 2)), "frame 'a' hangs from 'map' and from 'odom'"),
+    "two roots": (tf(at("map", "a"), at("odom", "b")), "frames hang from 2 roots"),
+    "a loop": (tf(at("b", "a"), at("a", "b")), "hangs from itself"),
+    "itself": (tf(at("a", "a")), "hangs from itself"),
+    "a long loop": (tf(at("c", "a"), at("a", "b"), at("b", "c")), "hangs from itself"),
+    "no child": (tf(at("map", "")), "a transform has no child frame"),
+    "no child but a slash": (tf(at("map", "/")), "a transform has no child frame"),
+    "no transform": (tf({"transforms": []}), "there is no pose in it"),
+    "no message": (tf(), r"no message of poses .*there are: none"),
+    "half a file": (damaged(lambda data: data[: len(data) // 2]), WHOLE),
+    "nothing": (damaged(lambda data: b""), WHOLE), "no end": (damaged(lambda data: data[:-8]), WHOLE),
+    "zeros inside": (damaged(lambda data: data[:300] + bytes(60) + data[360:]), WHOLE),
+    "a bag of ROS 1": (damaged(lambda data: b"#ROSBAG V2.0\n" + data), WHOLE),
+    "half a message": (raw(b"\0\1\0\0\5\0"), UNREAD), "an empty message": (raw(b""), UNREAD),
+    "too many": (raw(b"\0\1\0\0\xff\xff\xff\x7f"), UNREAD),
+    "no description": (raw(text=""), UNREAD), "half a description": (raw(text=TRANSFORM[:60]), UNREAD),
+    "another language": (raw(kind="ros2idl"), "a schema in 'ros2idl' is not known; record with schemas in ros2msg"),
+    "another coding": (raw(coding="ros1"), r"messages are encoded as 'ros1'; write protobuf, json or cdr \(ROS 2\)"),
+    "another message": (raw(name="std_msgs/msg/Float64", text="float64 data"), OTHER),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_bag_is_refused_in_one_sentence(tmp_path, name):
+    assert len(BROKEN) >= 20
+    write, words = BROKEN[name]
+    path = tmp_path / "bag.mcap"
+    write(path)
+    with pytest.raises(ImportFileError, match=words) as raised:
+        import_session("ros2", path)
+    assert str(raised.value).startswith(str(path)) and "\n" not in str(raised.value)
 
 
 MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]

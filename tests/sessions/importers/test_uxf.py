@@ -94,22 +94,63 @@ def test_two_sessions_below_a_folder_are_not_mixed(folder):
         import_session("uxf", folder.parent)
 
 
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (lambda text: text.replace("rot_z", "rz"), r"head_movement_T001.csv: line 1: no column 'rot_z'"),
-        (lambda text: text.replace("4.1234,", "soon,", 1), r"line 2, column 'time': 'soon' is no number"),
-        (lambda text: text.replace("4.1234,", ",", 1), r"line 2, column 'time': the time is missing"),
-        (lambda text: text.replace("time,pos", "time,pos_x,pos", 1), r"column 'pos_x' occurs twice"),
-        (lambda text: "\x00pos_x\xff", r"no column 'rot_z'|no column 'pos_x'|this is no"),
-    ],
-)
-def test_a_broken_tracker_is_refused_in_one_sentence(folder, change, words):
-    path = folder / "trackers" / "head_movement_T001.csv"
-    path.write_text(change(path.read_text()), encoding="latin-1")
+HEAD = "trackers/head_movement_T001.csv"
+NO_TRACKER = "no file OBJECT_movement_T001.csv with columns pos_x, pos_y, pos_z; name the session's folder"
+
+
+def without_poses(folder):
+    for path in folder.glob("trackers/*_movement_*.csv"):
+        path.unlink()
+
+
+def without_rows(folder):
+    for path in folder.glob("trackers/*_movement_*.csv"):
+        path.write_text("time,pos_x,pos_y,pos_z,rot_x,rot_y,rot_z\n")
+
+
+def replaced(old, new, file=HEAD):
+    return lambda folder: (folder / file).write_bytes((folder / file).read_bytes().replace(old, new, 1))
+
+
+BROKEN = [
+    (without_poses, NO_TRACKER), (without_rows, "there is no pose in it"),
+    (lambda folder: (folder / "trackers").rename(folder.parent / "elsewhere"), NO_TRACKER),
+    (replaced(b"rot_z", b"rz"), r"head_movement_T001.csv: line 1: no column 'rot_z'"),
+    (replaced(b"rot_x", b"rx"), "line 1: no column 'rot_x'"), (replaced(b"pos_y", b"py"), "line 1: no column 'pos_y'"),
+    (replaced(b"time", b"t"), "line 1: no column 'time'"), (replaced(b"time,pos", b"time,pos_x,pos"), "'pos_x' occurs"),
+    (replaced(b"4.1234,", b"soon,"), r"line 2, column 'time': 'soon' is no number; repair the cell"),
+    (replaced(b"4.1234,", b'"4,1234",'), "column 'time': '4,1234' is no number; export it with decimal points"),
+    (replaced(b"4.1234,", b","), r"line 2, column 'time': the time is missing; remove the row"),
+    (replaced(b"4.1234,", b"inf,"), "column 'time': the time is missing"),
+    (replaced(b"4.1234,", b"1e300,"), "a time is outside the years"), (replaced(b"4.1234", b"4.\x001"), "is no number"),
+    (replaced(b"\n4.1234,", b"\n4.1234,here"), "line 2, column 'pos_x': 'here.*' is no number"),
+    (replaced(b"pos_x", b"pos_x\xff"), "this is not UTF-8 text"),
+    (lambda folder: (folder / HEAD).write_text((folder / HEAD).read_text().replace(",", ";")),
+     "nothing stands between ','; export it with commas between the cells"),
+    (replaced(b"start_time", b"start", "trial_results.csv"), "trial_results.csv: line 1: no column 'start_time'"),
+    (replaced(b"end_time", b"end", "trial_results.csv"), "line 1: no column 'end_time'"),
+    (replaced(b"4.1,", b"soon,", "trial_results.csv"), "line 2, column 'start_time': 'soon' is no number"),
+    (replaced(b"score", b"ppid", "trial_results.csv"), "column 'ppid' occurs twice"),
+    (lambda folder: (folder / "trial_results.csv").write_bytes(b""), "trial_results.csv: the file is empty"),
+    (lambda folder: (folder / "trial_results.csv").write_bytes(b"\xff"), "trial_results.csv: this is not UTF-8 text"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "words"), BROKEN, ids=map(str, range(len(BROKEN))))
+def test_a_broken_folder_is_refused_in_one_sentence(folder, change, words):
+    assert len(BROKEN) >= 20
+    change(folder)
     with pytest.raises(ImportFileError, match=words) as raised:
         import_session("uxf", folder)
-    assert str(path) in str(raised.value) and "\n" not in str(raised.value)
+    assert str(raised.value).startswith(str(folder)) and "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("data", [b"", "time,pos_x\n".encode("utf-16")])
+def test_a_tracker_whose_columns_nobody_knows_is_named(folder, data):
+    (folder / HEAD).write_bytes(data)
+    session = import_session("uxf", folder)
+    words = "head_movement_T001.csv left out: its first line names neither time nor pos_x"
+    assert words in session.facts["conversions"] and len(session.tracks["head"]) == COUNT
 
 
 def test_a_last_line_cut_short_costs_one_pose_or_row_and_no_more(folder):

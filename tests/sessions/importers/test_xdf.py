@@ -98,6 +98,36 @@ def test_objects_of_a_mocap_stream_arrive_in_metres(tmp_path, unit, scale):
     assert session.facts["clock"] == "LSL clock of the recording computer, s"
 
 
+POSE_OUTLET = [{"label": one} for one in ("PosX", "PosY", "PosZ", "RotX", "RotY", "RotZ", "RotW")]
+TRANSFORM_OUTLET = [
+    *({"label": one, "unit": "unit quaternion", "type": "quaternion component"} for one in "xyzw"),
+    *({"label": one, "unit": "degree", "type": "axis angle"} for one in "xyz"),
+    *({"label": one, "unit": "meter", "type": "position in world space"} for one in "xyz"),
+]
+
+
+def test_outlets_of_lsl4unity_are_bodies_in_the_axes_of_unity(tmp_path):
+    place, turn = PLACES["Cup"], TURNS["Cup"].as_quat()
+    parts = (
+        stream_header(1, "Cup", "Unity.Transform", POSE_OUTLET), samples(1, STAMPS, np.column_stack([place, turn])),
+        stream_header(2, "Hand", "Unity.Quaternion", TRANSFORM_OUTLET),
+        samples(2, STAMPS, np.column_stack([turn, 0 * place, place])),
+        stream_header(3, "Pupil", "Unity.Float", [{"label": "mm"}]), samples(3, STAMPS, place[:, :1]),
+    )  # fmt: skip
+    session = import_session("xdf", written(tmp_path, *parts))
+    assert session.names == ("Cup", "Hand") and list(session.scalars) == ["Pupil"]
+    mirror = np.diag([1.0, 1.0, -1.0])
+    for track in session.tracks.values():
+        assert np.abs(track.positions - place @ mirror).max() < 1e-9
+        got = Rotation.from_quat(track.quaternions_xyzw).as_matrix()
+        assert np.abs(got - mirror @ TURNS["Cup"].as_matrix() @ mirror).max() < 1e-9
+    assert "axes unity (left-handed, +Y up, +Z forward); lengths in m" in session.facts["assumed"]
+    with pytest.raises(ImportFileError, match="poses of Unity and others are in it; name the axes of all by --conv"):
+        import_session(
+            "xdf", written(tmp_path, *parts[:2], *(take(head=stream_header(4, "M", "MoCap", channels()))[:1]))
+        )
+
+
 def test_clock_offsets_are_applied_and_how_well_they_fit_is_said(tmp_path):
     pairs = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]
     session = import_session("xdf", written(tmp_path, *take(pairs=pairs)), convention="unity")
@@ -159,6 +189,7 @@ def test_eyes_of_a_gaze_stream_are_rays_in_the_frame_of_the_poses(tmp_path):
     assert np.abs(gaze.origins - rays[:, :3] @ axes.T).max() < 1e-9
     assert np.abs(gaze.directions[good] - rays[good, 3:] / length @ axes.T).max() < 1e-9
     assert gaze.valid.tolist() == (seen & good).tolist()
+    assert "gaze in the frame of the poses" in session.facts["assumed"]
     said = "gaze of Tracker/left: 1 samples flagged as lost that hold no ray"
     assert said in session.facts["conversions"]
 
@@ -199,12 +230,31 @@ BROKEN = {
     "a stamp": (lambda: (stream_header(1, "M", "MoCap", channels()), samples(1, [np.nan], numbers()[:1])),
                 "stream 'M': row 1 has no time in seconds"),
     "bad xml": (lambda: [chunk(2, struct.pack("<I", 1) + b"<info>")], "is no whole XDF file"),
+    "half a header": (lambda: [stream_header(1, "M", "MoCap", channels())[:20]], "is no whole XDF file"),
+    "other xml": (lambda: [chunk(2, struct.pack("<I", 1) + b"<a></a>")], "is no whole XDF file"),
+    "no xml": (lambda: [chunk(2, struct.pack("<I", 1) + b"\xff\xfe<info")], "is no whole XDF file"),
+    "a format": (lambda: [stream_header(1, "M", "MoCap", channels(), "float128"), samples(1, [1.0], numbers()[:1])],
+                 "is no whole XDF file"),
+    "zeros": (lambda: [bytes(100)], "there are: none"),
+    "poses of text": (lambda: [stream_header(1, "M", "MoCap", channels(), "string"), samples(1, [1.0], ["a"])],
+                      "stream 'M': its samples are not the numbers its channels describe"),
+    "no samples": (lambda: [stream_header(1, "M", "MoCap", channels())], "there is no pose in it"),
+    "two units": (lambda: take(head=stream_header(1, "M", "MoCap", channels("m")[:7] + channels("mm")[7:])),
+                  "lengths are in m, mm; record all in one of m, cm, mm"),
+    "half a quaternion": (of_types(*TYPES[:6]), r"no stream of type MoCap with .*there are: M \(MoCap\)"),
+    "an endless stamp": (lambda: (stream_header(1, "M", "MoCap", channels()), samples(1, [np.inf], numbers()[:1])),
+                         "stream 'M': row 1 has no time in seconds; remove it"),
+    "a stamp of an EEG": (lambda: (*take(), stream_header(2, "E", "EEG", [{}]), samples(2, [np.nan], [[1.0]])),
+                          "stream 'E': row 1 has no time in seconds"),
+    "a stamp of a mark": (lambda: (*take(), stream_header(2, "S", "Marks", [], "string"), samples(2, [np.nan], ["x"])),
+                          "stream 'S': row 1 has no time in seconds"),
     "no header": (lambda: [samples(4, STAMPS[:1], numbers()[:1])], "there are: none"),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("name", BROKEN)
 def test_a_broken_file_is_refused_in_one_sentence(tmp_path, name):
+    assert len(BROKEN) >= 20
     parts, words = BROKEN[name]
     path = written(tmp_path, *parts())
     with pytest.raises(ImportFileError, match=words) as raised:

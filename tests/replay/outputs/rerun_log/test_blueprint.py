@@ -66,7 +66,7 @@ def selected(query, entities):
 def test_there_is_one_layout_and_it_has_a_tab_per_question(layout):
     assert len(layout.stores) == 1
     names = [v.get("ContainerBlueprint:display_name", [""])[0] for v in layout.values.values()]
-    assert set(names) - {""} == {"Audit", "All detectors", "What accuracy costs", "Detectors"}
+    assert set(names) - {""} == {"Answer", "Audit", "What accuracy costs", "Detectors"}
 
 
 def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes(layout, recording, read):
@@ -165,15 +165,16 @@ def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_besid
 
 def built(subjects, effects, *, tradeoff=False):
     """The tabs of a layout made by hand."""
-    room = SimpleNamespace(scene=SimpleNamespace(name="room"))
+    room = SimpleNamespace(scene=SimpleNamespace(name="room"), intervals=(), facts={})
+    moving = SimpleNamespace(valid=np.ones((1, 0), dtype=bool))
     result = SimpleNamespace(
         tradeoff=tradeoff or None,
         noise=None,
         effects=effects,
         treatment=None,
         session=room,
-        assembly=SimpleNamespace(names=(), motion=SimpleNamespace(valid=np.ones((1, 0), dtype=bool))),
-        comparisons={"slow": SimpleNamespace(outcome=np.zeros((1, 1), np.uint8))},
+        assembly=SimpleNamespace(names=(), motion=moving, stamp_ns=np.zeros(0, dtype=np.int64)),
+        comparisons={"slow": SimpleNamespace(counts=np.array([1]))},
     )
     eye = Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
     layout = blueprint.BlueprintInput(result, subjects, eye, {}, detector_lanes=False, start=0.0, end=1.0)

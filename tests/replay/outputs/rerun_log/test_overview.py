@@ -1,5 +1,6 @@
 """All detectors on one screen: lanes, list, words and eye are those of the moment in focus, wherever the cursor is."""
 
+from collections import Counter
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +12,9 @@ from replay.errors import RunFolderError
 from replay.outputs.moments import key_moments, leading, pair_in_focus
 from replay.outputs.palette import OUTCOMES
 from replay.outputs.rerun_log.overview import LANES, overview_lanes, read_moments
-from replay.outputs.rerun_log.report import ranking_text
+from replay.outputs.rerun_log.report import answer_text
 from replay.outputs.rerun_log.viewer import _target
+from replay.pipeline.headline import price
 from replay.pipeline.ranking import fault_words, ranking
 
 SUBJECT = "22.5Hz"
@@ -91,10 +93,13 @@ def test_a_flag_stands_while_a_fault_in_focus_lasts_and_carries_its_number(momen
             assert flag in [f"{other.label}: {other.words}" for other in near]
 
 
-def test_the_ranking_stands_at_all_times(demo, read):
-    ((at, _, (text,)),) = read.column("ranking", "TextDocument:text")
-    assert at is None and text == ranking_text(demo)
+def test_the_answer_stands_at_all_times_with_why_and_cost_beside_what(demo, read):
+    ((at, _, (text,)),) = read.column("answer", "TextDocument:text")
+    assert at is None and text == answer_text(demo)
     assert text.startswith(f"## {SUBJECT}: {fault_words(ranking(demo.summary)[0]).split(';')[0]}\n")
+    assert f"**Cost:** {price(demo)[0]}" in text
+    why = Counter(one.cause for one in demo.false[SUBJECT]).most_common(1)[0]
+    assert f"**Why:** {why[0]} ({why[1]} of {len(demo.false[SUBJECT])} false contacts). **To do:** " in text
 
 
 def test_a_screen_has_four_lanes_at_most_the_worst_detectors_first(demo):

@@ -50,6 +50,26 @@ def test_edges_are_those_of_the_solid_that_decided_and_stand_while_it_is_false(r
             assert (colours[0] == packed([INVENTED])[0]) == false[frame]
 
 
+@pytest.mark.parametrize("shape", ["box", "sphere", "capsule"])
+def test_a_solid_of_every_shape_is_drawn_as_it_decided(taps, write, shape):
+    run = taps(30, shape, "collider", shape=shape)
+    seen, names = write(run), run.assembly.names
+    pair = pair_in_focus(key_moments(run), len(run.assembly.motion))
+    for body in run.assembly.pairs[pair[5]].tolist():
+        (part,) = run.detectors[shape].parts[names[body]]
+        drawn = seen.at(f"world/{names[body]}/solid_of_{shape}", "LineStrips3D:strips", 5)
+        assert np.ptp(part.vertices, axis=0).max() / 2 > solids.ROOM or len(drawn) == len(sharp_edges(part)) > 0
+
+
+def test_of_a_compound_every_piece_is_drawn(run, write, monkeypatch):
+    half = box_mesh((0.01, 0.02, 0.03))
+    parts = dict.fromkeys(run.assembly.names, (half, half))
+    monkeypatch.setattr(run.detectors[LABEL], "parts", parts)
+    seen, frames = write(run), range(0, len(run.assembly.motion), 10)
+    drawn = {len(seen.at(f"world/rod/solid_of_{LABEL}", "LineStrips3D:strips", frame)) for frame in frames}
+    assert max(drawn) == 2 * len(sharp_edges(half)) == 24
+
+
 def test_a_detector_on_meshes_has_no_solids(demo, taps):
     assert with_solids(demo) == [] == with_solids(taps(135, "mesh", "collider", shape="mesh"))
 

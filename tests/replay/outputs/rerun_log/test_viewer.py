@@ -103,8 +103,8 @@ LEFT_OUT = {
     "red faces": (["/world/beaker/missed_faces", "/world/rod/missed_faces"], "Close-up: the moment"),
     "pins and flags": (["/world/focus/pins", "/world/focus/flag", "/world/focus/pole"], "Where: red ="),
     "meshes": ([f"/world/{body}/mesh" for body in ("bench", "beaker", "rod", "hand", "headset")], "Where: red ="),
-    "numbers in lanes": (["/focus/all/2_22\\.5Hz"], "All pairs"), "the list": (["/focus/moments"], "Moments"),
-    "lanes of the pair": (["/focus/pair/**"], "The pair in focus"), "the ranking": (["/ranking"], "Ranking"),
+    "numbers in lanes": (["/focus/all/2_22\\.5Hz"], "When    red"), "the list": (["/focus/moments"], "Moments"),
+    "lanes of the pair": (["/focus/pair/**"], "The pair in focus"), "the answer": (["/answer"], "Answer"),
 }  # fmt: skip
 
 

@@ -1,0 +1,61 @@
+"""The whole way of an audit, all outputs written: processor time beside python-fcl's loop, today and before."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from support.peak_memory import environment
+from support.ten_minutes import ten_minutes
+
+from sessions import write_session
+from sessions.synthetic.bench_bumps import make_bench_bumps
+
+pytestmark = pytest.mark.bench
+
+MEASURED = """
+import json, sys, time
+from pathlib import Path
+from support.peak_memory import peak_bytes
+from replay import audit
+from replay.studies.bench.engines import FclLoop
+from replay.studies.bench.workload import make_workload
+
+def seconds(call):
+    begin = time.process_time()
+    call()
+    return time.process_time() - begin
+
+session, detectors, out = sys.argv[1:]
+# what is not compiled on this machine yet is compiled here
+audit(session, detectors=detectors, end=45.0, out=Path(out) / "warm")
+loop = FclLoop(make_workload(5000))
+yard = [seconds(lambda: loop.ask("bool")) for _ in range(3)]
+spent = [seconds(lambda: audit(session, detectors=detectors, out=Path(out) / str(k))) for k in range(2)]
+yard += [seconds(lambda: loop.ask("bool")) for _ in range(3)]
+print(json.dumps({"seconds": min(spent), "loops": min(spent) / min(yard), "peak": peak_bytes()}))
+"""
+
+BEFORE = {
+    ("ten minutes", "discrete"): 282.0,
+    ("ten minutes", "hybrid-qaco"): 416.0,
+    ("demo", "22.5Hz=discrete[rate_hz=22.5]"): 56.0,
+}
+"""How often the loop runs over a minute (booleans, 5,000 faces) in the time of an audit, at 118ceed, 2026-11-22."""
+SESSIONS = {"ten minutes": ten_minutes, "demo": lambda: make_bench_bumps()[0]}
+GIBIBYTE = 2**30
+
+
+@pytest.mark.parametrize(("name", "detectors"), BEFORE)
+def test_an_audit_with_all_its_outputs_takes_no_longer_than_before(name, detectors, tmp_path):
+    write_session(SESSIONS[name](), tmp_path / "session.mcap")
+    command = [sys.executable, "-c", MEASURED, str(tmp_path / "session.mcap"), detectors, str(tmp_path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())
+    assert done.returncode == 0, done.stderr
+    found, before = json.loads(done.stdout.splitlines()[-1]), BEFORE[name, detectors]
+    print(
+        f"\n{name}, {detectors}: {found['seconds']:.1f} s of processor time, {found['loops']:.0f} times the loop "
+        f"(before {before:.0f}), {found['peak'] / 2**20:.0f} MiB"
+    )
+    assert found["loops"] < before
+    assert found["peak"] < GIBIBYTE

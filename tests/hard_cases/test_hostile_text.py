@@ -1,0 +1,218 @@
+"""Text of a recording that commands: no browser runs it and no terminal obeys it, in any page and any verb."""
+
+import fcntl
+import os
+import re
+import struct
+import sys
+import termios
+import threading
+from dataclasses import replace
+from html import escape
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.headless import page_after_its_scripts
+from support.small_worlds import cube
+from support.study_samples import a_class, codebook, metrics, questionnaire
+
+from replay.cli.main import main
+from replay.outputs.report.page import report_html
+from replay.pipeline.engine import compute
+from replay.studies.class_study.analysis import analyse
+from replay.studies.class_study.page import study_html
+from sessions import Event, Interval, Session, parse_scene, write_session
+
+MARK = "document.documentElement.setAttribute('data-owned',1)"
+SCRIPTS = [
+    f"<script>{MARK}</script>",
+    f'<img src=x onerror="{MARK}">',
+    f'"><svg onload="{MARK}">',
+    f"</style></title></svg></textarea>--><script>{MARK}</script>",
+    f'<iframe srcdoc="<script>parent.{MARK}</script>"></iframe>',
+    f'<details open ontoggle="{MARK}">x',
+    f'<svg><animate onbegin="{MARK}" attributeName="x" dur="1s"/></svg>',
+    f'<meta http-equiv=refresh content="0;url=javascript:{MARK}"><style onload="{MARK}"></style>',
+]
+"""Each of them runs in a page that says it raw."""
+
+SCENE = """
+[scene]
+name = "{0}"
+[[body]]
+id = "{0} b"
+[[body]]
+id = "{0} a"
+[[effect]]
+kind = "contact"
+between = ["{0} a", "{0} b"]
+"""
+
+
+def hostile(word):
+    """A session that says a word wherever a recording can."""
+    times, still = np.arange(60) * 10_000_000, np.tile([0.0, 0.0, 0.0, 1.0], (60, 1))
+    places = {f"{word} a": [0] * 60, f"{word} b": [3, 2, 0.9, 2, 3, 4] * 10}
+    poses = {name: (np.outer(where, [1.0, 0.0, 0.0]), still) for name, where in places.items()}
+    facts = {"pseudonym": word, "consent": word, "vr_type": word, "missing": word, "assumed": word, word: word}
+    made = Session.from_arrays(
+        times, poses, {name: cube() for name in poses},
+        parse_scene(SCENE.replace("{0}", "".join(f"\\u{ord(one):04x}" for one in word))),
+        events=[Event(20_000_000, word, word, f"{word} a")], intervals=[Interval(0, 500_000_000, word, word)],
+        facts=facts,
+    )  # fmt: skip
+    return replace(made, origin=word)
+
+
+def report_of(word):
+    return report_html(compute(hostile(word), detectors="slow=discrete[rate_hz=20]"))
+
+
+def study_of(word):
+    answers, contacts = a_class(40, seed=3)
+    asked = codebook((("motivation", "ease of use"), ("motivation", "contacts_per_min", "grasps")))
+    study = analyse(asked, questionnaire(answers), metrics(contacts, detectors=("exact", word), recall=(1.0, 0.9)))
+    study = replace(study, reliabilities={f"{name} {word}": one for name, one in study.reliabilities.items()})
+    return study_html(study, f"A class of {word}")
+
+
+PAGES = {"report": report_of, "study": study_of}
+"""Page -> its HTML where everything is called so. A page to come is a row."""
+
+
+def runs_a_script(page, folder):
+    return re.findall(r"data-owned[0-9]*", re.match(r"(?s).*?<html[^>]*>", page_after_its_scripts(page, folder))[0])
+
+
+@pytest.mark.slow
+def test_a_browser_runs_each_script_in_a_page_that_says_it_raw(tmp_path):
+    marked = [script.replace("data-owned", f"data-owned{k}") for k, script in enumerate(SCRIPTS)]
+    page = f"<!DOCTYPE html><html><body>{'<p>x</p>'.join(marked)}</body></html>"
+    assert sorted(runs_a_script(page, tmp_path)) == [f"data-owned{k}" for k in range(len(SCRIPTS))]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", PAGES)
+def test_a_browser_runs_no_script_of_a_recording(name, tmp_path):
+    """Neither where the page forbids scripts, nor where it does not; nor where it forbids them and says one raw."""
+    word = "".join(SCRIPTS)
+    page = PAGES[name](word)
+    assert page.count(escape(word)) > 3 and word not in page
+    assert not runs_a_script(page, tmp_path)
+    free = re.sub('<meta http-equiv="Content-Security-Policy"[^>]*>', "", page)
+    assert free != page and not runs_a_script(free, tmp_path)
+    assert not runs_a_script(page.replace("</h1>", f"{word}</h1>", 1), tmp_path)
+    assert runs_a_script(free.replace("</h1>", f"{word}</h1>", 1), tmp_path), "without either a script runs"
+
+
+# --- Terminals ---
+
+COMMANDS = "$\\frac{$\x1b[2J\x1b]0;owned\x07\x9b31m\u202e\x1b[38;5;201m[/red][bold]\rx\ny\x00"
+OURS = re.compile(r"\x1b\[(?:[0-9;]*m|\?25[lh]|[0-9]*[AK])|\r")
+"""What we send ourselves: colours, the cursor of a bar, ends of lines."""
+
+
+def recorded(*words):
+    """The exit code of a verb, and the pieces that a terminal of 100 columns gets while it runs."""
+    master, slave = os.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 100, 0, 0))
+    said, streams = [], (sys.stdout, sys.stderr)
+
+    def listen():
+        try:
+            while data := os.read(master, 65536):
+                said.append(data)
+        except OSError:  # the other end is closed
+            pass
+
+    listener = threading.Thread(target=listen)
+    listener.start()
+    try:
+        with os.fdopen(slave, "w", encoding="utf-8") as terminal:
+            sys.stdout = sys.stderr = terminal
+            return main([str(word) for word in words]), said
+    finally:
+        sys.stdout, sys.stderr = streams
+        listener.join()
+        os.close(master)
+
+
+@pytest.fixture(scope="module")
+def places(tmp_path_factory):
+    """Files whose names and texts command a terminal."""
+    folder = tmp_path_factory.mktemp("hostile")
+    name = COMMANDS.replace("/", "").replace("\0", "")
+    files = {kind: folder / f"{name}.{kind}" for kind in ("mcap", "torn", "csv", "toml", "obj")}
+    write_session(hostile(COMMANDS), files["mcap"])
+    files["torn"].write_bytes(files["mcap"].read_bytes()[:-300])
+    rows = [f"pose,{0.011 * k},{name},{0.01 * k},1,0,0,0,0,1,1,," for k in range(9)]
+    head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
+    files["csv"].write_text("\n".join([head, *(row.replace("\n", "").replace("\r", "") for row in rows), ""]), "utf-8")
+    files["toml"].write_text(SCENE.replace("{0}", "".join(f"\\u{ord(one):04x}" for one in COMMANDS)), "utf-8")
+    files["obj"].write_bytes(b"\x1b[2J")
+    return folder, files
+
+
+LOOK = ("--no-picture", "--detectors", "slow=discrete[rate_hz=20]")
+CALLS = {
+    "info": lambda f, d: ("info", "-v", f["mcap"]),
+    "info of a torn file": lambda f, d: ("info", f["torn"]),
+    "doctor": lambda f, d: ("doctor", "-v", f["mcap"], f["torn"]),
+    "recover": lambda f, d: ("recover", f["torn"], d / "saved\x1b[2J"),
+    "plan": lambda f, d: ("plan", "-v", f["toml"]),
+    "scene new": lambda f, d: ("scene", "new", f["mcap"], "-o", d / "s\x1b[2J.toml"),
+    "scene check": lambda f, d: ("scene", "check", f["toml"]),
+    "import": lambda f, d: ("import", "csv", f["csv"], "--convention", "unity", "-o", d / "i\x1b[2J.mcap"),
+    "import with a mesh that is none": lambda f, d: ("import", "csv", f["csv"], "-o", "j", "--mesh", f"x={f['obj']}"),
+    "run": lambda f, d: ("run", "-v", "--cite", f["mcap"], "-o", d / "run\x1b[2J", *LOOK),
+    "run again": lambda f, d: ("run", f["mcap"], "-o", d / "two\x1b[2J", "--no-picture", "--detectors", "sphere"),
+    "view": lambda f, d: ("view", d / "run\x1b[2J", "--miss", "99"),
+    "diff": lambda f, d: ("diff", d / "run\x1b[2J", d / "two\x1b[2J"),
+    "shrink": lambda f, d: ("shrink", d / "run\x1b[2J", "--miss", "1", "-o", d / "case\x1b[2J", "--session", f["mcap"]),
+    "annotate": lambda f, d: ("annotate", d / "run\x1b[2J", "--miss", "1", "w\x1b[2J", "--rater", "a\x1b[2J"),
+    "share": lambda f, d: ("share", d / "run\x1b[2J", "-o", d / "sent\x1b[2J"),
+    "verify": lambda f, d: ("verify", d / "run\x1b[2J"),
+    "mesh": lambda f, d: ("mesh", "repair", f["obj"], "-o", d / "m\x1b[2J.glb"),
+    "audit": lambda f, d: ("audit", "-v", f["mcap"], *LOOK),
+    "tradeoff": lambda f, d: ("tradeoff", f["mcap"], "--time-limit", "0.2", "-o", d / "t\x1b[2J", *LOOK),
+    "advise": lambda f, d: ("advise", f["mcap"], "--engine", "mujoco", "--no-picture"),
+    "study run": lambda f, d: ("study", "run", f["mcap"], "-o", d / "class\x1b[2J"),
+    "study collect": lambda f, d: ("study", "collect", d / "class\x1b[2J", "-o", d / "m\x1b[2J.parquet"),
+    "study analyse": lambda f, d: ("study", "analyse", "--codebook", f["toml"], f["csv"], f["csv"]),
+    "demo": lambda f, d: ("demo", "--scene", COMMANDS),
+    "guide": lambda f, d: ("guide", COMMANDS),
+    "stress": lambda f, d: ("stress", "--detector", COMMANDS),
+    "bench": lambda f, d: ("bench", COMMANDS),
+    "paper": lambda f, d: ("paper", COMMANDS),
+    COMMANDS: lambda f, d: (COMMANDS,),
+}  # fmt: skip
+"""In this order: a later verb reads what an earlier one wrote."""
+
+WORKS = {
+    "info", "doctor", "plan", "import", "run", "run again", "diff", "shrink", "audit", "tradeoff", "advise",
+    "study run", "scene new", "scene check", "annotate",
+}  # fmt: skip
+
+
+def test_every_verb_is_among_the_calls():
+    from replay.cli.commands import COMMANDS as VERBS
+
+    files = dict.fromkeys(("mcap", "torn", "csv", "toml", "obj"), "file")
+    assert {words(files, Path())[0] for words in CALLS.values()} >= VERBS.keys()
+
+
+@pytest.mark.slow
+def test_no_verb_sends_a_terminal_what_a_recording_says(places, monkeypatch):
+    folder, files = places
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("TERM", "xterm-256color")
+    for name, words in CALLS.items():
+        code, pieces = recorded(*words(files, folder))
+        said = b"".join(pieces).decode("utf-8")
+        assert (code == 0) == (name in WORKS), (name, code, said)
+        assert "201m" not in said.replace("\\x1b[38;5;201m", ""), name
+        left = OURS.sub("", said)
+        assert left.strip() and all(one.isprintable() or one == "\n" for one in left), (name, ascii(said[-2000:]))
+        assert "should not have happened" not in left, (name, said)
+        assert "\ny" not in left, (name, said)
