@@ -1,4 +1,5 @@
 from dataclasses import replace
+from itertools import islice
 
 import pytest
 from support.effect_proofs import EXPERIMENTS
@@ -175,11 +176,12 @@ def with_body(scene, number, properties):
     return replace(scene, bodies=(*scene.bodies[:number], changed, *scene.bodies[number + 1 :]))
 
 
-def test_two_hundred_slips_of_the_pen_are_two_hundred_sentences_that_name_the_key():
+@pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.slow)])
+def test_two_hundred_slips_of_the_pen_are_two_hundred_sentences_that_name_the_key(every):
     tried = 0
-    for scene, key in mistakes():
+    for scene, key in islice(mistakes(), 0, None, every):
         with pytest.raises(PlanError) as refused:
             plan(scene)
         assert "scene.toml: " in str(refused.value) and key in " ".join(refused.value.faults), (scene.name, key)
         tried += 1
-    assert tried > 200
+    assert tried * every > 200
