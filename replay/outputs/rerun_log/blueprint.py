@@ -281,8 +281,8 @@ def _happened(layout: BlueprintInput, views: EffectViews, doing: Sequence[str]) 
         high = min(RULER_POINTS + LANE_POINTS * len(lanes), MOST_LANES * LOW_POINTS)
         shares = [high, *((LOW_POINTS - high) / len(plots) for _ in plots)]
         rows.append(state_view("", "When: what people did, and what the effects found", _whole(layout), lanes))
-    rows += [plot(_whole(layout), "/effects", unit or "numbers", paths) for unit, paths in plots]
-    answer = rrb.TextDocumentView(origin=f"/{HAPPENED}", name="Answer: what happened")
+    rows += [plot(_whole(layout), "/effects", axis, paths) for axis, paths in plots]
+    answer = rrb.TextDocumentView(origin=f"/{HAPPENED}", name=views.headline)
     listed = [text_list(views.events[0], "Events: click the time", *views.events[1:])] if views.events else []
     left = rrb.Vertical(answer, _room(layout), *listed, row_shares=[0.2, 0.56, 0.24][: 2 + len(listed)])
     beside = [rrb.Vertical(*rows, row_shares=shares)] if rows else []

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from replay.base.shown import shown
 from replay.effects.effect_summary import happened
 from replay.effects.effects_runner import SKIPPED, EffectRun
-from replay.effects.output import FACE_PAIRS, EffectEvent, FloatArray, LaneSpan, Liquid, Series
+from replay.effects.output import FACE_PAIRS, QUANTITIES, EffectEvent, FloatArray, LaneSpan, Liquid, Series
 from replay.effects.recorded import GAZE, SCALARS, UNSEEN, Looked
-from replay.outputs.palette import FAINT, SERIES, Rgba
+from replay.outputs.palette import SERIES, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.lanes import send_lane
 from replay.outputs.rerun_log.overview import TABLE
@@ -42,17 +42,21 @@ AIR: Final = 1.5
 
 LEVEL_WORDS: Final = {"info": "INFO", "warning": "WARN", "error": "ERROR"}
 
+RESULTS: Final = ("end-point", "broken", "burn", "precipitate", "collect", "wrong-order")
+"""Names of events that an experiment is done for, or ends by, the weightiest first."""
+
 UPRIGHT_XYZW: Final = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 """Turns a cylinder of Rerun, which stands along Z, so that it stands along the body's Y."""
 
 
 @dataclass(frozen=True)
 class EffectViews:
-    """Entities of the effects' tab: unit -> series of it, lanes, and words."""
+    """Entities of the effects' tab: quantity -> series of it, lanes, and words; ``headline``: what counts most."""
 
     plots: Mapping[str, tuple[str, ...]]
     lanes: tuple[str, ...]
     events: tuple[str, ...]
+    headline: str
 
 
 def effect_views(effects: Mapping[str, EffectRun]) -> EffectViews:
@@ -61,10 +65,18 @@ def effect_views(effects: Mapping[str, EffectRun]) -> EffectViews:
     lanes: list[str] = []
     for kind, run in effects.items():
         for name, series in run.series.items():
-            plots[series.unit] = (*plots.get(series.unit, ()), _path(kind, *name.split("/")))
-        lanes += [_path(kind, "lanes", name) for name in run.output.lanes]
+            axis = QUANTITIES.get(series.unit, series.unit) or "numbers"
+            plots[axis] = (*plots.get(axis, ()), _path(kind, *name.split("/")))
+        lanes += [_path(kind, "lanes", name) for name in run.output.lanes if name != SKIPPED]
     events = tuple(_path(kind, "events") for kind, run in effects.items() if run.events)
-    return EffectViews(plots, tuple(lanes), events)
+    return EffectViews(plots, tuple(lanes), events, _headline(effects))
+
+
+def _headline(effects: Mapping[str, EffectRun]) -> str:
+    """The result of an experiment with its second; where nothing is one, only what the list is."""
+    found = [event for run in effects.values() for event in run.events if event.name in RESULTS]
+    best = min(found, key=lambda event: (RESULTS.index(event.name), event.time), default=None)
+    return "What happened" if best is None else f"{shown(best.text)} ({best.time:.1f} s)"
 
 
 def log_happened(writer: RecordingWriter, effects: Mapping[str, EffectRun], *, leads: bool) -> None:
@@ -107,6 +119,8 @@ def log_effects(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> No
             _log_series(writer, _path(kind, *name.split("/")), name, series, number)
             number += 1
         for name, spans in run.output.lanes.items():
+            if name == SKIPPED:
+                continue  # what was left out is a figure of the summary, not a lane of the picture
             _log_lane(writer, _path(kind, "lanes", name), spans)
         _log_events(writer, _path(kind, "events"), run.events)
         _log_markers(writer, kind, run.events)
@@ -149,9 +163,9 @@ def drawn_rows(values: FloatArray, most: int = MOST_POINTS) -> NDArray[np.int64]
 
 def _log_lane(writer: RecordingWriter, path: str, spans: Sequence[LaneSpan]) -> None:
     stamps = np.array([round(time * 1e9) for span in spans for time in (span.start, span.end)], dtype=np.int64)
-    words = list(dict.fromkeys(span.word for span in spans))
+    own = {span.word: span.rgba for span in spans}
     colours: list[tuple[str, Rgba]] = [
-        (word, FAINT if word == SKIPPED else SERIES[k % len(SERIES)]) for k, word in enumerate(words)
+        (word, rgba or SERIES[k % len(SERIES)]) for k, (word, rgba) in enumerate(own.items())
     ]
     send_lane(writer, path, stamps, [word for span in spans for word in (span.word, "")], colours)
 

@@ -10,6 +10,8 @@ from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import FACE_PAIRS, EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.recorded import NOTHING, UNSEEN, Looked
+from replay.outputs.palette import SERIES
+from replay.outputs.rerun_log import effects
 from replay.outputs.rerun_log.columns import RecordingWriter
 from replay.outputs.rerun_log.effects import (
     _log_series,
@@ -72,7 +74,7 @@ def values(batches, name):
 def test_every_part_of_an_effect_has_an_entity_and_nothing_else_has(entities):
     told = {path for path in entities if path.startswith(("/effects", "/world"))}
     assert told == {
-        "/effects/pour/cup/volume", "/effects/pour/lanes/cup", "/effects/pour/lanes/skipped", "/effects/pour/events",
+        "/effects/pour/cup/volume", "/effects/pour/lanes/cup", "/effects/pour/events",
         "/world/effects/pour/1", "/world/cup/liquid", "/effects/gaze/lanes/anna", "/world/gaze/anna",
     }  # fmt: skip
 
@@ -111,8 +113,22 @@ def test_a_lane_goes_from_word_to_word_without_a_gap(entities):
 
 def test_the_tab_gets_a_plot_per_unit_and_every_lane():
     views = effect_views(RUNS)
-    assert views.plots == {"mL": ("effects/pour/cup/volume",)} and views.events == ("effects/pour/events",)
-    assert views.lanes == ("effects/pour/lanes/cup", "effects/pour/lanes/skipped", "effects/gaze/lanes/anna")
+    assert views.plots == {"Volume (mL)": ("effects/pour/cup/volume",)} and views.events == ("effects/pour/events",)
+    assert views.lanes == ("effects/pour/lanes/cup", "effects/gaze/lanes/anna")
+
+
+def test_the_list_of_events_is_headed_by_the_result_where_there_is_one():
+    assert effect_views(RUNS).headline == "What happened"
+    ends = EffectEvent(95.3, "end-point", ("flask",), message="equivalent after 25.00 mL; overshot by 0.09 mL")
+    both = {**RUNS, "reaction": run_of("reaction", EffectOutput(events=(ends,)))}
+    assert effect_views(both).headline == "equivalent after 25.00 mL; overshot by 0.09 mL (95.3 s)"
+
+
+def test_a_lane_has_the_colour_that_its_word_names(monkeypatch):
+    sent = []
+    monkeypatch.setattr(effects, "send_lane", lambda *given: sent.append(given[-1]))
+    effects._log_lane(None, "lane", [LaneSpan(0.0, 1.0, "pink", (235, 90, 165, 200)), LaneSpan(1.0, 2.0, "pours")])
+    assert sent == [[("pink", (235, 90, 165, 200)), ("pours", SERIES[1])]]
 
 
 def test_of_a_curve_of_too_many_points_the_least_and_the_largest_are_drawn():
