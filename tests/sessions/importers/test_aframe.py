@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from support.fuzzing import aframe
+from support.import_mutants import MUTANTS, survive
 
 from sessions.errors import SessionError
 from sessions.importers import import_session
@@ -217,3 +219,9 @@ def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
         ("LeftHand", "Beaker", "exit"),
     ]
     assert "left out" not in session.facts["conversions"]
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
+    (tmp_path / "take").mkdir()
+    survive("aframe", written(tmp_path / "take", aframe().decode()), count)
