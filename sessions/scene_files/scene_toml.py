@@ -49,7 +49,7 @@ def scene_and_faults(text: str, file: str) -> tuple[Scene, list[str]]:
     faults: list[str] = []
     whole = parse_toml(text, file, SceneError, faults)
     head = whole.table("scene") or whole.within({}, "[scene]")
-    name = head.text("name")
+    name, colliders = head.text("name"), head.text("colliders")
     space = whole.table("space") or whole.within({}, "[space]")
     space_radius = space.number("radius_m", SPACE_RADIUS, above=0.0)
     head.done()
@@ -65,6 +65,7 @@ def scene_and_faults(text: str, file: str) -> tuple[Scene, list[str]]:
         pairs=None if pairs is None else _selected(pairs, named),
         ignore=_selected(ignore or [], named),
         effects=None if effects is None else tuple(_effect(table, named) for table in effects),
+        colliders=colliders,
         space_radius=space_radius,
         text=text,
     )
@@ -217,8 +218,7 @@ def _selected(tables: list[TomlTable], bodies: Selected) -> tuple[tuple[str, str
     asked = 0
     for table in tables:
         first, second = _ends(table, bodies)
-        asked += len(first) * len(second)
-        if asked > MOST_PAIRS:
+        if (asked := asked + len(first) * len(second)) > MOST_PAIRS:
             table.refuse(f"there are more than {MOST_PAIRS:,} pairs by now; name fewer")
         else:
             for pair in ((a, b) for a in first for b in second if a != b):
@@ -255,7 +255,8 @@ def _effect(table: TomlTable, bodies: Selected) -> SceneEffect:
 def scene_to_toml(scene: Scene) -> str:
     """The scene as TOML; read again it is the same scene, and the same scene gives the same text."""
     lines = [f"{key} = []" for key, value in (("effect", scene.effects), ("pair", scene.pairs)) if value == ()]
-    lines += ["[scene]", f"name = {value_text(scene.name)}"] if scene.name else []
+    head = [f"{key} = {value_text(said)}" for key in ("name", "colliders") if (said := getattr(scene, key))]
+    lines += ["[scene]", *head] if head else []
     lines += ["[space]", f"radius_m = {scene.space_radius!r}"] if scene.space_radius != SPACE_RADIUS else []
     tables = [("body", body_keys(body)) for body in scene.bodies]
     tables += [("pair", {"between": pair}) for pair in scene.pairs or ()]

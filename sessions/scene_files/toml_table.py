@@ -111,7 +111,8 @@ class TomlTable:
         """Text; required where ``default`` is None."""
         value = self._take(key, default)
         if value is None:
-            self.refuse(f"{key} is missing; every such table needs it")
+            near = [f"; did you mean it by {one!r}?" for one in get_close_matches(key, self._data, n=1)]
+            self.refuse(f"{key} is missing; every such table needs it{''.join(near)}")
         elif not isinstance(value, str) or (default is None and not value):
             self.refuse(f"{key} is {_shown(value)}; give text")
         elif among is not None and value != default and value not in among:

@@ -181,8 +181,11 @@ CALLS = {
     "view": lambda f, d: ("view", d / "run\x1b[2J", "--miss", "99"),
     "diff": lambda f, d: ("diff", d / "run\x1b[2J", d / "two\x1b[2J"),
     "shrink": lambda f, d: ("shrink", d / "run\x1b[2J", "--miss", "1", "-o", d / "case\x1b[2J", "--session", f["mcap"]),
+    "annotate": lambda f, d: ("annotate", d / "run\x1b[2J", "--miss", "1", "w\x1b[2J", "--rater", "a\x1b[2J"),
     "share": lambda f, d: ("share", d / "run\x1b[2J", "--anyway", "-o", d / "shared\x1b[2J"),
-    "share without consent": lambda f, d: ("share", d / "run\x1b[2J", "-o", d / "shared\x1b[2J"),
+    "share without consent": lambda f, d: ("share", d / "run\x1b[2J", "-o", d / "sent\x1b[2J"),
+    "verify": lambda f, d: ("verify", d / "run\x1b[2J"),
+    "mesh": lambda f, d: ("mesh", "repair", f["obj"], "-o", d / "m\x1b[2J.glb"),
     "audit": lambda f, d: ("audit", "-v", f["mcap"], *LOOK),
     "tradeoff": lambda f, d: ("tradeoff", f["mcap"], "--time-limit", "0.2", "-o", d / "t\x1b[2J", *LOOK),
     "advise": lambda f, d: ("advise", f["mcap"], "--engine", "mujoco", "--no-picture"),
@@ -200,7 +203,7 @@ CALLS = {
 
 WORKS = {
     "info", "doctor", "plan", "import", "run", "run again", "diff", "shrink", "audit", "tradeoff", "advise",
-    "study run", "scene new", "scene check", "share",
+    "study run", "scene new", "scene check", "share", "annotate",
 }  # fmt: skip
 
 
