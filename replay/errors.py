@@ -11,6 +11,7 @@
     ├── PolicyError           words that name no policy
     ├── RefusedError          a recording with a fault that the policy refuses
     ├── NoiseError            noise asked for in words that mean nothing, or that cannot be measured
+    ├── ProofError            a proof of what is none: verdicts not of `exact`, frames that are not the recording's
     ├── OutputError           a run folder or file that cannot be written
     ├── RunFolderError        a folder that holds no run, or a run of another version
     ├── TradeoffError         settings whose price cannot be measured: nothing to miss, no grid
@@ -64,6 +65,10 @@ class RefusedError(ReplayError, ValueError):
 
 class NoiseError(ReplayError, ValueError):
     """A noise was asked for in words that mean nothing, or of a body in which it cannot be measured."""
+
+
+class ProofError(ReplayError, ValueError):
+    """Verdicts for which no proof can be written."""
 
 
 class OutputError(ReplayError, OSError):

@@ -9,11 +9,13 @@ from pathlib import Path
 from replay.base.progress import Progress, Silent
 from replay.comparison.tolerance import TAU
 from replay.detection.detector_spec import SpecLike, SpecsLike
+from replay.errors import ProofError
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import RunResult
 from replay.prepare.assemble import Pairs
 from replay.prepare.noise import COPIES
 from replay.prepare.policy import Policy, PolicyLike
+from replay.proof.claims import Proof
 from sessions import Session
 
 
@@ -23,8 +25,8 @@ def run(
     start: float | None = None, end: float | None = None,
     seed: int = 0, faces: bool = False, tau: float = TAU, policy: PolicyLike | Policy | None = None,
     picture: bool = True, log_search: bool = False, offline: bool = False,
-    noise: Sequence[str] | str = (), noise_copies: int = COPIES, force: bool = False,
-    progress: Progress | None = None,
+    noise: Sequence[str] | str = (), noise_copies: int = COPIES, proof: bool = False,
+    force: bool = False, progress: Progress | None = None,
 ) -> RunResult:  # fmt: skip
     """Replay a session through detectors, audit them against the one you trust, and write the result.
 
@@ -49,6 +51,7 @@ def run(
     offline : ask what is audited the whole motion at once, as the oracle always is, not one frame after the other.
     noise : ``"vive"``, ``"measured"`` or ``"0.3 mm, 0.05 deg, 0.1 s"``, of one body ``"beaker=vive"``, or several: ask
         ``noise_copies`` noisy copies of the recording which contacts of the oracle hold in spite of it.
+    proof : write why each verdict of the oracle, ``exact``, is so, for ``replay verify``; of a file, into a run folder.
     force : replace an earlier run folder.
     progress : receives reports of how far the work is.
 
@@ -68,19 +71,30 @@ def run(
         from sessions.scene_files.scene_meshes import with_scene
 
         session_or_path = with_scene(session_or_path, scene)
+    session = session_or_path
+    if proof and (target is None or not Path(session.origin).is_file()):
+        raise ProofError("a proof is of a recording in a file, and goes into a run folder; name both")
+    if proof:
+        _ = session.frames  # decoded once, for the run and its proof
     result = compute(
-        session_or_path, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,
+        session, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,
         tau=tau, policy=policy, offline=offline, noise=noise, noise_copies=noise_copies, progress=progress, out=target,
     )  # fmt: skip
+    proven = None
+    if proof:
+        from replay.pipeline.proving import prove
+
+        with progress.stage("proof"):
+            proven = prove(result, session)
     if target is not None:
         with progress.stage("write"):
-            write(result, target, force=force, picture=picture, log_search=log_search)
+            write(result, target, force=force, picture=picture, log_search=log_search, proof=proven)
     return result
 
 
 def write(
     result: RunResult, target: Path, *, force: bool, picture: bool = True, log_search: bool = False,
-    files: Mapping[str, Path] | None = None,
+    files: Mapping[str, Path] | None = None, proof: Proof | None = None,
 ) -> None:  # fmt: skip
     """Write the run folder of a result, with the recording for Rerun if ``picture``; as ``write_run_folder``."""
     from replay.outputs.results.run_folder import write_run_folder
@@ -89,4 +103,4 @@ def write(
         from replay.outputs.rerun_log.recording import write_recording
 
         drawn = partial(write_recording, log_search=log_search)
-    write_run_folder(result, target, force=force, picture=drawn if picture else None, files=files)
+    write_run_folder(result, target, force=force, picture=drawn if picture else None, files=files, proof=proof)

@@ -49,7 +49,7 @@ def plain(text: str, style: str = "") -> Text:
 
 def line(text: str, mark: str = "") -> Text:
     """A sentence; its words are not broken."""
-    return Text(shown(text, lines=True), style=STYLES[mark])
+    return Text(shown(text), style=STYLES[mark])
 
 
 GAP: Final = 2

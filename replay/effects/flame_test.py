@@ -76,10 +76,10 @@ def _check(declared: Declaration, _scene: Scene) -> None:
     for name in known:
         if name not in declared.mapping("dips"):
             raise declared.fail(f"dips: nothing says which salt is in {name!r}")
-    salts = [str(salt) for salt in declared.mapping("dips").values()]
+    salts = {str(salt) for salt in declared.mapping("dips").values()}
     for salt in declared.mapping("colours"):
         if salt not in salts:
-            raise declared.fail(f"colours: no vessel holds {salt!r}{nearest(salt, salts)}")
+            raise declared.fail(f"colours: no vessel of dips holds {salt!r}{nearest(salt, salts)}")
 
 
 SPEC = EffectSpec(

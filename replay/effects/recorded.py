@@ -24,6 +24,7 @@ from sessions import GazeTrack, Session
 
 GAZE: Final = "gaze"
 SCALARS: Final = "scalars"
+CURVES: Final = "curves"
 NOTHING, UNSEEN = -1, -2
 
 LONGEST_LOOK: Final = 0.1
@@ -65,8 +66,9 @@ def recorded(session: Session, assembly: Assembly) -> dict[str, EffectRun]:
         start = perf_counter()
         output = OUTPUTS[spec.kind](session, assembly)
         if output is not None:
-            count = len(assembly.motion)
-            found[spec.kind] = EffectRun(spec, ("it was recorded",), output, perf_counter() - start, {}, count, count)
+            count, curves = len(assembly.motion), {CURVES: len(output.series)}
+            seconds = perf_counter() - start
+            found[spec.kind] = EffectRun(spec, ("it was recorded",), output, seconds, curves, count, count)
     return found
 
 

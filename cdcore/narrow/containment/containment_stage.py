@@ -57,9 +57,9 @@ class ContainmentStage:
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, asked: bool = True, refusal: str = REFUSAL) -> None:
         self._asked = asked
-        self._solids = [_Solid(body.mesh) for body in bodies] if asked else []
-        self._pairs, self._may_now = pairs.tolist(), np.empty(1, dtype=np.bool_)
-        self.words = tuple(containment_word(bodies[i], bodies[j]) if asked else refusal for i, j in self._pairs)
+        self.solids = [_Solid(body.mesh) for body in bodies] if asked else []
+        self.pairs, self._may_now = pairs.tolist(), np.empty(1, dtype=np.bool_)
+        self.words = tuple(containment_word(bodies[i], bodies[j]) if asked else refusal for i, j in self.pairs)
         """As ``containment_word``, per pair; what lies inside a closed body is found all the same."""
 
     def mark(self, motion: Motion, frames: IntArray, columns: IntArray, verdict: ByteArray) -> int:
@@ -72,9 +72,9 @@ class ContainmentStage:
         """Whether a part of one body of the pair is inside the other, (K,) for K pair-frames without contact."""
         inside = np.zeros(len(frames), dtype=np.bool_)
         for column, rows in rows_of_columns(columns) if self._asked else ():
-            for inner, outer, parts in self._nestings[column]:
+            for inner, outer, parts in self.nestings[column]:
                 left = rows[~inside[rows]]
-                inside[left] = self._inside(motion, inner, outer, parts, frames[left])
+                inside[left] = self.inside(motion, inner, outer, parts, frames[left])
         return inside
 
     @property
@@ -84,17 +84,17 @@ class ContainmentStage:
 
     def inside_now(self, now: Motion, column: int) -> bool:
         """The same for one pair in a motion of one frame."""
-        for inner, outer, parts in self._nestings[column]:
+        for inner, outer, parts in self.nestings[column]:
             for part in parts:
                 self._fill_may(now, inner, outer, part.extremes, 0.0, FIRST_FRAME, self._may_now)
-                if self._may_now[0] and self._inside(now, inner, outer, (part,), FIRST_FRAME)[0]:
+                if self._may_now[0] and self.inside(now, inner, outer, (part,), FIRST_FRAME)[0]:
                     return True
         return False
 
     @cached_property
-    def _nestings(self) -> list[list[tuple[int, int, list[_Part]]]]:
+    def nestings(self) -> list[list[tuple[int, int, list[_Part]]]]:
         """Per pair, which parts of which body could lie in which at all: (inner, outer, parts)."""
-        solids, ways = self._solids, [((i, j), (j, i)) for i, j in self._pairs]
+        solids, ways = self.solids, [((i, j), (j, i)) for i, j in self.pairs]
         fitting = [[(i, j, solids[i].parts_that_fit(solids[j])) for i, j in two] for two in ways]
         return [[one for one in two if one[2]] for two in fitting]
 
@@ -102,14 +102,15 @@ class ContainmentStage:
         self, motion: Motion, inner: int, outer: int, points: FloatArray, reach: float, frames: IntArray, may: BoolArray
     ) -> None:
         """Fill ``may`` (K,): whether all these points of the inner body are within reach of a part of the outer."""
-        a, b = self._solids[inner], self._solids[outer]
+        a, b = self.solids[inner], self.solids[outer]
         boxes = b.boxes[:1] + reach * BOTH_WAYS if reach else b.boxes
         may_be_inside(
             motion.rotations, motion.translations, frames, inner, outer, points, boxes, a.size + b.size, PAD, may
         )
 
-    def _inside(self, motion: Motion, inner: int, outer: int, parts: Sequence[_Part], frames: IntArray) -> BoolArray:
-        a, b = self._solids[inner], self._solids[outer]
+    def inside(self, motion: Motion, inner: int, outer: int, parts: Sequence[_Part], frames: IntArray) -> BoolArray:
+        """Whether one of these parts of a body is inside the other, (K,) for K frames without contact."""
+        a, b = self.solids[inner], self.solids[outer]
         inside, may = np.zeros(len(frames), dtype=np.bool_), np.ones(len(frames), dtype=np.bool_)
         if len(parts) > 1:  # a body of many parts is dismissed whole where it is far away
             self._fill_may(motion, inner, outer, a.middle, a.reach, frames, may)
@@ -168,8 +169,7 @@ class _Part:
         points, probe = triangles.reshape(-1, 3), np.arange(PROBES_PER_PART)
         self.extremes: FloatArray = points[np.unique([points.argmin(axis=0), points.argmax(axis=0)])]
         self.probes: FloatArray = triangles[probe * len(triangles) // PROBES_PER_PART, probe % 3]
-        apart = self.extremes[:, None] - self.extremes
-        self.length = float(np.sqrt((apart**2).sum(axis=2)).max())
+        self.length = float(np.linalg.norm(self.extremes[:, None] - self.extremes, axis=2).max())
 
 
 class _Solid:

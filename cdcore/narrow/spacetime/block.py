@@ -16,8 +16,9 @@ NODE_TESTS, LEAF_PAIRS, FACE_PAIRS, WORLD_TESTS, EXACT_TESTS, INTEGER_TESTS, BLO
 GAP_TESTS = SPAN_TESTS + 1
 """Places of the counters in ``work``; the exact stage fills its own two."""
 COUNTERS = GAP_TESTS + 1
-BY_PATH, BY_BOX, BY_SPAN = 0, 1, 2
-"""Kinds of records: frames skipped along the paths, lanes in which two nodes are apart, frames of spans."""
+BY_PATH, BY_BOX, BY_SPAN, OPEN_A, OPEN_B, ASKED = range(6)
+"""Kinds of records: frames skipped along the paths, lanes in which two nodes are apart, frames of spans; and of lanes
+in which they are not, whether the children of one were taken or the faces of both asked."""
 EDGE_SLACK = 1.0 + 1e-5
 """Placing a face lengthens its edges by less than this and the pad: rotations are orthonormal to LARGEST_SKEW."""
 
@@ -27,7 +28,7 @@ class BlockQuestion(NamedTuple):
 
     Frames ``start`` to ``stop``; packed frames count from ``start``, faces take ``bits_a`` and ``bits_b`` bits.
     ``pad``: metres that a dismissal keeps. ``faces``: all face pairs; else a frame is done at its first one.
-    ``record``: note everything that is dismissed.
+    ``record``: note everything that is dismissed, and how the search came there.
     """
 
     start: int
@@ -43,8 +44,8 @@ class Lists(NamedTuple):
     """Lists that the kernels fill and their caller lengthens: place 0 counts what follows, ``_end`` is the memory.
 
     ``keys``: face pairs that meet, as frame, face of A, face of B. ``later``: those that only exact arithmetic decides,
-    faces in leaf order. ``dismissed``: four numbers a record: kind, first frame, lanes or last frame, and the nodes of
-    A and of B packed by 32 bits.
+    faces in leaf order. ``dismissed``: four numbers a record, in order: kind, first frame, lanes or last frame, and the
+    nodes of A and of B packed by 32 bits.
     """
 
     keys: Memory
@@ -108,6 +109,16 @@ def note_lanes(
         state[NEAR_LANES] = mask
     if question.record and before != mask:
         note(lists, BY_BOX, frame, before & ~mask, a, b)
+
+
+@hot_kernel
+def step_below(boxes_a: Memory, a: int, leaf_a: int, boxes_b: Memory, b: int, leaf_b: int) -> int:
+    """What to do with two nodes that may meet: open the larger one that is no leaf, or ask their faces."""
+    become_part_of_caller()
+    if leaf_a >= 0 and leaf_b >= 0:
+        return runtime_int(ASKED)
+    a_first = leaf_b >= 0 or (leaf_a < 0 and boxes_a[16 * a + 15] > boxes_b[16 * b + 15])
+    return runtime_int(OPEN_A) if a_first else runtime_int(OPEN_B)
 
 
 @hot_kernel
@@ -211,12 +222,15 @@ def traverse_block(
         note_lanes(lists, question, scratch.state, frame, before, mask, a, b)
         if mask == 0:
             continue
-        if leaf_a >= 0 and leaf_b >= 0:
+        kind = step_below(boxes_a, a, leaf_a, boxes_b, b, leaf_b)
+        if question.record:
+            note(lists, kind, frame, mask, a, b)
+        if kind == ASKED:
             alive = ask_leaves(
                 tree_a, pose_a, leaf_a, tree_b, pose_b, b, leaf_b, frame, mask, alive, question, lists, hits, work,
                 scratch,
             )  # fmt: skip
-        elif leaf_b >= 0 or (leaf_a < 0 and boxes_a[16 * a + 15] > boxes_b[16 * b + 15]):
+        elif kind == OPEN_A:
             child = runtime_int(links_a[2 * a])
             stack[depth], stack[depth + 1], stack[depth + 2] = child, b, mask
             stack[depth + 3], stack[depth + 4], stack[depth + 5] = child + 1, b, mask

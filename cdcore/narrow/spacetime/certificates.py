@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.spacetime.block import BY_BOX
+from cdcore.narrow.spacetime.block import BY_BOX, BY_SPAN
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.simd import LANES
 from cdcore.numerics import FloatArray, IntArray
@@ -31,7 +31,8 @@ def count_verified(trees: tuple[BoxTree, BoxTree], records: IntArray, placed: Fr
         Two faces meet that a certificate had kept apart; names frame and faces.
     """
     verified = 0
-    for kind, first, extent, nodes in records.reshape(-1, 4).tolist():
+    rows = records.reshape(-1, 4)
+    for kind, first, extent, nodes in rows[rows[:, 0] <= BY_SPAN].tolist():
         frames = [first + k for k in range(LANES) if extent >> k & 1] if kind == BY_BOX else range(first, extent + 1)
         below = [faces_below(tree, node) for tree, node in zip(trees, (nodes >> 32, nodes & 0xFFFFFFFF), strict=True)]
         for frame in frames:

@@ -73,13 +73,14 @@ class PairJob:
 
     def __init__(
         self, trees: Sequence[BoxTree], i: int, j: int, poses: Poses, shared: Sequence[PoseLanes | None], *,
-        faces: bool, verify: bool,
+        faces: bool, verify: bool, slack: float = 0.0,
     ) -> None:  # fmt: skip
+        """``slack``: how much more a dismissal keeps than rounding asks for, as a share of the size of both."""
         # the smaller body is moved into the larger one's frame
-        self._turned = bool(trees[i].boxes[0, 15] > trees[j].boxes[0, 15])
-        self._a, self._b = (j, i) if self._turned else (i, j)
+        self.turned = bool(trees[i].boxes[0, 15] > trees[j].boxes[0, 15])
+        self._a, self._b = (j, i) if self.turned else (i, j)
         self._trees = trees[self._a], trees[self._b]
-        self._poses, self._faces, self._verify = poses, faces, verify
+        self._poses, self._faces, self._verify, self._slack = poses, faces, verify, slack
         self.frames = self.which = self._asked = poses.everywhere
         self._take(tuple(one for one in (shared[self._a], shared[self._b]) if one is not None))
         self._apart = self._near == len(poses.valid)
@@ -117,7 +118,7 @@ class PairJob:
         if len(self._lanes) < 2:
             return np.inf
         a, b = self._lanes
-        return pad_between(self._trees, a.size + b.size, a.skew + b.skew)
+        return pad_between(self._trees, a.size + b.size, a.skew + b.skew, self._slack)
 
     def _lanes_of(self, body: int, shared: Sequence[PoseLanes | None]) -> PoseLanes:
         known = shared[body]
@@ -132,11 +133,9 @@ class PairJob:
             return self._dismissed(stop - start, start)
         if not np.isfinite(self._pad):
             return self._exhaustive(start, stop)
-        (tree_a, tree_b), (a, b), (bits_a, bits_b) = self._trees, self._lanes, self._bits
         (hits, near), work = np.zeros((2, stop), dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
-        question = BlockQuestion(start, stop, self._pad, self._faces, self._verify, bits_a, bits_b)
         clock = [perf_counter()]
-        keys, later, dismissed = workspace.traverse(tree_a, a, tree_b, b, question, hits, near, work)
+        keys, later, dismissed = self._searched(start, stop, workspace, self._verify, hits, near, work)
         clock.append(perf_counter())
         if len(later):
             keys = np.concatenate([keys, self._settled(later, start, hits, work)])
@@ -149,6 +148,26 @@ class PairJob:
         hit, close = hits[start:].view(np.bool_), near[start:].view(np.bool_)
         return FramesAnswer(start, hit, close, frame + start, faces, work, (search, exact, sorting))
 
+    def _searched(
+        self, start: int, stop: int, workspace: Workspace, record: bool, hits: ByteArray, near: ByteArray,
+        work: IntArray,
+    ) -> list[IntArray]:  # fmt: skip
+        (tree_a, tree_b), (a, b) = self._trees, self._lanes
+        question = BlockQuestion(start, stop, self._pad, self._faces, record, *self._bits)
+        return workspace.traverse(tree_a, a, tree_b, b, question, hits, near, work)
+
+    def records(self, start: int, stop: int, workspace: Workspace) -> IntArray | None:
+        """How the search through distinct frames ``start <= f < stop`` went, (m, 4): kind, first frame, lanes or last
+        frame, nodes.
+
+        The nodes are of the smaller body, then of the larger one (``turned``: the pair the other way round). ``None``:
+        sizes are not for the kernels.
+        """
+        if not np.isfinite(self._pad):
+            return None
+        (hits, near), work = np.zeros((2, stop), dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
+        return self._searched(start, stop, workspace, True, hits, near, work)[2].reshape(-1, 4)
+
     def _dismissed(self, count: int, start: int) -> FramesAnswer:
         """Frames that one climb over the spans dismissed: 5 us a pair where setting up the kernel's row takes 25."""
         work = np.zeros(COUNTERS + 1, dtype=np.int64)
@@ -160,7 +179,7 @@ class PairJob:
         """Frames and face pairs, sorted, faces in the order of the pair."""
         bits_a, bits_b = self._bits
         both = bits_a + bits_b
-        if self._turned:
+        if self.turned:
             low = keys & ((1 << bits_b) - 1)
             keys = (keys >> both << both) | (low << bits_a) | ((keys >> bits_b) & ((1 << bits_a) - 1))
             bits_a, bits_b = bits_b, bits_a
@@ -206,7 +225,7 @@ class PairJob:
                 found.append(NO_FACES.astype(np.int64))
                 continue
             first, second = self._placed(row)
-            found.append(meeting_faces_exhaustive(*((second, first) if self._turned else (first, second))))
+            found.append(meeting_faces_exhaustive(*((second, first) if self.turned else (first, second))))
         sizes = np.array([len(one) for one in found])
         frame = np.repeat(np.arange(start, stop), sizes) if self._faces else NO_FRAMES
         faces = np.concatenate(found).astype(np.int32) if self._faces else NO_FACES
@@ -220,12 +239,12 @@ def bits_of(trees: tuple[BoxTree, BoxTree]) -> tuple[int, int]:
     return (len(trees[0].faces) - 1).bit_length(), (len(trees[1].faces) - 1).bit_length()
 
 
-def pad_between(trees: tuple[BoxTree, BoxTree], away: float, skew: float) -> float:
+def pad_between(trees: tuple[BoxTree, BoxTree], away: float, skew: float, slack: float = 0.0) -> float:
     """What a dismissal keeps, for bodies so far from the origin together; infinity where sizes are not for kernels."""
     size = trees[0].reach + trees[1].reach + away
     if not SMALLEST_SIZE <= size <= LARGEST_SIZE or skew > LARGEST_SKEW:
         return np.inf
-    return position_pad(size, skew)
+    return position_pad(size, skew) + slack * size
 
 
 def _distinct_frames(

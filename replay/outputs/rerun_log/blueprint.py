@@ -190,7 +190,7 @@ def _overview(layout: BlueprintInput, lanes: OverviewLanes) -> Any:
     own = [f"- /{one.missed}/**" for one in layout.subjects]
     contents = ["/world/**", *normals, *spheres, *own]
     times = timing_view(layout.costs, _whole(layout), short=True)
-    there = {code for one in layout.result.comparisons.values() for code in np.unique(one.outcome).tolist()}
+    there = {code for one in layout.result.comparisons.values() for code in np.flatnonzero(one.counts).tolist()}
     faded, legend = faded_meshes(layout.result, layout.hiding), lane_legend(there & IN_LEGEND)
     eye, wires = _eye_controls(layout.eye), [*layout.solids]
     return overview_tab(lanes, contents, eye, faded, legend, _whole(layout), times, wires)
@@ -231,7 +231,7 @@ def _eye_controls(eye: Eye) -> rrb.EyeControls3D:
 
 
 def _lanes(layout: BlueprintInput, subject: Subject, lanes: Sequence[str]) -> Any:
-    there = np.unique(layout.result.comparisons[subject.label].outcome).tolist()
+    there = np.flatnonzero(layout.result.comparisons[subject.label].counts).tolist()
     name = f"When and which pair    {lane_legend(there, subject.label)}"
     root = lanes[0].rpartition("/")[0]
     whole = state_view(root, name, _whole(layout), lanes)

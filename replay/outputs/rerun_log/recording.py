@@ -110,7 +110,9 @@ def _subject(result: RunResult, label: str, number: int) -> Subject:
 
 def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subject]) -> None:
     assembly, scene = result.assembly, result.session.scene
-    log_world(writer, assembly, scene)
+    # A run of effects alone needs the bodies that they name, and no other is drawn.
+    named = result.summary["plan"]["bodies"] if scene.effects is not None and not result.detections else {}
+    log_world(writer, assembly, scene, named or None)
     log_touches(writer, assembly, [miss for misses in result.misses.values() for miss in misses])
     first = next(iter(result.comparisons), "")  # the contacts of the oracle are coloured by its misses
     for label, detection in result.detections.items():
@@ -178,7 +180,8 @@ def _spoken_of(result: RunResult) -> list[int]:
     for comparison in result.comparisons.values():
         ranked.update(dict.fromkeys(ranked_pairs(comparison, result.assembly.held)))
     for detection in result.detections.values():
-        ranked.update(dict.fromkeys(np.flatnonzero(counts_as_contact(detection.verdict).any(axis=0)).tolist()))
+        said = [counts_as_contact(column).any() for column in detection.verdict.T]
+        ranked.update(dict.fromkeys(np.flatnonzero(said).tolist()))
     return list(ranked)[:DETECTOR_LANES]
 
 
@@ -222,10 +225,9 @@ def _places(result: RunResult, misses: Sequence[tuple[float, float, float]]) -> 
     trusted = result.detections.get(result.oracle) or next(iter(result.detections.values()), None)
     if trusted is None:
         return points[0]
-    contact = counts_as_contact(trusted.verdict)
     names, scene = assembly.names, result.session.scene
     for column, bodies in enumerate(assembly.pairs.tolist()):
-        frames = np.flatnonzero(contact[:, column])
+        frames = np.flatnonzero(counts_as_contact(trusted.verdict[:, column]))
         frames = frames[:: max(1, len(frames) // 200)]
         for body in bodies:
             corners = _corners(assembly.bodies[body].mesh.vertices)

@@ -20,9 +20,11 @@ import rerun_cli
 from rerun.experimental import View, ViewerClient, ViewerState
 
 from replay.errors import ReplayError, RunFolderError
+from replay.outputs.rerun_log.annotation_layer import write_layer
 from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.overview import read_moments
+from replay.outputs.results.run_folder import ANNOTATIONS, read_run_folder
 
 LOOPBACK: Final = "127.0.0.1"
 """A recording shows people at work: it is never served to the network."""
@@ -87,6 +89,14 @@ class OpenViewer:
                 raise ViewerError(f"{late}; try `rerun {recording}`")
             time.sleep(PAUSE_SECONDS)
 
+    def add(self, layer: Path) -> None:
+        """Load a layer over the recording, and wait until it is there."""
+        self._client.open(str(layer.resolve()))
+        time.sleep(PAUSE_SECONDS)
+        deadline = time.monotonic() + LOAD_SECONDS
+        while self.state().loading and time.monotonic() < deadline:
+            time.sleep(PAUSE_SECONDS)
+
     def seek(self, session_ns: int) -> None:
         """Put the cursor at a time of the session and pause there."""
         self._client.set_time(SESSION, duration=np.timedelta64(int(session_ns), "ns"), play_state="paused")
@@ -131,6 +141,10 @@ def open_viewer(
     viewer = start_viewer(headless=headless)
     try:
         viewer.open(recording)
+        with tempfile.TemporaryDirectory() as folder:
+            layer = Path(folder) / "annotations.rrd"
+            if (run_folder / ANNOTATIONS).is_file() and write_layer(read_run_folder(run_folder), layer):
+                viewer.add(layer)
         viewer.seek(target)
     except BaseException:
         viewer.close()

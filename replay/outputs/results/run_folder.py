@@ -18,8 +18,10 @@ from replay.outputs.report.tradeoff import PICTURES
 from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
 from replay.outputs.results import fault_tables, parquet_tables
 from replay.outputs.results.parquet import read_rows
+from replay.outputs.results.seal import PROOF, SEAL, write_seal
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds
+from replay.proof.claims import Proof
 from sessions.whole_files import whole_folder
 
 SUMMARY: Final = "summary.json"
@@ -32,6 +34,8 @@ SERIES: Final = "series.parquet"
 TIMING: Final = "timing.parquet"
 METRICS: Final = "metrics.parquet"
 PICTURE: Final = "run.rrd"
+ANNOTATIONS: Final = "annotations.json"
+"""Written by people and by no run: it stays where a run folder is replaced."""
 REPORT: Final = "report.html"
 
 TABLES: Final = {
@@ -113,13 +117,13 @@ def write_summary(folder: Path, kind: FolderKind, summary: Mapping[str, Any]) ->
 
 def write_run_folder(
     result: RunResult, out: Path, *, force: bool = False, picture: Picture | None = None,
-    files: Mapping[str, Path] | None = None,
+    files: Mapping[str, Path] | None = None, proof: Proof | None = None,
 ) -> Path:  # fmt: skip
     """Write tables, summary, report and picture of a run to the folder ``out``; folders above it are made too.
 
     ``force`` replaces an earlier run folder of that name; ``picture`` writes the recording, ``None``: no picture;
-    ``files`` are further files to put in, name -> where they are. Raises ``OutputError``: the folder exists, or cannot
-    be written.
+    ``files`` are further files to put in, name -> where they are; ``proof`` is written and sealed, of a recording in a
+    file. Raises ``OutputError``: the folder exists, or cannot be written.
     """
     check_target(out, force=force)
     with result_folder(out, RUN, force=force) as folder:
@@ -134,7 +138,16 @@ def write_run_folder(
         write_report(replace(result, out=out), folder / REPORT)
         for name, file in (files or {}).items():
             shutil.copyfile(file, folder / name)
+        if proof is not None:
+            (folder / PROOF).write_bytes(proof.written())
+            (folder / SEAL).touch()
         write_summary(folder, RUN, result.summary)
+        if proof is not None:
+            write_seal(folder, Path(result.session.origin))
+    if force and (out / ANNOTATIONS).is_file():
+        from replay.outputs.results.annotations import show_in_report
+
+        show_in_report(read_run_folder(out))
     return out
 
 
@@ -153,12 +166,29 @@ class RunFolder:
             raise RunFolderError(f"{self.path} holds no picture ({PICTURE}); run again without --no-picture")
         return path
 
+    def recording(self, given: Path | None = None) -> Path:
+        """The recording that was replayed: the one given, or one of its name in the folder, beside it or here."""
+        name = (self.summary.get("session") or {}).get("origin")
+        if given is not None:
+            return given
+        if not name:
+            raise RunFolderError(f"{self.path} replayed a session in memory; write it to a file and run that")
+        for place in (self.path, self.path.parent, Path()):
+            if (place / name).is_file():
+                return place / name
+        raise RunFolderError(f"{name}, which {self.path} replayed, is not beside it; say where with --session FILE")
+
     def require_miss(self, number: int | None) -> None:
         """Refuse the number of a miss that is not in the run; the ``RunFolderError`` says which there are."""
         most = max((row["number"] for row in self.rows(MISSES)), default=0)
         if number is not None and number > most:
             there = f"its misses are numbered 1 to {most}" if most else "nothing was missed in it"
             raise RunFolderError(f"{self.path} has no miss {number}; {there}")
+
+    def require_digest(self, recording: Path, digest: str) -> None:
+        """Refuse a recording of another hash."""
+        if digest != self.summary["session"]["digest"]:
+            raise RunFolderError(f"{recording} is not the recording that {self.path} replayed; its contents differ")
 
     def rows(self, name: str) -> list[dict[str, Any]]:
         """The rows of one of its tables, by the name of the file."""

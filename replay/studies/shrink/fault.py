@@ -86,7 +86,7 @@ def of_run(
     ``label``: the detector, where the run audited several; ``session``: the recording, where it lies neither in the run
     folder, nor beside it, nor in the working directory; ``scene``: that of the run, where it was not the recording's.
     Raises ``ShrinkError``: no such fault, a detector whose
-    answers came with the recording, or a fault that does not happen again.
+    answers came with the recording, or a fault that does not happen again; ``RunFolderError``: no recording.
     """
     label, row = _row(run, miss, invented, label)
     said, contact = run.summary["detectors"][label], miss is not None
@@ -156,21 +156,12 @@ def _row(run: RunFolder, miss: int | None, invented: int | None, label: str | No
 
 def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:
     """Bodies, poses and pairs as the run had them."""
-    said = run.summary["session"]
-    if not said["origin"]:
-        raise ShrinkError(f"{run.path} replayed a session in memory; write it to a file and run that")
-    places = (run.path, run.path.parent, Path())
-    found = session or next((place / said["origin"] for place in places if (place / said["origin"]).is_file()), None)
-    if found is None:
-        raise ShrinkError(
-            f"{said['origin']}, which {run.path} replayed, is not beside it; say where with --session FILE"
-        )
+    said, found = run.summary["session"], run.recording(session)
     replaced = said["facts"].get(SCENE_FACT)
     if replaced and scene is None:
         raise ShrinkError(f"{run.path} replayed with the scene of {replaced}; give it with --scene FILE")
     ready = prepared(read_session(found, scene=scene), policy=run.summary["policy"], **run.summary["window"])
-    if ready.treatment.digest != said["digest"]:
-        raise ShrinkError(f"{found} is not the recording that {run.path} replayed; its contents differ")
+    run.require_digest(found, ready.treatment.digest)
     return ready.assembly
 
 

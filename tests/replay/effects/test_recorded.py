@@ -11,6 +11,7 @@ from support.small_worlds import cube
 from cdcore.narrow.containment.first_hits import FirstHits, crossing
 from replay.effects.effect_summary import happened_words
 from replay.effects.recorded import NOTHING, UNSEEN
+from replay.outputs.run_tables import effect_table
 from replay.pipeline.engine import compute
 from sessions import GazeTrack, ScalarTrack, Session, make_shape
 
@@ -149,6 +150,12 @@ def test_numbers_come_with_the_time_of_the_session_and_those_of_another_time_do_
     assert pulse.unit == "1/min" and pulse.values.tolist() == [70.0 + k for k in range(10)]
     assert np.allclose(pulse.times, 0.1 * np.arange(10) + 3e-9)
     assert np.nanmax(result.effects["gaze"].series["anna/distance"].values) < 4
+
+
+def test_the_table_says_how_many_curves_there_are(world):
+    _, result, _ = world
+    found = {row[0]: row[1:] for row in effect_table(result).only("effect", "because", "found").rows}
+    assert found == {"scalars": ("it was recorded", "1 curve"), "gaze": ("it was recorded", "1 looked-at")}
 
 
 def test_a_window_cuts_them_and_a_recording_without_has_none(world):

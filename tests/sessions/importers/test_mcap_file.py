@@ -274,6 +274,7 @@ def test_numbers_rays_and_remarks_of_other_topics_come_along_on_the_clock_of_the
         "what bears no stamp: log times moved onto the clock of the poses by -250.004 ms, drift -30.0 ppm, at most 0.0"
     )
     assert (said in session.facts["conversions"]) == unstamped
+    assert session.facts["assumed"].endswith("; gaze in the frame of the poses")
 
 
 def test_numbers_of_a_protobuf_message_that_only_the_file_describes_are_read(tmp_path):

@@ -189,6 +189,7 @@ def test_eyes_of_a_gaze_stream_are_rays_in_the_frame_of_the_poses(tmp_path):
     assert np.abs(gaze.origins - rays[:, :3] @ axes.T).max() < 1e-9
     assert np.abs(gaze.directions[good] - rays[good, 3:] / length @ axes.T).max() < 1e-9
     assert gaze.valid.tolist() == (seen & good).tolist()
+    assert "gaze in the frame of the poses" in session.facts["assumed"]
     said = "gaze of Tracker/left: 1 samples flagged as lost that hold no ray"
     assert said in session.facts["conversions"]
 

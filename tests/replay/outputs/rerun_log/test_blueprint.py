@@ -174,7 +174,7 @@ def built(subjects, effects, *, tradeoff=False):
         treatment=None,
         session=room,
         assembly=SimpleNamespace(names=(), motion=moving, stamp_ns=np.zeros(0, dtype=np.int64)),
-        comparisons={"slow": SimpleNamespace(outcome=np.zeros((1, 1), np.uint8))},
+        comparisons={"slow": SimpleNamespace(counts=np.array([1]))},
     )
     eye = Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
     layout = blueprint.BlueprintInput(result, subjects, eye, {}, detector_lanes=False, start=0.0, end=1.0)

@@ -10,7 +10,7 @@ from replay.effects.output import FACE_PAIRS, EffectEvent, EffectOutput, LaneSpa
 from replay.effects.protocol import EffectSpec
 from replay.effects.recorded import NOTHING, UNSEEN, Looked
 from replay.outputs.rerun_log.columns import RecordingWriter
-from replay.outputs.rerun_log.effects import _log_series, effect_views, log_effects, tab_name
+from replay.outputs.rerun_log.effects import _log_series, drawn_rows, effect_views, log_effects, tab_name
 
 TIMES = np.array([0.0, 0.5, 1.0])
 OUTPUT = EffectOutput(
@@ -104,6 +104,18 @@ def test_the_tab_gets_a_plot_per_unit_and_every_lane():
     views = effect_views(RUNS)
     assert views.plots == {"mL": ("effects/pour/cup/volume",)} and views.events == ("effects/pour/events",)
     assert views.lanes == ("effects/pour/lanes/cup", "effects/pour/lanes/skipped", "effects/gaze/lanes/anna")
+
+
+def test_of_a_curve_of_too_many_points_the_least_and_the_largest_are_drawn():
+    values = np.random.default_rng(3).normal(size=1003)
+    values[[100, 101, 102, 1002]], values[500], values[777] = np.nan, 50.0, -50.0
+    assert drawn_rows(values, 2000).tolist() == drawn_rows(values, 1003).tolist() == list(range(1003))
+    rows = drawn_rows(values, 200)
+    assert len(rows) <= 200 and (np.diff(rows) > 0).all() and {500, 777} <= {*rows.tolist()}
+    for start in range(0, 1003, 11):
+        part, drawn = values[start : start + 11], values[[row for row in rows if start <= row < start + 11]]
+        assert (np.nanmin(part), np.nanmax(part)) == (np.nanmin(drawn), np.nanmax(drawn))
+    assert drawn_rows(np.full(50, np.nan), 10).max() < 50
 
 
 def test_a_vessel_is_drawn_once_as_the_effect_that_ran_last_says():

@@ -16,7 +16,7 @@ from cdcore import Body, Motion, TriangleMesh
 from replay import run
 from replay.cli.main import main
 from replay.detection.detector_spec import parse_detector
-from replay.errors import ShrinkError
+from replay.errors import RunFolderError, ShrinkError
 from replay.outputs.results.run_folder import read_run_folder
 from replay.studies.shrink.fault import Fault, of_case, of_run
 from replay.studies.shrink.reduce import Shrinking, Size, fewest
@@ -191,9 +191,9 @@ def test_what_cannot_be_shrunk_is_said_in_a_sentence(folder, tmp_path, capsys):
     summary = json.loads((moved / "summary.json").read_text())
     summary["session"]["digest"] = "0" * 64
     (moved / "summary.json").write_text(json.dumps(summary))
-    with pytest.raises(ShrinkError, match=r"s\.mcap, which .* is not beside it; say where with --session"):
+    with pytest.raises(RunFolderError, match=r"s\.mcap, which .* is not beside it; say where with --session"):
         of_run(read_run_folder(moved), miss=1, label="slow")
-    with pytest.raises(ShrinkError, match="is not the recording"):
+    with pytest.raises(RunFolderError, match="is not the recording"):
         of_run(read_run_folder(moved), miss=1, label="slow", session=folder.parent / "s.mcap")
 
 

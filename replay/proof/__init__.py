@@ -1,0 +1,1 @@
+"""Checks a proof of verdicts; shares no code with what made them."""
