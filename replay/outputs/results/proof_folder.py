@@ -50,7 +50,7 @@ def verify_run(folder: Path, given: Path | None = None, scene: Path | None = Non
     return {
         "frames": len(table), "pairs": len(asked), "pairs_not_asked": left,
         "verdicts": {word: told[word] for word in KINDS.values()}, "poses": dict(whence),
-        "checked": {word: told[word] for word in ("boxes", "face pairs", "decided by integers", "rays")},
+        "checked": {word: told[word] for word in ("boxes", "face_pairs", "by_integers", "rays")},
         "containment_refused": [
             f"{'-'.join(bodies[k] for k in pair)}: {word}"
             for *pair, word in proof.header["pairs"] if word != "decided"

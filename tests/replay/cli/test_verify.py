@@ -117,14 +117,14 @@ def test_a_header_that_holds_anything_is_rejected(copy, capsys):
 def test_every_sentence_says_what_was_counted():
     told = {
         "frames": 1200, "pairs": 3, "pairs_not_asked": [], "verdicts": {"CLEAR": 3000, "CONTACT": 600, "CONTAINED": 0},
-        "checked": {"boxes": 5000, "face pairs": 70, "decided by integers": 2, "rays": 1}, "bytes": 1234,
-        "poses": {"recorded": 10, "interpolated": 4, "held": 3, "left out by the policy": 2},
+        "checked": {"boxes": 5000, "face_pairs": 70, "by_integers": 2, "rays": 1}, "bytes": 1234,
+        "poses": {"recorded": 10, "interpolated": 4, "held": 3, "left_out": 2},
         "containment_refused": ["a-b: refused: a is open"],
     }  # fmt: skip
     assert sentences(told) == [
         "holds: 1,200 frames of 3 pairs, every verdict proven", " 3,000 CLEAR, 600 CONTACT",
         " checked: 5,000 boxes apart, 70 face pairs of which integers decided 2, 1 rays",
-        " poses: 10 from the recording; from the proof 4 interpolated, 3 held, 2 left out by the policy",
+        " poses: 10 from the recording; from the proof 4 interpolated, 3 held; left out by the policy: 2",
         " the proof has 1,234 bytes", " containment of a-b: refused: a is open",
     ]  # fmt: skip
     assert sentences({**told, "pairs_not_asked": ["a-c", "b-c"]})[5] == " pairs not asked: a-c, b-c"
