@@ -24,6 +24,15 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.fixture(scope="module")
+def ready(tmp_path_factory):
+    """A folder with a run in it, for tests that leave nothing there."""
+    folder = tmp_path_factory.mktemp("ready")
+    write_session(cubes(PLACES), folder / "s.mcap")
+    run(folder)
+    return folder
+
+
 def run(folder, detectors="slow=discrete[rate_hz=25]"):
     return replay.run(folder / "s.mcap", detectors=detectors, oracle="hybrid", out=folder / "run", force=True)
 
@@ -135,11 +144,10 @@ def test_a_copy_of_the_recording_holds_it_among_its_intervals_and_the_recording_
         (["x", "--miss", "1", "--rater", "a", "--by", "none"], 1, "has no miss 1 of none; it has none"),
     ],
 )
-def test_what_cannot_be_annotated_is_said_in_a_sentence(folder, capsys, words, code, why):
-    run(folder)
-    assert annotate(folder, *words) == code
+def test_what_cannot_be_annotated_is_said_in_a_sentence(ready, capsys, words, code, why):
+    assert annotate(ready, *words) == code
     assert why in " ".join(capsys.readouterr().err.split())
-    assert read_annotations(folder / "run") == []
+    assert read_annotations(ready / "run") == []
 
 
 def test_a_number_that_several_detectors_have_asks_for_one_of_them(folder, capsys):
@@ -152,12 +160,12 @@ def test_a_number_that_several_detectors_have_asks_for_one_of_them(folder, capsy
 @pytest.mark.parametrize(
     "text", ["{}", "[1]", "no json", '{"schema": "vrlab-replay/annotations/1", "annotations": [{}]}']
 )
-def test_a_file_of_annotations_that_is_none_is_left_as_it_is(folder, capsys, text):
-    run(folder)
-    (folder / "run" / "annotations.json").write_text(text)
-    assert annotate(folder, "x", "--miss", "1", "--rater", "a") == 1
+def test_a_file_of_annotations_that_is_none_is_left_as_it_is(ready, capsys, text):
+    (ready / "run" / "annotations.json").write_text(text)
+    assert annotate(ready, "x", "--miss", "1", "--rater", "a") == 1
     assert "holds no annotations" in " ".join(capsys.readouterr().err.split())
-    assert (folder / "run" / "annotations.json").read_text() == text
+    assert (ready / "run" / "annotations.json").read_text() == text
+    (ready / "run" / "annotations.json").unlink()
 
 
 def test_a_page_that_a_proof_seals_stays_as_it_is(folder, capsys):
@@ -168,7 +176,6 @@ def test_a_page_that_a_proof_seals_stays_as_it_is(folder, capsys):
     assert main(["verify", str(folder / "run")]) == 0
 
 
-def test_nothing_said_is_said(folder, capsys):
-    run(folder)
-    assert annotate(folder) == 0
+def test_nothing_said_is_said(ready, capsys):
+    assert annotate(ready) == 0
     assert "nothing is said of" in capsys.readouterr().out
