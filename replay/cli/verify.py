@@ -7,14 +7,15 @@ from typing import Any
 import click
 
 from replay.cli.console import GATE_FAILED, OK, People, answer
-from replay.cli.options import RUN_FOLDER, SESSION_FILE, reporting
+from replay.cli.options import RUN_FOLDER, SESSION_FILE, reporting, scene
 
 
 @click.command()
 @click.argument("run", type=RUN_FOLDER, metavar="RUN")
 @click.option("--session", type=SESSION_FILE, metavar="FILE", help="The recording, where it is not found by itself.")
+@scene
 @reporting
-def command(run: Path, session: Path | None, as_json: bool, people: People) -> int:
+def command(run: Path, session: Path | None, scene: Path | None, as_json: bool, people: People) -> int:
     """Check the proof that `replay run --proof` wrote: by a program of its own, which shares no code with `exact`.
 
     Every pair in every frame is covered. Exit code 4 and the first record that does not hold, if one does not.
@@ -28,7 +29,7 @@ def command(run: Path, session: Path | None, as_json: bool, people: People) -> i
 
     people.say(f"checking the proof of {run}")
     try:
-        told = verify_run(run, session)
+        told = verify_run(run, session, scene)
     except WrongRecord as error:
         wrong = str(error)
         answer(as_json, {"holds": False, "wrong": wrong}, lambda: f"does not hold: {wrong}")

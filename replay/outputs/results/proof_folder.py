@@ -21,11 +21,12 @@ from sessions.doctor.runs import runs
 from sessions.errors import SessionError
 
 
-def verify_run(folder: Path, given: Path | None = None) -> dict[str, Any]:
+def verify_run(folder: Path, given: Path | None = None, scene: Path | None = None) -> dict[str, Any]:
     """Check seal, recording, proof and tables of a run folder; what was proven, as plain data.
 
-    ``given``: the recording, where it is not beside the run. Raises ``WrongRecord``: the first record that does not
-    hold; ``RunFolderError``: there is no proof, or no recording.
+    ``given``: the recording, where it is not beside the run; ``scene``: that of the run, where it was not the
+    recording's. Raises ``WrongRecord``: the first record that does not hold; ``RunFolderError``: there is no proof, no
+    recording, or no scene.
     """
     seal = read_seal(folder, (SUMMARY, PROOF, FRAMES, EPISODES))
     run = read_run_folder(folder)
@@ -34,7 +35,7 @@ def verify_run(folder: Path, given: Path | None = None) -> dict[str, Any]:
         raise WrongRecord(f"{recording.name} is not the recording that was replayed; its contents differ")
     proof = Proof.read(run.path / PROOF)
     try:
-        session = read_session(recording)
+        session = read_session(recording, scene=run.scene(scene))
         meshes, poses, whence = load(session, proof)
     except SessionError as error:
         raise WrongRecord(f"{recording.name} cannot be read: {error}") from error

@@ -22,6 +22,7 @@ from replay.outputs.results.seal import PROOF, SEAL, write_seal
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds
 from replay.proof.claims import Proof
+from sessions.model.constants import SCENE_FACT
 from sessions.whole_files import whole_folder
 
 SUMMARY: Final = "summary.json"
@@ -177,6 +178,13 @@ class RunFolder:
             if (place / name).is_file():
                 return place / name
         raise RunFolderError(f"{name}, which {self.path} replayed, is not beside it; say where with --session FILE")
+
+    def scene(self, given: Path | None = None) -> Path | None:
+        """The scene that stood in place of the recording's own: the one given, needed where the run had one."""
+        name = (self.summary.get("session") or {}).get("facts", {}).get(SCENE_FACT)
+        if name and given is None:
+            raise RunFolderError(f"{self.path} replayed with the scene of {name}; give it with --scene FILE")
+        return given
 
     def require_miss(self, number: int | None) -> None:
         """Refuse the number of a miss that is not in the run; the ``RunFolderError`` says which there are."""

@@ -24,7 +24,6 @@ from replay.prepare.assembly import Assembly
 from replay.studies.stress.families import FIRST_SEED
 from replay.studies.stress.found_scenes import SCENES
 from sessions import read_session
-from sessions.scene_files.scene_meshes import SCENE_FACT
 
 WINDOWS: Final = (1.0, 10.0, 100.0, np.inf)
 """Seconds before the wrong answer that are tried in turn: most detectors remember less than a second."""
@@ -156,11 +155,8 @@ def _row(run: RunFolder, miss: int | None, invented: int | None, label: str | No
 
 def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:
     """Bodies, poses and pairs as the run had them."""
-    said, found = run.summary["session"], run.recording(session)
-    replaced = said["facts"].get(SCENE_FACT)
-    if replaced and scene is None:
-        raise ShrinkError(f"{run.path} replayed with the scene of {replaced}; give it with --scene FILE")
-    ready = prepared(read_session(found, scene=scene), policy=run.summary["policy"], **run.summary["window"])
+    found = run.recording(session)
+    ready = prepared(read_session(found, scene=run.scene(scene)), policy=run.summary["policy"], **run.summary["window"])
     run.require_digest(found, ready.treatment.digest)
     return ready.assembly
 
