@@ -44,10 +44,11 @@ def sentences(told: Mapping[str, Any]) -> list[str]:
     return [
         f"holds: {told['frames']:,} frames of {told['pairs']:,} pairs, every verdict proven",
         " " + ", ".join(f"{count:,} {word}" for word, count in verdicts.items() if count),
-        f" checked: {checked['boxes']:,} boxes apart, {checked['face pairs']:,} face pairs of which integers decided "
-        f"{checked['decided by integers']:,}, {checked['rays']:,} rays",
+        f" checked: {checked['boxes']:,} boxes apart, {checked['face_pairs']:,} face pairs of which integers decided "
+        f"{checked['by_integers']:,}, {checked['rays']:,} rays",
         f" poses: {poses.get('recorded', 0):,} from the recording; from the proof "
-        + ", ".join(f"{poses.get(word, 0):,} {word}" for word in ("interpolated", "held", "left out by the policy")),
+        f"{poses.get('interpolated', 0):,} interpolated, {poses.get('held', 0):,} held; left out by the policy: "
+        f"{poses.get('left_out', 0):,}",
         f" the proof has {told['bytes']:,} bytes",
         *([f" pairs not asked: {', '.join(told['pairs_not_asked'])}"] if told["pairs_not_asked"] else []),
         *(f" containment of {why}" for why in told["containment_refused"]),

@@ -84,8 +84,8 @@ def of_run(
 
     ``label``: the detector, where the run audited several; ``session``: the recording, where it lies neither in the run
     folder, nor beside it, nor in the working directory; ``scene``: that of the run, where it was not the recording's.
-    Raises ``ShrinkError``: no such fault, a detector whose
-    answers came with the recording, or a fault that does not happen again; ``RunFolderError``: no recording.
+    Raises ``ShrinkError``: no such fault, a detector whose answers came with the recording, or a fault that does not
+    happen again; ``RunFolderError``: no recording or scene, or those of another run.
     """
     label, row = _row(run, miss, invented, label)
     said, contact = run.summary["detectors"][label], miss is not None
@@ -155,8 +155,8 @@ def _row(run: RunFolder, miss: int | None, invented: int | None, label: str | No
 
 def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:
     """Bodies, poses and pairs as the run had them."""
-    found = run.recording(session)
-    ready = prepared(read_session(found, scene=run.scene(scene)), policy=run.summary["policy"], **run.summary["window"])
+    found = run.recording(session, scene)
+    ready = prepared(read_session(found, scene=scene), policy=run.summary["policy"], **run.summary["window"])
     run.require_digest(found, ready.treatment.digest)
     return ready.assembly
 
