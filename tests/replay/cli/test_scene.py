@@ -151,6 +151,9 @@ def test_a_scene_that_is_given_replaces_the_sessions_own_and_keeps_nothing_of_it
     # Of meshes a scene replaces those that it declares: half the edge, so that 0.9 m is no contact.
     assert own.session.meshes["b"].bounds[1, 0] == 0.5 and other.session.meshes["b"].bounds[1, 0] == 0.25
     assert not other.episodes["exact"]
+    write_session(other.session, files / "kept.mcap")  # now that scene is the recording's own
+    assert read_session(files / "kept.mcap").scene.name == "other" and "scene_file" in other.session.facts
+    assert "scene_file" not in read_session(files / "kept.mcap").facts
     held = replay.run(read_session(files / "s.mcap"), detectors="exact", oracle="none", scene=files / "other.toml")
     assert held.detections["exact"].digest == other.detections["exact"].digest
 
