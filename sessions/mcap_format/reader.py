@@ -47,6 +47,7 @@ from sessions.mcap_format.schemas import (
 )  # fmt: skip
 from sessions.mcap_format.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
+from sessions.model.constants import SCENE_FACT
 from sessions.model.scene import Scene
 from sessions.model.session import Session
 
@@ -77,6 +78,7 @@ def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | 
             "`replay recover`"
         )
     facts, hashes = session_facts(file)
+    facts.pop(SCENE_FACT, None)
     file.catalogue.check_pose_channels()
     if file.catalogue.tear is not None:
         facts[MISSING] = _missing(file)

@@ -11,3 +11,6 @@ HEADSET_HZ: Final = 90.0
 BLOCK_FRAMES: Final = 16384
 """Frames (three minutes at 90 Hz) that are read or detected together: working memory stays bounded, and a longer block
 is no faster."""
+
+SCENE_FACT: Final = "scene_file"
+"""The fact that names the file of a scene which stands in place of the recording's own; no file keeps it."""

@@ -7,14 +7,12 @@ from pathlib import Path
 from sessions.errors import SceneError, SessionError
 from sessions.geometry.shapes import DEFAULT_FACES, make_shape
 from sessions.mesh_data import MeshData
+from sessions.model.constants import SCENE_FACT
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
 from sessions.scene_files.scene_toml import read_scene
 
 INSTRUMENT_FACES = 5000
-
-SCENE_FACT = "scene_file"
-"""The fact that names the file of a scene which stands in place of the recording's own."""
 
 
 def with_scene(session: Session, path: str | Path) -> Session:

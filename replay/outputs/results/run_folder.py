@@ -22,7 +22,7 @@ from replay.outputs.results.seal import PROOF, SEAL, write_seal
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds
 from replay.proof.claims import Proof
-from sessions.scene_files.scene_meshes import SCENE_FACT
+from sessions.model.constants import SCENE_FACT
 from sessions.whole_files import whole_folder
 
 SUMMARY: Final = "summary.json"

@@ -132,7 +132,7 @@ def test_a_key_deep_in_a_scene_that_a_recording_carries_is_found_by_doctor_and_p
 
 def test_every_verb_that_reads_a_session_takes_a_scene():
     silent = {"recover", "demo", "diff", "view", "stress", "paper", "bench", "guide", "scene"}
-    silent |= {"share", "mesh", "annotate", "verify"}  # what they read was replayed with its scene, or is no session
+    silent |= {"share", "mesh", "annotate"}  # what they read was replayed with its scene, or is no session
     for verb in COMMANDS.keys() - silent:
         found = cli.get_command(click.Context(cli), verb)
         found = found.commands["run"] if isinstance(found, click.Group) else found
@@ -151,6 +151,9 @@ def test_a_scene_that_is_given_replaces_the_sessions_own_and_keeps_nothing_of_it
     # Of meshes a scene replaces those that it declares: half the edge, so that 0.9 m is no contact.
     assert own.session.meshes["b"].bounds[1, 0] == 0.5 and other.session.meshes["b"].bounds[1, 0] == 0.25
     assert not other.episodes["exact"]
+    write_session(other.session, files / "kept.mcap")  # now that scene is the recording's own
+    assert read_session(files / "kept.mcap").scene.name == "other" and "scene_file" in other.session.facts
+    assert "scene_file" not in read_session(files / "kept.mcap").facts
     held = replay.run(read_session(files / "s.mcap"), detectors="exact", oracle="none", scene=files / "other.toml")
     assert held.detections["exact"].digest == other.detections["exact"].digest
 

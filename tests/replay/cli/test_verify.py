@@ -141,3 +141,17 @@ def test_a_proof_is_of_exact_and_of_a_file(run, tmp_path, capsys):
     asked = ["run", session, "-o", str(tmp_path / "r"), "--detector", "sphere", "--oracle", "none", "--proof", "-q"]
     assert main(asked) == 1
     assert "make it the oracle" in capsys.readouterr().err
+
+
+def test_a_run_with_another_scene_is_verified_with_that_scene_and_not_without(tmp_path, capsys):
+    write_session(cubes(PLACES), tmp_path / "s.mcap")
+    (tmp_path / "small.toml").write_text('[[body]]\nid = "b"\nshape = "box"\nsize = [0.5, 0.5, 0.5]\n')
+    scene, out = ["--scene", str(tmp_path / "small.toml")], str(tmp_path / "run")
+    assert main(["run", str(tmp_path / "s.mcap"), "-o", out, "--detector", "sphere", "--proof", "-q", *scene]) == 0
+    capsys.readouterr()
+    code, said = verified(out, capsys, *scene)
+    assert (code, said["holds"]) == (0, True)
+    assert main(["verify", out]) == 1
+    assert "replayed with the scene of small.toml; give it with --scene FILE" in capsys.readouterr().err
+    (tmp_path / "small.toml").write_text('[[body]]\nid = "b"\nshape = "box"\nsize = [0.6, 0.5, 0.5]\n')
+    assert verified(out, capsys, *scene)[0] == 4
