@@ -4,22 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
 from replay.base.shown import shown
+from replay.effects.effect_summary import happened
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import FACE_PAIRS, QUANTITIES, EffectEvent, FloatArray, LaneSpan, Liquid, Series
 from replay.effects.recorded import GAZE, SCALARS, UNSEEN, Looked
 from replay.outputs.palette import SERIES, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.lanes import send_lane
+from replay.outputs.rerun_log.overview import TABLE
 from replay.outputs.rerun_log.world import body_path
+from replay.outputs.words import counted
 
 ROOT: Final = "effects"
+HAPPENED: Final = "happened"
+
+SEEN_S: Final = 0.25
+"""Seconds after an event at which the picture opens: in the frame of an end point the liquid is still colourless."""
 
 MOST_POINTS: Final = 200_000
 """Points of a curve: an hour of an EEG at 500 Hz has nine times as many, and no screen shows them."""
@@ -70,6 +77,27 @@ def _headline(effects: Mapping[str, EffectRun]) -> str:
     found = [event for run in effects.values() for event in run.events if event.name in RESULTS]
     best = min(found, key=lambda event: (RESULTS.index(event.name), event.time), default=None)
     return "What happened" if best is None else f"{shown(best.text)} ({best.time:.1f} s)"
+
+
+def log_happened(writer: RecordingWriter, effects: Mapping[str, EffectRun], *, leads: bool) -> None:
+    """Send what happened, the last event first: it is what the others led to.
+
+    ``leads``: the picture opens at that event, a little later, when it can be seen.
+    """
+    found = happened(effects)
+    if not found:
+        writer.markdown(HAPPENED, "## No effect found anything" if effects else "## What people did")
+        return
+    last = found[-1][1]
+    when = f"At {last.time:.1f} s, the last of {counted(len(found), 'event')}."
+    writer.markdown(HAPPENED, f"## {last.text[:1].upper()}{last.text[1:]}\n\n{when}")
+    if leads:
+        ns = min(round((last.time + SEEN_S) * 1e9), int(writer.clock.ns[-1]))
+        values: dict[str, Any] = {
+            "label": [""], "kind": ["event"], "number": np.array([len(found)], dtype=np.int64),
+            "leads": np.array([True]), "session_ns": np.array([ns], dtype=np.int64),
+        }  # fmt: skip
+        writer.static(TABLE, rr.AnyValues(**values))
 
 
 def tab_name(effects: Mapping[str, EffectRun]) -> str:

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +13,15 @@ from replay.effects.recorded import NOTHING, UNSEEN, Looked
 from replay.outputs.palette import SERIES
 from replay.outputs.rerun_log import effects
 from replay.outputs.rerun_log.columns import RecordingWriter
-from replay.outputs.rerun_log.effects import _log_series, drawn_rows, effect_views, log_effects, tab_name
+from replay.outputs.rerun_log.effects import (
+    _log_series,
+    drawn_rows,
+    effect_views,
+    log_effects,
+    log_happened,
+    tab_name,
+)
+from replay.outputs.rerun_log.overview import read_moments
 
 TIMES = np.array([0.0, 0.5, 1.0])
 OUTPUT = EffectOutput(
@@ -154,3 +163,25 @@ def test_a_plot_shows_every_sample_of_a_quantity_and_the_peaks_of_a_count_as_ste
         (sent[0].interpolation_mode, rr.components.InterpolationMode, mode),
     ):
         assert kept.as_arrow_array().to_pylist() == [getattr(kind, word).value]
+
+
+@pytest.mark.parametrize(
+    ("runs", "leads", "title", "opens"),
+    [
+        (RUNS, True, "## 3 mL beside\n\nAt 0.5 s, the last of 2 events.", 750_000_000),
+        (RUNS, False, "## 3 mL beside\n\nAt 0.5 s, the last of 2 events.", None),
+        ({"pour": replace(RUNS["pour"], output=EffectOutput())}, True, "## No effect found anything", None),
+        ({}, True, "## What people did", None),
+    ],
+)
+def test_the_answer_is_the_last_event_and_the_picture_opens_a_little_after_it(tmp_path, runs, leads, title, opens):
+    stream = rr.RecordingStream("test")
+    stream.save(tmp_path / "run.rrd")
+    writer = RecordingWriter(stream, SimpleNamespace(ns=np.array([0, 1_000_000_000])))
+    log_happened(writer, {"pour": runs["pour"]} if runs else {}, leads=leads)
+    stream.disconnect()
+    rows = {
+        str(chunk.entity_path): [chunk.to_record_batch()] for chunk in RrdReader(str(tmp_path / "run.rrd")).stream()
+    }
+    assert values(rows["/happened"], ":text") == [[title]]
+    assert [one.session_ns for one in read_moments(tmp_path / "run.rrd")] == ([] if opens is None else [opens])
