@@ -72,18 +72,19 @@ def _nearest(
     """Distance (n,) in some frames; of the clusters (k, m, 3) only those are looked at that may hold the nearest."""
     middle = clusters.mean(axis=1)
     radius = np.sqrt(((clusters - middle[:, None]) ** 2).sum(axis=2)).max(axis=1)
-    turn, place = relative.rotation[rows], relative.translation[rows]
-    away = _to_box(np.einsum("tij,kj->tki", turn, middle) + place[:, None], low, high)
+    turn, place = relative.rotation[rows].transpose(0, 2, 1), relative.translation[rows]
+    away = _to_box(middle @ turn + place[:, None], low, high)
     frame, one = np.nonzero(away - radius <= (away + radius).min(axis=1, keepdims=True))
-    points = np.einsum("pij,pmj->pmi", turn[frame], clusters[one]) + place[frame][:, None]
+    points = clusters[one] @ turn[frame] + place[frame][:, None]
     found = np.full(len(rows), np.inf)
     np.minimum.at(found, frame, _to_box(points, low, high).min(axis=1))
     return found
 
 
 def _to_box(places: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    away = places - np.clip(places, low, high)
-    return np.asarray(np.sqrt((away * away).sum(axis=-1)))
+    away = np.maximum(low - places, places - high)
+    np.maximum(away, 0.0, out=away)
+    return np.asarray(np.sqrt(np.einsum("...i,...i->...", away, away)))
 
 
 def _clusters(points: FloatArray) -> FloatArray:
