@@ -32,6 +32,8 @@ The spec (`EffectSpec`) is data, and what it does not name cannot be had:
   ``inputs.output(kind)`` is their `EffectOutput`, ``inputs.has(kind)`` whether a used one is there. What one effect
   tells another goes through ``EffectOutput.data``, a frozen dataclass of the telling effect's file, which ``needs``
   has imported anyway, or of a module of models that both share.
+- Effects of liquids are views of one account: `replay.effects.movement.movement_of` (who gave whom how much, when) and
+  `replay.effects.matter.matter_of` (what is in each vessel); ``inputs.shared`` makes each once, from ``inputs.tables``.
 - ``properties``: keys of its own in a body's ``properties``; others must stand in ``replay.effects.body_keys``.
 - ``reads``: topics beyond the poses: ``HANDS`` gives ``inputs.hand_of(body)``. Others are never decoded.
 - ``detector``: name of the detector whose verdicts on the effect's pairs it reads with ``inputs.contact(pair)``; empty

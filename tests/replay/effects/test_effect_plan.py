@@ -1,5 +1,4 @@
 from dataclasses import replace
-from itertools import islice
 
 import pytest
 from support.effect_proofs import EXPERIMENTS
@@ -143,9 +142,9 @@ properties = { liqid = {}, liquid = { volum_ml = 1.0, molar = 1.0 }, solid = 3, 
     assert plan(one, table=glows).effects == ("glow",)
 
 
-def mistakes():
-    """Over a hundred scenes, each with one slip of the pen: every key of every table, and formulas."""
-    for experiment in EXPERIMENTS:
+def mistakes(experiments):
+    """Over two hundred scenes, each with one slip of the pen: every key of every table, and formulas."""
+    for experiment in experiments:
         scene = experiment._scene(layout_of(experiment.placed, experiment.grips, 600))
         for row, effect in enumerate(scene.effects):
             for key in effect.settings:
@@ -176,12 +175,14 @@ def with_body(scene, number, properties):
     return replace(scene, bodies=(*scene.bodies[:number], changed, *scene.bodies[number + 1 :]))
 
 
-@pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.slow)])
-def test_two_hundred_slips_of_the_pen_are_two_hundred_sentences_that_name_the_key(every):
+@pytest.mark.parametrize(
+    ("experiments", "least"), [(EXPERIMENTS[-1:], 30), pytest.param(EXPERIMENTS, 200, marks=pytest.mark.slow)]
+)
+def test_every_slip_of_the_pen_is_a_sentence_that_names_the_key(experiments, least):
     tried = 0
-    for scene, key in islice(mistakes(), 0, None, every):
+    for scene, key in mistakes(experiments):
         with pytest.raises(PlanError) as refused:
             plan(scene)
         assert "scene.toml: " in str(refused.value) and key in " ".join(refused.value.faults), (scene.name, key)
         tried += 1
-    assert tried * every > 200
+    assert tried > least

@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 from support.small_worlds import along_x, cube
 
+from replay.effects.hazard_proximity import surface_points
 from replay.pipeline.engine import compute
 from sessions import Session
+from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 NEAR, LEAVE = 0.2, 0.05
@@ -49,7 +51,20 @@ def test_the_distance_is_that_of_the_turned_visitor():
 def test_far_away_only_balls_are_tested():
     far = run([3.0] * 50)
     assert far.frames_run == 0 and far.counters == {"ball tests": 50, "vertex tests": 0} and far.series == {}
-    assert run([3.0, 1.1, 3.0]).counters["vertex tests"] == 8
+    assert run([3.0, 1.1, 3.0]).counters["vertex tests"] == len(surface_points(cube()))
+
+
+def test_a_board_is_as_near_as_its_surface_and_not_as_its_corners():
+    """A board of 0.8 m lies 5 mm over a lamp of 80 mm: its corners are 0.5 m away."""
+    board, lamp = cube(0.8), cube(0.08)
+    flat = MeshData(np.asarray(board.vertices) * [1.0, 0.02, 1.0], board.faces)
+    settings = {"of": ["board"], "hazard": "lamp", "distance": NEAR}
+    scene = Scene(bodies=(SceneBody("board"), SceneBody("lamp")), effects=(SceneEffect("hazard-proximity", settings),))
+    places = {"board": along_x([0.0] * 2), "lamp": along_x([0.0] * 2)}
+    places["board"][0][:, 1] = 0.04 + 0.008 + 0.005
+    session = Session.from_arrays(np.arange(2) * 10_000_000, places, {"board": flat, "lamp": lamp}, scene)
+    series = compute(session).effects["hazard-proximity"].series["board-lamp/distance"]
+    assert series.values == pytest.approx([0.005, 0.005], abs=1e-6)
 
 
 def test_a_flame_above_the_mesh_is_part_of_the_hazard():

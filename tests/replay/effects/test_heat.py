@@ -75,7 +75,15 @@ def test_over_the_flame_it_warms_and_beside_it_it_cools():
     assert told.values[-1] == pytest.approx(after, rel=1e-9) and run_.frames_run == 200
 
 
-@pytest.mark.parametrize("where", [{"xs": [0.021] * 20}, {"xs": [0.0] * 20, "height": 0.1}, {"xs": [1.0, 0.0, 1.0]}])
+@pytest.mark.parametrize(
+    "where",
+    [
+        {"xs": [0.021] * 20},
+        {"xs": [0.0] * 20, "height": 0.1},
+        {"xs": [1.0, 0.0, 1.0]},
+        {"xs": [0.0] * 20, "height": 0.36},
+    ],
+)
 def test_beside_below_or_for_one_frame_it_is_not_heated(where):
     run_ = run(**where)
     assert run_.events == () and run_.frames_run == 0 and set(run_.series["dish/temperature"].values) == {20.0}

@@ -3,6 +3,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from support.liquid_worlds import glass, still, tilted, world
 from support.small_worlds import cubes
 
 from replay import run
@@ -21,6 +22,7 @@ from replay.metrics.row import (
 )  # fmt: skip
 from replay.outputs.results.parquet import TYPES
 from replay.outputs.results.parquet_tables import metrics_table
+from replay.pipeline.engine import compute
 from sessions.synthetic.scenes import make_scene_session
 
 PAIRS = np.array([[0, 1], [1, 2], [0, 2]])
@@ -146,3 +148,20 @@ def test_what_effects_found_is_summed_and_what_nobody_looked_for_is_null():
     told = effect_metrics(replace(result, effects=effects))
     assert (told["breakages"], told["spilled_ml"]) == (1, 2.5)
     assert told["hazard_seconds"] == pytest.approx(0.03 + 0.02)
+
+
+class Unread(dict):
+    """Tracks of hands that nobody may look at."""
+
+    def __bool__(self):
+        raise AssertionError("the topic of hands was read")
+
+    __iter__ = items = values = keys = __getitem__ = __bool__
+
+
+def test_a_scene_of_effects_reads_no_hands_and_counts_no_grasp_or_breakage_that_nobody_looked_for():
+    glasses = (glass("a", 60.0), glass("b"))
+    session = world({"a": tilted([0.0, 60.0, 60.0]), "b": still(3)}, glasses, ("pour", {"from": ["a"], "into": ["b"]}))
+    object.__setattr__(session, "hands", Unread())
+    (row,) = metric_rows(compute(session))
+    assert [row[key] for key in ("grasps", "grasp_attempts", "breakages")] == [None] * 3
