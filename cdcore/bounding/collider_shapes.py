@@ -49,8 +49,11 @@ SHAPES: Final[dict[str, Callable[[TriangleMesh, int], tuple[TriangleMesh, ...]]]
     "capsule": lambda mesh, _: (capsule_collider(mesh),),
     "mesh": lambda mesh, _: (mesh,),
     "compound": convex_pieces,
+    "shipped": lambda mesh, _: (hull_collider(mesh),),
 }
-"""What may stand in place of a mesh, as solids; ``mesh`` leaves it as it is. The number is the most pieces."""
+"""What may stand in place of a mesh, as solids; ``mesh`` leaves it as it is. The number is the most pieces.
+
+``shipped`` is for a body whose own colliders are not known."""
 
 
 def _bounds(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:

@@ -45,24 +45,22 @@ def detector_names() -> list[str]:
 
 def load_detector(name: str) -> type[Any]:
     """The class behind a name, or behind ``module:Class``; UnknownDetectorError with the names there are."""
-    entry = (DETECTORS | OPTIONAL).get(name, name if ":" in name else None)
+    rows = DETECTORS | OPTIONAL
+    outside = [name] if ":" in name else [point.value for point in entry_points(group=ENTRY_POINT_GROUP, name=name)]
+    entry = rows.get(name) or next(iter(outside), None)
     if entry is None:
-        for point in entry_points(group=ENTRY_POINT_GROUP, name=name):
-            try:
-                return _checked(name, point.load())
-            except UnknownDetectorError:
-                raise
-            except Exception as error:  # another package's module may fail with anything
-                words = f"detector {name!r} ({point.value}) cannot be loaded: {error}; repair or remove its package"
-                raise UnknownDetectorError(words) from error
         near = get_close_matches(name, detector_names(), n=1)
         hint = f"did you mean {near[0]!r}? There" if near else "there"
         raise UnknownDetectorError(f"no detector {name!r}; {hint} are: {', '.join(detector_names())}")
     module, _, attribute = entry.partition(":")
     try:
-        return _checked(name, getattr(import_module(module), attribute))
-    except (ImportError, AttributeError) as error:
-        raise UnknownDetectorError(f"detector {name!r} cannot be loaded: {error}") from error
+        found = getattr(import_module(module), attribute)
+    except Exception as error:  # another package's module may fail with anything
+        if name in rows or isinstance(error, MemoryError):
+            raise
+        where = f"detector {name!r}" + f" ({entry})" * (entry != name)
+        raise UnknownDetectorError(f"{where} cannot be loaded: {error}; repair or remove its package") from error
+    return _checked(name, found)
 
 
 def _checked(name: str, found: type[Any]) -> type[Any]:

@@ -30,7 +30,8 @@ FIRST: Final = np.zeros(1, dtype=np.int64)
 class ColliderSettings:
     """Settings of ``collider``.
 
-    ``shape``: what stands in place of every mesh: hull, box, sphere, capsule, mesh, or compound, of convex pieces.
+    ``shape``: what stands in place of every mesh: hull, box, sphere, capsule, mesh; compound, of convex pieces; or
+    shipped, the colliders that came with the recording, and the hull of a body that has none.
     ``rate_hz``: looks per second of session time, as 50, 60, 72 or 90; ``None``: every frame.
     ``pieces``: the most of a compound; ``skin_m``: metres around each body within which it is already in contact,
     the contact offset of an engine: two bodies are in contact from twice that distance on.
@@ -77,7 +78,8 @@ class ColliderDetector(PairDetector[ColliderSettings]):
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ColliderSettings) -> None:
         super().__init__(bodies, pairs, settings)
-        parts = [SHAPES[settings.shape](body.mesh, settings.pieces) for body in bodies]
+        shipped = settings.shape == "shipped"
+        parts = [(shipped and body.colliders) or SHAPES[settings.shape](body.mesh, settings.pieces) for body in bodies]
         self.parts = {body.name: solids for body, solids in zip(bodies, parts, strict=True)}
         """Name of a body -> the solids that stand in its place, in its frame: what a picture draws."""
         self.colliders = tuple(Body(name, union_of(solids)) for name, solids in self.parts.items())

@@ -14,10 +14,15 @@ from cdcore.numerics import IntArray
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """One rigid thing: its name, unique within a scene, and its surface in its own frame."""
+    """One rigid thing: its name, unique within a scene, and its surface in its own frame.
+
+    ``colliders``: the solids that an engine has in place of the surface, where they are known; ``collider`` with
+    ``shape="shipped"`` asks them, no other detector does.
+    """
 
     name: str
     mesh: TriangleMesh
+    colliders: tuple[TriangleMesh, ...] = ()
 
 
 def resolve_pairs(bodies: Sequence[Body], pairs: ArrayLike | None) -> IntArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -13,8 +13,9 @@ from replay.comparison.outcome import Outcome
 from replay.errors import TradeoffError
 from replay.pipeline.headline import contact_words
 from replay.pipeline.run_result import RunResult
-from replay.tradeoffs.engine_knobs import EXTRA, Engine, advice_words, engine_named
-from sessions import Session
+from replay.tradeoffs.engine_knobs import EXTRA, SHIPPED, Engine, advice_words, engine_named
+from sessions import Session, read_session
+from sessions.scene_files.scene_meshes import with_scene
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,13 +49,18 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) 
 
     Raises ``TradeoffError``: an engine that is not known or not installed; and as ``replay.audit``.
     """
+    held = session_or_path if isinstance(session_or_path, Session) else read_session(session_or_path)
+    if (scene := asked.pop("scene", None)) is not None:
+        held = with_scene(held, scene)
     chosen = engine_named(engine)
+    if not held.colliders:
+        chosen = replace(chosen, choices=tuple(one for one in chosen.choices if SHIPPED not in one.setting))
     if module := _lacks(chosen.choices[0].setting):
         raise TradeoffError(f'{module} itself is asked and is not installed; pip install -e ".[engines]"')
     lacking = {k: module for k, one in enumerate(chosen.choices, 1) if (module := _lacks(one.setting))}
     numbers = {f"row-{k}": k for k in range(1, len(chosen.choices) + 1) if k not in lacking}
     specs = {label: chosen.choices[k - 1].setting for label, k in numbers.items()}
-    (result,) = audit(session_or_path, detectors=specs, faces=False, **asked).results
+    (result,) = audit(held, detectors=specs, faces=False, **asked).results
     rows = [_row(result, label, k, chosen) for label, k in numbers.items() if label in result.comparisons]
     left = [
         f'Row {k} was not tried: {module} is not installed; pip install -e ".[engines]"'

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     help="Meshes by the names of files or nodes.",
 )
 @click.option("--mesh-units", type=click.Choice(["m", "cm", "mm"]), help="Of the mesh files. Default: by their size.")
+@click.option("--colliders", type=SESSION_FILE, metavar="FILE.glb", help="Colliders of the engine, a node each.")
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv: which column is what.")
 @click.option("--preset", metavar="unity|openvr", help="csv: columns of a kind of log, in place of a mapping.")
@@ -41,8 +42,8 @@ if TYPE_CHECKING:
 @reporting
 def command(
     kind: str, sources: tuple[Path, ...], out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
-    place: Path | None, mesh_units: str | None, session: Path | None, offset: float | None, as_json: bool,
-    people: People, **options: Any,
+    place: Path | None, mesh_units: str | None, colliders: Path | None, session: Path | None,
+    offset: float | None, as_json: bool, people: People, **options: Any,
 ) -> int:  # fmt: skip
     """Read SOURCE, a recording of another program in FORMAT, and write it as a session file.
 
@@ -59,6 +60,7 @@ def command(
     from replay.errors import OutputError
     from sessions import write_session
     from sessions.importers import import_session
+    from sessions.scene_files.scene_meshes import with_colliders
     from sessions.whole_files import check_free
 
     check_free(out, OutputError, force=force)
@@ -70,7 +72,10 @@ def command(
 
             given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
         imported = _dressed(import_session(kind, sources, **given), place, mesh_units, guesses, options["mesh_axes"])
+        imported = with_colliders(imported, ".", colliders or "") if colliders else imported
         said = list(_what(imported))
+    if imported.live_contacts:
+        said.append(f"what the engine reported is in it; compare it: replay audit {out} --out runs/{out.stem}")
     out.parent.mkdir(parents=True, exist_ok=True)
     write_session(imported, out, overwrite=force)
     people.say(*said)

@@ -39,11 +39,10 @@ def new(session: Path, out: Path | None, place: Path | None, force: bool, as_jso
     from sessions import read_session
     from sessions.meshes.mesh_match import matched
     from sessions.scene_files.scene_meshes import with_meshes
-    from sessions.whole_files import whole_file
+    from sessions.whole_files import check_free, whole_file
 
     target = out or session.with_suffix(".toml")
-    if target.exists() and not force:
-        raise OutputError(f"{target} exists; name another file, or replace it with --force")
+    check_free(target, OutputError, force=force)
     held = read_session(session)
     found, said = ({}, []) if place is None else matched(place, held.names)
     held = with_meshes(held, {name: one.mesh for name, one in found.items()}, [])

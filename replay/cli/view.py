@@ -22,15 +22,21 @@ def command(run: Path, miss: int | None, false: int | None, by: str, people: Peo
     replay view run1 --miss 4
     replay view run1 --false 2 --by hull50
     """
-    from replay.outputs.results.run_folder import read_run_folder
+    watch(run, people, miss, false, by)
+    return 0
 
-    folder = read_run_folder(run)
-    folder.require_miss(miss)
+
+def watch(run: Path, people: People, miss: int | None = None, false: int | None = None, by: str = "") -> None:
+    """Open the picture of a run folder and wait until its window is closed."""
+    from replay.outputs.results.run_folder import PICTURE, SUMMARY, read_run_folder
+
+    # The folder of a diff has a picture and no summary.
+    if (run / SUMMARY).is_file() or not (run / PICTURE).is_file():
+        read_run_folder(run).require_miss(miss)
     where = f" at miss {miss}" if miss else f" at false contact {false}" if false else ""
-    people.say(f"opening {folder.picture}{where} ...")
+    people.say(f"opening {run / PICTURE}{where} ...")
     from replay.outputs.rerun_log.viewer import open_viewer
 
     with open_viewer(run, miss, false=false, by=by) as viewer:
         people.say("close its window, or press Ctrl-C here, to end")
         viewer.process.wait()
-    return 0

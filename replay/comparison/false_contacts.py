@@ -1,26 +1,29 @@
 """Every stretch of contact that a detector reports and the oracle does not gets one number, in order of time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cdcore.numerics import ByteArray
+from cdcore.numerics import ByteArray, IntArray
 from cdcore.protocol import NO_FACES, Explains
+from replay.comparison.causes import Cause
+from replay.comparison.contact_counts import REPORTED
 from replay.comparison.episodes import column_runs
 from replay.comparison.evidence import looks
 from replay.comparison.outcome import Comparison, Outcome, Vector, as_vector
+from replay.detection.recorded import RecordedDetector
 from replay.prepare.assembly import Assembly
+from sessions.doctor.runs import runs
 
 if TYPE_CHECKING:
     from cdcore.narrow.mesh_stage import MeshStage
 
 FALSE_KINDS: Final = ("nothing there", "begins early", "lasts long", "joins two")
+_, BEGINS, LASTS, JOINS = FALSE_KINDS
 """By whether the report holds true contact after the stretch, and (two places on) before it."""
-
-SAID: Final = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
-"""Outcomes of frames in which the detector reports contact, or may."""
 
 SOLIDS: Final = "its solids meet, the meshes do not"
 HELD: Final = "held since its last look"
@@ -83,6 +86,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, detector: object 
 
     longest = np.argsort([first - last for _, first, last in found.tolist()], kind="stable")[:LOOKS_IN_ALL]
     most = min(LOOKS, LOOKS_IN_ALL // max(1, len(longest)))
+    reports = cache(lambda pair: runs(np.isin(outcome[:, pair], REPORTED)))
     measured, meshes, made = set(longest.tolist()), MeshStage(assembly.bodies, assembly.pairs), []
     for number, (pair, first, last) in enumerate(found.tolist(), 1):
         a, b = (assembly.names[body] for body in assembly.pairs[pair].tolist())
@@ -93,9 +97,10 @@ def false_contacts(assembly: Assembly, comparison: Comparison, detector: object 
         made.append(
             FalseContact(
                 number, pair, a, b, first, last, float(times[first]), float(times[last]),
-                _kind(outcome[:, pair], first, last), frame, gap, point, _cause(detector, assembly, pair, frame),
+                _kind(outcome[:, pair], reports(pair), first, last), frame, gap, point, "",
             )
         )  # fmt: skip
+        made[-1] = replace(made[-1], cause=_cause(detector, assembly, made[-1]))
     return tuple(made)
 
 
@@ -111,18 +116,30 @@ def _widest(
     return gap, frame, as_vector(ends.mean(axis=0))
 
 
-def _kind(outcome: ByteArray, first: int, last: int) -> str:
-    """Where in the report that holds it a stretch lies."""
-    silent = np.flatnonzero(~np.isin(outcome, SAID))
-    begin = silent[np.searchsorted(silent, first) - 1] + 1 if len(silent) and silent[0] < first else 0
-    end = silent[np.searchsorted(silent, last)] if len(silent) and silent[-1] > last else len(outcome)
-    before, after = ((part == Outcome.BOTH).any() for part in (outcome[begin:first], outcome[last + 1 : end]))
+def _kind(outcome: ByteArray, reports: IntArray, first: int, last: int) -> str:
+    """Where in the report that holds it a stretch lies; ``reports`` (k, 2) are first and last frames of all."""
+    begin, end = reports[np.searchsorted(reports[:, 0], first, side="right") - 1].tolist()
+    before, after = ((part == Outcome.BOTH).any() for part in (outcome[begin:first], outcome[last + 1 : end + 1]))
     return FALSE_KINDS[2 * int(before) + int(after)]
 
 
-def _cause(detector: object, assembly: Assembly, pair: int, frame: int) -> str:
+def _cause(detector: object, assembly: Assembly, one: FalseContact) -> str:
     if not isinstance(detector, Explains):
         return UNEXPLAINED
-    stages = detector.explain(assembly.motion, frame, pair, NO_FACES.astype(np.int64))
+    stages = detector.explain(assembly.motion, one.widest, one.pair, NO_FACES.astype(np.int64))
+    if stages.within_clock:
+        return Cause.CLOCK.value
     # Shape before rate: a look at solids that meet there would have said the same.
-    return SOLIDS if stages.shapes_meet else HELD if stages.looked is False else UNEXPLAINED
+    if stages.shapes_meet:
+        return SOLIDS
+    if isinstance(detector, RecordedDetector):
+        return _reported(detector, one)
+    return HELD if stages.looked is False else UNEXPLAINED
+
+
+def _reported(detector: RecordedDetector, one: FalseContact) -> str:
+    """Why an engine's reports hold a stretch: no step came that could see its end, or they are late or early."""
+    joins = one.kind == JOINS and detector.stepped(one.start, one.end) is False
+    if joins or (one.kind == LASTS and detector.ended_at_next_step(one.pair, one.start)):
+        return Cause.BETWEEN_STEPS.value
+    return {LASTS: Cause.LATE.value, BEGINS: Cause.EARLY.value}.get(one.kind, UNEXPLAINED)

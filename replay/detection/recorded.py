@@ -121,6 +121,15 @@ class RecordedDetector(PairDetector[RecordedSettings]):
         rate, phase = self._steps
         return bool(np.floor((end + TICK_SLACK) * rate - phase) >= np.ceil((start - TICK_SLACK) * rate - phase))
 
+    def ended_at_next_step(self, pair: int, moment: float) -> bool:
+        """Whether the report that holds a moment, in seconds, ended at the first physics step after it."""
+        spans = self._spans.get(pair, np.zeros((0, 2)))
+        ends = spans[(spans[:, 0] <= moment) & (spans[:, 1] >= moment), 1]
+        if self._steps is None or not len(ends) or not np.isfinite(ends[0]):
+            return False
+        # Half a step before the end no step but an earlier one is left.
+        return self.stepped(moment, max(moment, float(ends[0]) - 0.5 / self._steps[0])) is False
+
     def _make_collider(self) -> Explains | None:
         if self.settings.shape is None:
             return None

@@ -12,7 +12,7 @@ BODY_KEYS: Final[Mapping[str, Any]] = {
         ("capacity_ml", "floor", "mark", "radius", "height", "opening_radius", "opening", "lip"), ""
     ),
     "properties": {
-        "liquid": dict.fromkeys(("volume_ml", "solute", "molar", "water_molar"), ""),
+        "liquid": dict.fromkeys(("volume_ml", "solute", "molar", "water_molar", "solutes"), ""),
         "solid": dict.fromkeys(("formula", "mass_g", "molar_mass"), ""),
         "heat_capacity_j_per_k": "",
     },

@@ -7,12 +7,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.effects.contact import EffectContact, Touches
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.fitting import Parabola, before, fitted, settled_runs
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Vector
 from replay.effects.protocol import EffectSpec
+from replay.effects.touches import EffectContact, Touches
 from sessions.model.scene import Scene
 
 MISFIT_M: Final = 0.002
@@ -27,11 +27,11 @@ known, else in all, m/s; and these in figures, with samples and misfit of the pa
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``impact`` with speed and energy, and ``broken`` for the first that is too hard for a body."""
-    touches: Touches = inputs.output("contact").data
+    touches = Touches.told(inputs)
     collected = Findings(len(inputs))
     for declared in inputs.declared:
         broken: set[str] = set()
-        judged = [(touch, pair) for pair in declared.pairs() for touch in touches.of(pair)]
+        judged = [(touch, pair) for pair in declared.pairs() for touch in touches.of(pair, flickers=True)]
         for touch, pair in sorted(judged, key=lambda one: one[0].first):
             impact = _impact(inputs, touch, pair, collected.ran)
             if impact is not None and pair[0] not in broken:
@@ -136,6 +136,7 @@ SPEC = EffectSpec(
     about="A body that meets another too fast breaks.",
     compute=compute,
     needs=("contact",),
+    uses=("sweep",),
     fields={
         "between": pairs("[what may break, what it may fall on]"),
         "speed_m_s": number("speed across the surface above which it breaks", "m/s", default=None, above=0.0),

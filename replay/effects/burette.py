@@ -1,5 +1,7 @@
 """Liquid runs out of a burette as far as its stopcock is turned, and falls into what stands below."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from replay.effects.declaring import Declaration, bodies, body, number, vector
@@ -9,7 +11,7 @@ from replay.effects.movement import movement_of
 from replay.effects.output import EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import BoolArray, spans_of
-from replay.effects.vessels import flow_event
+from replay.effects.vessels import check_vessels, flow_event
 from sessions.model.scene import Scene
 
 
@@ -57,6 +59,16 @@ def _check(declared: Declaration, _scene: Scene) -> None:
         raise declared.fail("axis is (0, 0, 0); give the direction about which the stopcock turns")
 
 
+def _check_all(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file: str) -> None:
+    check_vessels(tables, scene, file)
+    first: dict[str, Declaration] = {}
+    for one in tables["burette"]:
+        known = first.setdefault(one.body("body"), one)
+        for key, value in one.values.items():
+            if key != "into" and value != known.values[key]:
+                raise one.fail(f"{key} is {value!r} and {known.place} says {known.values[key]!r}; one burette has one")
+
+
 SPEC = EffectSpec(
     kind="burette",
     about="Liquid runs out of a burette through its stopcock.",
@@ -81,4 +93,5 @@ SPEC = EffectSpec(
         "the body's origin is the tip unless the scene says otherwise; drops fall straight down",
     ),
     check=_check,
+    check_all=_check_all,
 )  # fmt: skip

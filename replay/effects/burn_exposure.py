@@ -5,12 +5,12 @@ from typing import Final
 
 import numpy as np
 
-from replay.effects.contact import EffectContact, Touches
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.gas_laws import GAS_CONSTANT, KELVIN
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec, Need
+from replay.effects.touches import EffectContact, Touches
 from sessions.model.scene import Scene
 
 DAMAGE: Final = ("damage_rate_per_s", "damage_energy_j_mol", "skin_c", "skin_effusivity", "part_effusivity")

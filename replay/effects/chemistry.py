@@ -3,7 +3,7 @@
 Raised are PlanErrors of the table concerned, with the nearest name: at the plan already, not in the run.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Final
 
@@ -14,6 +14,8 @@ from replay.effects.models.history import NEUTRALISATION, Process
 from replay.effects.models.ledger import BROUGHT, SOLID, Ledger
 from replay.effects.models.species import GASES, IONS, SOLIDS
 from replay.effects.vessels import Vessel
+from replay.errors import EffectError, PlanError
+from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
 
 Tables = Mapping[str, tuple[Declaration, ...]]
@@ -96,7 +98,6 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     reactions = []
     for one, equation in zip(declared, equations, strict=True):
         phases = {**dict.fromkeys(SOLIDS | solids, "s"), **dict.fromkeys(GASES | gases, "g"), **equation.phases}
-        _check_brought(one, equation, equations, chemistry, contents)
         changes = _changes(equation, phases, chemistry)
         rate = one.values["rate_per_s"]
         product = _product(one, changes, tables)
@@ -108,9 +109,52 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
             processes.append(process)
         own = AcidBase(chemistry.acids, chemistry.bases, one.number("pkw"))
         reactions.append(Reaction(one, equation, own, place if changes else -1))
-    _check_made(tables, equations)
-    _check_known(declared, reactions, chemistry, contents)
     return Recipe(tuple(reactions), tuple(processes), contents, chemistry)
+
+
+def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
+    """Raises PlanError: a table, or a formula in a vessel, that fits nothing else in the scene."""
+    contents = contents_of_scene(scene, file)
+    recipe = recipe_of(tables, contents)
+    equations = [one.equation for one in recipe.reactions]
+    for one in recipe.reactions:
+        _check_brought(one, equations, contents)
+    _check_made(tables, equations)
+    _check_known(recipe)
+    for declared in tables.get("colour", ()):
+        if not any(one.acid_base for one in recipe.reactions):
+            raise declared.fail(f"no reaction of an acid or base gives {declared.body('in')!r} a pH; declare one")
+    for declared in tables.get("heat", ()):
+        if declared.text("solute"):
+            _check_diluted(declared, contents)
+
+
+def contents_of_scene(scene: Scene, file: str) -> dict[str, Contents]:
+    """Body -> what the scene says is in it. Raises PlanError: formulas and numbers that cannot be."""
+    contents: dict[str, Contents] = {}
+    faults: list[str] = []
+    for body in scene.bodies:
+        properties = body.extra.get("properties") or {}
+        try:
+            if properties.get("liquid") or properties.get("solid"):
+                contents[body.id] = contents_of(Vessel(body))
+        except EffectError as error:
+            faults.append(f"{file}: {str(error).removeprefix('scene: ')}")
+    if faults:
+        raise PlanError(*faults)
+    return contents
+
+
+def _check_diluted(declared: Declaration, contents: Mapping[str, Contents]) -> None:
+    solute, there = declared.text("solute"), {formula for held in contents.values() for formula in held.amounts}
+    if solute not in there:
+        raise declared.fail(f"solute: nobody brings {solute!r}{nearest(solute, there - {WATER})}")
+    for name, held in contents.items():
+        if solute in held.amounts and WATER not in held.amounts:
+            raise declared.fail(
+                f"nothing says how much water is with the {solute} in {name!r}; "
+                "give liquid.water_molar, mol of water per litre of the solution"
+            )
 
 
 def _read(declared: Declaration) -> Equation:
@@ -151,26 +195,24 @@ def _product(declared: Declaration, changes: Mapping[str, float], tables: Tables
     return None
 
 
-def _check_brought(
-    declared: Declaration, equation: Equation, equations: Iterable[Equation], chemistry: AcidBase,
-    contents: Mapping[str, Contents],
-) -> None:  # fmt: skip
+def _check_brought(one: Reaction, equations: list[Equation], contents: Mapping[str, Contents]) -> None:
     """Every reagent stands in a vessel, under this formula or as one of its ions, or another equation makes it."""
-    there = {formula for one in contents.values() for formula in (*one.amounts, *one.solids)} | {WATER}
-    there |= {formula for one in equations for formula in one.products}
+    declared, equation, chemistry = one.declared, one.equation, one.chemistry
+    there = {formula for held in contents.values() for formula in (*held.amounts, *held.solids)} | {WATER}
+    there |= {formula for other in equations if other is not equation for formula in other.products}
     parts = [dict(dissolved(chemistry, formula)) for formula in there]
-    ions = {part for one in parts for part in one}
+    ions = {part for held in parts for part in held}
     for formula in equation.reagents:
         if formula not in there | ions and dict(dissolved(chemistry, formula)) not in parts:
             raise declared.fail(f"equation: nobody brings {formula!r}{nearest(formula, there - {WATER})}")
+    known = there | set(equation.reagents) | set(equation.products)
     for key in ("acids", "bases"):
-        known = there | set(equation.reagents) | set(equation.products)
         for formula in declared.mapping(key):
             if formula not in known and dict(dissolved(chemistry, formula)) not in parts:
                 raise declared.fail(f"{key}: nobody brings {formula!r}{nearest(formula, known - {WATER})}")
 
 
-def _check_made(tables: Tables, equations: Iterable[Equation]) -> None:
+def _check_made(tables: Tables, equations: list[Equation]) -> None:
     made = {formula for one in equations for formula in one.products}
     for kind, key in (("precipitation", "solid"), ("gas", "gas")):
         for one in tables.get(kind, ()):
@@ -178,17 +220,13 @@ def _check_made(tables: Tables, equations: Iterable[Equation]) -> None:
                 raise one.fail(f"{key}: no reaction makes {one.text(key)!r}{nearest(one.text(key), made)}")
 
 
-def _check_known(
-    declared: tuple[Declaration, ...], reactions: Iterable[Reaction], chemistry: AcidBase,
-    contents: Mapping[str, Contents],
-) -> None:  # fmt: skip
+def _check_known(recipe: Recipe) -> None:
     """Where a pH is asked for, every dissolved formula has its part in it."""
-    if not any(one.acid_base for one in reactions):
-        return
-    for name, one in contents.items():
-        for formula in one.amounts:
+    asking, chemistry = [one for one in recipe.reactions if one.acid_base], recipe.chemistry
+    for name, held in recipe.contents.items() if asking else ():
+        for formula in held.amounts:
             if not chemistry.known(formula):
-                raise declared[0].fail(
+                raise asking[0].declared.fail(
                     f"the pH needs data of {formula!r} in {name!r}; give acids = {{ {formula} = [pKa, ...] }} or "
                     f"bases, or acids = {{ {formula} = [] }} if it neither gives nor takes protons"
                     f"{nearest(formula, (*COMMON, *chemistry.acids, *chemistry.bases))}"
@@ -229,4 +267,8 @@ def _formula(vessel: Vessel, text: str) -> str:
         atoms(formula)
     except ValueError as error:
         raise vessel.fail(f"holds {error}") from error
+    # AgNo3 would be silver and nobelium.
+    meant = next((one for one in COMMON if one.lower() == formula.lower() and one != formula), "")
+    if meant:
+        raise vessel.fail(f"holds {formula!r}; did you mean {meant!r}?")
     return formula

@@ -75,6 +75,7 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
     if scene.effects is None:
         return Plan({}, scene.pairs, detection=True, not_run=effect_kinds(table))
     specs, because = _closure(declared, table)
+    _check_together({kind: declared.get(kind, ()) for kind in specs}, specs, scene, file)
     inputs = {
         kind: tuple(dict.fromkeys((*spec.needed(declared.get(kind, ())), *(one for one in spec.uses if one in specs))))
         for kind, spec in specs.items()
@@ -87,6 +88,20 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
     }
     left = tuple(kind for kind in effect_kinds(table) if kind not in steps and kind not in not_built)
     return _whole(scene, steps, not_built, left)
+
+
+def _check_together(
+    tables: Mapping[str, tuple[Declaration, ...]], specs: Mapping[str, EffectSpec], scene: Scene, file: str
+) -> None:
+    faults: list[str] = []
+    for spec in specs.values():
+        try:
+            if spec.check_all is not None:
+                spec.check_all(tables, scene, file)
+        except PlanError as error:
+            faults += error.faults
+    if faults:
+        raise PlanError(*dict.fromkeys(faults))
 
 
 def plan_faults(scene: Scene, file: str = "scene.toml") -> tuple[str, ...]:

@@ -8,12 +8,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.effects.contact import Touches
 from replay.effects.declaring import number, pairs
 from replay.effects.inputs import HANDS, BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, LaneSpan
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import Span, spans_of, switched
+from replay.effects.touches import Touches
 from sessions.model.hand import HandTrack
 
 TWO_DEGREES: Final = float(np.radians(2.0))

@@ -18,7 +18,7 @@ from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArra
 from replay.effects.protocol import EffectSpec, Need
 from replay.effects.spans import BoolArray, Span, steadied
 from replay.errors import EffectError
-from sessions.model.scene import Scene
+from sessions.model.scene import Scene, SceneBody
 from sessions.scene_files.toml_table import is_number
 
 LEAST_ML = 0.05
@@ -33,12 +33,6 @@ NEUTRALISATION_J_MOL: Final = 55.84e3
 def diluted(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
     """Find events ``wrong-order`` and ``boil``, and the temperature of every vessel from its first change on."""
     matter = matter_of(inputs)
-    for one in matter.recipe.contents.values():
-        if declared.text("solute") in one.amounts and WATER not in one.amounts:
-            raise declared.unmet(
-                f"nothing says how much water is with the {declared.text('solute')}; "
-                "give liquid.water_molar, mol of water per litre of the solution"
-            )
     warmth = {name: _Warmth(declared, vessel.volume_ml) for name, vessel in matter.vessels.items()}
     told = [declared.text("solute") + BROUGHT, WATER]
     places = [matter.ledger.column.get(name, -1) for name in told]
@@ -157,7 +151,7 @@ def heated(inputs: EffectInputs, declared: Declaration, found: Findings) -> None
     for begin, stop in spans:
         power[begin:stop] = declared.number("power_w")
     celsius = warmed(
-        times[first:], power[first:], capacity=_capacity(inputs, name), loss=declared.number("loss_w_per_k"),
+        times[first:], power[first:], capacity=_capacity(inputs.body(name)), loss=declared.number("loss_w_per_k"),
         ambient=ambient, boils=_boils(declared),
     )  # fmt: skip
     whole = np.concatenate([np.full(first, ambient), celsius])
@@ -191,11 +185,10 @@ def _over(inputs: EffectInputs, declared: Declaration) -> BoolArray:
     return np.asarray(near & (local[:, 1] > 0.0) & lamp.valid & dish.valid)
 
 
-def _capacity(inputs: EffectInputs, name: str) -> float:
-    properties = inputs.body(name).extra.get("properties") or {}
-    value: Any = properties.get("heat_capacity_j_per_k")
+def _capacity(body: SceneBody) -> float:
+    value: Any = (body.extra.get("properties") or {}).get("heat_capacity_j_per_k")
     if not is_number(value) or not value > 0.0:
-        raise EffectError(f"scene: body {name!r} has heat_capacity_j_per_k = {value!r}; give its m c in J/K")
+        raise EffectError(f"scene: body {body.id!r} has heat_capacity_j_per_k = {value!r}; give its m c in J/K")
     return float(value)
 
 
@@ -223,7 +216,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return found.output() if inputs.declared else EffectOutput()
 
 
-def _check(declared: Declaration, _scene: Scene) -> None:
+def _check(declared: Declaration, scene: Scene) -> None:
     kind = declared.text("of")
     for key in WANTED[kind]:
         if declared.values[key] is None:
@@ -232,6 +225,11 @@ def _check(declared: Declaration, _scene: Scene) -> None:
         for key in set(WANTED[other]) - set(WANTED[kind]):
             if declared.values[key] is not None:
                 raise declared.fail(f"{key} belongs to heat of a {other}, and this is of a {kind}; leave it out")
+    if kind == "flame":
+        try:
+            _capacity(scene.body(declared.body("heats")) or SceneBody(declared.body("heats")))
+        except EffectError as error:
+            raise declared.fail(str(error).removeprefix("scene: ")) from error
 
 
 SPEC = EffectSpec(

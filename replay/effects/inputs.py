@@ -76,6 +76,8 @@ class BodyPoses:
 
     def held(self) -> "BodyPoses":
         """The last pose there was, in every frame: a glass lost for a moment stays; invalid before the first pose."""
+        if self.valid.all():
+            return self
         rows = np.maximum.accumulate(np.where(self.valid, np.arange(len(self.valid)), -1))
         return BodyPoses(self.times, self.translation[rows], self.rotation[rows], rows >= 0, self.linked)
 

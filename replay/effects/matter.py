@@ -40,10 +40,14 @@ class Matter:
         """
         history, ledger = self.histories[vessel], self.ledger
         rows = history.rows(times)
-        rates = np.array([one.rate or 0.0 for one in ledger.processes])
+        amounts, extents = history.amounts[rows], history.extents[rows]
         since = np.maximum(0.0, times - history.times[rows])
-        more = history.pending[rows] * -np.expm1(-since[:, None] * rates)
-        return history.amounts[rows] + more @ ledger.changes, history.extents[rows] + more, history.volume_ml[rows]
+        for one in ledger.slow:
+            more = history.pending[rows, one] * -np.expm1(-since * (ledger.processes[one].rate or 0.0))
+            extents[:, one] += more
+            for column in np.flatnonzero(ledger.changes[one]).tolist():
+                amounts[:, column] += ledger.changes[one, column] * more
+        return amounts, extents, history.volume_ml[rows]
 
 
 def matter_of(inputs: EffectInputs) -> Matter:

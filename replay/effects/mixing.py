@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from replay.effects.chemistry import WATER_MOLAR
+from replay.effects.chemistry import WATER_MOLAR, check_chemistry
 from replay.effects.declaring import bodies
 from replay.effects.inputs import EffectInputs
 from replay.effects.matter import matter_of
@@ -36,6 +36,7 @@ SPEC = EffectSpec(
     kind="mixing",
     about="Liquids that come together mix.",
     compute=compute,
+    check_all=check_chemistry,
     uses=MOVERS,
     fields={"in": bodies("vessels to follow")},
     trigger="liquid that enters or leaves one of the vessels",

@@ -13,7 +13,7 @@ import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
 from replay.effects.declaring import Declaration
-from replay.effects.fitting import settled_runs, velocities
+from replay.effects.fitting import HALF_WINDOW, settled_runs, velocities
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.models.ballistic import entry_times, places_at_height
 from replay.effects.models.outflow import run_out, twist
@@ -161,7 +161,9 @@ class _Bench:
     def _velocity(self, name: str, rows: IntArray) -> FloatArray:
         """Of the lip (n, 3), which the liquid leaves with; at rest where the path about the frame is not known."""
         poses, local = self.poses[name], self.vessels[name].place("lip")
-        lips = poses.translation + poses.rotation @ local
+        near = np.unique(np.clip(rows[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1), 0, len(poses.times) - 1))
+        lips = np.zeros((len(poses.times), 3))
+        lips[near] = poses.translation[near] + poses.rotation[near] @ local
         runs = settled_runs(poses.times, poses.valid, poses.linked)
         return np.nan_to_num(velocities(poses.times, lips, runs, rows))
 

@@ -4,19 +4,19 @@ from typing import Final
 
 import numpy as np
 
-from replay.effects.contact import EffectContact, Touches
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.fitting import settled_runs, velocities
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, vector_of
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
+from replay.effects.touches import EffectContact, Touches
 from sessions.mesh_data import MeshData
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``placed`` and ``tipped`` with tilt and margin, once per contact; a lane of rest per pair."""
-    touches: Touches = inputs.output("contact").data
+    touches = Touches.told(inputs)
     found = Findings(len(inputs))
     for declared in inputs.declared:
         for pair in declared.pairs():
@@ -116,6 +116,7 @@ SPEC = EffectSpec(
     about="A thing comes to rest on a support, or tips over.",
     compute=compute,
     needs=("contact",),
+    uses=("sweep",),
     fields={
         "between": pairs("[what is placed, what it stands on]"),
         "speed_m_s": number("slower than this it is at rest", "m/s", default=0.01, above=0.0, source=OURS),

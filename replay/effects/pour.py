@@ -6,7 +6,7 @@ from replay.effects.models.transfers import GAP_S, flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectOutput, Findings, LaneSpan
 from replay.effects.protocol import EffectSpec
-from replay.effects.vessels import flow_event
+from replay.effects.vessels import check_vessels, flow_event
 from sessions.model.scene import Scene
 
 
@@ -68,4 +68,5 @@ SPEC = EffectSpec(
         f"flows within {GAP_S} s are one: chosen by us",
     ),
     check=_check,
+    check_all=check_vessels,
 )  # fmt: skip

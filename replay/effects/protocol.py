@@ -24,7 +24,8 @@ The spec (`EffectSpec`) is data, and what it does not name cannot be had:
   of ``replay.effects.declaring`` (kind, unit, bounds, default). ``Declaration`` hands them out checked, defaults filled
   in, selectors (ids and ``tag:WORD``) resolved to body names. A key no field names is refused with the nearest one.
   A constant is a field without a default (the author's) or a default whose ``source`` is written beside it.
-  ``check(declared, scene)`` may refuse a combination: ``raise declared.fail("...")``.
+  ``check(declared, scene)`` may refuse a combination: ``raise declared.fail("...")``, ``check_all(tables, scene,
+  file)`` what the tables of several kinds do not make together, such as a solid that no reaction makes.
 - ``needs``: kinds whose outputs it cannot do without: they are in the plan because this one is. Write
   ``Need("pour", when="of", equals=("dilution",))`` where that depends on a field. ``uses``: kinds it builds on when the
   plan holds them anyway (``mixing`` uses ``pour`` and ``burette``, whichever is declared). Both run before it;
@@ -108,6 +109,8 @@ class EffectSpec:
     trigger: str = ""  # what gates it, in words; ``""``: it runs in every frame
     sources: tuple[str, ...] = ()  # citations
     check: Callable[[Declaration, Scene], None] | None = None  # refuses a combination of fields
+    # refuses what tables of several kinds, and the bodies, do not make together; ``str``: the scene's file
+    check_all: Callable[[Mapping[str, tuple[Declaration, ...]], Scene, str], None] | None = None
 
     def needed(self, declared: tuple[Declaration, ...]) -> tuple[str, ...]:
         """Kinds needed by these declarations; without any, those needed always."""

@@ -1,14 +1,18 @@
 """What was poured and met no declared opening is spilled: how much, when and where it landed."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from replay.effects.declaring import bodies, number
+from replay.effects.declaring import Declaration, bodies, number
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.transfers import Stream, flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.vessels import flow_event
+from sessions.model.scene import Scene
+from sessions.scene_files.toml_table import nearest
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
@@ -18,9 +22,6 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     lost: dict[int, Stream] = {}
     for declared in inputs.declared:
         watched = declared.bodies("from")
-        for name in watched:
-            if name not in moved.vessels:
-                raise declared.unmet(f"{name!r} is no vessel of an effect pour; name it there")
         mine = [one for one in moved.streams if not one.target and not one.over and one.source in watched]
         lost.update({id(one): one for one in mine})
         inputs.count("transfers that missed", sum(len(one.frames) for one in mine))
@@ -42,10 +43,19 @@ def _together(times: FloatArray, lost: list[Stream]) -> Series:
     return Series(times[rows], np.cumsum(gone)[rows], "mL")
 
 
+def _check_all(tables: Mapping[str, tuple[Declaration, ...]], _scene: Scene, _file: str) -> None:
+    poured = {name for one in tables["pour"] for name in one.bodies("from")}
+    for declared in tables["spill"]:
+        for name in declared.bodies("from"):
+            if name not in poured:
+                raise declared.fail(f"from: {name!r} is no vessel of an effect pour{nearest(name, poured)}")
+
+
 SPEC = EffectSpec(
     kind="spill",
     about="Liquid that misses every opening is lost.",
     compute=compute,
+    check_all=_check_all,
     needs=("pour",),
     fields={
         "from": bodies("vessels of an effect pour"),

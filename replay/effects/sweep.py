@@ -1,5 +1,7 @@
 """Contacts between frames: the earliest time of impact in every step, and the steps that stay undecided, by reason."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from cdcore import Verdict
@@ -8,13 +10,14 @@ from replay.effects.inputs import EffectInputs, PairContact
 from replay.effects.output import EffectEvent, EffectOutput, Findings, vector_of
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
+from replay.effects.touches import Touches, touch_of
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``hit`` where a contact begins, with the interval of its time of impact, and ``unresolved``."""
     found = Findings(len(inputs))
-    for pair in inputs.pairs:
-        answer = inputs.contact(pair)
+    heard = {pair: inputs.contact(pair) for pair in inputs.pairs}
+    for pair, answer in heard.items():
         inputs.count("intervals", len(inputs))
         spans = spans_of(answer.touching)
         found.events += [_hit(inputs, answer, first, stop) for first, stop in spans]
@@ -22,7 +25,11 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         # A contact of an interval began after the frame before it.
         found.lane(f"{pair[0]}-{pair[1]}", *inputs.shown([(max(0, first - 1), stop) for first, stop in spans], "hit"))
     found.events.sort(key=lambda event: (event.time, event.bodies))
-    return found.output(always=True)
+    touches = {
+        pair: tuple(replace(touch_of(one, *span), before=span[0] - 1) for span in spans_of(one.touching))
+        for pair, one in heard.items()
+    }
+    return found.output(Touches(touches, heard), always=True)
 
 
 def _hit(inputs: EffectInputs, reported: PairContact, first: int, stop: int) -> EffectEvent:

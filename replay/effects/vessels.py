@@ -3,18 +3,20 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.models.tilted import volume_kept
 from replay.effects.models.transfers import Stream
 from replay.effects.output import EffectEvent, FloatArray, Liquid, vector_of
 from replay.effects.spans import BoolArray
-from replay.errors import EffectError
-from sessions.model.scene import SceneBody
+from replay.errors import EffectError, PlanError
+from sessions.model.scene import Scene, SceneBody
 from sessions.scene_files.toml_table import is_number
 
 Rgba = tuple[int, int, int, int]
@@ -93,8 +95,17 @@ class Vessel:
     body: SceneBody
 
     def __post_init__(self) -> None:
-        if not isinstance(self.body.extra.get("cavity"), Mapping):
-            raise self.fail("has no cavity; give capacity_ml, floor, mark, opening, opening_radius, lip")
+        if not self.cavity:
+            raise self.fail(
+                "has no cavity; give capacity_ml, floor, mark, opening, opening_radius, lip, "
+                "or an instrument that is a vessel"
+            )
+
+    @property
+    def cavity(self) -> Mapping[str, Any]:
+        """As declared, else that of the instrument; empty where there is neither."""
+        declared = self.body.extra.get("cavity")
+        return declared if isinstance(declared, Mapping) else _cavity_of(self.body.instrument)
 
     def fail(self, words: str) -> EffectError:
         """The error to raise, naming the body."""
@@ -131,7 +142,7 @@ class Vessel:
     @property
     def shape(self) -> VesselShape:
         """Its form: that of the cylinder which the scene declares. Raises EffectError: it declares none."""
-        cavity = self.body.extra["cavity"]
+        cavity = self.cavity
         if "radius" not in cavity or "height" not in cavity:
             raise self.fail(
                 "is poured from and its cavity has no radius and height; give those of the cylinder that it is, from "
@@ -143,7 +154,7 @@ class Vessel:
     @property
     def brim_ml(self) -> float:
         """What it holds upright; infinite where the scene does not say, so that such a vessel never runs over."""
-        cavity = self.body.extra["cavity"]
+        cavity = self.cavity
         return self.shape.brim_ml if "radius" in cavity and "height" in cavity else math.inf
 
     @property
@@ -156,14 +167,14 @@ class Vessel:
 
     def size(self, key: str, above: float = 0.0) -> float:
         """A number of the cavity."""
-        value = self.body.extra["cavity"].get(key)
+        value: Any = self.cavity.get(key)
         if not is_number(value) or not value > above:
             raise self.fail(f"has cavity.{key} = {value!r}; give a number above {above:g}")
         return float(value)
 
     def place(self, key: str) -> FloatArray:
         """A point (3,) of the cavity, in the body's frame."""
-        value = self.body.extra["cavity"].get(key)
+        value = self.cavity.get(key)
         if not isinstance(value, list | tuple) or len(value) != 3 or not all(is_number(one) for one in value):
             raise self.fail(f"has cavity.{key} = {value!r}; give three numbers in metres")
         return np.array(value, dtype=np.float64)
@@ -173,6 +184,43 @@ class Vessel:
         colour = np.tile(np.array(WATERY, dtype=np.uint8), (len(times), 1))
         level = self.floor + volume_ml * ML / self.section_m2
         return Liquid(times, level, self.floor, math.sqrt(self.section_m2 / math.pi), colour)
+
+
+@cache
+def _cavity_of(instrument: str) -> Mapping[str, Any]:
+    """The cavity of an instrument of the catalogue; it is made only where a scene names one and gives no cavity."""
+    if not instrument:
+        return {}
+    from sessions.glassware.catalogue import make_instrument
+    from sessions.glassware.cavity_table import cavity_table
+
+    made = make_instrument(instrument)
+    return {} if made.cavity is None else cavity_table(made)
+
+
+def check_vessels(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file: str) -> None:
+    """Raises PlanError: a vessel that the tables of liquids name lacks something, or cannot hold what it is said to."""
+    faults, poured = [], {name for one in tables.get("pour", ()) for name in one.bodies("from")}
+    for name in vessel_names(tables):
+        try:
+            vessel = Vessel(scene.body(name) or SceneBody(name))
+            # Asked for, so that what is missing is named.
+            for asked in ("section_m2", "volume_ml", *(("shape",) if name in poured else ())):
+                getattr(vessel, asked)
+            vessel.place("opening")
+            vessel.size("opening_radius")
+        except EffectError as error:
+            faults.append(f"{file}: {str(error).removeprefix('scene: ')}")
+    if faults:
+        raise PlanError(*faults)
+
+
+def vessel_names(tables: Mapping[str, tuple[Declaration, ...]]) -> tuple[str, ...]:
+    """Every vessel between which liquid may move or in which it is followed."""
+    found = [name for one in tables.get("mixing", ()) for name in one.bodies("in")]
+    found += [name for one in tables.get("pour", ()) for key in ("from", "into") for name in one.bodies(key)]
+    found += [name for one in tables.get("burette", ()) for name in (one.body("body"), *one.bodies("into"))]
+    return tuple(dict.fromkeys(found))
 
 
 def vessels_of(inputs: EffectInputs, names: tuple[str, ...]) -> dict[str, Vessel]:

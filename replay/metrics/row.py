@@ -77,7 +77,7 @@ def effect_metrics(result: RunResult) -> dict[str, Any]:
     """What effects found, ``None`` where no effect looked for it; breakages also as the recording reports them."""
     last = float(result.assembly.motion.times[-1])
     spills, near, broken = (_events(result, *place) for place in (SPILLS, HAZARDS, BREAKAGES))
-    if broken is None and result.session.events:
+    if broken is None and result.session.scene.effects is None and result.session.events:
         broken = [event for event in result.session.events if event.name == "break"]
     return {
         "breakages": None if broken is None else len(broken),
@@ -96,7 +96,9 @@ def _events(result: RunResult, kind: str, name: str) -> list[Any] | None:
 def _seen(result: RunResult) -> _Seen:
     assembly = result.assembly
     hands, fixed = hand_bodies(assembly, result.session), fixed_bodies(assembly)
-    taken = grasps(assembly, result.session)
+    # A scene that declares effects is asked for those alone: the topic of hands is not read for a grasp nobody wants.
+    asked = result.session.scene.effects is None or "grasp" in result.effects
+    taken = grasps(assembly, result.session) if asked else None
     loose = [
         pair
         for pair, (a, b) in enumerate(assembly.pairs.tolist())

@@ -1,13 +1,13 @@
 """What the lanes of page and picture have in common: which pairs have one, and where the numbers of misses stand."""
 
 from collections.abc import Sequence
-from typing import Final
+from typing import Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from replay.comparison.noisy_contacts import NoiseResult
-from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
+from replay.comparison.outcome import Comparison, Episode, Outcome
 from replay.outputs.words import NOISE_WORDS
 
 LABEL_BASE: Final = 0.011
@@ -18,21 +18,37 @@ UNDECIDED, HIDDEN, *_ = NOISE_WORDS
 STATES: Final = {word: state for state, word in NOISE_WORDS.items()}
 
 
+class Numbered(Protocol):
+    """A stretch of time, in seconds, that carries a number: a miss, or what two runs differ in."""
+
+    @property
+    def number(self) -> int:
+        """Counts from 1."""
+
+    @property
+    def start(self) -> float:
+        """Seconds."""
+
+    @property
+    def end(self) -> float:
+        """Seconds."""
+
+
 def ranked_pairs(comparison: Comparison, held: NDArray[np.bool_]) -> list[int]:
     """Columns worth a lane, worst first: most missed frames, then most invented, then most in contact; held ones last.
 
     A pair that was never in contact, for either detector, has none.
     """
-    counts = np.stack(
-        [(comparison.outcome == word).sum(axis=0) for word in (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH)]
-    )
-    rest = np.isin(comparison.outcome, (Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES, Outcome.HELD)).sum(axis=0)
+    by_column = [np.bincount(column, minlength=len(Outcome)) for column in comparison.outcome.T]
+    every = np.reshape(by_column, (-1, len(Outcome))).astype(np.int64).T
+    counts = every[[Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH]]
+    rest = every[[Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES, Outcome.HELD]].sum(axis=0)
     order = np.lexsort((-rest, -counts[2], -counts[1], -counts[0], held))
     return [int(column) for column in order if counts[:, column].any() or rest[column]]
 
 
 def number_boxes(
-    misses: Sequence[Miss], session_ns: int, base: float = LABEL_BASE, digit: float = LABEL_DIGIT
+    misses: Sequence[Numbered], session_ns: int, base: float = LABEL_BASE, digit: float = LABEL_DIGIT
 ) -> list[tuple[str, int, int]]:
     """Boxes ``(label, start, end)`` in nanoseconds that never overlap and are wide enough for their labels.
 

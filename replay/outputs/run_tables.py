@@ -13,6 +13,7 @@ from replay.comparison.contact_counts import contact_counts, held_counts, loose
 from replay.comparison.contact_duration import PHASES
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Episode, Miss, Outcome
+from replay.effects.recorded import CURVES
 from replay.outputs.tables import CODE, FAINT, FOUND, IN_RED, INVENTED, PARTLY, STRONG, Cell, Marked, Table, table
 from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, bound_words, counted, depth_words, span_words
 from replay.pipeline.gates import figure, percent
@@ -270,7 +271,9 @@ def effect_table(result: RunResult) -> Table:
     """What each effect of the plan found, why it ran, what it cost, and how much of the session its trigger skipped."""
     rows = []
     for kind, figures in result.summary["effects"].items():
-        found = ", ".join(f"{count} {name}" for name, count in figures["events"].items()) or "nothing"
+        curves = figures["counters"].get(CURVES, 0)
+        found = ", ".join(f"{count} {name}" for name, count in figures["events"].items())
+        found = found or (counted(curves, "curve") if curves else "nothing")
         work = ", ".join(f"{name} {count:,}" for name, count in figures["counters"].items())
         skipped = 1.0 - figures["frames_run"] / max(1, figures["frames"])
         shares = (f"{1e3 * figures['seconds']:.1f}", f"{100 * figures['share']:.1f}", f"{100 * skipped:.1f}")

@@ -13,7 +13,7 @@ from replay.comparison.contact_counts import contact_counts, count_reports, held
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.misses import MISS_KINDS
 from replay.comparison.noisy_contacts import HOLDS
-from replay.comparison.outcome import Outcome
+from replay.comparison.outcome import Outcome, counts_of
 from replay.pipeline.run_result import Measured
 
 NOT_EXAMINED: Final = "not examined"
@@ -27,14 +27,16 @@ def score(result: Measured, label: str) -> dict[str, Any]:
     """Everything counted about one audited detector."""
     comparison, missed, contacts = result.comparisons[label], result.misses[label], contact_counts(result, label)
     frames = {outcome.name: comparison.count(outcome) for outcome in Outcome}
-    unconfirmed = (result.detections[label].verdict == Verdict.CANDIDATE) & (comparison.outcome == Outcome.INVENTED)
-    truth, false = result.detections[result.oracle].verdict, result.false.get(label, ())
+    truth, false = counts_of(result.detections[result.oracle].verdict, len(Verdict)), result.false.get(label, ())
+    # Column by column, here and below: a table of flags for hours of frames is as large as the verdicts.
+    columns = zip(result.detections[label].verdict.T, comparison.outcome.T, strict=True)
+    unconfirmed = sum(int(((one == Verdict.CANDIDATE) & (as_ == Outcome.INVENTED)).sum()) for one, as_ in columns)
     figures: dict[str, Any] = {
         "pair_frames": frames, "missed": contacts.share(Outcome.MISSED),
         "invented": count_reports(comparison).share(Outcome.INVENTED), "undecided": undecided_share(result, label),
-        "oracle_undecided": int(np.isin(truth, (Verdict.UNRESOLVED, Verdict.INVALID)).sum()),
+        "oracle_undecided": int(truth[[Verdict.UNRESOLVED, Verdict.INVALID]].sum()),
         "between_frames": _between(result, label),
-        "unconfirmed": int(unconfirmed.sum()), "contacts": contacts.contacts,
+        "unconfirmed": unconfirmed, "contacts": contacts.contacts,
         "contacts_missed": contacts.missed, "contacts_in_part": contacts.in_part,
         "contacts_undecided": contacts.undecided, "contact_frames_undecided": contacts.frames_undecided,
         "held": held_counts(result, label), "misses": len(missed),
@@ -84,9 +86,14 @@ def undecided_share(result: Measured, label: str) -> dict[str, Any]:
 
     The interval is over pairs.
     """
-    posed = result.detections[result.oracle].verdict != Verdict.NO_POSE
-    left = posed & (result.comparisons[label].outcome == Outcome.LEFT_OUT)
-    return share_of_clusters(left.sum(axis=0), posed.sum(axis=0))
+    left, whole = [], []
+    for verdict, outcome in zip(
+        result.detections[result.oracle].verdict.T, result.comparisons[label].outcome.T, strict=True
+    ):
+        posed = verdict != Verdict.NO_POSE
+        left.append(int((posed & (outcome == Outcome.LEFT_OUT)).sum()))
+        whole.append(int(posed.sum()))
+    return share_of_clusters(left, whole)
 
 
 def _faces(recall: FaceRecall | None) -> dict[str, Any] | None:

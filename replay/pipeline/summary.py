@@ -13,6 +13,7 @@ from cdcore.protocol import REST
 from replay.base.constants import BUDGET_MS, CAVEAT, VERDICT_FRAMES
 from replay.base.machine import machine, versions
 from replay.base.wilson import OVER_CONTACTS
+from replay.comparison.outcome import counts_of
 from replay.detection.run_detector import Run
 from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, plan_summary
@@ -94,7 +95,7 @@ def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
 
 def _detector(run: Run, contacts: int, often: float | None) -> dict[str, Any]:
     detection = run.detection
-    verdicts = np.bincount(detection.verdict.ravel(), minlength=len(Verdict))
+    verdicts = counts_of(detection.verdict, len(Verdict))
     return {
         "name": run.spec.name, "asked": str(run.spec).partition("=")[2], "settings": dict(run.settings),
         "covers": detection.covers, "online": run.detector.online, "live": run.live,

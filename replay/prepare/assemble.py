@@ -218,7 +218,8 @@ def _breaks(stamps: NDArray[np.int64], jumps: Jumps, chain: Sequence[str]) -> ND
 def _body(session: Session, name: str) -> Body:
     mesh = session.meshes[name]
     try:
-        return Body(name, TriangleMesh(mesh.vertices, mesh.faces))
+        solids = (TriangleMesh(one.vertices, one.faces) for one in session.colliders.get(name, ()))
+        return Body(name, TriangleMesh(mesh.vertices, mesh.faces), tuple(solids))
     except InvalidMeshError as error:
         raise InvalidMeshError(f"mesh of body {name!r}: {error}") from error
 

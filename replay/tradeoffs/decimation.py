@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdcore import Body, TriangleMesh
+from cdcore import TriangleMesh
 from replay.errors import TradeoffError
 from replay.prepare.assembly import Assembly
 
@@ -40,5 +40,5 @@ def clustered(mesh: TriangleMesh, cell: float) -> TriangleMesh:
 
 def decimated(assembly: Assembly, cell: float) -> Assembly:
     """The assembly with every mesh clustered in cells of this edge (metres); poses and pairs stay."""
-    bodies = tuple(Body(body.name, clustered(body.mesh, cell)) for body in assembly.bodies)
+    bodies = tuple(replace(body, mesh=clustered(body.mesh, cell)) for body in assembly.bodies)
     return replace(assembly, bodies=bodies)

@@ -8,7 +8,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from cdcore import Body, Motion, TriangleMesh
+from cdcore import Motion, TriangleMesh
 from replay.base.constants import HEADSET_HZ
 from replay.comparison.first_touch import poses_between
 from replay.detection.detector_spec import DetectorSpec
@@ -81,7 +81,7 @@ def grown(assembly: Assembly, axis: str, wanted: float) -> tuple[float, Assembly
     """The session at another size, and the size as it came out."""
     if axis == "faces":
         meshes = {id(body.mesh): with_faces(body.mesh, round(wanted)) for body in assembly.bodies}
-        bodies = tuple(Body(body.name, meshes[id(body.mesh)]) for body in assembly.bodies)
+        bodies = tuple(replace(body, mesh=meshes[id(body.mesh)]) for body in assembly.bodies)
         return float(np.mean([len(body.mesh.faces) for body in bodies])), replace(assembly, bodies=bodies)
     if axis == "rate":
         return wanted, replace(assembly, motion=at_rate(assembly.motion, wanted))
@@ -116,7 +116,7 @@ def copied(assembly: Assembly, copies: int) -> Assembly:
     """All bodies so many times, each copy further along x, and every pair of them asked."""
     motion = assembly.motion
     places = [motion.translations + np.array([SHIFT * k, 0.0, 0.0]) for k in range(copies)]
-    bodies = tuple(Body(f"{body.name}-{k}", body.mesh) for k in range(copies) for body in assembly.bodies)
+    bodies = tuple(replace(body, name=f"{body.name}-{k}") for k in range(copies) for body in assembly.bodies)
     turns, valid = np.tile(motion.rotations, (1, copies, 1, 1)), np.tile(motion.valid, (1, copies))
     pairs = np.stack(np.triu_indices(len(bodies), 1), axis=1).astype(np.int64)
     motion = Motion(motion.times, np.concatenate(places, axis=1), turns, valid)

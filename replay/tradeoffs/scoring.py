@@ -60,7 +60,7 @@ class Scoring:
         """
         judge = self._tolerance.judge(detection, self.truth)
         comparison = compare(detection, self.truth, within=judge, holdings=self._held)
-        count = np.bincount(comparison.outcome.ravel(), minlength=len(Outcome))
+        count = comparison.counts
         both, missed, invented = (int(count[word]) for word in (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED))
         whole = count_contacts(comparison, self.contacts)
         frames, false = whole.share(Outcome.MISSED), count_reports(comparison).share(Outcome.INVENTED)

@@ -1,10 +1,11 @@
 """The fixed list of what is tried: every algorithm, and every axis on which accuracy costs, cheap and telling first.
 
-The list is the same on every machine and in every run; a time limit cuts its tail.
+The list is the same on every machine with the same extras and in every run; a time limit cuts its tail.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from typing import Any, Final
 
 from replay.base.constants import HEADSET_HZ
@@ -90,15 +91,20 @@ TOLERANCES_MM: Final = (1.0, 0.1, 0.01)
 FIRST: Final = ("exact", "hybrid", "solid-style", "sphere", "hybrid-qaco")
 SLOW: Final = ("static", "discrete", "rapid-style", "obb", "aabb", "qaco")
 SHAPES: Final = ("hull", "box", "capsule", "sphere")
+PIECES: Final = (4, 16)
+"""Of a compound. They come last, because cutting a mesh takes seconds, once per machine."""
 LISTING: Final = ("hybrid", "solid-style", "hybrid-qaco")
 """Asked for faces too: a complete one by engine meshes, one by trees, and a search, which lists what it came upon."""
 
 
-def settings_list() -> tuple[Setting, ...]:
+def settings_list(*, shipped: bool = False) -> tuple[Setting, ...]:
     """Everything that is tried, in order: the first ones answer most for least time, the last ones are slow.
 
+    Compounds are among it where the extra ``engines`` is installed; ``shipped``: whether the recording has colliders.
     ``image-space`` is not among them: its two settings would take most of the time.
     """
+    ours = ("shipped",) if shipped else ()
+    cut = PIECES if find_spec("coacd") else ()
     first, slow = ([Setting(name, AS_IT_COMES, "") for name in names] for names in (FIRST, SLOW))
     return (
         *first,
@@ -106,7 +112,7 @@ def settings_list() -> tuple[Setting, ...]:
         *slow[:4],
         # What an engine can change: colliders, step rate, mesh resolution.
         *_varied("collider", "step rate", "rate_hz", COLLIDER_RATES, " Hz", shape="mesh"),
-        *_varied("collider", "shape", "shape", SHAPES),
+        *_varied("collider", "shape", "shape", (*ours, *SHAPES)),
         *_varied("hybrid", "mesh resolution", "cell", CELLS_MM, " mm"),
         *_varied("solid-style", "budget", "budget", TREE_BUDGETS),
         *(Setting(name, ASKED, "faces", faces=True) for name in LISTING),
@@ -119,6 +125,7 @@ def settings_list() -> tuple[Setting, ...]:
         *_varied("obb", "budget", "budget", TREE_BUDGETS[2:]),
         *slow[4:],
         *_varied("aabb", "boxes", "mode", ("first",)),
+        *_varied("collider", "pieces", "pieces", cut, shape="compound"),
     )
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from cdcore.bounding.compound import seconds_to_cut
 from replay.base.constants import BUDGET_MS
 from replay.base.machine import machine, versions
 from replay.base.wilson import OVER_CONTACTS
@@ -109,9 +110,8 @@ def tradeoff(
     """
     from cdcore.kernels.compiling import compiling_reported  # loads the compiler: not for those who only write tables
 
-    wanted = tuple(
-        settings if settings is not None else settings_list() if detectors is None else settings_of(detectors)
-    )
+    listed = settings_list(shipped=bool(session.colliders)) if detectors is None else settings_of(detectors)
+    wanted = tuple(listed if settings is None else settings)
     with compiling_reported(lambda *_: None) as compiled:
         watched = _Watched(watch, len(wanted) + LEAST_PASSES, time_limit, compiled)
         ready = prepared(session, pairs=pairs, start=start, end=end, policy=policy)
@@ -223,7 +223,11 @@ class _Sweep:
         """Make a setting, warm it up, let it answer and count, if that ends within a share of the limit; or first."""
         self._watched.next(setting.label, self.rows())
         left = self._watched.left(share) if self._trials else float("inf")
-        if left <= 0:
+        turned = setting.settings
+        cutting = turned.get("shape") == "compound" and seconds_to_cut(
+            (body.mesh for body in self._assembly.bodies), turned.get("pieces", 16)
+        )
+        if left <= cutting:
             return None
         if setting.spec == self._pair[1].setting.spec:
             one = self._pair[1]

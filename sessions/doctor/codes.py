@@ -18,6 +18,7 @@ class CodeSpec:
 _REWRITE = "rewrite it with `replay recover`"
 _DIGITS = "export more digits"
 _EXPORT = "run with --policy to choose what stands in for it, and correct the program that wrote it"
+_MEND = "mend it with `replay mesh repair`"
 _AGAIN = "export the session again from the program that made it"
 _TRACKER = "run with --policy to choose what stands in for it, and look at line of sight and base stations"
 
@@ -80,13 +81,13 @@ _MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
         "mesh-hash": ("the mesh is not the one that was recorded", "put the recorded mesh back"),
         "mesh-unreadable": ("the mesh cannot be used", "export it again as triangles"),
         "mesh-empty": ("the mesh has no triangle", "export the surface as triangles"),
-        "mesh-degenerate": ("faces without area confuse most engines", "remove them in a mesh editor"),
-        "mesh-duplicate": ("faces are counted twice", "remove doubles in a mesh editor"),
+        "mesh-degenerate": ("faces without area confuse most engines", _MEND),
+        "mesh-duplicate": ("faces are counted twice", _MEND),
         "mesh-non-manifold": ("it has no inside: nothing can be found contained", "repair the edges"),
-        "mesh-open": ("the surface has holes: nothing can be found inside it", "close it if it is solid"),
-        "mesh-winding": ("neighbouring faces disagree which side is out", "recalculate normals outside"),
+        "mesh-open": ("the surface has holes: nothing can be found inside it", f"if it is solid, {_MEND}"),
+        "mesh-winding": ("neighbouring faces disagree which side is out", _MEND),
         "mesh-mirrored": ("the mesh is inside out: mirrored, or wound the wrong way",
-                          "export it with the right handedness"),
+                          f"export it with the right handedness, or {_MEND}"),
         "mesh-units": ("its size is not that of a thing on a bench", "set scale in the scene"),
     },
     "stream": {

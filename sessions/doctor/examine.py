@@ -17,6 +17,7 @@ from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SceneError, SessionError, SessionFileError
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.reader import (
+    attached_colliders,
     attached_mesh,
     is_part,
     listed_names,
@@ -147,6 +148,7 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
     meshes = {
         name: tried(partial(attached_mesh, file, name, expected), None, name) for name, expected in hashes.items()
     }
+    tried(lambda: [*attached_colliders(file)], [""])
     streams: dict[str, dict[str, Any]] = {prefix: {} for prefix in (GAZE_PREFIX, SCALARS_PREFIX)}
     for topic in dict.fromkeys(channel.topic for channel in file.catalogue.channels.values()):
         found = tried(partial(part, file, topic), None) if is_part(topic) else None

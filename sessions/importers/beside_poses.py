@@ -1,16 +1,20 @@
 """Gaze and numbers that a source holds beside poses, on their way into a session; what is dropped is counted."""
 
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from sessions.geometry.rotations import rotated
 from sessions.importers.finish import Imported, counted, increasing
 from sessions.model.streams import GazeTrack, ScalarTrack
+from sessions.model.track import Track
 
 Numbers = NDArray[np.float64]
 Stamps = NDArray[np.int64]
+Rows = NDArray[np.bool_]
+NEAR_NS: Final = 50_000_000
 
 
 @dataclass
@@ -41,10 +45,20 @@ class BesidePoses:
         lost = GazeTrack(track.times_ns, track.origins, track.directions, track.usable)
         self.gaze[_free(participant, self.gaze)] = lost
 
-    def put_into(self, samples: Imported) -> Imported:
-        """What was read, with these beside it."""
-        done = (*samples.conversions, *self.notes)
-        return replace(samples, conversions=done, gaze=self.gaze, scalars=self.scalars)
+    def put_into(self, samples: Imported, *, stated: bool = True) -> Imported:
+        """What was read, with these beside it; ``stated``: the source says in which frame its gaze is."""
+        done, facts = (*samples.conversions, *self.notes), dict(samples.facts)
+        if self.gaze and not stated:
+            facts["assumed"] = "; ".join([*filter(None, [facts.get("assumed")]), "gaze in the frame of the poses"])
+        return replace(samples, conversions=done, facts=facts, gaze=self.gaze, scalars=self.scalars)
+
+
+def carried(track: Track, times_ns: Stamps, origins: Numbers, directions: Numbers) -> tuple[Numbers, Numbers, Rows]:
+    """Rays of a body's frame, (n, 3) each, in the world, and where the body has a pose within 50 ms, (n,)."""
+    middles = track.times_ns[:-1] + np.diff(track.times_ns) // 2
+    rows = np.searchsorted(middles, times_ns)
+    turn, near = track.quaternions_xyzw[rows], np.abs(track.times_ns[rows] - times_ns) <= NEAR_NS
+    return track.positions[rows] + rotated(turn, origins), rotated(turn, directions), near & track.valid[rows]
 
 
 def _free(name: str, taken: dict[str, Any]) -> str:

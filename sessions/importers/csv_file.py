@@ -1,6 +1,6 @@
 """Imports a CSV of poses, wide or long, of any convention; doubtful rows are flagged as lost."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
 from sessions.geometry.rotations import quaternion_from_matrix, rotated
-from sessions.importers.beside_poses import BesidePoses
+from sessions.importers.beside_poses import BesidePoses, carried
 from sessions.importers.csv_happenings import (
     events,
     hands,
@@ -24,6 +24,8 @@ from sessions.importers.csv_table import CsvTable, Rows
 from sessions.importers.finish import QUATERNION_TOLERANCE, Imported, usable_track
 from sessions.importers.pose_table import PoseTable, SourceFrame, imported, in_frame
 from sessions.meshes.conventions import Convention, convention, quaternion_from_euler
+from sessions.model.track import Track
+from sessions.scene_files.toml_table import nearest
 
 MESH_AXES = {
     "same": "mesh files have the axes of the converted session",
@@ -109,7 +111,7 @@ def _samples(table: CsvTable, plan: CsvMapping, axes: Convention) -> Imported:
     contacts, twice = live_contacts(table, plan)
     frame = SourceFrame(axes, plan.units, METRES[plan.units], f"column {plan.time}, {plan.unit}", plan.unit)
     samples = imported(tables, frame, [*notes, *twice, *unknown_kinds(table, plan)])
-    samples = _beside(table, plan, frame).put_into(samples)
+    samples = _beside(table, plan, frame, samples.tracks).put_into(samples)
     return replace(samples, events=events(table, plan), hands=hands(table, plan), live_contacts=contacts)
 
 
@@ -145,7 +147,7 @@ def _poses(table: CsvTable, plan: CsvMapping, columns: PoseColumns, rows: Rows) 
     return PoseTable(stamps, numbers[:, :3], turn, valid)
 
 
-def _beside(table: CsvTable, plan: CsvMapping, frame: SourceFrame) -> BesidePoses:
+def _beside(table: CsvTable, plan: CsvMapping, frame: SourceFrame, tracks: Mapping[str, Track]) -> BesidePoses:
     """Gaze and numbers, in columns of their own or in rows of their kind."""
     beside, poses = BesidePoses(), pose_rows(table, plan)
     for name, (rows, column, unit) in scalar_cells(table, plan, poses).items():
@@ -155,7 +157,14 @@ def _beside(table: CsvTable, plan: CsvMapping, frame: SourceFrame) -> BesidePose
         stamps, first = np.unique(table.stamps(plan.time, plan.unit, poses), return_index=True)
         rays = frame.axes.points(table.numbers((*ray.origin, *ray.direction), poses).reshape(-1, 2, 3))[first]
         seen = table.flags(ray.valid, poses)[first] if ray.valid else np.ones(len(first), dtype=np.bool_)
-        beside.looked(name, stamps, rays[:, 0] * frame.metres, rays[:, 1], seen)
+        origins, directions = rays[:, 0] * frame.metres, rays[:, 1]
+        if ray.relative_to:
+            if ray.relative_to not in tracks:
+                why = nearest(ray.relative_to, [*tracks])
+                raise ImportFileError(f"{table.source}: gaze of {name!r}: no body {ray.relative_to!r}{why}")
+            origins, directions, near = carried(tracks[ray.relative_to], stamps, origins, directions)
+            seen = seen & near
+        beside.looked(name, stamps, origins, directions, seen)
     looked = rows_of_kind(table, plan, plan.kinds.gaze)
     if plan.body is None or not looked.any():
         return beside

@@ -54,6 +54,8 @@ class GazeColumns:
     origin: tuple[str, ...]
     direction: tuple[str, ...]
     valid: str = ""
+    relative_to: str = ""
+    """The body in whose frame the ray is given, such as a headset; "": in that of the poses."""
 
 
 @dataclass(frozen=True)
@@ -217,7 +219,8 @@ def _scalar(table: TomlTable) -> ScalarColumn:
 
 
 def _ray(table: TomlTable) -> GazeColumns:
-    columns = GazeColumns(table.texts("origin", 3), table.texts("direction", 3), table.text("valid"))
+    origin, direction = table.texts("origin", 3), table.texts("direction", 3)
+    columns = GazeColumns(origin, direction, table.text("valid"), table.text("relative_to"))
     table.done()
     return columns
 

@@ -17,7 +17,7 @@ from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
 from sessions.model.streams import GazeTrack, ScalarTrack
 from sessions.model.track import Track
-from sessions.scene_files.scene_meshes import scene_meshes
+from sessions.scene_files.scene_meshes import scene_meshes, with_colliders
 from sessions.scene_files.scene_toml import scene_to_toml
 from sessions.scene_files.toml_table import nearest
 
@@ -94,7 +94,8 @@ def finished(
     events, intervals = samples.events, samples.intervals
     session = Session.from_tracks(samples.tracks, given, declared, events=events, intervals=intervals, facts=facts)
     contacts, hands = tuple(samples.live_contacts), dict(samples.hands)
-    return replace(session, live_contacts=contacts, hands=hands, gaze=dict(samples.gaze), scalars=dict(samples.scalars))
+    held = replace(session, live_contacts=contacts, hands=hands, gaze=dict(samples.gaze), scalars=dict(samples.scalars))
+    return with_colliders(held, scene_folder)
 
 
 def usable_track(

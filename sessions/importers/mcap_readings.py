@@ -78,7 +78,7 @@ class Readings:
         texts = _Rows("", array("q", [row[0] for row in self._texts]), array("q", [row[1] for row in self._texts]))
         at = _stamps(texts, fit).tolist()
         events = [Event(time, name, said) for time, (_, _, name, said) in zip(at, self._texts, strict=True)]
-        return replace(beside.put_into(samples), events=sorted(events, key=lambda event: event.time_ns))
+        return replace(beside.put_into(samples, stated=False), events=sorted(events, key=lambda event: event.time_ns))
 
 
 def _put(rows_of: dict[str, _Rows], name: str, unit: str, at: tuple[int, int], values: list[float]) -> None:

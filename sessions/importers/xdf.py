@@ -84,7 +84,7 @@ def read_xdf(source: Path, *, convention: str | None = None) -> Imported:
     for stream in streams:
         if not any(stream is one for one in posed):
             _beside(source, stream, frame, beside)
-    samples = beside.put_into(imported(tables, frame, notes))
+    samples = beside.put_into(imported(tables, frame, notes), stated=False)
     return replace(samples, events=sorted(_events(source, streams), key=lambda event: event.time_ns))
 
 

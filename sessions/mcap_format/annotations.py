@@ -217,10 +217,14 @@ def _samples(kind: str, payloads: Iterable[bytes], **widths: int) -> tuple[Any, 
     batches = [message_class(kind).FromString(payload) for payload in payloads]
     if any(len(getattr(one, name)) != n * len(one.sample_ns) for one in batches for name, n in widths.items()):
         raise SessionFileError(f"a message of {kind} has samples of unequal length; run `replay doctor` on it")
-    times = np.array([t for one in batches for t in one.sample_ns], dtype=np.int64)
+
+    def column(name: str, kind: Any) -> Any:
+        return np.concatenate([np.zeros(0, kind), *(np.array(getattr(one, name), kind) for one in batches)])
+
+    times = column("sample_ns", np.int64)
     stamps, rows = np.unique(times, return_index=True)
     columns = {}
     for name, width in widths.items():
-        values = np.array([v for one in batches for v in getattr(one, name)], dtype=_KINDS.get(name))
+        values = column(name, _KINDS.get(name, np.float64))
         columns[name] = values.reshape(-1, width)[rows] if width > 1 else values[rows]
     return stamps, columns, batches

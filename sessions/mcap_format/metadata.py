@@ -70,6 +70,17 @@ def mesh_name(attachment: str) -> str | None:
     return found and found[1]
 
 
+def collider_file(name: str, number: int) -> str:
+    """The attachment that holds a collider of a body."""
+    return f"colliders/{number}/{name}.glb"
+
+
+def collider_name(attachment: str) -> tuple[str, int] | None:
+    """The body of whose colliders an attachment holds one, and its number; ``None`` when it holds none."""
+    found = re.fullmatch(r"colliders/([0-9]{1,6})/(.*)\.glb", attachment, re.DOTALL)
+    return None if found is None else (found[2], int(found[1]))
+
+
 def names_of(record: Mapping[str, str] | None, where: Path | str = "a file") -> tuple[str, ...]:
     """The tracked bodies of a ``vrlab.bodies`` record; a refusal of the file when it is no list of different names."""
     if record is None:

@@ -11,7 +11,7 @@ from typing import Any, Generic, TypeVar
 
 from google.protobuf.message import DecodeError
 
-from sessions.errors import SessionError, SessionFileError, TornFileError
+from sessions.errors import MeshFileError, SessionError, SessionFileError, TornFileError
 from sessions.mcap_format.annotations import (
     read_contact,
     read_event,
@@ -26,6 +26,7 @@ from sessions.mcap_format.metadata import (
     BODIES_RECORD,
     DECLARED,
     SESSION_RECORD,
+    collider_name,
     mesh_file,
     metadata_of,
     migrated,
@@ -88,6 +89,7 @@ def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | 
         facts=facts,
         origin=str(path),
         live_contacts=LazySequence(lambda: part(file, LIVE_CONTACTS)),
+        colliders=attached_colliders(file),
         **{name: _streams(file, prefix) for prefix, name in STREAMS.items()},
     )
     if scene is None:
@@ -143,6 +145,22 @@ def attached_mesh(file: McapFile, name: str, expected: str) -> MeshData:
         return mesh_from_bytes(data, "glb")
     except SessionError as error:
         raise _coded(file, mesh_code(error), error) from None
+
+
+def attached_colliders(file: McapFile) -> dict[str, tuple[MeshData, ...]]:
+    """Body -> its colliders, in the order of their numbers."""
+    from sessions.meshes.mesh_files import mesh_from_bytes
+
+    found: dict[str, dict[int, MeshData]] = {}
+    for attachment in file.catalogue.attachments:
+        place = collider_name(attachment)
+        if place is None:
+            continue
+        try:
+            found.setdefault(place[0], {})[place[1]] = mesh_from_bytes(file.attachment(attachment) or b"", "glb")
+        except MeshFileError as error:
+            raise _coded(file, mesh_code(error), error) from None
+    return {name: tuple(solids[number] for number in sorted(solids)) for name, solids in found.items()}
 
 
 def mesh_code(error: SessionError) -> str:

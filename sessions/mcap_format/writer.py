@@ -10,7 +10,14 @@ from sessions.errors import SceneError, SessionFileError
 from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
 from sessions.mcap_format.container import ContainerWriter
-from sessions.mcap_format.metadata import BODIES_RECORD, SESSION_RECORD, bodies_record, mesh_file, session_record
+from sessions.mcap_format.metadata import (
+    BODIES_RECORD,
+    SESSION_RECORD,
+    bodies_record,
+    collider_file,
+    mesh_file,
+    session_record,
+)  # fmt: skip
 from sessions.mcap_format.pose_encoding import FrameEncoder
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.scene_update import scene_update
@@ -43,6 +50,9 @@ def write_session(session: Session, path: str | Path, *, overwrite: bool = True)
     """
     with whole_file(Path(path), SessionFileError, overwrite=overwrite) as stream:
         writer = SessionWriter(stream, session.scene, session.meshes, session.facts, session.names, CHUNK_NS)
+        for name, solids in session.colliders.items():
+            for number, mesh in enumerate(solids):
+                writer.attachment(collider_file(name, number), "model/gltf-binary", mesh_to_glb(mesh, name))
         sparse = [(message[1], message) for message in _sparse(session)]
         for topic in dict.fromkeys(topic for _, (topic, _, _) in sparse):
             writer.channel(topic)

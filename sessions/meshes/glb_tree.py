@@ -73,7 +73,7 @@ class GlbTree:
                 while home >= 0 and home not in asked:
                     home = self.parents[home]
                 if home >= 0:
-                    found[home].append(_posed(mesh, np.linalg.inv(_rigid(self.poses[home])) @ self.poses[node]))
+                    found[home].append(_posed(mesh, np.linalg.inv(rigid_of(self.poses[home])) @ self.poses[node]))
         return {asked[node]: _joined(meshes) for node, meshes in found.items() if meshes}
 
     @property
@@ -113,7 +113,7 @@ def _posed(mesh: MeshData, pose: Array) -> MeshData:
     return mesh if np.array_equal(pose, np.eye(4)) else mesh.transformed(pose)
 
 
-def _rigid(pose: Array) -> Array:
+def rigid_of(pose: Array) -> Array:
     """The pose without its scale: what a tracker reports of the node."""
     columns = pose[:3, :3] / np.linalg.norm(pose[:3, :3], axis=0)
     columns[:, 0] *= np.sign(np.linalg.det(columns))

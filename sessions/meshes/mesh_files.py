@@ -46,18 +46,23 @@ def load_mesh(path: str | Path, scale: float = 1.0, node: str = "") -> MeshData:
         raise MeshFileError(
             f"mesh file {place} is of no known type; use one of: {', '.join('.' + t for t in FILE_TYPES)}"
         )
+    data = read_bytes(place)
     try:
-        data = place.read_bytes()
+        return mesh_from_bytes(data, file_type, scale, node)
+    except MeshFileError as error:
+        raise MeshFileError(f"mesh file {place}: {error}") from None
+
+
+def read_bytes(place: Path) -> bytes:
+    """A mesh file; one sentence where there is none."""
+    try:
+        return place.read_bytes()
     except FileNotFoundError:
         raise MeshFileError(f"mesh file {place} does not exist; check the path") from None
     except OSError as error:
         raise MeshFileError(
             f"mesh file {place} cannot be read ({error.strerror}); check what it is and who may read it"
         ) from None
-    try:
-        return mesh_from_bytes(data, file_type, scale, node)
-    except MeshFileError as error:
-        raise MeshFileError(f"mesh file {place}: {error}") from None
 
 
 def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0, node: str = "") -> MeshData:
@@ -98,6 +103,23 @@ def united(meshes: Sequence[MeshData]) -> MeshData:
 def subtracted(mesh: MeshData, others: Sequence[MeshData]) -> MeshData:
     """Return the closed ``mesh`` without the insides of ``others``; raises `MeshFileError` when one is not closed."""
     return _boolean([mesh, *others], lambda a, b: a - b)
+
+
+def outward(mesh: MeshData) -> MeshData:
+    """Return the mesh with faces that wind alike, and outwards where a part is closed; their order stays."""
+    import trimesh
+
+    solid = trimesh.Trimesh(mesh.vertices.copy(), mesh.faces.copy(), process=False)
+    trimesh.repair.fix_normals(solid, multibody=True)  # type: ignore[no-untyped-call]
+    return MeshData(mesh.vertices, solid.faces)
+
+
+def hull(mesh: MeshData) -> MeshData:
+    """Return the convex hull of a mesh, closed; a flat one, which has none, as it is."""
+    from manifold3d import Manifold
+
+    solid = Manifold.hull_points(mesh.vertices[np.unique(mesh.faces)])
+    return mesh if solid.is_empty() else _from_manifold(solid)
 
 
 def refined(mesh: MeshData, length: float) -> MeshData:

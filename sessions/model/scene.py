@@ -71,6 +71,7 @@ class Scene:
     pairs : declared pairs of body names; ``None``: all with relative motion, minus groups and ``ignore``.
     ignore : pairs of body names left out.
     effects : declared effects; ``None`` when the scene has no effects table at all, ``()`` when it declares none.
+    colliders : path of a GLB with the colliders of an engine, relative to the scene, or ``""``.
     space_radius : metres from the origin; a pose further out is none that was measured.
     text : the TOML it was read from, kept so that the file carries what the author wrote.
     """
@@ -80,6 +81,7 @@ class Scene:
     pairs: tuple[tuple[str, str], ...] | None = None
     ignore: tuple[tuple[str, str], ...] = ()
     effects: tuple[SceneEffect, ...] | None = None
+    colliders: str = ""
     space_radius: float = SPACE_RADIUS
     text: str = ""
 

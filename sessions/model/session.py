@@ -52,6 +52,7 @@ class Session:
     hands : ``participant/side`` -> what the hand pressed.
     live_contacts : what the engine reported while the session ran.
     fast_tracks : body name -> samples that come faster than frames.
+    colliders : body name -> the solids that an engine has in place of its mesh, in the body's own frame.
     gaze : participant -> where they looked.
     scalars : name -> a number over time: a heart rate, a marker, a channel of an EEG.
     """
@@ -66,6 +67,7 @@ class Session:
     hands: Mapping[str, HandTrack] = field(default_factory=dict)
     live_contacts: Sequence[LiveContact] = ()
     fast_tracks: Mapping[str, Track] = field(default_factory=dict)
+    colliders: Mapping[str, tuple[MeshData, ...]] = field(default_factory=dict)
     gaze: Mapping[str, GazeTrack] = field(default_factory=dict)
     scalars: Mapping[str, ScalarTrack] = field(default_factory=dict)
 

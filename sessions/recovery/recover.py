@@ -19,6 +19,7 @@ from sessions.mcap_format.metadata import (
     MAX_BODIES,
     SESSION_RECORD,
     bodies_record,
+    collider_name,
     mesh_file,
     mesh_name,
     metadata_of,
@@ -179,7 +180,7 @@ def _reads(name: str, data: bytes) -> bool:
     try:
         if name == SCENE_FILE:
             parse_scene(data.decode("utf-8"), SCENE_FILE)
-        elif mesh_name(name) is not None:
+        elif mesh_name(name) is not None or collider_name(name) is not None:
             mesh_from_bytes(data, "glb")
     except (SessionError, UnicodeDecodeError):
         return False

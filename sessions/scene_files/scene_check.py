@@ -4,8 +4,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from sessions.errors import SceneError
+from sessions.errors import MeshFileError, SceneError
 from sessions.mesh_data import MeshData
+from sessions.meshes.collider_files import read_colliders
 from sessions.model.scene import Scene
 from sessions.scene_files.scene_meshes import scene_meshes
 from sessions.scene_files.scene_toml import scene_and_faults
@@ -33,6 +34,11 @@ def checked_scene(
         except SceneError as error:
             # A mesh that cannot be made of wrong numbers is no second fault.
             faults += error.faults if f"({body.id!r})" not in faulty else ()
+    if scene.colliders and folder is not None:
+        try:
+            read_colliders(folder / scene.colliders, None)
+        except MeshFileError as error:
+            faults.append(f"{file}: [scene]: {error}")
     # What an effect names is looked up twice, in other words.
     faults += [fault for fault in planned(scene, file) if fault.replace("between: no body", "no body") not in faults]
     return scene, meshes, faults

@@ -25,7 +25,23 @@ def with_scene(session: Session, path: str | Path) -> Session:
     """
     scene = read_scene(path)
     meshes = {**session.meshes, **scene_meshes(scene, Path(path).parent)}
-    return replace(session, scene=scene, meshes=meshes, facts={**session.facts, SCENE_FACT: Path(path).name})
+    replaced = replace(session, scene=scene, meshes=meshes, facts={**session.facts, SCENE_FACT: Path(path).name})
+    return with_colliders(replaced, Path(path).parent)
+
+
+def with_colliders(session: Session, folder: str | Path, file: str | Path = "") -> Session:
+    """The session with the colliders of a GLB: the one given, else that which its scene names, else its own ones.
+
+    Raises MeshFileError: as `read_colliders`.
+    """
+    named = file or session.scene.colliders
+    if not named:
+        return session
+    from sessions.meshes.collider_files import read_colliders
+
+    bodies = [*session.names, *(body.id for body in session.scene.bodies if body.id not in session.names)]
+    found, words = read_colliders(Path(folder) / named, bodies)
+    return replace(session, colliders=found, facts=_converted(session, [words]))
 
 
 def scene_meshes(scene: Scene, folder: str | Path = ".") -> dict[str, MeshData]:
@@ -65,10 +81,13 @@ def _mesh(body: SceneBody, folder: Path) -> MeshData | None:
 def with_meshes(session: Session, meshes: Mapping[str, MeshData], said: Sequence[str]) -> Session:
     """The session with these meshes; a body that has one is no stand-in any more. ``said`` joins its conversions."""
     bodies = tuple(_bare(body) if body.id in meshes else body for body in session.scene.bodies)
-    before = session.facts.get("conversions", "none")
-    facts = {**session.facts, "conversions": "; ".join([*([before] if before != "none" else []), *said]) or "none"}
     scene = session.scene if bodies == session.scene.bodies else replace(session.scene, bodies=bodies, text="")
-    return replace(session, meshes={**session.meshes, **meshes}, scene=scene, facts=facts)
+    return replace(session, meshes={**session.meshes, **meshes}, scene=scene, facts=_converted(session, said))
+
+
+def _converted(session: Session, said: Sequence[str]) -> dict[str, str]:
+    before = session.facts.get("conversions", "none")
+    return {**session.facts, "conversions": "; ".join([*([before] if before != "none" else []), *said]) or "none"}
 
 
 def _bare(body: SceneBody) -> SceneBody:

@@ -9,6 +9,7 @@ import numpy as np
 
 from sessions.geometry.rotations import IDENTITY, Array
 from sessions.glassware.catalogue import make_instrument
+from sessions.glassware.cavity_table import cavity_table
 from sessions.glassware.instrument import Cavity, Instrument
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Pose, Scene, SceneBody
@@ -91,7 +92,7 @@ class Instruments:
         if item.options:
             extra["options"] = dict(item.options)
         if instrument.cavity is not None:
-            extra["cavity"] = _cavity(instrument.cavity, bool({"beaker", "gas_jar"} & set(instrument.tags)))
+            extra["cavity"] = cavity_table(instrument)
         if item.properties:
             extra["properties"] = dict(item.properties)
         return SceneBody(
@@ -108,28 +109,6 @@ class Instruments:
 def _made(name: str, faces: int, options: tuple[tuple[str, Any], ...]) -> Instrument:
     """An instrument, made once: hands take most of a second, instruments never change, and all scenes need 60."""
     return make_instrument(name, faces, **dict(options))
-
-
-def _cavity(cavity: Cavity, round_inside: bool) -> dict[str, Any]:
-    """The space for liquid in words of the scene: metres and millilitres, in the body's frame."""
-    table: dict[str, Any] = {
-        "capacity_ml": round(float(cavity.capacity_m3) * 1e6, 3),
-        "floor": round(float(cavity.floor_height), 6),
-        "mark": round(float(cavity.mark_height), 6),
-    }
-    if round_inside:
-        table["radius"], table["height"] = (round(size, 6) for size in cylinder_of(cavity))
-    table["opening_radius"] = round(float(cavity.opening.radius), 6)
-    table["opening"] = [round(float(value), 6) for value in cavity.opening.centre]
-    table["lip"] = [round(float(value), 6) for value in cavity.opening.lip]
-    return table
-
-
-def cylinder_of(cavity: Cavity) -> tuple[float, float]:
-    """Inner radius and height, metres, of the cylinder that holds as much as the vessel up to its mark and its lip."""
-    floor = float(cavity.floor_height)
-    radius = float(np.sqrt(cavity.capacity_m3 / (np.pi * (cavity.mark_height - floor))))
-    return radius, float(cavity.opening.centre[1]) - floor
 
 
 def standing(x: float, z: float, height: float = 0.0) -> Point:

@@ -9,6 +9,7 @@ import termios
 import threading
 from dataclasses import replace
 from html import escape
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,6 +19,8 @@ from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.cli.main import main
 from replay.outputs.report.page import report_html
+from replay.outputs.results.run_folder import RunFolder
+from replay.outputs.share import folder
 from replay.pipeline.engine import compute
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.page import study_html
@@ -76,18 +79,28 @@ def study_of(word):
     return study_html(study, f"A class of {word}")
 
 
-PAGES = {"report": report_of, "study": study_of}
+def shared_of(word):
+    return folder._beside(report_of(word), "run", RunFolder(Path(word), {}))
+
+
+def list_of(word):
+    runs = [RunFolder(Path(word), {"session": {"facts": {"pseudonym": word}}})] * 2
+    return folder._list(dict(zip(("run1", "run2"), runs, strict=True)), {"run1": word, "run2": word})
+
+
+PAGES = {"report": report_of, "study": study_of, "shared": shared_of, "list of shared runs": list_of}
 """Page -> its HTML where everything is called so. A page to come is a row."""
 
 
 def runs_a_script(page, folder):
-    return "data-owned" in re.match(r"(?s).*?<html[^>]*>", page_after_its_scripts(page, folder))[0]
+    return re.findall(r"data-owned[0-9]*", re.match(r"(?s).*?<html[^>]*>", page_after_its_scripts(page, folder))[0])
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("script", SCRIPTS)
-def test_a_browser_runs_each_script_in_a_page_that_says_it_raw(script, tmp_path):
-    assert runs_a_script(f"<!DOCTYPE html><html><body><p>{script}</p></body></html>", tmp_path)
+def test_a_browser_runs_each_script_in_a_page_that_says_it_raw(tmp_path):
+    marked = [script.replace("data-owned", f"data-owned{k}") for k, script in enumerate(SCRIPTS)]
+    page = f"<!DOCTYPE html><html><body>{'<p>x</p>'.join(marked)}</body></html>"
+    assert sorted(runs_a_script(page, tmp_path)) == [f"data-owned{k}" for k in range(len(SCRIPTS))]
 
 
 @pytest.mark.slow
@@ -139,9 +152,9 @@ def recorded(*words):
 @pytest.fixture(scope="module")
 def places(tmp_path_factory):
     """Files whose names and texts command a terminal."""
-    folder = tmp_path_factory.mktemp("hostile")
+    place = tmp_path_factory.mktemp("hostile")
     name = COMMANDS.replace("/", "").replace("\0", "")
-    files = {kind: folder / f"{name}.{kind}" for kind in ("mcap", "torn", "csv", "toml", "obj")}
+    files = {kind: place / f"{name}.{kind}" for kind in ("mcap", "torn", "csv", "toml", "obj")}
     write_session(hostile(COMMANDS), files["mcap"])
     files["torn"].write_bytes(files["mcap"].read_bytes()[:-300])
     rows = [f"pose,{0.011 * k},{name},{0.01 * k},1,0,0,0,0,1,1,," for k in range(9)]
@@ -149,7 +162,7 @@ def places(tmp_path_factory):
     files["csv"].write_text("\n".join([head, *(row.replace("\n", "").replace("\r", "") for row in rows), ""]), "utf-8")
     files["toml"].write_text(SCENE.replace("{0}", "".join(f"\\u{ord(one):04x}" for one in COMMANDS)), "utf-8")
     files["obj"].write_bytes(b"\x1b[2J")
-    return folder, files
+    return place, files
 
 
 LOOK = ("--no-picture", "--detectors", "slow=discrete[rate_hz=20]")
@@ -159,6 +172,8 @@ CALLS = {
     "doctor": lambda f, d: ("doctor", "-v", f["mcap"], f["torn"]),
     "recover": lambda f, d: ("recover", f["torn"], d / "saved\x1b[2J"),
     "plan": lambda f, d: ("plan", "-v", f["toml"]),
+    "scene new": lambda f, d: ("scene", "new", f["mcap"], "-o", d / "s\x1b[2J.toml"),
+    "scene check": lambda f, d: ("scene", "check", f["toml"]),
     "import": lambda f, d: ("import", "csv", f["csv"], "--convention", "unity", "-o", d / "i\x1b[2J.mcap"),
     "import with a mesh that is none": lambda f, d: ("import", "csv", f["csv"], "-o", "j", "--mesh", f"x={f['obj']}"),
     "run": lambda f, d: ("run", "-v", "--cite", f["mcap"], "-o", d / "run\x1b[2J", *LOOK),
@@ -166,6 +181,11 @@ CALLS = {
     "view": lambda f, d: ("view", d / "run\x1b[2J", "--miss", "99"),
     "diff": lambda f, d: ("diff", d / "run\x1b[2J", d / "two\x1b[2J"),
     "shrink": lambda f, d: ("shrink", d / "run\x1b[2J", "--miss", "1", "-o", d / "case\x1b[2J", "--session", f["mcap"]),
+    "annotate": lambda f, d: ("annotate", d / "run\x1b[2J", "--miss", "1", "w\x1b[2J", "--rater", "a\x1b[2J"),
+    "share": lambda f, d: ("share", d / "run\x1b[2J", "--anyway", "-o", d / "shared\x1b[2J"),
+    "share without consent": lambda f, d: ("share", d / "run\x1b[2J", "-o", d / "sent\x1b[2J"),
+    "verify": lambda f, d: ("verify", d / "run\x1b[2J"),
+    "mesh": lambda f, d: ("mesh", "repair", f["obj"], "-o", d / "m\x1b[2J.glb"),
     "audit": lambda f, d: ("audit", "-v", f["mcap"], *LOOK),
     "tradeoff": lambda f, d: ("tradeoff", f["mcap"], "--time-limit", "0.2", "-o", d / "t\x1b[2J", *LOOK),
     "advise": lambda f, d: ("advise", f["mcap"], "--engine", "mujoco", "--no-picture"),
@@ -183,20 +203,24 @@ CALLS = {
 
 WORKS = {
     "info", "doctor", "plan", "import", "run", "run again", "diff", "shrink", "audit", "tradeoff", "advise",
-    "study run",
+    "study run", "scene new", "scene check", "share", "annotate",
 }  # fmt: skip
+
+
+def test_every_verb_is_among_the_calls():
+    from replay.cli.commands import COMMANDS as VERBS
+
+    files = dict.fromkeys(("mcap", "torn", "csv", "toml", "obj"), "file")
+    assert {words(files, Path())[0] for words in CALLS.values()} >= VERBS.keys()
 
 
 @pytest.mark.slow
 def test_no_verb_sends_a_terminal_what_a_recording_says(places, monkeypatch):
-    folder, files = places
-    monkeypatch.chdir(folder)
+    place, files = places
+    monkeypatch.chdir(place)
     monkeypatch.setenv("TERM", "xterm-256color")
-    from replay.cli.commands import COMMANDS as VERBS
-
-    assert {words(files, folder)[0] for words in CALLS.values()} >= VERBS.keys()
     for name, words in CALLS.items():
-        code, pieces = recorded(*words(files, folder))
+        code, pieces = recorded(*words(files, place))
         said = b"".join(pieces).decode("utf-8")
         assert (code == 0) == (name in WORKS), (name, code, said)
         assert "201m" not in said.replace("\\x1b[38;5;201m", ""), name

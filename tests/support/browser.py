@@ -7,6 +7,7 @@ import select
 import shutil
 import subprocess
 import sys
+import tarfile
 from contextlib import contextmanager
 
 import psutil
@@ -40,7 +41,7 @@ class Page:
         os.write(self.to, json.dumps(message).encode() + b"\0")
         while True:
             while b"\0" not in self.rest:
-                assert select.select([self.back], [], [], 90)[0], f"{method}: no answer"
+                assert select.select([self.back], [], [], 200)[0], f"{method}: no answer"
                 more = os.read(self.back, 1 << 20)
                 assert more, "the browser ended"
                 self.rest += more
@@ -85,6 +86,23 @@ class Page:
     def requests(self):
         asked = (one["params"] for one in self.said if one.get("method") == "Network.requestWillBeSent")
         return [one["request"]["url"] for one in asked]
+
+
+AXE = "axe-core@4.14.1"
+
+
+def serious_faults(page, folder):
+    """What the accessibility checker axe calls serious or critical; skipped where npm cannot fetch it."""
+    if shutil.which("npm") is None:
+        pytest.skip("npm is not installed: install it to check accessibility")
+    words = ["npm", "pack", AXE, "--silent", "--pack-destination", str(folder)]
+    packed = subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)
+    if packed.returncode:
+        pytest.skip(f"npm cannot fetch {AXE}")
+    with tarfile.open(folder / packed.stdout.split()[-1]) as archive:
+        page.ask(archive.extractfile("package/axe.min.js").read().decode() + ";0")
+    found = json.loads(page.ask("axe.run().then(found => JSON.stringify(found.violations))"))
+    return [(one["id"], one["nodes"][0]["html"]) for one in found if one["impact"] in ("serious", "critical")]
 
 
 @contextmanager

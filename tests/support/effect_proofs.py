@@ -49,13 +49,33 @@ def bodies():
         for name, placed in experiment.placed.items():
             made = {"glass", "vessel", "open"} if "bench" not in placed.instrument else set()
             tags.setdefault(name, set()).update(made, placed.tags)
-    return tuple(SceneBody(name, tags=tuple(sorted(words))) for name, words in tags.items())
+    made = {name: placed.instrument for experiment in EXPERIMENTS for name, placed in experiment.placed.items()}
+    there = [SceneBody(name, instrument=made.get(name, ""), tags=tuple(sorted(words))) for name, words in tags.items()]
+    return (*there, SceneBody("shelf", instrument="beaker_250", extra={"properties": SHELF}))
+
+
+SHELF = {
+    "liquid": {
+        "volume_ml": 1.0, "water_molar": 4.0,
+        "solutes": {"H2SO4": 1.0, "HCl": 1.0, "NaOH": 1.0, "AgNO3": 1.0, "NaCl": 1.0},
+    },
+    "solid": {"formula": "Zn", "mass_g": 1.0, "molar_mass": 65.38},
+}  # fmt: skip
+"""All that any of the equations needs, so that a table may stand alone."""
+
+MAKING = {
+    "precipitation": "AgNO3 + NaCl -> AgCl + NaNO3", "gas": "Zn + 2 HCl -> ZnCl2 + H2",
+    "colour": "HCl + NaOH -> NaCl + H2O",
+}  # fmt: skip
+"""Kind -> the reaction without which it is refused."""
 
 
 def scene_of(kinds):
-    """A scene that declares these kinds, one table each."""
+    """A scene that declares these kinds, one table each, and what they are refused without."""
     there = declarations()
-    return Scene(bodies=bodies(), effects=tuple(there[kind] for kind in kinds))
+    makes = (SceneEffect("reaction", {"equation": MAKING[kind]}) for kind in kinds if kind in MAKING)
+    pours = (there["pour"],) if "spill" in kinds and "pour" not in kinds else ()
+    return Scene(bodies=bodies(), effects=(*(there[kind] for kind in kinds), *makes, *pours))
 
 
 LAMP = {"of": ["hand-left"], "hazard": "lamp", "distance": 0.3}

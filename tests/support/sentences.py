@@ -50,6 +50,11 @@ def _said(template, text):
 def picture_text(result, path):
     """Every text of the recording of a run, of its layout too, read back from the file."""
     write_recording(result, path)
+    return recording_text(path)
+
+
+def recording_text(path):
+    """Every text of a recording, of its layout too."""
     reader = RrdReader(path)
     found = []
     for store in (*reader.blueprints(), *reader.recordings()):

@@ -45,6 +45,12 @@ class AcidBase(Chemistry):
                 steps = self.pka.get(part, ()) or (() if base is None or part in self.pka else (base,))
                 if steps and not (part != formula and base is not None and part not in self.pka):
                     takers.append((tuple(steps), amount * many))
+        if not takers:
+            # Strong ones alone solve a quadratic; of its two forms the one that adds.
+            half = 0.5 * brought
+            root = np.hypot(half, 10.0 ** (-0.5 * self.pkw))
+            acid = half >= 0.0
+            return np.where(acid, -np.log10(root + np.abs(half)), self.pkw + np.log10(root + np.abs(half)))
         low, high = np.full(count, LOWEST), np.full(count, HIGHEST)
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)

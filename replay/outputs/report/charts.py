@@ -55,7 +55,7 @@ def timeline(result: RunResult, label: str) -> Markup:
     if any(int((np.diff(outcome[:, pair].astype(np.int16)) != 0).sum()) > MOST_BARS for pair in pairs):
         more += " Where stretches are too many to tell apart, height is their share of the frames."
     svg = element("svg", *parts, viewBox=f"0 0 {WIDTH} {height}", role="img", aria_label=words)
-    return element("figure", _legend(), svg, element("figcaption", words + "." + more))
+    return element("figure", _legend(), svg, element("figcaption", words + "." + more), tabindex=0)
 
 
 def _place(times: NDArray[np.float64], at: float) -> float:
@@ -158,7 +158,9 @@ def _legend() -> Markup:
 def timing(result: RunResult) -> Markup:
     """Milliseconds of every frame on a log axis, most of each stretch kept; detectors of the whole motion as lines."""
     svg = svg_in_page(11, 3.4, "Time per frame", lambda axes: _draw_timing(axes, result))
-    return element("figure", svg, element("figcaption", "What each frame took, in milliseconds on a log axis."))
+    return element(
+        "figure", svg, element("figcaption", "What each frame took, in milliseconds on a log axis."), tabindex=0
+    )
 
 
 def _draw_timing(axes: "Axes", result: RunResult) -> None:

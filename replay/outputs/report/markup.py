@@ -1,7 +1,8 @@
 """Pieces of HTML in which every word from outside is escaped: a body may be called ``<script>``."""
 
+import re
 from base64 import b64encode
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from typing import Any, Final
@@ -51,9 +52,18 @@ def page_html(title: str, top: Iterable[object], sections: Iterable[object], cav
     return f'<!doctype html>\n<html lang="en"><head>{joined(head)}</head><body>{joined(body)}</body></html>\n'
 
 
-def page_section(title: str, *content: object) -> Markup:
-    """A part of a page below its heading."""
-    return element("section", element("h2", title), *content)
+def page_section(title: str, *content: object, fold: bool = False) -> Markup:
+    """A part of a page below its heading; ``fold``: only the heading is seen until it is opened."""
+    name, heading = re.sub(r"\W+", "-", title.lower()), element("h2", title)
+    inside = element("details", element("summary", heading), *content) if fold else joined([heading, *content])
+    return element("section", inside, id=name)
+
+
+def contents(sections: Iterable[Markup]) -> Markup:
+    """Links to the parts of a page."""
+    found = re.findall('<section id="([^"]*)">.*?<h2>(.*?)</h2>', "".join(sections))
+    links = (element("li", element("a", Markup(title), href=f"#{name}")) for name, title in found)
+    return element("nav", element("ul", *links), aria_label="Contents")
 
 
 def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], *, words: int = 1) -> Markup:
@@ -61,8 +71,10 @@ def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], *, w
     return page_table(tables.table(caption, head, rows, words=words))
 
 
-def page_table(made: Table) -> Markup:
-    """A table as HTML, its notes below it."""
+def page_table(made: Table, cards: Sequence[Mapping[str, object]] = ()) -> Markup:
+    """A table as HTML, its notes below it; with ``cards``, the attributes of each row, every row looks like a card."""
+    if cards:
+        return _card_table(made, cards)
     kinds = ["word" if column.words else "number" for column in made.columns]
     names = zip(made.columns, kinds, strict=True)
     header = element("tr", *(element("th", column.name, scope="col", class_=kind) for column, kind in names))
@@ -73,6 +85,27 @@ def page_table(made: Table) -> Markup:
     whole = element("table", element("caption", made.title), element("thead", header), element("tbody", *body))
     shown = element("div", whole, class_="wide", tabindex="0", role="region", aria_label=made.title)
     return joined([shown, *(element("p", note) for note in made.notes)])
+
+
+def _card_table(made: Table, cards: Sequence[Mapping[str, object]]) -> Markup:
+    # What looks like a card is no table to a browser any more: the roles say what it is.
+    kinds: list[dict[str, object]] = [{} if column.words else {"class_": "number"} for column in made.columns]
+    names = (column.name for column in made.columns)
+    header = element("tr", *(element("th", name, scope="col", role="columnheader") for name in names), role="row")
+    rows = [
+        element(
+            "tr",
+            *(
+                element("td", _cell(cell), role="cell", data_name=column.name, **kind)
+                for column, kind, cell in zip(made.columns, kinds, row, strict=True)
+            ),
+            role="row", **about,
+        )
+        for row, about in zip(made.rows, cards, strict=True)
+    ]  # fmt: skip
+    parts = [element("caption", made.title), element("thead", header, role="rowgroup")]
+    whole = element("table", *parts, element("tbody", *rows, role="rowgroup"), class_="cards", role="table")
+    return joined([whole, *(element("p", note) for note in made.notes)])
 
 
 MARKS: Final = {STRONG: "b", CODE: "code"}

@@ -3,21 +3,14 @@
 import json
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Final
 
-from replay.comparison.clusters import MANY, seen_and_between
 from replay.effects.effect_summary import happened
 from replay.outputs import run_tables
 from replay.outputs.report.markup import Markup, element, joined, page_table, table
-from replay.outputs.run_tables import BETWEEN_HEAD, SEEN_HEAD
-from replay.outputs.tables import STRONG, Marked, Table
-from replay.outputs.words import NOTHING_SUSPICIOUS, address, counted
+from replay.outputs.words import NOTHING_SUSPICIOUS, counted
 from replay.pipeline.run_result import RunResult
 from sessions import Finding, Severity
-
-MOST_ROWS: Final = 1000
-"""Misses with a row of their own, some 400 kB of page."""
 
 MOST_FINDINGS: Final = 200
 """Findings listed; ``summary.json`` holds them all."""
@@ -72,40 +65,6 @@ def contact_table(result: RunResult) -> Markup:
     if not result.comparisons:
         return joined(page_table(run_tables.contact_table(result, label)) for label in result.episodes)
     return joined(page_table(run_tables.pair_table(result, label).only(*PAIR_HEAD)) for label in result.comparisons)
-
-
-def miss_table(result: RunResult, label: str) -> Markup:
-    """A row per miss, the longest cut first, with the command that shows it; where there are many, clusters above them.
-
-    Misses that no frame shows have a table of their own, in order of time.
-    """
-    misses, by = result.misses[label], "" if label == next(iter(result.comparisons)) else label
-    seen, between = seen_and_between(misses)
-    shown, hidden = seen[:MOST_ROWS], between[:MOST_ROWS]
-    words = f"What {label} missed between frames: no frame shows it, so it has no depth; in order of time"
-    tables = ((f"What {label} missed", shown, SEEN_HEAD), (words, hidden, BETWEEN_HEAD))
-    parts = [
-        page_table(run_tables.with_noise(_linked(made, by), [(result, one) for one in some]))
-        for title, some, head in tables
-        if some and (made := run_tables.miss_table(title, some).only(*head))
-    ]
-    if len(misses) <= MANY:
-        return joined(parts)
-    count = len(shown) + len(hidden)
-    words = f"All {count:,}, each with the command that shows it"
-    if count < len(misses):
-        rest = f"the other {len(misses) - count:,} are in misses.parquet"
-        words = f"The {count:,} with the longest cuts, each with the command that shows it; {rest}"
-    heads = ("pair", "cause", "look at the longest cut", "misses", "frames", "s", "longest cut mm")
-    found = page_table(run_tables.cluster_table(label, misses).only(*heads))
-    return joined([found, element("details", element("summary", words), *parts)])
-
-
-def _linked(made: Table, by: str) -> Table:
-    """A table of misses whose numbers are links: to the moment in the picture, where there is one beside the page."""
-    numbers = (one.text if isinstance(one, Marked) else str(one) for one, *_ in made.rows)
-    linked = (Marked(one, STRONG, to="#" + address("miss", int(one), by)) for one in numbers)
-    return replace(made, rows=tuple((one, *row[1:]) for one, row in zip(linked, made.rows, strict=True)))
 
 
 def effect_section(result: RunResult) -> Markup:

@@ -59,7 +59,7 @@ def tradeoff_section(done: Tradeoff) -> Markup:
     measured = element("ul", *(element("li", one) for one in notes))
     whole = tradeoff_table("Every setting that was tried", quickest_first(done.rows)).only(*HEAD[1:])
     grown = [page_table(growth_table(done.growth))] if done.growth else []
-    return joined([advice, element("figure", image), *cut, measured, page_table(whole), *grown])
+    return joined([advice, element("figure", image, tabindex=0), *cut, measured, page_table(whole), *grown])
 
 
 def _drawn(done: Tradeoff, theme: Theme) -> str:

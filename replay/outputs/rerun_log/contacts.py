@@ -128,7 +128,8 @@ def _drawn_frames(clock: RecordingClock, sets: FaceSets, comparison: Comparison 
     kept[clock.kept] = True
     wanted = np.zeros(frames, dtype=np.bool_)
     if comparison is not None:
-        wanted[np.isin(comparison.outcome, (Outcome.MISSED, Outcome.INVENTED)).any(axis=1)] = True
+        for word in (Outcome.MISSED, Outcome.INVENTED):
+            wanted |= (comparison.outcome == word).any(axis=1)
     return _strided(kept & wanted, load) | _strided(kept, load)
 
 

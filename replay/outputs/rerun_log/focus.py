@@ -91,9 +91,18 @@ def log_eye(writer: RecordingWriter, path: str, shown: Sequence[Focus], eye_of: 
 
 def log_eyes(writer: RecordingWriter, path: str, at: Sequence[tuple[int, int]], eyes: Sequence[Eye]) -> None:
     """Send a camera that stands elsewhere from each moment on: a frame, and nanoseconds after it."""
+    writer.rows_later(path, at, eye_columns(eyes))
+    log_lens(writer, path)
+
+
+def eye_columns(eyes: Sequence[Eye]) -> rr.ComponentColumnList:
+    """Poses of a camera."""
     rotations = np.array([look_rotation(eye) for eye in eyes]).reshape(-1, 3, 3)
-    columns = pose_columns(np.array([eye.position for eye in eyes]), rotations)
-    writer.rows_later(path, at, columns)
+    return pose_columns(np.array([eye.position for eye in eyes]), rotations)
+
+
+def log_lens(writer: RecordingWriter, path: str) -> None:
+    """Send what a camera sees; it is not drawn itself."""
     shape: dict[str, Any] = {"fov_y": 0.9, "aspect_ratio": 1.3, "image_plane_distance": 0.001, "line_width": 0.0}
     writer.static(path, rr.Pinhole(**shape, camera_xyz=rr.ViewCoordinates.RUB))
 

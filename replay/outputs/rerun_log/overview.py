@@ -90,14 +90,17 @@ def _log_lanes(
     lanes, assembly = overview_lanes(result, order), result.assembly
     frames = np.arange(len(assembly.motion))
     pair = pair_in_focus(moments, len(frames))
-    contact = counts_as_contact(result.detections[result.oracle].verdict)
-    names = {column: assembly.pair_name(column) for column in np.unique(pair).tolist()}
-    there = zip(pair.tolist(), contact[frames, pair].tolist(), strict=True)
-    words = np.array([f"{names[column]}{CONTACT if now else ''}" for column, now in there], dtype=object)
-    looks = [(f"{name}{more}", shade) for name in names.values() for more, shade in (("", FAINT), (CONTACT, TRUE))]
+    verdict = result.detections[result.oracle].verdict
+    columns, number = np.unique(pair, return_inverse=True)
+    names = [assembly.pair_name(column) for column in columns.tolist()]
+    texts = np.array([[name, f"{name}{CONTACT}"] for name in names], dtype=object)
+    words = texts[number, counts_as_contact(verdict[frames, pair]).astype(np.intp)]
+    looks = [look for free, met in texts.tolist() for look in ((free, FAINT), (met, TRUE))]
     send_lane(writer, lanes.near[0], *word_changes(writer, words), looks)
-    free = contact & (next(iter(result.comparisons.values())).outcome != Outcome.HELD)
-    anywhere = np.where(free.any(axis=1), "contact", "").astype(object)
+    touched = np.zeros(len(frames), dtype=np.bool_)
+    for said, outcome in zip(verdict.T, next(iter(result.comparisons.values())).outcome.T, strict=True):
+        touched |= counts_as_contact(said) & (outcome != Outcome.HELD)
+    anywhere = np.array(["", "contact"], dtype=object)[touched.astype(np.intp)]
     send_lane(writer, lanes.whole[0], *word_changes(writer, anywhere), [("contact", TRUE)])
     for label, near, whole in zip(order, lanes.near[1:], lanes.whole[1:], strict=False):
         outcome = result.comparisons[label].outcome

@@ -40,7 +40,7 @@ def recording_file(application: str, path: Path, blueprint: rrb.Blueprint) -> It
         encoded = rr.binary_stream(recording=stream)
         stream.send_blueprint(blueprint, make_active=False, make_default=True)
         yield stream
-        content = _read(encoded)
+        content = read_all(encoded)
     finally:
         stream.disconnect()
     require_complete(content)
@@ -57,7 +57,8 @@ def require_complete(content: bytes) -> None:
     raise OSError(f"the picture has no end after {len(content)} bytes: Rerun did not encode all of it")
 
 
-def _read(encoded: rr.BinaryStream) -> bytes:
+def read_all(encoded: rr.BinaryStream) -> bytes:
+    """What Rerun has encoded; ``OSError`` where that takes too long."""
     try:
         return encoded.read(flush=True, flush_timeout_sec=ENCODED_WITHIN_S) or b""
     except (RuntimeError, ValueError) as error:

@@ -7,6 +7,7 @@ wrapper leaves the viewer alive on its port, where the next run would talk to th
 
 from __future__ import annotations
 
+import os
 import socket
 import subprocess
 import sys
@@ -20,9 +21,11 @@ import rerun_cli
 from rerun.experimental import View, ViewerClient, ViewerState
 
 from replay.errors import ReplayError, RunFolderError
+from replay.outputs.rerun_log.annotation_layer import write_layer
 from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.overview import read_moments
+from replay.outputs.results.run_folder import ANNOTATIONS, read_run_folder
 
 LOOPBACK: Final = "127.0.0.1"
 """A recording shows people at work: it is never served to the network."""
@@ -31,6 +34,10 @@ RECORDING: Final = "run.rrd"
 
 START_SECONDS: Final = 40.0
 """A cold start of the 290 MB binary from a slow disk stays below half of this."""
+
+FORCED: Final = "FORCE_RERUN_ANALYTICS"
+NO_ANALYTICS: Final = {"CI": "1"}
+"""On a build server Rerun sends no statistics; there is no other switch that leaves the user's files alone."""
 
 LOAD_SECONDS: Final = 60.0
 PAUSE_SECONDS: Final = 0.05
@@ -87,6 +94,14 @@ class OpenViewer:
                 raise ViewerError(f"{late}; try `rerun {recording}`")
             time.sleep(PAUSE_SECONDS)
 
+    def add(self, layer: Path) -> None:
+        """Load a layer over the recording, and wait until it is there."""
+        self._client.open(str(layer.resolve()))
+        time.sleep(PAUSE_SECONDS)
+        deadline = time.monotonic() + LOAD_SECONDS
+        while self.state().loading and time.monotonic() < deadline:
+            time.sleep(PAUSE_SECONDS)
+
     def seek(self, session_ns: int) -> None:
         """Put the cursor at a time of the session and pause there."""
         self._client.set_time(SESSION, duration=np.timedelta64(int(session_ns), "ns"), play_state="paused")
@@ -131,6 +146,10 @@ def open_viewer(
     viewer = start_viewer(headless=headless)
     try:
         viewer.open(recording)
+        with tempfile.TemporaryDirectory() as folder:
+            layer = Path(folder) / "annotations.rrd"
+            if (run_folder / ANNOTATIONS).is_file() and write_layer(read_run_folder(run_folder), layer):
+                viewer.add(layer)
         viewer.seek(target)
     except BaseException:
         viewer.close()
@@ -163,7 +182,9 @@ def start_viewer(*, headless: bool = False, size: tuple[int, int] = (1920, 1080)
     if headless:
         command += ["--headless", "--window-size", f"{size[0]}x{size[1]}"]
     words = tempfile.TemporaryFile()  # noqa: SIM115  (the process writes to it as long as the viewer lives)
-    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=words, stderr=subprocess.STDOUT)
+    process = subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, stdout=words, stderr=subprocess.STDOUT, env=quiet_environment()
+    )
     try:
         return OpenViewer(process, port, _connected(process, port, words), words)
     except BaseException:
@@ -196,7 +217,15 @@ def _ended(words: IO[bytes]) -> str:
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     last = lines[-1] if lines else "it said nothing"
     why = next((reason for sign, reason in _KNOWN_ENDS.items() if sign in text), last)
-    return f"the viewer ended: {why}; copy the run folder to a desktop machine and view it there"
+    return f"the viewer ended: {why}; a browser shows the same: `replay share RUN -o DIR`, and open its index.html"
+
+
+def quiet_environment() -> dict[str, str]:
+    """Variables for Rerun's program: it sends no usage statistics unless the user turned them on with ``FORCED``.
+
+    Its own file of settings says that they are on from its first start, whoever started it; so that file is not asked.
+    """
+    return dict(os.environ) if FORCED in os.environ else {**os.environ, **NO_ANALYTICS}
 
 
 def viewer_binary() -> Path:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from typing import Final
 
 import numpy as np
@@ -30,10 +30,12 @@ def body_path(name: str) -> str:
     return entity("world", name)
 
 
-def log_world(writer: RecordingWriter, assembly: Assembly, scene: Scene) -> None:
-    """Send meshes and poses of all bodies."""
+def log_world(writer: RecordingWriter, assembly: Assembly, scene: Scene, wanted: Container[str] | None = None) -> None:
+    """Send meshes and poses of the ``wanted`` bodies; ``None``: of all."""
     writer.static("world", rr.ViewCoordinates.RIGHT_HAND_Y_UP)
     for column, body in enumerate(assembly.bodies):
+        if wanted is not None and body.name not in wanted:
+            continue
         colour = albedo(tags_of(body.name, scene))
         _log_mesh(writer, body_path(body.name), body.mesh, colour, assembly.motion.valid[:, column])
         _log_poses(writer, body_path(body.name), assembly, column)

@@ -35,6 +35,8 @@ SERIES: Final = "series.parquet"
 TIMING: Final = "timing.parquet"
 METRICS: Final = "metrics.parquet"
 PICTURE: Final = "run.rrd"
+ANNOTATIONS: Final = "annotations.json"
+"""Written by people and by no run: it stays where a run folder is replaced."""
 REPORT: Final = "report.html"
 
 TABLES: Final = {
@@ -143,6 +145,10 @@ def write_run_folder(
         write_summary(folder, RUN, result.summary)
         if proof is not None:
             write_seal(folder, Path(result.session.origin))
+    if force and (out / ANNOTATIONS).is_file():
+        from replay.outputs.results.annotations import show_in_report
+
+        show_in_report(read_run_folder(out))
     return out
 
 
@@ -184,6 +190,11 @@ class RunFolder:
         if number is not None and number > most:
             there = f"its misses are numbered 1 to {most}" if most else "nothing was missed in it"
             raise RunFolderError(f"{self.path} has no miss {number}; {there}")
+
+    def require_digest(self, recording: Path, digest: str) -> None:
+        """Refuse a recording of another hash."""
+        if digest != self.summary["session"]["digest"]:
+            raise RunFolderError(f"{recording} is not the recording that {self.path} replayed; its contents differ")
 
     def rows(self, name: str) -> list[dict[str, Any]]:
         """The rows of one of its tables, by the name of the file."""

@@ -127,6 +127,6 @@ def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
     for name, one in pages.items():
         who = one.summary["session"]["facts"].get("pseudonym", "")
         rows.append((Marked(name, to=f"{name}.html"), who, titles[name]))
-    made = table("Each with its picture", ("run", "who", "session and answer"), rows, words=3)
+    made = table("Runs", ("run", "who", "session and answer"), rows, words=3)
     title = counted(len(pages), "run")
     return page_html(title, [element("h1", title)], [page_table(made)])

@@ -40,10 +40,11 @@
       at += size;
     }
   };
-  const loaded = () => {
+  const seen = () => {
     const state = [...fields(viewer.viewer_state())];
-    const whole = (one) => [...fields(one)].some(([number]) => number === 2);
-    return state.some(([number, one]) => number === 3 && whole(one)) && !state.some(([number]) => number === 7);
+    const timed = (one) => [...fields(one)].some(([number]) => number === 2);
+    const begun = state.some(([number, one]) => number === 3 && timed(one));
+    return { begun, whole: begun && !state.some(([number]) => number === 7) };
   };
   const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 
@@ -70,11 +71,15 @@
       enable_history: false, notebook: false, persist: false, theme: "dark", panel_state_overrides: panels,
     });
     await viewer.start(box.querySelector("canvas"));
-    while (!loaded()) {
+    box.viewer = viewer;
+    for (const field of document.querySelectorAll("input")) field.setAttribute("aria-label", "Words for the picture");
+    // The layout comes as soon as it can: the viewer's own has more to draw.
+    for (let laid = false, now = seen(); !now.whole || !laid; now = seen()) {
       if (viewer.has_panicked()) throw new Error(viewer.panic_message());
+      if (now.begun) await show("layout");
+      laid = now.whole;
       await pause(50);
     }
-    await show("layout");
     await show(window.moments[asked()] ? asked() : "");
     requestAnimationFrame(() => requestAnimationFrame(() => { box.dataset.state = "shown"; status.textContent = ""; }));
   };

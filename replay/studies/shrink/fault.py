@@ -85,12 +85,16 @@ def of_run(
     ``label``: the detector, where the run audited several; ``session``: the recording, where it lies neither in the run
     folder, nor beside it, nor in the working directory; ``scene``: that of the run, where it was not the recording's.
     Raises ``ShrinkError``: no such fault, a detector whose answers came with the recording, or a fault that does not
-    happen again; ``RunFolderError``: no recording or scene.
+    happen again; ``RunFolderError``: no recording or scene, or those of another run.
     """
     label, row = _row(run, miss, invented, label)
     said, contact = run.summary["detectors"][label], miss is not None
     if said["name"] == RECORDED:
         raise ShrinkError(f"{label} is what an engine reported while it ran; it cannot be asked about less")
+    if said["settings"].get("shape") == "shipped":
+        raise ShrinkError(
+            f"{label} asks colliders that came with the recording, which a test of two meshes cannot hold"
+        )
     oracle = "continuous" if run.summary["detectors"][run.summary["oracle"]]["covers"] == "intervals" else "exact"
     usual = vars(load_detector(said["name"]).Settings())
     settings = {key: value for key, value in said["settings"].items() if value != usual.get(key)}
@@ -151,10 +155,9 @@ def _row(run: RunFolder, miss: int | None, invented: int | None, label: str | No
 
 def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:
     """Bodies, poses and pairs as the run had them."""
-    said, found = run.summary["session"], run.recording(session, scene)
+    found = run.recording(session, scene)
     ready = prepared(read_session(found, scene=scene), policy=run.summary["policy"], **run.summary["window"])
-    if ready.treatment.digest != said["digest"]:
-        raise ShrinkError(f"{found} is not the recording that {run.path} replayed; its contents differ")
+    run.require_digest(found, ready.treatment.digest)
     return ready.assembly
 
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError, cKDTree
 
-from cdcore import Body, Motion, TriangleMesh
+from cdcore import Motion, TriangleMesh
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray
 from replay.base.progress import Progress, Silent
@@ -197,7 +197,7 @@ def _with_vertices(fault: Fault, body: int, vertices: FloatArray) -> Fault:
 
 def _with_mesh(fault: Fault, body: int, mesh: TriangleMesh) -> Fault:
     bodies = [*fault.bodies]
-    bodies[body] = Body(bodies[body].name, mesh)
+    bodies[body] = replace(bodies[body], mesh=mesh)
     return replace(fault, bodies=tuple(bodies))
 
 

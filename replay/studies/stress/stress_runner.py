@@ -17,6 +17,7 @@ from replay.base.progress import Progress, Silent
 from replay.comparison.tolerance import TAU
 from replay.errors import StressError
 from replay.studies.stress.cases import Cases, write_cases
+from replay.studies.stress.effect_cases import EFFECTS
 from replay.studies.stress.families import FAMILIES, FIRST_SEED, Family
 from replay.studies.stress.peers import PEERS, answers_of, installed_peers
 from replay.studies.stress.relations import Flips
@@ -86,10 +87,15 @@ class StressResult:
             for one in self.flips
             if one.detector in CLAIM_EXACTNESS and one.flips + one.refused
         ]
-        return wrong + [
+        wrong += [
             f"{one.detector} claims exactness and failed case {one.number} {one.name}: {one.words} of {one.asked:,}"
             for one in self.cases
             if one.detector in CLAIM_EXACTNESS and one.promised and one.missed + one.invented + one.within
+        ]
+        return wrong + [
+            f"the effects failed case {one.number} {one.name}: {one.missed:,} of {one.asked:,} wrong, {one.reason}"
+            for one in self.cases
+            if one.detector == EFFECTS and one.missed
         ]
 
     def by_detector(self) -> Iterator[tuple[str, list[Tally]]]:

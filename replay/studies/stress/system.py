@@ -16,6 +16,7 @@ from replay.comparison.tolerance import TAU
 from replay.errors import StressError
 from replay.studies.stress.attempts import ATTEMPTS
 from replay.studies.stress.cases import FailedScene, write_scenes
+from replay.studies.stress.effect_cases import EFFECT_CASES, EFFECTS
 from replay.studies.stress.families import FIRST_SEED
 from replay.studies.stress.found_scenes import SCENES
 from replay.studies.stress.peers import PEERS
@@ -24,7 +25,7 @@ from replay.studies.stress.scenes import StressScene, meeting
 NOT_ASKED: Final = {40: ("time stamps", "about recordings, not detectors: replay info names what lies")}
 """Number of a case that asks no detector -> its name, and why."""
 
-CASES: Final = {n: row[0] for n, row in sorted((SCENES | ATTEMPTS | NOT_ASKED).items())}
+CASES: Final = {n: row[0] for n, row in sorted((SCENES | ATTEMPTS | EFFECT_CASES | NOT_ASKED).items())}
 """Number -> name, from 27 on."""
 
 FIRST, LAST = min(CASES), max(CASES)
@@ -36,7 +37,7 @@ NO_BODIES: Final = "is asked about triangle pairs only"
 
 @dataclass(frozen=True)
 class CaseTally:
-    """One detector on one case."""
+    """One detector on one case, or the effects."""
 
     detector: str
     number: int
@@ -93,12 +94,16 @@ def run_cases(
 ) -> tuple[CaseTally, ...]:
     """Ask each detector each case.
 
-    Returns case after case, detector after detector.
+    Returns case after case, detector after detector; cases of effects ask no detector, and once.
     Raises UnknownDetectorError, OutputError.
     """
     found = []
     with (progress or Silent()).stage("cases", len(cases) * len(detectors), "cases") as advance:
         for number in cases:
+            if number in EFFECT_CASES:
+                found.append(effect_case_of(number, seed))
+                advance(len(detectors))
+                continue
             scenes = list(SCENES[number][1](np.random.default_rng((seed, number)))) if number in SCENES else []
             for name in detectors:
                 found.append(case_of(name, number, scenes, seed=seed, tau=tau, out=out))
@@ -127,6 +132,14 @@ def case_of(
     reason = reasons[0] if reasons else "" if promised or not counts["missed"] else AT_FRAMES
     asked = sum(len(scene.truth) for scene in scenes)
     return CaseTally(**where, asked=asked, **counts, reason=reason, promised=promised, file=file)
+
+
+def effect_case_of(number: int, seed: int) -> CaseTally:
+    """Ask the models of the effects one case; ``seed`` changes nothing in it."""
+    name, ask = EFFECT_CASES[number]
+    answers = list(ask())
+    wrong = [f"{asked}: {fault}" for asked, fault in answers if fault]
+    return CaseTally(EFFECTS, number, name, seed, len(answers), len(wrong), reason=wrong[0] if wrong else "")
 
 
 def _attempted(detector: str, number: int) -> list[tuple[str, str]]:

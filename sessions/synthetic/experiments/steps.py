@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from sessions.geometry.rotations import Array, quaternion_about, quaternion_product, rotated
+from sessions.glassware.cavity_table import cylinder_of
 from sessions.synthetic.analytic import ROUNDING_M
-from sessions.synthetic.bench import cylinder_of
 from sessions.synthetic.experiments.lab import UP, Lab
 from sessions.synthetic.experiments.pouring import tilt_keeping
 from sessions.synthetic.paths import Stir, Tap, minimum_jerk, minimum_jerk_inverse

@@ -71,6 +71,32 @@ def test_a_rod_is_free_inside_a_compound_of_a_beaker_where_the_hull_invents(engi
     assert {name: len(parts) for name, parts in says["compound"].parts.items()} == engine_cuts_rod_too
 
 
+def test_shipped_colliders_are_asked_where_a_body_has_them_and_its_hull_elsewhere(engine):
+    staves = convex_pieces(BEAKER, 16)
+    beaker, rod = Body("beaker", BEAKER, tuple(staves)), Body("rod", box_mesh((0.006, 0.006, 0.2), (0.0, 0.0, 0.1)))
+    places = np.zeros((3, 2, 3))
+    places[:, 1] = [(0, 0, 0.05), (0.031, 0, 0.05), (0.0, 0.0, 0.0015)]
+    motion = Motion(np.arange(3) / 90, places, np.broadcast_to(np.eye(3), (3, 2, 3, 3)))
+
+    def found(*bodies, shape="shipped"):
+        return counts_as_contact(create_detector("collider", bodies, shape=shape).detect(motion).verdict)[:, 0].tolist()
+
+    assert found(beaker, rod) == [False, True, True] == found(beaker, rod, shape="mesh")
+    assert found(Body("beaker", BEAKER), rod) == [True] * 3
+    # Of an open collider the surface is asked.
+    half = TriangleMesh(BEAKER.vertices, BEAKER.faces[: len(BEAKER.faces) // 2])
+    assert not half.is_closed and len(union_of((half, staves[0])).faces) == len(half.faces) + len(staves[0].faces)
+
+
+def test_how_long_cutting_takes_is_known_before_it_begins(engine, monkeypatch):
+    monkeypatch.setattr(compound, "find_spec", lambda name: True)
+    assert compound.seconds_to_cut([BEAKER, BEAKER, box_mesh()], 16) == 2 * compound.CUT_SECONDS
+    convex_pieces(BEAKER, 16)
+    assert compound.seconds_to_cut([BEAKER], 16) == 0 < compound.seconds_to_cut([BEAKER], 4)
+    monkeypatch.setattr(compound, "find_spec", lambda name: None)
+    assert compound.seconds_to_cut([BEAKER], 16) == float("inf")
+
+
 def test_the_pieces_of_a_beaker_leave_its_hollow_free(engine):
     parts = convex_pieces(BEAKER, 16)
     assert len(parts) == 13 and all(part.is_closed and volume(part) > 0 for part in parts)
@@ -124,6 +150,27 @@ def test_the_cache_lies_where_each_system_keeps_such_files(system, variable, def
     assert cache_folder() == tmp_path / default / "vrlab-replay"
     monkeypatch.setenv(variable, str(tmp_path / "named"))
     assert cache_folder() == tmp_path / "named" / "vrlab-replay"
+
+
+@pytest.mark.slow
+def test_the_compound_that_coacd_cuts_leaves_a_rod_free_where_the_hull_invents(monkeypatch, tmp_path):
+    pytest.importorskip("coacd", reason="the extra `engines` is not installed")
+    monkeypatch.setattr(compound, "cache_folder", lambda: tmp_path)
+    glass = revolved_mesh(PROFILE, 24)
+    bodies = [Body("beaker", glass), Body("rod", box_mesh((0.006, 0.006, 0.2), (0.0, 0.0, 0.1)))]
+    away = np.linspace(0, 0.06, 200)
+    places = np.zeros((200, 2, 3))
+    places[:, 1] = np.stack([away, 0 * away, 0 * away + 0.01], axis=1)
+    motion = Motion(np.arange(200) / 90, places, np.broadcast_to(np.eye(3), (200, 2, 3, 3)))
+    truth = (np.hypot(away - 0.003, 0) < OUTER) & (away + 0.003 > INNER * np.cos(np.pi / 24))  # a rod beside a wall
+    share = {}
+    for most in (1, 4, 16, 64):
+        says = [create_detector("collider", bodies, shape="compound", pieces=most).detect(motion) for _ in range(2)]
+        assert says[0].digest == says[1].digest
+        found = counts_as_contact(says[0].verdict)[:, 0]
+        assert (found | ~truth).all()
+        share[most] = (found & ~truth).mean()
+    assert share[1] > 0.4 and share[16] < 0.1 and share[64] < 0.1 and share[1] > share[4] >= share[16] >= share[64]
 
 
 @pytest.mark.slow

@@ -64,6 +64,27 @@ def test_an_installed_package_adds_a_row(monkeypatch):
     assert load_detector("outside") is SphereDetector
 
 
+@pytest.mark.parametrize(("entry", "why"), [("no_such_module:Thing", "No module named"), ("breaks_on_import:X", "boom"),
+                                            ("cdcore.detectors.sphere:Spheer", "has no attribute")])  # fmt: skip
+def test_an_installed_package_that_fails_names_itself_and_hides_no_built_in(entry, why, monkeypatch, tmp_path):
+    (tmp_path / "breaks_on_import.py").write_text("raise ZeroDivisionError('boom')")
+    monkeypatch.syspath_prepend(tmp_path)
+    points = {name: EntryPoint(name, entry, table.ENTRY_POINT_GROUP) for name in ("broken", "sphere")}
+    monkeypatch.setattr(table, "entry_points", lambda group, name: [points[name]])
+    with pytest.raises(
+        UnknownDetectorError, match=f"detector 'broken' \\({entry}\\) cannot be loaded: .*{why}.*; repair or"
+    ):
+        load_detector("broken")
+    assert load_detector("sphere") is SphereDetector
+
+
+def test_a_module_that_fails_is_named_with_the_reason(monkeypatch, tmp_path):
+    (tmp_path / "mine.py").write_text("raise ZeroDivisionError('boom')")
+    monkeypatch.syspath_prepend(tmp_path)
+    with pytest.raises(UnknownDetectorError, match="detector 'mine:Mine' cannot be loaded: boom; repair"):
+        load_detector("mine:Mine")
+
+
 def test_a_setting_it_does_not_have_is_answered_with_those_it_has():
     with pytest.raises(InvalidSettingError, match="'sphere' has no setting 'speed'; it has: sphere, skip"):
         create_detector("sphere", BODIES, speed=3)

@@ -1,13 +1,16 @@
 """Advice in an engine's words counts as the audit counts, and says what could not be tried."""
 
+from dataclasses import replace
+
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import cube, cubes
 
 import replay
+from cdcore.protocol import Verdict
 from replay.api import advisor
 from replay.comparison.contact_counts import contact_counts
 from replay.errors import AuditError, TradeoffError
-from sessions import Session
+from sessions import MeshData, Session
 
 PLACES = {
     "a": [0] * 24,
@@ -32,6 +35,22 @@ def test_each_row_says_what_an_audit_of_its_setting_says(engine, plain):
         assert (row["missed"], row["in_part"], row["contacts"]) == (counts.missed, counts.in_part, counts.contacts)
         assert row["false"] == figures["invented"]["share"]
         assert row["ms"] > 0 and (row["p99_ms"] is None) == (row["setting"] == "continuous")
+
+
+def test_colliders_that_came_with_the_recording_get_a_row_that_tells_them_from_hulls(plain):
+    # A solid of half the size: contact at 0.74, none at 0.8 to 0.9, where the hull, which is the cube, has it.
+    half = tuple(MeshData(0.5 * cube().vertices, cube().faces) for _ in "x")
+    places = {"a": [0] * 90, "b": [3] * 30 + [0.9] * 20 + [0.7] * 10 + [3] * 30}
+    session = replace(cubes(places, step_ns=11_111_111), colliders={"a": half})
+    bare = replay.advise(cubes(places, step_ns=11_111_111), engine="unreal")
+    assert not any("shipped" in row["setting"] for row in bare.rows)
+    advice = replay.advise(session, engine="unreal")
+    (row,) = [row for row in advice.rows if "shipped" in row["setting"]]
+    assert row["knobs"] == {"Collision Complexity": "simple, those recorded"}
+    assert (row["contacts"], row["missed"], row["in_part"]) == (1, 0, 1) and row["false"] == 0
+    assert advice.rows[0]["in_part"] == 0
+    (run,) = replay.audit(session, detectors="it=collider[shape=shipped]", faces=False).results
+    assert int((run.detections["it"].verdict == Verdict.CONTACT).sum()) == 10
 
 
 def test_without_the_extra_a_row_becomes_a_sentence(plain):

@@ -1,6 +1,7 @@
 import json
 
 import numpy as np
+import pytest
 from mcap.writer import Writer
 from support.small_worlds import cube
 
@@ -116,3 +117,14 @@ def test_several_sources_of_one_clock_become_one_session(tmp_path, capsys):
         == 2
     )
     assert "contacts come from one file; name one SOURCE" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("reported", [True, False])
+def test_after_a_csv_with_an_engines_reports_comes_their_audit(tmp_path, capsys, reported):
+    rows = ["kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value", "pose,0,Cup,0,0,0,0,0,0,1,1,,"]
+    rows += ["enter,0,Cup,,,,,,,,,Hand,"] * reported
+    (tmp_path / "unity.csv").write_text("\n".join([*rows, ""]))
+    out = tmp_path / "s.mcap"
+    assert main(["import", "csv", str(tmp_path / "unity.csv"), "-o", str(out)]) == 0
+    words = f"what the engine reported is in it; compare it: replay audit {out} --out runs/s\n"
+    assert (words in capsys.readouterr().err) == reported

@@ -80,5 +80,5 @@ def test_run_audit_and_tradeoff_share_their_options_and_what_is_said_of_them():
 
 
 def test_every_verb_that_reports_takes_a_format():
-    silent = {"guide", "scene", "share", "study", "view"}
+    silent = {"guide", "mesh", "scene", "share", "study", "view"}
     assert {verb for verb in COMMANDS if "--format" not in options_of(verb)} == silent

@@ -17,7 +17,7 @@ PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 @pytest.fixture
 def file(tmp_path, monkeypatch):
     rate = Setting("discrete", "step rate", "20 Hz", {"rate_hz": 20.0})
-    monkeypatch.setattr(trading, "settings_list", lambda: (Setting("hybrid", "as it comes", ""), rate))
+    monkeypatch.setattr(trading, "settings_list", lambda **_: (Setting("hybrid", "as it comes", ""), rate))
     write_session(cubes(PLACES), tmp_path / "s.mcap")
     return str(tmp_path / "s.mcap")
 

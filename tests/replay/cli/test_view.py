@@ -5,6 +5,7 @@ from support.small_worlds import cubes
 
 import replay
 from replay.cli.main import main
+from sessions import write_session
 
 PLACES = {"a": [0] * 8, "b": [3, 3, 0.9, 3, 3, 3, 0.9, 3]}
 
@@ -43,6 +44,26 @@ def test_view_opens_the_run_at_the_miss_and_waits_for_the_window(run_folder, mon
     assert main(["view", str(run_folder), "--false", "2", "--by", "slow"]) == 0
     assert Viewer.opened[3] == (run_folder, None, 2, "slow")
     assert "at false contact 2" in capsys.readouterr().err
+
+
+def test_a_run_opens_its_own_picture_when_asked(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
+    monkeypatch.setattr(Viewer, "opened", [])
+    write_session(cubes(PLACES), tmp_path / "s.mcap")
+    asked = [
+        "run",
+        str(tmp_path / "s.mcap"),
+        "--out",
+        str(tmp_path / "run"),
+        "--detectors",
+        "sphere",
+        "--oracle=static",
+    ]
+    assert main([*asked, "--view", "--no-picture"]) == 2 and not Viewer.opened
+    assert "leave out --no-picture" in capsys.readouterr().err
+    assert main([*asked, "--view"]) == 0
+    assert Viewer.opened == [(tmp_path / "run", None, None, ""), "waited", "closed"]
+    assert main([*asked, "--force"]) == 0 and len(Viewer.opened) == 3
 
 
 def test_a_miss_that_is_not_there_is_refused_before_a_window_opens(run_folder, monkeypatch, capsys):

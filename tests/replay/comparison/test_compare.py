@@ -1,9 +1,12 @@
+import tracemalloc
+
 import numpy as np
 import pytest
 from support.small_worlds import cubes, verdict_column, verdicts
 
 from cdcore import Verdict
 from cdcore.protocol import FaceSets
+from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.compare import FaceRecall, compare, face_recall
 from replay.comparison.episodes import episodes
 from replay.comparison.outcome import Comparison, Outcome
@@ -81,6 +84,15 @@ def test_counts_over_all_outcomes_make_up_every_pair_frame():
     comparison = Comparison("a", "b", outcome)
     assert sum(comparison.count(word) for word in Outcome) == outcome.size
     assert comparison.count(Outcome.MISSED) == (outcome == 2).sum()
+
+
+def test_outcomes_of_hours_are_counted_without_a_table_of_eight_bytes_an_entry():
+    outcome = np.full((8 * VERDICT_FRAMES, 8), Outcome.MISSED, dtype=np.uint8)
+    tracemalloc.start()
+    counts = Comparison("a", "b", outcome).counts
+    held = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert counts.tolist() == [0, 0, outcome.size, 0, 0, 0, 0, 0] and held < 2 * outcome.nbytes
 
 
 def test_pairs_of_faces_are_compared_where_both_decided_and_missed_frames_count():

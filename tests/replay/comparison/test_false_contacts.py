@@ -8,7 +8,9 @@ from cdcore import Body, Motion, create_detector
 from replay.comparison import false_contacts as module
 from replay.comparison.false_contacts import HELD, SOLIDS, UNEXPLAINED, false_contacts
 from replay.comparison.outcome import Comparison, Outcome
+from replay.detection.recorded import recorded_detector
 from replay.prepare.assembly import Assembly
+from sessions.model.live_contact import LiveContact
 
 N, B, M, F, H = map(int, (Outcome.NEITHER, Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.HELD))
 
@@ -65,3 +67,40 @@ def test_the_cause_is_the_solid_before_the_rate():
     near = world([N, F, F], [9.0, -0.01, -0.01])[0]
     box = create_detector("collider", near.bodies, pairs=near.pairs, shape="box", rate_hz=1.0)
     assert false_contacts(near, said, box)[0].cause == SOLIDS
+
+
+STEP = "between physics steps"
+REPORTS = [
+    # What frames of 10 ms are: true, or false; when an engine of 50 steps a second says begin and end; and why.
+    ("...FFBBBBF...", (0.02, 0.10), ["early", STEP]),
+    ("....BBBBFFFF.", (0.04, 0.12), ["late"]),
+    ("....BFFB.....", (0.04, 0.08), ["unexplained"]),
+    ("....BFBBB....", (0.04, 0.08), [STEP]),
+    ("....FFF......", (0.04, 0.06), ["unexplained"]),
+    ("....BBBFFF...", (0.04, None), ["late"]),
+]
+
+
+@pytest.mark.parametrize(("frames", "report", "causes"), REPORTS)
+@pytest.mark.parametrize("steps", [50.0, None])
+def test_an_engine_reports_early_or_late_or_waits_for_its_next_step(frames, report, causes, steps):
+    assembly, said = world([{".": N, "B": B, "F": F}[one] for one in frames])
+    stamps = zip(("enter", "exit"), report, strict=True)
+    contacts = [LiveContact(round(at * 1e9), "a", "b", phase) for phase, at in stamps if at is not None]
+    known = {} if steps is None else {"rate_hz": steps}
+    engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, 0, 0.0, known)
+    late = [one if steps else one.replace(STEP, "late" if "F." in frames else "unexplained") for one in causes]
+    assert [one.cause for one in false_contacts(assembly, said, engine)] == late
+
+
+def test_within_what_is_not_known_of_its_clock_no_report_is_late_and_a_known_solid_comes_before_time():
+    assembly, said = world([N, B, F, N], [0.5, 0.5, 0.5, 0.5])
+    contacts = [LiveContact(10_000_000, "a", "b", "enter"), LiveContact(20_000_000, "a", "b", "exit")]
+
+    def cause(residual, **known):
+        engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, 0, residual, known)
+        return false_contacts(assembly, said, engine)[0].cause
+
+    assert [cause(0.0), cause(0.001), cause(0.0, shape="box")] == ["late", "clock", "late"]
+    assembly, said = world([N, B, F, N], [-0.1] * 4)
+    assert cause(0.0, shape="box") == SOLIDS

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.small_worlds import cube
@@ -49,6 +51,20 @@ def test_the_speed_of_a_fall_is_that_of_its_height_wherever_the_frames_fall(heig
     assert impact.values["energy_j"] == pytest.approx(0.1 * GRAVITY * height, rel=0.01)
     assert crash.time == pytest.approx(0.1 + phase + np.sqrt(2 * height / GRAVITY), abs=0.001)
     assert crash.level == "error" and crash.point is not None
+
+
+@pytest.mark.parametrize("phase", np.arange(10) / 10.0 / RATE)
+@pytest.mark.parametrize("between", [False, True])
+def test_a_fall_of_a_metre_breaks_in_every_phase_though_it_rebounds_at_once(phase, between):
+    heights = np.maximum(-0.0005, 1.0 - 0.5 * GRAVITY * np.maximum(0.0, np.arange(80) / RATE - 0.1 - phase) ** 2)
+    first = int(np.argmax(heights < 0.0))
+    heights[first + 1 :] = 0.02 + 0.001 * np.arange(80 - first - 1)
+    session = world(heights)
+    if between:
+        effects = (*session.scene.effects, SceneEffect("sweep", {"between": ["cup", "top"]}))
+        session = replace(session, scene=replace(session.scene, effects=effects))
+    (crash,), _, _ = broken(session)
+    assert crash.values["speed_m_s"] == pytest.approx(np.sqrt(2 * GRAVITY), rel=0.01)
 
 
 def test_a_body_set_down_gently_meets_and_does_not_break():

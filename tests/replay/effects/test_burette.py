@@ -6,8 +6,8 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 from support.liquid_worlds import COLUMN, MIX, RADIUS, glass, run_in
 
-from replay.effects.models.outflow import twist, volume_run_out
-from replay.errors import EffectError, PlanError
+from replay.effects.models.outflow import run_out, twist, volume_run_out
+from replay.errors import PlanError
 
 OPEN = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]
 
@@ -67,7 +67,7 @@ def test_the_pour_knows_what_ran_in():
 def test_an_axis_of_no_direction_and_a_column_without_a_mark_are_refused():
     with pytest.raises(PlanError, match="axis is"):
         run_in(OPEN, settings={"axis": [0, 0, 0]})
-    with pytest.raises(EffectError, match="mark that is not above"):
+    with pytest.raises(PlanError, match="mark that is not above"):
         run_in(OPEN, base=glass("burette", 50.0, cavity={**COLUMN, "mark": 0.1}))
 
 
@@ -111,3 +111,37 @@ def test_the_twist_is_the_angle_about_the_axis(angle, axis):
     unit = np.eye(3)["xyz".index(axis)]
     assert twist(turned, unit)[0] == pytest.approx(angle, abs=1e-12)
     assert twist(turned, np.roll(unit, 1))[0] == pytest.approx(0.0 if abs(angle) < np.pi / 2 else np.pi, abs=np.pi / 2)
+
+
+def test_two_tables_of_one_burette_share_what_it_holds():
+    from support.liquid_worlds import TAP
+
+    more = ("burette", TAP)
+    run = run_in([0.0, 0.0, *([90.0] * 900), 0.0], more, base=glass("burette", 5.0, cavity=COLUMN))["burette"]
+    assert sum(event.values["volume_ml"] for event in run.events) == pytest.approx(5.0, rel=1e-9)
+    with pytest.raises(PlanError, match="one burette has one"):
+        run_in(OPEN, ("burette", {**TAP, "discharge": 0.5}))
+
+
+def test_what_a_full_glass_cannot_hold_runs_over():
+    """50 mL run into a glass of 75.4 mL that holds 70: it holds 75.4 in the end and 44.6 ran over."""
+    full = glass("flask", 70.0)
+    run = run_in([0.0, *([90.0] * 2000), 0.0], MIX, acid=full, settings={"full_area_m2": 6e-6})
+    brim = np.pi * RADIUS**2 * 0.06 * 1e6
+    assert run["mixing"].series["flask/volume"].values[-1] == pytest.approx(brim, rel=1e-9)
+    (event,) = run["burette"].output.named("overflow")
+    assert event.values["volume_ml"] == pytest.approx(120.0 - brim, rel=1e-9) and event.level == "warning"
+
+
+def test_a_burette_filled_in_the_session_runs_out():
+    times, coming = np.arange(2000) * 0.01, np.zeros(2000)
+    coming[100] = 20e-6
+    area = np.where(np.arange(2000) > 200, 6e-6, 0.0)
+    gone = run_out(times, area, coming, discharge=0.6, section=1e-4, foot=0.15, volume=0.0)
+    assert gone.sum() == pytest.approx(20e-6, rel=1e-9) and not gone[:200].any()
+
+    def falling(time, level):
+        return -0.6 * 6e-6 * np.sqrt(2 * 9.80665 * np.maximum(0.15, level)) / 1e-4
+
+    solved = solve_ivp(falling, (2.005, 2.5), [0.15 + 0.2], rtol=1e-10, max_step=0.05).y[0, -1]
+    assert gone[:251].sum() == pytest.approx((0.35 - solved) * 1e-4, rel=5e-3)

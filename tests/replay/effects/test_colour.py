@@ -3,7 +3,7 @@ import pytest
 from support.liquid_worlds import COLUMN, MIX, NEUTRAL, glass, run_in
 
 from replay.effects.vessels import COLOURS
-from replay.errors import EffectError, PlanError
+from replay.errors import PlanError
 
 PINK = {
     "in": "flask", "indicator": "phenolphthalein", "from_ph": 8.2, "to_ph": 10.0, "acid_colour": "colourless",
@@ -48,7 +48,7 @@ def test_short_of_the_range_nothing_changes():
 def test_a_vessel_without_a_ph_and_a_range_that_falls_are_refused():
     salt = ("reaction", {"equation": "Ag+ + Cl- -> AgCl(s)"})
     silver = glass("flask", 0.5, solute="AgNO3", molar=0.1)
-    with pytest.raises(EffectError, match="gives 'flask' a pH"):
+    with pytest.raises(PlanError, match="gives 'flask' a pH"):
         run_in(
             OPEN, MIX, salt, ("colour", PINK), acid=silver, base=glass("burette", 50.0, solute="NaCl", cavity=COLUMN)
         )

@@ -17,12 +17,13 @@ def run(places, **more):
     return compute(cubes({"a": [0] * count, "b": places, "c": [9.0] * (count - 1) + [0.5]}, scene=SCENE), **more)
 
 
-def test_a_contact_begins_with_two_frames_and_ends_with_two():
+def test_every_contact_is_kept_and_ends_with_two_clear_frames_and_flicker_is_a_column():
     result = run([FAR, NEAR, FAR, NEAR, NEAR, FAR, NEAR, FAR, FAR, NEAR], detectors=())
-    (event,) = result.effects["contact"].events
-    assert (event.name, event.bodies, event.values) == ("contact", ("a", "b"), {"frames": 4})
-    assert (event.time, event.end) == pytest.approx((0.03, 0.07))
-    assert result.effects["contact"].counters == {"pair-frames": 10, "flickers": 3}
+    event, bump = result.effects["contact"].events
+    assert (event.name, event.bodies, event.values) == ("contact", ("a", "b"), {"frames": 6, "flicker": False})
+    assert (event.time, event.end) == pytest.approx((0.01, 0.07))
+    assert (bump.time, bump.end, bump.values) == (0.09, None, {"frames": 1, "flicker": True})
+    assert result.effects["contact"].counters == {"pair-frames": 10, "flickers": 1}
 
 
 def test_only_the_declared_pair_is_looked_at_by_the_detector_that_contact_names():

@@ -49,6 +49,18 @@ def test_an_effect_that_always_runs_has_no_lane_of_skips():
     assert run.frames_run == run.frames and "skipped" not in run.output.lanes and run.events == () and run.series == {}
 
 
+@pytest.mark.parametrize(("error", "said"), [
+    (KeyError("radius"), r"^effect 'boil' \(.*test_effects_runner\) failed: KeyError: 'radius'; report it to its"),
+    (EffectError("no water"), "^no water$"),
+])  # fmt: skip
+def test_an_effect_that_fails_names_itself_and_its_package(error, said):
+    def compute(inputs):
+        raise error
+
+    with pytest.raises(EffectError, match=said):
+        ran(spec("boil", compute))
+
+
 def test_counters_and_time_are_those_of_the_effect():
     def compute(inputs):
         inputs.count("drops", 3)

@@ -75,3 +75,5 @@ def test_salts_and_vessels_go_together():
         run([AWAY] * 3, dips={"c": "NaCl"})
     with pytest.raises(PlanError, match="which salt is in 'b'"):
         run([AWAY] * 3, dips={})
+    with pytest.raises(PlanError, match="colours: no vessel of dips holds 'NaCL'"):
+        run([AWAY] * 3, colours={"NaCL": "yellow"})

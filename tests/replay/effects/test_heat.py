@@ -4,7 +4,7 @@ from support.liquid_worlds import glass, poured, still, tilted, world
 
 from replay.effects.chemistry import WATER_MOLAR
 from replay.effects.effect_plan import plan
-from replay.errors import EffectError, PlanError
+from replay.errors import PlanError
 from replay.pipeline.engine import compute
 from sessions.model.scene import SceneBody
 
@@ -88,7 +88,7 @@ def test_reaching_the_boiling_point_is_an_event_and_short_of_it_none():
 
 @pytest.mark.parametrize("capacity", [0.0, -1.0, None, "small"])
 def test_a_heat_capacity_that_cannot_be_is_named(capacity):
-    with pytest.raises(EffectError, match="'dish' has heat_capacity_j_per_k"):
+    with pytest.raises(PlanError, match="'dish' has heat_capacity_j_per_k"):
         run(XS, capacity=capacity)
 
 
@@ -124,7 +124,8 @@ def test_water_into_acid_is_the_wrong_order_and_just_as_warm():
 
 
 def test_water_into_water_and_acid_into_the_same_acid_stay_as_warm_as_the_room():
-    for bodies in ((glass("a", 60.0), glass("b", 60.0)), (acid("a", 60.0), acid("b", 60.0))):
+    weak = (acid("a", 60.0), acid("b", 60.0))
+    for bodies in (weak, (glass("a", 60.0), acid("b", 0.0))):
         effects = mixed(bodies)
         assert effects["heat"].series["b/temperature"].values == pytest.approx(20.0, abs=1e-9)
         assert effects["heat"].events == ()
@@ -149,5 +150,22 @@ def test_boiling_is_named():
 
 
 def test_an_acid_whose_water_nobody_tells_is_refused():
-    with pytest.raises(EffectError, match="how much water is with the H2SO4"):
+    with pytest.raises(PlanError, match="how much water is with the H2SO4"):
         mixed((glass("a", 60.0, solute="H2SO4", molar=18.0), glass("b", 0.0, solute="H2SO4", molar=1.0)))
+
+
+def test_what_boils_gets_no_hotter_over_a_flame_and_in_a_mixture():
+    assert run(XS, boils_c=40.0).series["dish/temperature"].values.max() == 40.0
+    hot = mixed((glass("a", 60.0), acid("b", 60.0)))["heat"]
+    assert hot.series["b/temperature"].values.max() == 100.0 and "boils" in hot.output.named("boil")[0].text
+
+
+def test_neutralisation_heats_by_what_is_neutralised():
+    """1 M into 1 M: 55.84 kJ per mol of what is short, in 4 J/(mL K)."""
+    bodies = (glass("a", 60.0, solute="NaOH", molar=1.0), glass("b", 60.0, solute="HCl", molar=1.0))
+    heat = {"of": "neutralisation", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": 4.0}
+    neutral = ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"})
+    effects = poured(TILT, bodies, MIX, neutral, ("heat", heat))
+    moved = effects["pour"].events[0].values["volume_ml"]
+    warmer = 55.84e3 * min(moved, 60.0) * 1e-3 / (4.0 * (60.0 + moved))
+    assert effects["heat"].series["b/temperature"].values[-1] == pytest.approx(20.0 + warmer, rel=1e-9)

@@ -10,7 +10,7 @@ from support.liquid_worlds import HEIGHT, RADIUS, glass, poured, still, tilt_of_
 
 from replay.effects.effect_plan import plan
 from replay.effects.models.tilted import volume_kept
-from replay.errors import EffectError, PlanError
+from replay.errors import PlanError
 from replay.pipeline.engine import compute
 
 ONSET = math.degrees(tilt_of_onset(60e-6, RADIUS, HEIGHT))
@@ -128,7 +128,7 @@ def test_the_level_drawn_is_volume_over_cross_section():
     [({"radius": -1.0}, "cavity.radius = -1.0"), ({"lip": [0, 1]}, "cavity.lip"), ({"mark": -1.0}, "mark")],
 )
 def test_a_cavity_that_cannot_be_is_named(cavity, words):
-    with pytest.raises(EffectError, match=f"body 'a' has.*{words}"):
+    with pytest.raises(PlanError, match=f"body 'a' has.*{words}"):
         poured([0.0, 60.0, 60.0], (glass("a", 60.0, cavity=cavity), glass("b")))
 
 
@@ -138,7 +138,7 @@ def test_a_vessel_that_is_no_cylinder_is_refused_and_so_is_pouring_into_itself()
     body = glass("a", 60.0)
     round_one = replace(body, extra={**body.extra, "cavity": {**body.extra["cavity"]}})
     del round_one.extra["cavity"]["radius"]
-    with pytest.raises(EffectError, match="'a' is poured from and its cavity has no radius"):
+    with pytest.raises(PlanError, match="'a' is poured from and its cavity has no radius"):
         poured([0.0, 60.0], (round_one, glass("b")))
     alone = world({"a": still(2)}, (glass("a"),), ("pour", {"from": ["a"], "into": ["a"]}))
     with pytest.raises(PlanError, match="pours into itself"):
@@ -174,5 +174,5 @@ def test_a_drop_is_booked_and_is_no_event():
 
 
 def test_a_vessel_that_no_pour_speaks_of_is_refused():
-    with pytest.raises(EffectError, match="'b' is no vessel of an effect pour"):
+    with pytest.raises(PlanError, match="'b' is no vessel of an effect pour"):
         poured([0.0, 60.0], None, ("spill", {"from": ["b"]}), settings={"into": ["c"]}, third=True)

@@ -94,6 +94,11 @@ def test_a_solid_stays_when_its_liquid_is_decanted_and_a_declared_share_goes_alo
     assert goes == pytest.approx(0.25 * 2e-3 * 143.32, rel=1e-3) and stays + goes == pytest.approx(0.28664, rel=1e-3)
 
 
+def test_a_solid_that_no_reaction_makes_is_refused():
+    with pytest.raises(PlanError, match=r"\[\[effect\]\] 4 .*solid: no reaction makes 'AgI'; there are: AgCl, NaNO3"):
+        run(solid="AgI")
+
+
 def test_a_colour_nobody_knows_is_refused():
     with pytest.raises(PlanError, match="colour is 'whitish'"):
         run(colour="whitish")

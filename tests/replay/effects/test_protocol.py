@@ -35,6 +35,19 @@ def test_a_row_that_cannot_be_loaded_or_calls_itself_otherwise_says_so():
         load_effect("x", {"x": EFFECTS["contact"]})
 
 
+def test_an_effect_of_an_installed_package_that_cannot_be_loaded_names_it(monkeypatch, tmp_path):
+    (tmp_path / "breaks_on_import.py").write_text("raise ZeroDivisionError('boom')")
+    monkeypatch.syspath_prepend(tmp_path)
+    (info := tmp_path / "boiling-1.0.dist-info").mkdir()
+    (info / "METADATA").write_text("Name: boiling\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text("[vrlab_replay.effects]\nboil = breaks_on_import:SPEC\n")
+    with pytest.raises(
+        EffectError, match=r"^effect 'boil' \(breaks_on_import:SPEC\) cannot be loaded: boom; repair or"
+    ):
+        load_effect("boil")
+    assert effect_kinds()[-1] == "boil" and load_effect("pour").kind == "pour"
+
+
 def test_the_table_comes_before_what_is_installed():
     assert effect_kinds()[: len(EFFECTS)] == tuple(EFFECTS)
 

@@ -1,8 +1,22 @@
 import numpy as np
 import pytest
-from support.liquid_worlds import MIX, NEUTRAL, glass, poured, run_in
+from support.liquid_worlds import (
+    COLUMN,
+    MIX,
+    NEUTRAL,
+    TAP,
+    glass,
+    poured,
+    run_in,
+    still,
+    tilted,
+    turned,
+    world,
+)  # fmt: skip
 
 from replay.errors import PlanError
+from replay.pipeline.engine import compute
+from sessions.model.scene import SceneBody
 
 OPEN = [0.0, 0.0, *([90.0] * 100), 0.0, 0.0]
 
@@ -53,3 +67,112 @@ def test_a_reaction_with_a_rate_nears_the_end_of_its_limiting_reagent():
 def test_chemistry_that_cannot_be_is_refused_when_planned(settings, words):
     with pytest.raises(PlanError, match=words):
         run_in([0.0, 0.0], MIX, ("reaction", {**NEUTRAL[1], **settings}))
+
+
+def balance(pkw=14.0, strong=0.0, weak=()):
+    """pH by bisection of the charge balance: ``strong`` base less acid, ``weak`` (mol/L, pKa) anions, in mol/L."""
+    low, high = -3.0, 18.0
+    for _ in range(100):
+        ph = 0.5 * (low + high)
+        charge = 10.0**-ph - 10.0 ** (ph - pkw) + strong
+        charge -= sum(molar * (1.0 - 1.0 / (1.0 + 10.0 ** (ph - pka))) for molar, pka in weak)
+        low, high = (ph, high) if charge > 0.0 else (low, ph)
+    return low
+
+
+@pytest.mark.parametrize(
+    ("solutes", "strong", "weak"),
+    [({"CH3COOH": 0.1}, 0.0, ((0.1, 4.756),)), ({"H2SO4": 0.1}, -0.1, ((0.1, 1.99),)),
+     ({"CH3COOH": 0.1, "CH3COONa": 0.2}, 0.2, ((0.3, 4.756),)), ({"NH3": 0.1, "NH4Cl": 0.1}, 0.0, ()),
+     ({"HCl": 0.05, "CH3COONa": 0.1}, 0.05, ((0.1, 4.756),))],
+)  # fmt: skip
+def test_acids_buffers_and_mixtures_are_known_without_a_table(solutes, strong, weak):
+    """A drop of water is run in; the pH is that of an own bisection, with the drop's dilution."""
+    acid = glass("flask", 50.0, solutes=solutes)
+    acid.extra["properties"]["liquid"].pop("solute")
+    acid.extra["properties"]["liquid"].pop("molar")
+    water = glass("burette", 50.0, cavity=COLUMN, solutes={"NaOH": 0.0})
+    water.extra["properties"]["liquid"].pop("solute")
+    first = next(iter(solutes))
+    equation = {"NH3": "NH3 + H2O -> NH4+ + OH-", "H2SO4": "H2SO4 + 2 NaOH -> Na2SO4 + 2 H2O"}.get(
+        first, f"{first} + NaOH -> Na{first[1:]} + H2O" if first == "HCl" else "CH3COOH + NaOH -> CH3COONa + H2O"
+    )
+    effects = run_in(
+        [0.0, 0.0, 90.0, 0.0], MIX, ("reaction", {"equation": equation, "pkw": 14.0}), acid=acid, base=water
+    )
+    share = 50.0 / effects["mixing"].series["flask/volume"].values[-1]
+    expected = balance(14.0, strong * share, [(molar * share, pka) for molar, pka in weak])
+    if "NH3" in solutes:
+        expected = 9.25 + np.log10(1.0)
+    assert effects["reaction"].series["flask/pH"].values[-1] == pytest.approx(expected, abs=0.002)
+
+
+def test_acid_spent_on_zinc_neutralises_nothing_more():
+    """10 mL of 1 M HCl are spent on 0.7 g of zinc; poured into 40 mL of 0.5 M NaOH the pH is that of the NaOH alone."""
+    spent, base = glass("a", 60.0, solute="HCl", molar=1.0), glass("b", 10.0, solute="NaOH", molar=0.5)
+    spent.extra["properties"]["solid"] = {"formula": "Zn", "mass_g": 7.0, "molar_mass": 65.38}
+    zinc = ("reaction", {"equation": "Zn + 2 HCl -> ZnCl2 + H2"})
+    effects = poured([0.0, 60.0, 60.0], (spent, base), ("mixing", {"in": ["a", "b"]}), zinc, NEUTRAL)
+    volume = effects["mixing"].series["b/volume"].values[-1]
+    assert effects["reaction"].events == ()
+    assert effects["reaction"].series["b/pH"].values[-1] == pytest.approx(14.0 + np.log10(5.0 / volume), abs=1e-6)
+
+
+def test_nothing_is_told_of_a_reaction_before_its_liquid_moves():
+    zinc = glass("b", 0.0)
+    zinc.extra["properties"]["solid"] = {"formula": "Zn", "mass_g": 0.05, "molar_mass": 65.38}
+    slow = ("reaction", {"equation": "Zn + 2 HCl -> ZnCl2 + H2", "rate_per_s": 2.0})
+    acid = glass("a", 60.0, solute="HCl", molar=2.0)
+    run = poured([*([0.0] * 50), *([60.0] * 50)], (acid, zinc), ("mixing", {"in": ["b"]}), slow)["reaction"]
+    assert run.series["b/pH"].times[0] == pytest.approx(0.51) == run.series["b/extent"].times[0]
+    assert run.output.lanes["b"][0].start == pytest.approx(0.51, abs=0.011)
+    quick = poured(
+        [*([0.0] * 50), *([60.0] * 50)],
+        (acid, zinc),
+        ("mixing", {"in": ["b"]}),
+        (slow[0], {"equation": slow[1]["equation"]}),
+    )
+    assert quick["reaction"].output.lanes["b"][0].start == pytest.approx(0.51)
+
+
+def titrated(flask, beaker_ml, *, molar=0.1, seconds=700):
+    """A beaker is poured into the flask at once, then base runs in from the burette."""
+    count = seconds
+    poses = {
+        "burette": still(count, (0.0, 0.15, 0.0)),
+        "tap": turned([*([0.0] * 20), *([90.0] * (count - 40)), *([0.0] * 20)]),
+        "flask": still(count), "a": tilted([*([0.0] * 5), *([170.0] * 5), *([0.0] * (count - 10))]),
+    }  # fmt: skip
+    solute = {"solute": "HCl", "molar": molar} if molar else {}
+    bodies = (
+        glass("burette", 50.0, solute="NaOH", molar=0.1, cavity=COLUMN), flask, SceneBody("tap"),
+        glass("a", beaker_ml, **solute),
+    )  # fmt: skip
+    wide = {"from": ["a"], "into": ["flask"]}
+    told = (("burette", {**TAP, "full_area_m2": 6e-6}), ("pour", wide), MIX, NEUTRAL)
+    return compute(world(poses, bodies, *told)).effects["reaction"]
+
+
+def test_a_flask_that_was_empty_at_first_has_an_end_point():
+    (event,) = titrated(glass("flask", 0.0), 5.0).events
+    assert event.values["volume_ml"] == pytest.approx(5.0, abs=0.01)
+
+
+def test_a_rinse_does_not_count_to_what_was_titrated():
+    (event,) = titrated(glass("flask", 5.0, solute="HCl", molar=0.1), 20.0, molar=0.0).events
+    assert event.values["volume_ml"] == pytest.approx(5.0, abs=0.01) and "after 5.00 mL" in event.text
+    assert event.values["overshot_ml"] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("settings", "acid", "words"),
+    [({}, {"solute": "HCL"}, "there is no element L; did you mean 'HCl'"),
+     ({"acids": {"HCI": [1.0]}}, {}, "acids: nobody brings 'HCI'; did you mean 'HCl'"),
+     ({"equation": "HCl + KOH -> KCl + H2O"}, {}, "equation: nobody brings 'KOH'; there are: HCl, NaOH"),
+     ({}, {"solutes": {"C4H8O2": 0.1}}, "the pH needs data of 'C4H8O2' in 'flask'"),
+     ({"equation": "NaCl + KNO3 -> KCl + NaNO3"}, {"solutes": {"NaCl": 1.0, "KNO3": 1.0}}, "nothing happens")],
+)  # fmt: skip
+def test_what_fits_nothing_is_refused_with_the_nearest_name(settings, acid, words):
+    told = {"solute": "HCl", "molar": 0.1, **acid}
+    with pytest.raises(PlanError, match=words):
+        run_in([0.0, 0.0], MIX, ("reaction", {**NEUTRAL[1], **settings}), acid=glass("flask", 0.5, **told))

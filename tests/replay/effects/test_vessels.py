@@ -39,3 +39,15 @@ def test_a_blend_begins_and_ends_at_its_colours_and_stays_between():
     assert tuple(shades[0]) == tuple(shades[1]) == COLOURS["red"] and tuple(shades[3]) == tuple(shades[4])
     assert tuple(shades[4]) == COLOURS["blue"] and shades.dtype == np.uint8
     assert COLOURS["blue"][0] < shades[2][0] < COLOURS["red"][0]
+
+
+def test_an_instrument_brings_its_cavity():
+    from sessions.glassware.catalogue import make_instrument
+
+    vessel, cavity = Vessel(SceneBody("a", instrument="beaker_250")), make_instrument("beaker_250").cavity
+    assert vessel.size("capacity_ml") == pytest.approx(cavity.capacity_m3 * 1e6)
+    assert vessel.shape.brim_ml == pytest.approx(
+        math.pi * vessel.size("radius") ** 2 * (cavity.opening.centre[1] - cavity.floor_height) * 1e6, rel=1e-4
+    )
+    with pytest.raises(EffectError, match="or an instrument that is a vessel"):
+        Vessel(SceneBody("rod", instrument="stirring_rod"))

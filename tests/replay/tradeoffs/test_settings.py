@@ -3,7 +3,20 @@ from dataclasses import fields
 import pytest
 
 from cdcore.detectors import DETECTORS, load_detector
+from replay.tradeoffs import settings as listing
 from replay.tradeoffs.settings import AS_IT_COMES, ASKED, Setting, settings_list, settings_of
+
+
+def test_compounds_are_listed_with_the_extra_and_shipped_colliders_where_there_are_some(monkeypatch):
+    monkeypatch.setattr(listing, "find_spec", lambda name: None)
+    bare = {one.label for one in settings_list()}
+    monkeypatch.setattr(listing, "find_spec", lambda name: True)
+    more = [one for one in settings_list(shipped=True) if one.label not in bare]
+    assert {one.label: str(one.spec).partition("=")[2] for one in more} == {
+        "collider shape shipped": "collider[shape=shipped]",
+        "collider pieces 4": "collider[shape=compound,pieces=4]",
+        "collider pieces 16": "collider[shape=compound,pieces=16]",
+    }  # fmt: skip
 
 
 def test_the_list_holds_every_detector_and_every_axis_once():

@@ -112,6 +112,12 @@ def test_the_oracle_is_in_the_table_and_what_always_reports_contact_is_not_on_th
     json.dumps(done.as_json(), allow_nan=False)
 
 
+def test_a_compound_is_not_begun_where_cutting_it_takes_longer_than_there_is_time(bumped, monkeypatch):
+    asked = (*LIST[:2], Setting("collider", "pieces", "4", {"shape": "compound", "pieces": 4}))
+    monkeypatch.setattr(trading, "seconds_to_cut", lambda meshes, most: 1000.0 * most)
+    assert tradeoff(bumped, settings=asked, repeats=1, time_limit=60.0).cut == ("collider pieces 4",)
+
+
 def test_a_time_limit_cuts_the_tail_and_says_so(bumped, monkeypatch):
     clock = iter(range(100000))
     monkeypatch.setattr(trading, "perf_counter", lambda: float(next(clock)))

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from support.fuzzing import aframe
+from support.import_mutants import MUTANTS, round_trips, survive
 
 from sessions.errors import SessionError
 from sessions.importers import import_session
@@ -37,6 +39,7 @@ def test_stamps_rotations_and_events_come_through(tmp_path):
     session = import_session("aframe", written(tmp_path, data), proxies=False)
     assert session.frames.stamp_ns.tolist() == [1_000_500_000, 1_011_600_000]
     expected = Rotation.from_euler("YXZ", [angles[1], angles[0], angles[2]], degrees=True).as_quat()
+    round_trips(session, tmp_path)
     got = session.frames.quaternion_xyzw[0, 0]
     assert np.allclose(got * np.sign(got[3]), expected * np.sign(expected[3]), atol=1e-15)
     (event,) = session.events
@@ -158,12 +161,11 @@ SCRIPT = "".join(re.findall(r"```csharp\n(.*?)```", (ROOT / "replay/guide/unity.
 
 
 def templates():
-    """The header and the three kinds of lines as the script writes them."""
+    """The header and the kinds of lines as the script writes them."""
+    kinds = ("pose,", "trigger,", "{kind},", "scalar,", "gaze,")
     (header,) = re.findall(r'WriteLine\("(kind,[^"]*)"\)', SCRIPT)
     lines = re.findall(r'Invariant\(\$"([^"]*)"\)', SCRIPT)
-    return header, *(
-        next(line for line in lines if line.startswith(start)) for start in ("pose,", "trigger,", "{kind},")
-    )
+    return header, *(next(line for line in lines if line.startswith(start)) for start in kinds)
 
 
 def filled(template, values):
@@ -184,7 +186,7 @@ def pose_values(time, name, position, quaternion, tracked=1):
 
 
 def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
-    header, pose, trigger, contact = templates()
+    header, pose, trigger, contact, scalar, gaze = templates()
     rng = np.random.default_rng(8)
     count = 40
     turns, places = Rotation.random(count, random_state=8), rng.normal(size=(count, 3)) * [1, 1, 1e-5]
@@ -193,6 +195,9 @@ def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
         time = k / 90
         lines.append(filled(pose, pose_values(time, "LeftHand", places[k], turns[k].as_quat(), int(k != 3))))
         lines.append(filled(trigger, {"Time.timeAsDouble": time, "hand": "left", "value": k / count}))
+        lines.append(filled(scalar, {"Time.timeAsDouble": time, "Cell(name)": "heart rate", "value": 70 + k}))
+        eye = pose_values(time, "", places[k], turns[k].as_quat()) | {"Cell(who)": "anna"}
+        lines.append(filled(gaze, eye))
         if k in (10, 20):
             kind = {10: "enter", 20: "exit"}[k]
             both = (("LeftHand", "Beaker"), ("Beaker", "LeftHand"))
@@ -217,3 +222,14 @@ def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
         ("LeftHand", "Beaker", "exit"),
     ]
     assert "left out" not in session.facts["conversions"]
+    assert session.scalars["heart rate"].values.tolist() == [70.0 + k for k in range(count)]
+    round_trips(session, tmp_path)
+    looked = session.gaze["anna"]
+    assert np.allclose(looked.origins, places @ mirror, rtol=1e-7, atol=1e-12)
+    assert np.allclose(looked.directions, turns.apply([0, 0, 1]) @ mirror, atol=1e-6)
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
+    (tmp_path / "take").mkdir()
+    survive("aframe", written(tmp_path / "take", aframe().decode()), count)

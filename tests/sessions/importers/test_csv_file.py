@@ -5,6 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from support.fuzzing import CSV
+from support.import_mutants import MUTANTS, survive
 
 from sessions import MeshData
 from sessions.errors import SessionError
@@ -118,6 +120,27 @@ def test_columns_of_a_mapping_are_scalars_and_gaze(tmp_path):
     assert np.allclose(gaze.directions[0], [0, 0.8, -0.6], atol=1e-12)
     assert gaze.valid.tolist() == [True, False, False]
     assert "gaze of anna: 1 samples flagged as lost that hold no ray" in session.facts["conversions"]
+
+
+def test_gaze_in_the_frame_of_a_headset_is_carried_into_the_world(tmp_path):
+    mapping = tmp_path / "map.toml"
+    gaze = '[gaze.anna]\norigin = ["ox", "oy", "oz"]\ndirection = ["dx", "dy", "dz"]\nrelative_to = "{}"\n'
+    mapping.write_text(WIDE + gaze.format("flask"))
+    place, turn = np.array([1000.0, 2000, 3000]), Rotation.from_euler("zyx", [30, 20, 10], degrees=True)
+    origin, ray = np.array([10.0, 20, 30]), np.array([0.0, 0.6, 0.8])
+    row = [place, (10, 20, 30), origin, ray]
+    cells = [";".join(str(one).replace(".", ",") for part in row for one in part)] * 2
+    cells[1] = cells[1].replace("1000,0", "", 1)
+    lines = ["t;x;y;z;rx;ry;rz;ox;oy;oz;dx;dy;dz", *(f"{k};{one}" for k, one in enumerate(cells))]
+    path = written(tmp_path, lines)
+    looked = import_session("csv", path, mapping=mapping).gaze["anna"]
+    axes = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
+    assert np.abs(looked.origins[0] - axes @ (place + turn.apply(origin)) / 1000).max() < 1e-9
+    assert np.abs(looked.directions[0] - axes @ turn.apply(ray)).max() < 1e-9
+    assert looked.valid.tolist() == [True, False]
+    mapping.write_text(WIDE + gaze.format("flusk"))
+    with pytest.raises(SessionError, match="gaze of 'anna': no body 'flusk'; did you mean 'flask'"):
+        import_session("csv", path, mapping=mapping)
 
 
 def test_rows_of_unity_are_scalars_and_gaze_along_the_forward_of_an_eye(tmp_path):
@@ -325,3 +348,9 @@ def test_a_ragged_row_that_is_no_utf_8_is_one_sentence_and_prints_no_traceback(t
     (tmp_path / "take.csv").write_bytes("\n".join([HEADER, *rows, "pose,\xff", rows[0], ""]).encode("latin-1"))
     with pytest.raises(SessionError, match="this is not UTF-8 text; save it as UTF-8"):
         import_session("csv", tmp_path / "take.csv")
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
+    (tmp_path / "take").mkdir()
+    survive("csv", written(tmp_path / "take", CSV.splitlines()), count, convention="unity")

@@ -15,7 +15,7 @@ from google.protobuf import json_format
 from google.protobuf.struct_pb2 import Value
 from mcap.writer import Writer as McapWriter
 from scipy.spatial.transform import Rotation, Slerp
-from support.import_mutants import survive
+from support.import_mutants import MUTANTS, survive
 
 from sessions import make_shape, mesh_to_glb
 from sessions.errors import ImportFileError
@@ -274,6 +274,7 @@ def test_numbers_rays_and_remarks_of_other_topics_come_along_on_the_clock_of_the
         "what bears no stamp: log times moved onto the clock of the poses by -250.004 ms, drift -30.0 ppm, at most 0.0"
     )
     assert (said in session.facts["conversions"]) == unstamped
+    assert session.facts["assumed"].endswith("; gaze in the frame of the poses")
 
 
 def test_numbers_of_a_protobuf_message_that_only_the_file_describes_are_read(tmp_path):
@@ -397,9 +398,6 @@ def test_a_session_file_is_sent_to_run(tmp_path):
         writer.finish()
     with pytest.raises(ImportFileError, match="is a session already; run `replay run"):
         import_session("mcap", tmp_path / "s.mcap")
-
-
-MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize("count", MUTANTS)

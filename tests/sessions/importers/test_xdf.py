@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import survive
+from support.import_mutants import MUTANTS, survive
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -189,6 +189,7 @@ def test_eyes_of_a_gaze_stream_are_rays_in_the_frame_of_the_poses(tmp_path):
     assert np.abs(gaze.origins - rays[:, :3] @ axes.T).max() < 1e-9
     assert np.abs(gaze.directions[good] - rays[good, 3:] / length @ axes.T).max() < 1e-9
     assert gaze.valid.tolist() == (seen & good).tolist()
+    assert "gaze in the frame of the poses" in session.facts["assumed"]
     said = "gaze of Tracker/left: 1 samples flagged as lost that hold no ray"
     assert said in session.facts["conversions"]
 
@@ -269,9 +270,6 @@ def test_another_file_and_a_missing_library_are_one_sentence(tmp_path, monkeypat
     monkeypatch.setitem(sys.modules, "pyxdf", None)
     with pytest.raises(ImportFileError, match=r'XDF needs pyxdf; install it: pip install -e "\.\[formats\]"'):
         import_session("xdf", path)
-
-
-MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize("count", MUTANTS)

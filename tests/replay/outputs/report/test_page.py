@@ -8,6 +8,7 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
+from support.browser import opened, serious_faults
 from support.headless import photographed
 from support.page_cells import Cells
 from support.small_worlds import cubes, jumping
@@ -30,12 +31,12 @@ def test_the_headline_counts_what_the_result_counts(run, page):
 
 
 def test_the_answer_and_its_price_come_before_the_facts(run, page):
-    told = [escape(one) for one in (*beside(run), *price(run))]
-    assert len(told) == 2 and "".join(f'<p class="price">{one}</p>' for one in told) + "</header>" in page.replace(
+    told = [escape(one) for one in (*beside(run), *price(run), "To do for slow: look at every frame.")]
+    assert len(told) == 3 and "".join(f'<p class="price">{one}</p>' for one in told) + "</div>" in page.replace(
         "\n", ""
     )
     titles = re.findall("<h2>([^<]*)</h2>", page)
-    assert titles[0] == "When: slow" and titles[-2:] == ["The session", "How to get the same again"]
+    assert titles[0] == "Every miss of slow" and titles[-2:] == ["The session", "How to get the same again"]
 
 
 def brightness(colour):
@@ -51,7 +52,7 @@ def test_words_can_be_read_on_light_pages_and_on_dark_ones():
     light, dark = (dict(re.findall(r"--(\w+): (#\w+);", one)) for one in re.findall(r":root \{([^}]*)\}", style))
     assert light.keys() == dark.keys() and brightness(light["paper"]) > 0.9 and brightness(dark["paper"]) < 0.05
     for colours in (light, dark):
-        for words in ("ink", "faint"):
+        for words in ("ink", "faint", "link"):
             for behind in ("paper", "code"):
                 low, high = sorted(brightness(colours[one]) for one in (words, behind))
                 assert (high + 0.05) / (low + 0.05) >= 4.5, (words, behind, colours)
@@ -64,11 +65,13 @@ def test_every_miss_is_a_row_with_its_numbers_and_the_command_that_shows_it(run,
     ordered = sorted(run.misses["slow"], key=lambda miss: (-miss.cut_length, miss.number))
     assert [row[0] for row in rows] == [str(miss.number) for miss in ordered]
     for row, miss in zip(rows, ordered, strict=True):
-        assert row[1] == f"{miss.body_a} - {miss.body_b}" and row[2] == miss.kind
-        assert row[3] == miss.cause and row[4].endswith(f"--miss {miss.number}")
-        assert [float(cell) for cell in row[5:]] == pytest.approx(
+        assert row[2] == f"{miss.body_a} - {miss.body_b}" and row[3:5] == [miss.kind, miss.cause]
+        assert row[8] == f"replay view RUN --miss {miss.number}"
+        assert row[9] == f"look at every frame, {1e3 * run.at_every_frame['slow']:.2g} ms each"
+        assert [float(cell) for cell in (row[1], *row[5:8])] == pytest.approx(
             [miss.start, miss.last - miss.first + 1, miss.cut_length * 1e3, miss.face_pairs], abs=0.051
         )
+        assert f'href="#miss={miss.number}"' in page and f'id="miss={miss.number}"' in page
 
 
 def test_a_miss_between_frames_is_listed_and_drawn_at_the_moment_of_its_touch():
@@ -77,7 +80,7 @@ def test_a_miss_between_frames_is_listed_and_drawn_at_the_moment_of_its_touch():
     tables = Cells(text).tables
     (caption,) = (one for one in tables if one.startswith("What exact missed"))
     assert "between frames: no frame shows it" in caption
-    ((number, _, kind, cause, _, at, after, _),) = tables[caption]
+    ((number, at, _, kind, cause, after, *_),) = tables[caption]
     assert (number, kind, cause, after) == ("1", "never found", "between frames", "1")
     assert float(at) == pytest.approx(0.01 + 0.01 * 2 / 6, abs=5e-4)
     assert "red: the faces that touch first, between frames 1 and 2" in text
@@ -140,6 +143,15 @@ def test_a_browser_shows_the_page(page, tmp_path):
     assert "CONSOLE" not in said
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("scheme", "width"), [("light", 1280), ("dark", 400)])
+def test_a_checker_of_accessibility_finds_no_serious_fault(page, tmp_path, scheme, width):
+    (tmp_path / "page.html").write_text(page, encoding="utf-8")
+    with opened((tmp_path / "page.html").as_uri(), tmp_path, (width, 800), scheme) as browser:
+        browser.ask("for (const one of document.querySelectorAll('details')) one.open = true")
+        assert serious_faults(browser, tmp_path) == []
+
+
 def test_every_detector_that_missed_something_has_a_picture_before_any_has_a_second_of_a_pair(run):
     (one, *_), label = run.misses["slow"], "slow"
     shown = [(label, replace(one, number=k, cut_length=1.0 - 0.1 * k)) for k in range(1, 6)]
@@ -169,4 +181,4 @@ def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run):
     assert any(one in part for one in counted) and "skipped" not in part and done.about["machine"]["processor"] in part
     page = report_html(replace(run, tradeoff=done))
     assert part in page and "What accuracy costs" in page and "What accuracy costs" not in report_html(run)
-    assert f"<h1>{done.answer}</h1>" in page and page.index(part) < page.index("When: slow")
+    assert f"<h1>{done.answer}</h1>" in page and page.index(part) < page.index("<h2>When: slow")

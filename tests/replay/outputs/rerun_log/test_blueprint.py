@@ -174,7 +174,7 @@ def built(subjects, effects, *, tradeoff=False):
         treatment=None,
         session=room,
         assembly=SimpleNamespace(names=(), motion=moving, stamp_ns=np.zeros(0, dtype=np.int64)),
-        comparisons={"slow": SimpleNamespace(outcome=np.zeros((1, 1), np.uint8))},
+        comparisons={"slow": SimpleNamespace(counts=np.array([1]))},
     )
     eye = Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
     layout = blueprint.BlueprintInput(result, subjects, eye, {}, detector_lanes=False, start=0.0, end=1.0)
@@ -202,10 +202,10 @@ def test_the_picture_opens_on_the_tab_that_answers_what_was_asked_for(tradeoff, 
     assert names[int(tabs.active_tab)] == opens, names
 
 
-@pytest.mark.parametrize(("lanes", "high"), [(6, 64 + 6 * 40), (30, 980 / 2)])
+@pytest.mark.parametrize(("lanes", "high"), [(6, 64 + 6 * 40), (30, 0.6 * 704)])
 def test_lanes_of_effects_have_the_height_they_need_and_plots_share_what_is_left(lanes, high):
     tab = next(one for one in built((), effect("abc", lanes)).contents if one.name == "Effects")
-    assert tab.contents[1].row_shares == pytest.approx([high, *[(980 - high) / 3] * 3])
+    assert tab.contents[1].row_shares == pytest.approx([high, *[(704 - high) / 3] * 3])
 
 
 LANES = {"lanes/1_missed": None, **{f"lanes/{k}_p": k for k in range(2, 14)}}

@@ -11,11 +11,12 @@ import numpy as np
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from rerun.chunk import RrdReader
-from support.browser import opened
+from support.browser import opened, serious_faults
 from support.headless import pixels
 from support.small_worlds import cubes
 
 import replay
+from replay.base.machine import versions
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.rerun_log import web_viewer as module
 from replay.outputs.rerun_log.focus import read_misses
@@ -63,27 +64,28 @@ def moment_messages(folder, name="run"):
     return {key: base64.b64decode(one) for key, one in json.loads(text[len("window.moments=") : -1]).items()}
 
 
-def control_request():
-    """The messages of ``viewer_control.proto`` that are sent, as far as they are used, read by Google's own library."""
+def control(name):
+    """A message of ``viewer_control.proto``, as far as it is used, read by Google's own library."""
     file = descriptor_pb2.FileDescriptorProto(name="control.proto", package="control", syntax="proto3")
     parts = {
         "Timeline": [("name", 1, "string")], "Moment": [("time", 1, "int64")], "Command": [("id", 1, "string")],
         "Cursor": [("timeline", 2, "Timeline"), ("moment", 3, "Moment"), ("play", 4, "bool")],
         "Request": [("cursor", 6, "Cursor"), ("command", 11, "Command")],
+        "At": [("moment", 3, "Moment")], "Recording": [("at", 3, "At")], "State": [("recording", 3, "Recording")],
     }  # fmt: skip
-    for name, fields in parts.items():
-        made = file.message_type.add(name=name)
+    for part, fields in parts.items():
+        made = file.message_type.add(name=part)
         for field, number, kind in fields:
             plain = {"string": 9, "int64": 3, "bool": 8}.get(kind)
             type_name = {} if plain else {"type_name": f".control.{kind}"}
             made.field.add(name=field, number=number, label=1, type=plain or 11, **type_name)
     pool = descriptor_pool.DescriptorPool()
     pool.Add(file)
-    return message_factory.GetMessageClass(pool.FindMessageTypeByName("control.Request"))
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName(f"control.{name}"))
 
 
 def test_every_moment_has_a_message_with_its_time(run, shared):
-    read, sent = control_request(), moment_messages(shared)
+    read, sent = control("Request"), moment_messages(shared)
     places = {"misses": read_misses(run / "run.rrd"), "moments": read_moments(run / "run.rrd")}
     times = {name: read.FromString(one).cursor for name, one in sent.items() if name != "layout"}
     assert {one.timeline.name for one in times.values()} == {"session"} and not any(one.play for one in times.values())
@@ -103,6 +105,18 @@ def test_every_miss_of_the_run_is_a_link_with_a_moment(run, shared):
     rows = read_run_folder(run).rows("misses.parquet")
     asked = {f"miss={one['number']}" + ("" if one["detector"] == "slow" else f"&by={one['detector']}") for one in rows}
     assert asked and asked <= links and asked <= sent.keys()
+
+
+def test_the_page_says_what_it_shows_and_whose_the_viewer_is(run, shared):
+    page, version = (shared / "index.html").read_text(), versions()["rerun-sdk"]
+    assert f"The picture is drawn by Rerun {version}, licensed under MIT and Apache 2.0; notices of others lie" in page
+    assert (shared / module.NOTICES).stat().st_size > 100_000
+    for words in (
+        "The picture is loading; the report can be read",
+        "The session in motion, in 3D, by Rerun",
+        "Fill the",
+    ):
+        assert words in page and words not in (run / "report.html").read_text()
 
 
 def texts_of(folder):
@@ -187,11 +201,17 @@ def test_the_folder_opens_by_itself_and_every_link_moves_the_picture(run, shared
         painted = page.ask("performance.getEntriesByName('first-contentful-paint')[0].startTime") / 1000
         print(f"painted after {painted:.1f} s, shown after {seconds:.1f} s of {page.processor_seconds():.1f}")
         assert min(painted, computed) < 2
-        for address in moment_messages(shared).keys() - {"", "layout"}:
+        for address, message in moment_messages(shared).items():
+            if address in ("", "layout"):
+                continue
             page.ask(f"location.hash = {json.dumps(address)}")
             page.wait_for(f"document.getElementById('picture').dataset.shows === {json.dumps(address)}")
+            state = bytes(page.ask("[...document.getElementById('picture').viewer.viewer_state()]"))
+            at = control("State").FromString(state).recording.at.moment.time
+            assert at == control("Request").FromString(message).cursor.moment.time
         time.sleep(1)
         colours = np.unique(pixels(page.png())[:, 640:].reshape(-1, 3), axis=0)
         assert len(colours) > 500, "the viewer draws"
         assert not page.errors()
+        assert serious_faults(page, tmp_path) == []
         assert all(one.startswith((shared.as_uri(), "data:")) for one in page.requests()) and page.requests()

@@ -193,5 +193,20 @@ def test_what_cannot_be_shrunk_is_said_in_a_sentence(folder, tmp_path, capsys):
     (moved / "summary.json").write_text(json.dumps(summary))
     with pytest.raises(RunFolderError, match=r"s\.mcap, which .* is not beside it; say where with --session"):
         of_run(read_run_folder(moved), miss=1, label="slow")
-    with pytest.raises(ShrinkError, match="is not the recording"):
+    with pytest.raises(RunFolderError, match="is not the recording"):
         of_run(read_run_folder(moved), miss=1, label="slow", session=folder.parent / "s.mcap")
+
+
+def test_a_run_with_another_scene_is_shrunk_with_that_scene_and_shipped_colliders_are_refused(folder, tmp_path):
+    session, scene = folder.parent / "s.mcap", tmp_path / "other.toml"
+    scene.write_text('[[body]]\nid = "a"\n[[body]]\nid = "b"\nshape = "box"\nsize = [0.9, 0.9, 0.9]\n')
+    asked = "slow=discrete[rate_hz=25],ours=collider[shape=shipped,rate_hz=25]"
+    run(session, detectors=asked, scene=scene, out=tmp_path / "run", picture=False)
+    made = read_run_folder(tmp_path / "run")
+    with pytest.raises(RunFolderError, match=r"run replayed with the scene of other.toml; give it with --scene FILE$"):
+        of_run(made, miss=1, label="slow", session=session)
+    fault = of_run(made, miss=1, label="slow", session=session, scene=scene)
+    assert [len(body.mesh.faces) for body in fault.bodies] == [12, 12] and fault.stands()
+    assert np.ptp(fault.bodies[1].mesh.vertices[:, 0]) == pytest.approx(0.9)
+    with pytest.raises(ShrinkError, match=r"^ours asks colliders that came with the recording, which a test of two"):
+        of_run(made, miss=1, label="ours", session=session, scene=scene)

@@ -5,14 +5,14 @@ import pytest
 
 from cdcore import Verdict
 from replay.errors import StressError
-from replay.studies.stress import system
+from replay.studies.stress import effect_cases, system
 from replay.studies.stress.cases import read_scenes
 from replay.studies.stress.stress_runner import StressResult
 from replay.studies.stress.system import CASES, CaseTally, cases_of, run_cases
 
 
 def test_every_case_of_the_list_is_there():
-    assert list(CASES) == list(range(27, 49))
+    assert list(CASES) == list(range(27, 52))
 
 
 @pytest.mark.parametrize("number", [number for number in CASES if number not in (29, 40)])
@@ -71,9 +71,24 @@ def test_what_was_not_promised_breaks_no_gate():
     assert StressResult(100, 1, 0.0, (), (), (between,)).broken == []
 
 
+def test_effects_are_asked_once_whoever_else_is_and_what_they_get_wrong_breaks_the_gate(monkeypatch):
+    told = run_cases(["exact", "coal"], [49, 50, 51])
+    assert [(one.detector, one.words) for one in told] == [("effects", "passed")] * 3
+    assert min(one.asked for one in told) >= 50
+    monkeypatch.setattr(effect_cases, "volume_kept", lambda tilt, radius, height: 2.0 - tilt)
+    monkeypatch.setattr(effect_cases, "cooled", lambda **given: 20.0)
+    monkeypatch.setattr(effect_cases.AcidBase, "ph", lambda self, amounts: np.array([7.0]))
+    told = run_cases(["exact"], [49, 50, 51])
+    assert all(0 < one.missed < one.asked for one in told)
+    words = StressResult(100, 1, 0.0, (), (), told).broken[2]
+    assert words.startswith(
+        f"the effects failed case 51 level at the rim: {told[2].missed} of 52 wrong, 0.03 m by 0.1 m"
+    )
+
+
 def test_cases_are_named_by_number_and_range():
     assert cases_of("all") == list(CASES)
     assert (cases_of("27-28,41"), cases_of("27-")) == ([27, 28, 41], [27])
-    for text in ("", "26", "49", "30-29", "x"):
-        with pytest.raises(StressError, match="they go from 27 to 48"):
+    for text in ("", "26", "52", "30-29", "x"):
+        with pytest.raises(StressError, match="they go from 27 to 51"):
             cases_of(text)

@@ -1,0 +1,98 @@
+"""Faults as cards: each has its place, its price and its address, and a reader chooses without a script."""
+
+import re
+
+import pytest
+from support.browser import opened
+from support.page_cells import Cells
+from support.small_worlds import cubes
+
+from replay.outputs.report.faults import choices
+from replay.outputs.report.page import report_html
+from replay.pipeline.engine import compute
+
+PLACES = {"a": [0.0] * 8, "b": [3, 0.9, 3, 3, 3, 3, 3, 3], "c": [-3, -3, -3, -0.9, -3, -0.9, -0.9, -3]}
+"""At 100 Hz; looks at 50 Hz fall on even frames: they miss a-b and a-c whole, find a-c late, and hold it too long."""
+
+
+@pytest.fixture(scope="module")
+def result():
+    return compute(cubes(PLACES), detectors="slow=discrete[rate_hz=50],more=discrete[rate_hz=25]", oracle="exact")
+
+
+@pytest.fixture(scope="module")
+def page(result):
+    return report_html(result)
+
+
+def cards(page):
+    """Address -> attributes of every card."""
+    rows = re.findall(r"<tr (?=[^>]*id=)([^>]*)>", page.replace("&amp;", "&"))
+    return {found["id"]: found for found in (dict(re.findall(r'([\w-]+)="([^"]*)"', one)) for one in rows)}
+
+
+def test_every_fault_of_every_detector_is_one_card_with_its_own_address(result, page):
+    asked = {f"miss={one.number}" for one in result.misses["slow"]} | {
+        f"false={one.number}" for one in result.false["slow"]
+    }
+    for label, kind, found in (("more", "miss", result.misses["more"]), ("more", "false", result.false["more"])):
+        asked |= {f"{kind}={one.number}&by={label}" for one in found}
+    assert len(asked) > 5 and cards(page).keys() == asked
+    assert asked <= set(re.findall('<a href="#([^"]*)"', page.replace("&amp;", "&")))
+    rows = [row for caption, rows in Cells(page).tables.items() if caption == "What more missed" for row in rows]
+    assert [row[8] for row in rows] == [f"replay view RUN --miss {row[0]} --by more" for row in rows] and rows
+
+
+def test_what_a_card_can_be_chosen_by_is_what_it_shows(result, page):
+    offered = choices(result)
+    names = {"miss": "missed", "false": "false"}
+    for address, card in cards(page).items():
+        kind, _, rest = address.partition("=")
+        number, _, by = rest.partition("&by=")
+        found = result.misses if kind == "miss" else result.false
+        (one,) = (one for one in found[by or "slow"] if one.number == int(number))
+        shown = (by or "slow", names[kind], f"{one.body_a} - {one.body_b}", one.cause)
+        told = (offered.detector, offered.kind, offered.pair, offered.cause)
+        assert [values[int(card[f"data-{name}"]) - 1] for name, values in zip(vars(offered), told, strict=True)] == [
+            *shown
+        ]
+        assert f"--time:{round(1000 * one.start)};" in card["style"]
+
+
+def test_what_has_one_value_cannot_be_chosen_and_a_page_without_a_fault_has_no_choice():
+    one = report_html(compute(cubes({"a": PLACES["a"], "b": PLACES["b"]}), detectors="slow=discrete[rate_hz=50]"))
+    assert 'id="miss=1"' in one and "<select" not in one
+    none = report_html(compute(cubes({"a": [0.0] * 3, "b": [3.0, 2.0, 3.0]}), detectors="slow=discrete[rate_hz=50]"))
+    assert "<select" not in none and "cards" not in re.sub("<style>.*?</style>", "", none, flags=re.DOTALL)
+
+
+@pytest.mark.slow
+def test_a_browser_shows_what_was_chosen_in_the_order_asked_for(result, page, tmp_path):
+    (tmp_path / "page.html").write_text(page, encoding="utf-8")
+    shown = "[...document.querySelectorAll('.cards tbody tr')].filter(one => one.offsetParent)"
+    with opened((tmp_path / "page.html").as_uri(), tmp_path) as browser:
+        count = browser.ask(f"{shown}.length")
+        assert count == len(cards(page))
+        pair = choices(result).pair.index("a - b") + 1
+        browser.ask(f"document.getElementById('by-pair').value = '{pair}'")
+        of_pair = sum(card["data-pair"] == str(pair) for card in cards(page).values())
+        assert 0 < of_pair == browser.ask(f"{shown}.length") < count
+        browser.ask("document.getElementById('by-pair').value = ''; document.getElementById('by-order').value = 'time'")
+        place = "one.closest('table').caption.innerText, one.offsetTop, one.offsetLeft"
+        tops = browser.ask(f"{shown}.map(one => [{place}, +one.style.getPropertyValue('--time')])")
+        assert [one[3] for one in sorted(tops)] == [one[3] for one in sorted(tops, key=lambda one: (one[0], one[3]))]
+        assert not browser.errors()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [400, 800, 1280, 1600])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_nothing_is_clipped_at_any_width(page, tmp_path, width, scheme):
+    (tmp_path / "page.html").write_text(page, encoding="utf-8")
+    with opened((tmp_path / "page.html").as_uri(), tmp_path, (width, 800), scheme) as browser:
+        browser.ask("for (const one of document.querySelectorAll('details')) one.open = true")
+        assert browser.ask("document.documentElement.scrollWidth <= innerWidth")
+        # What is wider than its place can be moved, by keys too.
+        script = "[...document.querySelectorAll('table, svg, img, code')].filter(one => !one.closest('[tabindex]') && "
+        assert browser.ask(f"{script} one.getBoundingClientRect().right > innerWidth).map(one => one.outerHTML)") == []
+        assert browser.ask("document.querySelector('h1').getBoundingClientRect().bottom < 800")

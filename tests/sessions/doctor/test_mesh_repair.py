@@ -1,0 +1,60 @@
+"""A broken ball becomes the ball again, and every step is named."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from sessions.doctor.mesh_repair import repaired
+from sessions.doctor.meshes import mesh_findings
+from sessions.mesh_data import MeshData, is_closed
+
+BALL = trimesh.creation.icosphere(2, 0.1)
+FACES = np.array(BALL.faces)
+
+
+def test_what_is_whole_stays_as_it_is():
+    mesh = MeshData(BALL.vertices, FACES)
+    mended, done = repaired(mesh)
+    assert done == [] and np.array_equal(mended.triangles, mesh.triangles)
+
+
+@pytest.mark.parametrize(
+    ("faces", "done"),
+    [
+        (FACES[:, ::-1], ["320 faces turned to wind outwards"]),
+        (np.concatenate([FACES, FACES[3:7]]), ["4 repeated faces removed"]),
+        (np.concatenate([FACES, [[0, 1, 1]]]), ["1 faces without area removed"]),
+        (np.where(np.arange(320)[:, None] < 60, FACES[:, ::-1], FACES), ["60 faces turned to wind outwards"]),
+        (FACES[1:], ["1 holes closed"]), (np.delete(FACES, [0, 200], axis=0), ["2 holes closed"]),
+    ],
+)  # fmt: skip
+def test_each_fault_is_mended_and_named(faces, done):
+    mended, said = repaired(MeshData(BALL.vertices, faces))
+    assert said == done and is_closed(mended)
+    assert mended.volume == pytest.approx(BALL.volume, rel=0.02) and not [*mesh_findings("x", mended)]
+
+
+def test_split_vertices_are_joined_and_parts_that_touch_are_not():
+    soup = MeshData(BALL.triangles.reshape(-1, 3), np.arange(960).reshape(-1, 3))
+    mended, said = repaired(soup)
+    assert said == ["798 vertices at the place of another joined"] and is_closed(mended)
+    box = trimesh.creation.box((1, 1, 1))
+    two = MeshData(
+        np.concatenate([box.vertices, np.add(box.vertices, [1, 1, 0])]), np.concatenate([box.faces, box.faces + 8])
+    )
+    assert repaired(two)[1] == []
+
+
+def test_a_face_by_itself_and_nothing_but_flat_faces_stay():
+    alone = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+    assert np.array_equal(repaired(alone)[0].triangles, alone.triangles) and repaired(alone)[1] == []
+    flat = MeshData([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]])
+    assert repaired(flat) == (flat, ["nothing is left of it without its flat faces; it stays as it was"])
+
+
+def test_a_rim_that_touches_itself_is_two_holes():
+    grid = np.array([[x, y, 0.0] for y in range(4) for x in range(4)])
+    cells = [(x, y) for y in range(3) for x in range(3) if (x, y) not in ((0, 0), (1, 1))]
+    faces = [(k, k + a, k + b) for x, y in cells for k in [4 * y + x] for a, b in ((1, 5), (5, 4))]
+    mended, said = repaired(MeshData(grid, faces))
+    assert said[0] == "2 holes closed" and is_closed(mended)

@@ -1,0 +1,144 @@
+"""Colliders as engines ship them: a node each, in the body's frame, kept in the session file."""
+
+import json
+import re
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from support.small_worlds import cubes
+
+from sessions import read_session, recover, write_session
+from sessions.errors import MeshFileError
+from sessions.mesh_data import is_closed
+from sessions.meshes.collider_files import read_colliders
+from sessions.scene_files.scene_check import checked_scene
+from sessions.scene_files.scene_meshes import with_colliders
+
+
+def moved(*at):
+    return trimesh.transformations.translation_matrix(at)
+
+
+def write(path, *nodes, body=None):
+    """Nodes (name, solid, pose), under one of the body's name where ``body`` is its pose."""
+    scene = trimesh.Scene()
+    if body is not None:
+        scene.graph.update(frame_to="a", frame_from="world", matrix=body)
+    for name, solid, pose in nodes:
+        parent = None if body is None or not name.startswith(("UCX_a", "UBX_a", "rim")) else "a"
+        scene.add_geometry(solid, node_name=name, geom_name=name, transform=pose, parent_node_name=parent)
+    path.write_bytes(scene.export(file_type="glb"))
+    return path
+
+
+BOX, BALL = trimesh.creation.box((0.2, 0.2, 0.2)), trimesh.creation.icosphere(2, 0.1)
+RING = trimesh.creation.annulus(0.1, 0.2, 0.1)
+
+
+def test_convex_ones_are_hulls_others_are_as_they_are_and_each_finds_its_body(tmp_path):
+    file = write(
+        tmp_path / "c.glb", ("UBX_a_00", BOX, moved(0.5, 0, 0)), ("UCX_a_01", RING, moved(0, 0, 0)),
+        ("USP_b", BALL, moved(0, 1, 0)), ("UCX_lamp_01", BALL, moved(0, 0, 0)),
+    )  # fmt: skip
+    found, words = read_colliders(file, ["a", "b"])
+    assert words == "colliders of c.glb: a 2, b 1 (of no body: UCX_lamp_01)"
+    box, disc = found["a"]
+    assert box.volume == pytest.approx(0.008, rel=1e-5) and box.bounds[0, 0] == pytest.approx(0.4, abs=1e-6)
+    assert disc.volume == pytest.approx(RING.convex_hull.volume, rel=1e-5) and is_closed(disc)  # its hole is filled
+    assert found["b"][0].bounds[1, 1] == pytest.approx(1.1, abs=1e-6)
+
+
+def test_below_a_node_of_the_body_they_are_in_its_frame_with_its_scale(tmp_path):
+    pose = moved(3, 2, 1) @ trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]) @ np.diag([0.5, 0.5, 0.5, 1.0])
+    file = write(tmp_path / "c.glb", ("UBX_a_00", BOX, moved(0.5, 0, 0)), ("rim", RING, moved(0, 0, 1)), body=pose)
+    found, _ = read_colliders(file, ["a"])
+    box, rim = found["a"]
+    assert np.allclose(box.bounds, [[0.2, -0.05, -0.05], [0.3, 0.05, 0.05]], atol=1e-6)
+    assert rim.volume == pytest.approx(RING.volume / 8, rel=1e-4)  # it keeps its hole
+    assert np.allclose(rim.bounds[:, 2], [0.475, 0.525], atol=1e-6)
+
+
+def test_a_session_file_carries_them_and_recover_saves_them(tmp_path):
+    write(tmp_path / "c.glb", *((f"UBX_a_{k:02d}", BOX, moved(k, 0, 0)) for k in range(12)))
+    session = with_colliders(cubes({"a": range(5), "b": [9] * 5}), tmp_path, "c.glb")
+    assert session.facts["conversions"] == "colliders of c.glb: a 12"
+    write_session(session, tmp_path / "s.mcap")
+    recover(tmp_path / "s.mcap", tmp_path / "again.mcap")
+    for place in ("s.mcap", "again.mcap"):
+        back = read_session(tmp_path / place)
+        assert [*back.colliders] == ["a"] and "b" in back.meshes
+        pairs = zip(session.colliders["a"], back.colliders["a"], strict=True)
+        assert all(np.array_equal(one.vertices, other.vertices) for one, other in pairs)
+
+
+def test_a_scene_names_them_and_replaces_those_recorded(tmp_path):
+    write(tmp_path / "c.glb", ("UCX_b_00", BALL, moved(0, 0, 0)))
+    write(tmp_path / "old.glb", ("UCX_a_00", BOX, moved(0, 0, 0)))
+    write_session(with_colliders(cubes({"a": range(5), "b": [9] * 5}), tmp_path, "old.glb"), tmp_path / "s.mcap")
+    (tmp_path / "x.toml").write_text('[scene]\ncolliders = "c.glb"\n[[body]]\nid = "a"\n')
+    (tmp_path / "y.toml").write_text('[[body]]\nid = "a"\n')
+    assert [*read_session(tmp_path / "s.mcap", scene=tmp_path / "x.toml").colliders] == ["b"]
+    assert [*read_session(tmp_path / "s.mcap", scene=tmp_path / "y.toml").colliders] == ["a"]
+    text = (tmp_path / "x.toml").read_text()
+    faults = [
+        checked_scene(one, "x.toml", lambda *_: (), tmp_path)[2] for one in (text, text.replace("c.glb", "d.glb"))
+    ]
+    # `b` of the file is none that this scene declares, but it may be tracked.
+    assert faults[0] == [] and faults[1][0].startswith("x.toml: [scene]: ") and "does not exist" in faults[1][0]
+
+
+GUIDE = (Path(__file__).resolve().parents[3] / "replay" / "guide" / "unity.md").read_text("utf-8")
+FILLED = r'(\w+)\.Add\(Invariant\(\$"((?:[^"\\]|\\.)*)"\)\);'
+
+
+def test_what_the_script_of_the_guide_writes_is_read(tmp_path):
+    """Every row of its JSON is filled as the script fills it, the bytes are laid out as it lays them out."""
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype="<f4")
+    faces = np.array([[0, 1, 2], [3, 2, 1], [4, 5, 6], [7, 6, 5]], dtype="<i4")
+    rows, data = {"nodes": [], "meshes": [], "accessors": [], "views": []}, b""
+    for number, (kind, name) in enumerate((("UBX", "Beaker (1)"), ("UTM", "Beaker (1)"), ("UCX", "lamp"))):
+        points = corners * [1, 1, -1] + [number, 0, 0]
+        first, start = 2 * number, len(data)
+        data += points.astype("<f4").tobytes()
+        middle = len(data)
+        data += faces[:, [0, 2, 1]].tobytes()
+        values = {
+            "start": start, "middle - start": middle - start, "middle": middle,
+            "data.Length - middle": len(data) - middle, "first": first,
+            "first + 1": first + 1, "points.Length": 8, "faces.Length": 12, "kind": kind, "name": name,
+            "number:D2": f"{number:02d}", "meshes.Count - 1": number,
+        }  # fmt: skip
+        for target, template in re.findall(FILLED, GUIDE):
+            text = template.replace('\\"', '"').replace("{{", "\0").replace("}}", "\1")
+            for hole, value in values.items():
+                text = text.replace(f"{{{hole}}}", str(value)).replace(f"{{{hole}\1}}", f"{value}\1")
+            rows[target].append(json.loads(text.replace("\0", "{").replace("\1", "}")))
+    assert [len(some) for some in rows.values()] == [3, 3, 6, 6]
+    tree = {"asset": {"version": "2.0"}, "nodes": rows["nodes"], "meshes": rows["meshes"],
+            "accessors": rows["accessors"], "bufferViews": rows["views"],
+            "buffers": [{"byteLength": len(data)}]}  # fmt: skip
+    text = json.dumps(tree).encode()
+    text += b" " * (-len(text) % 4)
+    head = struct.pack("<IIIII", 0x46546C67, 2, 28 + len(text) + len(data), len(text), 0x4E4F534A)
+    (tmp_path / "colliders.glb").write_bytes(head + text + struct.pack("<II", len(data), 0x004E4942) + data)
+    found, words = read_colliders(tmp_path / "colliders.glb", ["Beaker (1)", "lamp"])
+    assert words == "colliders of colliders.glb: Beaker (1) 2, lamp 1"
+    box, mesh = found["Beaker (1)"]
+    assert box.volume == pytest.approx(1.0) and box.bounds.tolist() == [[0, 0, -1], [1, 1, 0]]
+    assert mesh.faces.tolist() == faces[:, [0, 2, 1]].tolist() and mesh.bounds[0].tolist() == [1, 0, -1]
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [("none.glb", "does not exist; check the path"), ("text.glb", "does not begin as a GLB"),
+     ("torn.glb", "this is no readable GLB"), ("other.glb", "no collider of a, b; name its nodes UCX_BODY_01")],
+)  # fmt: skip
+def test_a_file_without_colliders_is_one_sentence(name, said, tmp_path):
+    (tmp_path / "text.glb").write_bytes(b"no mesh")
+    whole = write(tmp_path / "other.glb", ("UCX_c_00", BALL, moved(0, 0, 0))).read_bytes()
+    (tmp_path / "torn.glb").write_bytes(whole[:200])
+    with pytest.raises(MeshFileError, match=said):
+        read_colliders(tmp_path / name, ["a", "b"])
