@@ -34,7 +34,7 @@ def command(run: Path, session: Path | None, scene: Path | None, as_json: bool, 
         wrong = str(error)
         answer(as_json, {"holds": False, "wrong": wrong}, lambda: f"does not hold: {wrong}")
         return GATE_FAILED
-    answer(as_json, {"holds": True, **told}, lambda: "\n".join(sentences(told)))
+    answer(as_json, {"holds": True, **told}, lambda: sentences(told))
     return OK
 
 

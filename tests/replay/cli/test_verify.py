@@ -52,7 +52,7 @@ def test_a_run_with_a_proof_holds_and_says_what_was_checked(run, capsys):
     assert said["poses"] == {"recorded": 120} and said["pairs_not_asked"] == ["a-c"]
     assert main(["verify", str(run)]) == 0
     text = capsys.readouterr().out
-    assert "holds: 40 frames of 2 pairs, every verdict proven" in text
+    assert text.splitlines()[0] == "holds: 40 frames of 2 pairs, every verdict proven"
     assert f"{said['verdicts']['CONTACT']} CONTACT" in text and "not asked: a-c" in text
 
 
