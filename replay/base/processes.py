@@ -4,10 +4,11 @@ results."""
 import multiprocessing
 import os
 import threading
+from collections import Counter, deque
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
-from typing import Any
+from typing import Any, Final
 
 from replay.errors import WorkerError
 
@@ -18,6 +19,9 @@ Work = Callable[..., str]
 """A function of a module; gives back why it failed, or an empty string."""
 
 Tasks = Mapping[str, tuple[Any, ...]]
+
+ATTEMPTS: Final = 3
+"""A task that ends its process this often is set aside."""
 
 
 def in_processes(work: Work, tasks: Tasks, jobs: int, on_done: OnDone | None = None) -> dict[str, str]:
@@ -37,27 +41,44 @@ def in_processes(work: Work, tasks: Tasks, jobs: int, on_done: OnDone | None = N
         for name, arguments in tasks.items():
             note(name, work(*arguments))
         return failed
-    for name in _pooled(work, tasks, min(jobs, len(tasks)), note):
-        # A process that dies breaks its whole pool; run alone, each task shows whether it was the cause.
-        for again in _pooled(work, {name: tasks[name]}, 1, note):
-            note(again, "its process was ended, perhaps for want of memory")
+    # A task may want more memory than is left beside others, so the last attempt is made with nothing beside it.
+    for name in _pooled(work, tasks, min(jobs, len(tasks)), note, ATTEMPTS - 1):
+        for again in _pooled(work, {name: tasks[name]}, 1, note, 1):
+            note(again, f"its process was ended {ATTEMPTS} times, perhaps for want of memory")
     return failed
 
 
-def _pooled(work: Work, tasks: Tasks, jobs: int, note: OnDone) -> list[str]:
-    """Do tasks in processes; return the names of those that were lost with a dying process."""
-    lost = []
-    pool = _pool(jobs)
+def _pooled(work: Work, tasks: Tasks, jobs: int, note: OnDone, attempts: int) -> list[str]:
+    """Do tasks in processes; return the names of those that ended their process at each of ``attempts``.
+
+    Each process has a pool of its own: where one dies, only its task is asked again, after all others.
+    """
+    waiting, ended, lost = deque(tasks), Counter[str](), list[str]()
+    pools = [_pool(1) for _ in range(jobs)]
+    free, working = list(range(jobs)), dict[Future[str], tuple[str, int]]()
     try:
-        waiting: dict[Future[str], str] = {pool.submit(work, *arguments): name for name, arguments in tasks.items()}
-        for finished in as_completed(waiting):
-            if isinstance(finished.exception(), BrokenProcessPool):
-                lost.append(waiting[finished])
-            else:
-                note(waiting[finished], finished.result())
+        while waiting or working:
+            while waiting and free:
+                name, place = waiting.popleft(), free.pop()
+                try:
+                    working[pools[place].submit(work, *tasks[name])] = name, place
+                except BrokenProcessPool:  # its process died idle: nobody's fault
+                    waiting.appendleft(name)
+                    pools[place] = _pool(1)
+                    free.append(place)
+            for finished in wait(working, return_when=FIRST_COMPLETED).done:
+                name, place = working.pop(finished)
+                free.append(place)
+                if not isinstance(finished.exception(), BrokenProcessPool):
+                    note(name, finished.result())
+                    continue
+                pools[place] = _pool(1)
+                ended[name] += 1
+                (waiting if ended[name] < attempts else lost).append(name)
     finally:
-        pool.shutdown(cancel_futures=True)
-    return sorted(lost)
+        for pool in pools:
+            pool.shutdown(cancel_futures=True)
+    return lost
 
 
 def _pool(jobs: int) -> ProcessPoolExecutor:

@@ -1,6 +1,7 @@
 import os
 import signal
 import time
+from pathlib import Path
 
 import pytest
 
@@ -8,17 +9,37 @@ from replay.base.processes import Crew, in_processes
 from replay.base.progress import Silent
 from replay.errors import WorkerError
 
+needs_sigkill = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
+
 
 def work(path, what):
     if what == "fail":
         return "it was not to be"
-    if what == "die":
-        os.kill(os.getpid(), signal.SIGKILL)
+    if what.startswith("die"):
+        with open(f"{path} tries", "a+") as file:  # noqa: PTH123
+            file.write("x")
+            file.seek(0)
+            if what == "die" or file.read() == "x":
+                file.flush()
+                os.kill(os.getpid(), signal.SIGKILL)
+    if what == "meet" and not meets(Path(path)):
+        return "nobody came"
     if what == "slow":
         time.sleep(0.5)
     with open(path, "a") as file:  # noqa: PTH123
         file.write(f"x{os.getpid()}")
     return ""
+
+
+def meets(path):
+    """Whether another task of this kind is at work at the same time."""
+    (path.parent / f"here {path.name}").touch()
+    limit = time.monotonic() + 30
+    while len(list(path.parent.glob("here *"))) < 2:
+        if time.monotonic() > limit:
+            return False
+        time.sleep(0.02)
+    return True
 
 
 def tasks(folder, **kinds):
@@ -38,12 +59,23 @@ def test_every_task_is_done_once_and_told_and_failures_are_named(tmp_path, jobs)
     assert {text == f"x{os.getpid()}" for text in written.values()} == {jobs == 1}
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
-def test_a_task_that_takes_its_process_down_ends_no_other(tmp_path):
+@needs_sigkill
+def test_a_task_that_takes_its_process_down_is_asked_three_times_and_ends_no_other(tmp_path):
     failed = in_processes(work, tasks(tmp_path, a="go", b="die", c="slow", d="slow", e="go"), 2, lambda *one: None)
-    assert set(failed) == {"b"} and "memory" in failed["b"]
-    assert {path.name for path in tmp_path.iterdir()} == {"a", "c", "d", "e"}
+    assert set(failed) == {"b"} and "ended 3 times" in failed["b"]
+    written = {path.name: path.read_text() for path in tmp_path.iterdir()}
+    assert written.pop("b tries") == "xxx"
+    assert written.keys() == {"a", "c", "d", "e"} and all(text.count("x") == 1 for text in written.values())
+
+
+@needs_sigkill
+def test_only_the_task_of_a_killed_process_is_asked_again_and_the_others_go_on_side_by_side(tmp_path):
+    """The last two wait for each other: asked one by one, both would fail."""
+    failed = in_processes(work, tasks(tmp_path, a="die once", b="slow", c="meet", d="meet"), 2)
+    assert not failed
+    written = {path.name: path.read_text() for path in tmp_path.iterdir()}
+    assert written.pop("a tries") == "xx" and written.keys() >= {"a", "b", "c", "d"}
+    assert all(written[name].count("x") == 1 for name in "abcd")
 
 
 def double(number, file=None):
@@ -73,7 +105,7 @@ def test_what_a_task_raises_is_raised_to_who_asked(jobs):
         crew.results([(double, (-1,)), (double, (1,))], lambda done: None)
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
+@needs_sigkill
 def test_a_process_of_a_crew_that_dies_is_one_sentence(tmp_path):
     with Crew(2) as crew, pytest.raises(WorkerError, match="use --jobs 1"):
         crew.results([(work, (str(tmp_path / "a"), "die")), (work, (str(tmp_path / "b"), "slow"))], lambda done: None)
