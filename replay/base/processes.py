@@ -37,7 +37,7 @@ def in_processes(work: Work, tasks: Tasks, jobs: int, on_done: OnDone | None = N
         if on_done is not None:
             on_done(name, why or "done")
 
-    if jobs <= 1 or len(tasks) <= 1:
+    if jobs <= 1:
         for name, arguments in tasks.items():
             note(name, work(*arguments))
         return failed
