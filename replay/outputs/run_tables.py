@@ -166,7 +166,7 @@ def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table
     rows = [
         (
             Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
-            Marked(f"replay view {run} --miss {one.number}", CODE), _moment(one), one.last - one.first + 1,
+            Marked(f"replay view {run} --miss {one.number}", CODE), _moment(one), one.frames,
             depth_words(one), one.face_pairs, one.shown[0],
             "" if one.touch is None else "{} and {}".format(*one.touch.faces),
         )

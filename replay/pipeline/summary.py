@@ -17,6 +17,7 @@ from replay.comparison.outcome import counts_of
 from replay.detection.run_detector import Run
 from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, plan_summary
+from replay.pipeline.fault_lists import fault_list
 from replay.pipeline.run_result import Measured
 from replay.pipeline.scores import score
 from replay.prepare.session_scan import SessionScan
@@ -54,6 +55,8 @@ def summarise(
             for label, run in runs.items()
         },
         "audit": {label: score(result, label) for label in result.comparisons},
+        "faults": {label: fault_list(result, label, _seconds(runs[result.oracle])["per_frame_mean"])
+                   for label in result.comparisons},
         "dwell": None if result.dwell is None else result.dwell.table(),
         "noise": None if result.noise is None else result.noise.as_json(),
         **({} if result.treatment is None else result.treatment.as_json()),
