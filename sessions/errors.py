@@ -14,6 +14,11 @@ from collections.abc import Sequence
 class SessionError(Exception):
     """Anything wrong with a session or with what belongs to it."""
 
+    def __str__(self) -> str:
+        """The sentence; where it repeats text of a file that cannot be printed, escaped."""
+        said = super().__str__()
+        return said if said.isprintable() else said.encode("unicode_escape").decode()
+
 
 class MeshFileError(SessionError):
     """A mesh file, or arrays given as a mesh, that cannot be used."""

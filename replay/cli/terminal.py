@@ -36,7 +36,7 @@ def terminal(*parts: Table | RenderableType) -> Group:
             # Not as rich's title: that would be folded to the width of the table, however narrow it is.
             title = [Text(shown(part.title), style="bold")] if part.title else []
             below += [Text(), *title, Fitted(part)]
-            below += [Text(shown(note, lines=True), style="dim") for note in part.notes]
+            below += [Text(shown(note), style="dim") for note in part.notes]
         else:
             below.append(Text(shown(part)) if isinstance(part, str) else part)
     return Group(*below)

@@ -114,7 +114,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
 
 def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
     """Raises PlanError: a table, or a formula in a vessel, that fits nothing else in the scene."""
-    contents = _everything(scene, file)
+    contents = contents_of_scene(scene, file)
     recipe = recipe_of(tables, contents)
     equations = [one.equation for one in recipe.reactions]
     for one in recipe.reactions:
@@ -129,7 +129,8 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
             _check_diluted(declared, contents)
 
 
-def _everything(scene: Scene, file: str) -> dict[str, Contents]:
+def contents_of_scene(scene: Scene, file: str) -> dict[str, Contents]:
+    """Body -> what the scene says is in it. Raises PlanError: formulas and numbers that cannot be."""
     contents: dict[str, Contents] = {}
     faults: list[str] = []
     for body in scene.bodies:
@@ -266,4 +267,8 @@ def _formula(vessel: Vessel, text: str) -> str:
         atoms(formula)
     except ValueError as error:
         raise vessel.fail(f"holds {error}") from error
+    # AgNo3 would be silver and nobelium.
+    meant = next((one for one in COMMON if one.lower() == formula.lower() and one != formula), "")
+    if meant:
+        raise vessel.fail(f"holds {formula!r}; did you mean {meant!r}?")
     return formula

@@ -67,10 +67,14 @@ def _event(declared: Declaration, times: FloatArray, before: int, after: int | N
 
 def _lane(declared: Declaration, times: FloatArray, share: FloatArray) -> list[LaneSpan]:
     acid, base = (declared.text(key) for key in WORDS)
-    masks = ((share <= 0.0, acid), ((share > 0.0) & (share < 1.0), f"{acid} to {base}"), (share >= 1.0, base))
+    between = tuple(blended(COLOURS[acid], COLOURS[base], np.array([0.5]))[0].tolist())
+    masks = (
+        (share <= 0.0, acid, COLOURS[acid]), ((share > 0.0) & (share < 1.0), f"{acid} to {base}", between),
+        (share >= 1.0, base, COLOURS[base]),
+    )  # fmt: skip
     return [
-        LaneSpan(float(times[first]), float(times[min(stop, len(times) - 1)]), word)
-        for mask, word in masks
+        LaneSpan(float(times[first]), float(times[min(stop, len(times) - 1)]), word, rgba)
+        for mask, word, rgba in masks
         for first, stop in spans_of(mask)
     ]
 

@@ -7,7 +7,7 @@ from typing import Any, Final, cast
 
 from replay.errors import EffectError, PlanError
 from sessions.model.scene import Scene, SceneEffect
-from sessions.scene_files.scene_toml import TAG, selected_bodies
+from sessions.scene_files.scene_toml import bodies_by_selector
 from sessions.scene_files.toml_table import is_number, nearest
 
 Pair = tuple[str, str]
@@ -158,11 +158,10 @@ class _Reading:
     def _selected(self, key: str, word: object) -> tuple[str, ...]:
         if not isinstance(word, str) or not word:
             raise self.fail(f"{key} names {word!r}; give ids of bodies or tag:WORD")
-        found = selected_bodies(word, self._scene.bodies)
-        if not found:
-            tags = {TAG + tag for one in self._scene.bodies for tag in one.tags}
-            raise self.fail(f"{key}: no body is {word!r}{nearest(word, {*tags, *(b.id for b in self._scene.bodies)})}")
-        return found
+        named = bodies_by_selector(self._scene.bodies)
+        if word not in named:
+            raise self.fail(f"{key}: no body is {word!r}{nearest(word, named)}")
+        return tuple(named[word])
 
     def _bodies(self, key: str, value: Any) -> tuple[str, ...]:
         words = value if isinstance(value, list | tuple) else [value]

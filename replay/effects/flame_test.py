@@ -1,7 +1,10 @@
 """A salt on a wire shows its colour when the wire's tip stays in the flame long enough."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from replay.effects.chemistry import contents_of_scene
 from replay.effects.declaring import Declaration, bodies, body, mapping, number, vector
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray
@@ -82,6 +85,10 @@ def _check(declared: Declaration, _scene: Scene) -> None:
             raise declared.fail(f"colours: no vessel of dips holds {salt!r}{nearest(salt, salts)}")
 
 
+def _check_all(_tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file: str) -> None:
+    contents_of_scene(scene, file)
+
+
 SPEC = EffectSpec(
     kind="flame-test",
     about="Salts colour a flame.",
@@ -101,4 +108,5 @@ SPEC = EffectSpec(
     trigger="the wire's tip in a declared vessel's liquid or in the flame",
     sources=("colours, cone and time: the scene's author", "the salt of the last dip is on the wire"),
     check=_check,
+    check_all=_check_all,
 )

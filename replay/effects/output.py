@@ -21,6 +21,12 @@ def vector_of(place: FloatArray) -> Vector:
 FACE_PAIRS: Final = "face pairs"
 """Unit of a series that counts."""
 
+QUANTITIES: Final[Mapping[str, str]] = {
+    "mL": "Volume (mL)", "pH": "pH", "degC": "Temperature (degC)", "mol": "Amount (mol)", "g": "Mass (g)",
+    "mol/L": "Concentration (mol/L)", "m": "Distance (m)", "share": "Share of the indicator in its base's colour",
+}  # fmt: skip
+"""Unit of a series -> quantity and unit, for an axis."""
+
 
 @dataclass(frozen=True)
 class EffectEvent:
@@ -75,11 +81,12 @@ class Series:
 
 @dataclass(frozen=True)
 class LaneSpan:
-    """A stretch of a lane: from ``start`` to ``end`` seconds it shows ``word``."""
+    """A stretch of a lane: from ``start`` to ``end`` seconds it shows ``word``; ``rgba``: its own colour."""
 
     start: float
     end: float
     word: str
+    rgba: tuple[int, int, int, int] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -109,8 +109,9 @@ def _end_points(matter: Matter, one: Reaction, vessel: str) -> list[EffectEvent]
     came = history.added_ml[b] - history.added_ml[a] > 0.0
     added = history.added_ml[:, came].sum(axis=1)
     time, volume = (float(column[a] + share * (column[b] - column[a])) for column in (history.times, added))
-    words = f"{acids[0]} and {bases[0]} are equivalent in {vessel} after {volume:.2f} mL"
-    values = {"volume_ml": volume, "overshot_ml": float(added[-1]) - volume}
+    over = float(added[-1]) - volume
+    words = f"{acids[0]} and {bases[0]} are equivalent in {vessel} after {volume:.2f} mL; overshot by {over:.2f} mL"
+    values = {"volume_ml": volume, "overshot_ml": over}
     return [EffectEvent(time, "end-point", (vessel,), None, values, words)]
 
 

@@ -26,6 +26,7 @@ GAZE: Final = "gaze"
 SCALARS: Final = "scalars"
 CURVES: Final = "curves"
 NOTHING, UNSEEN = -1, -2
+NOT_SEEN: Final = "(eyes not seen)"
 
 LONGEST_LOOK: Final = 0.1
 """Seconds for which a sample speaks at most: a fixation lasts that long (Salvucci and Goldberg, 2000)."""
@@ -53,7 +54,7 @@ class Looked:
     def lasting(self) -> FloatArray:
         """Seconds for which each sample speaks, (n,): to the next one, at most ``LONGEST_LOOK``."""
         steps = np.diff(self.times)
-        usual = float(np.median(steps)) if len(steps) else 0.0
+        usual = float(np.median(steps)) if len(steps) else LONGEST_LOOK
         return np.minimum(np.append(steps, usual), LONGEST_LOOK)
 
 
@@ -148,15 +149,16 @@ def _event(who: str, one: Looked, names: Sequence[str]) -> EffectEvent:
     """How long a participant looked at what."""
     spent = {word: float(one.lasting[one.body == number].sum()) for number, word in _words(names).items()}
     seconds = dict(sorted(((word, time) for word, time in spent.items() if time > 0.0), key=lambda row: -row[1]))
-    listed = ", ".join(f"{shown(word)} {time:.1f} s" for word, time in seconds.items())
-    through = f"; looked through what is worn: {', '.join(map(shown, one.worn))}" if one.worn else ""
-    message = f"{shown(who)} looked at {listed}{through}"
+    seen = ", ".join(f"{shown(word)} {time:.1f} s" for word, time in seconds.items() if word != NOT_SEEN)
+    parts = [f"{shown(who)} looked at {seen}"] if seen else []
+    parts += [f"the eyes of {shown(who)} were not seen for {seconds[NOT_SEEN]:.1f} s"] if NOT_SEEN in seconds else []
+    parts += [f"looked through what is worn: {', '.join(map(shown, one.worn))}"] if one.worn else []
     start, end = float(one.times[0]), float(one.times[-1] + one.lasting[-1])
-    return EffectEvent(start, "looked-at", (who,), end, seconds, message)
+    return EffectEvent(start, "looked-at", (who,), end, seconds, "; ".join(parts))
 
 
 def _words(names: Sequence[str]) -> Mapping[int, str]:
-    return {**dict(enumerate(names)), NOTHING: "nothing", UNSEEN: "(eyes not seen)"}
+    return {**dict(enumerate(names)), NOTHING: "nothing", UNSEEN: NOT_SEEN}
 
 
 SCALARS_SPEC: Final = EffectSpec(SCALARS, "Numbers that were recorded beside the poses.", lambda _: EffectOutput())

@@ -25,7 +25,7 @@ from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.scene import Pose, SceneBody
 
 USABLE: Final = (Status.VALID, Status.HELD, Status.INTERPOLATED)
-ORIGINS: Final = {0: "left out by the policy", 1: "recorded", 2: "held", 3: "interpolated", 4: "fixed"}
+ORIGINS: Final = {0: "left_out", 1: "recorded", 2: "held", 3: "interpolated", 4: "fixed"}
 GIVEN: Final = (0, 2, 3)
 """Origins of poses that a proof may give."""
 

@@ -135,7 +135,7 @@ class _Pair:
         self._refuse(np.any((faces < 0) | (faces >= most), axis=1), row, "there is no such face")
         meet, exact = faces_meet(self._two, frame, faces[:, 0], faces[:, 1])
         self._refuse(~meet, row, "these two faces do not meet")
-        self._told.update({"face pairs": len(frame), "decided by integers": exact})
+        self._told.update({"face_pairs": len(frame), "by_integers": exact})
 
     def _check_fronts(self, row: Rows, frame: Rows) -> None:
         here = np.isin(self._rows[row, 3], (CLEAR, CONTAINED))
@@ -158,7 +158,7 @@ class _Pair:
     def _check_faces(self, row: Rows, frame: Rows, nodes: Rows) -> None:
         clear, asked, exact = faces_apart(self._two, frame, nodes)
         self._refuse(~clear, row, "two faces meet")
-        self._told.update({"face pairs": asked, "decided by integers": exact})
+        self._told.update({"face_pairs": asked, "by_integers": exact})
 
     def _walked(self, number: int, row: Rows) -> Front:
         """The ends of a walk; it begins at both roots and leaves nothing out."""

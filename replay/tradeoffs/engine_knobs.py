@@ -157,7 +157,7 @@ def _false(first: Row, others: Sequence[Row]) -> list[str]:
     lost = [(row["missed"], row["in_part"]) for row in (first, *others)]
     better = [row for row, now in zip(others, lost[1:], strict=True) if now <= lost[0] and row["false"] is not None]
     less = [row for row in better if row["false"] <= first["false"] / 2]
-    share = f"{figure(100 * first['false'])} % of the contact that row 1 reports is false, in pair-frames."
+    share = f"{figure(100 * first['false'])} % of the contact time that row 1 reports is false."
     if not less:
         return [f"{share} No row halves that without missing more."]
     best = _smallest(less)

@@ -1,4 +1,4 @@
-"""Several recordings of one clock as one session: a file per body, or per device."""
+"""Several recordings as one session: a file per body, or per device."""
 
 from collections import Counter
 from collections.abc import Mapping
@@ -7,15 +7,16 @@ from typing import Any
 
 from sessions.errors import ImportFileError
 from sessions.importers.finish import Imported
+from sessions.importers.marks import on_one_clock
 from sessions.model.session import Session
 
 
 def joined(parts: Mapping[Path, Session]) -> Imported:
-    """Several sessions as one, whose stamps must share one clock; what two files name alike is named ``FILE/NAME``.
+    """Several sessions as one, on the clock of the first; what two files name alike is named ``FILE/NAME``.
 
-    Raises ``ImportFileError``: the times of two files do not overlap.
+    Raises ``ImportFileError``: a file that lies apart from the first in time, and shares no mark with it.
     """
-    _check_clocks(parts)
+    parts = on_one_clock(parts)
     first = next(iter(parts.values()))
     facts = {key: _said(parts, key) for key in first.facts if key not in ("source_file", "conversions")}
     return Imported(
@@ -46,18 +47,6 @@ def _named(parts: Mapping[Path, Session], what: str) -> dict[str, Any]:
                 raise ImportFileError(f"{path}: another file of that name has {name!r} too; rename the file")
             found[new] = one
     return found
-
-
-def _check_clocks(parts: Mapping[Path, Session]) -> None:
-    spans = sorted((int(part.frames.stamp_ns[0]), int(part.frames.stamp_ns[-1]), path) for path, part in parts.items())
-    _, end, last = spans[0]
-    for start, stop, path in spans[1:]:
-        if start > end:
-            raise ImportFileError(
-                f"{path} begins {(start - end) / 1e9:g} s after {last} ends; give files of one clock and one recording"
-            )
-        if stop > end:
-            end, last = stop, path
 
 
 def _said(parts: Mapping[Path, Session], key: str) -> str:

@@ -35,9 +35,8 @@ CURES: Final = {
 
 
 def refused(path: Path | str, code: str, what: str) -> SessionFileError:
-    """One sentence about a file, with the cure; text of the file that cannot be printed is escaped."""
-    said = what if what.isprintable() else what.encode("unicode_escape").decode()
-    error = SessionFileError(f"{path}: {said}; {CURES[code]}")
+    """One sentence about a file, with the cure."""
+    error = SessionFileError(f"{path}: {what}; {CURES[code]}")
     error.code = code
     return error
 

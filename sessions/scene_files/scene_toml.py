@@ -20,6 +20,11 @@ MESH_UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
 """Unit of a mesh file -> metres, a shorter way to write ``scale``. Source: one inch is 25.4 mm (ISO 80000-3)."""
 
 TAG = "tag:"
+Selected = Mapping[str, list[str]]
+"""Id or ``tag:WORD`` -> names of the bodies that it stands for."""
+
+MOST_PAIRS = 250_000
+"""Two words may name every body of thousands: a scene is to take memory and time by its size."""
 IDENTITY: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0)
 
 
@@ -51,14 +56,15 @@ def scene_and_faults(text: str, file: str) -> tuple[Scene, list[str]]:
     space.done()
     bodies = tuple(_body(table) for table in whole.tables("body") or [])
     _check_bodies(bodies, whole)
+    named = bodies_by_selector(bodies)
     pairs, ignore = whole.tables("pair"), whole.tables("ignore")
     effects = whole.tables("effect")
     scene = Scene(
         name=name,
         bodies=bodies,
-        pairs=None if pairs is None else _selected(pairs, bodies),
-        ignore=_selected(ignore or [], bodies),
-        effects=None if effects is None else tuple(_effect(table, bodies) for table in effects),
+        pairs=None if pairs is None else _selected(pairs, named),
+        ignore=_selected(ignore or [], named),
+        effects=None if effects is None else tuple(_effect(table, named) for table in effects),
         colliders=colliders,
         space_radius=space_radius,
         text=text,
@@ -67,12 +73,15 @@ def scene_and_faults(text: str, file: str) -> tuple[Scene, list[str]]:
     return scene, faults
 
 
-def selected_bodies(selector: str, bodies: tuple[SceneBody, ...]) -> tuple[str, ...]:
-    """Names of the bodies that an id or ``tag:WORD`` stands for; empty when there is none."""
-    if selector.startswith(TAG):
-        word = selector.removeprefix(TAG)
-        return tuple(body.id for body in bodies if word in body.tags)
-    return tuple(body.id for body in bodies if body.id == selector)
+def bodies_by_selector(bodies: tuple[SceneBody, ...]) -> Selected:
+    """What stands for which of these bodies."""
+    found: dict[str, list[str]] = {}
+    for body in bodies:
+        if not body.id.startswith(TAG):
+            found[body.id] = [body.id]
+        for tag in dict.fromkeys(body.tags):
+            found.setdefault(TAG + tag, []).append(body.id)
+    return found
 
 
 def _body(table: TomlTable) -> SceneBody:
@@ -173,18 +182,22 @@ def _pose(table: TomlTable | None) -> Pose | None:
 
 
 def _check_bodies(bodies: tuple[SceneBody, ...], whole: TomlTable) -> None:
-    names = [body.id for body in bodies]
     parents = {body.id: body.parent for body in bodies}
+    first: dict[str, int] = {}
+    ends = {""}  # and what is known to lead there: a long chain of parents is walked once
     for row, body in enumerate(bodies, start=1):
         place = f"[[body]] {row} ({body.id!r})"
-        if names.index(body.id) != row - 1:
-            whole.refuse(f"{place}: the id is taken by [[body]] {names.index(body.id) + 1}; ids must differ")
+        if first.setdefault(body.id, row) != row:
+            whole.refuse(f"{place}: the id is taken by [[body]] {first[body.id]}; ids must differ")
         if body.parent and body.parent not in parents:
-            whole.refuse(f"{place}: no parent {body.parent!r}{nearest(body.parent, names)}")
-        above = body.parent
-        for _ in bodies:  # a chain of parents without a loop is no longer than the bodies
+            whole.refuse(f"{place}: no parent {body.parent!r}{nearest(body.parent, parents)}")
+        chain, above = set[str](), body.parent
+        while above not in ends and above not in chain:
+            chain.add(above)
             above = parents.get(above, "")
-        if above:
+        if above in ends:
+            ends |= chain
+        else:
             whole.refuse(f"{place}: its parents lead back to itself; a joint needs a first body")
 
 
@@ -200,38 +213,41 @@ def _two(table: TomlTable) -> tuple[str, ...]:
     return table.text("a", None), table.text("b", None)
 
 
-def _between(table: TomlTable, bodies: tuple[SceneBody, ...]) -> list[tuple[str, ...]]:
-    ends = []
-    for selector in _two(table):
-        found = selected_bodies(selector, bodies)
-        if not found and selector:
-            tags = [TAG + tag for body in bodies for tag in body.tags]
-            table.refuse(f"no body is {selector!r}{nearest(selector, {*tags, *(body.id for body in bodies)})}")
-        ends.append(found)
-    return ends
-
-
-def _selected(tables: list[TomlTable], bodies: tuple[SceneBody, ...]) -> tuple[tuple[str, str], ...]:
+def _selected(tables: list[TomlTable], bodies: Selected) -> tuple[tuple[str, str], ...]:
     chosen: dict[frozenset[str], tuple[str, str]] = {}
+    asked = 0
     for table in tables:
-        ends = _between(table, bodies)
-        found = [(a, b) for a in ends[0] for b in ends[1] if a != b] if len(ends) == 2 else []
-        if not found and all(ends) and len(ends) == 2:
-            table.refuse(f"{ends[0][0]!r} is paired with itself; a pair needs two bodies")
-        for pair in found:
-            chosen.setdefault(frozenset(pair), pair)
+        first, second = _ends(table, bodies)
+        if (asked := asked + len(first) * len(second)) > MOST_PAIRS:
+            table.refuse(f"there are more than {MOST_PAIRS:,} pairs by now; name fewer")
+        else:
+            for pair in ((a, b) for a in first for b in second if a != b):
+                chosen.setdefault(frozenset(pair), pair)
         table.done()
     return tuple(chosen.values())
 
 
-def _effect(table: TomlTable, bodies: tuple[SceneBody, ...]) -> SceneEffect:
+def _ends(table: TomlTable, bodies: Selected) -> tuple[list[str], list[str]]:
+    """The bodies of a table at both ends, of whatever is wrong none."""
+    ends = []
+    for selector in _two(table):
+        if selector and selector not in bodies:
+            table.refuse(f"no body is {selector!r}{nearest(selector, bodies)}")
+        ends.append(bodies.get(selector, []))
+    first, second = ends if len(ends) == 2 else ([], [])
+    if first == second and len(first) == 1:
+        table.refuse(f"{first[0]!r} is paired with itself; a pair needs two bodies")
+    return first, second
+
+
+def _effect(table: TomlTable, bodies: Selected) -> SceneEffect:
     kind = table.text("kind", None)
     table.place = f"{table.place} ({kind!r})"
     settings: dict[str, Any] = {}
     if "between" in table:
         settings["between"] = list(table.texts("between", 2))
         if len(settings["between"]) == 2:
-            _selected([table.within(settings, table.place)], bodies)
+            _ends(table.within(settings, table.place), bodies)
     settings.update(table.rest())
     return SceneEffect(kind, settings)
 

@@ -8,9 +8,11 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from sessions.errors import SessionError
+from sessions.errors import SceneError, SessionError
 
 # A key of 32 names: the parser's time grows with the square of a key's length.
+MOST_FAULTS, MOST_NAMED = 100, 500
+"""So many faults are listed, and a nearest name is looked for among so many: both take time for each of them."""
 _DEEP_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
 SHOWN_LETTERS = 80  # A wrong value is quoted up to here, so that a message stays one line
 
@@ -45,6 +47,8 @@ def parse_toml(text: str, file: str, error: type[SessionError], faults: list[str
 def nearest(word: str, known: Iterable[str]) -> str:
     """``; did you mean 'x'?`` or the list of what there is."""
     names = sorted(known)
+    if len(names) > MOST_NAMED:
+        return f"; there are {len(names):,} others"
     close = get_close_matches(word, names, n=1, cutoff=0.6)
     if close:
         return f"; did you mean {close[0]!r}?"
@@ -75,6 +79,8 @@ class TomlTable:
         if self.faults is None:
             raise self.fail(message)
         self.faults.append(str(self.fail(message)))
+        if len(self.faults) == MOST_FAULTS:
+            raise SceneError(*self.faults)
 
     def within(self, data: Mapping[str, Any], place: str) -> "TomlTable":
         """Another table of this file, its faults kept beside those of this one."""

@@ -9,15 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 import rerun.blueprint as rrb
-from support.first_picture import TOASTS_GONE, opened, record_demo
+from support.first_picture import AROUND, TOASTS_GONE, film_picture, opened, record_demo
 from support.headless import photographed, pixels, viewer_or_skip
+from support.sentences import recording_text
 from support.small_worlds import jumping
 
+from replay import run as replay_run
 from replay.cli.demo import DETECTORS
+from replay.cli.main import main
 from replay.comparison.clusters import by_depth
 from replay.outputs.palette import SERIES
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log.focus import read_misses
+from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.viewer import start_viewer
 from replay.outputs.watched_run import watched_runs
@@ -50,6 +54,11 @@ def blue(picture):
 def wears(picture, colour):
     """Pixels of this colour."""
     return int((np.abs(picture - np.array(colour[:3])).max(axis=-1) < 24).sum())
+
+
+def laned(picture, colour):
+    """Pixels of lanes of this colour, which the viewer draws darker."""
+    return wears(picture, [0.8 * one for one in colour[:3]])
 
 
 def view(viewer, title):
@@ -161,13 +170,57 @@ def test_choosing_a_moment_moves_lanes_close_up_and_words(looking, audited):
     assert np.abs(note - words).max() > 200
 
 
-def test_four_lanes_are_whole_at_800_lines(audited, tmp_path):
+def lines_of(picture):
+    """How many lines of text a view has, by rows of pixels that are bright somewhere."""
+    bright = (picture.min(axis=-1) > 170).sum(axis=1) > 2
+    return int((np.diff(bright.astype(int)) == 1).sum())
+
+
+@pytest.mark.parametrize("size", [(1280, 800), (1920, 1080)])
+def test_what_when_where_why_and_cost_are_read_without_a_click(audited, tmp_path, size):
     write_recording(audited, tmp_path / "run.rrd")
+    (answer,) = re.findall(r"## hull50: .*", recording_text(tmp_path / "run.rrd"))
+    assert answer.startswith("## hull50: ") and "% of the contact time it reports is false" in answer
+    lead = next(one for one in read_moments(tmp_path / "run.rrd") if one.leads)
+    with viewer_or_skip(start_viewer, headless=True, size=size) as viewer:
+        viewer.open(tmp_path / "run.rrd")
+        viewer.seek(lead.session_ns)
+        time.sleep(TOASTS_GONE)
+        titles = ("Answer", "Where", "Close-up", "The pair in focus", "When    red", "The moment in")
+        what, where, near, pair, when, why = (view(viewer, title) for title in titles)
+    assert min(len(pair), len(when)) >= 24 + 4 * 40, "a ruler and four lanes"
+    assert lines_of(what) >= 8, "title, why, cost, and the row of every detector"
+    assert (what[-4:].min(axis=-1) > 170).sum() == 0, "no line is cut"
+    assert yellow(where) > 200 and yellow(near) > 200 and yellow(pair) > 2000
+    assert red(when) > 500 < yellow(when) and lines_of(why) >= 3
+
+
+def test_the_effects_open_at_what_happened_with_stages_tasks_and_the_liquid(tmp_path):
+    session, _ = synthetic_session("titration", 0, None)
+    write_recording(compute(session, detectors=()), tmp_path / "run.rrd")
     with viewer_or_skip(start_viewer, headless=True, size=(1280, 800)) as viewer:
         viewer.open(tmp_path / "run.rrd")
+        viewer.seek(next(one.session_ns for one in read_moments(tmp_path / "run.rrd") if one.leads))
         time.sleep(TOASTS_GONE)
-        heights = [len(view(viewer, title)) for title in ("The pair in focus", "When    red")]
-    assert min(heights) >= 24 + 4 * 40, "a ruler and four lanes"
+        room, lanes = pixels(viewer.screenshot())[200:600, :640], view(viewer, "When: what")
+        words = view(viewer, "Answer: what")
+    r, g, b = np.moveaxis(room, -1, 0)
+    assert int(((r - g > 20) & (b - g > 20)).sum()) > 500, "the liquid is pink"
+    assert all(laned(lanes, colour) > 300 for colour in SERIES[:5]) and lines_of(words) >= 2
+
+
+def test_a_diff_shows_red_before_and_blue_after_under_one_cursor(tmp_path):
+    session, _ = synthetic_session("bench-bumps", 0, None)
+    for name, rate in (("before", 22.5), ("after", 90)):
+        replay_run(session, detectors=f"mine=discrete[rate_hz={rate}]", end=20.0, out=tmp_path / name)
+    assert (
+        main(["diff", *(str(tmp_path / one) for one in ("before", "after")), "-o", str(tmp_path / "diff"), "-q"]) == 0
+    )
+    with viewer_or_skip(opened, tmp_path / "diff") as viewer:
+        before, after = view(viewer, "Before: before"), view(viewer, "After: after")
+        when = view(viewer, "When ")
+    assert red(before) > 100 > 20 > red(after)
+    assert laned(when, SERIES[2]) > 300, "what was gained is green"
 
 
 def small(picture):
@@ -176,12 +229,18 @@ def small(picture):
     return np.asarray(Image.fromarray(picture.astype(np.uint8)).convert("L").resize((96, 54)), dtype=np.int16)
 
 
-def test_the_first_picture_of_the_readme_is_what_the_demo_looks_like_today(demo):
-    place = re.search(r"!\[[^\]]*\]\(([^)]+\.png)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
-    kept = small(np.asarray(Image.open(ROOT / place[1]).convert("RGB")))
-    now = small(pixels(demo.screenshot()))
-    assert np.abs(kept - now).mean() < 2.5, "make it anew: tests/support/first_picture.py"
-    assert np.abs(kept[:, ::-1] - now).mean() > 7.5, "so much differs in a picture that is not the same"
+def test_the_pictures_of_the_readme_are_what_the_demo_looks_like_today(demo):
+    shown = re.findall(r"\((\S+/overview\.\w+)\)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    assert [Path(one).suffix for one in shown] == [".webp", ".png"]
+    screen = Image.fromarray(pixels(demo.screenshot()).astype(np.uint8))
+    film = Image.open(ROOT / shown[0])
+    assert film.n_frames == 2 * AROUND + 1
+    assert (ROOT / shown[0]).stat().st_size < 3e6
+    film.seek(AROUND)
+    for kept, now in ((film, film_picture(screen)), (Image.open(ROOT / shown[1]), screen)):
+        kept, now = (small(np.asarray(one.convert("RGB"))) for one in (kept, now))
+        assert np.abs(kept - now).mean() < 2.5, "make it anew: tests/support/first_picture.py"
+        assert np.abs(kept[:, ::-1] - now).mean() > 7.5, "so much differs in a picture that is not the same"
 
 
 def test_a_miss_between_frames_is_red_at_its_moment_and_not_before(tmp_path):

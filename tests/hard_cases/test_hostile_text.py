@@ -19,6 +19,8 @@ from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.cli.main import main
 from replay.outputs.report.page import report_html
+from replay.outputs.results.run_folder import RunFolder
+from replay.outputs.share import folder
 from replay.pipeline.engine import compute
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.page import study_html
@@ -77,7 +79,16 @@ def study_of(word):
     return study_html(study, f"A class of {word}")
 
 
-PAGES = {"report": report_of, "study": study_of}
+def shared_of(word):
+    return folder._beside(report_of(word), "run", RunFolder(Path(word), {}))
+
+
+def list_of(word):
+    runs = [RunFolder(Path(word), {"session": {"facts": {"pseudonym": word}}})] * 2
+    return folder._list(dict(zip(("run1", "run2"), runs, strict=True)), {"run1": word, "run2": word})
+
+
+PAGES = {"report": report_of, "study": study_of, "shared": shared_of, "list of shared runs": list_of}
 """Page -> its HTML where everything is called so. A page to come is a row."""
 
 
@@ -141,9 +152,9 @@ def recorded(*words):
 @pytest.fixture(scope="module")
 def places(tmp_path_factory):
     """Files whose names and texts command a terminal."""
-    folder = tmp_path_factory.mktemp("hostile")
+    place = tmp_path_factory.mktemp("hostile")
     name = COMMANDS.replace("/", "").replace("\0", "")
-    files = {kind: folder / f"{name}.{kind}" for kind in ("mcap", "torn", "csv", "toml", "obj")}
+    files = {kind: place / f"{name}.{kind}" for kind in ("mcap", "torn", "csv", "toml", "obj")}
     write_session(hostile(COMMANDS), files["mcap"])
     files["torn"].write_bytes(files["mcap"].read_bytes()[:-300])
     rows = [f"pose,{0.011 * k},{name},{0.01 * k},1,0,0,0,0,1,1,," for k in range(9)]
@@ -151,7 +162,7 @@ def places(tmp_path_factory):
     files["csv"].write_text("\n".join([head, *(row.replace("\n", "").replace("\r", "") for row in rows), ""]), "utf-8")
     files["toml"].write_text(SCENE.replace("{0}", "".join(f"\\u{ord(one):04x}" for one in COMMANDS)), "utf-8")
     files["obj"].write_bytes(b"\x1b[2J")
-    return folder, files
+    return place, files
 
 
 LOOK = ("--no-picture", "--detectors", "slow=discrete[rate_hz=20]")
@@ -171,7 +182,8 @@ CALLS = {
     "diff": lambda f, d: ("diff", d / "run\x1b[2J", d / "two\x1b[2J"),
     "shrink": lambda f, d: ("shrink", d / "run\x1b[2J", "--miss", "1", "-o", d / "case\x1b[2J", "--session", f["mcap"]),
     "annotate": lambda f, d: ("annotate", d / "run\x1b[2J", "--miss", "1", "w\x1b[2J", "--rater", "a\x1b[2J"),
-    "share": lambda f, d: ("share", d / "run\x1b[2J", "-o", d / "sent\x1b[2J"),
+    "share": lambda f, d: ("share", d / "run\x1b[2J", "--anyway", "-o", d / "shared\x1b[2J"),
+    "share without consent": lambda f, d: ("share", d / "run\x1b[2J", "-o", d / "sent\x1b[2J"),
     "verify": lambda f, d: ("verify", d / "run\x1b[2J"),
     "mesh": lambda f, d: ("mesh", "repair", f["obj"], "-o", d / "m\x1b[2J.glb"),
     "audit": lambda f, d: ("audit", "-v", f["mcap"], *LOOK),
@@ -191,7 +203,7 @@ CALLS = {
 
 WORKS = {
     "info", "doctor", "plan", "import", "run", "run again", "diff", "shrink", "audit", "tradeoff", "advise",
-    "study run", "scene new", "scene check", "annotate",
+    "study run", "scene new", "scene check", "share", "annotate",
 }  # fmt: skip
 
 
@@ -204,11 +216,11 @@ def test_every_verb_is_among_the_calls():
 
 @pytest.mark.slow
 def test_no_verb_sends_a_terminal_what_a_recording_says(places, monkeypatch):
-    folder, files = places
-    monkeypatch.chdir(folder)
+    place, files = places
+    monkeypatch.chdir(place)
     monkeypatch.setenv("TERM", "xterm-256color")
     for name, words in CALLS.items():
-        code, pieces = recorded(*words(files, folder))
+        code, pieces = recorded(*words(files, place))
         said = b"".join(pieces).decode("utf-8")
         assert (code == 0) == (name in WORKS), (name, code, said)
         assert "201m" not in said.replace("\\x1b[38;5;201m", ""), name

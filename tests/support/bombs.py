@@ -60,6 +60,12 @@ def _scene(data: bytes, scene: bytes) -> bytes:
     return _with_records(data, lambda parts: [*parts[:-1], (Opcode.ATTACHMENT, content), parts[-1]])
 
 
+def _bodies(count: int, more: str = "") -> bytes:
+    """Bodies b0, b1, ..., each with a line more, of its number and the next."""
+    lines = [f'[[body]]\nid="b{k}"\n{more.format(k, k + 1)}\n' for k in range(count)]
+    return "".join(lines).replace(f'parent="b{count}"', "").encode()
+
+
 def _added(data: bytes, records: list[tuple[int, bytes]]) -> bytes:
     return _with_records(data, lambda parts: [parts[0], *records, *parts[1:]])
 
@@ -88,6 +94,16 @@ BOMBS: dict[str, Callable[[bytes], bytes]] = {
     "a scene of dots": lambda data: _scene(data, b"a" + b".a" * 200_000 + b"=1\n"),
     "a scene of nested arrays": lambda data: _scene(data, b"a=" + b"[" * 100_000),
     "a scene of tables": lambda data: _scene(data, b"[[body]]\n" * 100_000),
+    "a scene of bodies": lambda data: _scene(data, _bodies(20_000)),
+    "a scene of bodies of one name": lambda data: _scene(data, b'[[body]]\nid="a"\n' * 20_000),
+    "a chain of parents": lambda data: _scene(data, _bodies(20_000, 'parent="b{1}"')),
+    "bodies without their parents": lambda data: _scene(data, _bodies(20_000, 'parent="c{0}"')),
+    "tags times tags": lambda data: _scene(
+        data, _bodies(5000, 'tags=["x"]') + b'[[pair]]\nbetween=["tag:x", "tag:x"]\n' * 100
+    ),
+    "effects times bodies": lambda data: _scene(
+        data, _bodies(5000, 'tags=["x"]') + b'[[effect]]\nkind="contact"\nbetween=["tag:x", "tag:x"]\n' * 5000
+    ),
     "100,000 frames that jump back": lambda data: _backwards(data, 100_000),
     "60,000 topics": lambda data: _topics(data, 60_000),
     "a million tiny records": lambda data: _added(data, [(0x90, b"")] * 1_000_000),

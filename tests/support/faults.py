@@ -209,7 +209,8 @@ def compilers(place: Place, number: int) -> list[str]:
 
 def mutants(place: Place, number: int) -> list[str]:
     """Five hundred mutants of session files through four verbs, in a process of their own."""
-    words = [sys.executable, "-m", "support.hostile", str(place.folder), str(500 * number), str(500 * number + 500)]
+    first, folder = 500 * number, place.folder / "mutants"
+    words = [sys.executable, "-m", "support.hostile", str(folder), str(first), str(first + 500)]
     done = subprocess.run(words, env=environment(), capture_output=True, text=True, timeout=10 * LONGEST_S)
     return json.loads(done.stdout.splitlines()[-1])["wrong"] if done.returncode == 0 else [done.stderr[-600:]]
 
@@ -247,10 +248,9 @@ def main(folder: Path, kinds: list[str]) -> int:
     for kind, _, count in (text.partition("=") for text in kinds or KINDS):
         began, most = time.monotonic(), int(count or KINDS[kind][1])
         found = tried(place, kind, range(most))
-        print(
-            *found, f"{kind}: {most} tried, {len(found)} wrong, {time.monotonic() - began:.0f} s", sep="\n", flush=True
-        )
-        counts[kind], wrong = most, wrong + found
+        counts[kind], wrong = most * KINDS[kind][2], wrong + found
+        said = f"{kind}: {counts[kind]} tried, {len(found)} wrong, {time.monotonic() - began:.0f} s"
+        print(*found[:50], said, sep="\n", flush=True)
     print(json.dumps({"tried": counts, "wrong": len(wrong)}))
     return bool(wrong)
 

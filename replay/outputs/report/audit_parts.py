@@ -9,12 +9,12 @@ from replay.pipeline.run_result import RunResult
 
 FRAME_WORDS: Final = (
     "A pair-frame is one pair of bodies in one frame. Missed: the oracle says contact, the detector does not; "
-    "invented: the other way round. Within tolerance: they disagree about less than any tracker resolves. Left out: "
+    "false: the other way round. Within tolerance: they disagree about less than any tracker resolves. Left out: "
     "one of them could not decide, or a pose was lost. Between frames: only the way from frame to frame shows it."
 )
 CONTACT_NOTE: Final = (
     "A contact lasts from the first frame in which a pair touches to the last. The detector's are matched one to one "
-    "with the oracle's, by most frames in common. Nobody's fault: undecided, within tolerance, or between frames."
+    "with the oracle's, by most frames in common. Ties, not counted: undecided, within tolerance, or between frames."
 )
 
 

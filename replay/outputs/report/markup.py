@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from replay.base.shown import shown
 from replay.outputs import tables
-from replay.outputs.tables import CODE, STRONG, Cell, Column, Marked, Table
+from replay.outputs.tables import CODE, STRONG, Cell, Marked, Table
 
 ALLOWED: Final = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 """What a browser may load for a page: its own styles and pictures; no script, no font, no other address."""
@@ -75,7 +75,7 @@ def page_table(made: Table, cards: Sequence[Mapping[str, object]] = ()) -> Marku
     """A table as HTML, its notes below it; with ``cards``, the attributes of each row, every row looks like a card."""
     if cards:
         return _card_table(made, cards)
-    kinds = [_kind(column) for column in made.columns]
+    kinds = ["word" if column.words else "number" for column in made.columns]
     names = zip(made.columns, kinds, strict=True)
     header = element("tr", *(element("th", column.name, scope="col", class_=kind) for column, kind in names))
     body = [
@@ -87,20 +87,16 @@ def page_table(made: Table, cards: Sequence[Mapping[str, object]] = ()) -> Marku
     return joined([shown, *(element("p", note) for note in made.notes)])
 
 
-def _kind(column: Column) -> str:
-    return "word" if column.words else "number"
-
-
 def _card_table(made: Table, cards: Sequence[Mapping[str, object]]) -> Markup:
     # What looks like a card is no table to a browser any more: the roles say what it is.
-    kinds = [_kind(column) for column in made.columns]
+    kinds: list[dict[str, object]] = [{} if column.words else {"class_": "number"} for column in made.columns]
     names = (column.name for column in made.columns)
     header = element("tr", *(element("th", name, scope="col", role="columnheader") for name in names), role="row")
     rows = [
         element(
             "tr",
             *(
-                element("td", _cell(cell), role="cell", data_name=column.name, class_=kind)
+                element("td", _cell(cell), role="cell", data_name=column.name, **kind)
                 for column, kind, cell in zip(made.columns, kinds, row, strict=True)
             ),
             role="row", **about,

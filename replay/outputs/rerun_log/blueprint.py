@@ -11,10 +11,11 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from replay.comparison.outcome import Outcome
+from replay.effects.effects_runner import SKIPPED
 from replay.outputs.camera import Eye
 from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.contacts import contacts_path
-from replay.outputs.rerun_log.effects import EffectViews, effect_views, tab_name
+from replay.outputs.rerun_log.effects import HAPPENED, EffectViews, effect_views, tab_name
 from replay.outputs.rerun_log.findings import finding_lanes, finding_tab, state_view
 from replay.outputs.rerun_log.lanes import noise_lane
 from replay.outputs.rerun_log.overview import SPACE, OverviewLanes
@@ -43,12 +44,11 @@ LOW_POINTS: Final = 704
 BOTTOM_POINTS: Final = 165
 """Height of the timing plot and of the words about a miss."""
 
-EFFECT_PLOTS: Final = 5
+MOST_LANES: Final = 0.6
+"""Share of the height of their tab that lanes of effects take at most."""
+
+EFFECT_PLOTS: Final = 4
 """Plots of effects, one per unit; more would be too flat to read."""
-
-SCREEN_POINTS: Final = 980
-"""Height the tabs share on a 1080-line screen."""
-
 
 LANES_IN_VIEW: Final = 5
 """Lanes beside the picture, the numbers included: at 40 points each, more would be cut off. All are in the next tab."""
@@ -148,7 +148,7 @@ def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
     if result.tradeoff is not None:
         first = len(tabs)
         tabs.append(curve_tab())
-    tabs.append(_costs(layout, "What accuracy costs" if result.tradeoff is None else "Time per frame"))
+    tabs += _costs(layout, "What accuracy costs" if result.tradeoff is None else "Time per frame")
     doing = tuple(session_lanes(result))
     if result.effects or doing:
         if result.effects and not layout.subjects and result.tradeoff is None:
@@ -259,27 +259,31 @@ def _room(layout: BlueprintInput) -> Any:
     return spatial(name, ["/world/**", *layout.hidden], _eye_controls(layout.eye))
 
 
-def _costs(layout: BlueprintInput, name: str) -> Any:
+def _costs(layout: BlueprintInput, name: str) -> list[Any]:
+    """The tab of times; none in a run without a detector."""
+    if not layout.costs:
+        return []
     table = rrb.TextDocumentView(origin="/tradeoff/table", name="What each detector costs")
     stages = {label: [stage_path(label, stage) for stage in cost.stages] for label, cost in layout.costs.items()}
     title = "{}: ms per frame by stage"
     plots = [plot(_whole(layout), "/timing", title.format(label), paths) for label, paths in stages.items() if paths]
     beside = [rrb.Vertical(*plots)] if plots else []
-    return rrb.Horizontal(*beside, table, column_shares=[0.62, 0.38] if plots else [1.0], name=name)
+    return [rrb.Horizontal(*beside, table, column_shares=[0.62, 0.38] if plots else [1.0], name=name)]
 
 
 def _happened(layout: BlueprintInput, views: EffectViews, doing: Sequence[str]) -> Any:
     """What happened in the room, what people did there (lanes of ``doing``), when, and in numbers."""
     rows: list[Any] = []
     plots = list(views.plots.items())[:EFFECT_PLOTS]
-    shares = [SCREEN_POINTS / max(1, len(plots))] * len(plots)
-    if lanes := [*doing, *views.lanes]:
+    shares = [LOW_POINTS / max(1, len(plots))] * len(plots)
+    if lanes := [*doing, *(lane for lane in views.lanes if not lane.endswith(f"/{SKIPPED}"))]:
         # As high as its lanes, or the lower ones would be cut off; what is left is for the plots.
-        high = min(RULER_POINTS + LANE_POINTS * len(lanes), SCREEN_POINTS // 2)
-        shares = [high, *((SCREEN_POINTS - high) / len(plots) for _ in plots)]
+        high = min(RULER_POINTS + LANE_POINTS * len(lanes), MOST_LANES * LOW_POINTS)
+        shares = [high, *((LOW_POINTS - high) / len(plots) for _ in plots)]
         rows.append(state_view("", "When: what people did, and what the effects found", _whole(layout), lanes))
-    rows += [plot(_whole(layout), "/effects", unit or "numbers", paths) for unit, paths in plots]
-    words = rrb.TextLogView(origin="/effects", contents=[f"/{path}" for path in views.events], name="What happened")
-    left = rrb.Vertical(_room(layout), words, row_shares=[0.68, 0.32])
+    rows += [plot(_whole(layout), "/effects", axis, paths) for axis, paths in plots]
+    answer = rrb.TextDocumentView(origin=f"/{HAPPENED}", name=views.headline)
+    listed = [text_list(views.events[0], "Events: click the time", *views.events[1:])] if views.events else []
+    left = rrb.Vertical(answer, _room(layout), *listed, row_shares=[0.2, 0.56, 0.24][: 2 + len(listed)])
     beside = [rrb.Vertical(*rows, row_shares=shares)] if rows else []
     return rrb.Horizontal(left, *beside, name=tab_name(layout.result.effects) if layout.result.effects else "Tasks")

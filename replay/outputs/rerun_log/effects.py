@@ -4,22 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
 from replay.base.shown import shown
+from replay.effects.effect_summary import happened
 from replay.effects.effects_runner import SKIPPED, EffectRun
-from replay.effects.output import FACE_PAIRS, EffectEvent, FloatArray, LaneSpan, Liquid, Series
+from replay.effects.output import FACE_PAIRS, QUANTITIES, EffectEvent, FloatArray, LaneSpan, Liquid, Series
 from replay.effects.recorded import GAZE, SCALARS, UNSEEN, Looked
-from replay.outputs.palette import FAINT, SERIES, Rgba
+from replay.outputs.palette import SERIES, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.lanes import send_lane
+from replay.outputs.rerun_log.overview import TABLE
 from replay.outputs.rerun_log.world import body_path
+from replay.outputs.words import counted
 
 ROOT: Final = "effects"
+HAPPENED: Final = "happened"
+
+SEEN_S: Final = 0.25
+"""Seconds after an event at which the picture opens: in the frame of an end point the liquid is still colourless."""
 
 MOST_POINTS: Final = 200_000
 """Points of a curve: an hour of an EEG at 500 Hz has nine times as many, and no screen shows them."""
@@ -35,17 +42,21 @@ AIR: Final = 1.5
 
 LEVEL_WORDS: Final = {"info": "INFO", "warning": "WARN", "error": "ERROR"}
 
+RESULTS: Final = ("end-point", "broken", "burn", "precipitate", "collect", "wrong-order")
+"""Names of events that an experiment is done for, or ends by, the weightiest first."""
+
 UPRIGHT_XYZW: Final = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 """Turns a cylinder of Rerun, which stands along Z, so that it stands along the body's Y."""
 
 
 @dataclass(frozen=True)
 class EffectViews:
-    """Entities of the effects' tab: unit -> series of it, lanes, and words."""
+    """Entities of the effects' tab: quantity -> series of it, lanes, and words; ``headline``: what counts most."""
 
     plots: Mapping[str, tuple[str, ...]]
     lanes: tuple[str, ...]
     events: tuple[str, ...]
+    headline: str
 
 
 def effect_views(effects: Mapping[str, EffectRun]) -> EffectViews:
@@ -54,10 +65,39 @@ def effect_views(effects: Mapping[str, EffectRun]) -> EffectViews:
     lanes: list[str] = []
     for kind, run in effects.items():
         for name, series in run.series.items():
-            plots[series.unit] = (*plots.get(series.unit, ()), _path(kind, *name.split("/")))
-        lanes += [_path(kind, "lanes", name) for name in run.output.lanes]
+            axis = QUANTITIES.get(series.unit, series.unit) or "numbers"
+            plots[axis] = (*plots.get(axis, ()), _path(kind, *name.split("/")))
+        lanes += [_path(kind, "lanes", name) for name in run.output.lanes if name != SKIPPED]
     events = tuple(_path(kind, "events") for kind, run in effects.items() if run.events)
-    return EffectViews(plots, tuple(lanes), events)
+    return EffectViews(plots, tuple(lanes), events, _headline(effects))
+
+
+def _headline(effects: Mapping[str, EffectRun]) -> str:
+    """The result of an experiment with its second; where nothing is one, only what the list is."""
+    found = [event for run in effects.values() for event in run.events if event.name in RESULTS]
+    best = min(found, key=lambda event: (RESULTS.index(event.name), event.time), default=None)
+    return "What happened" if best is None else f"{shown(best.text)} ({best.time:.1f} s)"
+
+
+def log_happened(writer: RecordingWriter, effects: Mapping[str, EffectRun], *, leads: bool) -> None:
+    """Send what happened, the last event first: it is what the others led to.
+
+    ``leads``: the picture opens at that event, a little later, when it can be seen.
+    """
+    found = happened(effects)
+    if not found:
+        writer.markdown(HAPPENED, "## No effect found anything" if effects else "## What people did")
+        return
+    last = found[-1][1]
+    when = f"At {last.time:.1f} s, the last of {counted(len(found), 'event')}."
+    writer.markdown(HAPPENED, f"## {last.text[:1].upper()}{last.text[1:]}\n\n{when}")
+    if leads:
+        ns = min(round((last.time + SEEN_S) * 1e9), int(writer.clock.ns[-1]))
+        values: dict[str, Any] = {
+            "label": [""], "kind": ["event"], "number": np.array([len(found)], dtype=np.int64),
+            "leads": np.array([True]), "session_ns": np.array([ns], dtype=np.int64),
+        }  # fmt: skip
+        writer.static(TABLE, rr.AnyValues(**values))
 
 
 def tab_name(effects: Mapping[str, EffectRun]) -> str:
@@ -79,6 +119,8 @@ def log_effects(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> No
             _log_series(writer, _path(kind, *name.split("/")), name, series, number)
             number += 1
         for name, spans in run.output.lanes.items():
+            if name == SKIPPED:
+                continue  # what was left out is a figure of the summary, not a lane of the picture
             _log_lane(writer, _path(kind, "lanes", name), spans)
         _log_events(writer, _path(kind, "events"), run.events)
         _log_markers(writer, kind, run.events)
@@ -121,9 +163,9 @@ def drawn_rows(values: FloatArray, most: int = MOST_POINTS) -> NDArray[np.int64]
 
 def _log_lane(writer: RecordingWriter, path: str, spans: Sequence[LaneSpan]) -> None:
     stamps = np.array([round(time * 1e9) for span in spans for time in (span.start, span.end)], dtype=np.int64)
-    words = list(dict.fromkeys(span.word for span in spans))
+    own = {span.word: span.rgba for span in spans}
     colours: list[tuple[str, Rgba]] = [
-        (word, FAINT if word == SKIPPED else SERIES[k % len(SERIES)]) for k, word in enumerate(words)
+        (word, rgba or SERIES[k % len(SERIES)]) for k, (word, rgba) in enumerate(own.items())
     ]
     send_lane(writer, path, stamps, [word for span in spans for word in (span.word, "")], colours)
 

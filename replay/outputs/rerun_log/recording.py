@@ -9,11 +9,13 @@ from typing import Final
 from uuid import uuid4
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray
 from cdcore.protocol import counts_as_contact
 from replay.comparison.clusters import MANY, by_depth
 from replay.comparison.contact_counts import contact_counts
+from replay.effects.effect_summary import happened
 from replay.outputs.camera import Eye, overview
 from replay.outputs.lanes import noise_states, number_boxes, ranked_pairs
 from replay.outputs.materials import is_ghost, tags_of
@@ -22,7 +24,7 @@ from replay.outputs.palette import NOISES, OUTCOMES
 from replay.outputs.rerun_log.blueprint import BlueprintInput, Subject, build_blueprint
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity
 from replay.outputs.rerun_log.contacts import log_contacts
-from replay.outputs.rerun_log.effects import log_effects
+from replay.outputs.rerun_log.effects import log_effects, log_happened
 from replay.outputs.rerun_log.findings import log_findings
 from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
 from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane, noise_lane
@@ -41,7 +43,7 @@ from replay.outputs.rerun_log.report import (
     report_text,
 )
 from replay.outputs.rerun_log.search_picture import log_searches
-from replay.outputs.rerun_log.session_lanes import log_session_lanes
+from replay.outputs.rerun_log.session_lanes import log_session_lanes, session_lanes
 from replay.outputs.rerun_log.solids import log_solids, solid_path, with_solids
 from replay.outputs.rerun_log.timing import cost_of, cost_text, log_timing
 from replay.outputs.rerun_log.tradeoff import log_tradeoff
@@ -131,6 +133,8 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
         log_tradeoff(writer, result.tradeoff)
     log_effects(writer, result.effects)
     log_session_lanes(writer, result)
+    if result.effects or session_lanes(result):
+        log_happened(writer, result.effects, leads=not result.comparisons)
     writer.markdown("report", report_text(result))
     log_findings(writer, result)
 
@@ -220,21 +224,31 @@ def _eye(result: RunResult) -> Eye:
 
 
 def _places(result: RunResult, misses: Sequence[tuple[float, float, float]]) -> FloatArray:
-    """World points that the overview shall hold: misses, and movable bodies at their contacts."""
+    """World points that the overview shall hold: misses, and movable bodies at their contacts, or at events."""
     assembly, points = result.assembly, [np.array(misses, dtype=np.float64).reshape(-1, 3)]
     trusted = result.detections.get(result.oracle) or next(iter(result.detections.values()), None)
     if trusted is None:
-        return points[0]
-    names, scene = assembly.names, result.session.scene
+        for _, event in happened(result.effects):
+            frame = min(int(np.searchsorted(assembly.motion.times, event.time)), len(assembly.motion) - 1)
+            bodies = (assembly.names.index(name) for name in event.bodies if name in assembly.names)
+            points += [_boxed(result, body, np.array([frame])) for body in bodies]
+        return np.concatenate(points)
     for column, bodies in enumerate(assembly.pairs.tolist()):
         frames = np.flatnonzero(counts_as_contact(trusted.verdict[:, column]))
-        frames = frames[:: max(1, len(frames) // 200)]
-        for body in bodies:
-            corners = _corners(assembly.bodies[body].mesh.vertices)
-            if len(frames) and np.ptp(corners, axis=0).max() < SMALL and not is_ghost(tags_of(names[body], scene)):
-                turns, places = assembly.motion.rotations[frames, body], assembly.motion.translations[frames, body]
-                points.append((np.einsum("fij,kj->fki", turns, corners) + places[:, None]).reshape(-1, 3))
+        points += [_boxed(result, body, frames[:: max(1, len(frames) // 200)]) for body in bodies]
     return np.concatenate(points)
+
+
+def _boxed(result: RunResult, body: int, frames: NDArray[np.int64]) -> FloatArray:
+    """Corners (n, 3) of the box around a body in these frames; none of a large one, or of a hand or a headset."""
+    assembly = result.assembly
+    corners = _corners(assembly.bodies[body].mesh.vertices)
+    tags = tags_of(assembly.names[body], result.session.scene)
+    if not len(frames) or np.ptp(corners, axis=0).max() >= SMALL or is_ghost(tags):
+        return np.zeros((0, 3))
+    turns, places = assembly.motion.rotations[frames, body], assembly.motion.translations[frames, body]
+    found: FloatArray = (np.einsum("fij,kj->fki", turns, corners) + places[:, None]).reshape(-1, 3)
+    return found
 
 
 def _corners(vertices: FloatArray) -> FloatArray:

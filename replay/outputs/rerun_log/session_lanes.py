@@ -12,7 +12,8 @@ from replay.outputs.rerun_log.columns import RecordingWriter, entity
 from replay.outputs.rerun_log.lanes import send_lane
 from replay.pipeline.run_result import RunResult
 
-ROOT: Final = "session"
+ROOT: Final = "doing"
+"""Lanes stand in the order of their paths: these above those of effects and of the pair in focus."""
 
 VR_TYPE: Final = "vr_type"
 """The fact of a session that says how it was seen: ``immersive``, ``desktop`` ..."""

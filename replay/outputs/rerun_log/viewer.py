@@ -7,6 +7,7 @@ wrapper leaves the viewer alive on its port, where the next run would talk to th
 
 from __future__ import annotations
 
+import os
 import socket
 import subprocess
 import sys
@@ -33,6 +34,10 @@ RECORDING: Final = "run.rrd"
 
 START_SECONDS: Final = 40.0
 """A cold start of the 290 MB binary from a slow disk stays below half of this."""
+
+FORCED: Final = "FORCE_RERUN_ANALYTICS"
+NO_ANALYTICS: Final = {"CI": "1"}
+"""On a build server Rerun sends no statistics; there is no other switch that leaves the user's files alone."""
 
 LOAD_SECONDS: Final = 60.0
 PAUSE_SECONDS: Final = 0.05
@@ -177,7 +182,9 @@ def start_viewer(*, headless: bool = False, size: tuple[int, int] = (1920, 1080)
     if headless:
         command += ["--headless", "--window-size", f"{size[0]}x{size[1]}"]
     words = tempfile.TemporaryFile()  # noqa: SIM115  (the process writes to it as long as the viewer lives)
-    process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=words, stderr=subprocess.STDOUT)
+    process = subprocess.Popen(
+        command, stdin=subprocess.DEVNULL, stdout=words, stderr=subprocess.STDOUT, env=quiet_environment()
+    )
     try:
         return OpenViewer(process, port, _connected(process, port, words), words)
     except BaseException:
@@ -210,7 +217,15 @@ def _ended(words: IO[bytes]) -> str:
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     last = lines[-1] if lines else "it said nothing"
     why = next((reason for sign, reason in _KNOWN_ENDS.items() if sign in text), last)
-    return f"the viewer ended: {why}; copy the run folder to a desktop machine and view it there"
+    return f"the viewer ended: {why}; a browser shows the same: `replay share RUN -o DIR`, and open its index.html"
+
+
+def quiet_environment() -> dict[str, str]:
+    """Variables for Rerun's program: it sends no usage statistics unless the user turned them on with ``FORCED``.
+
+    Its own file of settings says that they are on from its first start, whoever started it; so that file is not asked.
+    """
+    return dict(os.environ) if FORCED in os.environ else {**os.environ, **NO_ANALYTICS}
 
 
 def viewer_binary() -> Path:

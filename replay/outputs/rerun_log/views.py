@@ -46,12 +46,13 @@ def spatial(name: str, contents: Sequence[str], controls: rrb.EyeControls3D, **m
     )  # fmt: skip
 
 
-def text_list(path: str, name: str) -> Any:
-    """Lines of which a click moves the cursor."""
+def text_list(path: str, name: str, *more: str) -> Any:
+    """Lines of which a click moves the cursor, of one entity or of several."""
     times = [TimelineColumn(SESSION), TimelineColumn(FRAME, visible=False)]
     columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=[TextLogColumn("body")])
     one_width = rrb.TextLogFormat(monospace_body=True)
-    return rrb.TextLogView(origin=f"/{path}", name=name, columns=columns, format_options=one_width)
+    contents = [f"/{one}" for one in (path, *more)]
+    return rrb.TextLogView(origin=f"/{path}", contents=contents, name=name, columns=columns, format_options=one_width)
 
 
 def plot(axis: rrb.TimeAxis, origin: str, name: str, paths: Iterable[str] = (), **more: Any) -> Any:

@@ -22,6 +22,7 @@ from replay.outputs.rerun_log.viewer import (
     START_SECONDS,
     ViewerError,
     free_port,
+    quiet_environment,
     viewer_binary,
 )
 from replay.outputs.words import address
@@ -44,7 +45,7 @@ def web_viewer() -> dict[str, bytes]:
     binary, port = viewer_binary(), free_port()
     words = ["--serve-web", "--bind", LOOPBACK, "--port", str(free_port()), "--web-viewer-port", str(port)]
     quiet = subprocess.DEVNULL
-    process = subprocess.Popen([str(binary), *words], stdin=quiet, stdout=quiet, stderr=quiet)
+    process = subprocess.Popen([str(binary), *words], stdin=quiet, stdout=quiet, stderr=quiet, env=quiet_environment())
     try:
         found = {name: _fetched(f"http://{LOOPBACK}:{port}/{name}", process) for name in (SCRIPT, PROGRAM)}
     finally:

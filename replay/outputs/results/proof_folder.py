@@ -21,24 +21,27 @@ from sessions.doctor.runs import runs
 from sessions.errors import SessionError
 
 
-def verify_run(folder: Path, given: Path | None = None) -> dict[str, Any]:
+def verify_run(folder: Path, given: Path | None = None, scene: Path | None = None) -> dict[str, Any]:
     """Check seal, recording, proof and tables of a run folder; what was proven, as plain data.
 
-    ``given``: the recording, where it is not beside the run. Raises ``WrongRecord``: the first record that does not
-    hold; ``RunFolderError``: there is no proof, or no recording.
+    ``given``: the recording, where it is not beside the run; ``scene``: that of the run, if not the recording's. Raises
+    ``WrongRecord``: the first record that does not hold; ``RunFolderError``: there is no proof, recording or scene.
     """
     seal = read_seal(folder, (SUMMARY, PROOF, FRAMES, EPISODES))
     run = read_run_folder(folder)
-    recording = run.recording(given)
+    recording = run.recording(given, scene)
     if file_hash(recording) != seal["recording"]:
         raise WrongRecord(f"{recording.name} is not the recording that was replayed; its contents differ")
     proof = Proof.read(run.path / PROOF)
     try:
-        session = read_session(recording)
+        session = read_session(recording, scene=scene)
         meshes, poses, whence = load(session, proof)
+        told = verify(proof, meshes, poses)
     except SessionError as error:
         raise WrongRecord(f"{recording.name} cannot be read: {error}") from error
-    told = verify(proof, meshes, poses)
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        # A header may hold anything where a number or a word belongs.
+        raise WrongRecord(f"{PROOF} is no proof ({error!r})") from error
     table = verdicts(proof, len(poses.valid))
     _check_tables(run, proof, table)
     bodies = proof.header["bodies"]
@@ -47,7 +50,7 @@ def verify_run(folder: Path, given: Path | None = None) -> dict[str, Any]:
     return {
         "frames": len(table), "pairs": len(asked), "pairs_not_asked": left,
         "verdicts": {word: told[word] for word in KINDS.values()}, "poses": dict(whence),
-        "checked": {word: told[word] for word in ("boxes", "face pairs", "decided by integers", "rays")},
+        "checked": {word: told[word] for word in ("boxes", "face_pairs", "by_integers", "rays")},
         "containment_refused": [
             f"{'-'.join(bodies[k] for k in pair)}: {word}"
             for *pair, word in proof.header["pairs"] if word != "decided"

@@ -22,6 +22,7 @@ from replay.outputs.results.seal import PROOF, SEAL, write_seal
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds
 from replay.proof.claims import Proof
+from sessions.scene_files.scene_meshes import SCENE_FACT
 from sessions.whole_files import whole_folder
 
 SUMMARY: Final = "summary.json"
@@ -166,17 +167,22 @@ class RunFolder:
             raise RunFolderError(f"{self.path} holds no picture ({PICTURE}); run again without --no-picture")
         return path
 
-    def recording(self, given: Path | None = None) -> Path:
-        """The recording that was replayed: the one given, or one of its name in the folder, beside it or here."""
-        name = (self.summary.get("session") or {}).get("origin")
-        if given is not None:
-            return given
+    def recording(self, given: Path | None = None, scene: Path | None = None) -> Path:
+        """The recording that was replayed: the one given, or one of its name in the folder, beside it or here.
+
+        ``scene``: the one given in place of the recording's. Raises ``RunFolderError``: no recording, or no scene.
+        """
+        said = self.summary.get("session") or {}
+        name, replaced = said.get("origin"), said.get("facts", {}).get(SCENE_FACT)
         if not name:
             raise RunFolderError(f"{self.path} replayed a session in memory; write it to a file and run that")
-        for place in (self.path, self.path.parent, Path()):
-            if (place / name).is_file():
-                return place / name
-        raise RunFolderError(f"{name}, which {self.path} replayed, is not beside it; say where with --session FILE")
+        places = (self.path, self.path.parent, Path())
+        found = given or next((place / name for place in places if (place / name).is_file()), None)
+        if found is None:
+            raise RunFolderError(f"{name}, which {self.path} replayed, is not beside it; say where with --session FILE")
+        if replaced and scene is None:
+            raise RunFolderError(f"{self.path} replayed with the scene of {replaced}; give it with --scene FILE")
+        return found
 
     def require_miss(self, number: int | None) -> None:
         """Refuse the number of a miss that is not in the run; the ``RunFolderError`` says which there are."""

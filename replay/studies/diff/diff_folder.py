@@ -1,6 +1,7 @@
 """The folder of a diff: its figures, and one recording in which both runs lie under one cursor."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -54,7 +55,7 @@ def write_diff(
     # What changed most is what the picture opens on.
     detectors.sort(key=lambda one: -len(one.changes))
     settings = "\n".join(f"- {one}" for one in settings_words(found))
-    words = [f"## {headline(found)}", settings, markdown(diff_table(found).only(*COLUMNS))]
+    words = [f"## {headline(found)}", settings, markdown(replace(diff_table(found), notes=()).only(*COLUMNS))]
     pictures = first.picture, second.picture
     with result_folder(out, DIFF, force=force) as folder:
         write_diff_recording(

@@ -24,7 +24,6 @@ from replay.prepare.assembly import Assembly
 from replay.studies.stress.families import FIRST_SEED
 from replay.studies.stress.found_scenes import SCENES
 from sessions import read_session
-from sessions.scene_files.scene_meshes import SCENE_FACT
 
 WINDOWS: Final = (1.0, 10.0, 100.0, np.inf)
 """Seconds before the wrong answer that are tried in turn: most detectors remember less than a second."""
@@ -85,8 +84,8 @@ def of_run(
 
     ``label``: the detector, where the run audited several; ``session``: the recording, where it lies neither in the run
     folder, nor beside it, nor in the working directory; ``scene``: that of the run, where it was not the recording's.
-    Raises ``ShrinkError``: no such fault, a detector whose
-    answers came with the recording, or a fault that does not happen again; ``RunFolderError``: no recording.
+    Raises ``ShrinkError``: no such fault, a detector whose answers came with the recording, or a fault that does not
+    happen again; ``RunFolderError``: no recording or scene, or those of another run.
     """
     label, row = _row(run, miss, invented, label)
     said, contact = run.summary["detectors"][label], miss is not None
@@ -156,10 +155,7 @@ def _row(run: RunFolder, miss: int | None, invented: int | None, label: str | No
 
 def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:
     """Bodies, poses and pairs as the run had them."""
-    said, found = run.summary["session"], run.recording(session)
-    replaced = said["facts"].get(SCENE_FACT)
-    if replaced and scene is None:
-        raise ShrinkError(f"{run.path} replayed with the scene of {replaced}; give it with --scene FILE")
+    found = run.recording(session, scene)
     ready = prepared(read_session(found, scene=scene), policy=run.summary["policy"], **run.summary["window"])
     run.require_digest(found, ready.treatment.digest)
     return ready.assembly

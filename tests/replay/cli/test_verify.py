@@ -7,6 +7,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.cli.main import main
+from replay.cli.verify import sentences
 from replay.outputs.results.seal import write_seal
 from replay.proof.claims import Proof
 from sessions import write_session
@@ -102,6 +103,31 @@ def test_a_proof_may_give_no_pose_that_the_recording_holds(copy, capsys):
     (copy / "proof.npz").write_bytes(forged.written())
     write_seal(copy, copy.parent / "s.mcap")
     rejected(copy, capsys, "body b, frames 2 to 3: the recording holds another pose")
+
+
+def test_a_header_that_holds_anything_is_rejected(copy, capsys):
+    proof = Proof.read(copy / "proof.npz")
+    forged = {"pairs": [[0, 1, 7]] * 2, "frames": "ab", "bodies": [1, 2, 3], "meshes": None, "flags": [1]}
+    for key, value in forged.items():
+        (copy / "proof.npz").write_bytes(Proof({**proof.header, key: value}, proof.arrays).written())
+        write_seal(copy, copy.parent / "s.mcap")
+        rejected(copy, capsys)
+
+
+def test_every_sentence_says_what_was_counted():
+    told = {
+        "frames": 1200, "pairs": 3, "pairs_not_asked": [], "verdicts": {"CLEAR": 3000, "CONTACT": 600, "CONTAINED": 0},
+        "checked": {"boxes": 5000, "face_pairs": 70, "by_integers": 2, "rays": 1}, "bytes": 1234,
+        "poses": {"recorded": 10, "interpolated": 4, "held": 3, "left_out": 2},
+        "containment_refused": ["a-b: refused: a is open"],
+    }  # fmt: skip
+    assert sentences(told) == [
+        "holds: 1,200 frames of 3 pairs, every verdict proven", " 3,000 CLEAR, 600 CONTACT",
+        " checked: 5,000 boxes apart, 70 face pairs of which integers decided 2, 1 rays",
+        " poses: 10 from the recording; from the proof 4 interpolated, 3 held; left out by the policy: 2",
+        " the proof has 1,234 bytes", " containment of a-b: refused: a is open",
+    ]  # fmt: skip
+    assert sentences({**told, "pairs_not_asked": ["a-c", "b-c"]})[5] == " pairs not asked: a-c, b-c"
 
 
 def test_without_a_proof_a_sentence_says_how_to_make_one(copy, capsys):

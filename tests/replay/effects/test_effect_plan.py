@@ -1,10 +1,15 @@
+from dataclasses import replace
+from itertools import islice
+
 import pytest
+from support.effect_proofs import EXPERIMENTS
 
 from replay.effects.effect_plan import DECLARED, plan
 from replay.effects.protocol import EffectOutput, EffectSpec, Need
 from replay.errors import PlanError
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.scene_files.scene_toml import parse_scene
+from sessions.synthetic.experiments.lab import layout_of
 
 BODIES = tuple(SceneBody(name, tags=(tag,)) for name, tag in (("cup", "glass"), ("jar", "glass"), ("top", "bench")))
 GLASS_ON_BENCH = {"between": ["tag:glass", "top"]}
@@ -136,3 +141,47 @@ properties = { liqid = {}, liquid = { volum_ml = 1.0, molar = 1.0 }, solid = 3, 
     glows = made_up(spec("glow", properties=("glow",), fields={}))
     one = parse_scene('[[body]]\nid = "lamp"\nproperties = { glow = { lux = 2 } }\n[[effect]]\nkind = "glow"\n')
     assert plan(one, table=glows).effects == ("glow",)
+
+
+def mistakes():
+    """Over a hundred scenes, each with one slip of the pen: every key of every table, and formulas."""
+    for experiment in EXPERIMENTS:
+        scene = experiment._scene(layout_of(experiment.placed, experiment.grips, 600))
+        for row, effect in enumerate(scene.effects):
+            for key in effect.settings:
+                typed = {k + "x" * (k == key): value for k, value in effect.settings.items()}
+                yield with_effect(scene, row, replace(effect, settings=typed)), key
+            yield with_effect(scene, row, replace(effect, kind=effect.kind + "s")), effect.kind
+        for number, body in enumerate(scene.bodies):
+            properties = body.extra.get("properties") or {}
+            for kind, held in ((kind, properties[kind]) for kind in ("liquid", "solid") if kind in properties):
+                for key in held:
+                    wrong = {k + "x" * (k == key): value for k, value in held.items()}
+                    yield with_body(scene, number, {kind: wrong}), key
+                yield with_body(scene, number, {kind[:-1]: held}), kind[:-1]
+            for wrong in ("HCL", "Nacl", "AgNo3") if "liquid" in properties else ():
+                yield (
+                    with_body(scene, number, {"liquid": {**properties["liquid"], "solute": wrong, "molar": 1.0}}),
+                    wrong,
+                )
+
+
+def with_effect(scene, row, effect):
+    return replace(scene, effects=(*scene.effects[:row], effect, *scene.effects[row + 1 :]))
+
+
+def with_body(scene, number, properties):
+    body = scene.bodies[number]
+    changed = replace(body, extra={**body.extra, "properties": properties})
+    return replace(scene, bodies=(*scene.bodies[:number], changed, *scene.bodies[number + 1 :]))
+
+
+@pytest.mark.parametrize("every", [20, pytest.param(1, marks=pytest.mark.slow)])
+def test_two_hundred_slips_of_the_pen_are_two_hundred_sentences_that_name_the_key(every):
+    tried = 0
+    for scene, key in islice(mistakes(), 0, None, every):
+        with pytest.raises(PlanError) as refused:
+            plan(scene)
+        assert "scene.toml: " in str(refused.value) and key in " ".join(refused.value.faults), (scene.name, key)
+        tried += 1
+    assert tried * every > 200

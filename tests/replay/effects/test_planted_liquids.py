@@ -1,11 +1,13 @@
 """What was poured, spilled, titrated and heated in the experiments, tracker noise on, is found again."""
 
+from dataclasses import replace
 from functools import cache
 
 import pytest
 
 from replay.pipeline.engine import compute
 from replay.studies.synthetic_sessions import synthetic_session
+from sessions.synthetic.scenes import make_scene_session
 
 pytestmark = pytest.mark.slow
 
@@ -123,3 +125,17 @@ def test_every_flame_is_found_with_the_colour_that_was_seen(seed):
         assert event.time == pytest.approx(fact.start, abs=ONSET_S) and event.end == pytest.approx(
             fact.end, abs=ONSET_S
         )
+
+
+@pytest.mark.parametrize("name", ["acid-dilution", "silver-chloride", "gas-collection"])
+def test_the_pours_end_the_same_however_often_the_room_was_looked_at(name):
+    def ends(rate_hz):
+        session, _ = make_scene_session(name, 0, rate_hz, "off", jitter="even", faces=600)
+        told = tuple(effect for effect in session.scene.effects if effect.kind in ("pour", "mixing"))
+        session = replace(session, scene=replace(session.scene, effects=told))
+        series = compute(session, detectors=()).effects["pour"].series
+        return {vessel: one.values[-1] for vessel, one in series.items()}
+
+    whole = ends(1000.0)
+    for rate_hz in (90.0, 30.0, 9.0):
+        assert ends(rate_hz) == {vessel: pytest.approx(volume, rel=0.01) for vessel, volume in whole.items()}

@@ -138,8 +138,10 @@ def test_lanes_and_seconds_add_up_and_the_sentence_says_them(world):
         assert event.values[word] == pytest.approx(shown, abs=1e-9)
     assert sum(event.values.values()) == pytest.approx(1.0)
     assert event.values["(eyes not seen)"] == pytest.approx(0.1)
-    parts = [f"{word} {time:.1f} s" for word, time in sorted(event.values.items(), key=lambda row: -row[1])]
-    assert event.text == f"anna looked at {', '.join(parts)}; looked through what is worn: camera"
+    seen = sorted((row for row in event.values.items() if row[0] != "(eyes not seen)"), key=lambda row: -row[1])
+    parts = [f"{word} {time:.1f} s" for word, time in seen]
+    unseen = "the eyes of anna were not seen for 0.1 s; looked through what is worn: camera"
+    assert event.text == f"anna looked at {', '.join(parts)}; {unseen}" and "nothing" in event.text
     assert happened_words(result.effects, 9) == [f"0.0 s: {event.text}"]
 
 
@@ -176,3 +178,21 @@ def test_a_body_is_not_met_where_it_has_no_pose_and_nothing_is_asked_far_from_a_
     looked = compute(session, detectors=(), policy={"not-finite": "drop"}).effects["gaze"].output.data["b"]
     assert looked.body.tolist() == [0, NOTHING, UNSEEN, 0]
     assert looked.lasting.tolist() == pytest.approx([0.02, 0.1, 0.1, 0.1])
+
+
+@pytest.mark.parametrize(
+    ("ahead", "seen", "words"),
+    [
+        ([-1.0, -1.0], [True, True], "b looked at a 0.2 s"), ([1.0], [True], "b looked at nothing 0.1 s"),
+        ([-1.0, 1.0], [True, True], "b looked at a 0.1 s, nothing 0.1 s"),
+        ([-1.0, 1.0], [False, False], "the eyes of b were not seen for 0.2 s"),
+        ([-1.0, 1.0], [False, True], "b looked at nothing 0.1 s; the eyes of b were not seen for 0.1 s"),
+    ],
+)  # fmt: skip
+def test_the_sentence_names_what_there_is_and_no_more(ahead, seen, words):
+    poses = {"a": (np.tile([0.0, 0, -1], (11, 1)), np.tile([0.0, 0, 0, 1], (11, 1)))}
+    rays = np.array([[0.0, 0.0, z] for z in ahead])
+    gaze = GazeTrack(10 * STEP * np.arange(len(ahead)), 0 * rays, rays, seen)
+    session = replace(Session.from_arrays(STEP * np.arange(11), poses, {"a": cube(0.2)}), gaze={"b": gaze})
+    (event,) = compute(session, detectors=()).effects["gaze"].events
+    assert event.text == words

@@ -338,5 +338,5 @@ def everything(monkeypatch, path):
 def test_no_template_of_report_and_picture_is_untested(monkeypatch, tmp_path):
     text = "\n".join(map(unescape, everything(monkeypatch, tmp_path / "run.rrd")))
     found = [path for path in sources("replay/outputs/**/*.py") if path.name not in OUTSIDE]
-    tested = "best ant, iteration 7: 100 mm; local search takes over"
+    tested = "best ant, iteration 7: 100 mm; local search takes over\n## What people did"
     assert unsaid(text + NOTHING_SUSPICIOUS + tested, *found) == []

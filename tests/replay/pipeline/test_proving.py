@@ -74,7 +74,7 @@ def test_two_faces_witness_a_contact_for_as_long_as_they_can():
     motion = Motion(np.arange(count) / 90, places, np.tile(np.eye(3), (count, 2, 1, 1)))
     proof, meshes, poses, _ = proven([Body("a", mesh), Body("b", mesh)], motion)
     assert proof["claims"][:, :4].tolist() == [[0, 0, count - 1, CONTACT]]
-    assert verify(proof, meshes, poses)["face pairs"] == count
+    assert verify(proof, meshes, poses)["face_pairs"] == count
 
 
 def test_only_what_exact_says_of_the_recording_itself_is_proven():

@@ -87,7 +87,7 @@ def test_what_a_policy_leaves_out_is_named_and_only_that():
     position[100:300, 1] = position[100, 1]
     session = replace(session, source=replace(frames, position=position))
     proof, told, whence = checked(session, policy=["frozen=drop"])
-    assert whence["left out by the policy"] == told["NO_POSE"] > 100
+    assert whence["left_out"] == told["NO_POSE"] > 100
     (flag,) = proof.header["flags"]
     assert flag[:2] == ["frozen", "b"] and flag[4] == "drop"
     for flags, words in (

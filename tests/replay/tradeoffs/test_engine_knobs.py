@@ -58,7 +58,7 @@ STATES = {
         "The oracle finds no contact in this session, so none for E to miss."]),
     "no contact, all of it false": ([row(1, contacts=0, false=1.0, **START), row(2, contacts=0, false=1.0, Step="1")], [
         "The oracle finds no contact in this session, so none for E to miss.",
-        "100 % of the contact that row 1 reports is false, in pair-frames. No row halves that without missing more."]),
+        "100 % of the contact time that row 1 reports is false. No row halves that without missing more."]),
     "one, found": ([row(1, contacts=1, **START)], ["Nothing is missed in row 1: it finds each of 1 contact."]),
     "several, found": ([row(1, **START)], ["Nothing is missed in row 1: it finds each of 4 contacts."]),
     "one missed, mended": ([row(1, missed=1, **START), row(2, part=1, Step="1"), row(3, Step="2")], [
@@ -73,11 +73,11 @@ STATES = {
     "false, mended": ([
         row(1, false=0.9, **START), row(2, false=0.1, missed=1, Step="1"), row(3, false=0.2, Step="2")], [
         "Nothing is missed in row 1: it finds each of 4 contacts.",
-        "90 % of the contact that row 1 reports is false, in pair-frames. The smallest change that halves that and "
+        "90 % of the contact time that row 1 reports is false. The smallest change that halves that and "
         "misses no more: row 3 (Step 2), 20 %."]),
     "false, not mended": ([row(1, false=0.9, **START), row(2, false=0.5, Step="1")], [
         "Nothing is missed in row 1: it finds each of 4 contacts.",
-        "90 % of the contact that row 1 reports is false, in pair-frames. No row halves that without missing more."]),
+        "90 % of the contact time that row 1 reports is false. No row halves that without missing more."]),
 }  # fmt: skip
 
 

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from support.import_mutants import round_trips
+from support.fuzzing import aframe
+from support.import_mutants import MUTANTS, round_trips, survive
 
 from sessions.errors import SessionError
 from sessions.importers import import_session
@@ -226,3 +227,9 @@ def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
     looked = session.gaze["anna"]
     assert np.allclose(looked.origins, places @ mirror, rtol=1e-7, atol=1e-12)
     assert np.allclose(looked.directions, turns.apply([0, 0, 1]) @ mirror, atol=1e-6)
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
+    (tmp_path / "take").mkdir()
+    survive("aframe", written(tmp_path / "take", aframe().decode()), count)

@@ -5,6 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from support.fuzzing import CSV
+from support.import_mutants import MUTANTS, survive
 
 from sessions import MeshData
 from sessions.errors import SessionError
@@ -346,3 +348,9 @@ def test_a_ragged_row_that_is_no_utf_8_is_one_sentence_and_prints_no_traceback(t
     (tmp_path / "take.csv").write_bytes("\n".join([HEADER, *rows, "pose,\xff", rows[0], ""]).encode("latin-1"))
     with pytest.raises(SessionError, match="this is not UTF-8 text; save it as UTF-8"):
         import_session("csv", tmp_path / "take.csv")
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
+    (tmp_path / "take").mkdir()
+    survive("csv", written(tmp_path / "take", CSV.splitlines()), count, convention="unity")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from mcap.writer import Writer
 from scipy.spatial.transform import Rotation
-from support.import_mutants import survive
+from support.import_mutants import MUTANTS, survive
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -200,9 +200,6 @@ def test_a_broken_bag_is_refused_in_one_sentence(tmp_path, name):
     with pytest.raises(ImportFileError, match=words) as raised:
         import_session("ros2", path)
     assert str(raised.value).startswith(str(path)) and "\n" not in str(raised.value)
-
-
-MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize("count", MUTANTS)

@@ -15,7 +15,7 @@ from google.protobuf import json_format
 from google.protobuf.struct_pb2 import Value
 from mcap.writer import Writer as McapWriter
 from scipy.spatial.transform import Rotation, Slerp
-from support.import_mutants import survive
+from support.import_mutants import MUTANTS, survive
 
 from sessions import make_shape, mesh_to_glb
 from sessions.errors import ImportFileError
@@ -398,9 +398,6 @@ def test_a_session_file_is_sent_to_run(tmp_path):
         writer.finish()
     with pytest.raises(ImportFileError, match="is a session already; run `replay run"):
         import_session("mcap", tmp_path / "s.mcap")
-
-
-MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize("count", MUTANTS)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import survive
+from support.import_mutants import MUTANTS, survive
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -126,9 +126,6 @@ def test_a_broken_export_is_refused_in_one_sentence(tmp_path, name):
     with pytest.raises(ImportFileError, match=words) as raised:
         import_session("optitrack", path)
     assert str(path) in str(raised.value) and "\n" not in str(raised.value)
-
-
-MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize("count", MUTANTS)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import survive
+from support.import_mutants import MUTANTS, survive
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -160,9 +160,6 @@ def test_a_last_line_cut_short_costs_one_pose_or_row_and_no_more(folder):
     assert import_session("uxf", folder).tracks["head"].valid.tolist() == [True] * (2 * COUNT - 1) + [False]
     path.write_text(text[: text.rindex(",")])
     assert "head_movement_T002.csv: 1 rows left out" in import_session("uxf", folder).facts["conversions"]
-
-
-MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize("count", MUTANTS)

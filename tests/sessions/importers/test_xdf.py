@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import survive
+from support.import_mutants import MUTANTS, survive
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -270,9 +270,6 @@ def test_another_file_and_a_missing_library_are_one_sentence(tmp_path, monkeypat
     monkeypatch.setitem(sys.modules, "pyxdf", None)
     with pytest.raises(ImportFileError, match=r'XDF needs pyxdf; install it: pip install -e "\.\[formats\]"'):
         import_session("xdf", path)
-
-
-MUTANTS = [15, pytest.param(500, marks=pytest.mark.slow)]
 
 
 @pytest.mark.parametrize("count", MUTANTS)

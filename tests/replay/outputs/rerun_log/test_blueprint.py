@@ -202,10 +202,10 @@ def test_the_picture_opens_on_the_tab_that_answers_what_was_asked_for(tradeoff, 
     assert names[int(tabs.active_tab)] == opens, names
 
 
-@pytest.mark.parametrize(("lanes", "high"), [(6, 64 + 6 * 40), (30, 980 / 2)])
+@pytest.mark.parametrize(("lanes", "high"), [(6, 64 + 6 * 40), (30, 0.6 * 704)])
 def test_lanes_of_effects_have_the_height_they_need_and_plots_share_what_is_left(lanes, high):
     tab = next(one for one in built((), effect("abc", lanes)).contents if one.name == "Effects")
-    assert tab.contents[1].row_shares == pytest.approx([high, *[(980 - high) / 3] * 3])
+    assert tab.contents[1].row_shares == pytest.approx([high, *[(704 - high) / 3] * 3])
 
 
 LANES = {"lanes/1_missed": None, **{f"lanes/{k}_p": k for k in range(2, 14)}}

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,8 +10,18 @@ from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import FACE_PAIRS, EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.recorded import NOTHING, UNSEEN, Looked
+from replay.outputs.palette import SERIES
+from replay.outputs.rerun_log import effects
 from replay.outputs.rerun_log.columns import RecordingWriter
-from replay.outputs.rerun_log.effects import _log_series, drawn_rows, effect_views, log_effects, tab_name
+from replay.outputs.rerun_log.effects import (
+    _log_series,
+    drawn_rows,
+    effect_views,
+    log_effects,
+    log_happened,
+    tab_name,
+)
+from replay.outputs.rerun_log.overview import read_moments
 
 TIMES = np.array([0.0, 0.5, 1.0])
 OUTPUT = EffectOutput(
@@ -63,7 +74,7 @@ def values(batches, name):
 def test_every_part_of_an_effect_has_an_entity_and_nothing_else_has(entities):
     told = {path for path in entities if path.startswith(("/effects", "/world"))}
     assert told == {
-        "/effects/pour/cup/volume", "/effects/pour/lanes/cup", "/effects/pour/lanes/skipped", "/effects/pour/events",
+        "/effects/pour/cup/volume", "/effects/pour/lanes/cup", "/effects/pour/events",
         "/world/effects/pour/1", "/world/cup/liquid", "/effects/gaze/lanes/anna", "/world/gaze/anna",
     }  # fmt: skip
 
@@ -102,8 +113,22 @@ def test_a_lane_goes_from_word_to_word_without_a_gap(entities):
 
 def test_the_tab_gets_a_plot_per_unit_and_every_lane():
     views = effect_views(RUNS)
-    assert views.plots == {"mL": ("effects/pour/cup/volume",)} and views.events == ("effects/pour/events",)
-    assert views.lanes == ("effects/pour/lanes/cup", "effects/pour/lanes/skipped", "effects/gaze/lanes/anna")
+    assert views.plots == {"Volume (mL)": ("effects/pour/cup/volume",)} and views.events == ("effects/pour/events",)
+    assert views.lanes == ("effects/pour/lanes/cup", "effects/gaze/lanes/anna")
+
+
+def test_the_list_of_events_is_headed_by_the_result_where_there_is_one():
+    assert effect_views(RUNS).headline == "What happened"
+    ends = EffectEvent(95.3, "end-point", ("flask",), message="equivalent after 25.00 mL; overshot by 0.09 mL")
+    both = {**RUNS, "reaction": run_of("reaction", EffectOutput(events=(ends,)))}
+    assert effect_views(both).headline == "equivalent after 25.00 mL; overshot by 0.09 mL (95.3 s)"
+
+
+def test_a_lane_has_the_colour_that_its_word_names(monkeypatch):
+    sent = []
+    monkeypatch.setattr(effects, "send_lane", lambda *given: sent.append(given[-1]))
+    effects._log_lane(None, "lane", [LaneSpan(0.0, 1.0, "pink", (235, 90, 165, 200)), LaneSpan(1.0, 2.0, "pours")])
+    assert sent == [[("pink", (235, 90, 165, 200)), ("pours", SERIES[1])]]
 
 
 def test_of_a_curve_of_too_many_points_the_least_and_the_largest_are_drawn():
@@ -138,3 +163,25 @@ def test_a_plot_shows_every_sample_of_a_quantity_and_the_peaks_of_a_count_as_ste
         (sent[0].interpolation_mode, rr.components.InterpolationMode, mode),
     ):
         assert kept.as_arrow_array().to_pylist() == [getattr(kind, word).value]
+
+
+@pytest.mark.parametrize(
+    ("runs", "leads", "title", "opens"),
+    [
+        (RUNS, True, "## 3 mL beside\n\nAt 0.5 s, the last of 2 events.", 750_000_000),
+        (RUNS, False, "## 3 mL beside\n\nAt 0.5 s, the last of 2 events.", None),
+        ({"pour": replace(RUNS["pour"], output=EffectOutput())}, True, "## No effect found anything", None),
+        ({}, True, "## What people did", None),
+    ],
+)
+def test_the_answer_is_the_last_event_and_the_picture_opens_a_little_after_it(tmp_path, runs, leads, title, opens):
+    stream = rr.RecordingStream("test")
+    stream.save(tmp_path / "run.rrd")
+    writer = RecordingWriter(stream, SimpleNamespace(ns=np.array([0, 1_000_000_000])))
+    log_happened(writer, {"pour": runs["pour"]} if runs else {}, leads=leads)
+    stream.disconnect()
+    rows = {
+        str(chunk.entity_path): [chunk.to_record_batch()] for chunk in RrdReader(str(tmp_path / "run.rrd")).stream()
+    }
+    assert values(rows["/happened"], ":text") == [[title]]
+    assert [one.session_ns for one in read_moments(tmp_path / "run.rrd")] == ([] if opens is None else [opens])

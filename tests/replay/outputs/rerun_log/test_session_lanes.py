@@ -30,21 +30,21 @@ def test_stages_come_first_and_spans_that_overlap_have_a_lane_each(demo):
     lanes = session_lanes(run)
     words = {path: [word for *_, word in spans] for path, spans in lanes.items()}
     assert words == {
-        "session/1_stage": ["lesson"], "session/2_task": ["stir", "tap"], "session/3_task": ["carry"],
-        "session/4_feature": ["hint"], "session/5_vr_type": ["immersive"], "session/6_quiz": ["q1"],
+        "doing/1_stage": ["lesson"], "doing/2_task": ["stir", "tap"], "doing/3_task": ["carry"],
+        "doing/4_feature": ["hint"], "doing/5_vr_type": ["immersive"], "doing/6_quiz": ["q1"],
     }  # fmt: skip
-    assert lanes["session/2_task"] == [(S // 5, S, "stir"), (S, 2 * S, "tap")]
-    assert lanes["session/5_vr_type"] == [(0, last, "immersive")]
+    assert lanes["doing/2_task"] == [(S // 5, S, "stir"), (S, 2 * S, "tap")]
+    assert lanes["doing/5_vr_type"] == [(0, last, "immersive")]
 
 
 @pytest.mark.parametrize("span", [("task", -5.0, -1.0, "before"), ("task", 900.0, 901.0, "after")])
 def test_what_lies_outside_the_frames_has_no_lane_and_what_reaches_out_is_cut(demo, span):
     assert session_lanes(during(demo, span)) == {}
     last = int(np.ptp(demo.assembly.stamp_ns))
-    assert session_lanes(during(demo, ("task", -5.0, 901.0, "all"))) == {"session/1_task": [(0, last, "all")]}
+    assert session_lanes(during(demo, ("task", -5.0, 901.0, "all"))) == {"doing/1_task": [(0, last, "all")]}
 
 
 def test_the_recording_shows_them_with_hostile_names_escaped(demo, write):
     seen = write(during(demo, *TASKS[:3], ("task", 2.1, 2.4, "\x1b[31mred"), vr_type="desktop"))
-    assert [state for _, state in seen.lane("session/1_task")] == ["", "stir", "", "tap", "", "\\x1b[31mred", ""]
-    assert [state for _, state in seen.lane("session/3_vr_type")] in (["desktop", ""], ["", "desktop", ""])
+    assert [state for _, state in seen.lane("doing/1_task")] == ["", "stir", "", "tap", "", "\\x1b[31mred", ""]
+    assert [state for _, state in seen.lane("doing/3_vr_type")] in (["desktop", ""], ["", "desktop", ""])

@@ -2,6 +2,7 @@
 
 import socket
 import time
+from io import BytesIO
 
 import numpy as np
 import psutil
@@ -36,8 +37,30 @@ def test_a_missing_binary_is_one_sentence(monkeypatch, tmp_path):
 def test_a_viewer_that_ends_at_once_says_why(monkeypatch):
     monkeypatch.setattr(module, "LOOPBACK", "not-an-address")
     monkeypatch.setattr(module, "free_port", lambda: 1)
-    with pytest.raises(ViewerError, match=r"the viewer ended: .*; copy the run folder"):
+    with pytest.raises(ViewerError, match=r"the viewer ended: .*; a browser shows the same"):
         start_viewer(headless=True)
+
+
+def test_without_a_screen_the_cure_is_the_picture_in_a_browser():
+    words = BytesIO(b"Error: neither WAYLAND_DISPLAY nor DISPLAY is set")
+    said = "the viewer ended: there is no screen here; a browser shows the same: `replay share RUN -o DIR`"
+    assert module._ended(words).startswith(said)
+
+
+def test_usage_statistics_are_off_unless_the_user_turned_them_on(monkeypatch, tmp_path):
+    monkeypatch.delenv("CI", raising=False)
+    assert module.quiet_environment()["CI"]
+    monkeypatch.setenv("FORCE_RERUN_ANALYTICS", "1")
+    assert "CI" not in module.quiet_environment()
+
+
+@pytest.mark.slow
+def test_a_viewer_writes_no_file_of_statistics(monkeypatch, tmp_path, recording):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.delenv("CI", raising=False)
+    with viewer_or_skip(open_viewer, recording.parent, headless=True):
+        time.sleep(2.0)
+    assert [path for path in tmp_path.rglob("*") if "analytics" in path.name] == []
 
 
 def test_a_free_port_can_be_bound():

@@ -203,7 +203,7 @@ def test_a_run_with_another_scene_is_shrunk_with_that_scene_and_shipped_collider
     asked = "slow=discrete[rate_hz=25],ours=collider[shape=shipped,rate_hz=25]"
     run(session, detectors=asked, scene=scene, out=tmp_path / "run", picture=False)
     made = read_run_folder(tmp_path / "run")
-    with pytest.raises(ShrinkError, match=r"run replayed with the scene of other.toml; give it with --scene FILE$"):
+    with pytest.raises(RunFolderError, match=r"run replayed with the scene of other.toml; give it with --scene FILE$"):
         of_run(made, miss=1, label="slow", session=session)
     fault = of_run(made, miss=1, label="slow", session=session, scene=scene)
     assert [len(body.mesh.faces) for body in fault.bodies] == [12, 12] and fault.stands()
