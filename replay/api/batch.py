@@ -7,14 +7,15 @@ the right mark is finished: a batch that was killed can be continued. One sessio
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Final
 
 from replay.base.machine import versions
-from replay.base.processes import OnDone, in_processes
+from replay.base.processes import OnDone, answers_of, in_processes
 from replay.errors import OutputError, RunFolderError
-from replay.outputs.results.run_folder import METRICS, read_run_folder
+from replay.outputs.results.run_folder import METRICS, check_target, read_run_folder
 from sessions.whole_files import whole_file
 
 BATCH: Final = "batch.json"
@@ -126,6 +127,36 @@ def _is_whole(out: Path, mark: str) -> bool:
         return read_run_folder(out).summary.get("request") == mark
     except RunFolderError:
         return False
+
+
+def run_side_by_side(
+    asked: Mapping[str, tuple[Any, Mapping[str, Any]]], jobs: int, on_done: OnDone | None = None
+) -> tuple[Any, ...]:
+    """Run sessions (name -> session or file, what ``replay.run`` is asked) in processes; a result each, in this order.
+
+    Results come without what cannot leave a process: detectors, intersection segments, the search for step rates.
+    Raises ``OutputError`` before any work for a run folder that is in the way; then as ``replay.run`` and
+    ``replay.base.processes.answers_of``.
+    """
+    for _, settings in asked.values():
+        if settings["out"] is not None:
+            check_target(Path(settings["out"]), force=settings["force"])
+    return tuple(answers_of(_portable_run, asked, jobs, on_done).values())
+
+
+def _portable_run(session: Any, settings: Mapping[str, Any]) -> Any:
+    from replay.api.runner import run
+
+    # A folder that stands now is of this very task, whose answer was lost: others were refused before.
+    result = run(session, **{**settings, "force": True})
+    bare = {label: replace(one, section_source=None) for label, one in result.detections.items()}
+    cut: dict[str, Any] = {
+        label: SimpleNamespace(settings=one.settings, parts=one.parts)
+        for label, one in result.detectors.items()
+        if hasattr(one, "parts")  # the pieces of compounds, which the words of a run count
+    }
+    dwell = None if result.dwell is None else replace(result.dwell, rates=None)
+    return replace(result, detections=bare, detectors=cut, dwell=dwell, watched={})
 
 
 def run_one(path: Path, out: Path, settings: Mapping[str, Any], mark: str = "") -> str:
