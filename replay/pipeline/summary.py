@@ -19,7 +19,7 @@ from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, plan_summary
 from replay.pipeline.fault_lists import fault_list
 from replay.pipeline.run_result import Measured
-from replay.pipeline.scores import score
+from replay.pipeline.scores import pair_figures, score
 from replay.prepare.session_scan import SessionScan
 from sessions.mcap_format.metadata import NOT_STATED
 
@@ -46,8 +46,9 @@ def summarise(
                 "name": result.assembly.pair_name(p),
                 "held": bool(result.assembly.held[p]),
                 "containment": {k: one.containment[p] for k, one in result.detections.items() if one.containment},
+                **figures,
             }
-            for p in range(len(result.assembly.pairs))
+            for p, figures in enumerate(pair_figures(result))
         ],
         "oracle": result.oracle,
         "detectors": {

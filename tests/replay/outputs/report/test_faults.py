@@ -95,7 +95,7 @@ def shown_as(told, numbers):
     return told in ways
 
 
-@pytest.mark.parametrize(
+STATES = pytest.mark.parametrize(
     ("session", "asked"),
     [
         (cubes(PLACES), {"detectors": "slow=discrete[rate_hz=50],more=discrete[rate_hz=25]", "oracle": "exact"}),
@@ -105,6 +105,9 @@ def shown_as(told, numbers):
     ],
     ids=["several", "none", "only false", "between frames"],
 )
+
+
+@STATES
 def test_every_number_of_a_card_is_in_the_summary(session, asked):
     result = compute(session, **asked)
     page, count = Cells(report_html(result)).tables, 0
@@ -118,6 +121,23 @@ def test_every_number_of_a_card_is_in_the_summary(session, asked):
                 assert {told["body_a"], told["body_b"]} == set(row[2].split(" - ")) and told["cause"] == row[4]
                 assert [one for cell in row for one in NUMBER.findall(cell) if not shown_as(one, numbers)] == []
     assert count == sum(len(one[kind]) for one in result.summary["faults"].values() for kind in ("misses", "false"))
+
+
+@STATES
+def test_every_number_of_a_pair_is_in_the_summary(session, asked):
+    result = compute(session, **asked)
+    told, page = {one["name"]: one for one in result.summary["pairs"]}, Cells(report_html(result)).tables
+    for label in result.comparisons:
+        (rows,) = (rows for caption, rows in page.items() if caption.endswith(f"what {label} made of them"))
+        for pair, count, seconds, longest, *cells in rows:
+            one = told[pair].get("contacts", {}).get(result.oracle, {"count": 0, "seconds": 0.0, "longest": 0.0})
+            assert [count, seconds, longest] == [str(one["count"]), f"{one['seconds']:.3f}", f"{one['longest']:.3f}"]
+            own = told[pair]["audit"][label]
+            frames = [own["pair_frames"][name] for name in ("MISSED", "INVENTED", "WITHIN_TOLERANCE")]
+            assert [int(cell) for cell in cells] == [own["contacts_missed"], own["contacts_in_part"], *frames][
+                : len(cells)
+            ]
+        assert {row[0] for row in rows} == {name for name, one in told.items() if label in one.get("audit", {})}
 
 
 def test_a_list_that_was_cut_names_the_file_with_all_of_it(result, monkeypatch):
