@@ -9,7 +9,7 @@ from sessions.scene_files.toml_table import TomlTable
 
 BODY_KEYS: Final[Mapping[str, Any]] = {
     "cavity": dict.fromkeys(
-        ("capacity_ml", "floor", "mark", "radius", "height", "opening_radius", "opening", "lip"), ""
+        ("shape", "capacity_ml", "floor", "mark", "radius", "height", "opening_radius", "opening", "lip"), ""
     ),
     "properties": {
         "liquid": dict.fromkeys(("volume_ml", "solute", "molar", "water_molar", "solutes"), ""),

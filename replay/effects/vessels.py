@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
+from replay.effects.models.sliced import SlicedCavity
 from replay.effects.models.tilted import volume_kept
 from replay.effects.models.transfers import Stream
 from replay.effects.output import EffectEvent, FloatArray, Liquid, vector_of
@@ -42,6 +43,10 @@ def blended(first: Rgba, second: Rgba, share: NDArray[np.float64]) -> NDArray[np
 
 ML = 1e-6
 """Cubic metres in a millilitre."""
+
+
+SLICED: Final = "cavity"
+"""``cavity.shape`` of a vessel whose form is that of its instrument's cavity, not the cylinder declared."""
 
 
 class VesselShape(Protocol):
@@ -105,7 +110,12 @@ class Vessel:
     def cavity(self) -> Mapping[str, Any]:
         """As declared, else that of the instrument; empty where there is neither."""
         declared = self.body.extra.get("cavity")
-        return declared if isinstance(declared, Mapping) else _cavity_of(self.body.instrument)
+        if not isinstance(declared, Mapping):
+            declared = {"shape": SLICED}
+        if declared.get("shape") != SLICED:
+            return declared
+        brought = _cavity_of(self.body.instrument)
+        return {**brought, **declared} if brought else {}
 
     def fail(self, words: str) -> EffectError:
         """The error to raise, naming the body."""
@@ -141,21 +151,30 @@ class Vessel:
 
     @property
     def shape(self) -> VesselShape:
-        """Its form: that of the cylinder which the scene declares. Raises EffectError: it declares none."""
+        """Its form: its instrument's own, or the cylinder which the scene declares. Raises EffectError: it has none."""
         cavity = self.cavity
-        if "radius" not in cavity or "height" not in cavity:
+        if cavity.get("shape") == SLICED:
+            return _sliced(self.body.instrument)
+        if "shape" in cavity:
+            raise self.fail(f"has cavity.shape = {cavity['shape']!r}; the only shape to name is {SLICED!r}")
+        if not self._formed:
             raise self.fail(
                 "is poured from and its cavity has no radius and height; give those of the cylinder that it is, from "
-                "its floor to its lip"
+                'its floor to its lip, or an instrument and cavity.shape = "cavity"'
             )
         place, size = self.place, self.size
         return Cylinder(size("radius"), size("height"), place("lip"), place("opening"), size("opening_radius"))
 
     @property
+    def _formed(self) -> bool:
+        """Whether anything tells its form."""
+        cavity = self.cavity
+        return cavity.get("shape") == SLICED or ("radius" in cavity and "height" in cavity)
+
+    @property
     def brim_ml(self) -> float:
         """What it holds upright; infinite where the scene does not say, so that such a vessel never runs over."""
-        cavity = self.cavity
-        return self.shape.brim_ml if "radius" in cavity and "height" in cavity else math.inf
+        return self.shape.brim_ml if self._formed else math.inf
 
     @property
     def section_m2(self) -> float:
@@ -196,6 +215,17 @@ def _cavity_of(instrument: str) -> Mapping[str, Any]:
 
     made = make_instrument(instrument)
     return {} if made.cavity is None else cavity_table(made)
+
+
+@cache
+def _sliced(instrument: str) -> SlicedCavity:
+    """The cavity's mesh of an instrument that is a vessel, with one table for all scenes."""
+    from sessions.glassware.catalogue import make_instrument
+
+    cavity = make_instrument(instrument).cavity
+    assert cavity is not None
+    filled, opening = cavity.to_brim, cavity.opening
+    return SlicedCavity(filled.vertices, filled.faces, np.array(opening.centre), np.array(opening.normal))
 
 
 def check_vessels(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file: str) -> None:

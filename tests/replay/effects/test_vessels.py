@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import HEIGHT, RADIUS, glass
 
-from replay.effects.vessels import COLOURS, Vessel, blended
+from replay.effects.vessels import COLOURS, Cylinder, Vessel, blended
 from replay.errors import EffectError
 from sessions.model.scene import SceneBody
 
@@ -46,8 +46,38 @@ def test_an_instrument_brings_its_cavity():
 
     vessel, cavity = Vessel(SceneBody("a", instrument="beaker_250")), make_instrument("beaker_250").cavity
     assert vessel.size("capacity_ml") == pytest.approx(cavity.capacity_m3 * 1e6)
-    assert vessel.shape.brim_ml == pytest.approx(
-        math.pi * vessel.size("radius") ** 2 * (cavity.opening.centre[1] - cavity.floor_height) * 1e6, rel=1e-4
-    )
+    assert vessel.brim_ml == pytest.approx(cavity.to_brim.volume * 1e6, rel=1e-9)
     with pytest.raises(EffectError, match="or an instrument that is a vessel"):
         Vessel(SceneBody("rod", instrument="stirring_rod"))
+
+
+def test_a_declared_cylinder_stays_one_until_its_shape_is_said_to_be_the_cavity():
+    cavity = dict(glass("a").extra["cavity"])
+    assert isinstance(Vessel(SceneBody("a", instrument="beaker_50", extra={"cavity": cavity})).shape, Cylinder)
+    real = Vessel(SceneBody("a", instrument="beaker_50", extra={"cavity": {**cavity, "shape": "cavity"}}))
+    assert real.brim_ml == pytest.approx(Vessel(SceneBody("b", instrument="beaker_50")).brim_ml)
+    with pytest.raises(EffectError, match=r"cavity.shape = 'cone'; the only shape to name is 'cavity'"):
+        assert Vessel(SceneBody("a", extra={"cavity": {**cavity, "shape": "cone"}})).shape
+    with pytest.raises(EffectError, match="has no cavity"):
+        Vessel(SceneBody("a", extra={"cavity": {**cavity, "shape": "cavity"}}))
+
+
+@pytest.mark.parametrize(
+    ("name", "fill", "onset"),
+    [
+        ("beaker_50", 40.0, 48.7),
+        ("beaker_100", 80.0, 40.2),
+        ("beaker_250", 120.0, 57.1),
+        ("gas_jar", 212.0, 70.0),
+        ("erlenmeyer_flask", 250.0, 69.2),
+        ("reagent_bottle", 250.0, 66.3),
+    ],
+)
+def test_an_instrument_pours_over_its_lip_from_the_tilt_at_which_its_own_cavity_runs_over(name, fill, onset):
+    """Onsets by slices of the cavity's mesh with another library."""
+    tilts = np.arange(onset - 1.0, onset + 1.0, 0.1)
+    angle = np.radians(tilts)
+    down = np.stack([np.sin(angle), -np.cos(angle), np.zeros_like(angle)], axis=1)
+    vessel = Vessel(SceneBody("a", instrument=name))
+    assert tilts[np.argmax(vessel.shape.kept_ml(down) <= fill)] == pytest.approx(onset, abs=0.25)
+    assert vessel.shape.exit(down) == pytest.approx(np.tile(vessel.place("lip"), (len(down), 1)), abs=1e-4)

@@ -1,0 +1,110 @@
+"""What a tilted vessel keeps by slices of its cavity's mesh; a spout, a neck and a shoulder count as they are."""
+
+from dataclasses import dataclass, field
+from typing import Final
+
+import numpy as np
+
+from cdcore.numerics import FloatArray, IntArray
+
+_TO_LEVEL: Final = np.concatenate([np.arange(0.0, 80.0, 0.5), np.arange(80.0, 88.0, 0.25), np.arange(88.0, 90.0, 0.05)])
+TILTS: Final = np.radians(np.concatenate([_TO_LEVEL, [90.0], 180.0 - _TO_LEVEL[::-1]]))
+"""Rows of the table, radians from upright: closer where a long tube lies nearly level and a degree is half of it."""
+
+TURNS: Final = 180
+"""Columns of the table, one every 2 degrees about the vessel's axis."""
+
+AT_ONCE: Final = 16
+"""Directions sliced together, so that the heights of a mesh of 2,500 faces stay in a processor's cache."""
+
+RIM_WITHIN: Final = 1e-5
+"""Metres; vertices no farther than this from the plane of the opening are its rim. Meshes are right to 3e-8."""
+
+MICROLITRES: Final = 1e6
+"""Millilitres in a cubic metre."""
+
+
+def volume_below(vertices: FloatArray, faces: IntArray, down: FloatArray, depth: FloatArray) -> FloatArray:
+    """Volume (n,) of the part of a closed mesh that lies deeper than ``depth`` (n,) along unit ``down`` (n, 3).
+
+    ``vertices``: (v, 3); ``faces``: (f, 3), outwards; the unit is that of the vertices, cubed.
+
+    Source: divergence theorem. With h the depth below the plane, the field h down has divergence 1 and is 0 on the
+    cut, so that the volume is the integral of h over the faces below it, each times the part of its area that faces
+    down. That of a triangle which the plane cuts is in closed form.
+    """
+    corners = vertices[faces]
+    facing = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) @ down.T
+    below = vertices @ down.T - depth
+    first, second, third = (below[faces[:, corner]] for corner in range(3))
+    low, high = np.minimum(np.minimum(first, second), third), np.maximum(np.maximum(first, second), third)
+    total = first + second + third
+    mean = np.where(low >= 0.0, total, 0.0)
+    cut = (low < 0.0) & (high > 0.0)
+    low, high, total = low[cut], high[cut], total[cut]
+    middle = total - low - high
+    one = high**3 / ((high - low) * np.where(middle < 0.0, high - middle, high))
+    two = total - low**3 / ((high - low) * np.where(middle < 0.0, -low, middle - low))
+    mean[cut] = np.where(middle < 0.0, one, two)
+    return np.asarray((facing * mean).sum(axis=0) / 3.0)
+
+
+@dataclass(frozen=True, eq=False)
+class SlicedCavity:
+    """A vessel whose cavity is a closed mesh, filled up to the lowest point of its rim.
+
+    Between the directions of a table what it keeps is interpolated. Only the directions asked for are sliced, each
+    once.
+    """
+
+    vertices: FloatArray  # (v, 3) metres
+    faces: IntArray  # (f, 3)
+    opening: FloatArray  # (3,) the middle of the opening
+    normal: FloatArray  # (3,) unit, out of the vessel
+    table: FloatArray = field(default_factory=lambda: np.full((len(TILTS), TURNS), np.nan))
+
+    @property
+    def rim(self) -> FloatArray:
+        """The vertices (r, 3) of the opening's rim, and any within it."""
+        away = np.abs((self.vertices - self.opening) @ self.normal)
+        return np.asarray(self.vertices[away <= RIM_WITHIN])
+
+    @property
+    def brim_ml(self) -> float:
+        """What it holds when it is full."""
+        inwards = -self.normal[None]
+        everything = volume_below(self.vertices, self.faces, inwards, (self.vertices @ inwards.T).min(axis=0))
+        return float(everything[0]) * MICROLITRES
+
+    def kept_ml(self, down: FloatArray) -> FloatArray:
+        """By slices, interpolated over tilt and the side it is tilted to."""
+        tilt = np.arctan2(np.hypot(down[:, 0], down[:, 2]), -down[:, 1])
+        tilt = np.interp(tilt, TILTS, np.arange(len(TILTS), dtype=np.float64))
+        turn = np.arctan2(down[:, 2], down[:, 0]) * (TURNS / (2.0 * np.pi))
+        row = np.minimum(tilt.astype(np.int64), len(TILTS) - 2)
+        column = np.floor(turn).astype(np.int64)
+        tilt, turn = tilt - row, turn - column
+        first, second = column % TURNS, (column + 1) % TURNS
+        self._slice(np.concatenate([row, row, row + 1, row + 1]), np.concatenate([first, second, first, second]))
+        less = (1.0 - turn) * self.table[row, first] + turn * self.table[row, second]
+        more = (1.0 - turn) * self.table[row + 1, first] + turn * self.table[row + 1, second]
+        return np.asarray((1.0 - tilt) * less + tilt * more)
+
+    def exit(self, down: FloatArray) -> FloatArray:
+        """The lowest point of the rim."""
+        rim = self.rim
+        return np.asarray(rim[np.argmax(down @ rim.T, axis=1)])
+
+    def _slice(self, rows: IntArray, columns: IntArray) -> None:
+        """Fill the table where it is asked for and empty."""
+        asked = np.zeros(self.table.shape, dtype=bool)
+        asked[rows, columns] = True
+        rows, columns = np.nonzero(asked & np.isnan(self.table))
+        tilt, turn, rim = TILTS[rows], columns * (2.0 * np.pi / TURNS), self.rim
+        down = np.stack([np.sin(tilt) * np.cos(turn), -np.cos(tilt), np.sin(tilt) * np.sin(turn)], axis=1)
+        for start in range(0, len(down), AT_ONCE):
+            part = slice(start, start + AT_ONCE)
+            depth = (down[part] @ rim.T).max(axis=1)
+            self.table[rows[part], columns[part]] = (
+                volume_below(self.vertices, self.faces, down[part], depth) * MICROLITRES
+            )

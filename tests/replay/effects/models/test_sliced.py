@@ -1,0 +1,82 @@
+"""What vessels keep, beside slices of the same meshes by another library."""
+
+import math
+
+import numpy as np
+import pytest
+from manifold3d import Manifold, Mesh
+
+from replay.effects.models.sliced import SlicedCavity, volume_below
+from replay.effects.models.tilted import volume_kept
+from sessions.geometry.rings import turned_solid
+from sessions.glassware.catalogue import INSTRUMENTS, make_instrument
+
+FACES = 500
+VESSELS = [name for name in INSTRUMENTS if make_instrument(name, FACES).cavity is not None]
+SIDES = np.radians(np.arange(8) * 45.0 + 7.0)
+FILLS = (0.25, 0.5, 1.0)
+
+
+def down(tilt, side):
+    """Gravity (3,) in the frame of a vessel tilted by so many radians to a side."""
+    return np.array([math.sin(tilt) * math.cos(side), -math.cos(tilt), math.sin(tilt) * math.sin(side)])
+
+
+def sliced(mesh, opening, normal=(0.0, 1.0, 0.0)):
+    return SlicedCavity(mesh.vertices, mesh.faces, np.array(opening), np.array(normal))
+
+
+def solid_of(mesh):
+    return Manifold(Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)))
+
+
+@pytest.mark.parametrize("name", [name for name in VESSELS if name != "dropper"])
+def test_onset_and_volume_of_every_vessel_are_those_of_slices_by_another_library(name):
+    cavity = make_instrument(name, FACES).cavity
+    mesh, tilts = cavity.to_brim, np.arange(0.0, 180.0, 0.1)
+    shape, solid = sliced(mesh, cavity.opening.centre), solid_of(mesh)
+    rim = mesh.vertices[mesh.vertices[:, 1] == mesh.vertices[:, 1].max()]
+
+    def truth(degrees, side):
+        gravity = down(math.radians(max(degrees, 0.0)), side)
+        return solid.trim_by_plane(gravity, float((rim @ gravity).max())).volume() * 1e6
+
+    for side in SIDES:
+        kept = shape.kept_ml(np.array([down(tilt, side) for tilt in np.radians(tilts)]))
+        for fill in FILLS:
+            first = int(np.argmax(kept <= fill * cavity.capacity_m3 * 1e6))
+            assert truth(tilts[first] - 0.5, side) >= fill * cavity.capacity_m3 * 1e6 >= truth(tilts[first] + 0.5, side)
+            assert kept[first] == pytest.approx(truth(tilts[first], side), rel=0.02)
+
+
+def test_a_vessel_that_opens_downwards_keeps_nothing():
+    cavity = make_instrument("dropper", FACES).cavity
+    assert (
+        sliced(cavity.to_brim, cavity.opening.centre, cavity.opening.normal).kept_ml(np.array([down(0.0, 0.0)])) == 0.0
+    )
+
+
+@pytest.mark.parametrize("degrees", [0.0, 10.0, 50.0, 70.0, 85.0, 120.0])
+def test_a_turned_cylinder_keeps_what_the_closed_form_says(degrees):
+    radius, height = 0.03, 0.08
+    mesh = turned_solid(np.array([(0.0, 0.0), (radius, 0.0), (radius, height), (0.0, height)]), 180)
+    kept = sliced(mesh, (0.0, height, 0.0)).kept_ml(np.array([down(math.radians(degrees), 0.3)]))
+    assert kept == pytest.approx(volume_kept(math.radians(degrees), radius, height) * 1e6, rel=2e-3)
+
+
+def test_a_plane_in_any_direction_cuts_off_what_another_library_cuts_off():
+    mesh = make_instrument("evaporating_dish", FACES).cavity.to_brim
+    random = np.random.default_rng(4)
+    ways = random.normal(size=(40, 3))
+    ways /= np.sqrt((ways * ways).sum(axis=1, keepdims=True))
+    depths = (mesh.vertices @ ways.T).max(axis=0) - random.uniform(0.0, 0.06, 40)
+    cut = [solid_of(mesh).trim_by_plane(way, float(depth)).volume() for way, depth in zip(ways, depths, strict=True)]
+    assert volume_below(mesh.vertices, mesh.faces, ways, depths) == pytest.approx(cut, rel=1e-6, abs=1e-12)
+
+
+def test_only_directions_that_were_asked_for_are_sliced_and_those_once():
+    cavity = make_instrument("beaker_50", FACES).cavity
+    shape = sliced(cavity.to_brim, cavity.opening.centre)
+    first = shape.kept_ml(np.array([down(0.5, 0.1)]))
+    assert np.isfinite(shape.table).sum() == 4
+    assert shape.kept_ml(np.array([down(0.5, 0.1)])) == first and np.isfinite(shape.table).sum() == 4
