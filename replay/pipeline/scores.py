@@ -96,10 +96,10 @@ def pair_figures(result: Measured) -> list[dict[str, Any]]:
         frames = {one.name: (comparison.outcome == one).sum(axis=0).tolist() for one in OF_PAIR}
         for pair, row in enumerate(rows):
             counts = {name: column[pair] for name, column in frames.items()}
-            if any(counts.values()) or result.oracle in row.get("contacts", ()):
+            if any(counts.values()) or result.oracle in (*row.get("contacts", ()), *row.get("held_contacts", ())):
                 own = became.of_pair(pair)
                 told = {"contacts_missed": own.missed, "contacts_in_part": own.in_part, "pair_frames": counts}
-                if counts[Outcome.HELD.name]:
+                if counts[Outcome.HELD.name] or "held_contacts" in row:
                     told["held"] = held_counts(result, label, [pair])
                 row.setdefault("audit", {})[label] = told
     return rows
