@@ -189,6 +189,7 @@ CALLS = {
     "doctor": lambda f, d: ("doctor", "-v", f["mcap"], f["torn"]),
     "recover": lambda f, d: ("recover", f["torn"], d / "saved\x1b[2J"),
     "plan": lambda f, d: ("plan", "-v", f["toml"]),
+    "minimise": lambda f, d: ("minimise", "-v", f["mcap"], "-o", d / "less\x1b[2J.mcap"),
     "scene new": lambda f, d: ("scene", "new", f["mcap"], "-o", d / "s\x1b[2J.toml"),
     "scene check": lambda f, d: ("scene", "check", f["toml"]),
     "import": lambda f, d: ("import", "csv", f["csv"], "--convention", "unity", "-o", d / "i\x1b[2J.mcap"),
@@ -220,7 +221,7 @@ CALLS = {
 
 WORKS = {
     "info", "doctor", "plan", "import", "run", "run again", "diff", "shrink", "audit", "tradeoff", "advise",
-    "study run", "scene new", "scene check", "share", "annotate",
+    "study run", "scene new", "scene check", "share", "annotate", "minimise",
 }  # fmt: skip
 
 
