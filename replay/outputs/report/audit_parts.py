@@ -45,12 +45,8 @@ def duration_table(result: RunResult) -> Markup | None:
     steps = result.summary.get("dwell")
     if not steps or not steps["contacts"]:
         return None
-    rows = [
-        (f"{rate:g} Hz", str(now), f"{mean:.2f}")
-        for rate, now, mean in zip(
-            steps["rates_hz"], steps["missed_at_this_phase"], steps["expected_misses"], strict=True
-        )
-    ]
+    each = zip(steps["rates_hz"], steps["missed_at_this_phase"], steps["expected_misses"], strict=True)
+    rows = [(f"{rate:g} Hz", str(now), f"{mean:.2f}") for rate, now, mean in each]
     safe = steps["none_missed_from_hz"]
     rows.append(("none is missed from", "", "no rate" if safe is None else f"{safe:.1f} Hz"))
     title = f"Contacts of {steps['contacts']} that looks at fixed steps miss, at frames of this recording"

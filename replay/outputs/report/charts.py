@@ -158,9 +158,8 @@ def _legend() -> Markup:
 def timing(result: RunResult) -> Markup:
     """Milliseconds of every frame on a log axis, most of each stretch kept; detectors of the whole motion as lines."""
     svg = svg_in_page(11, 3.4, "Time per frame", lambda axes: _draw_timing(axes, result))
-    return element(
-        "figure", svg, element("figcaption", "What each frame took, in milliseconds on a log axis."), tabindex=0
-    )
+    words = element("figcaption", "What each frame took, in milliseconds on a log axis.")
+    return element("figure", svg, words, tabindex=0)
 
 
 def _draw_timing(axes: "Axes", result: RunResult) -> None:

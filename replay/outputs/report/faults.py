@@ -40,10 +40,14 @@ class Choices:
 
 def choices(result: RunResult) -> Choices:
     """Of the faults of a run."""
-    faults = [*_faults(result)]
-    found = [(label, kind, f"{one.body_a} - {one.body_b}", one.cause) for label, kind, one in faults]
+    found = [_values(*fault) for fault in _faults(result)]
     detector, kind, pair, cause = (tuple(dict.fromkeys(one[k] for one in found)) for k in range(4))
     return Choices(detector, kind, tuple(sorted(pair)), tuple(sorted(cause)))
+
+
+def _values(label: str, kind: str, one: Miss | FalseContact) -> tuple[str, str, str, str]:
+    """Of one fault, in the order of ``Choices``."""
+    return label, kind, f"{one.body_a} - {one.body_b}", one.cause
 
 
 def first_of(result: RunResult) -> str:
@@ -159,7 +163,7 @@ def _cards(
 
 def _chosen(offered: Choices, label: str, kind: str, one: Miss | FalseContact) -> dict[str, Any]:
     """The attributes that the rules of style ask for: numbers, so that no name of a body is part of one."""
-    values = {"detector": label, "kind": kind, "pair": f"{one.body_a} - {one.body_b}", "cause": one.cause}
-    place = {name: getattr(offered, name).index(value) + 1 for name, value in values.items()}
+    values = zip(vars(offered).items(), _values(label, kind, one), strict=True)
+    place = {name: told.index(value) + 1 for (name, told), value in values}
     order = f"--time:{round(1e3 * one.start)};--pair:{place['pair']};--cause:{place['cause']}"
     return {f"data_{name}": k for name, k in place.items()} | {"style": order, "class_": kind}

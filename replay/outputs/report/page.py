@@ -120,10 +120,9 @@ def _worst_picture(result: RunResult, worst: FocusMoment | None) -> Markup:
     user = towards_user(assembly, scene, worst.frame, worst.point)
     eye = _from_farther(obstacles.close_up(worst.frame, worst.point, user), FARTHER)
     (false,) = (one for one in result.false[worst.label] if one.number == worst.number)
-    what = (
-        f"{assembly.pair_name(worst.pair)} for {counted(false.frames, 'frame')} from {false.start:.3f} s: {false.cause}"
-    )
+    name, frames = assembly.pair_name(worst.pair), counted(false.frames, "frame")
     png = bench_picture(assembly, scene, worst.frame, eye)
+    what = f"{name} for {frames} from {false.start:.3f} s: {false.cause}"
     made = picture(png, f"False contact {false.number} of {worst.label}: {what}")
     return _leading_to(made, result, KINDS[worst.outcome], worst.number, worst.label)
 
