@@ -8,14 +8,15 @@ if TYPE_CHECKING:
     from replay.api.auditor import AuditResult, audit
     from replay.api.runner import run
     from replay.effects.effect_plan import Plan, plan
+    from replay.outputs.results.data_set import read
     from replay.pipeline.run_result import RunResult, Tradeoff
     from replay.studies.stress.stress_runner import StressResult, stress
     from replay.studies.synthetic_sessions import synthetic_session as synthetic_session
     from replay.tradeoffs.sweep import tradeoff
 
 __all__ = [
-    "Advice", "AuditResult", "Plan", "RunResult", "StressResult", "Tradeoff", "advise", "audit", "plan", "run",
-    "stress", "synthetic_session", "tradeoff",
+    "Advice", "AuditResult", "Plan", "RunResult", "StressResult", "Tradeoff", "advise", "audit", "plan", "read",
+    "run", "stress", "synthetic_session", "tradeoff",
 ]  # fmt: skip
 
 # Not the library lazy_loader: it needs stub files with relative imports, and its error does not list the names.
@@ -29,6 +30,7 @@ _HOME = {
     "advise": "replay.api.advisor",
     "audit": "replay.api.auditor",
     "plan": "replay.effects.effect_plan",
+    "read": "replay.outputs.results.data_set",
     "run": "replay.api.runner",
     "stress": "replay.studies.stress.stress_runner",
     "synthetic_session": "replay.studies.synthetic_sessions:synthetic_session",

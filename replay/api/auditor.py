@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from replay.api.runner import run
+from replay.base.processes import OnDone
 from replay.base.progress import Progress
 from replay.comparison.tolerance import TAU
 from replay.detection.detector_spec import SpecLike, SpecsLike
@@ -43,7 +44,7 @@ def audit(
     pairs: Pairs | None = None, start: float | None = None, end: float | None = None, seed: int = 0,
     faces: bool = True, tau: float = TAU, policy: PolicyLike | Policy | None = None, picture: bool = True,
     log_search: bool = False, offline: bool = False, noise: Sequence[str] | str = (), noise_copies: int = COPIES,
-    force: bool = False, progress: Progress | None = None,
+    force: bool = False, progress: Progress | None = None, jobs: int = 1, on_done: OnDone | None = None,
 ) -> AuditResult:  # fmt: skip
     """Compare detectors with an oracle over one or several sessions: pair-frames, contacts matched one to one, faces.
 
@@ -56,9 +57,13 @@ def audit(
         ``replay.run``.
     faces : compare faces too, at the price of a second pass of every audited detector off the clock.
     tau : metres; a disagreement about less is *within tolerance*.
+    jobs : processes for several sessions, without ``progress`` then; times are those of a busy machine, and results
+        lack detectors, intersection segments and ``watched``.
+    on_done : called with the name of a session when a process has finished it.
 
     Raises ``AuditError``: no session, no oracle, or two sessions that would share a run folder; ``ReplayError``,
-    ``SessionError``, ``CollisionCoreError``: one sentence that says what to do.
+    ``SessionError``, ``CollisionCoreError``: one sentence that says what to do; ``WorkerError``: a session ended its
+    process each time.
 
     Examples
     --------
@@ -71,23 +76,36 @@ def audit(
     if oracle == "none":
         raise AuditError("an audit needs an oracle to compare with; leave oracle out for the exact one")
     folders = _folders(given, None if out is None else Path(out))
-    results = tuple(
-        run(
-            session, detectors=detectors, oracle=oracle, scene=scene, out=folder, pairs=pairs, start=start, end=end,
-            seed=seed, faces=faces, tau=tau, policy=policy, picture=picture, log_search=log_search, offline=offline,
-            noise=noise, noise_copies=noise_copies, force=force, progress=progress,
+    settings: dict[str, Any] = {
+        "detectors": detectors, "oracle": oracle, "scene": scene, "pairs": pairs, "start": start, "end": end,
+        "seed": seed, "faces": faces, "tau": tau, "policy": policy, "picture": picture, "log_search": log_search,
+        "offline": offline, "noise": noise, "noise_copies": noise_copies, "force": force,
+    }  # fmt: skip
+    if jobs > 1 and len(given) > 1:
+        from replay.api.batch import run_side_by_side
+
+        origins = _origins(given)
+        names = [one if origins.count(one) == 1 else f"{one} ({k})" for k, one in enumerate(origins, 1)]
+        tasks = zip(names, given, folders, strict=True)
+        asked = {name: (session, {**settings, "out": folder}) for name, session, folder in tasks}
+        results = run_side_by_side(asked, jobs, on_done)
+    else:
+        results = tuple(
+            run(session, out=folder, progress=progress, **settings)
+            for session, folder in zip(given, folders, strict=True)
         )
-        for session, folder in zip(given, folders, strict=True)
-    )  # fmt: skip
     return AuditResult(results, pool(result.summary["audit"] for result in results))
+
+
+def _origins(given: Sequence[SessionLike]) -> list[str]:
+    return [session.origin if isinstance(session, Session) else str(session) for session in given]
 
 
 def _folders(given: Sequence[SessionLike], out: Path | None) -> list[Path | None]:
     """The run folder of each session."""
     if out is None or len(given) == 1:
         return [out] * len(given)
-    origins = [session.origin if isinstance(session, Session) else str(session) for session in given]
-    names = [Path(origin).stem or f"session-{number}" for number, origin in enumerate(origins, 1)]
+    names = [Path(origin).stem or f"session-{number}" for number, origin in enumerate(_origins(given), 1)]
     twice, count = Counter(names).most_common(1)[0]
     if count > 1:
         raise AuditError(

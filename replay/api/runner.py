@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -26,7 +27,7 @@ def run(
     seed: int = 0, faces: bool = False, tau: float = TAU, policy: PolicyLike | Policy | None = None,
     picture: bool = True, log_search: bool = False, offline: bool = False,
     noise: Sequence[str] | str = (), noise_copies: int = COPIES, proof: bool = False,
-    force: bool = False, progress: Progress | None = None,
+    force: bool = False, progress: Progress | None = None, request: str = "",
 ) -> RunResult:  # fmt: skip
     """Replay a session through detectors, audit them against the one you trust, and write the result.
 
@@ -54,6 +55,7 @@ def run(
     proof : write why each verdict of the oracle, ``exact``, is so, for ``replay verify``; of a file, into a run folder.
     force : replace an earlier run folder.
     progress : receives reports of how far the work is.
+    request : kept in the summary; by it a batch knows the run folders that it need not make again.
 
     Raises ``ReplayError``, ``SessionError``, ``CollisionCoreError``: one sentence that says what to do.
     """
@@ -63,15 +65,7 @@ def run(
         from replay.outputs.results.run_folder import check_target
 
         check_target(target, force=force)
-    if not isinstance(session_or_path, Session):
-        from sessions import read_session
-
-        session_or_path = read_session(Path(session_or_path), scene=scene)
-    elif scene is not None:
-        from sessions.scene_files.scene_meshes import with_scene
-
-        session_or_path = with_scene(session_or_path, scene)
-    session = session_or_path
+    session = _opened(session_or_path, scene)
     if proof and (target is None or not Path(session.origin).is_file()):
         raise ProofError("a proof is of a recording in a file, and goes into a run folder; name both")
     if proof:
@@ -80,6 +74,8 @@ def run(
         session, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,
         tau=tau, policy=policy, offline=offline, noise=noise, noise_copies=noise_copies, progress=progress, out=target,
     )  # fmt: skip
+    if request:
+        result = replace(result, summary={**result.summary, "request": request})
     proven = None
     if proof:
         from replay.pipeline.proving import prove
@@ -90,6 +86,18 @@ def run(
         with progress.stage("write"):
             write(result, target, force=force, picture=picture, log_search=log_search, proof=proven)
     return result
+
+
+def _opened(given: Session | str | Path, scene: str | Path | None) -> Session:
+    if not isinstance(given, Session):
+        from sessions import read_session
+
+        return read_session(Path(given), scene=scene)
+    if scene is None:
+        return given
+    from sessions.scene_files.scene_meshes import with_scene
+
+    return with_scene(given, scene)
 
 
 def write(

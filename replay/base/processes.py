@@ -37,25 +37,50 @@ def in_processes(work: Work, tasks: Tasks, jobs: int, on_done: OnDone | None = N
         if on_done is not None:
             on_done(name, why or "done")
 
-    if jobs <= 1 or len(tasks) <= 1:
-        for name, arguments in tasks.items():
-            note(name, work(*arguments))
-        return failed
-    # A task may want more memory than is left beside others, so the last attempt is made with nothing beside it.
-    for name in _pooled(work, tasks, min(jobs, len(tasks)), note, ATTEMPTS - 1):
-        for again in _pooled(work, {name: tasks[name]}, 1, note, 1):
-            note(again, f"its process was ended {ATTEMPTS} times, perhaps for want of memory")
+    for name in _attempted(work, tasks, jobs, note):
+        note(name, f"its process was ended {ATTEMPTS} times, perhaps for want of memory")
     return failed
 
 
-def _pooled(work: Work, tasks: Tasks, jobs: int, note: OnDone, attempts: int) -> list[str]:
+def answers_of(work: Callable[..., Any], tasks: Tasks, jobs: int, on_done: OnDone | None = None) -> dict[str, Any]:
+    """Do every task as ``in_processes``; name -> what it gives back, in order of the tasks.
+
+    Raises what a task raises; ``WorkerError``: tasks that ended their process each time, after all others are done.
+    """
+    answers: dict[str, Any] = {}
+
+    def note(name: str, answer: Any) -> None:
+        answers[name] = answer
+        if on_done is not None:
+            on_done(name, "done")
+
+    if lost := _attempted(work, tasks, jobs, note):
+        words = f"ended their process {ATTEMPTS} times, perhaps for want of memory; leave them out"
+        raise WorkerError(f"{', '.join(lost)}: {words}")
+    return {name: answers[name] for name in tasks}
+
+
+def _attempted(work: Callable[..., Any], tasks: Tasks, jobs: int, note: Callable[[str, Any], None]) -> list[str]:
+    """Do tasks, in this process if ``jobs`` is 1; return the names of those that ended their process each time."""
+    if jobs <= 1:
+        for name, arguments in tasks.items():
+            note(name, work(*arguments))
+        return []
+    # A task may want more memory than is left beside others, so the last attempt is made with nothing beside it.
+    lost = _pooled(work, tasks, min(jobs, len(tasks)), note, ATTEMPTS - 1)
+    return [again for name in lost for again in _pooled(work, {name: tasks[name]}, 1, note, 1)]
+
+
+def _pooled(
+    work: Callable[..., Any], tasks: Tasks, jobs: int, note: Callable[[str, Any], None], attempts: int
+) -> list[str]:
     """Do tasks in processes; return the names of those that ended their process at each of ``attempts``.
 
     Each process has a pool of its own: where one dies, only its task is asked again, after all others.
     """
     waiting, ended, lost = deque(tasks), Counter[str](), list[str]()
     pools = [_pool(1) for _ in range(jobs)]
-    free, working = list(range(jobs)), dict[Future[str], tuple[str, int]]()
+    free, working = list(range(jobs)), dict[Future[Any], tuple[str, int]]()
     try:
         while waiting or working:
             while waiting and free:

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from replay.cli.console import OK, People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, gates, lineup, log_search, noisy, offline, replaying
+from replay.cli.console import OK, People, TerminalProgress, counting
+from replay.cli.options import ANY_PATH, SESSION_FILE, gates, jobs, lineup, log_search, noisy, offline, replaying
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 @log_search
 @offline
 @noisy
+@jobs
 @gates
 @replaying
 def command(
@@ -31,6 +32,7 @@ def command(
     \b
     replay audit session.mcap --detectors "hybrid-qaco,slow=discrete[rate_hz=22.5]" --out runs/audit
     replay audit recordings/*.mcap --detector lab.engine:Detector --max-missed 0.01 --max-p99-ms 11.1
+    replay audit recordings/*.mcap --jobs 4 --out runs/all
     """
     from replay.api.auditor import audit
     from replay.cli.run_report import answer_cited, close_run, run_json, sources_of, where_to_look
@@ -38,7 +40,8 @@ def command(
     from replay.cli.terminal import terminal
 
     shown: dict[str, Any] = {"faces": not no_faces, "picture": not no_picture}
-    result = audit(list(sessions), **asked, **shown, progress=TerminalProgress(people))
+    told: dict[str, Any] = {"progress": TerminalProgress(people), "on_done": counting(people, len(sessions))}
+    result = audit(list(sessions), **asked, **shown, **told)
     broken = limits.broken(result.summary, [one.summary for one in result.results])
     plain = {"audit": result.summary, "runs": [run_json(one) for one in result.results], "broken": broken}
     tables = [*fault_tables(result.results), *audit_tables(result.results, result.summary)]

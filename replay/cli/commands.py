@@ -24,6 +24,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "info": CommandSpec("Check", "Say what a session file holds: bodies, clock, gaps, tasks.", "info"),
     "doctor": CommandSpec("Check", "Say what is suspicious about a recording, and what to do about it.", "doctor"),
     "recover": CommandSpec("Check", "Save what is left of a torn or damaged session file.", "recover"),
+    "minimise": CommandSpec("Record", "Take out of a recording what leads to a person, and say the rest.", "minimise"),
     "demo": CommandSpec("Replay", "Record a made-up lab session, replay it, show the misses.", "demo"),
     "scene": CommandSpec("Record", "Write a first scene of a recording; find every fault of one.", "scene"),
     "mesh": CommandSpec("Check", "Mend a mesh, and say what that changes in a recording.", "mesh"),

@@ -3,6 +3,7 @@
 import json
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -95,6 +96,20 @@ def pace(speed: float | None, left: float | None, elapsed: float | None, finishe
     if finished or speed is None or left is None:
         return "" if elapsed is None else f"{elapsed:.1f} s"
     return f"{speed:,.0f} {unit}/s, {left:.0f} s left"
+
+
+def counting(people: People, total: int) -> Callable[[str, str], None]:
+    """Tells each finished piece with how many there are, how long the rest may take and how many a minute are done."""
+    count, worked, begun = 0, 0, time.monotonic()
+
+    def tell(name: str, became: str) -> None:
+        nonlocal count, worked
+        count, worked = count + 1, worked + (became != "kept")
+        each = (time.monotonic() - begun) / max(worked, 1)
+        rest = f", about {each * (total - count):.0f} s left at {60 / each:.3g} a minute"
+        people.say(f"{count:>4} of {total}  {name}: {became}{rest if worked and count < total else ''}")
+
+    return tell
 
 
 def _folded(text: str, stream: "IO[str]") -> str:

@@ -103,6 +103,7 @@ tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True,
 cite = click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects that ran.")
 log_search = click.option("--log-search", is_flag=True, help="Show every look of every search in the recording.")
 
+jobs = click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
 proof = click.option("--proof", is_flag=True, help="Write why each verdict of the oracle is so, for `replay verify`.")
 offline = click.option("--offline", is_flag=True, help="Ask for the whole motion at once, not frame by frame.")
 

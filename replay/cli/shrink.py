@@ -11,16 +11,18 @@ from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, report
 @click.command()
 @click.argument("run", type=RUN_FOLDER, metavar="[RUN]", required=False)
 @click.option("--miss", type=click.IntRange(min=1), metavar="N", help="The miss of this number.")
-@click.option("--invented", type=click.IntRange(min=1), metavar="N", help="The Nth invented contact in order of time.")
+@click.option(
+    "--false", "--invented", type=click.IntRange(min=1), metavar="N", help="The false contact of this number."
+)
 @click.option("--case", type=int, metavar="N", help="A case of `replay stress` instead of a run.")
-@click.option("--detector", "label", metavar="NAME", help="Whose answer: a label of the run; of a case any detector.")
+@click.option("--detector", "--by", "label", metavar="NAME", help="Whose: a label of the run; of a case any detector.")
 @click.option("--session", type=SESSION_FILE, metavar="FILE", help="The recording, where it is not found by itself.")
 @click.option("--out", "-o", type=ANY_PATH, default="case", show_default=True, metavar="DIR", help="Folder to write.")
 @scene
 @force
 @reporting
 def command(
-    run: Path | None, session: Path | None, scene: Path | None, miss: int | None, invented: int | None,
+    run: Path | None, session: Path | None, scene: Path | None, miss: int | None, false: int | None,
     case: int | None, label: str | None, out: Path, force: bool, as_json: bool, people: People,
 ) -> int:  # fmt: skip
     """Cut a wrong answer down to the fewest frames and faces that still give it, and write it as a test.
@@ -30,11 +32,11 @@ def command(
 
     \b
     replay shrink RUN --miss 4 --out case
-    replay shrink RUN --invented 1 --detector hull50
+    replay shrink RUN --false 1 --detector hull50
     replay shrink --case 29 --detector static
     """
-    if sum(one is not None for one in (miss, invented, case)) != 1 or (run is None) == (case is None):
-        raise click.UsageError("name a RUN with --miss N or --invented N, or a case of `replay stress` with --case N")
+    if sum(one is not None for one in (miss, false, case)) != 1 or (run is None) == (case is None):
+        raise click.UsageError("name a RUN with --miss N or --false N, or a case of `replay stress` with --case N")
     from replay.detection.detector_spec import parse_detector
     from replay.outputs.results.run_folder import check_target, read_run_folder
     from replay.studies.shrink import fault as faults
@@ -43,10 +45,8 @@ def command(
 
     check_target(out, force=force, kind=CASE)
     if run is not None:
-        found = faults.of_run(
-            read_run_folder(run), miss=miss, invented=invented, label=label, session=session, scene=scene
-        )
-        source = f"miss {miss}" if miss is not None else f"invented contact {invented}"
+        found = faults.of_run(read_run_folder(run), miss=miss, false=false, label=label, session=session, scene=scene)
+        source = f"miss {miss}" if miss is not None else f"false contact {false}"
     elif label is None:
         raise click.UsageError("name the detector of the case with --detector")
     else:

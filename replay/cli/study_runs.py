@@ -1,20 +1,18 @@
 """``replay study run|collect|demo``: from many recordings to one table of metrics, and a whole synthetic class."""
 
-import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 
-from replay.cli.console import DATA_LOSS, OK, People, answer, print_name
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, lineup, reporting
+from replay.cli.console import DATA_LOSS, OK, People, answer, counting, print_name
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, jobs, lineup, reporting
 from replay.cli.options import scene as scene_option
 
 SLOW = "22.5Hz=discrete[rate_hz=22.5]"
 """The detector whose misses the synthetic class is analysed with besides the oracle."""
 
-jobs_option = click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
 FILES_OR_FOLDERS = click.Path(exists=True, path_type=Path)
 FOLDERS = click.Path(exists=True, file_okay=False, path_type=Path)
 
@@ -36,7 +34,7 @@ def require_extra() -> None:
 @lineup
 @scene_option
 @click.option("--pictures", is_flag=True, help="A recording for Rerun in each run folder too.")
-@jobs_option
+@jobs
 @reporting
 def run_sessions(
     sessions: tuple[Path, ...], out: Path, scene: Path | None, pictures: bool, jobs: int, as_json: bool,
@@ -83,7 +81,7 @@ def collect_runs(runs: tuple[Path, ...], out: Path, students: Path | None, force
 @click.option("--out", "-o", type=ANY_PATH, default="class", show_default=True, metavar="DIR", help="Folder to make.")
 @click.option("--students", type=click.IntRange(min=5, max=999), default=52, show_default=True, help="How many.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the class.")
-@jobs_option
+@jobs
 @common
 def demo_class(out: Path, students: int, seed: int, jobs: int, people: People) -> int:
     """Make up a class, replay its sessions, analyse it: the whole way from recordings to the page, in one folder.
@@ -97,7 +95,7 @@ def demo_class(out: Path, students: int, seed: int, jobs: int, people: People) -
     from replay.studies.class_study.synthetic_class import ANSWERS, CODEBOOK, SESSIONS, make_class
 
     people.say(f"making up {students} students and recording their sessions ...")
-    failed = make_class(out, students=students, seed=seed, jobs=jobs, on_done=_counting(people, students))
+    failed = make_class(out, students=students, seed=seed, jobs=jobs, on_done=counting(people, students))
     files = sorted((out / SESSIONS).glob("*.mcap"))
     people.say(f"replaying {len(files)} sessions ...")
     settings = {"detectors": SLOW, "oracle": None, "seed": 0, "picture": False}
@@ -124,17 +122,4 @@ def session_files(given: Sequence[Path]) -> list[Path]:
 def _run(files: list[Path], out: Path, jobs: int, settings: dict[str, Any], people: People) -> Any:
     from replay.api.batch import run_batch
 
-    return run_batch(files, out, jobs=jobs, settings=settings, on_done=_counting(people, len(files)))
-
-
-def _counting(people: People, total: int) -> Any:
-    """Tells each finished piece with how many there are and how long the rest may take."""
-    count, begun = [0], time.monotonic()
-
-    def tell(name: str, became: str) -> None:
-        count[0] += 1
-        left = (time.monotonic() - begun) / count[0] * (total - count[0])
-        rest = f", about {left:.0f} s left" if count[0] < total else ""
-        people.say(f"{count[0]:>4} of {total}  {name}: {became}{rest}")
-
-    return tell
+    return run_batch(files, out, jobs=jobs, settings=settings, on_done=counting(people, len(files)))

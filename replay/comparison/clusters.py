@@ -30,7 +30,7 @@ class Cluster:
     @property
     def frames(self) -> int:
         """How many frames were missed."""
-        return sum(miss.last - miss.first + 1 for miss in self.misses)
+        return sum(miss.frames for miss in self.misses)
 
     @property
     def span(self) -> tuple[float, float]:

@@ -153,6 +153,11 @@ class Miss:
     faces: IntArray | None = field(default=None, compare=False, repr=False)
 
     @property
+    def frames(self) -> int:
+        """How many frames are missed."""
+        return self.last - self.first + 1
+
+    @property
     def shown(self) -> tuple[int, int]:
         """Where there is most to see: a frame, and nanoseconds after it."""
         return (self.deepest, 0) if self.touch is None else (self.touch.frame, self.touch.later_ns)

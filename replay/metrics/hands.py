@@ -6,8 +6,12 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from cdcore.numerics import IntArray
 from replay.prepare.assembly import Assembly, PoseOrigin
-from sessions import Session
+from sessions import Interval, Session
+
+DOING: Final = ("task", "stage")
+"""Kinds of spans that say what a student was at."""
 
 STEP_S: Final = 0.1
 """Paths are measured ten times a second: at 90 Hz a tracker's noise of 0.3 mm alone would add 1.6 m to every minute."""
@@ -63,10 +67,28 @@ def fixed_bodies(assembly: Assembly) -> set[int]:
     return set(np.flatnonzero((assembly.origin == PoseOrigin.FIXED).all(axis=0)).tolist())
 
 
+def doing(session: Session, kind: str, stamps: IntArray) -> list[str | None]:
+    """The span of a kind, ``task`` or ``stage``, that each stamp lies in: its name; of several, the one begun last."""
+    found = np.full(len(stamps), None, dtype=object)
+    for span in _spans(session, kind):
+        found[(span.start_ns <= stamps) & (stamps <= span.end_ns)] = span.name
+    return found.tolist()
+
+
+def span_names(session: Session, kind: str) -> list[str]:
+    """The names of all spans of a kind in order of time, each once."""
+    return list(dict.fromkeys(span.name for span in _spans(session, kind)))
+
+
+def _spans(session: Session, kind: str) -> list[Interval]:
+    return sorted(
+        (span for span in session.intervals if span.kind == kind), key=lambda span: (span.start_ns, -span.end_ns)
+    )
+
+
 def task_seconds(session: Session) -> dict[str, float]:
     """Task -> seconds spent on it, all its spans together, as the recording says."""
     seconds: dict[str, float] = {}
-    for span in session.intervals:
-        if span.kind == "task":
-            seconds[span.name] = seconds.get(span.name, 0.0) + (span.end_ns - span.start_ns) / 1e9
+    for span in _spans(session, "task"):
+        seconds[span.name] = seconds.get(span.name, 0.0) + (span.end_ns - span.start_ns) / 1e9
     return seconds

@@ -12,7 +12,7 @@ from cdcore.numerics import IntArray
 from replay.comparison.contact_counts import loose
 from replay.comparison.holding import Grasp, grasps, hand_bodies
 from replay.comparison.outcome import Episode, Outcome
-from replay.metrics.hands import fixed_bodies, moving, task_seconds
+from replay.metrics.hands import DOING, fixed_bodies, moving, span_names, task_seconds
 from replay.metrics.near import NearMiss, close_stretches, without_contact
 from replay.pipeline.run_result import RunResult
 from sessions.mcap_format.metadata import NOT_STATED
@@ -28,11 +28,11 @@ METRICS: Final[dict[str, type]] = {
     "recall": float, "contact_frames": int, "valid_minutes": float, "flagged_share": float,
     "contacts_per_min": float, "unintended_contacts_per_min": float, "near_misses": int, "grasp_attempts": int,
     "grasps": int, "breakages": int, "spilled_ml": float, "hazard_seconds": float, "path_m": float,
-    "idle_share": float, "task_seconds": float,
+    "idle_share": float, "task_seconds": float, "task": str, "stage": str,
 }  # fmt: skip
 """Column -> type. ``settings`` is a digest of all that decides a row; a value nobody measured is null. ``recall`` is
 the share of the oracle's ``contact_frames`` (pair-frames) that the detector reports, 1 for the oracle itself; null
-where there are none."""
+where there are none. ``task`` and ``stage`` are all of the session, in order of time, with `` + `` between them."""
 
 SPILLS: Final = ("spill", "spill")
 HAZARDS: Final = ("hazard-proximity", "near")
@@ -128,6 +128,7 @@ def _shared(result: RunResult, seen: _Seen) -> dict[str, Any]:
         "path_m": motion.path_m,
         "idle_share": motion.idle_share,
         "task_seconds": sum(tasks.values()) if tasks else None,
+        **{kind: " + ".join(span_names(result.session, kind)) or None for kind in DOING},
         **{TASK + name: seconds for name, seconds in tasks.items()},
     }
 

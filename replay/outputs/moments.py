@@ -14,16 +14,14 @@ import numpy as np
 from cdcore.numerics import IntArray
 from replay.comparison.causes import Cause
 from replay.comparison.clusters import by_depth
-from replay.comparison.false_contacts import HELD, SOLIDS, FalseContact
+from replay.comparison.false_contacts import SOLIDS, FalseContact
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Episode, Miss, Outcome, Vector, as_vector
 from replay.outputs.palette import FOUND, INVENTED, MISSED, PARTLY_MISSED, Rgba
 from replay.outputs.words import bound_words, counted
+from replay.pipeline.fault_lists import BETWEEN_LOOKS, LISTED
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
-
-LISTED: Final = 200
-"""Moments of one detector of each kind at most: the longest cuts, the longest false contacts."""
 
 KINDS: Final = {Outcome.MISSED: "miss", Outcome.INVENTED: "false", Outcome.BOTH: "contact"}
 
@@ -76,7 +74,7 @@ class FocusMoment:
 
 
 TO_DO: Final[Mapping[str, str]] = {
-    SOLIDS: PARTS, Cause.COLLIDER_SHAPE: PARTS, HELD: LOOK, Cause.BETWEEN_LOOKS: LOOK, Cause.SEARCH: DECIDE,
+    **dict.fromkeys(BETWEEN_LOOKS, LOOK), SOLIDS: PARTS, Cause.COLLIDER_SHAPE: PARTS, Cause.SEARCH: DECIDE,
     Cause.SAMPLING: DECIDE, Cause.BUDGET: DECIDE, Cause.SPHERE_STAGE: "larger volumes", Cause.CLOCK: "a common clock",
     Cause.BETWEEN_FRAMES: "ask between frames", Cause.LATE: "take off its delay", Cause.CONTAINMENT: "close the meshes",
 }  # fmt: skip
@@ -87,7 +85,7 @@ def to_do(result: RunResult, label: str) -> str:
     """What mends most of the frames in which a detector was wrong."""
     frames: Counter[str] = Counter()
     for miss in result.misses[label]:
-        frames[miss.cause] += miss.last - miss.first + 1
+        frames[miss.cause] += miss.frames
     for one in result.false.get(label, ()):
         frames[one.cause] += one.frames
     worst = frames.most_common(1)
@@ -177,7 +175,6 @@ def moment_line(moment: FocusMoment, name: str, widths: tuple[int, int]) -> str:
 
 def miss_note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:
     """What is to be said about a miss, of ``count`` by this detector and of so many ``contacts``; why comes first."""
-    frames = miss.last - miss.first + 1
     found = f"{oracle}: **CONTACT**, {miss.face_pairs} face pairs, cut {miss.cut_length * 1e3:.1f} mm"
     if miss.touch is not None:
         before, (a, b), bound = miss.touch.frame, miss.touch.faces, bound_words(miss)
@@ -190,7 +187,7 @@ def miss_note(miss: Miss, count: int, contacts: int, label: str, oracle: str) ->
         f"#### Miss {miss.number} of {count}: {miss.body_a}-{miss.body_b}\n\n"
         f"- {label}: **{miss.kind}** ({miss.cause})\n"
         f"- {found}\n\n"
-        f"**{miss.seconds:.3f} s**, {frames} frame{'s' * (frames > 1)} ({miss.first} to {miss.last}), "
+        f"**{miss.seconds:.3f} s**, {counted(miss.frames, 'frame')} ({miss.first} to {miss.last}), "
         f"contact {miss.episode} of {contacts}\n\n"
         f"`replay view RUN --miss {miss.number} --by {label}`"
     )

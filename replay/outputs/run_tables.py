@@ -9,10 +9,9 @@ from cdcore.protocol import DECIDED
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import clusters
-from replay.comparison.contact_counts import contact_counts, held_counts, loose
 from replay.comparison.contact_duration import PHASES
 from replay.comparison.false_contacts import FalseContact
-from replay.comparison.outcome import Episode, Miss, Outcome
+from replay.comparison.outcome import Episode, Miss
 from replay.effects.recorded import CURVES
 from replay.outputs.tables import CODE, FAINT, FOUND, IN_RED, INVENTED, PARTLY, STRONG, Cell, Marked, Table, table
 from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, bound_words, counted, depth_words, span_words
@@ -104,36 +103,31 @@ def _spread(spread: Mapping[str, float] | None) -> str:
 def pair_table(result: RunResult, label: str) -> Table:
     """What an audited detector made of every pair that touched or was said to; the most missed first, as in the lanes.
 
-    Only where anything is within tolerance there is a column for it.
+    Pairs of a hand and what it holds come last. Only where anything is within tolerance there is a column for it.
     """
-    outcome = result.comparisons[label].outcome
-    frames = {one: (outcome == one).sum(axis=0).tolist() for one in Outcome}
-    missed, wrong, excused = (frames[one] for one in (Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE))
-    truth = loose(result)
-    said = set(np.flatnonzero(np.array(wrong) + np.array(excused)).tolist())
-    pairs = sorted({one.pair for one in truth} | said, key=lambda pair: (-missed[pair], -wrong[pair], pair))
-    rows: list[tuple[Cell, ...]] = []
-    became = contact_counts(result, label)
-    for pair in pairs:
-        own, counts = became.of_pair(pair), (frames[Outcome.BOTH][pair], missed[pair], wrong[pair], excused[pair])
-        rows.append((*_contacts(result, truth, pair), own.missed, own.in_part, *counts))
-    rows += _held_rows(result, label)
+    rows: list[tuple[Any, ...]] = []
+    apart: list[tuple[Any, ...]] = []
+    for one in result.summary["pairs"]:
+        own = one.get("audit", {}).get(label)
+        if own is None:
+            continue
+        frames = [own["pair_frames"][word] for word in ("BOTH", "MISSED", "INVENTED", "WITHIN_TOLERANCE")]
+        lengths = _lengths(one, "contacts", result.oracle)
+        if lengths[0] or any(frames[2:]):
+            rows.append((one["name"], *lengths, own["contacts_missed"], own["contacts_in_part"], *frames))
+        if held := own.get("held"):
+            counts = (held[word] for word in ("contacts_missed", "contacts_in_part", "both", "missed", "invented"))
+            apart.append((f"{one['name']} (held)", *_lengths(one, "held_contacts", result.oracle), *counts, 0))
+    rows.sort(key=lambda row: (-row[-3], -row[-2]))
     head = ("pair", "contacts", "seconds", "longest s", *AUDIT_MARKS)
     title, notes = f"Contacts ({result.oracle}) and what {label} made of them", containment_notes(result, result.oracle)
-    made = table(title, head, rows, marks=AUDIT_MARKS, notes=notes)
-    return made if any(excused) else made.only(*head[:-1])
+    made = table(title, head, rows + apart, marks=AUDIT_MARKS, notes=notes)
+    return made if any(row[-1] for row in rows) else made.only(*head[:-1])
 
 
-def _held_rows(result: RunResult, label: str) -> list[tuple[Cell, ...]]:
-    """The pairs of a hand and what it holds, listed apart."""
-    apart = sorted(set(result.episodes[result.oracle]) & set(result.holdings), key=lambda one: one.first)
-    rows: list[tuple[Cell, ...]] = []
-    for pair in dict.fromkeys(one.pair for one in result.holdings):
-        one = held_counts(result, label, [pair])
-        if any(one.values()):
-            counts = (one[name] for name in ("contacts_missed", "contacts_in_part", "both", "missed", "invented"))
-            rows.append((*_contacts(result, apart, pair, " (held)"), *counts, 0))
-    return rows
+def _lengths(pair: Mapping[str, Any], kind: str, label: str) -> tuple[int, str, str]:
+    own = pair.get(kind, {}).get(label, {"count": 0, "seconds": 0.0, "longest": 0.0})
+    return own["count"], f"{own['seconds']:.3f}", f"{own['longest']:.3f}"
 
 
 def contact_table(result: RunResult, label: str) -> Table:
@@ -166,7 +160,7 @@ def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table
     rows = [
         (
             Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
-            Marked(f"replay view {run} --miss {one.number}", CODE), _moment(one), one.last - one.first + 1,
+            Marked(f"replay view {run} --miss {one.number}", CODE), _moment(one), one.frames,
             depth_words(one), one.face_pairs, one.shown[0],
             "" if one.touch is None else "{} and {}".format(*one.touch.faces),
         )

@@ -19,6 +19,9 @@ from replay.pipeline.run_result import Measured
 NOT_EXAMINED: Final = "not examined"
 """Stands for a count of contacts between frames where both detectors decide at instants only."""
 
+OF_PAIR: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.HELD)
+"""Outcomes that are counted pair by pair."""
+
 SPREADS: Final = ("onset_error", "duration_error")
 """Errors of matched contacts do not add up from their middles; each session keeps its own."""
 
@@ -72,6 +75,34 @@ def episode_figures(matches: EpisodeMatches, truth: int, found: int) -> dict[str
         "onset_error": _spread([match.onset_error for match in matches.matched]),
         "duration_error": _spread([match.duration_error for match in matches.matched]),
     }  # fmt: skip
+
+
+def pair_figures(result: Measured) -> list[dict[str, Any]]:
+    """Of every pair its contacts by detector, in seconds, and what audited detectors made of it; of no contact nothing.
+
+    Contacts of a hand with what it holds stand apart.
+    """
+    rows: list[dict[str, Any]] = [{} for _ in result.assembly.pairs]
+    apart = set(result.holdings)
+    for label, found in result.episodes.items():
+        for one in found:
+            kind = "held_contacts" if label == result.oracle and one in apart else "contacts"
+            own = rows[one.pair].setdefault(kind, {}).setdefault(label, {"count": 0, "seconds": 0.0, "longest": 0.0})
+            length = one.end - one.start
+            own |= {"count": own["count"] + 1, "seconds": own["seconds"] + length}
+            own["longest"] = max(own["longest"], length)
+    for label, comparison in result.comparisons.items():
+        became = contact_counts(result, label)
+        frames = {one.name: (comparison.outcome == one).sum(axis=0).tolist() for one in OF_PAIR}
+        for pair, row in enumerate(rows):
+            counts = {name: column[pair] for name, column in frames.items()}
+            if any(counts.values()) or result.oracle in (*row.get("contacts", ()), *row.get("held_contacts", ())):
+                own = became.of_pair(pair)
+                told = {"contacts_missed": own.missed, "contacts_in_part": own.in_part, "pair_frames": counts}
+                if counts[Outcome.HELD.name] or "held_contacts" in row:
+                    told["held"] = held_counts(result, label, [pair])
+                row.setdefault("audit", {})[label] = told
+    return rows
 
 
 def _between(result: Measured, label: str) -> int | str:

@@ -17,8 +17,9 @@ from replay.comparison.outcome import counts_of
 from replay.detection.run_detector import Run
 from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, plan_summary
+from replay.pipeline.fault_lists import fault_list
 from replay.pipeline.run_result import Measured
-from replay.pipeline.scores import score
+from replay.pipeline.scores import pair_figures, score
 from replay.prepare.session_scan import SessionScan
 from sessions.mcap_format.metadata import NOT_STATED
 
@@ -45,8 +46,9 @@ def summarise(
                 "name": result.assembly.pair_name(p),
                 "held": bool(result.assembly.held[p]),
                 "containment": {k: one.containment[p] for k, one in result.detections.items() if one.containment},
+                **figures,
             }
-            for p in range(len(result.assembly.pairs))
+            for p, figures in enumerate(pair_figures(result))
         ],
         "oracle": result.oracle,
         "detectors": {
@@ -54,6 +56,8 @@ def summarise(
             for label, run in runs.items()
         },
         "audit": {label: score(result, label) for label in result.comparisons},
+        "faults": {label: fault_list(result, label, _seconds(runs[result.oracle])["per_frame_mean"])
+                   for label in result.comparisons},
         "dwell": None if result.dwell is None else result.dwell.table(),
         "noise": None if result.noise is None else result.noise.as_json(),
         **({} if result.treatment is None else result.treatment.as_json()),

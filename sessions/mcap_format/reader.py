@@ -5,7 +5,7 @@ Memory for ``Session.blocks`` is one chunk and one block, for a file of any leng
 
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -90,7 +90,7 @@ def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | 
         intervals=part(file, INTERVALS),
         facts=facts,
         origin=str(path),
-        live_contacts=LazySequence(lambda: part(file, LIVE_CONTACTS)),
+        live_contacts=LazySequence(partial(part, file, LIVE_CONTACTS)),
         colliders=attached_colliders(file),
         **{name: _streams(file, prefix) for prefix, name in STREAMS.items()},
     )
@@ -102,7 +102,11 @@ def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | 
 
 
 def _streams(file: McapFile, prefix: str) -> Any:
-    return LazyMapping(file.topics_below(prefix), lambda key: part(file, prefix + key))
+    return LazyMapping(file.topics_below(prefix), partial(_below, file, prefix))
+
+
+def _below(file: McapFile, prefix: str, key: str) -> Any:
+    return part(file, prefix + key)
 
 
 def session_facts(file: McapFile) -> tuple[dict[str, str], dict[str, str]]:
@@ -232,6 +236,9 @@ class LazyMapping(Mapping[str, Value], Generic[Value]):
     def __init__(self, keys: Sequence[str], load: Callable[[str], Value]) -> None:
         self._keys, self._load = dict.fromkeys(keys), cache(load)
 
+    def __reduce__(self) -> Any:
+        return LazyMapping, (tuple(self._keys), self._load.__wrapped__)
+
     def __getitem__(self, key: str) -> Value:
         if key not in self._keys:
             raise KeyError(key)
@@ -251,7 +258,10 @@ class LazySequence(Sequence[Value], Generic[Value]):
     """A sequence that ``load`` gives whole when its first item is asked for."""
 
     def __init__(self, load: Callable[[], Sequence[Value]]) -> None:
-        self._load = cache(lambda: tuple(load()))
+        self._source, self._load = load, cache(lambda: tuple(load()))
+
+    def __reduce__(self) -> Any:
+        return LazySequence, (self._source,)
 
     def __getitem__(self, index: Any) -> Any:
         return self._load()[index]

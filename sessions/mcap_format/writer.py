@@ -18,7 +18,7 @@ from sessions.mcap_format.metadata import (
     mesh_file,
     session_record,
 )  # fmt: skip
-from sessions.mcap_format.pose_encoding import FrameEncoder
+from sessions.mcap_format.pose_encoding import FrameEncoder, check_stamp
 from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.scene_update import scene_update
 from sessions.mcap_format.schemas import PROFILE, SCENE, TF, TRACKING
@@ -113,6 +113,7 @@ class SessionWriter(ContainerWriter):
         if self._started:
             return
         self._started = True
+        check_stamp("a frame is", time_ns)
         if self._meshes:
             self.logged([(time_ns, (SCENE, time_ns, scene_update(self._meshes, self._scene, time_ns)))])
             self.close_chunk()

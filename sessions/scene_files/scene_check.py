@@ -32,8 +32,8 @@ def checked_scene(
         try:
             meshes |= scene_meshes(replace(scene, name=file, bodies=(body,)), folder or ".")
         except SceneError as error:
-            # A mesh that cannot be made of wrong numbers is no second fault.
-            faults += error.faults if f"({body.id!r})" not in faulty else ()
+            # A shape that cannot be made of wrong numbers is no second fault; a file that is not there is one.
+            faults += error.faults if body.mesh or f"({body.id!r})" not in faulty else ()
     if scene.colliders and folder is not None:
         try:
             read_colliders(folder / scene.colliders, None)

@@ -14,6 +14,7 @@ from replay.base.wilson import Z95, wilson
 from replay.cli.commands import COMMANDS
 from replay.cli.demo import DETECTORS
 from replay.cli.main import cli, main
+from replay.cli.minimise import LIMIT
 from replay.cli.stress import QUICK_PAIRS
 from replay.comparison.clock_offset import MOST_DRIFT
 from replay.comparison.tolerance import TAU
@@ -227,6 +228,7 @@ SETTLED = {
     *(f"{one} mm" for one in re.findall(r"0\.\d+", CAVEAT)), "99 %", f"{FULL.poses} poses", f"{MOST_FACES:,} faces",
     f"{LEAST_STUDENTS} students", f"{PERMUTATION_BELOW} students", f"{len(FAMILIES)} families", f"{len(CASES)} cases",
     f"{QUICK_PAIRS} pairs", f"{SPACE_RADIUS:g} m", f"{100 * MOST_DRIFT:g} %", f"{100 * wilson(0, 18)[1]:.1f} %",
+    *re.findall(r"\d+ (?:s|%)", LIMIT),
     "120 Hz", "10 %",  # RATES_HZ and the width that repeats are to reach
     "18 bumps",  # as the tests of that session count
     "1 m", f"{1000 / HEADSET_HZ:.0f} mm",  # of a hand at 1 m/s, from frame to frame

@@ -10,16 +10,19 @@ import threading
 from dataclasses import replace
 from html import escape
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
 from support.headless import page_after_its_scripts
-from support.small_worlds import cube
+from support.small_worlds import cube, cubes
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
+import replay
 from replay.cli.main import main
 from replay.outputs.report.page import report_html
-from replay.outputs.results.run_folder import RunFolder
+from replay.outputs.results.annotations import add_annotation, fault_of
+from replay.outputs.results.run_folder import RunFolder, read_run_folder
 from replay.outputs.share import folder
 from replay.pipeline.engine import compute
 from replay.studies.class_study.analysis import analyse
@@ -88,7 +91,21 @@ def list_of(word):
     return folder._list(dict(zip(("run1", "run2"), runs, strict=True)), {"run1": word, "run2": word})
 
 
-PAGES = {"report": report_of, "study": study_of, "shared": shared_of, "list of shared runs": list_of}
+def annotated_of(word):
+    with TemporaryDirectory() as place:
+        session = cubes({"a": [0] * 8, "b": [3, 3, 0.9, 3, 3, 3, 0.9, 3]})
+        replay.run(session, detectors="slow=discrete[rate_hz=20]", out=Path(place) / "run", picture=False)
+        run = read_run_folder(Path(place) / "run")
+        for rater in (word, f"{word} too"):
+            said = replace(fault_of(run, "miss", 1, None).where, text=word, tag="real", rater=rater)
+            add_annotation(run, said)
+        return (run.path / "report.html").read_text(encoding="utf-8")
+
+
+PAGES = {
+    "report": report_of, "study": study_of, "shared": shared_of, "list of shared runs": list_of,
+    "annotated report": annotated_of,
+}  # fmt: skip
 """Page -> its HTML where everything is called so. A page to come is a row."""
 
 
@@ -172,6 +189,7 @@ CALLS = {
     "doctor": lambda f, d: ("doctor", "-v", f["mcap"], f["torn"]),
     "recover": lambda f, d: ("recover", f["torn"], d / "saved\x1b[2J"),
     "plan": lambda f, d: ("plan", "-v", f["toml"]),
+    "minimise": lambda f, d: ("minimise", "-v", f["mcap"], "-o", d / "less\x1b[2J.mcap"),
     "scene new": lambda f, d: ("scene", "new", f["mcap"], "-o", d / "s\x1b[2J.toml"),
     "scene check": lambda f, d: ("scene", "check", f["toml"]),
     "import": lambda f, d: ("import", "csv", f["csv"], "--convention", "unity", "-o", d / "i\x1b[2J.mcap"),
@@ -203,7 +221,7 @@ CALLS = {
 
 WORKS = {
     "info", "doctor", "plan", "import", "run", "run again", "diff", "shrink", "audit", "tradeoff", "advise",
-    "study run", "scene new", "scene check", "share", "annotate",
+    "study run", "scene new", "scene check", "share", "annotate", "minimise",
 }  # fmt: skip
 
 

@@ -11,14 +11,12 @@ from replay.comparison.clusters import MANY, seen_and_between
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Miss
 from replay.outputs import run_tables
-from replay.outputs.moments import LISTED, LOOK, TO_DO, worst_first
+from replay.outputs.moments import LOOK, TO_DO, worst_first
 from replay.outputs.report.markup import Markup, element, joined, page_section, page_table
 from replay.outputs.tables import CODE, STRONG, Column, Marked, Table
 from replay.outputs.words import address
+from replay.pipeline.fault_lists import LISTED, MOST_CARDS, cost_of_mending
 from replay.pipeline.run_result import RunResult
-
-MOST_CARDS: Final = 1000
-"""Misses of a detector with a card of their own, some 700 kB of page; of false contacts those of the picture."""
 
 MENDED: Final = {"miss": "to catch it", "false": "to mend it"}
 LOOK_AT: Final = "look at it"
@@ -122,7 +120,7 @@ def _false_cards(result: RunResult, label: str, offered: Choices) -> Markup:
     card = _cards(result, made, "false", label, shown, offered)
     if len(found) <= MANY:
         return card
-    return _folded(len(found), max(0, len(found) - LISTED), "false_contacts.parquet", [card])
+    return _folded(len(found), max(0, len(found) - LISTED), "false.parquet", [card])
 
 
 def _folded(count: int, rest: int, file: str, parts: Sequence[Markup]) -> Markup:
@@ -135,10 +133,10 @@ def _folded(count: int, rest: int, file: str, parts: Sequence[Markup]) -> Markup
 def _mended(result: RunResult, label: str, cause: str) -> str:
     """What mends a fault, and what that takes of a frame."""
     way = TO_DO.get(cause, "see its cause")
-    if way == LOOK and label in result.at_every_frame:
-        return f"{way}, {1e3 * result.at_every_frame[label]:.2g} ms each"
     right = result.summary["detectors"][result.oracle]["seconds"]["per_frame_mean"]
-    return f"{way}; {result.oracle} takes {1e3 * right:.2g} ms a frame"
+    takes = f"{1e3 * cost_of_mending(result, label, cause, right):.2g} ms"
+    own = way == LOOK and label in result.at_every_frame
+    return f"{way}, {takes} each" if own else f"{way}; {result.oracle} takes {takes} a frame"
 
 
 def _cards(

@@ -23,11 +23,8 @@ def miss_table(result: RunResult) -> pa.Table:
         touch = (None,) * 4 if miss.touch is None else (miss.touch.moment, *miss.touch.faces, miss.touch.free)
         noise = in_noise(result, miss.episode)
         values.append([*(getattr(miss, name) for name in MISS_COLUMNS), *miss.point, *miss.normal, *touch, *noise])
-    places = dict.fromkeys([f"{name}_{axis}" for name in ("point", "normal") for axis in "xyz"], float)
-    kinds = MISS_COLUMNS | places | {"touch": float, "face_a": int, "face_b": int, "touch_free": float}
-    kinds |= {"noise": str, "noise_share": float}
     heads = heads_of(result, [(label, miss.number, miss) for label, miss in rows])
-    return pa.table(heads | columns_of(values, kinds))
+    return pa.table(heads | columns_of(values, MISS_COLUMNS | MISS_MEASURES))
 
 
 MISS_COLUMNS: Final[dict[str, type]] = {
@@ -35,6 +32,11 @@ MISS_COLUMNS: Final[dict[str, type]] = {
     "face_pairs": int, "cut_length": float, "cause": str,
 }  # fmt: skip
 """Columns that are attributes of a miss."""
+
+MISS_MEASURES: Final[dict[str, type]] = {
+    **dict.fromkeys([f"{name}_{axis}" for name in ("point", "normal") for axis in "xyz"], float),
+    "touch": float, "face_a": int, "face_b": int, "touch_free": float, "noise": str, "noise_share": float,
+}  # fmt: skip
 
 
 def false_table(result: RunResult) -> pa.Table:
@@ -49,11 +51,13 @@ def false_table(result: RunResult) -> pa.Table:
         [*(getattr(one, name) for name in FALSE_COLUMNS), *one.point, gap]
         for (_, one), gap in zip(rows, measured, strict=True)
     ]
-    kinds = FALSE_COLUMNS | dict.fromkeys(("point_x", "point_y", "point_z", "gap"), float)
-    return pa.table(heads_of(result, [(label, one.number, one) for label, one in rows]) | columns_of(values, kinds))
+    heads = heads_of(result, [(label, one.number, one) for label, one in rows])
+    return pa.table(heads | columns_of(values, FALSE_COLUMNS | FALSE_MEASURES))
 
 
 FALSE_COLUMNS: Final[dict[str, type]] = {
     "first": int, "last": int, "start": float, "end": float, "kind": str, "widest": int, "cause": str,
 }  # fmt: skip
 """Columns that are attributes of a false contact."""
+
+FALSE_MEASURES: Final[dict[str, type]] = dict.fromkeys(("point_x", "point_y", "point_z", "gap"), float)

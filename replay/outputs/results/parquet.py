@@ -7,7 +7,9 @@ from typing import Any, Final
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-TYPES: Final = {str: pa.string(), int: pa.int64(), float: pa.float64()}
+from replay.errors import RunFolderError
+
+TYPES: Final = {str: pa.string(), int: pa.int64(), float: pa.float64(), bool: pa.bool_()}
 """Type of Python -> type of a column; every column may hold null."""
 
 UNREADABLE: Final = (OSError, pa.ArrowException)
@@ -22,6 +24,15 @@ def columns_of(rows: Sequence[Sequence[Any]], kinds: Mapping[str, type]) -> dict
 def table_of(rows: Sequence[Mapping[str, Any]], kinds: Mapping[str, type]) -> pa.Table:
     """Rows with named values as a table of these columns."""
     return pa.table(columns_of([[row[name] for name in kinds] for row in rows], kinds))
+
+
+def read_table(path: Path) -> pa.Table:
+    """A table of a run as it was written; ``RunFolderError``: it cannot be read."""
+    try:
+        with pq.ParquetFile(path) as file:  # `pq.read_table` makes columns of folders named like `student=S01`
+            return file.read()
+    except UNREADABLE as error:
+        raise RunFolderError(f"{path} cannot be read as a table ({error}); run its session again") from error
 
 
 def read_rows(path: Path) -> list[dict[str, Any]]:

@@ -105,6 +105,15 @@ EPISODE_COLUMNS: Final[dict[str, type]] = {
 }  # fmt: skip
 
 
+HEADS: Final[dict[str, type]] = {"detector": str, "number": int, "body_a": str, "body_b": str, "held": bool}
+"""Columns of contacts, misses and false contacts alike, before those of their own."""
+
+EVENT_COLUMNS: Final[dict[str, type]] = {
+    "stamp_ns": int, "end_stamp_ns": int, "source": str, "name": str, "body": str, "level": str, "message": str,
+    "values": str, "time": float, "end_time": float,
+}  # fmt: skip
+
+
 def in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]:
     """Word and share of a contact of the oracle in noisy copies."""
     noise = result.noise
@@ -136,9 +145,7 @@ def event_table(result: RunResult) -> pa.Table:
     rows.sort(key=lambda row: row[0])
     seconds = [(row[0] - zero, None if row[1] is None else row[1] - zero) for row in rows]
     values = [(*row, a / 1e9, None if b is None else b / 1e9) for row, (a, b) in zip(rows, seconds, strict=True)]
-    words = ("source", "name", "body", "level", "message", "values")
-    kinds = dict.fromkeys(("stamp_ns", "end_stamp_ns"), int) | dict.fromkeys(words, str)
-    return pa.table(columns_of(values, kinds | {"time": float, "end_time": float}))
+    return pa.table(columns_of(values, EVENT_COLUMNS))
 
 
 EFFECT: Final = "effect/"

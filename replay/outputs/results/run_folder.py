@@ -18,6 +18,7 @@ from replay.outputs.report.tradeoff import PICTURES
 from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
 from replay.outputs.results import fault_tables, parquet_tables
 from replay.outputs.results.parquet import read_rows
+from replay.outputs.results.row_keys import with_keys
 from replay.outputs.results.seal import PROOF, SEAL, write_seal
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds
@@ -133,7 +134,9 @@ def write_run_folder(
         wanted = {SERIES: bool(result.effects), TIMING: timed}
         for name, table_of in TABLES.items():
             if wanted.get(name, True):
-                pq.write_table(table_of(result), folder / name, compression="zstd")
+                table = table_of(result)
+                keyed = table if name in wanted else with_keys(table, result)
+                pq.write_table(keyed, folder / name, compression="zstd")
         if picture is not None:
             picture(result, folder / PICTURE)
         write_report(replace(result, out=out), folder / REPORT)

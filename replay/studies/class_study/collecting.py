@@ -8,7 +8,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from replay.errors import OutputError, RunFolderError, StudyError
-from replay.outputs.results.parquet import UNREADABLE
+from replay.outputs.results.parquet import read_table
 from replay.outputs.results.run_folder import METRICS
 from replay.studies.class_study.joining import check_pseudonyms, read_rows
 from replay.studies.class_study.refusals import StudyRefusedError
@@ -28,7 +28,7 @@ def collect(runs: Sequence[Path], students: Path | None = None) -> pa.Table:
     files = [file for run in runs for file in metric_files(run)]
     if not files:
         raise RunFolderError("no runs to collect; make them with `replay study run`")
-    table = pa.concat_tables([_read(file) for file in files], promote_options="default")
+    table = pa.concat_tables([read_table(file) for file in files], promote_options="default")
     if students is not None:
         named = read_students(students)
         own = zip(table["session"].to_pylist(), table["student"].to_pylist(), strict=True)
@@ -67,13 +67,6 @@ def read_students(path: Path) -> dict[str, str]:
         if named.setdefault(session, student) != student:
             raise StudyRefusedError("ids", f"{path.name}: session {session} belongs to two students")
     return named
-
-
-def _read(file: Path) -> pa.Table:
-    try:
-        return pq.read_table(file)
-    except UNREADABLE as error:
-        raise RunFolderError(f"{file} cannot be read as a table of metrics ({error}); run its session again") from error
 
 
 def _without_repeats(table: pa.Table) -> pa.Table:

@@ -18,7 +18,7 @@ from cdcore.protocol import counts_as_contact, is_undecided
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.recorded import RECORDED
 from replay.errors import ShrinkError
-from replay.outputs.results.run_folder import EPISODES, MISSES, RunFolder
+from replay.outputs.results.run_folder import FALSE_CONTACTS, MISSES, RunFolder
 from replay.pipeline.engine import prepared
 from replay.prepare.assembly import Assembly
 from replay.studies.stress.families import FIRST_SEED
@@ -77,17 +77,17 @@ class Fault:
 
 
 def of_run(
-    run: RunFolder, *, miss: int | None = None, invented: int | None = None, label: str | None = None,
+    run: RunFolder, *, miss: int | None = None, false: int | None = None, label: str | None = None,
     session: Path | None = None, scene: Path | None = None,
 ) -> Fault:  # fmt: skip
-    """The fault of a run folder: a miss by its number, or an invented contact, counted from 1 in order of time.
+    """The fault of a run folder: a miss or a false contact by its number.
 
     ``label``: the detector, where the run audited several; ``session``: the recording, where it lies neither in the run
     folder, nor beside it, nor in the working directory; ``scene``: that of the run, where it was not the recording's.
     Raises ``ShrinkError``: no such fault, a detector whose answers came with the recording, or a fault that does not
     happen again; ``RunFolderError``: no recording or scene, or those of another run.
     """
-    label, row = _row(run, miss, invented, label)
+    label, row = _row(run, miss, false, label)
     said, contact = run.summary["detectors"][label], miss is not None
     if said["name"] == RECORDED:
         raise ShrinkError(f"{label} is what an engine reported while it ran; it cannot be asked about less")
@@ -131,26 +131,21 @@ def _selections(assembly: Assembly, pair: tuple[int, int]) -> Iterator[IntArray]
     yield np.concatenate([alone, assembly.pairs[(np.sort(assembly.pairs) != np.sort(alone)).any(axis=1)]])
 
 
-def _row(run: RunFolder, miss: int | None, invented: int | None, label: str | None) -> tuple[str, dict[str, Any]]:
+def _row(run: RunFolder, miss: int | None, false: int | None, label: str | None) -> tuple[str, dict[str, Any]]:
     """Label and row of a fault in the tables of a run."""
     audited = list(run.summary["audit"])
     if label is not None and label not in audited:
         raise ShrinkError(f"{run.path} audited no {label}; it audited: {', '.join(audited) or 'nothing'}")
     if miss is not None:
         run.require_miss(miss)
-        found = [row for row in run.rows(MISSES) if row["number"] == miss]
-    else:
-        found = [row for row in run.rows(EPISODES) if row["status"] == "invented"]
-    found = [row for row in found if label in (None, row["detector"])]
-    labels = list(dict.fromkeys(row["detector"] for row in found))
-    if len(labels) > 1:
-        raise ShrinkError(f"several detectors have one of that number; add --detector with one of: {', '.join(labels)}")
-    if miss is None:
-        found = sorted(found, key=lambda row: (row["start"], row["number"]))[(invented or 1) - 1 :]
+    file, number, what = (MISSES, miss, "miss") if miss is not None else (FALSE_CONTACTS, false, "false contact")
+    found = [row for row in run.rows(file) if row["number"] == number and label in (None, row["detector"])]
+    if len(found) > 1:
+        names = ", ".join(row["detector"] for row in found)
+        raise ShrinkError(f"several detectors have one of that number; add --detector with one of: {names}")
     if not found:
-        what = f"miss {miss}" if miss is not None else f"invented contact {invented}"
-        raise ShrinkError(f"{run.path} has no {what}" + (f" of {label}" if label else ""))
-    return labels[0], found[0]
+        raise ShrinkError(f"{run.path} has no {what} {number}" + (f" of {label}" if label else ""))
+    return found[0]["detector"], found[0]
 
 
 def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:

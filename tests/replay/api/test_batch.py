@@ -1,4 +1,5 @@
 import json
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -13,6 +14,7 @@ from replay.api.batch import batch_digest, run_batch, run_one
 from replay.errors import OutputError
 from sessions import write_session
 
+needs_sigkill = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
 SETTINGS = {"detectors": "hybrid", "oracle": "none", "picture": False}
 
 
@@ -59,6 +61,36 @@ def test_a_session_that_changed_is_run_again(files, tmp_path):
     assert again.kept == ("s0", "s2") and again.digest != first.digest
 
 
+def test_a_changed_session_is_run_again_though_the_batch_was_killed_before_it_came_to_it(files, tmp_path, monkeypatch):
+    first = run_batch(files, tmp_path / "runs", settings=SETTINGS)
+    write_session(cubes({"a": [0.0] * 20, "b": [0.5] * 20}), files[1])
+    with monkeypatch.context() as killed, pytest.raises(KeyboardInterrupt):
+        killed.setattr("replay.api.batch.in_processes", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        run_batch(files, tmp_path / "runs", settings=SETTINGS)
+    again = run_batch(files, tmp_path / "runs", settings=SETTINGS)
+    assert again.kept == ("s0", "s2") and again.digest != first.digest
+
+
+def test_a_session_whose_answer_was_lost_is_taken_as_it_is(files, tmp_path):
+    found = []
+    for _ in range(2):
+        assert run_one(files[0], tmp_path / "s0", SETTINGS, "asked") == ""
+        found.append(when := (tmp_path / "s0" / "summary.json").stat().st_mtime_ns)
+    assert found == [when, when]
+    assert run_one(files[0], tmp_path / "s0", SETTINGS, "asked otherwise") == ""
+    assert (tmp_path / "s0" / "summary.json").stat().st_mtime_ns != when
+
+
+def test_another_scene_under_the_same_name_is_another_batch(files, tmp_path):
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[scene]\nname = "one"\n')
+    asked = {**SETTINGS, "scene": str(scene)}
+    with pytest.raises(OutputError, match="other settings"):
+        for name in ("one", "other"):
+            scene.write_text(f'[scene]\nname = "{name}"\n')
+            run_batch([], tmp_path / "runs", settings=asked)
+
+
 def test_a_failure_is_told_and_ends_no_other(files, tmp_path):
     files[1].write_bytes(b"no session")
     batch = run_batch(files, tmp_path / "runs", settings=SETTINGS)
@@ -99,8 +131,50 @@ def test_one_session_that_fails_is_a_sentence_and_not_an_exception(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+DEADLY = """
+import os, signal
+from cdcore.detectors.sphere import SphereDetector
+class Detector(SphereDetector):
+    def __init__(self, bodies, *asked):
+        if any(body.name == "deadly" for body in bodies):
+            os.kill(os.getpid(), signal.SIGKILL)
+        super().__init__(bodies, *asked)
+"""
+
+
 @pytest.mark.slow
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
+@needs_sigkill
+def test_sessions_of_killed_processes_are_done_once_and_one_that_always_kills_its_own_is_named(
+    files, tmp_path, monkeypatch
+):
+    (tmp_path / "deadly.py").write_text(DEADLY)
+    monkeypatch.syspath_prepend(tmp_path)
+    settings = {**SETTINGS, "detectors": "deadly:Detector"}
+    alone = run_batch(files, tmp_path / "alone", settings=settings)
+    told, killed = [], []
+
+    def kill_once(*one):
+        told.append(one)
+        if not killed:
+            killed.extend(multiprocessing.active_children())
+            for process in killed:
+                process.kill()
+
+    together = run_batch(files, tmp_path / "together", jobs=2, settings=settings, on_done=kill_once)
+    assert len(killed) == 2 and together.digest == alone.digest != ""
+    assert sorted(told) == [("s0", "done"), ("s1", "done"), ("s2", "done")]
+
+    deadly = tmp_path / "deadly.mcap"
+    write_session(cubes({"deadly": [0.0] * 7, "b": [3.0, 2.5, 2.0] * 2 + [2.0]}), deadly)
+    one_more = run_batch([*files, deadly], tmp_path / "together", jobs=2, settings=settings)
+    from_scratch = run_batch([*files, deadly], tmp_path / "more", jobs=2, settings=settings)
+    for batch in (one_more, from_scratch):
+        assert batch.done == ("s0", "s1", "s2") and list(batch.failed) == ["deadly"]
+        assert "ended 3 times" in batch.failed["deadly"] and batch_digest(batch.out, batch.done) == alone.digest
+
+
+@pytest.mark.slow
+@needs_sigkill
 def test_processes_of_a_killed_batch_end_with_it(files, tmp_path):
     """The batch is killed as its workers start; within seconds nobody works for it any more."""
     import psutil

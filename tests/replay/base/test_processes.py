@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from replay.base.processes import Crew, in_processes
+from replay.base.processes import Crew, answers_of, in_processes
 from replay.base.progress import Silent
 from replay.errors import WorkerError
 
@@ -76,6 +76,14 @@ def test_only_the_task_of_a_killed_process_is_asked_again_and_the_others_go_on_s
     written = {path.name: path.read_text() for path in tmp_path.iterdir()}
     assert written.pop("a tries") == "xx" and written.keys() >= {"a", "b", "c", "d"}
     assert all(written[name].count("x") == 1 for name in "abcd")
+
+
+@needs_sigkill
+def test_answers_are_in_order_of_the_tasks_and_what_ended_its_process_is_named_when_the_others_are_done(tmp_path):
+    assert list(answers_of(double, {"b": (1,), "a": (2,)}, 2).items()) == [("b", 2), ("a", 4)]
+    with pytest.raises(WorkerError, match="b: ended"):
+        answers_of(work, tasks(tmp_path, a="go", b="die", c="go"), 2)
+    assert {path.name for path in tmp_path.iterdir()} == {"a", "b tries", "c"}
 
 
 def double(number, file=None):

@@ -32,6 +32,17 @@ def test_json_holds_the_sums_and_the_runs(file, capsys):
     assert told["audit"]["slow"]["episodes"]["missed"] == 2 and len(told["runs"]) == 2 and told["broken"] == []
 
 
+@pytest.mark.slow
+def test_sessions_in_two_processes_are_told_one_by_one_and_answered_as_in_one(file, capsys):
+    told = []
+    for jobs in ("1", "2"):
+        assert main(["audit", file, file, "--detector", SLOW, "--jobs", jobs, "--format", "json"]) == 0
+        printed, said = capsys.readouterr()
+        told.append(json.loads(printed)["audit"])
+        assert ("2 of 2" in said) == (jobs == "2")
+    assert told[0] == told[1]
+
+
 def test_pairs_whose_containment_is_refused_are_told_in_one_sentence_of_80_columns(tmp_path, capsys, monkeypatch):
     session, path = cubes({name: [2 * k, 2.01 * k, 2 * k] for k, name in enumerate("abcdef")}), tmp_path / "s.mcap"
     ajar = {name: MeshData(mesh.vertices, mesh.faces[1:]) for name, mesh in session.meshes.items() if name != "f"}

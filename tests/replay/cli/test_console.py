@@ -3,7 +3,7 @@ import sys
 
 import pytest
 
-from replay.cli.console import People, TerminalProgress, pace, stdout_console
+from replay.cli.console import People, TerminalProgress, counting, pace, stdout_console
 
 
 def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
@@ -53,3 +53,17 @@ def test_a_stage_that_is_done_or_has_no_rate_says_the_time_it_took():
     assert pace(12345.6, 0.0, 4.06, True, "frames") == "4.1 s"
     assert pace(None, None, 2.0, False, "frames") == "2.0 s"
     assert pace(None, None, None, False, "frames") == ""
+
+
+def test_pieces_are_counted_with_rate_and_time_left_and_those_there_before_count_for_neither(capsys, monkeypatch):
+    times = iter([0.0, 1.0, 3.0, 6.0, 9.0])
+    monkeypatch.setattr("replay.cli.console.time.monotonic", lambda: next(times))
+    tell = counting(People(), 4)
+    for name, became in {"a": "kept", "b": "done", "c": "it broke", "d": "done"}.items():
+        tell(name, became)
+    assert capsys.readouterr().err.splitlines() == [
+        "   1 of 4  a: kept",
+        "   2 of 4  b: done, about 6 s left at 20 a minute",
+        "   3 of 4  c: it broke, about 3 s left at 20 a minute",
+        "   4 of 4  d: done",
+    ]

@@ -8,6 +8,7 @@ from operator import getitem
 
 import click
 import pytest
+from support.import_mutants import MUTANTS, tried
 from support.shared_data import DATA
 from support.small_worlds import cube, cubes
 
@@ -18,7 +19,8 @@ from replay.effects.effect_plan import plan_faults
 from sessions import import_session, read_session, write_session
 from sessions.errors import SceneError
 from sessions.scene_files.scene_check import checked_scene
-from sessions.scene_files.scene_toml import parse_scene, scene_to_toml, value_text
+from sessions.scene_files.scene_toml import parse_scene, read_scene, scene_to_toml, value_text
+from sessions.scene_files.toml_table import read_text
 from sessions.synthetic.scenes import SCENES, make_scene_session
 
 CAPTURES = (
@@ -105,6 +107,25 @@ def test_a_check_names_every_fault_of_text_meshes_and_effects_once(files, capsys
     (files / "torn.toml").write_text("[[body]")
     assert main(["scene", "check", str(files / "torn.toml")]) == 1
     assert "this is not TOML" in capsys.readouterr().out
+
+
+def test_a_mesh_file_that_is_not_there_is_a_fault_beside_another_of_its_body(tmp_path):
+    said = checked_scene('[[body]]\nid = "a"\nmesh = "no.glb"\nmas = 1\n', "x.toml", plan_faults, tmp_path)[2]
+    assert len(said) == 2 and "unknown key 'mas'" in said[0] and "no.glb does not exist" in said[1]
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
+    path = tmp_path / "rich.toml"
+    path.write_text(scene_to_toml(make_scene_session("titration")[0].scene) if count > 15 else OTHER + FAULTY)
+
+    def read(_):
+        text = read_text(path, "scene", SceneError)
+        faults = checked_scene(text, str(path), plan_faults, tmp_path)[2]
+        assert all(one.isprintable() and one.startswith(str(path)) for one in faults), faults
+        read_scene(path)
+
+    tried(path, count, read, path.name)
 
 
 def test_the_doctor_names_the_same_faults_and_a_plan_the_first(files, capsys):

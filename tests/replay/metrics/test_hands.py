@@ -4,7 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.small_worlds import cubes, framed
 
-from replay.metrics.hands import fixed_bodies, frames_at, moving, task_seconds
+from replay.metrics.hands import doing, fixed_bodies, frames_at, moving, span_names, task_seconds
 from replay.metrics.near import close_stretches
 from replay.prepare.assemble import assemble
 from sessions.model.event import Interval
@@ -72,3 +72,13 @@ def test_stamps_in_unix_time_are_measured_without_making_half_a_century_of_ticks
     found = moving(assembly, [0, 1])
     assert 2.5 <= found.valid_minutes * 60 <= 3.0
     assert close_stretches(assembly, np.array([0])) == ()
+
+
+def test_a_moment_belongs_to_the_span_begun_last_and_to_none_outside():
+    spans = [(10, 20, "task", "pour"), (0, 15, "task", "stir"), (12, 13, "task", "stir"), (40, 50, "task", "pour")]
+    session = cubes({"a": [0.0]}, intervals=[Interval(*span) for span in (*spans, (0, 60, "stage", "first"))])
+    stamps = np.array([-1, 0, 9, 10, 12, 13, 14, 20, 21, 45, 60])
+    stir, pour = ["stir"], ["pour"]
+    assert doing(session, "task", stamps) == [None, *stir * 2, *pour, *stir * 2, *pour * 2, None, *pour, None]
+    assert doing(session, "stage", stamps) == [None] + ["first"] * 10
+    assert span_names(session, "task") == ["stir", "pour"] and span_names(session, "feature") == []

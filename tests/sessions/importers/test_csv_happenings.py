@@ -1,4 +1,5 @@
 import pytest
+from support.import_mutants import MUTANTS, tried
 
 from sessions.errors import ImportFileError
 from sessions.importers.contacts_csv import read_contacts
@@ -136,3 +137,9 @@ def test_a_bad_file_is_named_with_its_line(tmp_path, text, words):
     (tmp_path / "c.csv").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ImportFileError, match="no UTF-8"):
         read_contacts(tmp_path / "c.csv")
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+def test_mutants_of_contacts_end_in_reports_or_one_sentence(tmp_path, count):
+    path = file(tmp_path, "time,a,b,what\n" + "".join(f"{k / 8},rod,beaker,begin\n" for k in range(20)))
+    tried(path, count, lambda _: read_contacts(path))

@@ -1,3 +1,5 @@
+import pickle
+
 import numpy as np
 import pytest
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
@@ -12,7 +14,7 @@ from support.mcap_samples import (
 from sessions.errors import SessionFileError
 from sessions.mcap_format import scene_update as module
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
-from sessions.mcap_format.reader import LazyMapping, LazySequence
+from sessions.mcap_format.reader import LazyMapping, LazySequence, read_session
 from sessions.mcap_format.recorder import Recorder
 from sessions.mcap_format.scene_update import scene_update
 from sessions.mcap_format.schemas import channel_spec, message_class
@@ -74,6 +76,14 @@ def test_values_are_loaded_once_and_only_when_asked_for():
     with pytest.raises(KeyError):
         mapping["c"]
     assert dict(mapping) == {"b": "B", "a": "A"}
+
+
+def test_a_session_of_a_file_can_be_sent_to_another_process(path):
+    session = read_session(path)
+    sent = pickle.loads(pickle.dumps(session))
+    assert_same_frames(sent.frames, session.frames)
+    assert sent.events == session.events and sent.scene == session.scene
+    assert (list(sent.live_contacts), dict(sent.hands)) == ([], {})
 
 
 def test_a_sequence_is_loaded_once_at_its_first_use():

@@ -8,12 +8,13 @@ import pytest
 import trimesh
 from hypothesis import given
 from hypothesis import strategies as st
+from support.import_mutants import MUTANTS, tried
 from support.shared_data import DATA, needs_data
 
 from sessions.errors import MeshFileError
 from sessions.mesh_data import MeshData, is_closed
 from sessions.meshes.glb import mesh_to_glb
-from sessions.meshes.mesh_files import load_mesh, mesh_from_bytes, refined, simplified, subtracted, united
+from sessions.meshes.mesh_files import FILE_TYPES, load_mesh, mesh_from_bytes, refined, simplified, subtracted, united
 
 
 def box(extents=(1, 1, 1), centre=(0, 0, 0)):
@@ -193,3 +194,17 @@ def test_every_foreign_mesh_of_a_known_type_loads():
     for path in paths:
         mesh = load_mesh(path)
         assert same(mesh_from_bytes(mesh_to_glb(mesh, path.stem), "glb"), mesh), path
+
+
+@pytest.mark.parametrize("count", MUTANTS)
+@pytest.mark.parametrize("kind", FILE_TYPES)
+def test_mutants_end_in_a_mesh_or_one_sentence(tmp_path, kind, count):
+    data = trimesh.creation.box((0.1, 0.2, 0.3)).export(file_type=kind)
+    path = tmp_path / f"box.{kind}"
+    path.write_bytes(data if isinstance(data, bytes) else data.encode())
+
+    def read(_):
+        mesh = load_mesh(path)
+        assert np.isfinite(mesh.vertices).all() and mesh.faces.max() < len(mesh.vertices)
+
+    tried(path, count, read)

@@ -5,10 +5,12 @@ import re
 import pytest
 from support.browser import opened
 from support.page_cells import Cells
-from support.small_worlds import cubes
+from support.small_worlds import cubes, jumping
 
+from replay.outputs.report import faults
 from replay.outputs.report.faults import choices
 from replay.outputs.report.page import report_html
+from replay.outputs.results.run_folder import FALSE_CONTACTS, MISSES
 from replay.pipeline.engine import compute
 
 PLACES = {"a": [0.0] * 8, "b": [3, 0.9, 3, 3, 3, 3, 3, 3], "c": [-3, -3, -3, -0.9, -3, -0.9, -0.9, -3]}
@@ -64,6 +66,84 @@ def test_what_has_one_value_cannot_be_chosen_and_a_page_without_a_fault_has_no_c
     assert 'id="miss=1"' in one and "<select" not in one
     none = report_html(compute(cubes({"a": [0.0] * 3, "b": [3.0, 2.0, 3.0]}), detectors="slow=discrete[rate_hz=50]"))
     assert "<select" not in none and "cards" not in re.sub("<style>.*?</style>", "", none, flags=re.DOTALL)
+
+
+NUMBER = re.compile(r"(?<![\w.,])(?<!\w-)[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?(?!\w)")
+SCALES = (1, 100, 1e3)
+"""As it is, in percent, in thousandths."""
+
+
+def values_of(value):
+    """Every number below a value, also in words and as a length; of a share the ends of its interval in contacts."""
+    if isinstance(value, dict):
+        if "low" in value and value["of"]:
+            yield from (value[end] * value["of"] for end in ("low", "high"))
+        yield from (number for pair in value.items() for one in pair for number in values_of(one))
+    elif isinstance(value, list):
+        yield from (len(value), *(number for one in value for number in values_of(one)))
+    elif isinstance(value, str):
+        yield from (float(one.replace(",", "")) for one in NUMBER.findall(value))
+    elif value is not None:
+        yield float(value)
+
+
+def shown_as(told, numbers):
+    """Whether one of the numbers, rounded as a page rounds, is what is told."""
+    told = told.replace(",", "").lstrip("+-")
+    digits = len(told.partition(".")[2])
+    ways = (f"{abs(one) * scale:{way}}" for one in numbers for scale in SCALES for way in (f".{digits}f", ".2g", ".3g"))
+    return told in ways
+
+
+STATES = pytest.mark.parametrize(
+    ("session", "asked"),
+    [
+        (cubes(PLACES), {"detectors": "slow=discrete[rate_hz=50],more=discrete[rate_hz=25]", "oracle": "exact"}),
+        (cubes({"a": [0.0] * 3, "b": [3.0, 2.0, 3.0]}), {"detectors": "slow=discrete[rate_hz=50]"}),
+        (cubes({"a": [0.0] * 6, "b": [3.0, 1.2, 1.1, 1.2, 3.0, 3.0]}), {"detectors": "collider[shape=sphere]"}),
+        (jumping(), {"detectors": "exact", "oracle": "continuous"}),
+    ],
+    ids=["several", "none", "only false", "between frames"],
+)
+
+
+@STATES
+def test_every_number_of_a_card_is_in_the_summary(session, asked):
+    result = compute(session, **asked)
+    page, count = Cells(report_html(result)).tables, 0
+    for caption, rows in page.items():
+        for label, listed in result.summary["faults"].items():
+            kind = {f"What {label} missed": "misses", f"What {label} reports falsely": "false"}
+            kinds = [name for start, name in kind.items() if caption.startswith(start)]
+            for row in rows if kinds else ():
+                (told,) = (one for one in listed[kinds[0]] if str(one["number"]) == row[0])
+                numbers, count = [*values_of(told)], count + 1
+                assert {told["body_a"], told["body_b"]} == set(row[2].split(" - ")) and told["cause"] == row[4]
+                assert [one for cell in row for one in NUMBER.findall(cell) if not shown_as(one, numbers)] == []
+    assert count == sum(len(one[kind]) for one in result.summary["faults"].values() for kind in ("misses", "false"))
+
+
+@STATES
+def test_every_number_of_a_pair_is_in_the_summary(session, asked):
+    result = compute(session, **asked)
+    told, page = {one["name"]: one for one in result.summary["pairs"]}, Cells(report_html(result)).tables
+    for label in result.comparisons:
+        (rows,) = (rows for caption, rows in page.items() if caption.endswith(f"what {label} made of them"))
+        for pair, count, seconds, longest, *cells in rows:
+            one = told[pair].get("contacts", {}).get(result.oracle, {"count": 0, "seconds": 0.0, "longest": 0.0})
+            assert [count, seconds, longest] == [str(one["count"]), f"{one['seconds']:.3f}", f"{one['longest']:.3f}"]
+            own = told[pair]["audit"][label]
+            frames = [own["pair_frames"][name] for name in ("MISSED", "INVENTED", "WITHIN_TOLERANCE")]
+            assert [int(cell) for cell in cells] == [own["contacts_missed"], own["contacts_in_part"], *frames][
+                : len(cells)
+            ]
+        assert {row[0] for row in rows} == {name for name, one in told.items() if label in one.get("audit", {})}
+
+
+def test_a_list_that_was_cut_names_the_file_with_all_of_it(result, monkeypatch):
+    for name, most in (("MANY", 0), ("MOST_CARDS", 1), ("LISTED", 0)):
+        monkeypatch.setattr(faults, name, most)
+    assert set(re.findall(r"are in ([\w.]+)<", report_html(result))) == {MISSES, FALSE_CONTACTS}
 
 
 @pytest.mark.slow

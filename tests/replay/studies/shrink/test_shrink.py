@@ -17,7 +17,7 @@ from replay import run
 from replay.cli.main import main
 from replay.detection.detector_spec import parse_detector
 from replay.errors import RunFolderError, ShrinkError
-from replay.outputs.results.run_folder import read_run_folder
+from replay.outputs.results.run_folder import FALSE_CONTACTS, read_run_folder
 from replay.studies.shrink.fault import Fault, of_case, of_run
 from replay.studies.shrink.reduce import Shrinking, Size, fewest
 from replay.studies.shrink.writing import sentence
@@ -94,11 +94,25 @@ def test_an_invented_contact_stays_invented(tmp_path):
     poses = {"two": along_x([0] * 6), "between": along_x([9, 8.9, 8.8, 0.1, 0.2, 8])}
     write_session(Session.from_arrays(np.arange(6) * 10_000_000, poses, meshes), tmp_path / "s.mcap")
     run(tmp_path / "s.mcap", detectors="hull=collider[shape=hull]", out=tmp_path / "run", picture=False)
-    fault = of_run(read_run_folder(tmp_path / "run"), invented=1)
+    fault = of_run(read_run_folder(tmp_path / "run"), false=1)
     done = least(fault)
     assert not done.contact and len(done.motion) == 1 and sum(Size.of(done).faces) <= 4
     assert not any(one.stands() for one in nothing_can_go(done))
     assert "invents a contact" in sentence(done)
+
+
+def test_a_false_contact_is_shrunk_by_its_number_though_its_report_begins_rightly(tmp_path):
+    """Contact at the frames 2 to 4; looks at 0, 4 and 8: what is said of 4 is held and false up to 7."""
+    write_session(cubes({"a": [0] * 10, "b": [3, 3, 0.9, 0.9, 0.9, 3, 3, 3, 3, 3]}), tmp_path / "s.mcap")
+    run(tmp_path / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=tmp_path / "run", picture=False)
+    opened = read_run_folder(tmp_path / "run")
+    assert [(row["number"], row["first"], row["last"]) for row in opened.rows(FALSE_CONTACTS)] == [(1, 5, 7)]
+    fault = of_run(opened, false=1)
+    assert not fault.contact and 0.05 <= fault.motion.times[-1] <= 0.07
+    assert main(["shrink", str(tmp_path / "run"), "--invented", "1", "--out", str(tmp_path / "case")]) == 0
+    assert "false contact 1" in (tmp_path / "case" / "README.md").read_text(encoding="utf-8")
+    with pytest.raises(ShrinkError, match=r"has no false contact 2$"):
+        of_run(opened, false=2)
 
 
 def test_what_is_inside_needs_a_solid_around_it_and_becomes_a_tetrahedron():
@@ -178,12 +192,12 @@ def test_what_cannot_be_shrunk_is_said_in_a_sentence(folder, tmp_path, capsys):
     for asked, words in (
         ({"miss": 1, "label": "none"}, "audited no none; it audited: slow, exact2"),
         ({"miss": 1, "label": "exact2"}, "has no miss 1 of exact2"),
-        ({"invented": 9, "label": "slow"}, "has no invented contact 9 of slow"),
+        ({"false": 9, "label": "slow"}, "has no false contact 9 of slow"),
     ):
         with pytest.raises(ShrinkError, match=words):
             of_run(opened, **asked)
     assert main(["shrink", str(folder)]) == 2
-    assert "--miss N or --invented N" in capsys.readouterr().err
+    assert "--miss N or --false N" in capsys.readouterr().err
     moved = tmp_path / "run"
     moved.mkdir()
     for file in folder.iterdir():

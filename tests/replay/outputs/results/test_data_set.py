@@ -1,0 +1,273 @@
+"""Many runs as one data set: every row says whose it is, and the guide's questions give what a recount gives."""
+
+import re
+from collections import Counter
+from dataclasses import replace
+from statistics import mean, median
+
+import duckdb
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from support.small_worlds import STEP_NS, cubes
+
+from cdcore.protocol import counts_as_contact
+from replay import read
+from replay.errors import RunFolderError
+from replay.guide.pages import page
+from replay.metrics.row import metric_rows
+from replay.outputs.results.data_set import DATA_SET
+from replay.outputs.results.parquet import TYPES
+from replay.outputs.results.row_keys import KEYS, SCHEMA
+from replay.outputs.results.run_folder import write_run_folder
+from replay.pipeline.engine import compute
+from sessions import Event, Interval
+
+QUESTIONS = re.findall(r"^\d+\. ([^\n]+\?)\n\n```sql\n(.*?)^```$", page("data-set"), re.MULTILINE | re.DOTALL)
+
+STUDENTS = {"one": "S1", "two": "S1", "three": "S2", "four": ""}
+PLACES = {
+    "one": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3],
+    "two": [3, 0.9, 3, 3, 0.7, 0.7, 3, 0.9, 0.9, 1.2, 1.2, 2],
+    "three": [0.9, 0.9, 0.9, 3, 3, 0.8, 3, 3, 3, 3, 0.9, 4],
+    "four": [3, 3, 1.3, 1.3, 3, 3, 0.9, 0.8, 0.9, 0.8, 3, 5],
+}
+SPANS = (("task", "stir", 1, 7), ("task", "pour", 5, 9), ("stage", "first", 0, 4), ("stage", "second", 4, 8))
+"""Kind, name, first and last frame: the second task begins before the first ends; the last frames have neither."""
+BUTTONS = {"one": (1, 6), "two": (6, 11), "three": (5,), "four": (3,)}
+
+
+def session(name):
+    events = [Event(frame * STEP_NS, "press", "trigger", "b") for frame in BUTTONS[name]]
+    spans = [Interval(first * STEP_NS, last * STEP_NS, kind, word) for kind, word, first, last in SPANS]
+    places = {"a": [0] * 12, "b": PLACES[name], "c": [9] * 3 + [3.9 if name == "three" else 9] + [9] * 8}
+    facts = {"pseudonym": STUDENTS[name]} if STUDENTS[name] else {}
+    return cubes(places, events=events, intervals=[] if name == "four" else spans, facts=facts)
+
+
+def run_of(name):
+    # These cubes step metres in 10 ms: each such frame would be flagged as a teleport.
+    found = compute(session(name), detectors="slow=discrete[rate_hz=20],sphere", oracle="exact")
+    return replace(found, flags=None)
+
+
+@pytest.fixture(scope="module")
+def results():
+    return {name: run_of(name) for name in PLACES}
+
+
+@pytest.fixture(scope="module")
+def top(results, tmp_path_factory):
+    top = tmp_path_factory.mktemp("runs")
+    for name, result in results.items():
+        write_run_folder(result, top / f"student={STUDENTS[name]}" / name)
+    return top
+
+
+@pytest.fixture(scope="module")
+def tables(top):
+    return read(top)
+
+
+def doing(name, kind, frame):
+    """The span at a frame, from what was planted: none in the session ``four``."""
+    there = [(first, word) for one, word, first, last in SPANS if one == kind and first <= frame <= last]
+    return max(there)[1] if there and name != "four" else None
+
+
+def contacts(results):
+    """Contacts of the oracle, frame by frame from its verdicts: name, result, pair, first and last frame."""
+    for name, result in results.items():
+        touching = counts_as_contact(result.detections["exact"].verdict)
+        for pair in range(touching.shape[1]):
+            edges = np.flatnonzero(np.diff(np.concatenate([[0], touching[:, pair], [0]]).astype(int)))
+            for first, end in edges.reshape(-1, 2).tolist():
+                yield name, result, pair, first, end - 1
+
+
+def reports(result, label, pair, first, last):
+    return bool(counts_as_contact(result.detections[label].verdict[first : last + 1, pair]).any())
+
+
+AUDITED = ("slow", "sphere")
+
+
+def faults(results, kind):
+    return [
+        (name, label, one) for name, r in results.items() for label, some in getattr(r, kind).items() for one in some
+    ]
+
+
+def bodies(result, pair):
+    return tuple(result.assembly.names[end] for end in result.assembly.pairs[pair].tolist())
+
+
+def path(name):
+    return f"student={STUDENTS[name]}/{name}"
+
+
+def grouped(pairs):
+    """Key -> its values, in order of keys; no key comes last, as ``NULLS LAST`` has it."""
+    found = {}
+    for key, value in pairs:
+        found.setdefault(key, []).append(value)
+    return dict(sorted(found.items(), key=lambda item: (item[0] is None, item[0] or "")))
+
+
+def ranked(counts, *more):
+    """Keys by falling count, then in order."""
+    return [(*key, n, *(one[key] for one in more)) for key, n in sorted(counts.items(), key=lambda i: (-i[1], i[0]))]
+
+
+def pairs_missed(results):
+    found = [((label, *bodies(results[name], one.pair)), name) for name, label, one in faults(results, "misses")]
+    return ranked(Counter(key for key, _ in found), {key: len(set(names)) for key, names in grouped(found).items()})
+
+
+def never_found(results):
+    seen = [(label, not reports(r, label, *where)) for _, r, *where in contacts(results) for label in AUDITED]
+    return [(label, len(missed), sum(missed)) for label, missed in grouped(seen).items()]
+
+
+def missed_by_task(results):
+    missed = [
+        (doing(name, "task", where[1]), not all(reports(r, label, *where) for label in AUDITED))
+        for name, r, *where in contacts(results)
+    ]
+    return [(task, len(some), sum(some)) for task, some in grouped(missed).items()]
+
+
+def durations(results):
+    lasted = [(doing(name, "stage", first), (last - first) / 100) for name, _, _, first, last in contacts(results)]
+    return [(stage, len(some), median(some), max(some)) for stage, some in grouped(lasted).items()]
+
+
+def minutes(results):
+    """Name -> detector -> contacts per minute."""
+    return {name: {row["detector"]: row["contacts_per_min"] for row in metric_rows(r)} for name, r in results.items()}
+
+
+def students(results):
+    found = grouped((STUDENTS[name], some["exact"]) for name, some in minutes(results).items())
+    return [(student, len(some), mean(some)) for student, some in found.items()]
+
+
+def differences(results):
+    more = grouped((label, some[label] - some["exact"]) for some in minutes(results).values() for label in AUDITED)
+    return [(label, len(some), mean(some), min(some), max(some)) for label, some in more.items()]
+
+
+def false_causes(results):
+    found = [((label, one.cause), one.gap) for _, label, one in faults(results, "false")]
+    return ranked(Counter(key for key, _ in found), {key: max(gaps) for key, gaps in grouped(found).items()})
+
+
+def miss_causes(results):
+    return ranked(Counter((label, one.kind, one.cause) for _, label, one in faults(results, "misses")))
+
+
+def presses(results):
+    found = [((doing(name, "task", frame), "press"), STUDENTS[name]) for name in results for frame in BUTTONS[name]]
+    counts = {key: (len(some), len(set(some))) for key, some in grouped((key[0], who) for key, who in found).items()}
+    return [(task, "press", *count) for task, count in counts.items()]
+
+
+def to_open(results):
+    counts = Counter((path(name), STUDENTS[name], label) for name, label, _ in faults(results, "misses"))
+    flagged = {(path(name), r["detector"]): r["flagged_share"] for name in results for r in metric_rows(results[name])}
+    return ranked(counts, {key: flagged[key[0], key[2]] for key in counts})[:3]
+
+
+RECOUNTS = (
+    pairs_missed, never_found, missed_by_task, durations, students, differences, false_causes, miss_causes, presses,
+    to_open,
+)  # fmt: skip
+
+
+def test_the_guide_asks_ten_questions():
+    assert len(QUESTIONS) == len(RECOUNTS) == 10
+
+
+@pytest.mark.parametrize("number, recount", list(enumerate(RECOUNTS)), ids=[one.__name__ for one in RECOUNTS])
+def test_a_question_of_the_guide_gives_what_a_recount_of_the_runs_gives(number, recount, results, tables):
+    db = duckdb.connect()
+    for name, table in tables.items():
+        db.register(name, table)
+    told, counted = db.sql(QUESTIONS[number][1]).fetchall(), recount(results)
+    assert len(told) == len(counted) > 1, (told, counted)
+    for got, expected in zip(told, counted, strict=True):
+        assert got == tuple(pytest.approx(v, abs=1e-12) if isinstance(v, float) else v for v in expected)
+
+
+def test_every_row_says_its_run_session_student_task_and_stage(tables, results):
+    digests = {}
+    for kind, table in tables.items():
+        assert table.num_rows and "student=S1" not in table.column_names, kind
+        for row in table.to_pylist():
+            name = row["run"].rpartition("/")[2]
+            assert row["run"] == path(name) and row["student"] == STUDENTS[name]
+            assert digests.setdefault(name, row["session"]) == row["session"]
+            frame = row["stamp_ns"] // STEP_NS if kind == "events" else row.get("first")
+            for span in ("task", "stage"):
+                every = None if name == "four" else {"task": "stir + pour", "stage": "first + second"}[span]
+                assert row[span] == (every if kind == "metrics" else doing(name, span, frame)), row
+    assert len(set(digests.values())) == len(PLACES) and all(re.fullmatch("[0-9a-f]{16}", d) for d in digests.values())
+
+
+def test_the_columns_of_a_table_are_those_that_a_run_writes(top, tables):
+    for name, (file, kinds) in DATA_SET.items():
+        written = pq.read_table(top / path("four") / file, partitioning=None)
+        assert ["run", *written.column_names] == list(kinds), name
+        assert [tables[name].schema.field(column).type for column in kinds] == [TYPES[kind] for kind in kinds.values()]
+        assert written.schema.metadata[b"schema"].decode() == SCHEMA
+
+
+def older(folder):
+    """Make of a run folder one of version 1: no keys, no versions, nothing of false contacts, no causes."""
+    for file, _ in DATA_SET.values():
+        table = pq.read_table(folder / file, partitioning=None).replace_schema_metadata(None)
+        drop = ("task", "stage", *(() if file.startswith("metrics") else KEYS), "cause")
+        pq.write_table(table.select([name for name in table.column_names if name not in drop]), folder / file)
+    (folder / "false.parquet").unlink()
+
+
+def test_run_folders_of_an_older_version_are_read_and_miss_columns_are_null(results, tmp_path):
+    for name in ("one", "two"):
+        write_run_folder(results[name], tmp_path / name)
+    before = read(tmp_path)
+    older(tmp_path / "one")
+    after = read(tmp_path)
+    for kind in ("episodes", "misses", "events", "metrics"):
+        assert after[kind].schema == before[kind].schema and after[kind].num_rows == before[kind].num_rows
+        for row, whole in zip(after[kind].to_pylist(), before[kind].to_pylist(), strict=True):
+            lost = {name for name in row if row[name] != whole[name]}
+            wanted = {"task", "stage"} if kind == "metrics" else {*KEYS, "cause"}
+            assert lost <= wanted and all(row[name] is None for name in lost)
+            assert ("task" in lost or whole["task"] is None) if row["run"] == "one" else not lost
+    assert set(after["false_contacts"]["run"].to_pylist()) == {"two"}
+    older(tmp_path / "two")
+    assert read(tmp_path)["false_contacts"].schema == before["false_contacts"].schema
+
+
+def test_what_a_newer_version_wrote_is_refused_and_a_broken_table_named(results, tmp_path):
+    file = write_run_folder(results["one"], tmp_path / "one") / "events.parquet"
+    newer = SCHEMA.replace("2", "3")
+    pq.write_table(pq.read_table(file).replace_schema_metadata({"schema": newer}), file)
+    with pytest.raises(RunFolderError, match=rf"events.parquet has schema '{newer}', this version reads up to"):
+        read(tmp_path)
+    pq.write_table(pa.table({"stamp_ns": ["noon"]}), file)
+    with pytest.raises(RunFolderError, match=r"the tables events.parquet below .* are not of one kind"):
+        read(tmp_path)
+    file.write_bytes(b"x")
+    with pytest.raises(RunFolderError, match=r"events.parquet cannot be read as a table"):
+        read(str(tmp_path))
+
+
+def test_a_single_run_is_a_data_set_and_a_half_written_one_is_none(results, tmp_path):
+    with pytest.raises(RunFolderError, match="holds no run folders"):
+        read(tmp_path)
+    out = write_run_folder(results["one"], tmp_path / ".one.partial")
+    with pytest.raises(RunFolderError, match="holds no run folders"):
+        read(tmp_path)
+    assert set(read(out)["metrics"]["run"].to_pylist()) == {"."}
