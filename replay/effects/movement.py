@@ -1,9 +1,9 @@
 """How liquid moves between vessels: one account for all that tilt, run out and run over, whoever declared them.
 
-In every frame each vessel gives by the state of the frame before: what its tilt does not keep, what its stopcock lets
-out; then what stands above a brim runs over. No loop over frames: what comes in turns into what a vessel holds by
-running minima, and rounds over the vessels repeat that until nothing changes. Each round settles one more hand-over in
-a row, so that rounds are few.
+In every frame each vessel gives by the state of the frame before: what its tilt does not keep, no more than a weir as
+wide as its opening lets over, what its stopcock lets out; then what stands above a brim runs over. What comes in turns
+into what a vessel holds by running minima; only where the weir is the limit, by the frames in which it may give. Rounds
+over the vessels repeat that until nothing changes. Each settles one more hand-over in a row, so that rounds are few.
 """
 
 from collections.abc import Mapping
@@ -16,7 +16,7 @@ from replay.effects.declaring import Declaration
 from replay.effects.fitting import HALF_WINDOW, settled_runs, velocities
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.models.ballistic import entry_times, places_at_height
-from replay.effects.models.outflow import run_out, twist
+from replay.effects.models.outflow import over_weir, run_out, twist
 from replay.effects.models.transfers import Stream
 from replay.effects.output import Series
 from replay.effects.spans import BoolArray
@@ -68,6 +68,7 @@ class _Bench:
         for outlet in self.outlets.values():
             outlet.target, outlet.point = np.full(count, UNKNOWN), np.zeros((count, 3))
         self.kept = {name: self._kept(name) for name, outlet in self.outlets.items() if outlet.declared is None}
+        self.most = {name: self._most(name) for name in self.kept}
         self.area = {
             name: _open_area(inputs, outlet.declared) * self.held[name].valid
             for name, outlet in self.outlets.items() if outlet.declared is not None
@@ -102,9 +103,12 @@ class _Bench:
             return let_out, np.diff(over, prepend=0.0), top - over
         # With all that came in taken off, what a vessel holds only falls: to what its tilt keeps, and to its brim.
         kept = self.kept.get(name, np.full(len(coming), np.inf)) - before
-        low = np.minimum.accumulate(np.stack([kept, brim - came], axis=1).ravel(), axis=0)
-        low = np.minimum(first, low).reshape(-1, 2)
+        bounds = np.stack([kept, brim - came], axis=1)
+        low = np.minimum(first, np.minimum.accumulate(bounds.ravel())).reshape(-1, 2)
         previous = np.concatenate([[first], low[:-1, 1]])
+        if name in self.most and (previous - low[:, 0] > self.most[name]).any():
+            low = _lowered(first, bounds, self.most[name])
+            previous = np.concatenate([[first], low[:-1, 1]])
         return previous - low[:, 0], low[:, 0] - low[:, 1], np.maximum(0.0, came + low[:, 1])
 
     def _kept(self, name: str) -> FloatArray:
@@ -117,6 +121,15 @@ class _Bench:
         kept[known] = vessel.shape.kept_ml(_down(poses, known))
         self.inputs.count("tilts compared", int(known.sum()))
         return kept
+
+    def _most(self, name: str) -> FloatArray:
+        """Millilitres (T,) that can run over a tilted rim in the step up to each frame: its opening as a full weir."""
+        down, width = _down(self.held[name], slice(None)), 2.0 * self.vessels[name].size("opening_radius")
+        head = width * np.where(down[:, 1] < 0.0, np.hypot(down[:, 0], down[:, 2]), 1.0)
+        most = np.diff(self.inputs.times, prepend=0.0) * over_weir(head, width) / ML
+        # How long a vessel had been tilted before the recording is not known.
+        most[:1] = np.inf
+        return np.asarray(most)
 
     def _column(self, name: str) -> dict[str, float]:
         vessel, declared = self.vessels[name], self.outlets[name].declared
@@ -213,6 +226,21 @@ def _open_area(inputs: EffectInputs, declared: Declaration) -> FloatArray:
     return np.asarray(declared.number("full_area_m2") * np.minimum(1.0, angle / declared.number("full_angle_deg")))
 
 
-def _down(poses: BodyPoses, rows: IntArray | BoolArray) -> FloatArray:
+def _lowered(first: float, bounds: FloatArray, most: FloatArray) -> FloatArray:
+    """What is left of ``first`` (T, 2) by the tilt and brim of each frame, ``bounds``; a tilt takes ``most`` (T,)."""
+    rows = np.flatnonzero(bounds.min(axis=1) < first)
+    left, found = first, []
+    for (kept, brim), limit in zip(bounds[rows].tolist(), most[rows].tolist(), strict=True):
+        tilted = max(left - limit, min(left, kept))
+        left = min(tilted, brim)
+        found.append((tilted, left))
+    low = np.full(bounds.shape, first)
+    # Between these frames nothing leaves.
+    low[rows[0] :] = np.repeat([after for _, after in found], np.diff(rows, append=len(low)))[:, None]
+    low[rows] = found
+    return low
+
+
+def _down(poses: BodyPoses, rows: IntArray | BoolArray | slice) -> FloatArray:
     """The direction (n, 3) of gravity in the body's frame."""
     return np.asarray(-poses.rotation[rows][:, 1, :])

@@ -1,11 +1,16 @@
-"""What runs out of a burette: Torricelli's law under a stopcock that turns, refilled or not."""
+"""How fast liquid leaves: out of a burette by Torricelli's law, refilled or not; over a rim as over a weir."""
 
+import math
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay.effects.models.ballistic import GRAVITY
+
+CONTRACTION: Final = math.pi / (math.pi + 2.0)
+"""Of a free jet that leaves a sharp edge (Kirchhoff); without unit."""
 
 
 def twist(rotation: FloatArray, axis: FloatArray) -> FloatArray:
@@ -37,6 +42,14 @@ def volume_run_out(
     fall = np.minimum(np.sqrt(0.5 * GRAVITY) * discharge / section * opened, top)
     # S (h0 - (sqrt(h0) - fall)^2) without the difference of two nearly equal numbers.
     return np.asarray(np.minimum(section * fall * (2.0 * top - fall), max(0.0, available)))
+
+
+def over_weir(head: FloatArray, width: float) -> FloatArray:
+    """Flow (n,) in m3/s over a sharp edge ``width`` metres wide under a ``head`` (n,) in metres.
+
+    Source: Poleni's (2/3) c b sqrt(2 g) h^1.5, with the contraction of a free jet for c.
+    """
+    return np.asarray(2.0 / 3.0 * CONTRACTION * width * np.sqrt(2.0 * GRAVITY) * head**1.5)
 
 
 def run_out(

@@ -22,7 +22,7 @@ DISH = SceneBody("dish", extra={"properties": {"heat_capacity_j_per_k": 60.0}})
 def bench(*effects):
     poses = {"a": tilted([0.0, 60.0, 60.0]), "b": still(3), "lamp": still(3), "dish": still(3, (0.0, 0.2, 0.0))}
     bodies = (glass("a", 60.0), glass("b", 60.0, solute="H2SO4", molar=18.0, water_molar=4.1), SceneBody("lamp"), DISH)
-    return world(poses, bodies, *effects)
+    return world(poses, bodies, *effects, step_ns=100_000_000)
 
 
 POUR = ("pour", {"from": ["a"], "into": ["b"]})
@@ -164,7 +164,7 @@ def test_an_acid_whose_water_nobody_tells_is_refused():
 
 def test_what_boils_gets_no_hotter_over_a_flame_and_in_a_mixture():
     assert run(XS, boils_c=40.0).series["dish/temperature"].values.max() == 40.0
-    hot = mixed((glass("a", 60.0), acid("b", 60.0)))["heat"]
+    hot = mixed((glass("a", 60.0), acid("b", 60.0)), [0.0, *([60.0] * 12)])["heat"]
     assert hot.series["b/temperature"].values.max() == 100.0 and "boils" in hot.output.named("boil")[0].text
 
 

@@ -50,7 +50,7 @@ def test_it_begins_at_the_tilt_that_keeps_the_fill_and_leaves_what_the_greatest_
 def test_it_computes_only_beyond_the_onset_and_nothing_when_the_glass_stays_upright():
     upright = poured([0.0, 5.0, ONSET - 0.01, 0.0])["pour"]
     assert upright.frames_run == 0 and upright.counters == {"tilts compared": 4} and upright.events == ()
-    run = poured([0.0, 60.0, 50.0, 61.0, 0.0])["pour"]
+    run = poured([0.0, ONSET + 0.5, ONSET - 5.0, ONSET + 1.0, 0.0])["pour"]
     assert run.frames_run == run.counters["arcs"] == 2 and run.output.lanes["skipped"]
 
 
@@ -79,7 +79,7 @@ def test_what_is_received_late_does_not_flow_out_early():
     poses = {"a": tilted(degrees, (0.5, 0.2, 0.0)), "b": tilted(later, (0.48, 0.4, 0.0))}
     pair = ("pour", {"from": ["a", "b"], "into": ["a", "b"]})
     bodies = glass("a", 60.0), glass("b", 60.0)
-    moved = moves(compute(world(poses, bodies, pair, step_ns=50_000_000)).effects["pour"])
+    moved = moves(compute(world(poses, bodies, pair, step_ns=90_000_000)).effects["pour"])
     assert [one[:2] for one in moved][:2] == [(10, "a"), (30, "b")]
     assert all(one[0] >= 30 for one in moved[1:])
 
@@ -100,6 +100,21 @@ def test_a_lost_pose_a_jump_or_a_glitch_pours_nothing():
     assert compute(world(jump, (glass("a", 60.0), glass("b")), effects)).effects["pour"].events == ()
 
 
+@pytest.mark.parametrize("hold", [1, 2, 5])
+def test_a_glitch_of_a_few_frames_pours_what_they_can_and_no_more(hold):
+    """The bound by hand: (2/3) 0.611 b sqrt(2 g) h^1.5 with b and h the width of the opening, 0.57 L/s."""
+    degrees = [*([0.0] * 5), *([95.0] * (hold + 1)), *([0.0] * 5)]
+    run = poured(degrees)["pour"]
+    left = run.series["a/volume"].values[-1]
+    assert 60.0 - hold * 0.01 * 578.0 == pytest.approx(left, abs=0.2) and all_of(run) == pytest.approx(70.0)
+
+
+def test_a_glass_held_over_empties_as_fast_as_a_weir_and_entirely():
+    run = poured([0.0, *([95.0] * 30)])["pour"]
+    poured_at = [frame for frame, *_ in moves(run)]
+    assert run.series["a/volume"].values[-1] == 0.0 and len(poured_at) == 11
+
+
 def test_an_empty_glass_pours_nothing_and_an_overfull_one_runs_over_upright():
     assert poured([0.0, 90.0, 180.0], (glass("a"), glass("b")))["pour"].output.data.streams == ()
     brim = math.pi * RADIUS**2 * HEIGHT * 1e6
@@ -114,7 +129,7 @@ def test_a_full_receiver_runs_over_its_brim():
 
 
 def test_an_overturned_glass_is_empty():
-    run = poured([0.0, 90.0, 180.0], (glass("a", 60.0), glass("b", cavity={"radius": 0.03})))["pour"]
+    run = poured([0.0, 90.0, *([180.0] * 15)], (glass("a", 60.0), glass("b", cavity={"radius": 0.03})))["pour"]
     assert run.series["a/volume"].values[-1] == 0.0
 
 
@@ -157,7 +172,7 @@ def test_what_misses_is_spilled_where_it_lands_and_is_all_that_was_lost():
     assert event.values["volume_ml"] == pytest.approx(60.0 - left, rel=1e-9)
     lost = effects["spill"].series["spilled/volume"]
     assert lost.values[0] == 0.0 and lost.values[-1] == pytest.approx(60.0 - left, rel=1e-9)
-    assert effects["pour"].events == () and effects["spill"].frames_run == 1
+    assert effects["pour"].events == () and effects["spill"].frames_run == 2
 
 
 def test_what_is_caught_is_no_spill():
@@ -176,3 +191,14 @@ def test_a_drop_is_booked_and_is_no_event():
 def test_a_vessel_that_no_pour_speaks_of_is_refused():
     with pytest.raises(PlanError, match="'b' is no vessel of an effect pour"):
         poured([0.0, 60.0], None, ("spill", {"from": ["b"]}), settings={"into": ["c"]}, third=True)
+
+
+def test_a_flask_pours_over_its_neck():
+    from sessions.model.scene import SceneBody
+
+    flask = SceneBody("a", instrument="erlenmeyer_flask", extra={"properties": {"liquid": {"volume_ml": 250.0}}})
+    upright = poured([*np.arange(0.0, 68.0, 2.0)], (flask, glass("b")))["pour"]
+    assert upright.output.data.streams == ()
+    run = poured([*np.arange(0.0, 76.0, 1.0), *([75.0] * 50)], (flask, glass("b")))["pour"]
+    # 194.4 mL are below the rim by slices of the cavity's mesh with another library.
+    assert run.series["a/volume"].values[-1] == pytest.approx(194.4, rel=0.02) and run.output.data.streams

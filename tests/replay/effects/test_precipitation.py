@@ -9,6 +9,8 @@ MIX = ("mixing", {"in": ["b"]})
 SILVER = ("reaction", {"equation": "AgNO3 + NaCl -> AgCl + NaNO3"})
 TURNED = [0.0, 0.0, 120.0, 120.0, 120.0, 0.0, 0.0, 0.0, 0.0]
 FALLS = {"solid": "AgCl", "ksp": 1.77e-10, "molar_mass": 143.32, "colour": "white"}
+SLOW_NS = 100_000_000
+"""A step in which a glass can be emptied."""
 
 
 def run(silver=0.1, salt=0.1, degrees=(0.0, 60.0, 60.0), reaction=SILVER, **more):
@@ -59,7 +61,7 @@ def test_silver_goes_to_the_iodide_and_is_not_counted_twice():
     )  # fmt: skip
     poses = {"a": tilted(TURNED), "b": still(9), "c": tilted([*TURNED[5:], *TURNED[:5]])}
     pours = ("pour", {"from": ["a", "c"], "into": ["b"]})
-    found = compute(world(poses, bodies, pours, MIX, *both)).effects["precipitation"]
+    found = compute(world(poses, bodies, pours, MIX, *both, step_ns=SLOW_NS)).effects["precipitation"]
     chloride, iodide = (found.series[f"b/{name}"].values[-1] for name in ("AgCl", "AgI"))
 
     def silver(free):
@@ -83,9 +85,8 @@ def test_a_solid_stays_when_its_liquid_is_decanted_and_a_declared_share_goes_alo
 
     def grams(share):
         pour = ("pour", {"from": ["a", "b"], "into": ["b", "c"], "solids_along": share})
-        series = (
-            compute(world(poses, bodies, pour, mix, SILVER, ("precipitation", FALLS))).effects["precipitation"].series
-        )
+        session = world(poses, bodies, pour, mix, SILVER, ("precipitation", FALLS), step_ns=SLOW_NS)
+        series = compute(session).effects["precipitation"].series
         return series["b/AgCl"].values[-1], series["c/AgCl"].values[-1]
 
     stays, goes = grams(0.0)
