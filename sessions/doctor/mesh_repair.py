@@ -23,12 +23,12 @@ def repaired(mesh: MeshData) -> tuple[MeshData, list[str]]:
         places = np.round(points / SAME_PLACE_M)
         _, first, place = np.unique(places, axis=0, return_index=True, return_inverse=True)
         points, faces = points[first], place.reshape(-1)[faces]
-        said += _told(len(places) - len(first), "vertices at the place of another joined")
+        said += _told(len(places) - len(first), "vertex", "vertices", "at the place of another joined")
     flat = degenerate_faces(MeshData(points, faces))
     faces = faces[~flat]
-    said += _told(int(flat.sum()), "faces without area removed")
+    said += _told(int(flat.sum()), "face", "faces", "without area removed")
     _, kept = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
-    said += _told(len(faces) - len(kept), "repeated faces removed")
+    said += _told(len(faces) - len(kept), "repeated face", "repeated faces", "removed")
     faces = faces[np.sort(kept)]
     if not len(faces):
         return mesh, ["nothing is left of it without its flat faces; it stays as it was"]
@@ -38,15 +38,16 @@ def repaired(mesh: MeshData) -> tuple[MeshData, list[str]]:
         middle = len(points)
         points = np.concatenate([points, points[rim].mean(axis=0, keepdims=True)])
         faces = np.concatenate([faces, [(b, a, middle) for a, b in zip(rim, np.roll(rim, -1), strict=True)]])
-    said += _told(len(holes), "holes closed")
+    said += _told(len(holes), "hole", "holes", "closed")
     turned = outward(MeshData(points, faces))
-    said += _told(int((turned.faces != faces).any(axis=1).sum()), "faces turned to wind outwards")
+    inward = int((turned.faces != faces).any(axis=1).sum())
+    said += _told(inward, "face", "faces", "turned to wind outwards")
     used, number = np.unique(turned.faces, return_inverse=True)
     return MeshData(turned.vertices[used], number.reshape(-1, 3)), said
 
 
-def _told(count: int, what: str) -> list[str]:
-    return [f"{count:,} {what}"] if count else []
+def _told(count: int, one: str, several: str, done: str) -> list[str]:
+    return [f"{count:,} {one if count == 1 else several} {done}"] if count else []
 
 
 def _holes(faces: Faces) -> Iterator[list[int]]:

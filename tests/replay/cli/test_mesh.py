@@ -34,11 +34,11 @@ def test_a_mended_mesh_changes_as_many_pair_frames_as_are_said(session, capsys):
     assert said.out.splitlines() == [
         str(out), "1 of 6 pair-frames of a change: 1 become contact, 0 are none any more",
     ]  # fmt: skip
-    assert said.err.splitlines()[0] == "1 holes closed" and is_closed(load_mesh(out))
+    assert said.err.splitlines()[0] == "1 hole closed" and is_closed(load_mesh(out))
     given = ["mesh", "repair", str(session / "a.glb"), "--session", str(session / "s.mcap"), "--body", "a", "--json"]
     assert main([*given, "-o", str(session / "again.glb")]) == 0
     plain = json.loads(capsys.readouterr().out)
-    assert plain["contacts"] == {"pair_frames": 6, "new": 1, "gone": 0} and plain["done"] == ["1 holes closed"]
+    assert plain["contacts"] == {"pair_frames": 6, "new": 1, "gone": 0} and plain["done"] == ["1 hole closed"]
     assert main(["mesh", "repair", str(session / "s.mcap"), "--body", "b", "-o", str(session / "b.glb")]) == 0
     said = capsys.readouterr()
     assert "0 of 6 pair-frames of b change\n" in said.out and "nothing to mend" in said.err
