@@ -10,6 +10,7 @@ from replay.base.constants import BLOCK_FRAMES
 from replay.effects.effect_plan import plan
 from replay.errors import AssemblyError
 from replay.outputs.materials import tags_of
+from replay.outputs.words import counted
 from replay.prepare.flags import chain_of
 from replay.studies.minimise.names import Names, plain_scene
 from sessions import Frames, GazeTrack, HandTrack, ScalarTrack, Session, Track
@@ -135,7 +136,7 @@ def minimise(
     heads = {name for name in session.names if "head" in drop and HEAD_TAGS & set(tags_of(name, session.scene))}
     hung = [name for name in session.names if name not in heads and heads & set(chain_of(name, session.scene))]
     if hung:
-        raise AssemblyError(f"{len(hung)} bodies hang on the head in the scene, so it cannot be dropped")
+        raise AssemblyError(f"the head carries {len(hung)} other of the bodies in the scene, so it cannot be dropped")
     names = Names(allow)
     left = [name for name in (*session.names, *session.meshes) if name not in heads]
     names.settle("body", dict.fromkeys([*left, *(body.id for body in session.scene.bodies)]))
@@ -290,7 +291,7 @@ def _done(
     gone = sum(made.facts.get(key) != value for key, value in stated.items())
     words = sum(bool(one.message) for one in session.events)
     words += sum(bool({*one.data} - {UNCLOSED}) for one in session.intervals)
-    yield f"taken out: {gone} facts, {words} texts of events and intervals"
+    yield f"taken out: {counted(gone, 'fact')}, {counted(words, 'text')} of events and intervals"
     if lost:
         yield f"effects left out, because they hold words of their own (see --allow): {', '.join(map(str, lost))}"
     if made.gaze or made.scalars:

@@ -84,7 +84,7 @@ def test_the_head_goes_with_its_gaze_and_its_pairs():
     assert "head: 1 dropped" in made.done and "head: as recorded" in minimise(walk()).done
     assert "head: no body is tagged as one" in minimise(made.session, drop=["head"]).done
     hangs = Scene(bodies=(SceneBody("headset"), SceneBody("beaker", parent="headset")))
-    with pytest.raises(AssemblyError, match="1 bodies hang on the head"):
+    with pytest.raises(AssemblyError, match="the head carries 1 other of the bodies"):
         minimise(walk(scene=hangs), drop=["head"])
 
 
