@@ -68,7 +68,7 @@ def _newton(
     # Begin with a thousandth of what could form, shared among the solids.
     most = np.where(uses[None] > 0.0, total[:, None, :] / np.maximum(uses[None], 1e-300), np.inf).min(axis=2)
     solid = most * (1e-3 / len(log_product))
-    left = total - solid @ uses
+    left = np.maximum(total - solid @ uses, LEAST)
     volume = np.log(litres)[:, None]
     least = LEAST_BARRIER * most.min(axis=1)
     barrier = most.max(axis=1)
@@ -92,11 +92,12 @@ def _newton(
         with np.errstate(divide="ignore"):
             room = 0.99 / np.maximum(np.max(-factor, axis=1), np.max(-step / solid, axis=1)).clip(1e-300)
         share = np.minimum(1.0, room)[:, None]
-        solid, left = solid + share * step, left * (1.0 + share * factor)
+        # An ion that vanishes has no logarithm; of a solid no more can form than its scarcest ion gives.
+        solid, left = solid + share * step, np.maximum(left * (1.0 + share * factor), LEAST)
         moved = np.where(solid > GONE * most, np.abs(share * step / solid), 0.0).max(axis=1) + np.abs(factor).max(
             axis=1
         )
         if (moved < 1e-9).all() and (barrier <= least).all():
             break
         barrier = np.where(share[:, 0] > 0.5, np.maximum(0.01 * barrier, least), barrier)
-    return np.where(solid <= GONE * most, 0.0, solid), left
+    return np.where(solid <= GONE * most, 0.0, np.minimum(solid, most)), left

@@ -282,8 +282,8 @@ def _happened(layout: BlueprintInput, views: EffectViews, doing: Sequence[str]) 
         shares = [high, *((LOW_POINTS - high) / len(plots) for _ in plots)]
         rows.append(state_view("", "When: what people did, and what the effects found", _whole(layout), lanes))
     rows += [plot(_whole(layout), "/effects", axis, paths) for axis, paths in plots]
-    answer = rrb.TextDocumentView(origin=f"/{HAPPENED}", name=views.headline)
-    listed = [text_list(views.events[0], "Events: click the time", *views.events[1:])] if views.events else []
+    answer = rrb.TextDocumentView(origin=f"/{HAPPENED}", name="Answer: what happened")
+    listed = [text_list(views.events[0], views.headline, *views.events[1:])] if views.events else []
     left = rrb.Vertical(answer, _room(layout), *listed, row_shares=[0.2, 0.56, 0.24][: 2 + len(listed)])
     beside = [rrb.Vertical(*rows, row_shares=shares)] if rows else []
     return rrb.Horizontal(left, *beside, name=tab_name(layout.result.effects) if layout.result.effects else "Tasks")

@@ -52,7 +52,7 @@ def make_practice(
         },
         (0.034, 0.034),
         perform,
-        (SceneEffect("contact", {"between": ["tag:hand", "tag:glass"]}),),
+        tuple(SceneEffect(kind, {"between": ["tag:hand", "tag:glass"]}) for kind in ("contact", "grasp")),
     )
     session, truth = experiment(**{"faces": FACES, **settings})
     return replace(session, facts={**session.facts, "pseudonym": pseudonym}), truth

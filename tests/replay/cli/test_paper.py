@@ -26,7 +26,7 @@ def test_one_process_prints_tables_and_two_with_its_calibration_the_same_to_the_
         assert words in printed
     assert "wrote" in said and (tmp_path / "paper.html").exists()
     told = json.loads((tmp_path / "paper.json").read_text())
-    assert f"- {told['verdict'][0]}" in printed
+    assert f"- {told['verdict'][0]}" in " ".join(printed.split())
     assert main(["paper", "--quick", "--json", "--jobs", "2", "--calibration", str(tmp_path / "calibration.json")]) == 0
     assert json.loads(capsys.readouterr().out) == told
 
