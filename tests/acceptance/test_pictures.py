@@ -147,7 +147,7 @@ def yellow(picture):
 
 
 def test_the_demo_opens_on_the_answer_at_a_false_contact_of_the_worst(demo):
-    assert yellow(view(demo, "Where: red")) > 300 and yellow(view(demo, "Close-up")) > 1000
+    assert yellow(view(demo, "Where: red")) > 300 and yellow(view(demo, "Close-up    wires")) > 1000
     assert yellow(view(demo, "The pair in focus")) > 3000
     whole = view(demo, "When    red")
     assert red(whole) > 1000 < yellow(whole) and blue(whole) > 300
@@ -159,7 +159,7 @@ def test_the_demo_opens_on_the_answer_at_a_false_contact_of_the_worst(demo):
 def test_choosing_a_moment_moves_lanes_close_up_and_words(looking, audited):
     deepest = by_depth(audited.misses["mesh50"])[0]
     false = max(audited.false["hull50"], key=lambda one: one.frames)
-    titles, seen = ("Close-up", "The pair in focus", "The moment in the close-up"), []
+    titles, seen = ("Close-up    wires", "The pair in focus", "The moment in the close-up"), []
     with looking("Answer") as viewer:
         for frame in (false.widest, deepest.deepest):
             seek(viewer, audited, frame)
@@ -186,7 +186,7 @@ def test_what_when_where_why_and_cost_are_read_without_a_click(audited, tmp_path
         viewer.open(tmp_path / "run.rrd")
         viewer.seek(lead.session_ns)
         time.sleep(TOASTS_GONE)
-        titles = ("Answer", "Where", "Close-up", "The pair in focus", "When    red", "The moment in")
+        titles = ("Answer", "Where", "Close-up    wires", "The pair in focus", "When    red", "The moment in")
         what, where, near, pair, when, why = (view(viewer, title) for title in titles)
     assert min(len(pair), len(when)) >= 24 + 4 * 40, "a ruler and four lanes"
     assert lines_of(what) >= 8, "title, why, cost, and the row of every detector"
@@ -247,10 +247,10 @@ def test_a_miss_between_frames_is_red_at_its_moment_and_not_before(tmp_path):
     write_recording(compute(jumping(), detectors="exact", oracle="continuous"), tmp_path / "run.rrd")
     (miss,) = read_misses(tmp_path / "run.rrd")
     with viewer_or_skip(opened, tmp_path, 1) as viewer:
-        there = red(view(viewer, "Close-up"))
+        there = red(view(viewer, "Close-up    wires"))
         viewer.seek(miss.session_ns - 1)
         time.sleep(1.5)
-        before = red(view(viewer, "Close-up"))
+        before = red(view(viewer, "Close-up    wires"))
     assert there > 300 > 10 > before
 
 

@@ -122,8 +122,8 @@ def test_the_viewer_listens_on_the_loopback_interface_alone(opened):
 
 
 LEFT_OUT = {
-    "nothing": ([], "Close-up"), "contacts": (["/world/contacts/**"], "Close-up"),
-    "red faces": (["/world/beaker/missed_faces", "/world/rod/missed_faces"], "Close-up"),
+    "nothing": ([], "Close-up: the moment"), "contacts": (["/world/contacts/**"], "Close-up"),
+    "red faces": (["/world/beaker/missed_faces", "/world/rod/missed_faces"], "Close-up: the moment"),
     "pins and flags": (["/world/focus/pins", "/world/focus/flag", "/world/focus/pole"], "Where: red"),
     "meshes": ([f"/world/{body}/mesh" for body in ("bench", "beaker", "rod", "hand", "headset")], "Where: red"),
     "numbers in lanes": (["/focus/all/2_22\\.5Hz"], "When    red"), "the list": (["/focus/moments"], "Moments"),
