@@ -147,7 +147,7 @@ def yellow(picture):
 
 
 def test_the_demo_opens_on_the_answer_at_a_false_contact_of_the_worst(demo):
-    assert yellow(view(demo, "Where: red")) > 300 and yellow(view(demo, "Close-up    wires")) > 1000
+    assert yellow(view(demo, "Where: red missed")) > 300 and yellow(view(demo, "Close-up    wires")) > 1000
     assert yellow(view(demo, "The pair in focus")) > 3000
     whole = view(demo, "When    red")
     assert red(whole) > 1000 < yellow(whole) and blue(whole) > 300
@@ -165,7 +165,10 @@ def test_choosing_a_moment_moves_lanes_close_up_and_words(looking, audited):
             seek(viewer, audited, frame)
             seen.append([view(viewer, title) for title in titles])
     (wires, lanes, note), (faces, other, words) = seen
-    assert red(faces) > 300 > 100 > red(wires) and yellow(wires) > 1000
+    # what was found late is pink
+    pink = [int(((one[..., 0] - one[..., 1] > 60) & (one[..., 0] > one[..., 2] + 40)).sum())
+            for one in (faces, wires)]  # fmt: skip
+    assert pink[0] > 300 > 100 > pink[1] and yellow(wires) > 1000
     assert red(other) > 20 and yellow(lanes) > 3000
     assert np.abs(note - words).max() > 200
 
