@@ -117,7 +117,8 @@ def audit(looking, audited):
 
 def seek(viewer, result, frame):
     """Put the cursor on a frame and wait until it is drawn."""
-    viewer.seek(int(result.assembly.stamp_ns[frame] - result.assembly.stamp_ns[0]))
+    # moments of one frame follow each other by nanoseconds; this is after the last
+    viewer.seek(int(result.assembly.stamp_ns[frame] - result.assembly.stamp_ns[0]) + 1000)
     time.sleep(3.0)
 
 
