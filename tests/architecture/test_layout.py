@@ -12,7 +12,7 @@ PACKAGES = ("cdcore", "sessions", "replay")
 TOP = {"pyproject.toml", "README.md", "LICENSE", "cdcore", "sessions", "replay", "tests"}
 LONGEST = 300
 """Lines: beyond that a file is about two things."""
-MOST_SOURCE = 70_000
+MOST_SOURCE = 68_600
 """Lines of source: what is built from now on replaces before it adds."""
 MOST_LOOSE = 8
 """Modules of `replay` in no room."""

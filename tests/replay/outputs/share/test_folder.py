@@ -28,7 +28,7 @@ from sessions.mcap_format.writer import write_session
 
 PLACES = {"a": [0] * 24, "b": [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7]}
 DETECTORS = ["slow=discrete[rate_hz=20]", "late=discrete[rate_hz=12]"]
-SECRETS = {"devices": '{"LHR-5EC12E7": "left hand"}', "serial": "SN-5EC12E7", "operator": "/home/anna"}
+SECRETS = {"devices": '{"LHR-5EC12E7": "left hand"}', "serial": "SN-5EC12E7", "operator": "/lab/anna"}
 
 
 @pytest.fixture(scope="module")
