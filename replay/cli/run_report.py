@@ -70,11 +70,12 @@ def where_to_look(result: RunResult, *, picture: bool = True) -> list[str]:
     if not picture:
         return lines
     lines.append(f"open the picture:       replay view {result.out}")
-    first = next(iter(result.misses.values()), ())
-    if first:
-        longest = by_depth(first)[0]
+    worst = [(label, by_depth(found)[0]) for label, found in result.misses.items() if found]
+    if worst:
+        label, longest = max(worst, key=lambda one: one[1].cut_length)
         where = "at the longest cut: " if longest.touch is None else "between two frames: "
-        lines.append(f"or {where}replay view {result.out} --miss {longest.number}")
+        by = f" --by {label}" if len(result.misses) > 1 else ""
+        lines.append(f"or {where}replay view {result.out} --miss {longest.number}{by}")
     return lines
 
 

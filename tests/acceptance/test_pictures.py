@@ -251,10 +251,10 @@ def test_a_miss_between_frames_is_red_at_its_moment_and_not_before(tmp_path):
     write_recording(compute(jumping(), detectors="exact", oracle="continuous"), tmp_path / "run.rrd")
     (miss,) = read_misses(tmp_path / "run.rrd")
     with viewer_or_skip(opened, tmp_path, 1) as viewer:
-        there = red(view(viewer, "Close-up    wires"))
+        there = red(view(viewer, "Close-up: the moment"))
         viewer.seek(miss.session_ns - 1)
         time.sleep(1.5)
-        before = red(view(viewer, "Close-up    wires"))
+        before = red(view(viewer, "Close-up: the moment"))
     assert there > 300 > 10 > before
 
 

@@ -19,6 +19,7 @@ from replay.cli.stress import QUICK_PAIRS
 from replay.comparison.clock_offset import MOST_DRIFT
 from replay.comparison.tolerance import TAU
 from replay.guide.pages import FOLDER, INDEX, page, topics
+from replay.outputs.rerun_log.viewer import _target as target_of
 from replay.outputs.results.run_folder import read_run_folder
 from replay.prepare.policy import LIMIT_S
 from replay.studies.class_study.refusals import LEAST_STUDENTS
@@ -95,9 +96,9 @@ def sessions_made():
 
 def run_command(words, promised, made, capsys):
     if words[0] in OPENS_A_WINDOW:
-        folder, miss = read_run_folder(Path(words[1])), words[words.index("--miss") + 1] if "--miss" in words else 0
-        assert folder.picture.is_file()
-        folder.require_miss(int(miss) or None)
+        said = dict(zip(words[2::2], words[3::2], strict=True))
+        miss, false = (int(said[word]) if word in said else None for word in ("--miss", "--false"))
+        assert target_of(read_run_folder(Path(words[1])).picture, miss, false, said.get("--by", "")) >= 0
         return
     if "--session-only" in words:
         arguments, file = tuple(words[: words.index("-o")]), Path(words[words.index("-o") + 1])

@@ -55,6 +55,18 @@ def test_where_to_look_names_the_page_the_picture_and_the_deepest_miss(tmp_path)
     assert len(where_to_look(written, picture=False)) == 1, "without a picture there is nothing to view"
 
 
+def test_of_several_detectors_the_longest_cut_of_all_is_named_with_its_detector(tmp_path):
+    places = {"a": [0] * 12, "b": [3, 3, 0.99, 3, 3, 3, 3, 3, 0.5, 3, 3, 3]}
+    result = compute(cubes(places), detectors="other=discrete[rate_hz=25],slow=discrete[rate_hz=20]")
+    cuts = {label: max((miss.cut_length for miss in found), default=-1) for label, found in result.misses.items()}
+    label = max(cuts, key=cuts.get)
+    number = max(result.misses[label], key=lambda miss: miss.cut_length).number
+    assert label == "slow" and cuts["other"] > 0
+    assert where_to_look(replace(result, out=tmp_path))[-1].endswith(
+        f"replay view {tmp_path} --miss {number} --by slow"
+    )
+
+
 def test_a_miss_that_no_frame_shows_is_not_called_a_cut(tmp_path):
     result = compute(jumping(), detectors="exact", oracle="continuous")
     assert where_to_look(replace(result, out=tmp_path))[-1] == f"or between two frames: replay view {tmp_path} --miss 1"

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.small_worlds import cubes
 
 from cdcore.protocol import counts_as_contact
 from replay.comparison.outcome import Outcome
@@ -12,8 +13,10 @@ from replay.errors import RunFolderError
 from replay.outputs.moments import key_moments, leading, pair_in_focus
 from replay.outputs.palette import OUTCOMES
 from replay.outputs.rerun_log.overview import LANES, overview_lanes, read_moments
+from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.report import answer_text
 from replay.outputs.rerun_log.viewer import _target
+from replay.pipeline.engine import compute
 from replay.pipeline.headline import price
 from replay.pipeline.ranking import fault_words, ranking
 
@@ -118,6 +121,20 @@ def test_the_larger_fault_of_the_worst_leads(demo, moments, recording, stamps):
     other = moments[leading(replace(demo, summary=demo.summary | {"audit": audit}), moments)]
     deepest = max(demo.misses[SUBJECT], key=lambda one: one.cut_length)
     assert (other.outcome, other.number) == (Outcome.MISSED, deepest.number)
+
+
+def test_a_number_that_only_a_later_detector_has_leads_to_its_miss(tmp_path):
+    places = {"a": [0] * 30, "b": [3, *[0.9, 3, 3] * 9, 3, 3]}
+    result = compute(cubes(places), detectors="few=discrete[rate_hz=60],many=discrete[rate_hz=5]")
+    few, many = (result.misses[label] for label in ("few", "many"))
+    assert 0 < len(few) < len(many)
+    write_recording(result, tmp_path / "run.rrd")
+    stamps = result.assembly.stamp_ns - result.assembly.stamp_ns[0]
+    for asked, misses in (("", [*few, *many[len(few) :]]), ("few", few), ("many", many)):
+        found = [_target(tmp_path / "run.rrd", miss.number, None, asked) for miss in misses]
+        assert np.allclose(found, [stamps[miss.shown[0]] for miss in misses], atol=1e3, rtol=0)
+    with pytest.raises(RunFolderError, match=f"numbered 1 to {len(many)}"):
+        _target(tmp_path / "run.rrd", len(many) + 1, None, "")
 
 
 def test_a_number_leads_to_its_moment_and_a_wrong_one_is_one_sentence(moments, recording, stamps):
