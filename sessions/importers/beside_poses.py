@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from sessions.geometry.rotations import rotated
 from sessions.importers.finish import Imported, counted, increasing
-from sessions.model.streams import GazeTrack, ScalarTrack
-from sessions.model.track import Track
+from sessions.model.track import GazeTrack, ScalarTrack, Track
 
 Numbers = NDArray[np.float64]
 Stamps = NDArray[np.int64]

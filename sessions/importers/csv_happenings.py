@@ -8,9 +8,8 @@ import numpy as np
 from sessions.importers.csv_mapping import CsvMapping
 from sessions.importers.csv_table import CsvTable, Rows
 from sessions.importers.finish import side_of
-from sessions.model.event import Event
-from sessions.model.hand import HandTrack
-from sessions.model.live_contact import LiveContact
+from sessions.model.event import Event, LiveContact
+from sessions.model.track import HandTrack
 
 NAMED_KINDS = 5  # Unknown kinds of rows that are named before the sentence ends in dots
 

@@ -22,11 +22,8 @@ from sessions.mcap_format.schemas import (
     channel_spec,
     message_class,
 )  # fmt: skip
-from sessions.model.event import Event, Interval
-from sessions.model.hand import HandTrack
-from sessions.model.live_contact import PHASES, LiveContact
-from sessions.model.streams import GazeTrack, ScalarTrack
-from sessions.model.track import Track
+from sessions.model.event import PHASES, Event, Interval, LiveContact
+from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
 
 Message = tuple[str, int, bytes]
 LEVELS = ("", "debug", "info", "warning", "error", "fatal")

@@ -28,13 +28,11 @@ from sessions.mcap_format.recording_file import (
     nanoseconds,
     pose_values,
 )
-from sessions.model.event import Event, Interval
+from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.frames import Status
-from sessions.model.live_contact import LiveContact
 from sessions.model.scene import Scene
 from sessions.model.session import mesh_of
-from sessions.model.streams import GazeTrack, ScalarTrack
-from sessions.model.track import Track
+from sessions.model.track import GazeTrack, ScalarTrack, Track
 
 if TYPE_CHECKING:
     from sessions.model.session import MeshLike

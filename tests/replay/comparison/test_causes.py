@@ -17,7 +17,7 @@ from replay.pipeline.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions import Session
-from sessions.model.live_contact import LiveContact
+from sessions.model.event import LiveContact
 from sessions.synthetic import make_analytic
 
 PLANTED = {

@@ -16,8 +16,8 @@ from replay.outputs.results.parquet_tables import episode_table, frame_table
 from replay.outputs.run_tables import pair_table
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import assemble
-from sessions.model.hand import HandTrack
 from sessions.model.scene import Scene, SceneBody
+from sessions.model.track import HandTrack
 
 STEP = 10_000_000
 FRAMES = 300

@@ -9,10 +9,8 @@ from sessions.mcap_format import annotations as a
 from sessions.mcap_format import metadata as module
 from sessions.mcap_format.metadata import bodies_record, metadata_of, migrated, names_of, session_record
 from sessions.mcap_format.schemas import message_class
-from sessions.model.event import Event, Interval
-from sessions.model.hand import HandTrack
-from sessions.model.live_contact import LiveContact
-from sessions.model.track import Track
+from sessions.model.event import Event, Interval, LiveContact
+from sessions.model.track import HandTrack, Track
 
 words, times = st.text(max_size=5), st.integers(0, 2**62)
 levels = st.sampled_from(a.LEVELS[1:])

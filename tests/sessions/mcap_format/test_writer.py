@@ -15,14 +15,11 @@ from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.recording_file import RecordingFile
 from sessions.mcap_format.writer import write_session
 from sessions.meshes.glb import mesh_to_glb
-from sessions.model.event import Event, Interval
+from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.frames import Frames
-from sessions.model.hand import HandTrack
-from sessions.model.live_contact import LiveContact
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
-from sessions.model.streams import GazeTrack, ScalarTrack
-from sessions.model.track import Track
+from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
 from sessions.scene_files.scene_toml import parse_scene
 
 
