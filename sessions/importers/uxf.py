@@ -16,10 +16,17 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.beside_poses import BesidePoses, Numbers, Stamps
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.finish import Imported
-from sessions.importers.pose_table import LARGEST_SECONDS, PoseTable, SourceFrame, imported
+from sessions.importers.pose_table import (
+    LARGEST_SECONDS,
+    BesidePoses,
+    Numbers,
+    PoseTable,
+    SourceFrame,
+    Stamps,
+    imported,
+)
 from sessions.meshes.conventions import convention as convention_named
 from sessions.meshes.conventions import quaternion_from_euler
 from sessions.model.event import Interval
