@@ -84,11 +84,6 @@ class McapFile:
             raise self.refused("damaged-attachment", f"the attachment {name!r} is damaged")
         return bytes(found[0].data)
 
-    def decoder(self, names: tuple[str, ...] | None) -> FrameDecoder:
-        """A decoder of this file's frames; ``None``: columns are added as bodies appear."""
-        ids = self.catalogue.ids
-        return FrameDecoder(str(self.catalogue.path), ids(TF), ids(TRACKING), names, self.catalogue.most_samples)
-
 
 @dataclass(frozen=True, eq=False)
 class McapFrames:
@@ -100,7 +95,7 @@ class McapFrames:
     def blocks(self, frames: int) -> Iterator[Frames]:
         """All frames in file order, in blocks of this many (the last may be shorter)."""
         held: list[Frames] = []
-        decoder = self.file.decoder(self.names)
+        decoder = FrameDecoder(self.file.catalogue, self.names)
         for part in (part for table in self.file.tables(TF, TRACKING) for part in decoder.decode(table)):
             held.append(part)
             while sum(map(len, held)) >= frames:

@@ -32,6 +32,7 @@ from sessions.mcap_format.metadata import (
     migrated,
     names_of,
 )  # fmt: skip
+from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import (
     EVENTS,
@@ -124,7 +125,7 @@ def listed_names(file: McapFile) -> tuple[str, ...]:
 
 def _scanned_names(file: McapFile) -> tuple[str, ...]:
     """The bodies of a foreign file, which lists them nowhere: one pass over its poses."""
-    decoder = file.decoder(None)
+    decoder = FrameDecoder(file.catalogue, None)
     for table in file.tables(TF):
         for _ in decoder.decode(table):
             pass

@@ -114,8 +114,8 @@ class RecordScan:
         end = region.offset + region.length
         if region.first_ns > region.last_ns or (end != at + HEAD.size + length and not self._is_followed(end)):
             return None
-        region.length = min(region.length, self._size - region.offset)
-        return Piece(Opcode.CHUNK, at, end, region, end > self._size)
+        region.length, region.truncated = min(region.length, self._size - region.offset), end > self._size
+        return Piece(Opcode.CHUNK, at, end, region, region.truncated)
 
     def _is_followed(self, at: int) -> bool:
         head = self._read(at, HEAD.size)
