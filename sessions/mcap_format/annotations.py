@@ -10,18 +10,8 @@ import numpy as np
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from sessions.errors import SessionFileError
+from sessions.mcap_format import schemas
 from sessions.mcap_format.pose_encoding import SECOND_NS, check_stamp
-from sessions.mcap_format.schemas import (
-    EVENTS,
-    GAZE_PREFIX,
-    HANDS_PREFIX,
-    INTERVALS,
-    LIVE_CONTACTS,
-    SCALARS_PREFIX,
-    TRACKS_PREFIX,
-    channel_spec,
-    message_class,
-)  # fmt: skip
 from sessions.model.event import PHASES, Event, Interval, LiveContact
 from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
 
@@ -55,7 +45,7 @@ def event_message(event: Event) -> Message:
     log = Log(message=text, name=event.body, file=event.name)
     log.level = Log.Level.ValueType(LEVELS.index(event.level))
     set_stamp(log.timestamp, event.time_ns)
-    return _message(EVENTS, event.time_ns, log)
+    return _message(schemas.EVENTS, event.time_ns, log)
 
 
 def read_event(payload: bytes, publish_ns: int) -> Event:
@@ -77,13 +67,13 @@ def interval_message(interval: Interval, *, closed: bool = True) -> Message:
             f"{interval.kind} {interval.name!r} ends at {interval.end_ns} ns, before its start at "
             f"{interval.start_ns} ns; swap the two"
         )
-    message = message_class("Interval")(kind=interval.kind, name=interval.name)
+    message = schemas.message_class("Interval")(kind=interval.kind, name=interval.name)
     set_stamp(message.start, interval.start_ns)
     if closed:
         set_stamp(message.end, interval.end_ns)
     for key, value in interval.data.items():
         message.data.add(key=key, value=value)
-    return _message(INTERVALS, interval.start_ns, message)
+    return _message(schemas.INTERVALS, interval.start_ns, message)
 
 
 def read_intervals(payloads: Iterable[bytes], last_ns: int) -> tuple[Interval, ...]:
@@ -91,7 +81,7 @@ def read_intervals(payloads: Iterable[bytes], last_ns: int) -> tuple[Interval, .
     found: dict[tuple[int, str, str, int], Interval] = {}
     closed: dict[tuple[int, str, str], int] = {}
     for payload in payloads:
-        message = message_class("Interval").FromString(payload)
+        message = schemas.message_class("Interval").FromString(payload)
         start, end = stamp_ns(message.start), stamp_ns(message.end)
         data = {fact.key: fact.value for fact in message.data}
         what = (start, message.kind, message.name)
@@ -111,14 +101,14 @@ def contact_message(contact: LiveContact) -> Message:
         raise SessionFileError(f"a live contact has phase {contact.phase!r}; use one of: {', '.join(PHASES)}")
     bodies = {"body_a": contact.body_a, "body_b": contact.body_b}
     phase = PHASES.index(contact.phase) + 1
-    message = message_class("Contact")(**bodies, phase=phase, point=contact.point or ())
+    message = schemas.message_class("Contact")(**bodies, phase=phase, point=contact.point or ())
     set_stamp(message.timestamp, contact.time_ns)
-    return _message(LIVE_CONTACTS, contact.time_ns, message)
+    return _message(schemas.LIVE_CONTACTS, contact.time_ns, message)
 
 
 def read_contact(payload: bytes) -> LiveContact:
     """What the live engine reported."""
-    message = message_class("Contact").FromString(payload)
+    message = schemas.message_class("Contact").FromString(payload)
     if not 0 < message.phase <= len(PHASES) or len(message.point) not in (0, 3):
         raise SessionFileError("a message on /contacts/live has no known phase or a point that is not three numbers")
     point = tuple(message.point) or None
@@ -127,11 +117,11 @@ def read_contact(payload: bytes) -> LiveContact:
 
 def hand_message(key: str, time_ns: int, trigger: float, grip: float, buttons: Iterable[tuple[str, bool]]) -> Message:
     """One sample of a hand; ``key`` is ``participant/side``."""
-    message = message_class("Hand")(trigger=trigger, grip=grip)
+    message = schemas.message_class("Hand")(trigger=trigger, grip=grip)
     set_stamp(message.timestamp, time_ns)
     for name, pressed in buttons:
         message.buttons.add(name=name, pressed=pressed)
-    return _message(HANDS_PREFIX + key, time_ns, message)
+    return _message(schemas.HANDS_PREFIX + key, time_ns, message)
 
 
 def hand_messages(key: str, hand: HandTrack) -> Iterator[Message]:
@@ -143,7 +133,7 @@ def hand_messages(key: str, hand: HandTrack) -> Iterator[Message]:
 
 def read_hand(payloads: Iterable[bytes]) -> HandTrack:
     """The samples of one hand in order of time; repeats of a stamp are dropped, an unnamed button is released."""
-    parse = message_class("Hand").FromString
+    parse = schemas.message_class("Hand").FromString
     samples = [parse(payload) for payload in payloads]
     times = np.array([stamp_ns(sample.timestamp) for sample in samples], dtype=np.int64)
     buttons: dict[str, int] = {}
@@ -163,18 +153,18 @@ def read_hand(payloads: Iterable[bytes]) -> HandTrack:
 def track_messages(name: str, track: Track) -> Iterator[Message]:
     """A faster track in batches."""
     columns = {"position": track.positions, "quaternion_xyzw": track.quaternions_xyzw, "valid": track.valid}
-    return _batches(TRACKS_PREFIX + name, track.times_ns, columns)
+    return _batches(schemas.TRACKS_PREFIX + name, track.times_ns, columns)
 
 
 def gaze_messages(participant: str, gaze: GazeTrack) -> Iterator[Message]:
     """Where a participant looked, in batches."""
     columns = {"origin": gaze.origins, "direction": gaze.directions, "valid": gaze.valid, "body": gaze.bodies}
-    return _batches(GAZE_PREFIX + participant, gaze.times_ns, columns)
+    return _batches(schemas.GAZE_PREFIX + participant, gaze.times_ns, columns)
 
 
 def scalar_messages(name: str, scalar: ScalarTrack) -> Iterator[Message]:
     """A scalar in batches, each with the unit."""
-    return _batches(SCALARS_PREFIX + name, scalar.times_ns, {"value": scalar.values}, unit=scalar.unit)
+    return _batches(schemas.SCALARS_PREFIX + name, scalar.times_ns, {"value": scalar.values}, unit=scalar.unit)
 
 
 def _batches(topic: str, times_ns: Any, columns: Mapping[str, Any], **of_all: str) -> Iterator[Message]:
@@ -183,7 +173,7 @@ def _batches(topic: str, times_ns: Any, columns: Mapping[str, Any], **of_all: st
         part = slice(start, start + BATCH)
         values = {name: np.array(column[part], dtype=_KINDS.get(name)).reshape(-1) for name, column in columns.items()}
         fields = {name: column.tolist() for name, column in values.items()}
-        message = channel_spec(topic).message(sample_ns=times_ns[part].tolist(), **fields, **of_all)
+        message = schemas.channel_spec(topic).message(sample_ns=times_ns[part].tolist(), **fields, **of_all)
         yield _message(topic, int(times_ns[start]), message)
 
 
@@ -211,7 +201,7 @@ def read_scalar(payloads: Iterable[bytes]) -> ScalarTrack:
 
 def _samples(kind: str, payloads: Iterable[bytes], **widths: int) -> tuple[Any, dict[str, Any], list[Any]]:
     """Stamps (n,) and columns, (n,) or (n, width), in order of time, and the messages they came in."""
-    batches = [message_class(kind).FromString(payload) for payload in payloads]
+    batches = [schemas.message_class(kind).FromString(payload) for payload in payloads]
     if any(len(getattr(one, name)) != n * len(one.sample_ns) for one in batches for name, n in widths.items()):
         raise SessionFileError(f"a message of {kind} has samples of unequal length; run `replay doctor` on it")
 

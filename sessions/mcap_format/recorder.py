@@ -20,14 +20,7 @@ from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
 from sessions.mcap_format.metadata import MAX_BODIES
-from sessions.mcap_format.recording_file import (
-    Poses,
-    RecordedFrame,
-    RecordingFile,
-    frames_of,
-    nanoseconds,
-    pose_values,
-)
+from sessions.mcap_format.recording_file import Poses, RecordedFrame, RecordingFile, frames_of, nanoseconds, pose_values
 from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.frames import Status
 from sessions.model.scene import Scene
