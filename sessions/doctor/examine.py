@@ -25,7 +25,7 @@ from sessions.model.scene import Scene
 from sessions.model.session import Session
 
 if TYPE_CHECKING:
-    from sessions.scene_files.scene_check import Planned
+    from sessions.scene_files.scene_meshes import Planned
 
 Result = TypeVar("Result")
 MESH_FILES: Final = (".glb", ".obj", ".stl", ".ply", ".off")
@@ -82,7 +82,7 @@ Checked = tuple[Scene, dict[str, MeshData], list[str]]
 
 
 def _checked(path: Path, planned: "Planned") -> Checked:
-    from sessions.scene_files.scene_check import checked_scene
+    from sessions.scene_files.scene_meshes import checked_scene
     from sessions.scene_files.toml_table import read_text
 
     try:
@@ -167,7 +167,7 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
 
 def _attached(file: McapFile, planned: "Planned") -> Checked:
     """The scene that a file carries."""
-    from sessions.scene_files.scene_check import checked_scene
+    from sessions.scene_files.scene_meshes import checked_scene
 
     data = file.attachment(SCENE_FILE)
     return (Scene(), {}, []) if data is None else checked_scene(data.decode(errors="replace"), SCENE_FILE, planned)

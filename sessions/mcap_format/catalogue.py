@@ -19,9 +19,8 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Footer, Header, Metadata, Schema
 
 from sessions.errors import SessionFileError
-from sessions.mcap_format.container import MAGIC
+from sessions.mcap_format.container import CHUNK_HEAD, HEAD, MAGIC
 from sessions.mcap_format.limits import MOST_CHANNELS, Room
-from sessions.mcap_format.record_block import CHUNK_HEAD, HEAD
 from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import TF, channel_spec
 

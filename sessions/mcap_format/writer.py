@@ -9,7 +9,7 @@ from typing import Any, BinaryIO, Final
 from sessions.errors import SceneError, SessionFileError
 from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
-from sessions.mcap_format.container import ContainerWriter
+from sessions.mcap_format.container import ContainerWriter, RecordBlock
 from sessions.mcap_format.metadata import (
     BODIES_RECORD,
     SESSION_RECORD,
@@ -19,7 +19,6 @@ from sessions.mcap_format.metadata import (
     session_record,
 )  # fmt: skip
 from sessions.mcap_format.pose_encoding import FrameEncoder, check_stamp
-from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.scene_update import scene_update
 from sessions.mcap_format.schemas import PROFILE, SCENE, TF, TRACKING
 from sessions.mesh_data import MeshData

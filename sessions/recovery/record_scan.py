@@ -14,8 +14,7 @@ from typing import BinaryIO, Final
 from mcap.opcode import Opcode
 
 from sessions.mcap_format.catalogue import CHUNK_LIMIT_BYTES, DECLARING, SMALL_RECORD_BYTES, Region, chunk_region
-from sessions.mcap_format.container import MAGIC
-from sessions.mcap_format.record_block import CHUNK_HEAD, HEAD, LENGTH_BEFORE_DATA
+from sessions.mcap_format.container import CHUNK_HEAD, HEAD, LENGTH_BEFORE_DATA, MAGIC
 
 COMPRESSIONS: Final = ("zstd", "lz4", "")
 COPIED_ATTACHMENT_BYTES: Final = 128 << 20  # A mesh larger than this is not copied: it would have 4 million faces

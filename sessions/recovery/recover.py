@@ -13,9 +13,8 @@ from mcap.records import Channel, Schema
 from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format import metadata
 from sessions.mcap_format.catalogue import check_magic, opened
-from sessions.mcap_format.container import ContainerWriter
+from sessions.mcap_format.container import ContainerWriter, RecordBlock
 from sessions.mcap_format.reader import read_session
-from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, STREAMS, TF
 from sessions.mcap_format.writer import CHUNK_BYTES, SCENE_FILE

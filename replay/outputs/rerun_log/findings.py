@@ -16,7 +16,7 @@ from replay.outputs.run_tables import finding_table
 from replay.outputs.words import NOTHING_SUSPICIOUS
 from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import FLAG_KINDS, FlagSpan
-from sessions.doctor.codes import CODES
+from sessions.doctor.finding import CODES
 
 ROOT: Final = "findings"
 LIST: Final = "findings/list"

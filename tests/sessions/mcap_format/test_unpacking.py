@@ -12,7 +12,7 @@ from mcap.records import Message
 
 from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, Region
-from sessions.mcap_format.record_block import MESSAGE_HEADER, RecordBlock
+from sessions.mcap_format.container import MESSAGE_HEADER, RecordBlock
 from sessions.mcap_format.recording_file import RecordedFrame, frames_of, nanoseconds, pose_values
 from sessions.mcap_format.unpacking import read_region
 from sessions.model.frames import Status

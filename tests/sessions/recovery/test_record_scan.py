@@ -18,7 +18,7 @@ from support.mcap_samples import protobuf_messages, random_frames, session_of, t
 
 from sessions import write_session
 from sessions.mcap_format.catalogue import Catalogue, ChannelInfo, Region
-from sessions.mcap_format.record_block import RecordBlock
+from sessions.mcap_format.container import RecordBlock
 from sessions.mcap_format.unpacking import listed
 from sessions.recovery.file_scan import Declared, guess_channels, read_chunk, scan_file, unpacked_start
 from sessions.recovery.lost import LostChunk, Recovery
