@@ -6,7 +6,6 @@ without an index, or with messages outside chunks, is read the same way.
 
 import io
 import struct
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -16,11 +15,10 @@ from typing import Any, BinaryIO
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Footer, Header, Metadata, Schema
+from mcap.records import Channel, Header, Metadata, Schema
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format.container import CHUNK_HEAD, HEAD, MAGIC
-from sessions.mcap_format.limits import MOST_CHANNELS, Room
 from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import TF, channel_spec
 
@@ -33,10 +31,15 @@ ATTACHMENT_LIMIT_BYTES = 1 << 30
 # Messages outside chunks are read in runs of about this many bytes.
 RUN_BYTES = 1 << 20
 
-
+# A file of n bytes may unpack to so much, hold so many messages, and so many samples (frames times bodies), so that
+# reading costs at most 100 MB + 50 n. A minute of twelve bodies at rest unpacks to 24 n, with n / 25 messages and n / 4
+# samples; no session comes near.
+MOST_UNPACKED, UNPACKED_PER_BYTE = 32 << 20, 100
+MOST_MESSAGES, BYTES_PER_MESSAGE = 100_000, 4
+MOST_SAMPLES = 250_000
+MOST_CHANNELS = 2048
 # A compression with a longer name is damage; the specification knows "zstd" and "lz4".
 NAME_LIMIT_BYTES = 64
-FOOTER_BYTES = HEAD.size + 20
 
 
 @dataclass(frozen=True)
@@ -90,35 +93,16 @@ def chunk_region(start: int, content: bytes) -> Region | None:
     return Region(start + HEAD.size + after + 8, length, name, size, crc, None, start, first, last)
 
 
-def read_attachment(content: bytes) -> tuple[Attachment, bool] | None:
-    """An attachment record, and whether a checksum proves it right (0 means: none); ``None`` when it is damaged."""
-    stream = io.BytesIO(content)
-    try:
-        found = Attachment.read(ReadDataStream(stream))
-    except (McapError, struct.error, ValueError, OverflowError):
-        return None
-    stated = int.from_bytes(content[-4:], "little")
-    if stream.tell() != len(content) or (stated and zlib.crc32(content[:-4]) != stated):
-        return None
-    return found, bool(stated)
-
-
-def read_footer(stream: BinaryIO) -> tuple[int, bytes, Footer] | None:
-    """Where the footer record begins, its bytes, and what it says; ``None`` where the file does not end in one."""
-    place = stream.seek(0, io.SEEK_END) - len(MAGIC) - FOOTER_BYTES
-    if place < len(MAGIC):
-        return None
-    stream.seek(place)
-    record = stream.read(FOOTER_BYTES)
-    if HEAD.unpack_from(record) != (Opcode.FOOTER, 20):
-        return None
-    return place, record, Footer.read(ReadDataStream(io.BytesIO(record[HEAD.size :])))
-
-
 @dataclass
-class Catalogue(Room):
-    """Everything in a file but the messages."""
+class Catalogue:
+    """Everything in a file but the messages, and the room that a file of ``size`` bytes has for these."""
 
+    path: Path
+    size: int = 0
+    unpacked: int = 0
+    """Bytes of the regions read so far."""
+    messages: int = 0
+    """Messages in them."""
     profile: str = ""
     regions: list[Region] = field(default_factory=list)
     schemas: dict[int, str] = field(default_factory=dict)
@@ -176,6 +160,29 @@ class Catalogue(Room):
             return kind.read(ReadDataStream(io.BytesIO(content)))
         except (McapError, struct.error, UnicodeDecodeError, OverflowError):
             raise refused(self.path, "unreadable", f"a {kind.__name__} record is damaged") from None
+
+    @property
+    def most_samples(self) -> int:
+        """Frames times bodies that the file may hold."""
+        return MOST_SAMPLES + self.size
+
+    @property
+    def messages_left(self) -> int:
+        """Messages that the regions not yet read may hold."""
+        return MOST_MESSAGES + self.size // BYTES_PER_MESSAGE - self.messages
+
+    def check_unpacked(self, region: Region) -> None:
+        """Refuse a region with which the file unpacks to more than a recording does."""
+        if region.messages is None and self.unpacked + region.size > MOST_UNPACKED + UNPACKED_PER_BYTE * self.size:
+            most = MOST_UNPACKED + UNPACKED_PER_BYTE * self.size
+            raise refused(self.path, "too-much", f"its {self.size:,} bytes unpack to more than the {most:,} allowed")
+
+    def note(self, region: Region, messages: int) -> None:
+        """Count what a region holds, once."""
+        if region.messages is None:
+            region.messages = messages
+            self.unpacked += region.size
+            self.messages += messages
 
     def enter(self, stream: BinaryIO, opcode: int, at: int, length: int) -> None:
         """Take in the record at byte ``at``, of whose content, ``length`` bytes, the stream stands at the first one."""

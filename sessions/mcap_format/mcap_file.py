@@ -1,16 +1,53 @@
 """One MCAP file opened for reading: its messages by topic, its attachments, and its frames block by block."""
 
+import io
+import struct
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Footer
 
 from sessions.errors import SessionFileError
-from sessions.mcap_format.catalogue import Catalogue, read_attachment, read_catalogue
+from sessions.mcap_format.catalogue import Catalogue, read_catalogue
+from sessions.mcap_format.container import HEAD, MAGIC
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import PROFILE_FAMILY, TF, TRACKING
 from sessions.mcap_format.unpacking import MessageTable, read_region, together
 from sessions.model.frames import Frames
+
+FOOTER_BYTES = HEAD.size + 20
+
+
+def read_attachment(content: bytes) -> tuple[Attachment, bool] | None:
+    """An attachment record, and whether a checksum proves it right (0 means: none); ``None`` when it is damaged."""
+    stream = io.BytesIO(content)
+    try:
+        found = Attachment.read(ReadDataStream(stream))
+    except (McapError, struct.error, ValueError, OverflowError):
+        return None
+    stated = int.from_bytes(content[-4:], "little")
+    if stream.tell() != len(content) or (stated and zlib.crc32(content[:-4]) != stated):
+        return None
+    return found, bool(stated)
+
+
+def read_footer(stream: BinaryIO) -> tuple[int, bytes, Footer] | None:
+    """Where the footer record begins, its bytes, and what it says; ``None`` where the file does not end in one."""
+    place = stream.seek(0, io.SEEK_END) - len(MAGIC) - FOOTER_BYTES
+    if place < len(MAGIC):
+        return None
+    stream.seek(place)
+    record = stream.read(FOOTER_BYTES)
+    if HEAD.unpack_from(record) != (Opcode.FOOTER, 20):
+        return None
+    return place, record, Footer.read(ReadDataStream(io.BytesIO(record[HEAD.size :])))
 
 
 class McapFile:

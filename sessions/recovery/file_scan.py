@@ -19,8 +19,9 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Schema
 
 from sessions.errors import SessionFileError
-from sessions.mcap_format.catalogue import DECLARING, Catalogue, ChannelInfo, Region, read_attachment, read_footer
+from sessions.mcap_format.catalogue import DECLARING, Catalogue, ChannelInfo, Region
 from sessions.mcap_format.container import MAGIC
+from sessions.mcap_format.mcap_file import read_attachment, read_footer
 from sessions.mcap_format.pose_decoding import MESSAGE_BYTES, FrameDecoder
 from sessions.mcap_format.reader import is_part, read_part
 from sessions.mcap_format.refusals import brief
