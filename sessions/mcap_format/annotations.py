@@ -3,7 +3,7 @@
 Each ``*_message`` gives (topic, publish_ns, payload); each ``read_*`` takes the payloads of one topic.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -124,13 +124,6 @@ def hand_message(key: str, time_ns: int, trigger: float, grip: float, buttons: I
     return _message(schemas.HANDS_PREFIX + key, time_ns, message)
 
 
-def hand_messages(key: str, hand: HandTrack) -> Iterator[Message]:
-    """All samples of a hand."""
-    columns = zip(hand.times_ns.tolist(), hand.trigger.tolist(), hand.grip.tolist(), hand.pressed.tolist(), strict=True)
-    for time_ns, trigger, grip, pressed in columns:
-        yield hand_message(key, time_ns, trigger, grip, zip(hand.buttons, pressed, strict=True))
-
-
 def read_hand(payloads: Iterable[bytes]) -> HandTrack:
     """The samples of one hand in order of time; repeats of a stamp are dropped, an unnamed button is released."""
     parse = schemas.message_class("Hand").FromString
@@ -150,68 +143,57 @@ def read_hand(payloads: Iterable[bytes]) -> HandTrack:
     return HandTrack(stamps, trigger[rows], grip[rows], tuple(buttons), pressed[rows])
 
 
-def track_messages(name: str, track: Track) -> Iterator[Message]:
-    """A faster track in batches."""
-    columns = {"position": track.positions, "quaternion_xyzw": track.quaternions_xyzw, "valid": track.valid}
-    return _batches(schemas.TRACKS_PREFIX + name, track.times_ns, columns)
+Columns = Mapping[str, tuple[str, int]]
 
-
-def gaze_messages(participant: str, gaze: GazeTrack) -> Iterator[Message]:
-    """Where a participant looked, in batches."""
-    columns = {"origin": gaze.origins, "direction": gaze.directions, "valid": gaze.valid, "body": gaze.bodies}
-    return _batches(schemas.GAZE_PREFIX + participant, gaze.times_ns, columns)
-
-
-def scalar_messages(name: str, scalar: ScalarTrack) -> Iterator[Message]:
-    """A scalar in batches, each with the unit."""
-    return _batches(schemas.SCALARS_PREFIX + name, scalar.times_ns, {"value": scalar.values}, unit=scalar.unit)
-
-
-def _batches(topic: str, times_ns: Any, columns: Mapping[str, Any], **of_all: str) -> Iterator[Message]:
-    """Samples in batches; each is stamped with its first sample."""
-    for start in range(0, len(times_ns), BATCH):
-        part = slice(start, start + BATCH)
-        values = {name: np.array(column[part], dtype=_KINDS.get(name)).reshape(-1) for name, column in columns.items()}
-        fields = {name: column.tolist() for name, column in values.items()}
-        message = schemas.channel_spec(topic).message(sample_ns=times_ns[part].tolist(), **fields, **of_all)
-        yield _message(topic, int(times_ns[start]), message)
-
+_STREAMS: Mapping[str, tuple[Callable[..., Any], Columns]] = {
+    schemas.TRACKS_PREFIX: (
+        Track, {"position": ("positions", 3), "quaternion_xyzw": ("quaternions_xyzw", 4), "valid": ("valid", 1)},
+    ),
+    schemas.GAZE_PREFIX: (
+        GazeTrack,
+        {"origin": ("origins", 3), "direction": ("directions", 3), "valid": ("valid", 1), "body": ("bodies", 1)},
+    ),
+    schemas.SCALARS_PREFIX: (ScalarTrack, {"value": ("values", 1)}),
+}  # fmt: skip
+"""Prefix of topics -> class of the stream, and field of its messages -> column and numbers per sample."""
 
 _KINDS: Mapping[str, Any] = {"valid": np.bool_, "body": object}
-"""Types of columns that hold no float64."""
+"""Types of fields that hold no float64."""
 
 
-def read_track(payloads: Iterable[bytes]) -> Track:
-    """A faster track in order of time; repeats of a stamp are dropped."""
-    stamps, columns, _ = _samples("TrackSamples", payloads, position=3, quaternion_xyzw=4, valid=1)
-    return Track(stamps, columns["position"], columns["quaternion_xyzw"], columns["valid"])
+def stream_messages(prefix: str, key: str, stream: Any) -> Iterator[Message]:
+    """A hand sample by sample; any other stream in batches, each stamped with its first sample."""
+    if isinstance(stream, HandTrack):
+        numbers = (stream.times_ns.tolist(), stream.trigger.tolist(), stream.grip.tolist(), stream.pressed.tolist())
+        for time_ns, trigger, grip, pressed in zip(*numbers, strict=True):
+            yield hand_message(key, time_ns, trigger, grip, zip(stream.buttons, pressed, strict=True))
+        return
+    columns, unit = _STREAMS[prefix][1], {"unit": stream.unit} if isinstance(stream, ScalarTrack) else {}
+    for start in range(0, len(stream), BATCH):
+        part, fields = slice(start, start + BATCH), {}
+        for name, (column, _) in columns.items():
+            fields[name] = np.array(getattr(stream, column)[part], dtype=_KINDS.get(name)).reshape(-1).tolist()
+        message = schemas.channel_spec(prefix).message(sample_ns=stream.times_ns[part].tolist(), **fields, **unit)
+        yield _message(prefix + key, int(stream.times_ns[start]), message)
 
 
-def read_gaze(payloads: Iterable[bytes]) -> GazeTrack:
-    """Where a participant looked, in order of time; repeats of a stamp are dropped."""
-    stamps, columns, _ = _samples("GazeSamples", payloads, origin=3, direction=3, valid=1, body=1)
-    return GazeTrack(stamps, columns["origin"], columns["direction"], columns["valid"], columns["body"].tolist())
-
-
-def read_scalar(payloads: Iterable[bytes]) -> ScalarTrack:
-    """A scalar in order of time; repeats of a stamp are dropped."""
-    stamps, columns, batches = _samples("ScalarSamples", payloads, value=1)
-    return ScalarTrack(stamps, columns["value"], batches[0].unit if batches else "")
-
-
-def _samples(kind: str, payloads: Iterable[bytes], **widths: int) -> tuple[Any, dict[str, Any], list[Any]]:
-    """Stamps (n,) and columns, (n,) or (n, width), in order of time, and the messages they came in."""
-    batches = [schemas.message_class(kind).FromString(payload) for payload in payloads]
-    if any(len(getattr(one, name)) != n * len(one.sample_ns) for one in batches for name, n in widths.items()):
+def read_stream(prefix: str, payloads: Iterable[bytes]) -> Any:
+    """A stream in order of time; repeats of a stamp are dropped."""
+    if prefix == schemas.HANDS_PREFIX:
+        return read_hand(payloads)
+    made, columns = _STREAMS[prefix]
+    message = schemas.channel_spec(prefix).message
+    batches = [message.FromString(payload) for payload in payloads]
+    if any(len(getattr(one, name)) != n * len(one.sample_ns) for one in batches for name, (_, n) in columns.items()):
+        kind = message.DESCRIPTOR.name
         raise SessionFileError(f"a message of {kind} has samples of unequal length; run `replay doctor` on it")
 
     def column(name: str, kind: Any) -> Any:
         return np.concatenate([np.zeros(0, kind), *(np.array(getattr(one, name), kind) for one in batches)])
 
-    times = column("sample_ns", np.int64)
-    stamps, rows = np.unique(times, return_index=True)
-    columns = {}
-    for name, width in widths.items():
+    stamps, rows = np.unique(column("sample_ns", np.int64), return_index=True)
+    given: dict[str, Any] = {"unit": batches[0].unit if batches else ""} if made is ScalarTrack else {}
+    for name, (attribute, width) in columns.items():
         values = column(name, _KINDS.get(name, np.float64))
-        columns[name] = values.reshape(-1, width)[rows] if width > 1 else values[rows]
-    return stamps, columns, batches
+        given[attribute] = values.reshape(-1, width)[rows] if width > 1 else values[rows]
+    return made(stamps, **given)

@@ -171,14 +171,16 @@ def _coded(file: McapFile, code: str, error: SessionError) -> SessionFileError:
 Messages = list[tuple[int, bytes]]
 """(publish_ns, payload) of a topic, in file order."""
 
+
+def _stream(prefix: str, found: Messages, _last_ns: int) -> Any:
+    return annotations.read_stream(prefix, (payload for _, payload in found))
+
+
 _PARTS: dict[str, Callable[[Messages, int], Any]] = {
     schemas.EVENTS: lambda found, _: tuple(annotations.read_event(payload, time_ns) for time_ns, payload in found),
     schemas.INTERVALS: lambda found, last_ns: annotations.read_intervals((payload for _, payload in found), last_ns),
     schemas.LIVE_CONTACTS: lambda found, _: tuple(annotations.read_contact(payload) for _, payload in found),
-    schemas.HANDS_PREFIX: lambda found, _: annotations.read_hand(payload for _, payload in found),
-    schemas.TRACKS_PREFIX: lambda found, _: annotations.read_track(payload for _, payload in found),
-    schemas.GAZE_PREFIX: lambda found, _: annotations.read_gaze(payload for _, payload in found),
-    schemas.SCALARS_PREFIX: lambda found, _: annotations.read_scalar(payload for _, payload in found),
+    **{prefix: partial(_stream, prefix) for prefix in schemas.STREAMS},
 }
 """Topic, or prefix of topics, beside those of the poses -> what a session makes of its messages."""
 

@@ -21,11 +21,12 @@ from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
 from sessions.mcap_format.metadata import MAX_BODIES
 from sessions.mcap_format.recording_file import Poses, RecordedFrame, RecordingFile, frames_of, nanoseconds, pose_values
+from sessions.mcap_format.schemas import GAZE_PREFIX, SCALARS_PREFIX, TRACKS_PREFIX
 from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.frames import Status
 from sessions.model.scene import Scene
 from sessions.model.session import mesh_of
-from sessions.model.track import GazeTrack, ScalarTrack, Track
+from sessions.model.track import GazeTrack, Samples, ScalarTrack, Track
 
 if TYPE_CHECKING:
     from sessions.model.session import MeshLike
@@ -184,7 +185,7 @@ class Recorder:
         valid: ArrayLike | None = None,
     ) -> None:
         """Record samples of a body that is tracked faster than the frames come; (n,), (n, 3), (n, 4), (n,)."""
-        self._put_all(messages.track_messages(name, Track(times_ns, positions, quaternions_xyzw, valid)))
+        self._put_stream(TRACKS_PREFIX, name, Track(times_ns, positions, quaternions_xyzw, valid))
 
     def gaze(
         self,
@@ -198,11 +199,11 @@ class Recorder:
     ) -> None:
         """Record where a participant looks, in the world; ``body``: the first one hit, where the program knows it."""
         looked = GazeTrack([nanoseconds(stamp_ns)], np.array([origin]), np.array([direction]), [valid], [body])
-        self._put_all(messages.gaze_messages(participant, looked))
+        self._put_stream(GAZE_PREFIX, participant, looked)
 
     def scalar(self, stamp_ns: int, name: str, value: float, unit: str = "") -> None:
         """Record a number, such as a heart rate."""
-        self._put_all(messages.scalar_messages(name, ScalarTrack([nanoseconds(stamp_ns)], [value], unit)))
+        self._put_stream(SCALARS_PREFIX, name, ScalarTrack([nanoseconds(stamp_ns)], [value], unit))
 
     def close(self) -> None:
         """Write what waits, the index, and give the file its name; a second call does nothing.
@@ -227,8 +228,8 @@ class Recorder:
     ) -> None:
         self.close()
 
-    def _put_all(self, made: Iterable[Message]) -> None:
-        for message in made:
+    def _put_stream(self, prefix: str, key: str, stream: Samples) -> None:
+        for message in messages.stream_messages(prefix, key, stream):
             self._put(message, None)
 
     def _put(self, message: Message, log_ns: int | None) -> None:
