@@ -140,16 +140,6 @@ def test_a_place_that_cannot_be_written_is_one_sentence(tmp_path):
         write_session(full_session(), tmp_path / "nowhere" / "s.mcap")
 
 
-def test_an_unknown_level_and_phase_and_a_backward_interval_are_refused(tmp_path):
-    for part in (
-        {"events": (Event(1, "x", level="loud"),)},
-        {"live_contacts": (LiveContact(1, "a", "b", "meet"),)},
-        {"intervals": (Interval(5, 1, "task", "x"),)},
-    ):
-        with pytest.raises(SessionFileError, match=r"use one of|swap"):
-            write_session(session_of(random_frames(0), **part), tmp_path / "s.mcap")
-
-
 SCENE = """# a bench, as its author wrote it
 [[body]]
 id = "body 0"
