@@ -114,7 +114,7 @@ def _bodies(table: CsvTable, plan: CsvMapping) -> Iterator[tuple[str, PoseColumn
     """Each body with its columns and its rows."""
     if plan.bodies is not None:
         for name, columns in plan.bodies.items():
-            yield name, columns, np.ones(len(table), dtype=np.bool_)
+            yield name, columns, table.every
     elif plan.body is not None:
         poses = pose_rows(table, plan)
         names = table.words(plan.name, poses)
@@ -243,7 +243,7 @@ def unknown_kinds(table: CsvTable, plan: CsvMapping) -> list[str]:
 
 def pose_rows(table: CsvTable, plan: CsvMapping) -> Rows:
     """Which rows hold a pose, (n,)."""
-    return rows_of_kind(table, plan, plan.kinds.pose) if plan.kinds.column else np.ones(len(table), dtype=np.bool_)
+    return rows_of_kind(table, plan, plan.kinds.pose) if plan.kinds.column else table.every
 
 
 def _event_columns(table: CsvTable, plan: CsvMapping) -> Iterator[Event]:

@@ -104,19 +104,17 @@ def _begins_with(path: Path, column: str) -> bool:
 
 def _numbers(table: CsvTable) -> Iterator[tuple[str, Stamps, Numbers]]:
     """Columns that hold numbers and no poses, with their stamps; columns of text are left out."""
-    every = np.ones(len(table), dtype=np.bool_)
     for column in table.columns if TIME in table.columns and len(table) else ():
         if column not in (TIME, *PLACE, *ANGLES) and table.holds_numbers(column):
-            yield column, table.stamps(TIME, "s", every), table.numbers((column,), every)[:, 0]
+            yield column, table.stamps(TIME, "s", table.every), table.numbers((column,), table.every)[:, 0]
 
 
 def _poses(table: CsvTable) -> PoseTable:
-    every = np.ones(len(table), dtype=np.bool_)
-    numbers = table.numbers((*PLACE, *ANGLES), every)
+    numbers = table.numbers((*PLACE, *ANGLES), table.every)
     turns = quaternion_from_euler(np.radians(numbers[:, 3:]), ORDER)
-    valid = every.copy()
+    valid = table.every.copy()
     valid[-1:] &= not table.cut_short
-    return PoseTable(table.stamps(TIME, "s", every), numbers[:, :3], turns, valid)
+    return PoseTable(table.stamps(TIME, "s", table.every), numbers[:, :3], turns, valid)
 
 
 def _joined(parts: list[PoseTable]) -> PoseTable:
@@ -128,7 +126,7 @@ def _trials(folder: Path) -> Iterator[Interval]:
     """Every trial that began and ended, with the other columns of its row."""
     for path in folder.rglob(TRIALS):
         table = CsvTable(path, ",", ".")
-        spans = table.numbers(("start_time", "end_time"), np.ones(len(table), dtype=np.bool_))
+        spans = table.numbers(("start_time", "end_time"), table.every)
         cells = {name: table.texts(name).tolist() for name in table.columns if name not in ("start_time", "end_time")}
         for row, (start, end) in enumerate(spans.tolist()):
             if 0.0 <= start <= end < LARGEST_SECONDS:

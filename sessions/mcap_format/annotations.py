@@ -22,11 +22,6 @@ UNCLOSED = "unclosed"  # Key in an interval's data that says its end was never r
 BATCH = 256
 
 
-def set_stamp(stamp: Any, time_ns: int) -> None:
-    """Write nanoseconds into a protobuf Timestamp."""
-    stamp.seconds, stamp.nanos = divmod(time_ns, SECOND_NS)
-
-
 def stamp_ns(stamp: Any) -> int:
     """A protobuf Timestamp as nanoseconds."""
     return int(stamp.seconds) * SECOND_NS + int(stamp.nanos)
@@ -44,7 +39,7 @@ def event_message(event: Event) -> Message:
     text = f"{event.name}: {event.message}" if event.message else event.name
     log = Log(message=text, name=event.body, file=event.name)
     log.level = Log.Level.ValueType(LEVELS.index(event.level))
-    set_stamp(log.timestamp, event.time_ns)
+    log.timestamp.FromNanoseconds(event.time_ns)
     return _message(schemas.EVENTS, event.time_ns, log)
 
 
@@ -68,9 +63,9 @@ def interval_message(interval: Interval, *, closed: bool = True) -> Message:
             f"{interval.start_ns} ns; swap the two"
         )
     message = schemas.message_class("Interval")(kind=interval.kind, name=interval.name)
-    set_stamp(message.start, interval.start_ns)
+    message.start.FromNanoseconds(interval.start_ns)
     if closed:
-        set_stamp(message.end, interval.end_ns)
+        message.end.FromNanoseconds(interval.end_ns)
     for key, value in interval.data.items():
         message.data.add(key=key, value=value)
     return _message(schemas.INTERVALS, interval.start_ns, message)
@@ -102,7 +97,7 @@ def contact_message(contact: LiveContact) -> Message:
     bodies = {"body_a": contact.body_a, "body_b": contact.body_b}
     phase = PHASES.index(contact.phase) + 1
     message = schemas.message_class("Contact")(**bodies, phase=phase, point=contact.point or ())
-    set_stamp(message.timestamp, contact.time_ns)
+    message.timestamp.FromNanoseconds(contact.time_ns)
     return _message(schemas.LIVE_CONTACTS, contact.time_ns, message)
 
 
@@ -118,7 +113,7 @@ def read_contact(payload: bytes) -> LiveContact:
 def hand_message(key: str, time_ns: int, trigger: float, grip: float, buttons: Iterable[tuple[str, bool]]) -> Message:
     """One sample of a hand; ``key`` is ``participant/side``."""
     message = schemas.message_class("Hand")(trigger=trigger, grip=grip)
-    set_stamp(message.timestamp, time_ns)
+    message.timestamp.FromNanoseconds(time_ns)
     for name, pressed in buttons:
         message.buttons.add(name=name, pressed=pressed)
     return _message(schemas.HANDS_PREFIX + key, time_ns, message)

@@ -13,8 +13,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Footer
 
-from sessions.errors import SessionFileError
-from sessions.mcap_format.catalogue import Catalogue, read_catalogue
+from sessions.mcap_format.catalogue import read_catalogue
 from sessions.mcap_format.container import HEAD, MAGIC
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.refusals import refused
@@ -54,30 +53,21 @@ class McapFile:
     """A file whose records have been listed; it is closed between calls."""
 
     def __init__(self, path: Path) -> None:
-        self.catalogue: Catalogue = read_catalogue(path)
+        self.path, self.catalogue = path, read_catalogue(path)
         if self.catalogue.tear is not None and self.catalogue.regions:
             # The message index of the last whole chunk may be cut short, so what it lists may not be all.
             self.catalogue.regions[-1].channels = None
         # The regions that speak of channels which no record outside chunks has declared are unpacked now.
-        with self.catalogue.path.open("rb") as stream:
+        with self.path.open("rb") as stream:
             for region in self.catalogue.regions:
                 known = self.catalogue.channels.keys()
                 if not known or (region.channels is not None and region.channels - known):
                     read_region(stream, region, self.catalogue)
 
     @property
-    def path(self) -> Path:
-        """The file."""
-        return self.catalogue.path
-
-    @property
     def own(self) -> bool:
         """Whether it is of our profile, of any version."""
         return self.catalogue.profile.startswith(PROFILE_FAMILY)
-
-    def refused(self, code: str, what: str) -> SessionFileError:
-        """One sentence about this file, with the cure."""
-        return refused(self.catalogue.path, code, what)
 
     def tables(self, *topics: str, backwards: bool = False) -> Iterator[MessageTable]:
         """The regions that may hold messages of these topics, in file order; no other is unpacked."""
@@ -86,7 +76,7 @@ class McapFile:
         wanted = [region for region in regions if region.channels is None or region.channels & ids]
         if not ids or not wanted:
             return
-        with self.catalogue.path.open("rb") as stream:
+        with self.path.open("rb") as stream:
             read = (read_region(stream, region, self.catalogue) for region in wanted)
             yield from read if backwards else together(read)
 
@@ -114,11 +104,11 @@ class McapFile:
         if name not in self.catalogue.attachments:
             return None
         offset, length = self.catalogue.attachments[name]
-        with self.catalogue.path.open("rb") as stream:
+        with self.path.open("rb") as stream:
             stream.seek(offset)
             found = read_attachment(stream.read(length))
         if found is None:
-            raise self.refused("damaged-attachment", f"the attachment {name!r} is damaged")
+            raise refused(self.path, "damaged-attachment", f"the attachment {name!r} is damaged")
         return bytes(found[0].data)
 
 

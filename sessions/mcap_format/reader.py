@@ -73,11 +73,7 @@ def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | 
 
 
 def _streams(file: McapFile, prefix: str) -> Any:
-    return LazyMapping(file.topics_below(prefix), partial(_below, file, prefix))
-
-
-def _below(file: McapFile, prefix: str, key: str) -> Any:
-    return part(file, prefix + key)
+    return LazyMapping(file.topics_below(prefix), partial(part, file, prefix))
 
 
 def session_facts(file: McapFile) -> tuple[dict[str, str], dict[str, str]]:
@@ -116,10 +112,10 @@ def attached_mesh(file: McapFile, name: str, expected: str) -> MeshData:
 
     data = file.attachment(metadata.mesh_file(name))
     if data is None:
-        raise file.refused("mesh-unreadable", f"the mesh of {name!r} is not in the file")
+        raise refused(file.path, "mesh-unreadable", f"the mesh of {name!r} is not in the file")
     if (found := hashlib.sha256(data).hexdigest()) != expected:
         what = f"the mesh of {name!r} is not the one that was recorded (SHA-256 {found[:12]!r}, not {expected[:12]!r})"
-        raise file.refused("mesh-hash", what)
+        raise refused(file.path, "mesh-hash", what)
     try:
         return mesh_from_bytes(data, "glb")
     except SessionError as error:
@@ -198,8 +194,9 @@ def read_part(where: Path, topic: str, messages: Messages, last_ns: int = 0) -> 
         raise refused(where, "bad-message", f"a message on {topic} is not what its schema says") from None
 
 
-def part(file: McapFile, topic: str) -> Any:
-    """What a session holds of a topic."""
+def part(file: McapFile, prefix: str, key: str = "") -> Any:
+    """What a session holds of the topic ``prefix`` and ``key`` together."""
+    topic = prefix + key
     messages = list(file.payloads(topic))
     last_ns = (file.last_stamp() or 0) if messages and topic == schemas.INTERVALS else 0
     return read_part(file.path, topic, messages, last_ns)
