@@ -32,6 +32,7 @@ SPACE: Final = "world/focus"
 EYE: Final = f"{SPACE}/eye"
 MOMENTS: Final = f"{ROOT}/moments"
 NOTE: Final = f"{ROOT}/note"
+ANSWER: Final = "answer"
 TABLE: Final = f"{SPACE}/table"
 
 CONTACT: Final = ": contact"
