@@ -10,6 +10,7 @@ import rerun.blueprint as rrb
 
 from replay.outputs.rerun_log.effects import HAPPENED, EffectViews, effect_views, tab_name
 from replay.outputs.rerun_log.findings import finding_lanes, finding_tab
+from replay.outputs.rerun_log.lanes import session_lanes
 from replay.outputs.rerun_log.layout import (
     LANE_POINTS,
     LOW_POINTS,
@@ -18,7 +19,6 @@ from replay.outputs.rerun_log.layout import (
     Subject,
     lanes_in_view,
 )
-from replay.outputs.rerun_log.session_lanes import session_lanes
 from replay.outputs.rerun_log.tabs import answer_tab, pipeline_tab
 from replay.outputs.rerun_log.timing import any_timed, stage_path, timing_view
 from replay.outputs.rerun_log.tradeoff import curve_tab

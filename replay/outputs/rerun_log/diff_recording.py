@@ -23,8 +23,8 @@ from replay.outputs.lanes import number_boxes
 from replay.outputs.palette import FOUND, SERIES, Rgba
 from replay.outputs.rerun_log.columns import SESSION, RecordingWriter, entity, packed
 from replay.outputs.rerun_log.focus import eye_columns, log_lens
-from replay.outputs.rerun_log.lanes import send_lane
-from replay.outputs.rerun_log.overview import SPACE, TABLE
+from replay.outputs.rerun_log.lanes import send_rows, send_spans
+from replay.outputs.rerun_log.overview import SPACE, MomentPlace, log_moment_table
 from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.views import seconds_between, spatial, state_view, text_list, text_view, whole_layout
 from replay.outputs.rerun_log.world import body_path
@@ -159,19 +159,14 @@ def _log_lanes(writer: RecordingWriter, one: DiffedDetector, session: Mapping[st
         for row in rows:
             for at, by in ((row["start"], 1), (row["end"] + step, -1)):
                 depth[round(at * 1e9)] = depth.get(round(at * 1e9), 0) + by
-        stamps = sorted(depth)
-        there = np.cumsum([depth[ns] for ns in stamps]) > 0
-        states = ["contact" if now else "" for now in there.tolist()]
-        send_lane(
-            writer, f"{one.root('lanes')}/{rank}_{side}", np.array(stamps, np.int64), states, [("contact", FOUND)]
-        )
+        there = np.cumsum([depth[ns] for ns in sorted(depth)]) > 0
+        rows = {ns: "contact" if now else "" for ns, now in zip(sorted(depth), there.tolist(), strict=True)}
+        send_rows(writer, f"{one.root('lanes')}/{rank}_{side}", rows, [("contact", FOUND)])
     for rank, (kind, colour) in enumerate(COLOURS.items(), 3):
         mine = [change for change in one.changes if change.kind == kind]
         boxes = number_boxes(mine, round(session["duration"] * 1e9))
-        stamps = [ns for _, start, end in boxes for ns in (start, end)]
-        states = [text for label, *_ in boxes for text in (label, "")]
         looks = [(label, colour) for label, *_ in boxes]
-        send_lane(writer, f"{one.root('lanes')}/{rank}_{kind}", np.array(stamps, np.int64), states, looks)
+        send_spans(writer, f"{one.root('lanes')}/{rank}_{kind}", boxes, looks)
 
 
 def _log_changes(writer: RecordingWriter, one: DiffedDetector, places: Sequence[tuple[FloatArray, Eye]]) -> None:
@@ -206,11 +201,8 @@ def _log_table(writer: RecordingWriter, detectors: Sequence[DiffedDetector]) -> 
     """Where `replay view` opens it: at the first contact that the detector that changed most gained or lost."""
     if detectors and (found := detectors[0].changes):
         first = next((k for k, one in enumerate(found) if one.kind != SHIFTED), 0)
-        columns: dict[str, Any] = {
-            "label": [detectors[0].label], "kind": ["change"], "number": np.array([first + 1], np.int64),
-            "leads": np.array([True]), "session_ns": np.array(_stamps(found)[first : first + 1], np.int64),
-        }  # fmt: skip
-        writer.static(TABLE, rr.AnyValues(**columns))
+        leading = MomentPlace(detectors[0].label, "change", first + 1, _stamps(found)[first], True)
+        log_moment_table(writer, [leading])
 
 
 def _overview(points: Sequence[FloatArray]) -> Eye:

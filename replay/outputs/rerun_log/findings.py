@@ -11,9 +11,9 @@ import rerun.blueprint as rrb
 from replay.outputs.palette import DOUBTS, Looks
 from replay.outputs.rerun_log.columns import RecordingWriter, entity
 from replay.outputs.rerun_log.lanes import log_lane
-from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.rerun_log.views import state_view, text_view
 from replay.outputs.run_tables import finding_table
+from replay.outputs.tables import markdown
 from replay.outputs.words import NOTHING_SUSPICIOUS
 from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import FLAG_KINDS, FlagSpan

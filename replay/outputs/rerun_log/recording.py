@@ -27,7 +27,15 @@ from replay.outputs.rerun_log.contacts import log_contacts
 from replay.outputs.rerun_log.effects import log_effects, log_happened
 from replay.outputs.rerun_log.findings import log_findings
 from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
-from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane, noise_lane
+from replay.outputs.rerun_log.lanes import (
+    audit_lanes,
+    log_detector_lanes,
+    log_lane,
+    log_number_lane,
+    log_session_lanes,
+    noise_lane,
+    session_lanes,
+)
 from replay.outputs.rerun_log.layout import BlueprintInput, Subject
 from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
 from replay.outputs.rerun_log.overview import ANSWER, log_overview, moment_eyes, overview_lanes
@@ -43,7 +51,6 @@ from replay.outputs.rerun_log.report import (
     report_text,
 )
 from replay.outputs.rerun_log.search_picture import log_searches
-from replay.outputs.rerun_log.session_lanes import log_session_lanes, session_lanes
 from replay.outputs.rerun_log.solids import log_solids, with_solids
 from replay.outputs.rerun_log.timing import cost_text, log_timing
 from replay.outputs.rerun_log.tradeoff import log_tradeoff

@@ -15,8 +15,8 @@ import rerun.blueprint as rrb
 from replay.outputs.palette import BACKGROUND, BUDGET, GRID, INVENTED, SERIES, TICKS, WHITE, Rgba
 from replay.outputs.price_plot import BEST, COMPLETE, CURVES, FAINT, INVENTS, TITLES, Mark, Plot, plots_of, subtitle
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
-from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.rerun_log.views import PLAIN, text_view
+from replay.outputs.tables import markdown
 from replay.outputs.tradeoff_table import SHOWN, front_rows, how_measured, quickest_first, tradeoff_table
 from replay.pipeline.run_result import Tradeoff
 
