@@ -160,8 +160,8 @@ def _log_lanes(writer: RecordingWriter, one: DiffedDetector, session: Mapping[st
             for at, by in ((row["start"], 1), (row["end"] + step, -1)):
                 depth[round(at * 1e9)] = depth.get(round(at * 1e9), 0) + by
         there = np.cumsum([depth[ns] for ns in sorted(depth)]) > 0
-        rows = {ns: "contact" if now else "" for ns, now in zip(sorted(depth), there.tolist(), strict=True)}
-        send_rows(writer, f"{one.root('lanes')}/{rank}_{side}", rows, [("contact", FOUND)])
+        states = {ns: "contact" if now else "" for ns, now in zip(sorted(depth), there.tolist(), strict=True)}
+        send_rows(writer, f"{one.root('lanes')}/{rank}_{side}", states, [("contact", FOUND)])
     for rank, (kind, colour) in enumerate(COLOURS.items(), 3):
         mine = [change for change in one.changes if change.kind == kind]
         boxes = number_boxes(mine, round(session["duration"] * 1e9))
