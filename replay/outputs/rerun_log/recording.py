@@ -18,9 +18,8 @@ from replay.comparison.contact_counts import contact_counts
 from replay.effects.effect_summary import happened
 from replay.outputs.camera import Eye, overview
 from replay.outputs.lanes import noise_states, ranked_pairs
-from replay.outputs.materials import is_ghost, tags_of
 from replay.outputs.moments import FocusMoment, key_moments, pair_in_focus, worst_first
-from replay.outputs.palette import NOISES, OUTCOMES
+from replay.outputs.palette import NOISES, OUTCOMES, is_ghost, tags_of
 from replay.outputs.rerun_log.blueprint import build_blueprint
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity
 from replay.outputs.rerun_log.contacts import log_contacts

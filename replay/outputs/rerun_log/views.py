@@ -10,8 +10,7 @@ import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
 from replay.outputs.camera import Eye
-from replay.outputs.materials import albedo, tags_of
-from replay.outputs.palette import BACKGROUND
+from replay.outputs.palette import BACKGROUND, albedo, tags_of
 from replay.outputs.rerun_log.columns import FRAME, SESSION
 from replay.outputs.rerun_log.world import body_path
 from replay.pipeline.run_result import RunResult
