@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import rerun as rr
@@ -109,11 +109,12 @@ def _log_near_pairs(writer: RecordingWriter, run: WatchedRun, assembly: Assembly
                 lines.setdefault(pair, {})[moment.frame] = [(line, colour)]
     for pair, found in lines.items():
         path = near_path(run.label, assembly.pair_name(pair))
-        send_moments(writer, path, found, _strips)
+        send_moments(writer, path, found, line_columns)
         writer.static(path, rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.8)))
 
 
-def _strips(lines: list[tuple[FloatArray, Rgba]]) -> rr.ComponentColumnList:
+def line_columns(lines: Sequence[tuple[Any, Rgba]]) -> rr.ComponentColumnList:
+    """Lines from point to point, (2, 3) each, and their colours."""
     strips = np.array([line for line, _ in lines], dtype=np.float32).reshape(-1, 2, 3)
     return rr.LineStrips3D.columns(strips=strips, colors=packed(colour for _, colour in lines))
 
