@@ -7,13 +7,12 @@ from typing import Any
 import click
 
 from replay.cli.console import DATA_LOSS, OK, People, answer, counting, print_name
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, jobs, lineup, reporting
+from replay.cli.options import ANY_PATH, FILES_OR_FOLDERS, SESSION_FILE, common, force, jobs, lineup, reporting
 from replay.cli.options import scene as scene_option
 
 SLOW = "22.5Hz=discrete[rate_hz=22.5]"
 """The detector whose misses the synthetic class is analysed with besides the oracle."""
 
-FILES_OR_FOLDERS = click.Path(exists=True, path_type=Path)
 FOLDERS = click.Path(exists=True, file_okay=False, path_type=Path)
 
 

@@ -60,40 +60,26 @@ class StoredRows:
     def __getitem__(self, key: Any) -> Any:
         first, rest = (key[0], key[1:]) if isinstance(key, tuple) else (key, ())
         if isinstance(first, int | np.integer):
-            row = int(first) + (self._count if first < 0 else 0)
-            return self._rows(np.array([row]))[0][rest or ...]
-        if isinstance(first, slice):
-            return self._picked(np.arange(self._count)[first], rest)
-        rows = np.asarray(first)
-        if isinstance(first, EllipsisType) or (rows.dtype == np.bool_ and rows.ndim > 1):
+            return self._rows(np.array([range(self._count)[first]]))[0][rest or ...]
+        if isinstance(first, EllipsisType) or (np.ndim(first) > 1 and np.asarray(first).dtype == np.bool_):
             return np.asarray(self)[key]
-        if rows.dtype == np.bool_:
-            rows = np.flatnonzero(rows)
-        rows = np.where(rows < 0, rows + self._count, rows).astype(np.int64)
-        if rows.ndim == 1 and not any(isinstance(part, list | np.ndarray) for part in rest):
-            return self._picked(rows, rest)
-        # Row numbers of any shape, paired with other numbers or not: numpy answers on the rows that are named.
-        named, place = np.unique(rows, return_inverse=True)
-        return self._rows(named)[(place.reshape(rows.shape), *rest)]
-
-    def _picked(self, rows: NDArray[np.int64], rest: tuple[Any, ...]) -> NDArray[np.float64]:
-        """Some rows, each cut down by the rest of the key; never more than ``ROWS_AT_ONCE`` whole rows in memory."""
-        if not rest:
-            return self._rows(rows)
-        if len(rows) == 0 or not all(isinstance(part, int | np.integer | slice) for part in rest):
-            return self._rows(rows)[(slice(None), *rest)]
-        parts = (rows[start : start + ROWS_AT_ONCE] for start in range(0, len(rows), ROWS_AT_ONCE))
-        return np.concatenate([self._rows(part)[(slice(None), *rest)].copy() for part in parts])
+        rows = np.arange(self._count)[first]
+        if rows.ndim > 1 or (
+            not isinstance(first, slice) and any(isinstance(part, list | np.ndarray) for part in rest)
+        ):
+            # Row numbers of any shape, paired with other numbers or not: numpy answers on the rows that are named.
+            named, place = np.unique(rows, return_inverse=True)
+            return self._rows(named)[(place.reshape(rows.shape), *rest)]
+        # Never more than ROWS_AT_ONCE whole rows in memory beside what is asked for.
+        cuts = range(ROWS_AT_ONCE, len(rows), ROWS_AT_ONCE) if rest else ()
+        parts = [self._rows(part)[(slice(None), *rest)].copy() for part in np.split(rows, cuts)]
+        return np.concatenate(parts) if len(parts) > 1 else parts[0]
 
     def _rows(self, rows: NDArray[np.int64]) -> NDArray[np.float64]:
-        if not len(rows):
-            return np.zeros((0, *self._row_shape))
-        if (rows < 0).any() or (rows >= self._count).any():
-            raise IndexError(f"rows {rows.min()} to {rows.max()} of an array with {self._count} rows")
-        breaks = np.flatnonzero(np.diff(rows) != 1) + 1
-        starts = np.concatenate([[0], breaks, [len(rows)]])
+        """Whole rows of these numbers."""
         out = np.empty((len(rows), *self._row_shape))
-        for begin, stop in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True):
+        begins = np.flatnonzero(np.diff(rows, prepend=-2) != 1).tolist()
+        for begin, stop in zip(begins, [*begins[1:], len(rows)], strict=False):
             out[begin:stop] = self._run(int(rows[begin]), int(rows[begin]) + stop - begin)
         return out
 

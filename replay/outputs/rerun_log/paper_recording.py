@@ -11,8 +11,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from cdcore.numerics import place_points
-from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.rerun_log.recording_file import recording_file
+from replay.outputs.tables import markdown
 
 if TYPE_CHECKING:
     from replay.studies.paper.experiment import PaperResult

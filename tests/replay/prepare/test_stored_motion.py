@@ -57,7 +57,7 @@ def test_shape_length_and_the_whole_are_the_arrays():
 
 @pytest.mark.parametrize("key", [20, -21, [3, 20]])
 def test_a_row_that_is_not_there_is_refused(key):
-    with pytest.raises(IndexError, match="20 rows"):
+    with pytest.raises(IndexError):
         stored(ARRAY)[key]
 
 
