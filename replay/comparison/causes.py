@@ -106,21 +106,13 @@ class Causes:
 
 @dataclass(frozen=True, eq=False)
 class MissEvidence:
-    """The data in which the causes of one detector's misses are found.
+    """The data in which the causes of one detector's misses are found."""
 
-    Parameters
-    ----------
-    motion : as it was detected.
-    subject, oracle : the two answers.
-    detector : the subject itself, which may explain.
-    faces : an exact answer with faces for some frames.
-    """
-
-    motion: Motion
+    motion: Motion  # as it was detected
     subject: Detection
     oracle: Detection
-    detector: object
-    faces: Callable[[Motion], Detection]
+    detector: object  # the subject itself, which may explain
+    faces: Callable[[Motion], Detection]  # an exact answer with faces for some frames
 
 
 def find_causes(places: Sequence[MissedStretch], comparison: Comparison, scene: MissEvidence) -> Causes:

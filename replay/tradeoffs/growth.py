@@ -91,7 +91,7 @@ def grown(assembly: Assembly, axis: str, wanted: float) -> tuple[float, Assembly
 def with_faces(mesh: TriangleMesh, wanted: int) -> TriangleMesh:
     """The same shape with about so many faces: each is cut into four, flat, or vertices of a grid become one."""
     while 2 * len(mesh.faces) <= wanted:
-        mesh = _quartered(mesh)
+        mesh = quartered(mesh)
     low, high = 0.0, float(np.ptp(mesh.vertices, axis=0).max())
     if len(mesh.faces) <= 2 * wanted:
         return mesh
@@ -101,7 +101,7 @@ def with_faces(mesh: TriangleMesh, wanted: int) -> TriangleMesh:
     return clustered(mesh, low) if low else mesh
 
 
-def _quartered(mesh: TriangleMesh) -> TriangleMesh:
+def quartered(mesh: TriangleMesh) -> TriangleMesh:
     """Every face cut at the middles of its edges; a shared edge has one middle, so that a closed mesh stays closed."""
     faces = mesh.faces.astype(np.int64)
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
