@@ -117,21 +117,14 @@ def _longest_shown(seen: Detection, frames: IntArray, pair: int) -> float:
 
 @dataclass(frozen=True, eq=False)
 class ContactDurations:
-    """How long each contact of the oracle lasted.
+    """How long each contact of the oracle lasted."""
 
-    Parameters
-    ----------
-    begin, end : (E,) seconds, between frames where they could be located.
-    open : (E,) bool: it began before the recording or a gap, or ended after; it lasted at least this long.
-    refined : whether the ends were located between frames.
-    rates : which step rates would have missed them.
-    """
-
+    # begin, end: (E,) seconds, between frames where they could be located
     begin: FloatArray
     end: FloatArray
-    open: BoolArray
-    refined: bool
-    rates: StepRates | None = field(default=None, repr=False)
+    open: BoolArray  # (E,) bool: it began before the recording or a gap, or ended after; it lasted at least this long
+    refined: bool  # whether the ends were located between frames
+    rates: StepRates | None = field(default=None, repr=False)  # which step rates would have missed them
 
     @property
     def seconds(self) -> FloatArray:

@@ -14,49 +14,31 @@ from replay.comparison.outcome import Comparison, Episode, Outcome
 
 @dataclass(frozen=True)
 class EpisodeMatch:
-    """One contact of the oracle and the contact of the subject that matches it.
+    """One contact of the oracle and the contact of the subject that matches it."""
 
-    Parameters
-    ----------
-    truth, found : their numbers, from 1 in order of time.
-    overlap : frames in common.
-    onset_error : seconds by which the subject's begins late (negative: early).
-    duration_error : seconds by which the subject's is longer (negative: shorter).
-    """
-
+    # truth, found: their numbers, from 1 in order of time
     truth: int
     found: int
-    overlap: int
-    onset_error: float
-    duration_error: float
+    overlap: int  # frames in common
+    onset_error: float  # seconds by which the subject's begins late (negative: early)
+    duration_error: float  # seconds by which the subject's is longer (negative: shorter)
 
 
 @dataclass(frozen=True)
 class EpisodeMatches:
-    """The contacts of the oracle and of the subject, each in one class; all are numbers from 1.
+    """The contacts of the oracle and of the subject, each in one class; all are numbers from 1."""
 
-    Parameters
-    ----------
-    matched : one to one, in order of the oracle's contacts.
-    missed : contacts of the oracle that the subject never found.
-    invented : contacts of the subject that overlap none of the oracle's.
-    split : contacts of the oracle that the subject reports as several.
-    merged : contacts of the subject that join several of the oracle's.
-    absorbed : contacts of the oracle that overlap only a merged one matched with another.
-    pieces : contacts of the subject that are further pieces of a split one.
-    excused_truth, excused_found : unmatched and no error: undecided, within tolerance, or between frames.
-    held_truth, held_found : of a hand with what it holds, all the time; matched with nothing.
-    """
-
-    matched: tuple[EpisodeMatch, ...] = ()
-    missed: tuple[int, ...] = ()
-    invented: tuple[int, ...] = ()
-    split: tuple[int, ...] = ()
-    merged: tuple[int, ...] = ()
-    absorbed: tuple[int, ...] = ()
-    pieces: tuple[int, ...] = ()
+    matched: tuple[EpisodeMatch, ...] = ()  # one to one, in order of the oracle's contacts
+    missed: tuple[int, ...] = ()  # contacts of the oracle that the subject never found
+    invented: tuple[int, ...] = ()  # contacts of the subject that overlap none of the oracle's
+    split: tuple[int, ...] = ()  # contacts of the oracle that the subject reports as several
+    merged: tuple[int, ...] = ()  # contacts of the subject that join several of the oracle's
+    absorbed: tuple[int, ...] = ()  # contacts of the oracle that overlap only a merged one matched with another
+    pieces: tuple[int, ...] = ()  # contacts of the subject that are further pieces of a split one
+    # excused_truth, excused_found: unmatched and no error: undecided, within tolerance, or between frames
     excused_truth: tuple[int, ...] = ()
     excused_found: tuple[int, ...] = ()
+    # held_truth, held_found: of a hand with what it holds, all the time; matched with nothing
     held_truth: tuple[int, ...] = ()
     held_found: tuple[int, ...] = ()
 

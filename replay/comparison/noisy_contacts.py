@@ -58,32 +58,21 @@ class NoisySpan:
 
 @dataclass(frozen=True)
 class NoiseResult:
-    """What noise leaves of the contacts of a recording.
+    """What noise leaves of the contacts of a recording."""
 
-    Parameters
-    ----------
-    copies : number of noisy copies.
-    contacts : of every contact of the oracle, in its order, how many copies have it.
-    words : the same in a word; a contact of bodies at rest on each other is undecidable.
-    near : stretches without contact in the recording in which copies have some.
-    resting : stretches of a second and more in which copies disagree: bodies at rest on each other.
-    open_frames : pair-frames with contact in some copies and not in others.
-    asked, frames : pair-frames that copies were asked about, and all there are; the others are farther apart than the
-        noise reaches, or further in.
-    digest : of all answers.
-    sizes : tracker -> millimetres, degrees and seconds of its noise.
-    """
-
-    copies: int
-    contacts: tuple[NoisySpan, ...]
-    words: tuple[str, ...]
-    near: tuple[NoisySpan, ...]
+    copies: int  # number of noisy copies
+    contacts: tuple[NoisySpan, ...]  # of every contact of the oracle, in its order, how many copies have it
+    words: tuple[str, ...]  # the same in a word; a contact of bodies at rest on each other is undecidable
+    near: tuple[NoisySpan, ...]  # stretches without contact in the recording in which copies have some
+    # stretches of a second and more in which copies disagree: bodies at rest on each other
     resting: tuple[NoisySpan, ...]
-    open_frames: int
+    open_frames: int  # pair-frames with contact in some copies and not in others
+    # asked, frames: pair-frames that copies were asked about, and all there are; the others are farther apart than the
+    # noise reaches, or further in
     asked: int
     frames: int
-    digest: str
-    sizes: Mapping[str, tuple[float, float, float]]
+    digest: str  # of all answers
+    sizes: Mapping[str, tuple[float, float, float]]  # tracker -> millimetres, degrees and seconds of its noise
 
     def count(self, word: str) -> int:
         """Contacts of a word."""

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from cdcore import TriangleMesh
 from cdcore.bounding.hull import hull_of
-from replay.tradeoffs.growth import quartered
+from replay.tradeoffs.decimation import quartered
 
 BOX_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 BOX_FACES = np.array(
