@@ -1,6 +1,6 @@
 """How long contacts lasted, and which step rates would have missed them, counted as the headline counts."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, Final
@@ -11,12 +11,11 @@ from cdcore import Detection, Motion, Verdict, create_detector
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact, is_undecided
 from cdcore.protocol.blocks import looks_of
+from replay.comparison.compare import Within
 from replay.comparison.first_touch import poses_between
 from replay.comparison.outcome import Episode
 from replay.prepare.assembly import Assembly
 from sessions.doctor.runs import runs
-
-Within = Callable[[IntArray, IntArray], BoolArray]
 
 RATES_HZ: Final = (10.0, 20.0, 22.5, 30.0, 45.0, 50.0, 60.0, 72.0, 80.0, 90.0, 120.0, 144.0, 240.0)
 """Step rates reported: physics steps of engines and refresh rates of headsets."""
@@ -118,21 +117,14 @@ def _longest_shown(seen: Detection, frames: IntArray, pair: int) -> float:
 
 @dataclass(frozen=True, eq=False)
 class ContactDurations:
-    """How long each contact of the oracle lasted.
+    """How long each contact of the oracle lasted."""
 
-    Parameters
-    ----------
-    begin, end : (E,) seconds, between frames where they could be located.
-    open : (E,) bool: it began before the recording or a gap, or ended after; it lasted at least this long.
-    refined : whether the ends were located between frames.
-    rates : which step rates would have missed them.
-    """
-
+    # begin, end: (E,) seconds, between frames where they could be located
     begin: FloatArray
     end: FloatArray
-    open: BoolArray
-    refined: bool
-    rates: StepRates | None = field(default=None, repr=False)
+    open: BoolArray  # (E,) bool: it began before the recording or a gap, or ended after; it lasted at least this long
+    refined: bool  # whether the ends were located between frames
+    rates: StepRates | None = field(default=None, repr=False)  # which step rates would have missed them
 
     @property
     def seconds(self) -> FloatArray:
