@@ -1,6 +1,5 @@
 """All sessions of a folder of runs as rows that know their student: what the tables of the class page count."""
 
-from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,17 +14,11 @@ from replay.studies.class_study.refusals import StudyRefusedError
 
 Row = Mapping[str, Any]
 
-COLUMNS: Final = {
-    "episodes": (
-        "run", "detector", "body_a", "body_b", "held", "start", "end", "missed_by", "flag", "status", "task", "stage",
-    ),
-    "misses": (
-        "run", "detector", "number", "body_a", "body_b", "held", "start", "kind", "cause", "cut_length", "touch",
-    ),
-    "false_contacts": ("run", "detector", "body_a", "body_b", "held", "kind", "cause", "gap"),
-    "events": ("run", "source", "name", "task"),
-}  # fmt: skip
-"""Table of the data set -> the columns that the page needs."""
+NEEDED: Final = frozenset((
+    "run", "detector", "number", "body_a", "body_b", "held", "start", "end", "missed_by", "flag", "kind", "cause",
+    "cut_length", "touch", "source", "name", "task", "stage",
+))  # fmt: skip
+"""Columns of the data set that the page needs."""
 
 
 @dataclass(frozen=True)
@@ -84,20 +77,15 @@ def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
         every.setdefault(row["run"], {})[row["detector"]] = row | {"student": student}
     kept = {run: every[run] for run, _ in first.values()}
     made = ClassRuns(folder, kept, {}, len(every) - len(kept), len(run_folders(folder)) - len(every))
-    rows = {name: list(_rows(made, tables[name].select(list(columns)))) for name, columns in COLUMNS.items()}
+    rows = {name: list(_rows(made, table)) for name, table in tables.items() if name != "metrics"}
     rows["episodes"] = [row for row in rows["episodes"] if row["detector"] == made.of(row["run"], "oracle")]
     return replace(made, tables=rows)
 
 
 def _rows(made: ClassRuns, table: pa.Table) -> Iterable[Row]:
-    for row in table.to_pylist():
+    for row in table.select([name for name in table.column_names if name in NEEDED]).to_pylist():
         if row["run"] in made.metrics and not row.get("held"):
             yield row | {"student": made.of(row["run"], "student")}
-
-
-def by_student(rows: Iterable[Row]) -> Counter[str]:
-    """Student -> how many rows; rows of nobody count nowhere."""
-    return Counter(row["student"] for row in rows if row["student"])
 
 
 def missed_by(contact: Row, label: str) -> bool:

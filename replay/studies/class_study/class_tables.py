@@ -13,7 +13,7 @@ import numpy as np
 from replay.outputs.tables import Cell, Marked, Table, table
 from replay.outputs.words import counted
 from replay.pipeline.gates import figure
-from replay.studies.class_study.class_runs import ClassRuns, Row, by_student, grouped, missed_by
+from replay.studies.class_study.class_runs import ClassRuns, Row, grouped, missed_by
 from replay.studies.class_study.refusals import LEAST_IN_CELL, few
 from replay.studies.class_study.resampling import Estimate, Resampling
 from sessions.mcap_format.metadata import NOT_STATED
@@ -22,6 +22,8 @@ FIGURES: Final = "n: students whose rows are counted. Below a figure: 95 % inter
 FAULTS: Final = {"misses": "miss", "false_contacts": "false contact"}
 NONE: Final = "none"
 """Stands for a task or a stage where no span says one, and for a cause that is not known."""
+
+Write = Callable[[float], str]
 
 
 def percent(value: float) -> str:
@@ -34,7 +36,7 @@ def plain(value: float) -> str:
     return f"{value:.3g}"
 
 
-def cell(estimate: Estimate, write: Callable[[float], str] = plain, counts: str = "", unit: str = "") -> Cell:
+def cell(estimate: Estimate, write: Write = plain, counts: str = "", unit: str = "") -> Cell:
     """A figure with its interval below it; ``counts``, what it was made from, then stand in its place."""
     if not estimate.students:
         return NONE
@@ -43,21 +45,18 @@ def cell(estimate: Estimate, write: Callable[[float], str] = plain, counts: str 
 
 
 class ClassTables:
-    """The tables of the sessions of a class; ``seed`` is that of the draws."""
+    """The tables of the sessions of a class; ``seed`` is that of the draws. Rows of nobody count in the list alone."""
 
     def __init__(self, runs: ClassRuns, seed: int = 0) -> None:
         self.runs = runs
         self._drawn = Resampling(runs.students, seed)
         owners = ((run, runs.of(run, "student")) for run in runs.metrics)
         self._owner = {run: student for run, student in owners if student}
-
-    def behind(self) -> str:
-        """How many sessions and students there are."""
-        return f"{counted(len(self.runs.metrics), 'session')} of {few(len(self.runs.students))} students"
+        self._rows = {name: [row for row in rows if row["student"]] for name, rows in runs.tables.items()}
 
     def headlines(self) -> list[str]:
-        """What each audited detector never finds."""
-        said = []
+        """How many sessions there are, and what each audited detector never finds."""
+        said = [f"{counted(len(self.runs.metrics), 'session')} of {few(len(self.runs.students))} students."]
         for label in self.runs.audited:
             one = self._never(label, self._contacts(label))[1]
             if one.students >= LEAST_IN_CELL:
@@ -67,40 +66,36 @@ class ClassTables:
 
     def sample(self) -> dict[str, str]:
         """What the sessions say of the sample, by the words of Table II."""
-        asked = {"content": ("scene", "no scene"), "device": ("vr_type", NOT_STATED)}
-        found = {word: dict.fromkeys(self.runs.of(run, name) or none for run in self.runs.metrics)
-                 for word, (name, none) in asked.items()}  # fmt: skip
-        return {word: ", ".join(values) for word, values in found.items()}
+        scenes, types = (", ".join(dict.fromkeys(self.runs.of(run, name) or NOT_STATED for run in self.runs.metrics))
+                         for name in ("scene", "vr_type"))  # fmt: skip
+        return {"content": scenes, "device": f"VR type: {types}"}
 
     def detectors(self) -> Table:
         """A row per detector, the trusted ones first."""
-        trusted = list(dict.fromkeys(one for run in self.runs.metrics if (one := self.runs.of(run, "oracle"))))
+        trusted = dict.fromkeys(one for run in self.runs.metrics if (one := self.runs.of(run, "oracle")))
         rows = []
         for label in dict.fromkeys((*trusted, *self.runs.audited)):
-            cells = [cell(self._a_minute(label)), *("" for _ in range(4))]
+            cells = [self._a_minute(label), *[""] * 4]
             if label not in trusted:
-                faults = [[row for row in self.runs.tables[name] if row["detector"] == label] for name in FAULTS]
-                cells[1:] = [
-                    cell(self._a_minute(label, less=True), "{:+.2f}".format),
-                    self._never(label, self._contacts(label))[0], *(self._rate(some, label) for some in faults),
-                ]  # fmt: skip
-            is_word = "trusted" if label in trusted else "audited"
-            rows.append(_withheld((label, is_word), self._sessions(label), cells))
+                faults = ([row for row in self._rows[name] if row["detector"] == label] for name in FAULTS)
+                cells[1:] = [self._a_minute(label, less=True), self._never(label, self._contacts(label))[0],
+                             *(self._rate(some, label) for some in faults)]  # fmt: skip
+            heads = (label, "trusted" if label in trusted else "audited")
+            rows.append(_withheld(heads, self._sessions(label), cells))
         head = (
-            "detector", "is", "n", "sessions", "contacts a minute", "against trusted", "contacts never found",
-            "misses", "false contacts",
+            "detector", "is", "n", "sessions", "contacts a minute", "against trusted", "contacts never found", "misses",
+            "false contacts",
         )  # fmt: skip
         note = "Contacts a minute: the mean over students, each by the mean of their sessions."
         return table(FIGURES, head, rows, words=2, notes=(note,))
 
     def pairs(self) -> Table:
         """A row per detector and pair that it missed, those missed most first."""
-        touched = grouped(self._contacts(), "body_a", "body_b")
-        rows = []
-        for (label, a, b), misses in grouped(self.runs.tables["misses"], "detector", "body_a", "body_b").items():
+        touched, rows = grouped(self._rows["episodes"], "body_a", "body_b"), []
+        for (label, a, b), misses in grouped(self._rows["misses"], "detector", "body_a", "body_b").items():
             contacts = [row for row in touched.get((a, b), ()) if label in self.runs.metrics[row["run"]]]
             every, hit = self._with([*contacts, *misses]), self._with(misses)
-            where = cell(self._drawn.ratio(hit, every), percent, f"{sum(hit.values())} of {sum(every.values())}")
+            where = cell(self._drawn.ratio(hit, every), percent, f"{hit.total()} of {every.total()}")
             cells = [self._rate(misses, label), where, self._never(label, contacts)[0]]
             rows.append(_withheld((f"{a} - {b}", label), every, cells))
         head = ("pair", "detector", "n", "sessions", "misses", "sessions with a miss", "contacts never found")
@@ -108,12 +103,12 @@ class ClassTables:
 
     def doing(self) -> Table:
         """A row per task, stage and VR type: how many contacts, how long, how many missed by any detector."""
-        contacts = [{**row, "VR type": self.runs.of(row["run"], "vr_type") or NOT_STATED} for row in self._contacts()]
-        rows = []
+        types = {run: self.runs.of(run, "vr_type") or NOT_STATED for run in self.runs.metrics}
+        contacts, rows = [{**row, "VR type": types[row["run"]]} for row in self._rows["episodes"]], []
         for kind in ("task", "stage", "VR type"):
             for (value,), found in grouped(contacts, kind).items():
-                owned = grouped((row for row in found if row["student"]), "student").items()
-                lasted = {who: float(np.median([row["end"] - row["start"] for row in own])) for (who,), own in owned}
+                lasted = {who: float(np.median([row["end"] - row["start"] for row in own]))
+                          for (who,), own in grouped(found, "student").items()}  # fmt: skip
                 cells = [self._rate(found), *self._middle(lasted, plain), self._never("", found)[0]]
                 rows.append(_withheld((kind, NONE if value is None else value), self._with(found), cells))
         head = ("what", "which", "n", "sessions", "contacts", "lasting s", "middle half s", "missed by any")
@@ -127,13 +122,13 @@ class ClassTables:
         rows = [
             _withheld((word, label, kind, cause or NONE), self._with(found), [self._rate(found, label)])
             for name, word in FAULTS.items()
-            for (label, kind, cause), found in grouped(self.runs.tables[name], "detector", "kind", "cause").items()
+            for (label, kind, cause), found in grouped(self._rows[name], "detector", "kind", "cause").items()
         ]
         return table(FIGURES, ("what", "detector", "kind", "cause", "n", "sessions", "how many"), rows, words=4)
 
     def events(self) -> Table:
         """A row per task and recorded event."""
-        recorded = (row for row in self.runs.tables["events"] if row["source"] == "event")
+        recorded = (row for row in self._rows["events"] if row["source"] == "event")
         rows = [
             _withheld((NONE if task is None else task, name), self._with(found), [self._rate(found)])
             for (task, name), found in grouped(recorded, "task", "name").items()
@@ -142,16 +137,17 @@ class ClassTables:
 
     def quality(self) -> Table:
         """How far the recordings can be trusted."""
+        asked = {
+            "minutes tracked, a session": ("valid_minutes", plain),
+            "poses not recorded": ("flagged_share", percent),
+        }
         rows = []
-        for name, words, write in (
-            ("valid_minutes", "minutes tracked, a session", plain), ("flagged_share", "poses not recorded", percent),
-        ):  # fmt: skip
+        for words, (name, write) in asked.items():
             firsts = {run: next(iter(found.values()))[name] for run, found in self.runs.metrics.items()}
-            means = self._means(firsts.get)
-            rows.append(_withheld((words,), self._sessions(), self._middle(means, write)))
-        contacts = self._contacts()
+            rows.append(_withheld((words,), self._sessions(), self._middle(self._means(firsts.get), write)))
+        contacts = self._rows["episodes"]
         doubted = cell(
-            self._drawn.ratio(by_student(row for row in contacts if row["flag"]), by_student(contacts)), percent
+            self._drawn.ratio(_students(row for row in contacts if row["flag"]), _students(contacts)), percent
         )
         rows.append(_withheld(("contacts with a pose in doubt",), self._with(contacts), [doubted, ""]))
         notes = ("Of a session: the middle student, each by the mean of their sessions.", *self._left_out())
@@ -173,10 +169,9 @@ class ClassTables:
             said.append(f"Not run with the same settings and versions in all sessions: {', '.join(mixed)}.")
         return said
 
-    def _contacts(self, label: str = "") -> list[Row]:
-        """Contacts of the trusted detector, all or in sessions that a detector saw."""
-        found = self.runs.tables["episodes"]
-        return [row for row in found if not label or label in self.runs.metrics[row["run"]]]
+    def _contacts(self, label: str) -> list[Row]:
+        """Contacts of the trusted detector in sessions that a detector saw."""
+        return [row for row in self._rows["episodes"] if label in self.runs.metrics[row["run"]]]
 
     def _sessions(self, label: str = "") -> Counter[str]:
         """Student -> sessions, all or those that a detector saw."""
@@ -185,20 +180,18 @@ class ClassTables:
 
     def _with(self, rows: Iterable[Row]) -> Counter[str]:
         """Student -> sessions in which there is such a row."""
-        return Counter(self._owner[run] for run in {row["run"] for row in rows if row["student"]})
+        return Counter(self._owner[run] for run in {row["run"] for row in rows})
 
-    def _rate(self, rows: Iterable[Row], label: str = "") -> Cell:
+    def _rate(self, rows: Sequence[Row], label: str = "") -> Cell:
         """How many rows, and how many that are a session."""
-        counts = by_student(rows)
-        estimate = self._drawn.ratio(counts, self._sessions(label))
-        return cell(estimate, "{:.2g}".format, str(counts.total()), " a session")
+        estimate = self._drawn.ratio(_students(rows), self._sessions(label))
+        return cell(estimate, "{:.2g}".format, str(len(rows)), " a session")
 
-    def _never(self, label: str, contacts: Iterable[Row]) -> tuple[Cell, Estimate]:
+    def _never(self, label: str, contacts: Sequence[Row]) -> tuple[Cell, Estimate]:
         """Contacts that a detector never finds, ``""``: that any does not, as counts and as a share."""
-        every = [row for row in contacts if row["student"]]
-        lost, whole = by_student(row for row in every if missed_by(row, label)), by_student(every)
-        found = self._drawn.ratio(lost, whole)
-        return cell(found, percent, f"{lost.total()} of {whole.total()}"), found
+        lost = _students(row for row in contacts if missed_by(row, label))
+        found = self._drawn.ratio(lost, _students(contacts))
+        return cell(found, percent, f"{lost.total()} of {len(contacts)}"), found
 
     def _means(self, value: Callable[[str], float | None]) -> dict[str, float]:
         """Student -> mean of a value of their runs, of those that have it."""
@@ -208,7 +201,7 @@ class ClassTables:
                 values.setdefault(student, []).append(found)
         return {student: float(np.mean(some)) for student, some in values.items()}
 
-    def _a_minute(self, label: str, *, less: bool = False) -> Estimate:
+    def _a_minute(self, label: str, *, less: bool = False) -> Cell:
         """Contacts a minute that a detector sees; ``less``: how many more than the trusted one."""
 
         def seen(run: str) -> float | None:
@@ -217,16 +210,21 @@ class ClassTables:
             return own if not less else None if own is None or other is None else float(own - other)
 
         means = self._means(seen)
-        return self._drawn.ratio(means, dict.fromkeys(means, 1.0))
+        return cell(self._drawn.ratio(means, dict.fromkeys(means, 1.0)), "{:+.2f}".format if less else plain)
 
-    def _middle(self, values: Mapping[str, float], write: Callable[[float], str]) -> list[Cell]:
+    def _middle(self, values: Mapping[str, float], write: Write) -> list[Cell]:
         """The middle student, and between what half of the students are."""
         half = np.quantile(list(values.values()) or [0.0], (0.25, 0.75))
         return [cell(self._drawn.median(values), write), " to ".join(map(write, half.tolist()))]
 
 
+def _students(rows: Iterable[Row]) -> Counter[str]:
+    """Student -> how many rows."""
+    return Counter(row["student"] for row in rows)
+
+
 def _withheld(heads: Sequence[str], sessions: Mapping[str, int], cells: Sequence[Cell]) -> list[Cell]:
     """A row: its words, how many students and sessions, its figures; of few students their number is all it says."""
     if len(sessions) < LEAST_IN_CELL:
-        return [*heads, few(len(sessions)), "", *("" for _ in cells)]
+        return [*heads, few(len(sessions)), *[""] * (1 + len(cells))]
     return [*heads, len(sessions), sum(sessions.values()), *cells]

@@ -3,7 +3,7 @@
 import csv
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -85,16 +85,11 @@ def reliability_rows(study: Study) -> list[dict[str, Any]]:
 
 def as_json(study: Study) -> dict[str, Any]:
     """Everything of a study that JSON can hold; a value that is no number is null."""
-    whole = {
-        "students": study.students, "rows": study.rows, "detector": study.detector, "recall": study.recall,
-        "reliability": reliability_rows(study), "kmo": study.kmo,
-        "bartlett": None if study.bartlett is None else asdict(study.bartlett), "associations": association_rows(study),
-        "groups": [asdict(row) for row in study.groups],
-        "sensitivity": [asdict(row) for row in study.sensitivity],
-        "refused": [{"result": r.what, "rule": r.rule, "reason": r.reason, "lift": r.lift} for r in study.refusals],
-        "warnings": list(study.warnings),
-    }  # fmt: skip
-    return _plain(whole)
+    whole = asdict(replace(study, refusals=(), regressions=(), reliabilities={}))
+    for name in ("refusals", "regressions", "reliabilities"):
+        del whole[name]
+    whole["refused"] = [{"result": r.what, "rule": r.rule, "reason": r.reason, "lift": r.lift} for r in study.refusals]
+    return _plain(whole | {"reliability": reliability_rows(study), "associations": association_rows(study)})
 
 
 def _plain(value: Any) -> Any:

@@ -63,7 +63,7 @@ def study_html(
     top = [element("p", title), element("h1", changes(study))]
     said = [] if study is None else [*headlines(study)[:1], f"{behind(study)}."]
     if made is not None:
-        said += [*([f"{made.behind()}."] if study is None else []), *made.headlines()]
+        said += made.headlines()
     top += [element("p", line, class_="price") for line in said]
     parts = [] if made is None else _sessions(made, where or {})
     parts += [] if study is None else _sections(study, {} if made is None else made.sample())
@@ -97,7 +97,7 @@ def _sessions(made: ClassTables, where: Mapping[str, Place]) -> list[Markup]:
         ("Task, stage, VR type", made.doing(), False), ("Causes", made.causes(), True),
         ("Events", made.events(), True), ("Data quality", made.quality(), False),
     ):  # fmt: skip
-        content = page_table(found) if found.rows else element("p", "There is none.")
+        content = page_table(found) if found.rows else element("p", "There is none in the sessions with a pseudonym.")
         parts.append(page_section(title, content, fold=fold))
     return parts
 

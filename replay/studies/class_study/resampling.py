@@ -59,7 +59,8 @@ class Resampling:
         """The middle student."""
         names = sorted(values, key=lambda name: (values[name], name))
         if len(names) < 2:
-            return Estimate(*[values[names[0]] if names else NO_FIGURE] * 3, len(names))
+            alone = values[names[0]] if names else NO_FIGURE
+            return Estimate(alone, alone, alone, len(names))
         ordered = np.array([values[name] for name in names], dtype=np.float64)
         reached = np.cumsum(self._of(names), axis=1)
         reached = reached[reached[:, -1] > 0.0]

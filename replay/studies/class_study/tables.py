@@ -167,16 +167,16 @@ def group_table(study: Study) -> Table:
     """A row per outcome: as the paper computes, then what the data allow."""
     rows = []
     for one in study.groups:
-        means = zip(one.groups, one.means, one.students, strict=True)
+        means = (f"{name} {mean:.2f}" for name, mean in zip(one.groups, one.means, strict=True))
         cells = (
-            words(one.outcome), *(f"{name}: {mean:.2f}, n = {n}" for name, mean, n in means),
+            words(one.outcome), ", ".join(means), conclusion(one), "{}, {}".format(*one.students),
             f"{one.pooled_beta:+.3f}", f"{one.pooled_fit:.3f}", f"{one.pooled_p:.3f}", f"{one.difference:+.2f}",
-            f"{one.low:+.2f} to {one.high:+.2f}", p_words(one.p), p_words(one.p_holm), conclusion(one), one.p_from,
+            f"{one.low:+.2f} to {one.high:+.2f}", p_words(one.p_holm), one.p_from,
         )  # fmt: skip
         rows.append([Marked(cell, STRONG if associated(one) else "") for cell in cells])
     head = (
-        "outcome", "first group", "second group", "coefficient", "adjusted fit", "significance", "difference",
-        "95 % interval", "p", "p (Holm)", "conclusion", "p from",
+        "outcome", "means", "conclusion", "n", "coefficient", "adjusted fit", "significance", "difference",
+        "95 % interval", "p (Holm)", "p from",
     )  # fmt: skip
     notes = (
         "As the paper computes: coefficient, adjusted fit and significance, with one predictor, nothing corrected.",
