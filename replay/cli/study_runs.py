@@ -111,8 +111,9 @@ def demo_class(out: Path, students: int, seed: int, jobs: int, people: People) -
     settings = {"detectors": SLOW, "oracle": None, "seed": 0, "picture": False}
     batch = run_batch(files, out / "runs", jobs=jobs, settings=settings, on_done=counting(people, len(files)))
     write_table(collect([out / "runs"]), out / "metrics.parquet", force=True)
-    inputs = {"metrics": out / "metrics.parquet", "questionnaire": out / ANSWERS, "codebook": out / CODEBOOK}
-    analyse_files(inputs, people, out=out / "study", title="A class that was made up", seed=seed, force=True)
+    inputs = {"questionnaire": out / ANSWERS, "codebook": out / CODEBOOK}
+    title, study = "A class that was made up", out / "study"
+    analyse_files(inputs, people, runs=out / "runs", out=study, title=title, seed=seed, force=True)
     return DATA_LOSS if failed or batch.failed else OK
 
 
