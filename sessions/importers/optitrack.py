@@ -55,7 +55,7 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Imported:
     for name, columns in _bodies(table, euler).items():
         numbers = table.numbers(columns, table.every)
         turn = numbers[:, 3:] if euler == "Quaternion" else quaternion_from_euler(np.radians(numbers[:, 3:]), euler)
-        seen = np.isfinite(numbers).all(axis=1)
+        seen = table.every & np.isfinite(numbers).all(axis=1)
         seen[-1:] &= not table.cut_short
         tables[name] = PoseTable(stamps, numbers[:, :3], turn, seen)
         if not seen.all():
