@@ -15,7 +15,7 @@ LONGEST = 300
 """Lines: beyond that a file is about two things."""
 LONGER = {"replay/proof/verifier.py": 400}
 """What may be longer: who does not believe the detectors must read the verifier, so it is one file."""
-MOST_SOURCE = 68_600
+MOST_SOURCE = 69_000
 """Lines of source: what is built from now on replaces before it adds."""
 MOST_LOOSE = 8
 """Modules of `replay` in no room."""
