@@ -108,33 +108,31 @@ def _missing(file: McapFile) -> str:
 
 def attached_mesh(file: McapFile, name: str, expected: str) -> MeshData:
     """The mesh of a body; ``expected`` is its SHA-256."""
-    from sessions.meshes.mesh_files import mesh_from_bytes
-
     data = file.attachment(metadata.mesh_file(name))
     if data is None:
         raise refused(file.path, "mesh-unreadable", f"the mesh of {name!r} is not in the file")
     if (found := hashlib.sha256(data).hexdigest()) != expected:
         what = f"the mesh of {name!r} is not the one that was recorded (SHA-256 {found[:12]!r}, not {expected[:12]!r})"
         raise refused(file.path, "mesh-hash", what)
+    return _mesh(file, data)
+
+
+def _mesh(file: McapFile, data: bytes) -> MeshData:
+    from sessions.meshes.mesh_files import mesh_from_bytes
+
     try:
         return mesh_from_bytes(data, "glb")
-    except SessionError as error:
+    except MeshFileError as error:
         raise _coded(file, mesh_code(error), error) from None
 
 
 def attached_colliders(file: McapFile) -> dict[str, tuple[MeshData, ...]]:
     """Body -> its colliders, in the order of their numbers."""
-    from sessions.meshes.mesh_files import mesh_from_bytes
-
     found: dict[str, dict[int, MeshData]] = {}
     for attachment in file.catalogue.attachments:
         place = metadata.collider_name(attachment)
-        if place is None:
-            continue
-        try:
-            found.setdefault(place[0], {})[place[1]] = mesh_from_bytes(file.attachment(attachment) or b"", "glb")
-        except MeshFileError as error:
-            raise _coded(file, mesh_code(error), error) from None
+        if place is not None:
+            found.setdefault(place[0], {})[place[1]] = _mesh(file, file.attachment(attachment) or b"")
     return {name: tuple(solids[number] for number in sorted(solids)) for name, solids in found.items()}
 
 

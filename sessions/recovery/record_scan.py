@@ -72,11 +72,13 @@ class RecordScan:
         self._stream.seek(at)
         return self._stream.read(count)
 
-    def _piece(self, at: int) -> Piece | None:
+    def _head(self, at: int) -> tuple[int, int]:
+        """Opcode and length of the record there; opcode 0 where the file ends before."""
         head = self._read(at, HEAD.size)
-        if len(head) < HEAD.size:
-            return None
-        opcode, length = HEAD.unpack(head)
+        return HEAD.unpack(head) if len(head) == HEAD.size else (0, self._size)
+
+    def _piece(self, at: int) -> Piece | None:
+        opcode, length = self._head(at)
         if opcode == Opcode.CHUNK:
             return self._chunk(at, length)
         end = at + HEAD.size + length
@@ -117,10 +119,7 @@ class RecordScan:
         return Piece(Opcode.CHUNK, at, end, region, region.truncated)
 
     def _is_followed(self, at: int) -> bool:
-        head = self._read(at, HEAD.size)
-        if len(head) < HEAD.size:
-            return False
-        opcode, length = HEAD.unpack(head)
+        opcode, length = self._head(at)
         return at + HEAD.size + length <= self._size and (
             opcode == Opcode.CHUNK or self._makes_sense(opcode, at + HEAD.size, length)
         )
