@@ -126,7 +126,7 @@ def _norms_of_poses(block: OrderedFrames, usable: BoolArray, zero: int) -> Float
     if bad.any():
         frame, body = (int(k) for k in np.argwhere(bad)[0])
         what = f"position {frames.position[frame, body].tolist()} is not finite"
-        if finite[frame, body]:
+        if np.isfinite(frames.position[frame, body]).all():
             quaternion = frames.quaternion_xyzw[frame, body].tolist()
             what = f"quaternion {quaternion} has norm {float(norm[frame, body]):.6g}, not 1"
         time = float(frames.stamp_ns[frame] - zero) / 1e9
