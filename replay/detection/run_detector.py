@@ -20,8 +20,8 @@ from replay.base.progress import Advance
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.recorded import RECORDED, recorded_detector
 from replay.errors import DetectorSpecError, ReplayError
+from replay.prepare.assemble_stored import StoredMotion
 from replay.prepare.assembly import Assembly
-from replay.prepare.stored_motion import StoredMotion
 
 if TYPE_CHECKING:
     from cdcore.search.tracing import Watched

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 from support.small_worlds import framed
 
 from cdcore.errors import InvalidPoseError
+from replay.prepare import session_scan
 from replay.prepare.session_scan import in_order, scan
 from sessions import Status
 
@@ -27,11 +28,13 @@ def test_counts_of_samples_and_losses_leave_out_dropped_frames():
     assert seen.notes() == ("1 frame left out: the stamp repeats the one before",)
 
 
-def test_block_size_changes_nothing():
+def test_block_size_changes_nothing(monkeypatch):
     rng = np.random.default_rng(0)
     stamps = np.cumsum(rng.integers(-1, 4, size=50))
     session = framed(stamps, rng.choice([V, L, A], size=(50, 3)), rng.normal(size=(50, 3, 3)))
-    whole, cut = scan(session), scan(session, 7)
+    whole = scan(session)
+    monkeypatch.setattr(session_scan, "BLOCK_FRAMES", 7)
+    cut = scan(session)
     for name in vars(whole):
         assert np.array_equal(getattr(whole, name), getattr(cut, name)), name
 
@@ -47,14 +50,15 @@ def test_block_size_changes_nothing():
         ([0, 0, 0], [1e200, 0, 0, 1], "has norm inf, not 1"),
     ],
 )
-def test_a_sample_that_is_no_pose_is_refused_with_frame_time_and_body(position, quaternion, words):
+def test_a_sample_that_is_no_pose_is_refused_with_frame_time_and_body(position, quaternion, words, monkeypatch):
     where = np.zeros((4, 2, 3))
     turn = np.tile([0.0, 0.0, 0.0, 1.0], (4, 2, 1))
     where[3, 1], turn[3, 1] = position, quaternion
     status = np.full((4, 2), V)
     stamps = np.array([0, 10, 10, 20]) * MS
+    monkeypatch.setattr(session_scan, "BLOCK_FRAMES", 2)
     with pytest.raises(InvalidPoseError) as refused:
-        scan(framed(stamps, status, where, turn), block_frames=2)
+        scan(framed(stamps, status, where, turn))
     assert str(refused.value).startswith("frame 3 (0.020000 s), body b: ")
     assert words in str(refused.value)
     status[3, 1] = L
