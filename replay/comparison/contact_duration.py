@@ -56,17 +56,13 @@ class StepRates:
         asked = [one for one in brief if self._counts(one)]
         if not asked:
             return 0, 0.0
-        found, starts = self._over_phases(rate_hz, asked)
-        counts = [int((~np.logical_or.reduceat(one, starts)).sum()) for one in found]
+        spans = [self._frames(one) for one in asked]
+        sizes = [len(span) for span in spans]
+        frames, columns = np.concatenate(spans), np.repeat([one.pair for one in asked], sizes)
+        phases = [0.0, *((np.arange(PHASES) + 0.5) / PHASES / rate_hz).tolist()]
+        found = [self._found(looks_of(self._seen.times - phase, rate_hz)[0], frames, columns) for phase in phases]
+        counts = [int((~np.logical_or.reduceat(one, np.cumsum([0, *sizes[:-1]]))).sum()) for one in found]
         return counts[0], float(np.mean(counts[1:]))
-
-    def lost(self, rate_hz: float, excused: BoolArray) -> float:
-        """Contacts missed whole or in part, in the mean over phases.
-
-        ``excused`` (K,): which of the contacts' pair-frames, one contact after the other, are within tolerance.
-        """
-        found, starts = self._over_phases(rate_hz, self.contacts)
-        return float(np.mean([(~np.logical_and.reduceat(one | excused, starts)).sum() for one in found[1:]]))
 
     def table(self) -> dict[str, Any]:
         """As plain data: what each rate misses, and the rate from which on none is missed at any phase."""
@@ -78,17 +74,6 @@ class StepRates:
             "expected_misses": [mean for _, mean in missed],
             "none_missed_from_hz": None if shortest <= 0.0 else 1.0 / shortest,
         }  # fmt: skip
-
-    def _over_phases(self, rate_hz: float, asked: Sequence[Episode]) -> tuple[list[BoolArray], IntArray]:
-        """Of each pair-frame of these contacts, whether contact is believed: at this run's phase, then at the others;
-        and where each contact starts.
-        """
-        spans = [self._frames(one) for one in asked]
-        sizes = [len(span) for span in spans]
-        frames, columns = np.concatenate(spans), np.repeat([one.pair for one in asked], sizes)
-        phases = [0.0, *((np.arange(PHASES) + 0.5) / PHASES / rate_hz).tolist()]
-        found = [self._found(looks_of(self._seen.times - phase, rate_hz)[0], frames, columns) for phase in phases]
-        return found, np.cumsum([0, *sizes[:-1]])
 
     def _frames(self, one: Episode) -> IntArray:
         return np.arange(max(one.first - self._reach, 0), one.last + 1)
