@@ -96,7 +96,7 @@ class _Track:
 
     column: int
     stamp_ns: NDArray[np.int64]
-    marks: NDArray[np.uint16]
+    marks: NDArray[np.uint32]
     steps: NDArray[np.float32]
     present: NDArray[np.int64]
     usable: NDArray[np.int64]
