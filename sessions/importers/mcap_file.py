@@ -112,5 +112,7 @@ def _add(one: Received, tree: FrameTree, readings: Readings) -> int:
             readings.pose(one.log_ns, stamp)
         numbers = numbers_of(part(row, layout.place), "xyz") + numbers_of(part(row, layout.turn), "xyzw")
         parent = text(part(head, layout.parent))
+        if not layout.child and name == parent.strip("/"):
+            name = f"{name} pose"  # a topic may bear the name of the frame that its poses are in
         tree.add(parent, name, stamp or one.log_ns, numbers, static=static)
     return unstamped

@@ -6,6 +6,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from support.sampled import SAMPLED
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("cdcore", "sessions", "replay")
@@ -89,6 +90,13 @@ def test_tests_lie_where_the_module_lies_that_they_are_named_after():
         and not (ROOT / Path(*path.parent.parts[1:])).is_dir()
     ]
     assert astray == []
+
+
+@pytest.mark.parametrize("test", SAMPLED)
+def test_a_sampled_test_exists(test):
+    file, name = test.split("::")
+    text = (ROOT / file).read_text(encoding="utf-8")
+    assert f"\ndef {name}(" in text, "rename it in support/sampled.py too"
 
 
 def test_tests_are_no_packages():

@@ -226,6 +226,14 @@ def test_an_unstamped_pose_has_the_time_it_was_logged_at_and_that_is_said(tmp_pa
     assert "2 poses without a stamp have the time they were logged at" in session.facts["conversions"]
 
 
+def test_a_pose_may_be_in_the_frame_that_its_topic_is_named_after(tmp_path):
+    one = stamped(PoseInFrame_pb2.PoseInFrame(frame_id="truth"), 1_000)
+    one.pose.orientation.w = 1.0
+    as_protobuf(tmp_path / "a.mcap", [("/truth", 1_000, one)])
+    session = import_session("mcap", tmp_path / "a.mcap")
+    assert list(session.names) == ["truth pose"] and "poses in the root frame 'truth'" in session.facts["conversions"]
+
+
 def others(unstamped=False):
     """Poses that are logged 0.25 s and 30 ppm late, and beside them numbers, a ray, a remark and a picture."""
     late = [round(0.25e9 + 30e-6 * (stamp - START)) for stamp in STAMPS.tolist()]
