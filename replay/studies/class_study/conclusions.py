@@ -1,6 +1,6 @@
 """What a result says, and whether it says so with another detector too."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -62,15 +62,13 @@ class Sensitivity:
         return "another conclusion" if self.changes else "the same" if self.tested else "not tested"
 
 
-Result = tuple[int, float, Coefficient | GroupDifference]
-"""Students used, coefficient or difference, and what it is judged by."""
+Results = dict[tuple[tuple[str, ...], str], tuple[int, float, Coefficient | GroupDifference]]
+"""Names of the variables, and the predictor or the groups -> students used, the figure, and what it is judged by."""
 
 
-def results(
-    regressions: Sequence[Regression], groups: Sequence[GroupDifference]
-) -> dict[tuple[tuple[str, ...], str], Result]:
-    """Names of the variables, and the predictor or the groups -> the result."""
-    found: dict[tuple[tuple[str, ...], str], Result] = {}
+def results(regressions: Sequence[Regression], groups: Sequence[GroupDifference]) -> Results:
+    """Every coefficient and every difference of groups."""
+    found: Results = {}
     for one in regressions:
         names = (one.outcome, *(c.name for c in one.coefficients))
         found |= {(names, c.name): (one.students, c.beta, c) for c in one.coefficients}
@@ -79,10 +77,7 @@ def results(
     return found
 
 
-def compared(
-    before: Mapping[tuple[tuple[str, ...], str], Result], after: Mapping[tuple[tuple[str, ...], str], Result],
-    metrics: Metrics,
-) -> Iterator[Sensitivity]:  # fmt: skip
+def compared(before: Results, after: Results, metrics: Metrics) -> Iterator[Sensitivity]:
     """The results that use behaviour, beside those with another detector; each was fitted in its own family of p."""
     for key, (students, was, judged) in before.items():
         if not any(name in metrics.columns for name in key[0]):
