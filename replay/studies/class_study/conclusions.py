@@ -43,7 +43,7 @@ class Sensitivity:
     ``recall`` is what that detector finds of the contacts, ``students`` are those used; ``predictor`` is that of a
     regression, or the groups compared; ``beta`` is the coefficient or the difference, ``None`` where none could be
     computed. ``tested`` says whether both have a p-value, ``changes`` whether the conclusion differs (associated or
-    not, and its sign).
+    not, and its sign), ``undecided`` whether p and interval leave one of them open.
     """
 
     detector: str
@@ -55,6 +55,7 @@ class Sensitivity:
     p_holm: float | None
     changes: bool
     tested: bool
+    undecided: bool = False
 
     @property
     def conclusion(self) -> str:
@@ -85,10 +86,11 @@ def compared(before: Results, after: Results, metrics: Metrics) -> Iterator[Sens
         name, recall = str(metrics.columns[DETECTOR][0]), metrics.recall()
         place = (key[0][0], key[1])
         if key not in after:
-            yield Sensitivity(name, recall, students, *place, None, None, tested=False, changes=False)
+            yield Sensitivity(name, recall, students, *place, None, None, changes=False, tested=False)
             continue
         used, now, again = after[key]
         turned = associated(again) and np.sign(was) != np.sign(now)
         changed = associated(judged) != associated(again) or bool(turned)
         tested = judged.p is not None and again.p is not None
-        yield Sensitivity(name, recall, used, *place, now, again.p_holm, tested=tested, changes=changed)
+        unsure = any(conclusion(one).startswith(UNDECIDED) for one in (judged, again))
+        yield Sensitivity(name, recall, used, *place, now, again.p_holm, changed, tested, unsure)
