@@ -74,7 +74,8 @@ def analyse_files(
 
     The metrics are those of ``inputs``, or else of the runs.
     """
-    require_extra()
+    if "codebook" in inputs:
+        require_extra()
     from replay.cli.study_tables import study_tables
     from replay.studies.class_study import folder
     from replay.studies.class_study.analysis import analyse as work

@@ -220,6 +220,7 @@ CALLS = {
     "advise": lambda f, d: ("advise", f["mcap"], "--engine", "mujoco", "--no-picture"),
     "study run": lambda f, d: ("study", "run", f["mcap"], "-o", d / "class\x1b[2J"),
     "study collect": lambda f, d: ("study", "collect", d / "class\x1b[2J", "-o", d / "m\x1b[2J.parquet"),
+    "study page": lambda f, d: ("study", "page", d / "class\x1b[2J", "-o", d / "page\x1b[2J"),
     "study analyse": lambda f, d: ("study", "analyse", "--codebook", f["toml"], f["csv"], f["csv"]),
     "demo": lambda f, d: ("demo", "--scene", COMMANDS),
     "guide": lambda f, d: ("guide", COMMANDS),
@@ -232,7 +233,7 @@ CALLS = {
 
 WORKS = {
     "info", "doctor", "plan", "import", "run", "run again", "diff", "shrink", "audit", "tradeoff", "advise",
-    "study run", "scene new", "scene check", "share", "annotate", "minimise",
+    "study run", "study page", "scene new", "scene check", "share", "annotate", "minimise",
 }  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """What a result says, and whether it says so with another detector too."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -43,7 +43,7 @@ class Sensitivity:
     ``recall`` is what that detector finds of the contacts, ``students`` are those used; ``predictor`` is that of a
     regression, or the groups compared; ``beta`` is the coefficient or the difference, ``None`` where none could be
     computed. ``tested`` says whether both have a p-value, ``changes`` whether the conclusion differs (associated or
-    not, and its sign).
+    not, and its sign), ``undecided`` whether p and interval leave one of them open.
     """
 
     detector: str
@@ -55,6 +55,7 @@ class Sensitivity:
     p_holm: float | None
     changes: bool
     tested: bool
+    undecided: bool = False
 
     @property
     def conclusion(self) -> str:
@@ -62,15 +63,13 @@ class Sensitivity:
         return "another conclusion" if self.changes else "the same" if self.tested else "not tested"
 
 
-Result = tuple[int, float, Coefficient | GroupDifference]
-"""Students used, coefficient or difference, and what it is judged by."""
+Results = dict[tuple[tuple[str, ...], str], tuple[int, float, Coefficient | GroupDifference]]
+"""Names of the variables, and the predictor or the groups -> students used, the figure, and what it is judged by."""
 
 
-def results(
-    regressions: Sequence[Regression], groups: Sequence[GroupDifference]
-) -> dict[tuple[tuple[str, ...], str], Result]:
-    """Names of the variables, and the predictor or the groups -> the result."""
-    found: dict[tuple[tuple[str, ...], str], Result] = {}
+def results(regressions: Sequence[Regression], groups: Sequence[GroupDifference]) -> Results:
+    """Every coefficient and every difference of groups."""
+    found: Results = {}
     for one in regressions:
         names = (one.outcome, *(c.name for c in one.coefficients))
         found |= {(names, c.name): (one.students, c.beta, c) for c in one.coefficients}
@@ -79,10 +78,7 @@ def results(
     return found
 
 
-def compared(
-    before: Mapping[tuple[tuple[str, ...], str], Result], after: Mapping[tuple[tuple[str, ...], str], Result],
-    metrics: Metrics,
-) -> Iterator[Sensitivity]:  # fmt: skip
+def compared(before: Results, after: Results, metrics: Metrics) -> Iterator[Sensitivity]:
     """The results that use behaviour, beside those with another detector; each was fitted in its own family of p."""
     for key, (students, was, judged) in before.items():
         if not any(name in metrics.columns for name in key[0]):
@@ -90,10 +86,11 @@ def compared(
         name, recall = str(metrics.columns[DETECTOR][0]), metrics.recall()
         place = (key[0][0], key[1])
         if key not in after:
-            yield Sensitivity(name, recall, students, *place, None, None, tested=False, changes=False)
+            yield Sensitivity(name, recall, students, *place, None, None, changes=False, tested=False)
             continue
         used, now, again = after[key]
         turned = associated(again) and np.sign(was) != np.sign(now)
         changed = associated(judged) != associated(again) or bool(turned)
         tested = judged.p is not None and again.p is not None
-        yield Sensitivity(name, recall, used, *place, now, again.p_holm, tested=tested, changes=changed)
+        unsure = any(conclusion(one).startswith(UNDECIDED) for one in (judged, again))
+        yield Sensitivity(name, recall, used, *place, now, again.p_holm, changed, tested, unsure)

@@ -57,8 +57,11 @@ def study_html(
     ``where`` is run -> name and address of its page. Raises ``StudyRefusedError`` where a name from the codebook or the
     title claims a cause.
     """
-    named = [] if study is None else [name for one, c in coefficients(study) for name in (one.outcome, c.name)]
-    refuse_causal_words([title, *(() if study is None else study.reliabilities), *named])
+    named = [title]
+    if study is not None:
+        named += [*study.reliabilities, *study.group_sizes, *(one.outcome for one in study.groups)]
+        named += [name for one, c in coefficients(study) for name in (one.outcome, c.name)]
+    refuse_causal_words(named)
     made = None if runs is None else ClassTables(runs, seed)
     top = [element("p", title), element("h1", changes(study))]
     said = [] if study is None else [*headlines(study)[:1], f"{behind(study)}."]

@@ -9,6 +9,7 @@ from replay.outputs.words import counted
 from replay.pipeline.gates import figure
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.conclusions import UNDECIDED, associated, conclusion
+from replay.studies.class_study.groups import GroupDifference
 from replay.studies.class_study.refusals import few
 from replay.studies.class_study.regression import Coefficient, Regression
 
@@ -46,11 +47,13 @@ def coefficients(study: Study) -> list[tuple[Regression, Coefficient]]:
 
 def headlines(study: Study) -> list[str]:
     """What a reader should know first: the associations found, most pronounced first, or that there are none."""
-    every = coefficients(study)
-    found = sorted((pair for pair in every if associated(pair[1])), key=lambda pair: -abs(pair[1].beta))
-    if found:
-        return [_sentence(one, c) for one, c in found]
-    tested = [one.students for one, c in every if c.p is not None]
+    found = sorted((pair for pair in coefficients(study) if associated(pair[1])), key=lambda pair: -abs(pair[1].beta))
+    said = [*(_sentence(*pair) for pair in found), *(_apart(one) for one in study.groups if associated(one))]
+    if said:
+        return said
+    every: list[tuple[int, Coefficient | GroupDifference]] = [(one.students, c) for one, c in coefficients(study)]
+    every += [(sum(one.students), one) for one in study.groups]
+    tested = [students for students, c in every if c.p is not None]
     if not tested:
         return ["No association was tested"]
     least = "" if min(tested) == max(tested) else f"{min(tested)} to "
@@ -62,12 +65,21 @@ def headlines(study: Study) -> list[str]:
 def _sentence(regression: Regression, c: Coefficient) -> str:
     more = "higher" if c.beta > 0 else "lower"
     held = "" if regression.kind == "simple" else ", the other predictors held equal"
-    name = words(c.name)
     more_rows = f" students in {regression.rows} sessions" if regression.rows > regression.students else ""
     return (
-        f"{name[:1].upper()}{name[1:]} is associated with {more} {words(regression.outcome)}{held}: "
+        f"{_capital(c.name)} is associated with {more} {words(regression.outcome)}{held}: "
         f"{c.beta:+.2f} [{c.low:+.2f}, {c.high:+.2f}], n = {regression.students}{more_rows}"
     )
+
+
+def _apart(one: GroupDifference) -> str:
+    more, (first, second), (n, of) = "higher" if one.difference > 0 else "lower", one.groups, one.students
+    between = f"{one.difference:+.2f} [{one.low:+.2f}, {one.high:+.2f}], n = {n} and {of}"
+    return f"{_capital(one.outcome)} is {more} in group {second} than in {first}: {between}"
+
+
+def _capital(name: str) -> str:
+    return words(name)[:1].upper() + words(name)[1:]
 
 
 def behind(study: Study) -> str:
@@ -141,6 +153,8 @@ def changes(study: Study | None) -> str:
     if not tested:
         return f"Whether a conclusion changes when {names} decides what a contact was is not known: none was tested."
     rest = f"; {len(rows) - len(tested)} could not be tested" if len(tested) < len(rows) else ""
+    if unsure := sum(row.undecided for row in tested):
+        rest = f"; {unsure} of them {UNDECIDED}{rest}"
     if not changed:
         least, most = (choose(row.students for row in tested) for choose in (min, max))
         students = f"{most}" if least == most else f"{least} to {most}"

@@ -10,11 +10,17 @@ import duckdb
 import pytest
 from support.browser import opened, serious_faults
 from support.class_folders import made_class
+from support.small_worlds import cubes
 
+import replay
 from replay import read
+from replay.cli.main import main
+from replay.outputs.results.run_folder import read_run_folder
+from replay.outputs.share.folder import write_shared_folder
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.page import study_html
 from replay.studies.class_study.to_open import places
+from sessions import write_session
 
 KNOWN = "student <> '' AND NOT held"
 
@@ -217,6 +223,46 @@ def test_the_page_fits_a_phone_says_no_error_and_asks_for_nothing_else(made, tmp
 def test_the_accessibility_checker_finds_nothing_serious(made, tmp_path, scheme):
     with opened(made[1].as_uri(), tmp_path, scheme=scheme) as page:
         assert serious_faults(page, tmp_path) == []
+
+
+def session_of(k):
+    """A session of which both detectors miss contacts, the later one more: ``k`` of its contacts last a frame."""
+    many = 1 + k % 7
+    places = [*[3.0, 0.9, *[3.0] * (7 + k)] * many, 3.0 + 0.01 * k]
+    return cubes({"a": [0.0] * len(places), "b": places}, facts={"pseudonym": f"S{k % 10:02d}", "consent": "share"})
+
+
+@pytest.mark.slow
+def test_of_fifty_shared_runs_the_first_three_are_one_click_from_the_miss_in_the_moving_picture(tmp_path):
+    for k in range(50):
+        write_session(session_of(k), tmp_path / f"s{k:02d}.mcap")
+        lineup = {"detectors": ["slow=discrete[rate_hz=20]", "late=discrete[rate_hz=12]"], "oracle": "exact"}
+        replay.run(tmp_path / f"s{k:02d}.mcap", out=tmp_path / "runs" / f"S{k:02d}", **lineup)
+    folders = [read_run_folder(run) for run in sorted((tmp_path / "runs").iterdir())]
+    assert write_shared_folder(folders, tmp_path / "sent") == ""
+    words = ["study", "page", str(tmp_path / "runs"), "--shared", str(tmp_path / "sent"), "-o", str(tmp_path / "page")]
+    assert main([*words, "-q"]) == 0
+    page = tmp_path / "page" / "study.html"
+    assert not re.search(r"S\d\d", page.read_text("utf-8"))
+    counts = duckdb.connect()
+    counts.register("misses", read(tmp_path / "runs")["misses"])
+    most = counts.sql("SELECT max(n) FROM (SELECT count(*) AS n FROM misses GROUP BY run, detector)").fetchall()[0][0]
+    with opened(page.as_uri(), tmp_path / "browser", (1280, 800)) as shown:
+        first = rows(shown, "sessions-to-look-at-first", "misses")[:3]
+        assert int(first[0][4]) == most
+        for place, row in enumerate(first, 1):
+            back(shown, (None, page))
+            link = f"document.querySelector('#sessions-to-look-at-first tbody tr:nth-child({place}) td:nth-child(2) a')"
+            shown.ask(f"setTimeout(() => {link}.click())")
+            arrived(shown, f"location.pathname.endsWith('/{row[0]}.html') && document.readyState === 'complete'")
+            asked = unquote(shown.ask("location.hash"))[1:]
+            assert asked.startswith("miss=") and ("&by=late" in asked) == (row[2] == "late")
+            for _ in range(240):
+                if shown.ask("document.getElementById('picture').dataset.shows") == asked:
+                    break
+                time.sleep(0.5)
+            assert shown.ask("document.getElementById('picture').dataset.shows") == asked
+            assert shown.ask(f"document.getElementById({json.dumps(asked)}) !== null")
 
 
 @pytest.mark.slow

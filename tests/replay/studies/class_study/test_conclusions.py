@@ -7,7 +7,8 @@ import pytest
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.studies.class_study.analysis import analyse
-from replay.studies.class_study.tables import changes, sensitivity_table
+from replay.studies.class_study.conclusions import compared, results
+from replay.studies.class_study.tables import changes, headlines, sensitivity_table
 
 ASKED = (("motivation", "ease of use"), ("motivation", "contacts_per_min"))
 
@@ -72,6 +73,42 @@ def test_a_comparison_of_groups_that_hangs_on_the_detector_is_among_the_conclusi
     assert row.changes and row.outcome == "contacts_per_min" and row.conclusion == "another conclusion"
     assert "second against first with contacts per minute (seen by hybrid)" in changes(found)
     assert "Of groups, beta is the difference of their means." in sensitivity_table(found).notes
+
+
+@pytest.mark.parametrize("changed", [False, True])
+def test_what_is_undecided_with_one_of_the_detectors_is_counted_in_the_first_line(changed):
+    found = study(turned=changed)
+    (row,) = found.sensitivity
+    assert not row.undecided and "undecided" not in changes(found)
+    unsure = replace(found, sensitivity=(replace(row, undecided=True), row))
+    assert changes(unsure).endswith("; 1 of them undecided.")
+
+
+def test_an_interval_around_zero_makes_a_result_undecided_with_either_detector():
+    found = study()
+    (one,) = [r for r in found.regressions if r.coefficients[0].name == "contacts_per_min"]
+    table = metrics(np.arange(40.0), detectors=("exact",))
+    open_ = replace(one, coefficients=(replace(one.coefficients[0], low=-0.1, p=0.01),))
+    for before, after in ((one, open_), (open_, one), (open_, open_), (one, one)):
+        (row,) = compared(results([before], ()), results([after], ()), table)
+        assert row.undecided == (open_ in (before, after)) and row.changes == (before is not after)
+
+
+def test_groups_alone_are_said_first_where_they_differ_and_counted_where_not():
+    answers, _ = a_class(40, seed=2)
+    answers[1::2, 3:] = np.clip(answers[1::2, 3:] + 2, 1, 5)
+    book = codebook((), groups=("arm", ("first", "second")))
+    (said,) = headlines(analyse(book, questionnaire(answers, ["first", "second"] * 20)))
+    one = analyse(book, questionnaire(answers, ["first", "second"] * 20)).groups[1]
+    between = f"{one.difference:+.2f} [{one.low:+.2f}, {one.high:+.2f}], n = 20 and 20"
+    assert said == f"Motivation is higher in group second than in first: {between}"
+    assert 0.5 < one.low < answers[1::2, 3:].mean() - answers[::2, 3:].mean() < one.high
+    turned = headlines(analyse(book, questionnaire(answers, ["second", "first"] * 20)))
+    assert turned[0].startswith("Motivation is lower in group second than in first: -")
+    same, _ = a_class(40, seed=2)
+    assert headlines(analyse(book, questionnaire(same, ["first"] * 20 + ["second"] * 20))) == [
+        "No association was told from chance in 40 students"
+    ]
 
 
 def test_students_are_said_as_a_range_where_results_use_different_ones():
