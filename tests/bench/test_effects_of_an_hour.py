@@ -6,12 +6,12 @@ from time import process_time
 
 import numpy as np
 import pytest
-from sessions.model.hand import HandTrack
 
 from cdcore import Motion
 from replay.effects.effect_plan import plan
 from replay.effects.effects_runner import run_effects
 from replay.pipeline.engine import compute
+from sessions.model.track import HandTrack
 from sessions.synthetic.scenes import SCENES, make_scene_session
 
 pytestmark = pytest.mark.bench
