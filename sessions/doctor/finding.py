@@ -72,6 +72,8 @@ _MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
         "frozen": ("the position stood still because nothing was measured", _TRACKER),
         "at-rest": ("the pose repeats to the last bit: at rest, and without tracker noise", "nothing"),
         "teleport": ("the body did not get there by moving; the path in between is unknown", _TRACKER),
+        "turn-outlier": ("the rotation left and came back faster than a hand turns; what a glass pours then is made up",
+                         "look at line of sight and base stations"),
         "sign-flips": ("q and -q alternate: the same rotation", "nothing; interpolate on the shorter arc"),
         "rounded-rotations": ("rotations were printed with few decimals", _DIGITS),
     },

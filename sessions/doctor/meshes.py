@@ -1,6 +1,6 @@
 """What is wrong with a surface, before any collision detection; and its repair, as a mesh editor would do it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
 import numpy as np
@@ -80,9 +80,9 @@ def _welded(mesh: MeshData) -> NDArray[np.int64]:
     return inverse.reshape(-1)[mesh.faces]
 
 
-def all_mesh_findings(meshes: Mapping[str, MeshData]) -> Iterator[Finding]:
-    """Findings of every mesh; one that cannot be loaded is a finding too."""
-    for name in meshes:
+def all_mesh_findings(meshes: Mapping[str, MeshData], names: Iterable[str] | None = None) -> Iterator[Finding]:
+    """Findings of every mesh, or those of some names; one that cannot be loaded is a finding too."""
+    for name in meshes if names is None else names:
         try:
             mesh = meshes[name]
         except SessionError as error:

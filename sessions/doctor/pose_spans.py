@@ -98,7 +98,7 @@ class _Track:
 
     column: int
     stamp_ns: NDArray[np.int64]
-    marks: NDArray[np.uint16]
+    marks: NDArray[np.uint32]
     steps: NDArray[np.float32]
     present: NDArray[np.int64]
     usable: NDArray[np.int64]
@@ -252,14 +252,15 @@ def _together(looked: PosePass, found: Sequence[PoseSpan], severity: Severity, w
 
 
 def _notes(looked: PosePass, column: int, name: str) -> Iterator[Finding]:
-    for code, mark, words in (
-        ("sign-flips", Mark.SIGN_FLIP, "times q becomes -q"),
-        ("off-unit-quaternion", Mark.OFF_UNIT, "quaternions are off unit length by more than 1e-6"),
+    for code, mark, severity, words in (
+        ("turn-outlier", Mark.TURN_OUTLIER, Severity.WARNING, "of the samples turned away and back in two steps"),
+        ("sign-flips", Mark.SIGN_FLIP, Severity.NOTE, "times q becomes -q"),
+        ("off-unit-quaternion", Mark.OFF_UNIT, Severity.NOTE, "quaternions are off unit length by more than 1e-6"),
     ):
         rows = np.flatnonzero(looked.body_has(column, mark)).tolist()
         if rows:
             stretch = Span.of(looked.stamp_ns, rows[0], rows[-1])
-            yield stretch.finding(code, Severity.NOTE, f"{len(rows)} {words}", name, len(rows))
+            yield stretch.finding(code, severity, f"{len(rows)} {words}", name, len(rows))
     decimals = _decimals(looked.quaternion[:, column])
     if decimals is not None:
         message = f"quaternions have {decimals} decimals, {np.degrees(10.0**-decimals):.1g} degrees"
