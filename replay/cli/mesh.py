@@ -36,8 +36,7 @@ def repair(
     replay mesh repair session.mcap --body beaker -o beaker.glb
     """
     from replay.errors import OutputError
-    from sessions.doctor.mesh_repair import repaired
-    from sessions.doctor.meshes import mesh_findings
+    from sessions.doctor.meshes import mesh_findings, repaired
     from sessions.meshes.glb import mesh_to_glb
     from sessions.whole_files import whole_file
 

@@ -218,16 +218,14 @@ def cost_table(result: RunResult) -> Table:
     """What each detector took; quantiles are over the frames at which it looked, ``LATE`` is a share of all frames."""
     rows, notes, others = [], [], []
     for label, figures in result.summary["detectors"].items():
-        seconds, stages = figures["seconds"], figures["seconds"]["stages"]
-        frame = seconds.get("per_frame")
+        seconds = figures["seconds"]
+        frame, longest = seconds.get("per_frame"), seconds["longest_stage"]
         role = "oracle" if label == result.oracle else "live" if figures["live"] else "offline"
         if label in result.comparisons and not figures["online"]:
             notes.append(f"{label} cannot be asked live")
         if (busy := 1 - seconds.get("processor_share", 1.0)) > BUSY:
             others.append(f"{busy:.0%} of the clock of {label}")
-        longest = max(stages, key=stages.__getitem__, default="")
-        total = sum(stages.values())
-        share = f"{longest} {100 * stages[longest] / total:.0f} %" if total > 0 else longest
+        share = f"{longest['stage']} {100 * longest['share']:.0f} %" if longest else ""
         each = [_ms(frame[key]) if frame else "" for key in QUANTILES]
         late = f"{figure(100 * frame['over_budget'])} %" if frame else ""
         rows.append((label, role, f"{seconds['detect']:.3f}", _ms(seconds["per_frame_mean"]), *each, late, share))

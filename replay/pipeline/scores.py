@@ -12,7 +12,7 @@ import numpy as np
 from cdcore import Verdict
 from replay.base.wilson import pooled, share, share_of_clusters
 from replay.comparison.causes import Cause
-from replay.comparison.clusters import seen_and_between
+from replay.comparison.clusters import MANY, Cluster, clusters, seen_and_between
 from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_counts import contact_counts, count_reports, held_counts
 from replay.comparison.false_contacts import HELD, FalseContact
@@ -189,8 +189,10 @@ def fault_list(result: Measured, label: str, right: float) -> dict[str, list[dic
     """A row per card of a detector, seconds and metres; null: not measured. ``right``: the oracle's seconds a frame."""
     seen, between = seen_and_between(result.misses[label])
     false = sorted(result.false.get(label, ()), key=lambda one: -one.frames)
+    many = len(result.misses[label]) > MANY
     rows: dict[str, list[dict[str, Any]]] = {
         "misses": [_miss(result, one) for one in (*seen[:MOST_CARDS], *between[:MOST_CARDS])],
+        "clusters": [_cluster(one) for one in clusters(result.misses[label])] if many else [],
         "false": [
             _common(one) | {"at": one.start, "gap": None if np.isnan(one.gap) else one.gap} for one in false[:LISTED]
         ],
@@ -208,6 +210,14 @@ def cost_of_mending(result: Measured, label: str, cause: str, right: float) -> f
 def _common(one: Miss | FalseContact) -> dict[str, Any]:
     names = ("number", "body_a", "body_b", "start", "end", "frames", "kind", "cause")
     return {name: getattr(one, name) for name in names}
+
+
+def _cluster(found: Cluster) -> dict[str, Any]:
+    """Misses of a pair close together in time: the ``number`` is that of the longest cut."""
+    longest, (start, end) = found.deepest, found.span
+    sizes = {"misses": len(found.misses), "frames": found.frames, "start": start, "end": end}
+    names = {"number": longest.number, "body_a": longest.body_a, "body_b": longest.body_b, "causes": found.causes}
+    return names | sizes | {"cut_length": longest.cut_length}
 
 
 def _miss(result: Measured, one: Miss) -> dict[str, Any]:

@@ -27,8 +27,8 @@ from sessions import Session
 from sessions.doctor.pose_pass import look_through
 from sessions.doctor.pose_spans import Jumps, teleports
 from sessions.doctor.timing import gap_rows
-from sessions.model.live_contact import LiveContact
-from sessions.model.scene_pairs import absent_bodies
+from sessions.model.event import LiveContact
+from sessions.model.scene import absent_bodies
 
 RESIDUAL_FACT: Final = "contacts_clock_residual_s"
 """Fact of a session whose reported contacts came from another clock."""

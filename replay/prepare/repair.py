@@ -3,7 +3,7 @@
 Some samples are replaced, dropped or held; every other sample keeps its bits.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -209,14 +209,14 @@ class Repair:
         }
 
 
-def repair_session(session: Session, policy: Policy) -> Repair:
-    """Examine a session and apply the policy to it.
+def repair_session(session: Session, policy: Policy, needed: Collection[str] | None = None) -> Repair:
+    """Examine a session and apply the policy to it; ``needed`` is as for ``examine_session``.
 
     Raises ``RefusedError``: the session has a fault that the policy refuses. Invalid samples are left to the session
     scan, which names them.
     """
     looked = look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
-    findings = tuple(in_order([*examine_session(session, looked)]))
+    findings = tuple(in_order([*examine_session(session, looked, needed)]))
     for finding in findings:
         if policy.rule(finding.code).action == REFUSE and finding.code not in NAMED_BY_SURVEY:
             raise RefusedError(_refusal(session, finding))

@@ -17,7 +17,7 @@ from replay.outputs.tables import markdown
 from replay.outputs.words import NOTHING_SUSPICIOUS
 from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import FLAG_KINDS, FlagSpan
-from sessions.doctor.codes import CODES
+from sessions.doctor.finding import CODES
 
 ROOT: Final = "findings"
 LIST: Final = "findings/list"

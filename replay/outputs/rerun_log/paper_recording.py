@@ -73,6 +73,6 @@ def _log_accuracy(recording: rr.RecordingStream, result: PaperResult) -> None:
     for share, answers in result.table_one.equal.items():
         for name, row in answers.items():
             for target in result.experiment["targets"]:
-                recalls = [one.face_recall for at, one in row if at == target]
+                recalls = [one.face_recall for one in row if one.target == target]
                 recording.set_time(TIMELINE, sequence=target)
                 recording.log(["accuracy", f"B {share:g}", name], rr.Scalars(float(np.mean(recalls))))

@@ -40,7 +40,8 @@ def read_table(path: Path) -> pa.Table:
 
 def read_rows(path: Path) -> list[dict[str, Any]]:
     """Every row of a file, column -> value."""
-    return pq.read_table(path).to_pylist()
+    with path.open("rb") as file:
+        return pq.read_table(file).to_pylist()
 
 
 def read_columns(path: Path) -> dict[str, list[Any]]:

@@ -144,7 +144,8 @@ def write_run_folder(
         if proof is not None:
             (folder / PROOF).write_bytes(proof.written())
             (folder / SEAL).touch()
-        write_summary(folder, RUN, result.summary)
+        priced = {} if result.tradeoff is None else {"tradeoff": result.tradeoff.as_json()}
+        write_summary(folder, RUN, {**result.summary, **priced})
         if proof is not None:
             write_seal(folder, Path(result.session.origin))
     if force and (out / ANNOTATIONS).is_file():
