@@ -13,7 +13,7 @@ BODY_KEYS: Final[Mapping[str, Any]] = {
     ),
     "properties": {
         "liquid": dict.fromkeys(("volume_ml", "solute", "molar", "water_molar", "solutes"), ""),
-        "solid": dict.fromkeys(("formula", "mass_g", "molar_mass"), ""),
+        "solid": dict.fromkeys(("formula", "mass_g", "molar_mass", "density_g_ml"), ""),
         "heat_capacity_j_per_k": "",
     },
 }  # fmt: skip

@@ -118,7 +118,7 @@ def _wrong_orders(inputs: EffectInputs, declared: Declaration, loads: list[Load]
         streams.append(Stream(source, target, False, begins, frames, volumes, points))
     events = []
     for flow in flows(streams, LEAST_ML):
-        words = f"{flow.total_ml:.1f} mL from {flow.source} poured into {declared.text('solute')} in {flow.target}"
+        words = f"{flow.total_ml:.1f} mL from {flow.source} are poured into {declared.text('solute')} in {flow.target}"
         end, values = float(inputs.times[flow.frames[-1]]), {"volume_ml": flow.total_ml}
         events.append(EffectEvent(
             float(flow.times[0]), "wrong-order", (flow.source, flow.target), end, values,

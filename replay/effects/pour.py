@@ -26,11 +26,11 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     for flow in flows(mine, least):
         source, target = flow.source, flow.target
         if target:
-            found.events.append(flow_event(inputs, flow, "pour", f"poured from {source} into {target}"))
+            found.events.append(flow_event(inputs, flow, "pour", f"are poured from {source} into {target}"))
         elif flow.over:
-            found.events.append(flow_event(inputs, flow, "overflow", f"ran over the brim of {source}"))
+            found.events.append(flow_event(inputs, flow, "overflow", f"run over the brim of {source}"))
         elif "spill" not in inputs.tables:
-            found.events.append(flow_event(inputs, flow, "spill", f"spilled from {source}"))
+            found.events.append(flow_event(inputs, flow, "spill", f"are spilled from {source}"))
         word = f"into {target}" if target else "runs over" if flow.over else "spills"
         found.lane(source, LaneSpan(float(flow.times[0]), float(flow.times[-1]), word))
     for name in names:

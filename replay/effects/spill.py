@@ -26,7 +26,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         lost.update({id(one): one for one in mine})
         inputs.count("transfers that missed", sum(len(one.frames) for one in mine))
         for flow in flows(mine, declared.number("least_ml")):
-            found.events.append(flow_event(inputs, flow, "spill", f"spilled from {flow.source}"))
+            found.events.append(flow_event(inputs, flow, "spill", f"are spilled from {flow.source}"))
             found.lane(flow.source, LaneSpan(float(flow.times[0]), float(flow.times[-1]), "spills"))
     for one in lost.values():
         found.ran[one.frames] = True

@@ -162,10 +162,11 @@ class Vessel:
         """Height of the cavity's floor in the body's frame, metres."""
         return self.size("floor", above=-math.inf)
 
-    @property
-    def level(self) -> float:
-        """Height of the surface at first, upright, in the body's frame, metres."""
-        return self.floor + self.volume_ml * ML / self.section_m2
+    def level(self, volume_ml: FloatArray) -> FloatArray:
+        """Height (n,) of the surface, upright, in the body's frame, metres: by its own cavity, else evenly."""
+        if self.cavity.get("shape") == SLICED:
+            return _sliced(*self._made).level(volume_ml)
+        return np.asarray(self.floor + volume_ml * ML / self.section_m2)
 
     @property
     def shape(self) -> VesselShape:
@@ -222,10 +223,9 @@ class Vessel:
         return np.array(value, dtype=np.float64)
 
     def drawn(self, times: FloatArray, volume_ml: FloatArray) -> Liquid:
-        """What stands in it, as a cylinder of its mean cross-section."""
+        """What stands in it up to its level, as a cylinder of the vessel's mean cross-section."""
         colour = np.tile(np.array(WATERY, dtype=np.uint8), (len(times), 1))
-        level = self.floor + volume_ml * ML / self.section_m2
-        return Liquid(times, level, self.floor, math.sqrt(self.section_m2 / math.pi), colour)
+        return Liquid(times, self.level(volume_ml), self.floor, math.sqrt(self.section_m2 / math.pi), colour)
 
 
 def _own_cavity(instrument: str, faces: int, options: tuple[tuple[str, Any], ...]) -> "Cavity | None":

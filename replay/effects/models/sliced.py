@@ -17,6 +17,9 @@ TURNS: Final = 180
 AT_ONCE: Final = 16
 """Directions sliced together, so that the heights of a mesh of 2,500 faces stay in a processor's cache."""
 
+LEVELS: Final = 200
+"""Heights between which a level is interpolated: half a millimetre apart in a beaker."""
+
 RIM_WITHIN: Final = 1e-5
 """Metres; vertices no farther than this from the plane of the opening are its rim. Meshes are right to 3e-8."""
 
@@ -89,6 +92,13 @@ class SlicedCavity:
         less = (1.0 - turn) * self.table[row, first] + turn * self.table[row, second]
         more = (1.0 - turn) * self.table[row + 1, first] + turn * self.table[row + 1, second]
         return np.asarray((1.0 - tilt) * less + tilt * more)
+
+    def level(self, volume_ml: FloatArray) -> FloatArray:
+        """Height (n,) in the body's frame to which so much rises in the upright vessel."""
+        heights = np.linspace(float(self.vertices[:, 1].min()), float(self.opening[1]), LEVELS)
+        upright = np.tile(np.array([0.0, -1.0, 0.0]), (LEVELS, 1))
+        held = volume_below(self.vertices, self.faces, upright, -heights) * MICROLITRES
+        return np.asarray(np.interp(volume_ml, held, heights))
 
     def exit(self, down: FloatArray) -> FloatArray:
         """The lowest point of the rim."""
