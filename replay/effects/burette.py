@@ -6,7 +6,7 @@ import numpy as np
 
 from replay.effects.declaring import Declaration, bodies, body, number, vector
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.transfers import flows
+from replay.effects.models.outflow import flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec

@@ -69,7 +69,7 @@ def _turn(declared: Declaration, found: Findings, vessel: Vessel, times: FloatAr
     ))  # fmt: skip
     for row in turned:
         words = f"{vessel.contents('solid')['formula']} in {name} turns from {before} to {after}"
-        values = {"celsius": float(celsius[row]), "to": after}
+        values: dict[str, float | int | str | bool] = {"celsius": float(celsius[row]), "to": after}
         found.events.append(EffectEvent(float(times[row]), "turned", (name,), None, values, words))
 
 

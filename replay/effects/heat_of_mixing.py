@@ -12,7 +12,7 @@ from replay.effects.inputs import EffectInputs
 from replay.effects.matter import matter_of
 from replay.effects.models.history import NEUTRALISATION, Load
 from replay.effects.models.ledger import BROUGHT
-from replay.effects.models.transfers import Stream, flows
+from replay.effects.models.outflow import Stream, flows
 from replay.effects.models.warming import cooled, heat_given_off
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectEvent, Findings, FloatArray, LaneSpan, Series, vector_of

@@ -2,7 +2,7 @@
 
 from replay.effects.declaring import Declaration, bodies, number
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.transfers import GAP_S, flows
+from replay.effects.models.outflow import GAP_S, flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectOutput, Findings, LaneSpan
 from replay.effects.protocol import EffectSpec
@@ -63,7 +63,7 @@ SPEC = EffectSpec(
     },
     trigger="a vessel tilted beyond the angle at which its liquid reaches the lip",
     sources=(
-        "volume kept: a cylinder cut by a plane through its lip (models/tilted.py), quasi-static: no inertia, no rate",
+        "volume kept: a cylinder cut by a plane through its lip (models/sliced.py), quasi-static: no inertia, no rate",
         "destination: free fall from the lip with the lip's velocity, standard gravity (CGPM 1901)",
         f"flows within {GAP_S} s are one: chosen by us",
     ),

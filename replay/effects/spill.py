@@ -6,7 +6,7 @@ import numpy as np
 
 from replay.effects.declaring import Declaration, bodies, number
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.transfers import Stream, flows
+from replay.effects.models.outflow import Stream, flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
-from replay.effects.models.sliced import SlicedCavity
-from replay.effects.models.tilted import volume_kept
-from replay.effects.models.transfers import Stream
+from replay.effects.models.outflow import Stream
+from replay.effects.models.sliced import SlicedCavity, volume_kept
 from replay.effects.output import EffectEvent, FloatArray, Liquid, vector_of
 from replay.effects.spans import BoolArray
 from replay.errors import EffectError, PlanError
@@ -70,7 +69,7 @@ class VesselShape(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Cylinder:
-    """A round vessel in closed form (`replay.effects.models.tilted`)."""
+    """A round vessel in closed form (`replay.effects.models.sliced`)."""
 
     radius: float
     height: float
