@@ -13,6 +13,9 @@ from replay.effects.output import EffectEvent, FloatArray
 RESULTS: Final = ("end-point", "broken", "burn", "precipitate", "collect", "turned", "wrong-order")
 """Names of events that an experiment is done for, or ends by, the weightiest first."""
 
+EVENT_ROWS: Final = 60
+"""Events listed in summary and report; ``events.parquet`` holds them all."""
+
 
 def plan_summary(planned: Plan) -> dict[str, Any]:
     """The plan: effects with reasons, pairs, bodies, topics, detectors, and what is left out."""
@@ -77,6 +80,14 @@ def titration_curves(effects: Mapping[str, EffectRun]) -> dict[str, tuple[FloatA
             added = np.interp(times, volume.times, volume.values) - volume.values[0]
             found[vessel] = (added[: len(ph.times)], ph.values, float(added[-1]) if ends else None)
     return found
+
+
+def event_list(effects: Mapping[str, EffectRun]) -> list[dict[str, Any]]:
+    """The first events in order of time, in seconds of the session."""
+    return [
+        {"effect": kind, "name": event.name, "text": event.text, "time": event.time, "end": event.end}
+        for kind, event in happened(effects)[:EVENT_ROWS]
+    ]
 
 
 def happened_words(effects: Mapping[str, EffectRun], most: int) -> list[str]:

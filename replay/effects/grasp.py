@@ -14,7 +14,7 @@ from replay.effects.output import EffectEvent, EffectOutput, Findings, LaneSpan
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import Span, spans_of, switched
 from replay.effects.touches import Touches
-from sessions.model.hand import HandTrack
+from sessions.model.track import HandTrack
 
 TWO_DEGREES: Final = float(np.radians(2.0))
 

@@ -17,9 +17,9 @@ from replay.effects.spans import BoolArray, Span
 from replay.errors import EffectError
 from replay.prepare.assembly import Assembly
 from sessions.mesh_data import MeshData
-from sessions.model.hand import HandTrack
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
+from sessions.model.track import HandTrack
 
 HANDS: Final = "/hands"
 """Topics below this: trigger, grip and buttons."""

@@ -6,6 +6,7 @@ Findings and repairs both use these marks, so that they cannot disagree.
 import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain, pairwise
 from typing import Final
 
 import numpy as np
@@ -78,13 +79,9 @@ class PosePass:
 def look_through(blocks: Iterable[Frames], space_radius: float = SPACE_RADIUS) -> PosePass:
     """Mark every sample; later blocks may know more bodies than earlier ones; the radius is that of the scene."""
     looking = _RunningPass(space_radius)
-    waiting: Frames | None = None
-    for block in _larger(blocks):
-        if waiting is not None:
-            looking.add(waiting, last=False)
-        waiting = block
-    if waiting is not None:
-        looking.add(waiting, last=True)
+    for block, after in pairwise(chain(_larger(blocks), (None,))):
+        if block is not None:
+            looking.add(block, last=after is None)
     return looking.result()
 
 

@@ -8,14 +8,13 @@ import numpy as np
 from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.meshes import all_mesh_findings
 from sessions.doctor.pose_pass import PosePass, look_through
-from sessions.doctor.poses import pose_findings
+from sessions.doctor.pose_spans import pose_findings
 from sessions.doctor.scale import scale_findings, table_findings
 from sessions.doctor.timing import time_findings
 from sessions.model.constants import BLOCK_FRAMES
-from sessions.model.scene import Scene, SceneBody
-from sessions.model.scene_pairs import absent_bodies
+from sessions.model.scene import Scene, SceneBody, absent_bodies
 from sessions.model.session import Session
-from sessions.model.streams import GazeTrack, ScalarTrack
+from sessions.model.track import GazeTrack, ScalarTrack
 
 Streams = Mapping[str, Mapping[str, GazeTrack] | Mapping[str, ScalarTrack]]
 

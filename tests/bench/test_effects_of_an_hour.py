@@ -11,7 +11,7 @@ from cdcore import Motion
 from replay.effects.effect_plan import plan
 from replay.effects.effects_runner import run_effects
 from replay.pipeline.engine import compute
-from sessions.model.hand import HandTrack
+from sessions.model.track import HandTrack
 from sessions.synthetic.scenes import SCENES, make_scene_session
 
 pytestmark = pytest.mark.bench

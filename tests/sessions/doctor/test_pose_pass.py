@@ -8,8 +8,7 @@ from support.planted_faults import FAULTS, clean
 
 from sessions import Frames, Scene, Severity, Status, examine
 from sessions.doctor.pose_pass import LOOKS_PER_BLOCK, look_through, sampled_poses
-from sessions.doctor.pose_spans import pose_spans, rest_spans
-from sessions.doctor.poses import MOST_OF_A_KIND, pose_findings
+from sessions.doctor.pose_spans import MOST_OF_A_KIND, pose_findings, pose_spans, rest_spans
 from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
 from sessions.geometry.rotations import quaternion_product
