@@ -15,8 +15,8 @@ from replay.outputs.results.run_folder import SUMMARY, check_target
 
 def place(name: str | Path) -> Path:
     """A path; of a URL like ``s3://bucket/runs`` what acts like one. ``PlaceError``: nobody here reads such URLs."""
-    if isinstance(name, Path) or "://" not in str(name):
-        return Path(name)
+    if isinstance(name, Path) or far(name) or "://" not in str(name):
+        return name if far(name) else Path(name)
     try:
         from upath import UPath
 

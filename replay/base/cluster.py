@@ -36,7 +36,7 @@ class Dask:
         except ImportError as error:
             words = f'--scheduler needs {error.name}, which is not installed; pip install -e ".[cluster]"'
             raise WorkerError(words) from error
-        self._cluster = None
+        self._cluster, self._jobs = None, jobs
         if scheduler == LOCAL:
             # The system ends who takes too much memory; a worker that Dask stops for it would wait for ever.
             own: dict[str, Any] = {"memory_limit": 0, "dashboard_address": None, "silence_logs": logging.CRITICAL}
@@ -60,6 +60,9 @@ class Dask:
     def places(self) -> Iterable[str]:
         """As ``Pool``: addresses of the workers that have our versions."""
         there = self._there()
+        if self._cluster is not None and len(there) < self._jobs:
+            # Dask gives up a worker that is killed while it starts; this brings it back.
+            self._cluster.scale(self._jobs)
         if new := [one for one in there if one not in self._alike]:
             for place, found in self._client.run(versions, workers=new, on_error="return").items():
                 if not isinstance(found, OSError):  # it died before it could say
