@@ -11,7 +11,7 @@ from contextlib import suppress
 from typing import Any, Final
 
 from replay.base.machine import PACKAGES, versions
-from replay.base.processes import LostError
+from replay.base.processes import LOST
 from replay.errors import WorkerError
 
 LOCAL: Final = "local"
@@ -79,7 +79,7 @@ class Dask:
         """As ``Pool``."""
         return self._client.submit(work, *arguments, workers=[place], pure=False)
 
-    def finished(self, working: Mapping[Any, str]) -> Iterable[Any]:
+    def finished(self, working: Mapping[Any, str]) -> Iterable[tuple[Any, Any]]:
         """As ``Pool``."""
         from distributed import CancelledError, wait
 
@@ -88,13 +88,14 @@ class Dask:
         with suppress(TimeoutError, CancelledError):
             wait([*working], timeout=POLL_S, return_when="FIRST_COMPLETED")
         there = self._there()
-        return [task for task, place in working.items() if task.done() or place not in there]
+        for task, place in working.items():
+            if task.done() or place not in there:
+                yield task, self._answer(task, place)
 
-    def answer(self, task: Any, place: str) -> Any:
-        """As ``Pool``; an answer that waits for us at a worker dies with it."""
+    def _answer(self, task: Any, place: str) -> Any:
         from distributed import CancelledError, KilledWorker
 
-        while place in self._there():
+        while place in self._there():  # an answer that waits for us at a worker dies with it
             try:
                 return task.result(timeout=10 * POLL_S)
             except (KilledWorker, CancelledError):
@@ -103,7 +104,7 @@ class Dask:
                 if task.status == "error":  # the task itself raised it
                     raise
         task.cancel()
-        raise LostError
+        return LOST
 
     def _there(self) -> set[str]:
         try:
