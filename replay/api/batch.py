@@ -87,27 +87,20 @@ def run_batch(
     tasks = {name: (path, folder / name, chosen, request) for name, path in named.items()}
     failed = in_processes(run_one, tasks, jobs, tell, scheduler)
     done = tuple(name for name in named if name not in failed)
-    digest, runs = hashlib.sha256(), dict[str, Mapping[str, Any]]()
-    for name in done:
-        runs[name] = _gist(_digested(digest, folder, name))
+    digest, runs = batch_digest(folder, done)
     before, audit = tuple(name for name in done if name in kept), pool(one["audit"] for one in runs.values())
-    return Batch(folder, done, before, failed, "" if failed else digest.hexdigest(), audit, runs)
+    return Batch(folder, done, before, failed, "" if failed else digest, audit, runs)
 
 
-def batch_digest(out: Path, names: Sequence[str]) -> str:
-    """SHA-256 over the digests of all detections and all rows of metrics, in order of name."""
-    digest = hashlib.sha256()
+def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, Mapping[str, Any]]]:
+    """SHA-256 over the digests of all detections and all rows of metrics, in order of name; name -> ``Batch.runs``."""
+    digest, runs = hashlib.sha256(), dict[str, Mapping[str, Any]]()
     for name in sorted(names):
-        _digested(digest, out, name)
-    return digest.hexdigest()
-
-
-def _digested(digest: Any, out: Path, name: str) -> dict[str, Any]:
-    """Add a run to a digest; its summary."""
-    run = read_run_folder(out / name)
-    answers = {label: one["digest"] for label, one in run.summary["detectors"].items()}
-    digest.update(json.dumps([name, answers, run.rows(METRICS)], sort_keys=True).encode())
-    return run.summary
+        run = read_run_folder(out / name)
+        answers = {label: one["digest"] for label, one in run.summary["detectors"].items()}
+        digest.update(json.dumps([name, answers, run.rows(METRICS)], sort_keys=True).encode())
+        runs[name] = _gist(run.summary)
+    return digest.hexdigest(), runs
 
 
 def _gist(summary: Mapping[str, Any]) -> dict[str, Any]:

@@ -13,10 +13,10 @@ from replay.errors import PlaceError, ReplayError
 from replay.outputs.results.run_folder import SUMMARY, check_target
 
 
-def place(name: str | Path) -> Path:
+def place(name: Any) -> Path:
     """A path; of a URL like ``s3://bucket/runs`` what acts like one. ``PlaceError``: nobody here reads such URLs."""
-    if isinstance(name, Path) or "://" not in str(name):
-        return Path(name)
+    if far(name) or "://" not in str(name):
+        return name if far(name) else Path(name)
     try:
         from upath import UPath
 

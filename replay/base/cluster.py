@@ -11,7 +11,7 @@ from contextlib import suppress
 from typing import Any, Final
 
 from replay.base.machine import PACKAGES, versions
-from replay.base.processes import LostError
+from replay.base.processes import LOST
 from replay.errors import WorkerError
 
 LOCAL: Final = "local"
@@ -36,7 +36,7 @@ class Dask:
         except ImportError as error:
             words = f'--scheduler needs {error.name}, which is not installed; pip install -e ".[cluster]"'
             raise WorkerError(words) from error
-        self._cluster = None
+        self._cluster, self._jobs = None, jobs
         if scheduler == LOCAL:
             # The system ends who takes too much memory; a worker that Dask stops for it would wait for ever.
             own: dict[str, Any] = {"memory_limit": 0, "dashboard_address": None, "silence_logs": logging.CRITICAL}
@@ -60,6 +60,9 @@ class Dask:
     def places(self) -> Iterable[str]:
         """As ``Pool``: addresses of the workers that have our versions."""
         there = self._there()
+        if self._cluster is not None and len(there) < self._jobs:
+            # Dask gives up a worker that is killed while it starts; this brings it back.
+            self._cluster.scale(self._jobs)
         if new := [one for one in there if one not in self._alike]:
             for place, found in self._client.run(versions, workers=new, on_error="return").items():
                 if not isinstance(found, OSError):  # it died before it could say
@@ -76,7 +79,7 @@ class Dask:
         """As ``Pool``."""
         return self._client.submit(work, *arguments, workers=[place], pure=False)
 
-    def finished(self, working: Mapping[Any, str]) -> Iterable[Any]:
+    def finished(self, working: Mapping[Any, str]) -> Iterable[tuple[Any, Any]]:
         """As ``Pool``."""
         from distributed import CancelledError, wait
 
@@ -85,13 +88,14 @@ class Dask:
         with suppress(TimeoutError, CancelledError):
             wait([*working], timeout=POLL_S, return_when="FIRST_COMPLETED")
         there = self._there()
-        return [task for task, place in working.items() if task.done() or place not in there]
+        for task, place in working.items():
+            if task.done() or place not in there:
+                yield task, self._answer(task, place)
 
-    def answer(self, task: Any, place: str) -> Any:
-        """As ``Pool``; an answer that waits for us at a worker dies with it."""
+    def _answer(self, task: Any, place: str) -> Any:
         from distributed import CancelledError, KilledWorker
 
-        while place in self._there():
+        while place in self._there():  # an answer that waits for us at a worker dies with it
             try:
                 return task.result(timeout=10 * POLL_S)
             except (KilledWorker, CancelledError):
@@ -100,7 +104,7 @@ class Dask:
                 if task.status == "error":  # the task itself raised it
                     raise
         task.cancel()
-        raise LostError
+        return LOST
 
     def _there(self) -> set[str]:
         try:

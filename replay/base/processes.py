@@ -30,8 +30,8 @@ POOLS: Final = {"processes": "replay.base.processes:Processes", "dask": "replay.
 """Who works: name -> ``module:Class`` of a ``Pool``, made with a number of jobs and the address of a scheduler."""
 
 
-class LostError(Exception):
-    """A worker ended without its answer."""
+LOST: Final = object()
+"""In place of the answer of a worker that ended without one."""
 
 
 class Pool(Protocol):
@@ -47,11 +47,11 @@ class Pool(Protocol):
     def submit(self, place: Any, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
         """Give a task to the worker at a place; what stands for its answer."""
 
-    def finished(self, working: Mapping[Any, Any]) -> Iterable[Any]:
-        """Those of the tasks (with their places) that have an answer or lost their worker; waits, but not for ever."""
+    def finished(self, working: Mapping[Any, Any]) -> Iterable[tuple[Any, Any]]:
+        """Tasks of these (with their places) that are over, each with its answer or ``LOST``; may wait a while.
 
-    def answer(self, task: Any, place: Any) -> Any:
-        """What a task came to; raises what it raised, and ``LostError``."""
+        Raises what a task raised.
+        """
 
 
 def in_processes(
@@ -126,15 +126,13 @@ def _pooled(
         for place in [one for one in pool.places() if one not in busy][: len(waiting)]:
             name = waiting.popleft()
             working[pool.submit(place, work, tasks[name])] = name, place
-        for task in pool.finished({task: place for task, (_, place) in working.items()}):
-            name, place = working.pop(task)
-            try:
-                answer = pool.answer(task, place)
-            except LostError:
-                ended[name] += 1
-                (waiting if ended[name] < attempts else lost).append(name)
-            else:
+        for task, answer in pool.finished({task: place for task, (_, place) in working.items()}):
+            name, _ = working.pop(task)
+            if answer is not LOST:
                 note(name, answer)
+                continue
+            ended[name] += 1
+            (waiting if ended[name] < attempts else lost).append(name)
     return lost
 
 
@@ -163,16 +161,10 @@ class Processes:
             self._pools[place] = _pool(1)
             return self._pools[place].submit(work, *arguments)
 
-    def finished(self, working: Mapping[Future[Any], int]) -> Iterable[Future[Any]]:
+    def finished(self, working: Mapping[Future[Any], int]) -> Iterable[tuple[Future[Any], Any]]:
         """As ``Pool``."""
-        return wait(working, return_when=FIRST_COMPLETED).done
-
-    def answer(self, task: Future[Any], _: int) -> Any:
-        """As ``Pool``."""
-        try:
-            return task.result()
-        except BrokenProcessPool as error:
-            raise LostError from error
+        for task in wait(working, return_when=FIRST_COMPLETED).done:
+            yield task, LOST if isinstance(task.exception(), BrokenProcessPool) else task.result()
 
 
 def _pool(jobs: int) -> ProcessPoolExecutor:

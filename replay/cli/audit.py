@@ -6,17 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import OK, People, TerminalProgress, counting
-from replay.cli.options import (
-    OUT_ANYWHERE,
-    SESSION_ANYWHERE,
-    gates,
-    lineup,
-    log_search,
-    noisy,
-    offline,
-    replaying,
-    workers,
-)
+from replay.cli.options import OUT_ANYWHERE, SESSION_ANYWHERE, auditing
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
@@ -26,13 +16,7 @@ if TYPE_CHECKING:
 @click.argument("sessions", type=SESSION_ANYWHERE, metavar="SESSION...", nargs=-1, required=True)
 @click.option("--out", "-o", type=OUT_ANYWHERE, metavar="DIR", help="Run folder; of several sessions a folder of them.")
 @click.option("--no-faces", is_flag=True, help="Leave out face recall, and the second pass it takes.")
-@lineup
-@log_search
-@offline
-@noisy
-@workers
-@gates
-@replaying
+@auditing
 def command(
     sessions: tuple[Path, ...], no_faces: bool, no_picture: bool, limits: "Gates", cite: bool, as_json: bool,
     people: People, **asked: Any,

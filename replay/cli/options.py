@@ -26,7 +26,9 @@ class Existing(click.Path):
         if "\0" in str(value):
             self.fail("a name of a file holds no NUL; name another", param, ctx)
         if self.url and "://" in str(value):
-            return _elsewhere(value)
+            from replay.api.places import place
+
+            return place(value)
         path = Path(value)
         if path.is_dir() and not self.dir_okay:
             found = sorted(path.glob("*.mcap"))
@@ -35,12 +37,6 @@ class Existing(click.Path):
         if path.is_file() and not self.file_okay:
             self.fail(f"{value} is a file; replay it first: replay run {value} --out RUN", param, ctx)
         return super().convert(value, param, ctx)
-
-
-def _elsewhere(url: str) -> Any:
-    from replay.api.places import place
-
-    return place(url)
 
 
 class Target(click.Path):
@@ -58,7 +54,9 @@ class Target(click.Path):
         except UnicodeEncodeError:
             self.fail(f"{value!r} is not UTF-8; name another", param, ctx)
         if self.url and "://" in str(value):
-            return _elsewhere(value)
+            from replay.api.places import place
+
+            return place(value)
         return super().convert(value, param, ctx)
 
 
@@ -186,6 +184,11 @@ def replaying(command: Callable[..., int]) -> Callable[..., int]:
     taken = click.option("--policy", multiple=True, metavar="KIND=ACTION", help=policy)
     unseen = click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
     return _with(reporting(command), force, scene, window, tau, taken, unseen, cite)
+
+
+def auditing(command: Callable[..., int]) -> Callable[..., int]:
+    """What ``run`` and ``audit`` take: of whom, how and by whom, with limits."""
+    return _with(command, lineup, log_search, offline, noisy, workers, gates, replaying)
 
 
 def _with(command: Command, *options: Callable[[Command], Command]) -> Command:

@@ -6,18 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import (
-    OUT_ANYWHERE,
-    SESSION_ANYWHERE,
-    gates,
-    lineup,
-    log_search,
-    noisy,
-    offline,
-    proof,
-    replaying,
-    workers,
-)  # fmt: skip
+from replay.cli.options import OUT_ANYWHERE, SESSION_ANYWHERE, auditing, proof
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
@@ -25,23 +14,10 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("sessions", type=SESSION_ANYWHERE, metavar="FILE.mcap...", nargs=-1, required=True)
-@click.option(
-    "--out",
-    "-o",
-    type=OUT_ANYWHERE,
-    required=True,
-    metavar="DIR",
-    help="Run folder to make; of several, one in it each.",
-)
+@click.option("--out", "-o", type=OUT_ANYWHERE, required=True, metavar="DIR", help="Run folder; of several, one each.")
 @click.option("--view", is_flag=True, help="Open the picture when it is written.")
-@lineup
-@log_search
-@offline
-@noisy
 @proof
-@workers
-@gates
-@replaying
+@auditing
 def command(
     sessions: tuple[Path, ...], out: Path, view: bool, no_picture: bool, limits: "Gates", cite: bool, as_json: bool,
     people: People, jobs: int, scheduler: str | None, **asked: Any,

@@ -6,25 +6,14 @@ from typing import Any
 
 import click
 
+from replay.cli import options
 from replay.cli.console import DATA_LOSS, OK, People, counting, print_name
-from replay.cli.options import (
-    ANY_PATH,
-    OUT_ANYWHERE,
-    SESSION_FILE,
-    Existing,
-    common,
-    force,
-    jobs,
-    lineup,
-    reporting,
-    workers,
-)  # fmt: skip
-from replay.cli.options import scene as scene_option
+from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, jobs, lineup, reporting
 
 SLOW = "22.5Hz=discrete[rate_hz=22.5]"
 """The detector whose misses the synthetic class is analysed with besides the oracle."""
 
-SESSIONS_ANYWHERE = Existing(folder=True, file=True, url=True)
+SESSIONS_ANYWHERE = options.Existing(folder=True, file=True, url=True)
 FOLDERS = click.Path(exists=True, file_okay=False, path_type=Path)
 
 
@@ -41,11 +30,11 @@ def require_extra() -> None:
 
 @click.command()
 @click.argument("sessions", type=SESSIONS_ANYWHERE, nargs=-1, required=True, metavar="FILE|DIR...")
-@click.option("--out", "-o", type=OUT_ANYWHERE, required=True, metavar="DIR", help="Gets a run folder per session.")
+@click.option("--out", "-o", type=options.OUT_ANYWHERE, required=True, metavar="DIR", help="For a run folder each.")
 @lineup
-@scene_option
+@options.scene
 @click.option("--pictures", is_flag=True, help="A recording for Rerun in each run folder too.")
-@workers
+@options.workers
 @reporting
 def run_sessions(
     sessions: tuple[Path, ...], out: Path, scene: Path | None, pictures: bool, as_json: bool, people: People,

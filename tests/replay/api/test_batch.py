@@ -117,12 +117,12 @@ def test_a_folder_of_something_else_and_two_files_of_one_name_are_refused(files,
 
 def test_the_digest_sees_every_answer(files, tmp_path):
     run_batch(files[:2], tmp_path / "runs", settings=SETTINGS)
-    before = batch_digest(tmp_path / "runs", ["s0", "s1"])
+    before = batch_digest(tmp_path / "runs", ["s0", "s1"])[0]
     summary = tmp_path / "runs" / "s1" / "summary.json"
     on_done = json.loads(summary.read_text())
     on_done["detectors"]["hybrid"]["digest"] = "0" * 64
     summary.write_text(json.dumps(on_done))
-    assert batch_digest(tmp_path / "runs", ["s0", "s1"]) != before
+    assert batch_digest(tmp_path / "runs", ["s0", "s1"])[0] != before
 
 
 def test_one_session_that_fails_is_a_sentence_and_not_an_exception(tmp_path):
@@ -170,7 +170,7 @@ def test_sessions_of_killed_processes_are_done_once_and_one_that_always_kills_it
     from_scratch = run_batch([*files, deadly], tmp_path / "more", jobs=2, settings=settings)
     for batch in (one_more, from_scratch):
         assert batch.done == ("s0", "s1", "s2") and list(batch.failed) == ["deadly"]
-        assert "ended 3 times" in batch.failed["deadly"] and batch_digest(batch.out, batch.done) == alone.digest
+        assert "ended 3 times" in batch.failed["deadly"] and batch_digest(batch.out, batch.done)[0] == alone.digest
 
 
 @pytest.mark.slow

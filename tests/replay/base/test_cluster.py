@@ -1,6 +1,7 @@
 import os
 import signal
 import sys
+import time
 from functools import partial
 from importlib.metadata import version
 
@@ -92,3 +93,19 @@ def test_what_the_workers_have_is_compared_before_any_work(tmp_path, monkeypatch
     with pytest.raises(WorkerError, match=f"has vrlab-replay {version('vrlab-replay')}, this machine 1.0"):
         in_processes(open, {"a": (str(tmp_path / "never"), "w")}, 1, scheduler=LOCAL)
     assert not [*tmp_path.iterdir()]
+
+
+@pytest.mark.slow
+@needs_sigkill
+def test_workers_of_this_machine_that_are_killed_while_they_start_come_back():
+    import psutil
+
+    with Dask(1, LOCAL) as pool:
+        limit, killed = time.monotonic() + 60, 0
+        while not pool.places() or killed < 3:
+            assert time.monotonic() < limit
+            for one in psutil.Process().children(recursive=True) if killed < 3 else []:
+                if "spawn_main" in " ".join(one.cmdline()):
+                    one.kill()
+                    killed += 1
+            time.sleep(0.1)
