@@ -7,8 +7,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from replay.outputs.results.data_set import DATA_SET, SAID
-from replay.outputs.results.parquet import table_of
-from replay.outputs.results.row_keys import SCHEMA
+from replay.outputs.results.parquet import SCHEMA, table_of
 
 PAIRS = [("hand-left", "beaker"), ("hand-right", "flask"), ("beaker", "burette"), ("flask", "stand")]
 TASKS, STAGES, TYPES = ("pour", "stir", None), ("first", "second"), ("immersive", "desktop")

@@ -10,9 +10,8 @@ import pyarrow as pa
 from replay.errors import RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
 from replay.outputs.results.fault_tables import FALSE_COLUMNS, FALSE_MEASURES, MISS_COLUMNS, MISS_MEASURES
-from replay.outputs.results.parquet import TYPES, UNREADABLE, read_table
+from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, read_table
 from replay.outputs.results.parquet_tables import EPISODE_COLUMNS, EVENT_COLUMNS, HEADS
-from replay.outputs.results.row_keys import KEYS, SCHEMA
 from replay.outputs.results.run_folder import EPISODES, EVENTS, FALSE_CONTACTS, METRICS, MISSES, SUMMARY
 
 RUN: Final[dict[str, type]] = {"run": str}

@@ -19,8 +19,7 @@ from replay.errors import RunFolderError
 from replay.guide.pages import page
 from replay.metrics.row import metric_rows
 from replay.outputs.results.data_set import DATA_SET, SAID
-from replay.outputs.results.parquet import TYPES
-from replay.outputs.results.row_keys import KEYS, SCHEMA
+from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES
 from replay.outputs.results.run_folder import write_run_folder
 from replay.pipeline.engine import compute
 from sessions import Event, Interval

@@ -135,7 +135,7 @@ def texts_of(folder):
 
 def test_a_shared_folder_knows_the_page_of_a_run_again_without_its_name(run, shared, tmp_path):
     assert pages_of(shared) == {run_key(run): "index.html"}
-    with pytest.raises(RunFolderError, match="is no shared folder of this version"):
+    with pytest.raises(RunFolderError, match="is no folder of `replay share` of this version; share its runs again"):
         pages_of(run)
     with pytest.raises(RunFolderError, match=r"summary.json cannot be read"):
         run_key(tmp_path)
@@ -177,6 +177,7 @@ def test_a_run_without_a_picture_or_with_a_report_of_another_version(run, tmp_pa
     with pytest.raises(RunFolderError, match=r"holds no report\.html; replay the session again"):
         write_shared_folder([bare], tmp_path / "sent")
     (bare.path / "report.html").write_text("<title>t</title>")
+    (bare.path / "summary.json").write_bytes((run / "summary.json").read_bytes())
     assert write_shared_folder([bare], tmp_path / "alone") == "no run holds a picture (run.rrd)"
     (bare.path / "run.rrd").write_bytes((run / "run.rrd").read_bytes())
     with pytest.raises(RunFolderError, match="of another version; replay the session again"):
