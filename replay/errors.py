@@ -13,9 +13,10 @@
     ├── NoiseError            noise asked for in words that mean nothing, or that cannot be measured
     ├── ProofError            a proof of what is none: verdicts not of `exact`, frames that are not the recording's
     ├── OutputError           a run folder or file that cannot be written
+    ├── PlaceError            a URL that nobody here can read or write
     ├── RunFolderError        a folder that holds no run, or a run of another version
     ├── TradeoffError         settings whose price cannot be measured: nothing to miss, no grid
-    ├── WorkerError           a process of several that ended without an answer
+    ├── WorkerError           a process of several that ended without an answer, or workers that cannot be used
     ├── CalibrationError      wall times that cannot be read or are of another experiment
     ├── FixtureError          a number of faces in which no pose of two meshes meets
     ├── ShrinkError           a wrong answer that there is not, or that does not happen again
@@ -75,6 +76,10 @@ class OutputError(ReplayError, OSError):
     """A result cannot be written where it was asked for."""
 
 
+class PlaceError(ReplayError, OSError):
+    """A file or folder elsewhere cannot be reached."""
+
+
 class RunFolderError(ReplayError, ValueError):
     """A folder is not a run folder, or one of another version."""
 
@@ -84,7 +89,7 @@ class StudyError(ReplayError, ValueError):
 
 
 class WorkerError(ReplayError, RuntimeError):
-    """A process among several ended without an answer."""
+    """A process among several ended without an answer, or workers cannot be used."""
 
 
 class ShrinkError(ReplayError, ValueError):

@@ -7,10 +7,12 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
+from support.sampled import SAMPLED
 
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("without slow tests", settings.get_profile("any machine"), max_examples=25)
@@ -71,8 +73,15 @@ def pytest_configure_node(node):
     node.workerinput["kernels_are_there"] = str(node.config.stash[KERNELS_ARE_THERE])
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """What needs no kernel comes first; else the order of the folders stays."""
+    """What needs no kernel comes first; else the order of the folders stays. Of ``SAMPLED`` most cases are slow."""
+    seen = Counter()
+    for item in items:
+        function = item.nodeid.partition("[")[0]
+        if seen[function] % SAMPLED.get(function, 1):
+            item.add_marker(pytest.mark.slow)
+        seen[function] += 1
     items.sort(key=lambda item: not item.nodeid.startswith(WITHOUT_KERNELS))
 
 

@@ -12,10 +12,12 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final
 
+from replay.api.places import far, near, place, reaching
 from replay.base.machine import versions
-from replay.base.processes import OnDone, answers_of, in_processes
+from replay.base.processes import DONE, KEPT, OnDone, answers_of, in_processes
 from replay.errors import OutputError, RunFolderError
-from replay.outputs.results.run_folder import METRICS, check_target, read_run_folder
+from replay.outputs.results.run_folder import METRICS, read_run_folder
+from replay.pipeline.scores import pool
 from sessions.whole_files import whole_file
 
 BATCH: Final = "batch.json"
@@ -33,6 +35,8 @@ class Batch:
     kept : those among them that had it before.
     failed : name -> one sentence.
     digest : SHA-256 over every answer and every row of metrics, in any order of work the same; ``""`` if any failed.
+    audit : label -> figures over all that are done, as ``replay.audit``.
+    runs : name -> what is left of its summary by ``_gist``, for those that are done.
     """
 
     out: Path
@@ -40,48 +44,85 @@ class Batch:
     kept: tuple[str, ...]
     failed: Mapping[str, str] = field(default_factory=dict)
     digest: str = ""
+    audit: Mapping[str, Any] = field(default_factory=dict)
+    runs: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
 
 def run_batch(
-    sessions: Sequence[Path], out: Path, *, jobs: int = 1, settings: Mapping[str, Any] | None = None,
-    on_done: OnDone | None = None,
+    sessions: Sequence[str | Path], out: str | Path, *, jobs: int = 1, scheduler: str | None = None,
+    settings: Mapping[str, Any] | None = None, force: bool = False, on_done: OnDone | None = None,
 ) -> Batch:  # fmt: skip
     """Run every session and write its run folder to ``out/<name of the file>``.
 
     Parameters
     ----------
-    sessions : session files with different names.
-    out : folder of the batch; a batch with the same settings that was begun there is continued.
+    sessions : session files with different names: paths, or URLs of fsspec.
+    out : folder of the batch, or the URL of one; a batch with the same settings that was begun there is continued.
     jobs : processes.
+    scheduler : address of a scheduler of Dask whose workers do the work, ``local`` for one with ``jobs`` workers here;
+        they see paths as this process does, in a folder that all share.
     settings : for ``replay.run``: detectors, oracle, seed, picture.
+    force : go on in a batch of other settings too, whose run folders are replaced one by one.
     on_done : called for each session when it is finished.
 
-    Raises ``OutputError``: two files of one name, a folder of something else, or a batch with other settings.
+    Raises ``OutputError``: two files of one name, a folder of something else, or a batch with other settings;
+    ``PlaceError``: a URL that cannot be reached; ``WorkerError``: workers that cannot be used.
     """
-    named = _named(sessions)
-    chosen = dict(settings or {})
-    scene = {"scene": _file_digest(Path(chosen["scene"]))} if "scene" in chosen else {}
-    request = {"schema": SCHEMA, "settings": chosen | scene, "versions": versions()}
-    _begin(out, request)
-    marks = {name: _mark(request, path) for name, path in named.items()}
-    kept = tuple(name for name, mark in marks.items() if _is_whole(out / name, mark))
-    for name in kept:
-        if on_done is not None:
-            on_done(name, "kept")
-    tasks = {name: (path, out / name, chosen, marks[name]) for name, path in named.items() if name not in kept}
-    failed = in_processes(run_one, tasks, jobs, on_done)
+    named, folder = _named([_absolute(place(one)) for one in sessions]), _absolute(place(out))
+    chosen, scene = dict(settings or {}), {}
+    if chosen.get("scene"):
+        chosen["scene"] = Path(chosen["scene"]).absolute()
+        scene = {"scene": _file_digest(chosen["scene"])}
+    # As JSON, which has no tuples: a worker that reads it makes the same marks.
+    request = json.loads(json.dumps({"schema": SCHEMA, "settings": chosen | scene, "versions": versions()}))
+    with reaching(folder):
+        there, kept = _begin(folder, request, force=force), set[str]()
+
+    def tell(name: str, became: str) -> None:
+        if became == KEPT and name in there:
+            kept.add(name)
+        if on_done is not None:  # what was not there and is kept, was done by a worker whose answer was lost
+            on_done(name, DONE if became == KEPT and name not in there else became)
+
+    tasks = {name: (path, folder / name, chosen, request) for name, path in named.items()}
+    failed = in_processes(run_one, tasks, jobs, tell, scheduler)
     done = tuple(name for name in named if name not in failed)
-    return Batch(out, done, kept, failed, "" if failed else batch_digest(out, done))
+    digest, runs = hashlib.sha256(), dict[str, Mapping[str, Any]]()
+    for name in done:
+        runs[name] = _gist(_digested(digest, folder, name))
+    before, audit = tuple(name for name in done if name in kept), pool(one["audit"] for one in runs.values())
+    return Batch(folder, done, before, failed, "" if failed else digest.hexdigest(), audit, runs)
 
 
 def batch_digest(out: Path, names: Sequence[str]) -> str:
     """SHA-256 over the digests of all detections and all rows of metrics, in order of name."""
     digest = hashlib.sha256()
     for name in sorted(names):
-        run = read_run_folder(out / name)
-        answers = {label: one["digest"] for label, one in run.summary["detectors"].items()}
-        digest.update(json.dumps([name, answers, run.rows(METRICS)], sort_keys=True).encode())
+        _digested(digest, out, name)
     return digest.hexdigest()
+
+
+def _digested(digest: Any, out: Path, name: str) -> dict[str, Any]:
+    """Add a run to a digest; its summary."""
+    run = read_run_folder(out / name)
+    answers = {label: one["digest"] for label, one in run.summary["detectors"].items()}
+    digest.update(json.dumps([name, answers, run.rows(METRICS)], sort_keys=True).encode())
+    return run.summary
+
+
+def _gist(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """What gates and tables over many runs ask of each; a thousand whole summaries would fill the memory."""
+    return {
+        "session": {key: summary["session"][key] for key in ("origin", "frames", "dropped_frames")},
+        "detectors": {label: {"seconds": one["seconds"]} for label, one in summary["detectors"].items()},
+        "flagged": [{"kind": one["kind"], "dropped": one["dropped"]} for one in summary["flagged"] if one["dropped"]],
+        "audit": summary["audit"],
+    }
+
+
+def _absolute(given: Any) -> Any:
+    """A path that means the same in every process; what is no path as it is."""
+    return given.absolute() if isinstance(given, Path) else given
 
 
 def _named(sessions: Sequence[Path]) -> dict[str, Path]:
@@ -92,27 +133,33 @@ def _named(sessions: Sequence[Path]) -> dict[str, Path]:
     return named
 
 
-def _begin(out: Path, request: dict[str, Any]) -> None:
-    """Make or reopen the folder of a batch."""
+def _begin(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
+    """Make or reopen the folder of a batch; the names of what is in it."""
     if not out.exists():
         out.mkdir(parents=True)
-    if not out.is_dir():
+    if out.is_file():
         raise OutputError(f"{out} is a file; name a folder for the runs")
-    if (out / BATCH).is_file():
+    there = {entry.name for entry in out.iterdir()} if out.exists() else set[str]()
+    if BATCH in there:
         try:
             before = json.loads((out / BATCH).read_text(encoding="utf-8"))
-            same = all(before[key] == json.loads(json.dumps(value)) for key, value in request.items())
+            same = all(before[key] == value for key, value in request.items())
         except (ValueError, KeyError, TypeError) as error:
             raise OutputError(f"{out / BATCH} cannot be read; name another folder") from error
-        if not same:
+        if not same and not force:
             raise OutputError(f"{out} holds a batch with other settings or of another version; name another folder")
-    elif any(not entry.name.startswith(".") for entry in out.iterdir()):
+    elif any(not name.startswith(".") for name in there):
         raise OutputError(f"{out} holds something else than a batch of runs; name another folder")
+    text = (json.dumps(request, indent=1, sort_keys=True) + "\n").encode()
+    if far(out):  # a store shows an object when it is whole
+        (out / BATCH).write_bytes(text)
+        return there
     with whole_file(out / BATCH, OutputError) as file:
-        file.write((json.dumps(request, indent=1, sort_keys=True) + "\n").encode())
+        file.write(text)
+    return there
 
 
-def _mark(request: dict[str, Any], path: Path) -> str:
+def _mark(request: Any, path: Path) -> str:
     """SHA-256 over the contents of a recording and all that is asked of it; its run folder keeps it."""
     return hashlib.sha256(json.dumps([request, _file_digest(path)], sort_keys=True).encode()).hexdigest()
 
@@ -130,25 +177,26 @@ def _is_whole(out: Path, mark: str) -> bool:
 
 
 def run_side_by_side(
-    asked: Mapping[str, tuple[Any, Mapping[str, Any]]], jobs: int, on_done: OnDone | None = None
-) -> tuple[Any, ...]:
+    asked: Mapping[str, tuple[Any, Mapping[str, Any]]], jobs: int, on_done: OnDone | None = None,
+    scheduler: str | None = None,
+) -> tuple[Any, ...]:  # fmt: skip
     """Run sessions (name -> session or file, what ``replay.run`` is asked) in processes; a result each, in this order.
 
-    Results come without what cannot leave a process: detectors, intersection segments, the search for step rates.
-    Raises ``OutputError`` before any work for a run folder that is in the way; then as ``replay.run`` and
+    ``scheduler`` as ``run_batch``. Results come without what cannot leave a process: detectors, intersection segments,
+    the search for step rates. A run folder that is in the way is replaced. Raises as ``replay.run`` and
     ``replay.base.processes.answers_of``.
     """
-    for _, settings in asked.values():
-        if settings["out"] is not None:
-            check_target(Path(settings["out"]), force=settings["force"])
-    return tuple(answers_of(_portable_run, asked, jobs, on_done).values())
+    tasks = {
+        name: (_absolute(session), {**settings, **{key: _absolute(settings[key]) for key in ("out", "scene")}})
+        for name, (session, settings) in asked.items()
+    }
+    results = answers_of(_portable_run, tasks, jobs, on_done, scheduler)
+    return tuple(replace(results[name], out=settings["out"]) for name, (_, settings) in asked.items())
 
 
 def _portable_run(session: Any, settings: Mapping[str, Any]) -> Any:
-    from replay.api.runner import run
-
-    # A folder that stands now is of this very task, whose answer was lost: others were refused before.
-    result = run(session, **{**settings, "force": True})
+    # A folder that stands now may be of this very task, whose answer was lost; others were refused before.
+    result = run_near(session, {**settings, "force": True})
     bare = {label: replace(one, section_source=None) for label, one in result.detections.items()}
     cut: dict[str, Any] = {
         label: SimpleNamespace(settings=one.settings, parts=one.parts)
@@ -159,14 +207,24 @@ def _portable_run(session: Any, settings: Mapping[str, Any]) -> Any:
     return replace(result, detections=bare, detectors=cut, dwell=dwell, watched={})
 
 
-def run_one(path: Path, out: Path, settings: Mapping[str, Any], mark: str = "") -> str:
-    """Run one session into its folder, unless it is there already; why it failed, or ``""``."""
+def run_near(session: Any, settings: Mapping[str, Any]) -> Any:
+    """``replay.run`` of a session that may lie elsewhere, into a folder that may."""
     from replay.api.runner import run
 
-    if mark and _is_whole(out, mark):  # done by a process whose answer was lost
-        return ""
+    with near(session, settings["out"]) as (here, folder):
+        return replace(run(here, **{**settings, "out": folder}), out=settings["out"])
+
+
+def run_one(path: Path, out: Path, settings: Mapping[str, Any], request: Any = "") -> str:
+    """Run one session into its folder: ``KEPT`` if it stands there already, why it failed, or ``""``."""
+    from replay.api.runner import run
+
     try:
-        run(path, out=out, force=True, request=mark, **settings)
+        with near(path, out) as (file, folder):
+            mark = _mark(request, file)
+            if _is_whole(out, mark):
+                return KEPT
+            run(file, out=folder, force=True, request=mark, **settings)
     except Exception as error:
         return " ".join(f"{type(error).__name__}: {error}".split())
     return ""

@@ -1,14 +1,15 @@
-"""Independent tasks in processes: named tasks, where one failure does not stop the others, and a crew that returns
-results."""
+"""Independent tasks in processes or on a cluster: named tasks, where one failure does not stop the others, and a crew
+that returns results."""
 
 import multiprocessing
 import os
 import threading
 from collections import Counter, deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
-from typing import Any, Final
+from importlib import import_module
+from typing import Any, Final, Protocol
 
 from replay.errors import WorkerError
 
@@ -16,33 +17,67 @@ OnDone = Callable[[str, str], None]
 """Called with a name and what became of it: ``done``, ``kept`` or why it failed."""
 
 Work = Callable[..., str]
-"""A function of a module; gives back why it failed, or an empty string."""
+"""A function of a module; gives back why it failed, an empty string, or ``KEPT``: there was nothing to do."""
 
 Tasks = Mapping[str, tuple[Any, ...]]
+
+DONE, KEPT = "done", "kept"
 
 ATTEMPTS: Final = 3
 """A task that ends its process this often is set aside."""
 
+POOLS: Final = {"processes": "replay.base.processes:Processes", "dask": "replay.base.cluster:Dask"}
+"""Who works: name -> ``module:Class`` of a ``Pool``, made with a number of jobs and the address of a scheduler."""
 
-def in_processes(work: Work, tasks: Tasks, jobs: int, on_done: OnDone | None = None) -> dict[str, str]:
+
+class LostError(Exception):
+    """A worker ended without its answer."""
+
+
+class Pool(Protocol):
+    """Workers, each at a place of its own: where one dies, only its task is asked again."""
+
+    def __enter__(self) -> "Pool": ...
+
+    def __exit__(self, *error: object) -> None: ...
+
+    def places(self) -> Iterable[Any]:
+        """Where a worker is now."""
+
+    def submit(self, place: Any, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        """Give a task to the worker at a place; what stands for its answer."""
+
+    def finished(self, working: Mapping[Any, Any]) -> Iterable[Any]:
+        """Those of the tasks (with their places) that have an answer or lost their worker; waits, but not for ever."""
+
+    def answer(self, task: Any, place: Any) -> Any:
+        """What a task came to; raises what it raised, and ``LostError``."""
+
+
+def in_processes(
+    work: Work, tasks: Tasks, jobs: int, on_done: OnDone | None = None, scheduler: str | None = None
+) -> dict[str, str]:
     """Do every task (name -> arguments of ``work``); name -> why it failed, for those that did.
 
-    ``jobs`` processes do them, this one if it is 1; ``on_done`` is called for every task when it is finished.
+    ``jobs`` processes do them, this one if it is 1; or the workers of a ``scheduler`` of Dask: its address, or
+    ``local``. ``on_done`` is called for every task when it is finished.
     """
     failed: dict[str, str] = {}
 
-    def note(name: str, why: str) -> None:
-        if why:
-            failed[name] = why
+    def note(name: str, became: str) -> None:
+        if became and became != KEPT:
+            failed[name] = became
         if on_done is not None:
-            on_done(name, why or "done")
+            on_done(name, became or DONE)
 
-    for name in _attempted(work, tasks, jobs, note):
+    for name in _attempted(work, tasks, jobs, scheduler, note):
         note(name, f"its process was ended {ATTEMPTS} times, perhaps for want of memory")
     return failed
 
 
-def answers_of(work: Callable[..., Any], tasks: Tasks, jobs: int, on_done: OnDone | None = None) -> dict[str, Any]:
+def answers_of(
+    work: Callable[..., Any], tasks: Tasks, jobs: int, on_done: OnDone | None = None, scheduler: str | None = None
+) -> dict[str, Any]:
     """Do every task as ``in_processes``; name -> what it gives back, in order of the tasks.
 
     Raises what a task raises; ``WorkerError``: tasks that ended their process each time, after all others are done.
@@ -52,58 +87,92 @@ def answers_of(work: Callable[..., Any], tasks: Tasks, jobs: int, on_done: OnDon
     def note(name: str, answer: Any) -> None:
         answers[name] = answer
         if on_done is not None:
-            on_done(name, "done")
+            on_done(name, DONE)
 
-    if lost := _attempted(work, tasks, jobs, note):
+    if lost := _attempted(work, tasks, jobs, scheduler, note):
         words = f"ended their process {ATTEMPTS} times, perhaps for want of memory; leave them out"
         raise WorkerError(f"{', '.join(lost)}: {words}")
     return {name: answers[name] for name in tasks}
 
 
-def _attempted(work: Callable[..., Any], tasks: Tasks, jobs: int, note: Callable[[str, Any], None]) -> list[str]:
+def _attempted(
+    work: Callable[..., Any], tasks: Tasks, jobs: int, scheduler: str | None, note: Callable[[str, Any], None]
+) -> list[str]:
     """Do tasks, in this process if ``jobs`` is 1; return the names of those that ended their process each time."""
-    if jobs <= 1:
+    if not tasks or (jobs <= 1 and scheduler is None):
         for name, arguments in tasks.items():
             note(name, work(*arguments))
         return []
+    module, _, kind = POOLS["dask" if scheduler else "processes"].partition(":")
+    row = getattr(import_module(module), kind)
+    with row(min(jobs, len(tasks)), scheduler) as pool:
+        lost = _pooled(pool, work, tasks, note, ATTEMPTS - 1)
     # A task may want more memory than is left beside others, so the last attempt is made with nothing beside it.
-    lost = _pooled(work, tasks, min(jobs, len(tasks)), note, ATTEMPTS - 1)
-    return [again for name in lost for again in _pooled(work, {name: tasks[name]}, 1, note, 1)]
+    for name in [*lost]:
+        with row(1, scheduler) as pool:
+            if not _pooled(pool, work, {name: tasks[name]}, note, 1):
+                lost.remove(name)
+    return lost
 
 
 def _pooled(
-    work: Callable[..., Any], tasks: Tasks, jobs: int, note: Callable[[str, Any], None], attempts: int
+    pool: Pool, work: Callable[..., Any], tasks: Tasks, note: Callable[[str, Any], None], attempts: int
 ) -> list[str]:
-    """Do tasks in processes; return the names of those that ended their process at each of ``attempts``.
-
-    Each process has a pool of its own: where one dies, only its task is asked again, after all others.
-    """
+    """Do tasks; return the names of those that lost their worker at each of ``attempts``, made after all others."""
     waiting, ended, lost = deque(tasks), Counter[str](), list[str]()
-    pools = [_pool(1) for _ in range(jobs)]
-    free, working = list(range(jobs)), dict[Future[Any], tuple[str, int]]()
-    try:
-        while waiting or working:
-            while waiting and free:
-                name, place = waiting.popleft(), free.pop()
-                try:
-                    working[pools[place].submit(work, *tasks[name])] = name, place
-                except BrokenProcessPool:  # its process died idle: nobody's fault
-                    waiting.appendleft(name)
-                    pools[place] = _pool(1)
-                    free.append(place)
-            for finished in wait(working, return_when=FIRST_COMPLETED).done:
-                name, place = working.pop(finished)
-                free.append(place)
-                if not isinstance(finished.exception(), BrokenProcessPool):
-                    note(name, finished.result())
-                    continue
-                pools[place] = _pool(1)
+    working = dict[Any, tuple[str, Any]]()
+    while waiting or working:
+        busy = [place for _, place in working.values()]
+        for place in [one for one in pool.places() if one not in busy][: len(waiting)]:
+            name = waiting.popleft()
+            working[pool.submit(place, work, tasks[name])] = name, place
+        for task in pool.finished({task: place for task, (_, place) in working.items()}):
+            name, place = working.pop(task)
+            try:
+                answer = pool.answer(task, place)
+            except LostError:
                 ended[name] += 1
                 (waiting if ended[name] < attempts else lost).append(name)
-    finally:
-        for pool in pools:
-            pool.shutdown(cancel_futures=True)
+            else:
+                note(name, answer)
     return lost
+
+
+class Processes:
+    """Processes of this machine, each in a pool of one, which breaks alone."""
+
+    def __init__(self, jobs: int, _: str | None = None) -> None:
+        self._pools = [_pool(1) for _ in range(jobs)]
+
+    def __enter__(self) -> "Processes":
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        for pool in self._pools:
+            pool.shutdown(cancel_futures=True)
+
+    def places(self) -> Iterable[int]:
+        """As ``Pool``."""
+        return range(len(self._pools))
+
+    def submit(self, place: int, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Future[Any]:
+        """As ``Pool``; a process that died, at work or idle, is replaced."""
+        try:
+            return self._pools[place].submit(work, *arguments)
+        except BrokenProcessPool:
+            self._pools[place] = _pool(1)
+            return self._pools[place].submit(work, *arguments)
+
+    def finished(self, working: Mapping[Future[Any], int]) -> Iterable[Future[Any]]:
+        """As ``Pool``."""
+        return wait(working, return_when=FIRST_COMPLETED).done
+
+    def answer(self, task: Future[Any], _: int) -> Any:
+        """As ``Pool``."""
+        try:
+            return task.result()
+        except BrokenProcessPool as error:
+            raise LostError from error
 
 
 def _pool(jobs: int) -> ProcessPoolExecutor:

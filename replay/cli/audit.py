@@ -6,21 +6,31 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import OK, People, TerminalProgress, counting
-from replay.cli.options import ANY_PATH, SESSION_FILE, gates, jobs, lineup, log_search, noisy, offline, replaying
+from replay.cli.options import (
+    OUT_ANYWHERE,
+    SESSION_ANYWHERE,
+    gates,
+    lineup,
+    log_search,
+    noisy,
+    offline,
+    replaying,
+    workers,
+)
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
 
 
 @click.command()
-@click.argument("sessions", type=SESSION_FILE, metavar="SESSION...", nargs=-1, required=True)
-@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder; of several sessions a folder of them.")
+@click.argument("sessions", type=SESSION_ANYWHERE, metavar="SESSION...", nargs=-1, required=True)
+@click.option("--out", "-o", type=OUT_ANYWHERE, metavar="DIR", help="Run folder; of several sessions a folder of them.")
 @click.option("--no-faces", is_flag=True, help="Leave out face recall, and the second pass it takes.")
 @lineup
 @log_search
 @offline
 @noisy
-@jobs
+@workers
 @gates
 @replaying
 def command(

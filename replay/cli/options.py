@@ -17,13 +17,16 @@ Command = TypeVar("Command", bound=Callable[..., Any])
 class Existing(click.Path):
     """A path that exists; where the other kind of path is given, the error says what to do about it."""
 
-    def __init__(self, *, folder: bool) -> None:
-        super().__init__(exists=True, dir_okay=folder, file_okay=not folder, path_type=Path)
+    def __init__(self, *, folder: bool, file: bool | None = None, url: bool = False) -> None:
+        super().__init__(exists=True, dir_okay=folder, file_okay=not folder if file is None else file, path_type=Path)
+        self.url = url
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """As ``click.Path``, with a word on what to give instead."""
         if "\0" in str(value):
             self.fail("a name of a file holds no NUL; name another", param, ctx)
+        if self.url and "://" in str(value):
+            return _elsewhere(value)
         path = Path(value)
         if path.is_dir() and not self.dir_okay:
             found = sorted(path.glob("*.mcap"))
@@ -34,8 +37,18 @@ class Existing(click.Path):
         return super().convert(value, param, ctx)
 
 
+def _elsewhere(url: str) -> Any:
+    from replay.api.places import place
+
+    return place(url)
+
+
 class Target(click.Path):
     """A path to be written; a name that no table or page could repeat is refused."""
+
+    def __init__(self, *, url: bool = False) -> None:
+        super().__init__(path_type=Path)
+        self.url = url
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """As ``click.Path``, for names in UTF-8 without a NUL."""
@@ -44,6 +57,8 @@ class Target(click.Path):
                 self.fail("a name of a file holds no NUL; name another", param, ctx)
         except UnicodeEncodeError:
             self.fail(f"{value!r} is not UTF-8; name another", param, ctx)
+        if self.url and "://" in str(value):
+            return _elsewhere(value)
         return super().convert(value, param, ctx)
 
 
@@ -61,7 +76,9 @@ class Number(click.FloatRange):
 SHARE = Number(min=0.0, max=1.0)
 SESSION_FILE = Existing(folder=False)
 RUN_FOLDER = Existing(folder=True)
-ANY_PATH = Target(path_type=Path)
+ANY_PATH = Target()
+SESSION_ANYWHERE = Existing(folder=False, url=True)
+OUT_ANYWHERE = Target(url=True)
 
 
 def common(command: Callable[..., int]) -> Callable[..., int]:
@@ -95,6 +112,19 @@ def reporting(command: Callable[..., int]) -> Callable[..., int]:
     )
 
 
+def require_free(*files: Path, force: bool) -> None:
+    """Refuse to replace files that are there, unless ``--force`` was given, before the work is done and not after."""
+    from replay.errors import OutputError
+    from sessions.whole_files import check_free
+
+    for file in files:
+        check_free(file, OutputError, force=force)
+
+
+FILES_OR_FOLDERS = click.Path(exists=True, path_type=Path)
+meshes = click.option(
+    "--meshes", "place", type=FILES_OR_FOLDERS, metavar="DIR|FILE.glb", help="Meshes by the names of files or nodes."
+)
 SCENE_WORDS = "A scene in place of the session's own, of which nothing is kept."
 scene = click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help=SCENE_WORDS)
 force = click.option("--force", is_flag=True, help="Replace an earlier file or folder of that name.")
@@ -104,8 +134,17 @@ cite = click.option("--cite", is_flag=True, help="Print the sources behind the d
 log_search = click.option("--log-search", is_flag=True, help="Show every look of every search in the recording.")
 
 jobs = click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
+scheduler = click.option(
+    "--scheduler", metavar="ADDRESS|local",
+    help="Let workers of Dask do it: of a cluster by address, or --jobs of them here.",
+)  # fmt: skip
 proof = click.option("--proof", is_flag=True, help="Write why each verdict of the oracle is so, for `replay verify`.")
 offline = click.option("--offline", is_flag=True, help="Ask for the whole motion at once, not frame by frame.")
+
+
+def workers(command: Command) -> Command:
+    """``--jobs --scheduler``: who works, where there are several sessions."""
+    return _with(command, jobs, scheduler)
 
 
 def noisy(command: Command) -> Command:

@@ -6,14 +6,25 @@ from typing import Any
 
 import click
 
-from replay.cli.console import DATA_LOSS, OK, People, answer, counting, print_name
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, jobs, lineup, reporting
+from replay.cli.console import DATA_LOSS, OK, People, counting, print_name
+from replay.cli.options import (
+    ANY_PATH,
+    OUT_ANYWHERE,
+    SESSION_FILE,
+    Existing,
+    common,
+    force,
+    jobs,
+    lineup,
+    reporting,
+    workers,
+)  # fmt: skip
 from replay.cli.options import scene as scene_option
 
 SLOW = "22.5Hz=discrete[rate_hz=22.5]"
 """The detector whose misses the synthetic class is analysed with besides the oracle."""
 
-FILES_OR_FOLDERS = click.Path(exists=True, path_type=Path)
+SESSIONS_ANYWHERE = Existing(folder=True, file=True, url=True)
 FOLDERS = click.Path(exists=True, file_okay=False, path_type=Path)
 
 
@@ -29,31 +40,28 @@ def require_extra() -> None:
 
 
 @click.command()
-@click.argument("sessions", type=FILES_OR_FOLDERS, nargs=-1, required=True, metavar="FILE|DIR...")
-@click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Folder with a run folder per session.")
+@click.argument("sessions", type=SESSIONS_ANYWHERE, nargs=-1, required=True, metavar="FILE|DIR...")
+@click.option("--out", "-o", type=OUT_ANYWHERE, required=True, metavar="DIR", help="Gets a run folder per session.")
 @lineup
 @scene_option
 @click.option("--pictures", is_flag=True, help="A recording for Rerun in each run folder too.")
-@jobs
+@workers
 @reporting
 def run_sessions(
-    sessions: tuple[Path, ...], out: Path, scene: Path | None, pictures: bool, jobs: int, as_json: bool,
-    people: People, **asked: Any,
+    sessions: tuple[Path, ...], out: Path, scene: Path | None, pictures: bool, as_json: bool, people: People,
+    jobs: int, scheduler: str | None, **asked: Any,
 ) -> int:  # fmt: skip
     """Replay many sessions, each into a run folder of its own; killed, the same command goes on where it stopped.
 
     \b
     replay study run class/sessions --out class/runs --jobs 2
     """
-    files = session_files(sessions)
-    replaced = {"scene": str(scene)} if scene else {}
-    batch = _run(files, out, jobs, {**asked, **replaced, "picture": pictures}, people)
-    plain = {"out": str(out), **{name: getattr(batch, name) for name in ("done", "kept", "failed", "digest")}}
-    lines = [f"{len(batch.done)} of {len(files)} sessions are in {out}"]
-    lines += [f"failed: {name}: {why}" for name, why in batch.failed.items()]
-    lines.append(f"digest: {batch.digest or 'none, sessions failed'}")
-    answer(as_json, plain, lambda: lines)
-    return DATA_LOSS if batch.failed else OK
+    from replay.cli.many import run_many
+
+    settings = {**asked, **({"scene": str(scene)} if scene else {}), "picture": pictures}
+    return run_many(
+        session_files(sessions), out, people, settings=settings, as_json=as_json, jobs=jobs, scheduler=scheduler
+    )
 
 
 @click.command()
@@ -98,11 +106,14 @@ def demo_class(out: Path, students: int, seed: int, jobs: int, people: People) -
     failed = make_class(out, students=students, seed=seed, jobs=jobs, on_done=counting(people, students))
     files = sorted((out / SESSIONS).glob("*.mcap"))
     people.say(f"replaying {len(files)} sessions ...")
+    from replay.api.batch import run_batch
+
     settings = {"detectors": SLOW, "oracle": None, "seed": 0, "picture": False}
-    batch = _run(files, out / "runs", jobs, settings, people)
+    batch = run_batch(files, out / "runs", jobs=jobs, settings=settings, on_done=counting(people, len(files)))
     write_table(collect([out / "runs"]), out / "metrics.parquet", force=True)
-    inputs = {"metrics": out / "metrics.parquet", "questionnaire": out / ANSWERS, "codebook": out / CODEBOOK}
-    analyse_files(inputs, people, out=out / "study", title="A class that was made up", seed=seed, force=True)
+    inputs = {"questionnaire": out / ANSWERS, "codebook": out / CODEBOOK}
+    title, study = "A class that was made up", out / "study"
+    analyse_files(inputs, people, runs=out / "runs", out=study, title=title, seed=seed, force=True)
     return DATA_LOSS if failed or batch.failed else OK
 
 
@@ -117,9 +128,3 @@ def session_files(given: Sequence[Path]) -> list[Path]:
             raise StudyError(f"{path} holds no session files (*.mcap)")
         files += found
     return files
-
-
-def _run(files: list[Path], out: Path, jobs: int, settings: dict[str, Any], people: People) -> Any:
-    from replay.api.batch import run_batch
-
-    return run_batch(files, out, jobs=jobs, settings=settings, on_done=counting(people, len(files)))

@@ -15,7 +15,7 @@ from cdcore.numerics import FloatArray, IntArray
 from replay.comparison.first_touch import at_touch
 from replay.comparison.outcome import Miss
 from replay.effects.output import vector_of
-from replay.outputs.materials import is_ghost, tags_of
+from replay.outputs.palette import is_ghost, tags_of
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene
 

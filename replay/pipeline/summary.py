@@ -17,9 +17,8 @@ from replay.comparison.outcome import counts_of
 from replay.detection.run_detector import Run
 from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, event_list, plan_summary
-from replay.pipeline.fault_lists import fault_list
 from replay.pipeline.run_result import Measured
-from replay.pipeline.scores import pair_figures, score
+from replay.pipeline.scores import fault_list, pair_figures, score
 from replay.prepare.session_scan import SessionScan
 from sessions.mcap_format.metadata import NOT_STATED
 

@@ -1,7 +1,7 @@
 """Makes a session of converted samples: adds meshes and stand-ins, and records what was converted."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -10,13 +10,10 @@ from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
 from sessions.mesh_data import MeshData
-from sessions.model.event import Event, Interval
-from sessions.model.hand import HandTrack
-from sessions.model.live_contact import LiveContact
+from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
-from sessions.model.streams import GazeTrack, ScalarTrack
-from sessions.model.track import Track
+from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
 from sessions.scene_files.scene_meshes import scene_meshes, with_colliders
 from sessions.scene_files.scene_toml import scene_to_toml
 from sessions.scene_files.toml_table import nearest
@@ -90,7 +87,8 @@ def finished(
         given |= {name: given[name].transformed(samples.mesh_turn) for name in files}
     if proxies or (proxies is None and not given):
         declared = _with_proxies(declared, samples.tracks, given)
-    facts = {"source_file": source.name, "conversions": "; ".join(samples.conversions) or "none", **samples.facts}
+    done = "; ".join(together(samples.conversions)) or "none"
+    facts = {"source_file": source.name, "conversions": done, **samples.facts}
     events, intervals = samples.events, samples.intervals
     session = Session.from_tracks(samples.tracks, given, declared, events=events, intervals=intervals, facts=facts)
     contacts, hands = tuple(samples.live_contacts), dict(samples.hands)
@@ -136,6 +134,15 @@ def counted(what: str, dropped: int, flagged: int) -> list[str]:
     if flagged:
         words.append(f"{what}: {flagged} rows flagged as lost that hold no pose (missing number, no unit quaternion)")
     return words
+
+
+def together(notes: Iterable[str]) -> list[str]:
+    """Notes of the same words about several things as one: ``a, b: 3 rows dropped``."""
+    about: dict[str, list[str]] = {}
+    for note in notes:
+        what, colon, words = note.partition(": ")
+        about.setdefault(colon + words or note, []).append(what if colon else "")
+    return [", ".join(filter(None, dict.fromkeys(names))) + words for words, names in about.items()]
 
 
 def name_words(name: str) -> list[str]:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
@@ -22,6 +23,7 @@ LENGTHS: Final = {"meters": 1.0, "centimeters": 0.01, "millimeters": 0.001, "inc
 BODIES: Final = ("Rigid Body", "Bone")
 AXES: Final = "gltf"
 HEAD_LINES: Final = 12  # The lines that name columns are among these; Motive writes 7 or 8
+MILLISECOND: Final = 1_000_000
 FIRST, TIME = "Format Version", "Time (Seconds)"
 
 
@@ -47,26 +49,41 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Imported:
         raise ImportFileError(
             f"{source}: line 1: poses are in space {space!r}; export them with Coordinate Space Global"
         )
-    every = np.ones(len(table), dtype=np.bool_)
     time = next((one for one in table.columns if one.endswith(TIME)), TIME)
-    stamps = table.stamps(time, "s", every)
+    stamps, finer = _unrounded(table.stamps(time, "s", table.every), table, facts)
     tables, notes = {}, []
     for name, columns in _bodies(table, euler).items():
-        numbers = table.numbers(columns, every)
+        numbers = table.numbers(columns, table.every)
         turn = numbers[:, 3:] if euler == "Quaternion" else quaternion_from_euler(np.radians(numbers[:, 3:]), euler)
-        seen = every & np.isfinite(numbers).all(axis=1)
+        seen = table.every & np.isfinite(numbers).all(axis=1)
         seen[-1:] &= not table.cut_short
         tables[name] = PoseTable(stamps, numbers[:, :3], turn, seen)
         if not seen.all():
             notes.append(f"{name}: {int((~seen).sum())} frames are lost: they hold no numbers or are cut short")
     assumed = [] if "Length Units" in facts else ["lengths in m"]
     assumed += [] if convention else ["axes of Motive (right-handed, +Y up)"]
+    assumed += [finer] if finer else []
     assumed += [f"Euler angles {euler} in degrees about own axes"] if euler != "Quaternion" else []
     clock = f"seconds since the take began ({facts.get('Capture Start Time', 'no date in the file')})"
     frame = SourceFrame(
         convention_named(convention or AXES), unit.lower(), LENGTHS[unit.lower()], clock, assumed=tuple(assumed)
     )
     return imported(tables, frame, notes)
+
+
+def _unrounded(stamps: NDArray[np.int64], table: CsvTable, facts: dict[str, str]) -> tuple[NDArray[np.int64], str]:
+    """Stamps (n,) by frame number where Motive cut the times to whole milliseconds, and what was assumed, or ``""``."""
+    try:
+        rate = float(facts.get("Export Frame Rate", facts.get("Capture Frame Rate", "")))
+    except ValueError:
+        return stamps, ""
+    frames = table.numbers([table.columns[0]], table.every)[:, 0]
+    if not (len(stamps) and rate > 0 and np.isfinite(frames).all() and not (stamps % MILLISECOND).any()):
+        return stamps, ""
+    exact = stamps[0] + np.rint((frames - frames[0]) * (1e9 / rate)).astype(np.int64)
+    if (np.abs(exact - stamps) >= MILLISECOND).any() or np.array_equal(exact, stamps):
+        return stamps, ""
+    return exact, f"times by frame number at {rate:g} Hz, as those of the file are cut to 1 ms"
 
 
 def _preamble(source: Path) -> tuple[dict[str, str], int, int]:
@@ -76,7 +93,7 @@ def _preamble(source: Path) -> tuple[dict[str, str], int, int]:
             lines = [file.readline(LONGEST_LINE) for _ in range(HEAD_LINES)]
         rows = [next(csv.reader([line]), []) for line in lines]
     except (UnicodeDecodeError, csv.Error) as error:
-        raise ImportFileError(f"{source}: this is no CSV text ({error}); export it again") from None
+        raise ImportFileError(f"{source}: this is no CSV text in UTF-8 ({error}); save it as UTF-8") from None
     starts = [row[1] if row[:1] == [""] and len(row) > 1 else row[0] if row else "" for row in rows]
     if starts[0] != FIRST:
         raise ImportFileError(f"{source}: line 1 does not begin with {FIRST!r}; export from Motive with the header on")

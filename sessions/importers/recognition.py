@@ -14,6 +14,11 @@ STARTS: Final = (
     (FIRST.encode(), "optitrack", f"line 1 begins with {FIRST}, as Motive's exports do"),
     (b"{", "aframe", "it is JSON"),
 )
+ANOTHER_BAG: Final = (
+    "make it an MCAP file first: pip install rosbags; rosbags-convert --src BAG --dst FOLDER --dst-storage mcap"
+)
+BAGS: Final = ((b"#ROSBAG", "it is a bag of ROS 1"), (b"SQLite format 3", "it is an SQLite file, as bags of ROS 2 are"))
+"""First bytes of bags that are no MCAP files, and what they are."""
 FIRST_BYTES: Final = 4096
 DELIMITERS: Final = ",;\t"
 
@@ -21,19 +26,27 @@ DELIMITERS: Final = ",;\t"
 def recognised(source: Path) -> tuple[str, str]:
     """A format of ``IMPORTERS`` and why; ImportFileError where nothing speaks for one."""
     if source.is_dir():
-        if next(source.rglob(TRIALS), None) or any(TRACKER.fullmatch(path.name) for path in source.rglob("*.csv")):
-            return "uxf", f"the folder holds {TRIALS} or files OBJECT_movement_T001.csv"
-        raise ImportFileError(f"{source} is a folder, but none of UXF; name a file, or the format before the source")
+        return _recognised_folder(source)
     if source.name == TRIALS:
         return "uxf", f"its name is {TRIALS}"
     with source.open("rb") as file:
-        head = file.read(FIRST_BYTES)
-    head = head.removeprefix(b"\xef\xbb\xbf")
+        head = file.read(FIRST_BYTES).removeprefix(b"\xef\xbb\xbf")
     for start, name, why in STARTS:
         if head.lstrip().startswith(start):
             return name, why
+    what = next((what for start, what in BAGS if head.startswith(start)), "")
+    if what:
+        raise ImportFileError(f"{source}: {what}; {ANOTHER_BAG}")
     line = head.partition(b"\n")[0].decode("utf-8", errors="replace")
     found = [letter for letter in DELIMITERS if letter in line]
     if found and line.strip().replace("\t", "").isprintable() and "\ufffd" not in line:
         return "csv", f"line 1 has {line.count(found[0]) + 1} cells between {found[0]!r}"
     raise ImportFileError(f"{source}: nothing says what it is; name the format before the source: replay import FORMAT")
+
+
+def _recognised_folder(source: Path) -> tuple[str, str]:
+    if next(source.rglob(TRIALS), None) or any(TRACKER.fullmatch(path.name) for path in source.rglob("*.csv")):
+        return "uxf", f"the folder holds {TRIALS} or files OBJECT_movement_T001.csv"
+    if (source / "metadata.yaml").is_file():
+        raise ImportFileError(f"{source} is a bag of ROS 2: name the .mcap file in it; of .db3 files {ANOTHER_BAG}")
+    raise ImportFileError(f"{source} is a folder, but none of UXF; name a file, or the format before the source")

@@ -83,6 +83,7 @@ def test_a_run_with_continuous_as_oracle_names_the_miss_between_two_frames():
     assert (outcome[5], set(outcome[np.arange(count) != 5])) == (Outcome.BETWEEN_FRAMES, {Outcome.NEITHER})
 
 
+@pytest.mark.slow
 def test_of_intervals_that_survive_the_spheres_fewer_than_one_in_a_hundred_stay_open():
     rng = np.random.default_rng(2026)
     bodies = [CUBE, PLATE, Body("brick", box_mesh((0.03, 0.02, 0.05))), Body("bar", box_mesh((0.2, 0.004, 0.004)))]

@@ -112,7 +112,8 @@ def run_command(words, promised, made, capsys):
 
 def pages():
     for name, text in DOCUMENTS.items():
-        if any(list(commands(block)) for block in blocks(text, "bash")):
+        runs_a_session = any("replay.run(" in block for block in blocks(text, "python"))
+        if runs_a_session or any(list(commands(block)) for block in blocks(text, "bash")):
             marks = [pytest.mark.slow]
             yield pytest.param(name, marks=marks)
         elif blocks(text, "python"):

@@ -9,8 +9,7 @@ import numpy as np
 from cdcore import TriangleMesh
 from cdcore.numerics import BoolArray, FloatArray, IntArray, place_points
 from replay.outputs.camera import FIELD_OF_VIEW, Eye, look_rotation
-from replay.outputs.materials import albedo, is_ghost, tags_of
-from replay.outputs.palette import INVENTED, MISSED
+from replay.outputs.palette import INVENTED, MISSED, albedo, is_ghost, tags_of
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene
 

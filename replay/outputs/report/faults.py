@@ -15,8 +15,8 @@ from replay.outputs.moments import LOOK, TO_DO, worst_first
 from replay.outputs.report.markup import Markup, element, joined, page_section, page_table
 from replay.outputs.tables import CODE, STRONG, Column, Marked, Table
 from replay.outputs.words import address
-from replay.pipeline.fault_lists import LISTED, MOST_CARDS, cost_of_mending
 from replay.pipeline.run_result import RunResult
+from replay.pipeline.scores import LISTED, MOST_CARDS, cost_of_mending
 
 MENDED: Final = {"miss": "to catch it", "false": "to mend it"}
 LOOK_AT: Final = "look at it"

@@ -17,8 +17,7 @@ from replay.outputs.report.tradeoff import JSON as TRADEOFF_JSON
 from replay.outputs.report.tradeoff import PICTURES
 from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
 from replay.outputs.results import fault_tables, parquet_tables
-from replay.outputs.results.parquet import read_rows
-from replay.outputs.results.row_keys import with_keys
+from replay.outputs.results.parquet import read_rows, with_keys
 from replay.outputs.results.seal import PROOF, SEAL, write_seal
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds

@@ -9,7 +9,7 @@ import numpy as np
 from replay.base.constants import BLOCK_FRAMES
 from replay.effects.effect_plan import plan
 from replay.errors import AssemblyError
-from replay.outputs.materials import tags_of
+from replay.outputs.palette import tags_of
 from replay.outputs.words import counted
 from replay.prepare.flags import chain_of
 from replay.studies.minimise.names import Names, plain_scene

@@ -31,6 +31,7 @@ def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkey
     assert len(read_session(tmp_path / "replay-demo" / "session.mcap").frames) == report["session"]["frames"]
 
 
+@pytest.mark.slow
 def test_the_demo_can_be_repeated_where_it_stands_but_replaces_no_named_folder(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for _ in range(2):

@@ -8,7 +8,8 @@ from replay.outputs.report.tradeoff_picture import growth_picture
 from replay.outputs.tradeoff_table import growth_table
 from replay.prepare.assemble import assemble
 from replay.tradeoffs import growth
-from replay.tradeoffs.growth import at_rate, copied, grow, grown, growth_answer, leaves_at, with_faces
+from replay.tradeoffs.decimation import with_faces
+from replay.tradeoffs.growth import at_rate, copied, grow, grown, growth_answer, leaves_at
 
 
 @pytest.fixture(scope="module")

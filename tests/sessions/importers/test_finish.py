@@ -7,7 +7,7 @@ import pytest
 from sessions import MeshData, Track, importers
 from sessions.errors import ImportFileError
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names
-from sessions.importers.finish import Imported, finished, proxy_for, side_of, usable_track
+from sessions.importers.finish import Imported, finished, proxy_for, side_of, together, usable_track
 from sessions.scene_files.scene_toml import parse_scene
 
 TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
@@ -23,6 +23,11 @@ def test_a_stamp_that_goes_back_costs_its_row_and_those_it_overtakes(tmp_path):
     track, dropped, flagged = usable_track(stamps, np.zeros((6, 3)), np.tile([0, 0, 0, 1.0], (6, 1)), np.ones(6, bool))
     assert track.times_ns.tolist() == [0, 10, 11]
     assert (dropped, flagged) == (3, 0)
+
+
+def test_notes_of_the_same_words_are_one_that_names_all_bodies():
+    notes = ["lengths in m", "a: 3 rows lost", "clock: 5 ppm", "b: 3 rows lost", "c: 4 rows lost", "lengths in m"]
+    assert together(notes) == ["lengths in m", "a, b: 3 rows lost", "clock: 5 ppm", "c: 4 rows lost"]
 
 
 def test_rows_without_a_rotation_are_flagged_and_keep_their_numbers():

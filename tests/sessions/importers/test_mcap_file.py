@@ -95,9 +95,11 @@ def as_json(path, messages):
         channels = {}
         for topic, stamp, message in messages:
             if topic not in channels:
-                schema = writer.register_schema(message.DESCRIPTOR.full_name, "jsonschema", b"{}")
+                kind = "any" if isinstance(message, dict) else message.DESCRIPTOR.full_name
+                schema = writer.register_schema(kind, "jsonschema", b"{}")
                 channels[topic] = writer.register_channel(topic, "json", schema)
-            writer.add_message(channels[topic], stamp + 5, json.dumps(plain(message)).encode(), stamp)
+            data = json.dumps(message if isinstance(message, dict) else plain(message)).encode()
+            writer.add_message(channels[topic], stamp + 5, data, stamp)
         writer.finish()
     return path
 
@@ -226,6 +228,14 @@ def test_an_unstamped_pose_has_the_time_it_was_logged_at_and_that_is_said(tmp_pa
     assert "2 poses without a stamp have the time they were logged at" in session.facts["conversions"]
 
 
+def test_a_pose_may_be_in_the_frame_that_its_topic_is_named_after(tmp_path):
+    one = stamped(PoseInFrame_pb2.PoseInFrame(frame_id="truth"), 1_000)
+    one.pose.orientation.w = 1.0
+    as_protobuf(tmp_path / "a.mcap", [("/truth", 1_000, one)])
+    session = import_session("mcap", tmp_path / "a.mcap")
+    assert list(session.names) == ["truth pose"] and "poses in the root frame 'truth'" in session.facts["conversions"]
+
+
 def others(unstamped=False):
     """Poses that are logged 0.25 s and 30 ppm late, and beside them numbers, a ray, a remark and a picture."""
     late = [round(0.25e9 + 30e-6 * (stamp - START)) for stamp in STAMPS.tolist()]
@@ -243,25 +253,9 @@ def others(unstamped=False):
         yield "/camera", stamp, {"data": 1.0, "pixels": [0] * 3000}
 
 
-def as_mixed(path, messages):
-    with path.open("wb") as stream:
-        writer = McapWriter(stream)
-        writer.start(profile="", library="another")
-        channels = {}
-        for topic, stamp, message in messages:
-            if topic not in channels:
-                kind = "any" if isinstance(message, dict) else message.DESCRIPTOR.full_name
-                schema = writer.register_schema(kind, "jsonschema", b"{}")
-                channels[topic] = writer.register_channel(topic, "json", schema)
-            data = json.dumps(message if isinstance(message, dict) else plain(message)).encode()
-            writer.add_message(channels[topic], stamp + 5, data, stamp)
-        writer.finish()
-    return path
-
-
 @pytest.mark.parametrize("unstamped", [False, True])
 def test_numbers_rays_and_remarks_of_other_topics_come_along_on_the_clock_of_the_poses(tmp_path, unstamped):
-    session = import_session("mcap", as_mixed(tmp_path / "a.mcap", others(unstamped)))
+    session = import_session("mcap", as_json(tmp_path / "a.mcap", others(unstamped)))
     assert session.names == ("head",)
     assert set(session.scalars) == {"heart", "pupil/left", "pupil/right"}
     heart, gaze = session.scalars["heart"], session.gaze["eyes/anna"]

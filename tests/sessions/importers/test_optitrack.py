@@ -86,7 +86,7 @@ def test_rigid_bodies_arrive_in_metres_on_the_clock_of_the_take(tmp_path, kind):
 def test_frames_without_numbers_are_lost_and_counted(tmp_path):
     session = import_session("optitrack", written(tmp_path, export(lost=(3, 4))))
     assert np.flatnonzero(~session.tracks["Cup"].valid).tolist() == [3, 4]
-    assert "Cup: 2 frames are lost" in session.facts["conversions"]
+    assert "Cup, Left hand: 2 frames are lost" in session.facts["conversions"]
 
 
 BROKEN = {
@@ -131,3 +131,23 @@ def test_a_broken_export_is_refused_in_one_sentence(tmp_path, name):
 @pytest.mark.parametrize("count", MUTANTS)
 def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
     survive("optitrack", written(tmp_path, export()), count)
+
+
+def test_times_cut_to_milliseconds_are_those_of_the_frame_numbers(tmp_path):
+    lines = export().split("\r\n")
+    first = next(k for k, line in enumerate(lines) if line.startswith("Frame,")) + 1
+    for k in range(COUNT):
+        frame, _, rest = lines[first + k].split(",", 2)
+        lines[first + k] = f"{frame},{int(k / 120 * 1000) / 1000:.6f},{rest}"
+    session = import_session("optitrack", written(tmp_path, "\r\n".join(lines)))
+    assert session.tracks["Cup"].times_ns.tolist() == [round(k / 120 * 1e9) for k in range(COUNT)]
+    assert "times by frame number at 120 Hz" in session.facts["assumed"]
+    lines[first + 5] = lines[first + 5].replace("0.041000", "0.043000")
+    session = import_session("optitrack", written(tmp_path, "\r\n".join(lines)))
+    assert session.tracks["Cup"].times_ns[5] == 43_000_000 and "times" not in session.facts["assumed"]
+
+
+def test_text_that_is_not_utf_8_is_refused_with_the_cure(tmp_path):
+    (tmp_path / "take.csv").write_bytes(export().replace("11.30.20.235 AM", "11.30.20.235 \u4e0a\u5348").encode("gbk"))
+    with pytest.raises(ImportFileError, match="save it as UTF-8"):
+        import_session("optitrack", tmp_path / "take.csv")

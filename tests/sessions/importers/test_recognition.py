@@ -36,6 +36,16 @@ def test_what_nothing_speaks_for_is_refused_in_one_sentence(tmp_path, data):
         import_session("auto", tmp_path / "x")
 
 
+@pytest.mark.parametrize("start", [b"#ROSBAG V2.0\n", b"SQLite format 3\x00"])
+def test_a_bag_that_is_no_mcap_file_is_refused_with_the_command_that_makes_one(tmp_path, start):
+    (tmp_path / "x.bag").write_bytes(start + bytes(100))
+    with pytest.raises(ImportFileError, match=r"bags? of ROS .*rosbags-convert --src BAG .* --dst-storage mcap"):
+        recognised(tmp_path / "x.bag")
+    (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information:\n")
+    with pytest.raises(ImportFileError, match=r"bag of ROS 2: name the .mcap file in it"):
+        recognised(tmp_path)
+
+
 def test_an_option_of_another_format_is_refused_by_the_one_that_was_found(tmp_path):
     (tmp_path / "m.json").write_bytes(b"{}")
     with pytest.raises(ImportFileError, match="importer 'aframe' has no option 'mapping'"):

@@ -1,0 +1,122 @@
+"""The workers of a scheduler of Dask, on this machine or on a cluster that is there already.
+
+Each worker gets one task at a time, and a task is bound to its worker: who died with it is known, and nothing else is
+asked again. Dask itself would blame a dead worker on all tasks that it had in store.
+"""
+
+import logging
+import time
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from typing import Any, Final
+
+from replay.base.machine import PACKAGES, versions
+from replay.base.processes import LostError
+from replay.errors import WorkerError
+
+LOCAL: Final = "local"
+"""Stands for a scheduler with workers on this machine, which ends with the batch."""
+
+POLL_S: Final = 0.5
+"""How often dead and new workers are looked for while nothing is finished."""
+
+PATIENCE_S: Final = 60.0
+"""How long a batch waits for a first worker, or for one to come back when all are gone."""
+
+
+class Dask:
+    """Workers of a scheduler; those that come later work too, when they have the same versions.
+
+    Raises ``WorkerError``: Dask is not installed, no scheduler, no worker, or other versions there.
+    """
+
+    def __init__(self, jobs: int, scheduler: str) -> None:
+        try:
+            from distributed import Client, LocalCluster
+        except ImportError as error:
+            words = f'--scheduler needs {error.name}, which is not installed; pip install -e ".[cluster]"'
+            raise WorkerError(words) from error
+        self._cluster = None
+        if scheduler == LOCAL:
+            # The system ends who takes too much memory; a worker that Dask stops for it would wait for ever.
+            own: dict[str, Any] = {"memory_limit": 0, "dashboard_address": None, "silence_logs": logging.CRITICAL}
+            self._cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, **own)
+        try:
+            self._client = Client(self._cluster or scheduler, timeout=10)
+        except (OSError, ValueError, TypeError) as error:
+            todo = "start one with `dask scheduler`, or use --scheduler local"
+            raise WorkerError(f"no scheduler of Dask answers at {scheduler} ({error}); {todo}") from error
+        self._alike: set[str] = set()
+        self._seen = time.monotonic()
+
+    def __enter__(self) -> "Dask":
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._client.close()
+        if self._cluster is not None:
+            self._cluster.close()
+
+    def places(self) -> Iterable[str]:
+        """As ``Pool``: addresses of the workers that have our versions."""
+        there = self._there()
+        if new := [one for one in there if one not in self._alike]:
+            for place, found in self._client.run(versions, workers=new, on_error="return").items():
+                if not isinstance(found, OSError):  # it died before it could say
+                    _require_same(place, found)
+                    self._alike.add(place)
+        if self._alike & there:
+            self._seen = time.monotonic()
+        elif time.monotonic() - self._seen > PATIENCE_S:
+            todo = "start some with `dask worker ADDRESS --nthreads 1`; the same command goes on where it stopped"
+            raise WorkerError(f"the scheduler has had no worker for {PATIENCE_S:.0f} s; {todo}")
+        return sorted(self._alike & there)
+
+    def submit(self, place: str, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        """As ``Pool``."""
+        return self._client.submit(work, *arguments, workers=[place], pure=False)
+
+    def finished(self, working: Mapping[Any, str]) -> Iterable[Any]:
+        """As ``Pool``."""
+        from distributed import CancelledError, wait
+
+        if not working:
+            time.sleep(POLL_S)
+        with suppress(TimeoutError, CancelledError):
+            wait([*working], timeout=POLL_S, return_when="FIRST_COMPLETED")
+        there = self._there()
+        return [task for task, place in working.items() if task.done() or place not in there]
+
+    def answer(self, task: Any, place: str) -> Any:
+        """As ``Pool``; an answer that waits for us at a worker dies with it."""
+        from distributed import CancelledError, KilledWorker
+
+        while place in self._there():
+            try:
+                return task.result(timeout=10 * POLL_S)
+            except (KilledWorker, CancelledError):
+                break
+            except TimeoutError:
+                if task.status == "error":  # the task itself raised it
+                    raise
+        task.cancel()
+        raise LostError
+
+    def _there(self) -> set[str]:
+        try:
+            return set(self._client.nthreads())
+        except OSError as error:
+            raise WorkerError(f"the scheduler is gone ({error}); the same command goes on where it stopped") from error
+
+
+def _require_same(place: str, found: Any) -> None:
+    """Refuse a worker with other versions of what can change a verdict, a time or a file, or without it."""
+    if isinstance(found, Exception):
+        todo = "install it there, with the same versions"
+        raise WorkerError(f"the worker {place} cannot load vrlab-replay ({found}); {todo}")
+    here = versions()
+    for name in PACKAGES:
+        if found.get(name) != here.get(name):
+            is_there, is_here = (of.get(name, "none") for of in (found, here))
+            todo = "install the same everywhere"
+            raise WorkerError(f"the worker {place} has {name} {is_there}, this machine {is_here}; {todo}")

@@ -1,0 +1,68 @@
+"""Several sessions, a run folder each: what ``run`` and ``study run`` do with them and say of them."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from replay.cli.console import DATA_LOSS, OK, People, counting
+from replay.cli.run_report import answer_cited, lost_frames, lost_poses
+
+if TYPE_CHECKING:
+    from replay.api.batch import Batch
+    from replay.outputs.tables import Table
+    from replay.pipeline.gates import Gates
+
+SESSION_ROWS: Final = 20
+
+RARE: Final = ("undecided", "frames left out", "poses left out")
+"""Columns that are there only where there is something to count; *undecided* adds up over the detectors."""
+
+
+def run_many(
+    files: Sequence[Path], out: Path, people: People, *, settings: Mapping[str, Any], as_json: bool = False,
+    limits: "Gates | None" = None, **how: Any,
+) -> int:  # fmt: skip
+    """Run sessions as ``run_batch`` does, ``how`` it is asked; print figures over all of them; the exit code."""
+    from replay.api.batch import run_batch
+    from replay.cli.run_tables import audit_tables
+    from replay.cli.terminal import terminal
+
+    batch = run_batch(files, out, settings=settings, on_done=counting(people, len(files)), **how)
+    broken = limits.broken(batch.audit, [*batch.runs.values()]) if limits else []
+    plain = {name: getattr(batch, name) for name in ("done", "kept", "failed", "digest", "audit")}
+    tables = audit_tables([], batch.audit) if batch.audit else []
+    tables += [session_table(batch)] if batch.runs else []
+    lines = ["", f"{len(batch.done)} of {len(files)} sessions are in {out}"]
+    lines += [f"failed: {name}: {why}" for name, why in batch.failed.items()]
+    lines.append(f"digest: {batch.digest or 'none, sessions failed'}")
+    answer_cited(as_json, {"out": str(out), **plain, "broken": broken}, lambda: terminal(*tables), {}, lines)
+    lost = batch.failed or any(lost_frames(one) or lost_poses(one) for one in batch.runs.values())
+    return people.gate(broken, DATA_LOSS if lost else OK)
+
+
+def session_table(batch: "Batch") -> "Table":
+    """A row per session that is done, the one with the most missed contacts first; sums over all in the last row."""
+    from replay.outputs.tables import IN_RED, WARNING, table
+
+    missed = {f"missed by {label}": label for label in batch.audit}
+    rows = {name: _counts(run, missed) for name, run in batch.runs.items()}
+    rare = [name for name in RARE if any(row[name] for row in rows.values())]
+    names = ["frames", *(["contacts", *missed] if missed else []), *rare]
+    order = sorted(rows, key=lambda one: (-sum(rows[one][name] for name in missed), one))
+    made = table(
+        "sessions, the most missed contacts first" if missed else "sessions", ["session", *names],
+        [(one, *(rows[one][name] for name in names)) for one in order],
+        marks=dict.fromkeys(missed, IN_RED) | dict.fromkeys(rare, WARNING),
+        foot=("all", *(sum(row[name] for row in rows.values()) for name in names)),
+    )  # fmt: skip
+    return made.first(SESSION_ROWS, f"… and {{}} more in {batch.out}")
+
+
+def _counts(run: Mapping[str, Any], missed: Mapping[str, str]) -> dict[str, int]:
+    """What a row of the table says of a run; the contacts are the oracle's, the same beside every detector."""
+    of = [run["audit"][label] for label in missed.values() if label in run["audit"]]
+    lost = (lost_frames(run), lost_poses(run))
+    undecided = sum(one["contacts_undecided"] for one in of)
+    counts = {"frames": run["session"]["frames"], "contacts": of[0]["contacts"] if of else 0}
+    found = {name: run["audit"][label]["contacts_missed"] for name, label in missed.items() if label in run["audit"]}
+    return dict.fromkeys(missed, 0) | counts | found | dict(zip(RARE, (undecided, *lost), strict=True))

@@ -1,0 +1,94 @@
+import os
+import signal
+import sys
+from functools import partial
+from importlib.metadata import version
+
+import pytest
+
+from replay.base.cluster import LOCAL, Dask, _require_same
+from replay.base.machine import versions
+from replay.base.processes import answers_of, in_processes
+from replay.errors import WorkerError
+
+needs_sigkill = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
+
+
+def note(file, what):
+    """Workers find no module of the tests: this travels by value."""
+    with open(file, "a") as marks:  # noqa: PTH123
+        marks.write("x")
+    with open(file) as marks:  # noqa: PTH123
+        first = marks.read() == "x"
+    if what == "die" or (what == "die once" and first):
+        os.kill(os.getpid(), signal.SIGKILL)
+    if what == "raise":
+        raise TimeoutError("it took its time")
+    return "it was not to be" if what == "fail" else ""
+
+
+@pytest.fixture
+def by_value():
+    import cloudpickle
+
+    cloudpickle.register_pickle_by_value(sys.modules[__name__])
+    yield
+    cloudpickle.unregister_pickle_by_value(sys.modules[__name__])
+
+
+def test_a_worker_with_other_versions_or_without_the_tool_is_named_with_both():
+    here = versions()
+    _require_same("tcp://a:1", here | {"python": "3.0"})
+    with pytest.raises(WorkerError, match=f"the worker tcp://a:1 has numpy 1.0, this machine {here['numpy']}; install"):
+        _require_same("tcp://a:1", here | {"numpy": "1.0"})
+    with pytest.raises(WorkerError, match=f"has numba none, this machine {here['numba']}; install the same"):
+        _require_same("tcp://a:1", {name: one for name, one in here.items() if name != "numba"})
+    with pytest.raises(WorkerError, match=r"cannot load vrlab-replay .*No module named 'replay'.*install it there"):
+        _require_same("tcp://a:1", ModuleNotFoundError("No module named 'replay'"))
+
+
+def test_without_dask_and_without_a_scheduler_it_is_one_sentence(monkeypatch):
+    pytest.importorskip("distributed")
+    with pytest.raises(WorkerError, match=r"no scheduler of Dask answers at nonsense://a .*or use --scheduler local"):
+        Dask(1, "nonsense://a")
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(WorkerError, match=r"--scheduler needs distributed, .* pip install -e \"\.\[cluster\]\""):
+        in_processes(str, {"a": ()}, 1, scheduler=LOCAL)
+
+
+@pytest.mark.slow
+@needs_sigkill
+def test_on_a_cluster_a_task_that_kills_its_worker_is_asked_three_times_and_costs_no_other(tmp_path, by_value):
+    kinds = {"a": "go", "b": "die", "c": "fail", "d": "die once", "e": "go"}
+    told, tasks = [], {name: (str(tmp_path / name), what) for name, what in kinds.items()}
+    failed = in_processes(note, tasks, 2, lambda *one: told.append(one[0]), LOCAL)
+    assert failed.keys() == {"b", "c"} and failed["c"] == "it was not to be" and "ended 3 times" in failed["b"]
+    assert sorted(told) == [*"abcde"]
+    assert {path.name: len(path.read_text()) for path in tmp_path.iterdir()} == {
+        **dict.fromkeys("ace", 1),
+        "b": 3,
+        "d": 2,
+    }
+    with pytest.raises(TimeoutError, match="it took its time"):
+        answers_of(note, {"a": (str(tmp_path / "f"), "raise")}, 1, scheduler=LOCAL)
+
+
+@pytest.mark.slow
+def test_a_scheduler_is_found_by_its_address_and_one_without_workers_is_said_to_have_none(tmp_path, monkeypatch):
+    from distributed import LocalCluster
+
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+        found = answers_of(partial(max, 1), {"a": (2,), "b": (0,)}, 1, scheduler=cluster.scheduler_address)
+        assert found == {"a": 2, "b": 1}
+    monkeypatch.setattr("replay.base.cluster.PATIENCE_S", 1.0)
+    nobody = LocalCluster(n_workers=0, dashboard_address=None)
+    with nobody, pytest.raises(WorkerError, match="has had no worker for 1 s; start some with `dask worker ADDRESS"):
+        in_processes(max, {"a": (2, 3)}, 1, scheduler=nobody.scheduler_address)
+
+
+@pytest.mark.slow
+def test_what_the_workers_have_is_compared_before_any_work(tmp_path, monkeypatch):
+    monkeypatch.setattr("replay.base.machine._version", lambda name: "1.0")  # in this process alone
+    with pytest.raises(WorkerError, match=f"has vrlab-replay {version('vrlab-replay')}, this machine 1.0"):
+        in_processes(open, {"a": (str(tmp_path / "never"), "w")}, 1, scheduler=LOCAL)
+    assert not [*tmp_path.iterdir()]

@@ -1,0 +1,115 @@
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from support.small_worlds import cubes, framed
+
+from replay.api.batch import Batch
+from replay.cli import many
+from replay.cli.main import main
+from replay.cli.many import session_table
+from sessions import write_session
+
+PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+SLOW = ["--detectors", "slow=discrete[rate_hz=20]", "--no-picture"]
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sessions")
+    write_session(cubes({"a": [0] * 12, "b": [3.0 + k / 10 for k in range(12)]}), folder / "apart.mcap")
+    write_session(cubes(PLACES), folder / "missed.mcap")
+    return [str(folder / name) for name in ("apart.mcap", "missed.mcap")]
+
+
+@pytest.fixture(scope="module")
+def replayed(files, tmp_path_factory):
+    out = tmp_path_factory.mktemp("batch") / "runs"
+    assert main(["run", *files, "-o", str(out), *SLOW]) == 0
+    return out
+
+
+def rows(printed):
+    """Session -> the cells of its row in the last table."""
+    last = printed.partition("sessions, the most missed")[2].splitlines()[2:]
+    return {line.split()[0]: line.split()[1:] for line in last if line.split()}
+
+
+def test_several_sessions_get_a_folder_each_and_one_last_table_the_most_missed_first(files, replayed, capsys):
+    assert main(["run", *files, "-o", str(replayed), *SLOW]) == 0
+    printed, said = capsys.readouterr()
+    assert {path.name for path in replayed.iterdir()} == {"apart", "missed", "batch.json"}
+    found = rows(printed)
+    assert [name for name in found if name in ("apart", "missed", "all")] == ["missed", "apart", "all"]
+    assert found["missed"] == ["12", "2", "1"] and found["all"] == ["24", "2", "1"]
+    assert found["apart"][0] == "12" and f"2 of 2 sessions are in {replayed}" in printed
+    assert "1 of 2  apart: kept" in said and "2 of 2  missed: kept" in said
+
+
+def test_their_figures_and_gates_are_those_of_an_audit_of_the_same_sessions(files, replayed, capsys):
+    limits = ["--max-missed", "0.4", "--format", "json"]
+    assert main(["run", *files, "-o", str(replayed), *SLOW, *limits]) == 4
+    told, said = capsys.readouterr()
+    assert main(["audit", *files, *SLOW, "--no-faces", *limits]) == 4
+    audited = json.loads(capsys.readouterr().out)
+    told = json.loads(told)
+    assert told["audit"] == audited["audit"] and told["broken"] == audited["broken"] != []
+    assert told["done"] == told["kept"] == ["apart", "missed"] and told["failed"] == {} and told["digest"]
+    assert "gate: slow missed 1 of 2 contacts" in said
+
+
+def test_one_session_that_cannot_be_read_is_named_and_the_exit_code_is_three(files, tmp_path, capsys):
+    (tmp_path / "broken.mcap").write_bytes(b"no session")
+    given = [str(tmp_path / "broken.mcap"), files[0], "-o", str(tmp_path / "runs"), "--detectors", "hybrid"]
+    assert main(["run", *given, "--oracle", "none", "--no-picture"]) == 3
+    printed = capsys.readouterr().out
+    assert "1 of 2 sessions are in" in printed and "failed: broken: " in printed and "digest: none" in printed
+    assert "contacts" not in printed.partition("sessions\n")[2]
+
+
+def test_poses_that_were_left_out_are_counted_and_the_exit_code_is_three(tmp_path, capsys):
+    stamps = [10 * k for k in range(12)]
+    write_session(framed([*stamps[:-1], stamps[-2]], [[1, 1]] * 12), tmp_path / "twice.mcap")
+    write_session(cubes(PLACES), tmp_path / "good.mcap")
+    given = [str(tmp_path / name) for name in ("twice.mcap", "good.mcap")]
+    assert main(["run", *given, "-o", str(tmp_path / "runs"), *SLOW]) == 3
+    printed = capsys.readouterr().out
+    assert "frames left out" in printed and rows(printed)["twice"][-1] == "1"
+
+
+def test_other_settings_need_another_folder_or_force(files, tmp_path, capsys):
+    words = ["run", *files, "-o", str(tmp_path / "runs"), "--no-picture", "--oracle", "none", "--detectors", "hybrid"]
+    assert main(words) == 0 and main([*words, "--seed", "1"]) == 1
+    assert "other settings" in capsys.readouterr().err
+    assert main([*words, "--seed", "1", "--force"]) == 0
+    assert capsys.readouterr().err.count("done") == 2
+    assert main([*words, "--seed", "1"]) == 0
+    assert capsys.readouterr().err.count("kept") == 2
+
+
+@pytest.mark.parametrize("word", ["--view", "--cite"])
+def test_what_is_for_one_session_is_refused_for_several(files, tmp_path, capsys, word):
+    assert main(["run", *files, "-o", str(tmp_path / "runs"), word]) == 2
+    assert f"{word} is for one session" in capsys.readouterr().err and not (tmp_path / "runs").exists()
+
+
+def gist(missed, undecided=0, lost=0):
+    figures = {"contacts": 3, "contacts_missed": missed, "contacts_undecided": undecided}
+    return {
+        "session": {"frames": 10, "dropped_frames": {"repeated": 0}}, "audit": {"x": figures},
+        "flagged": [{"kind": "not-finite", "dropped": lost}] if lost else [],
+    }  # fmt: skip
+
+
+def test_columns_of_nothing_are_left_out_and_long_tables_say_how_long_they_are(monkeypatch):
+    batch = Batch(Path("runs"), (), (), audit={"x": {}}, runs={"a": gist(0), "b": gist(2), "c": gist(2)})
+    made = session_table(batch)
+    assert [column.name for column in made.columns] == ["session", "frames", "contacts", "missed by x"]
+    assert made.rows == (("b", 10, 3, 2), ("c", 10, 3, 2), ("a", 10, 3, 0)) and made.foot == ("all", 30, 9, 4)
+    made = session_table(replace(batch, runs={"a": gist(0, undecided=1), "b": gist(1, lost=4)}))
+    assert [column.name for column in made.columns][4:] == ["undecided", "poses left out"]
+    assert made.rows == (("b", 10, 3, 1, 0, 4), ("a", 10, 3, 0, 1, 0))
+    monkeypatch.setattr(many, "SESSION_ROWS", 1)
+    made = session_table(batch)
+    assert len(made.rows) == 1 and made.notes == ("… and 2 more in runs",) and made.foot == ("all", 30, 9, 4)
