@@ -14,7 +14,7 @@ from replay.pipeline.run_result import RunResult
 from replay.prepare.assemble import RESIDUAL_FACT
 from sessions import Session
 from sessions.importers.contacts_csv import read_contacts
-from sessions.model.live_contact import LiveContact
+from sessions.model.event import LiveContact
 
 OFFSET_FACT: Final = "contacts_clock_offset_s"
 DRIFT_FACT: Final = "contacts_clock_drift"

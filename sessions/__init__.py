@@ -15,14 +15,11 @@ if TYPE_CHECKING:
     from sessions.mesh_data import MeshData
     from sessions.meshes.glb import mesh_to_glb
     from sessions.meshes.mesh_files import load_mesh
-    from sessions.model.event import Event, Interval
+    from sessions.model.event import Event, Interval, LiveContact
     from sessions.model.frames import Frames, Status
-    from sessions.model.hand import HandTrack
-    from sessions.model.live_contact import LiveContact
     from sessions.model.scene import Scene
     from sessions.model.session import Session
-    from sessions.model.streams import GazeTrack, ScalarTrack
-    from sessions.model.track import Track
+    from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
     from sessions.recovery.recover import recover
     from sessions.scene_files.scene_toml import parse_scene, read_scene
 
@@ -38,9 +35,8 @@ _NAMES = {
     "glassware.catalogue": "make_instrument", "importers": "IMPORTERS import_session",
     "mcap_format.reader": "read_session", "mcap_format.recorder": "Recorder", "mcap_format.writer": "write_session",
     "mesh_data": "MeshData", "meshes.glb": "mesh_to_glb", "meshes.mesh_files": "load_mesh",
-    "model.event": "Event Interval", "model.frames": "Frames Status", "model.hand": "HandTrack",
-    "model.live_contact": "LiveContact", "model.scene": "Scene", "model.session": "Session",
-    "model.streams": "GazeTrack ScalarTrack", "model.track": "Track",
+    "model.event": "Event Interval LiveContact", "model.frames": "Frames Status", "model.scene": "Scene",
+    "model.session": "Session", "model.track": "GazeTrack HandTrack ScalarTrack Track",
     "recovery.recover": "recover", "scene_files.scene_toml": "parse_scene read_scene",
 }  # fmt: skip
 _HOME = {name: f"sessions.{module}" for module, names in _NAMES.items() for name in names.split()}

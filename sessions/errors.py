@@ -38,9 +38,11 @@ class TornFileError(SessionFileError):
 
 
 def first_of(faults: Sequence[str]) -> str:
-    """The first of several sentences about a scene, and how many more there are."""
-    more = f"; {len(faults) - 1} more: `replay scene check` lists them" if len(faults) > 1 else ""
-    return "".join(faults[:1]) + more
+    """The first of several sentences about a scene, and who lists all.
+
+    No number: a reader stops before the meshes and the effects, in which the check finds more.
+    """
+    return "".join(faults[:1]) + "; and more: `replay scene check` lists every fault" * (len(faults) > 1)
 
 
 class SceneError(SessionError):

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import types
+from numba.core import cgutils
 from numba.core.errors import TypingError
 from numpy.typing import NDArray
 
@@ -65,6 +66,22 @@ def _of(kind: Any) -> Callable[[Any], Memory]:
 
 doubles_of, words_of = _of(types.float64), _of(types.int64)
 """In a kernel: the memory of a contiguous array that the kernel was handed as such."""
+
+
+def _fetch_early(_context: Any, memory: Any, _index: Any) -> Any:
+    def generate(context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        number, address = ir.IntType(32), ir.IntType(8).as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [address, number, number, number])
+        declare: Any = cgutils.get_or_insert_function
+        place = builder.bitcast(builder.gep(arguments[0], [arguments[1]]), address)
+        builder.call(declare(builder.module, kind, "llvm.prefetch.p0i8"), [place, number(0), number(3), number(1)])
+        return context.get_dummy_value()
+
+    return types.void(memory, types.int64), generate
+
+
+fetch_early: Callable[[Memory, int], None] = machine_operation(_fetch_early)
+"""``fetch_early(memory, index)``: the machine may bring this entry near before it is read; any index is harmless."""
 
 
 def row_of(parts: list[NDArray[Any] | int]) -> IntArray:

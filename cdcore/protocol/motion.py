@@ -78,7 +78,7 @@ class Motion:
         if bad >= 0:
             what = _fault(flat_place[bad], flat_turn[bad], None if matrices is None else given[bad, 3])
             raise InvalidPoseError(_where(bad, mask, clock, names) + what)
-        known = _mask(linked, mask.shape, "linked") & mask
+        known = mask.copy() if linked is None else _mask(linked, mask.shape, "linked") & mask
         known[1:] &= mask[:-1]
         known[:1] = False
         self._set(clock, place, turn, mask, known, repaired, worst, still)
@@ -187,17 +187,17 @@ def _times(times: ArrayLike) -> FloatArray:
     clock = np.array(times, dtype=np.float64)
     if clock.ndim != 1:
         raise InvalidPoseError(f"times have shape {clock.shape}; give (T,) seconds")
+    # times that increase are finite between two that are
+    if (clock[1:] > clock[:-1]).all() and np.isfinite(clock[:1]).all() and np.isfinite(clock[-1:]).all():
+        return clock
     if not np.isfinite(clock).all():
         frame = int(np.flatnonzero(~np.isfinite(clock))[0])
         raise InvalidPoseError(f"frame {frame}: time {clock[frame]} is not finite; drop the frame")
-    step = np.flatnonzero(np.diff(clock) <= 0)
-    if len(step):
-        frame = int(step[0]) + 1
-        raise InvalidPoseError(
-            f"frame {frame}: time {clock[frame]!r} s does not come after {clock[frame - 1]!r} s; "
-            "sort the frames and drop repeats"
-        )
-    return clock
+    frame = int(np.flatnonzero(clock[1:] <= clock[:-1])[0]) + 1
+    raise InvalidPoseError(
+        f"frame {frame}: time {clock[frame]!r} s does not come after {clock[frame - 1]!r} s; "
+        "sort the frames and drop repeats"
+    )
 
 
 def _array(values: ArrayLike, what: str, shape: tuple[int | None, ...], *, copy: bool = True) -> FloatArray:

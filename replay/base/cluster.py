@@ -20,8 +20,8 @@ LOCAL: Final = "local"
 POLL_S: Final = 0.5
 """How often dead and new workers are looked for while nothing is finished."""
 
-PATIENCE_S: Final = 60.0
-"""How long a batch waits for a first worker, or for one to come back when all are gone."""
+PATIENCE_S: Final = 300.0
+"""How long a batch waits for a first worker, or for one to come back: a queue, or a busy machine, takes minutes."""
 
 
 class Dask:

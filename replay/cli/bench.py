@@ -17,9 +17,8 @@ from replay.outputs.tables import Table, table
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from replay.studies.bench.growth import Growth
     from replay.studies.bench.race import Row
-    from replay.studies.bench.stages import Stages
+    from replay.studies.bench.stages import Growth, Stages
 
 QUICK_FACES: Final = (500, 5_000)
 FULL_FACES: Final = (500, 5_000, 50_000)
@@ -104,7 +103,7 @@ def _stages(progress: TerminalProgress, quick: bool, frames: int, seed: int) -> 
 
 
 def _growth(progress: TerminalProgress, quick: bool, seed: int) -> list[Growth]:
-    from replay.studies.bench.growth import WHERE, grow
+    from replay.studies.bench.stages import WHERE, grow
 
     sizes = QUICK_GROWTH if quick else FULL_GROWTH
     asked = [(where, by, size) for where in WHERE for by, some in sizes.items() for size in some]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from replay.cli.console import People, TerminalProgress, print_name
-from replay.cli.options import ANY_PATH, force, reporting
+from replay.cli.options import ANY_PATH, force, reporting, require_free
 
 if TYPE_CHECKING:
     from replay.pipeline.run_result import RunResult
@@ -41,15 +41,12 @@ FIRST_WORDS: Final = {
 def command(session_only: bool, out: Path | None, force: bool, as_json: bool, people: People, **made: Any) -> int:
     """Record a made-up lab session to MCAP, replay it through the paper's pipeline and an engine's colliders."""
     from replay.cli.run_report import report_run, where_to_look
-    from replay.errors import OutputError
     from sessions.synthetic.truth import truth_path
-    from sessions.whole_files import check_free
 
     doing = f"making up a session in a laboratory ({made['scene']})"
     if session_only:
         file = out or Path(f"{made['scene']}.mcap")
-        for one in (file, truth_path(file)):
-            check_free(one, OutputError, force=force)
+        require_free(file, truth_path(file), force=force)
         people.say(f"{doing} and recording it ...")
         _record(file, **made)
         people.say(f"what was planted in it: {truth_path(file)}")

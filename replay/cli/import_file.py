@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, answer
-from replay.cli.options import ANY_PATH, SESSION_FILE, Number, force, reporting
+from replay.cli.options import ANY_PATH, FILES_OR_FOLDERS, SESSION_FILE, Number, force, reporting, require_free
+from replay.cli.options import meshes as meshes_option
 
 if TYPE_CHECKING:
     from sessions import Session
@@ -16,17 +17,11 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("kind", metavar="FORMAT")
-@click.argument("sources", type=click.Path(exists=True, path_type=Path), metavar="SOURCE...", nargs=-1, required=True)
+@click.argument("sources", type=FILES_OR_FOLDERS, metavar="SOURCE...", nargs=-1, required=True)
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.mcap", help="Session file to write.")
 @force
 @click.option("--mesh", "meshes", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
-@click.option(
-    "--meshes",
-    "place",
-    type=click.Path(exists=True, path_type=Path),
-    metavar="DIR|FILE.glb",
-    help="Meshes by the names of files or nodes.",
-)
+@meshes_option
 @click.option("--mesh-units", type=click.Choice(["m", "cm", "mm"]), help="Of the mesh files. Default: by their size.")
 @click.option("--colliders", type=SESSION_FILE, metavar="FILE.glb", help="Colliders of the engine, a node each.")
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
@@ -57,13 +52,11 @@ def command(
     """
     given: dict[str, Any] = {name: value for name, value in options.items() if value not in (None, ())}
     given["meshes"], guesses = _meshes(meshes, mesh_units)
-    from replay.errors import OutputError
     from sessions import write_session
     from sessions.importers import import_session
     from sessions.scene_files.scene_meshes import with_colliders
-    from sessions.whole_files import check_free
 
-    check_free(out, OutputError, force=force)
+    require_free(out, force=force)
     if kind == "contacts":
         imported, said = _contacts(sources, session, scene, offset)
     else:

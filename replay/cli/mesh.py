@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import OK, People, answer
-from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting
+from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting, require_free
 
 if TYPE_CHECKING:
     from sessions.mesh_data import MeshData
@@ -36,15 +36,14 @@ def repair(
     replay mesh repair session.mcap --body beaker -o beaker.glb
     """
     from replay.errors import OutputError
-    from sessions.doctor.mesh_repair import repaired
-    from sessions.doctor.meshes import mesh_findings
+    from sessions.doctor.meshes import mesh_findings, repaired
     from sessions.meshes.glb import mesh_to_glb
-    from sessions.whole_files import check_free, whole_file
+    from sessions.whole_files import whole_file
 
     recording = source if source.suffix.lower() == ".mcap" else session
     if recording is not None and body is None:
         raise click.UsageError("say whose mesh it is in the recording with --body NAME")
-    check_free(out, OutputError, force=force)
+    require_free(out, force=force)
     mesh = _mesh(source, body)
     mended, done = repaired(mesh)
     left = [finding.message for finding in mesh_findings(out.stem, mended)]

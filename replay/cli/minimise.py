@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from replay.cli.console import OK, People, answer
-from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting, scene, tau
+from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting, require_free, scene, tau
 
 LIMIT = (
     "limit: motion itself identifies people: from 100 s of head and hands, 94 % of 55,541 users were recognised "
@@ -38,13 +38,12 @@ def command(
     replay minimise session.mcap -o small.mcap --drop head --drop height
     replay minimise session.mcap -o small.mcap --keep place --allow centrifuge
     """
-    from replay.errors import AssemblyError, OutputError
+    from replay.errors import AssemblyError
     from replay.studies.minimise.changes import changes
     from replay.studies.minimise.session import minimise
     from sessions import read_session, write_session
-    from sessions.whole_files import check_free
 
-    check_free(out, OutputError, force=force)
+    require_free(out, force=force)
     before = read_session(session, scene=scene)
     made = minimise(before, drop=drop, keep=keep, allow=allow)
     write_session(made.session, out, overwrite=force)

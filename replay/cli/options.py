@@ -110,6 +110,19 @@ def reporting(command: Callable[..., int]) -> Callable[..., int]:
     )
 
 
+def require_free(*files: Path, force: bool) -> None:
+    """Refuse to replace files that are there, unless ``--force`` was given, before the work is done and not after."""
+    from replay.errors import OutputError
+    from sessions.whole_files import check_free
+
+    for file in files:
+        check_free(file, OutputError, force=force)
+
+
+FILES_OR_FOLDERS = click.Path(exists=True, path_type=Path)
+meshes = click.option(
+    "--meshes", "place", type=FILES_OR_FOLDERS, metavar="DIR|FILE.glb", help="Meshes by the names of files or nodes."
+)
 SCENE_WORDS = "A scene in place of the session's own, of which nothing is kept."
 scene = click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help=SCENE_WORDS)
 force = click.option("--force", is_flag=True, help="Replace an earlier file or folder of that name.")

@@ -103,7 +103,10 @@ def repair_sentences(summary: Mapping[str, Any]) -> list[str]:
 
 def run_json(result: RunResult) -> dict[str, Any]:
     """The summary, the misses, the false contacts, and where the rest lies; null: not measured."""
-    misses = {label: [asdict(miss) for miss in found] for label, found in result.misses.items()}
+    misses = {
+        label: [asdict(miss) | {"faces": None if miss.faces is None else miss.faces.tolist()} for miss in found]
+        for label, found in result.misses.items()
+    }
     false = {
         label: [asdict(one) | {"gap": None if isnan(one.gap) else one.gap} for one in found]
         for label, found in result.false.items()

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 from replay.cli.console import FAILURE, OK, People, answer
-from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting
+from replay.cli.options import ANY_PATH, SESSION_FILE, force, meshes, reporting, require_free
 
 
 @click.group()
@@ -17,13 +17,7 @@ def command() -> None:
 @command.command()
 @click.argument("session", type=SESSION_FILE, metavar="FILE.mcap")
 @click.option("--out", "-o", type=ANY_PATH, metavar="SCENE.toml", help="File to write. Default: beside the recording.")
-@click.option(
-    "--meshes",
-    "place",
-    type=click.Path(exists=True, path_type=Path),
-    metavar="DIR|FILE.glb",
-    help="Meshes by the names of files or nodes.",
-)
+@meshes
 @force
 @reporting
 def new(session: Path, out: Path | None, place: Path | None, force: bool, as_json: bool, people: People) -> int:
@@ -39,10 +33,10 @@ def new(session: Path, out: Path | None, place: Path | None, force: bool, as_jso
     from sessions import read_session
     from sessions.meshes.mesh_match import matched
     from sessions.scene_files.scene_meshes import with_meshes
-    from sessions.whole_files import check_free, whole_file
+    from sessions.whole_files import whole_file
 
     target = out or session.with_suffix(".toml")
-    check_free(target, OutputError, force=force)
+    require_free(target, force=force)
     held = read_session(session)
     found, said = ({}, []) if place is None else matched(place, held.names)
     held = with_meshes(held, {name: one.mesh for name, one in found.items()}, [])
@@ -86,7 +80,7 @@ def check(scene: Path, as_json: bool, people: People) -> int:
     from replay.effects.effect_plan import plan_faults
     from replay.outputs.words import counted
     from sessions.errors import SceneError
-    from sessions.scene_files.scene_check import checked_scene
+    from sessions.scene_files.scene_meshes import checked_scene
     from sessions.scene_files.toml_table import read_text
 
     text = read_text(scene, "scene", SceneError)

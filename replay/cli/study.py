@@ -6,7 +6,7 @@ from typing import Any
 import click
 
 from replay.cli.console import GATE_FAILED, OK, People, answer
-from replay.cli.options import ANY_PATH, SESSION_FILE, force, reporting
+from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, reporting
 from replay.cli.study_runs import collect_runs, demo_class, require_extra, run_sessions
 
 
@@ -41,27 +41,64 @@ def analyse(metrics: Path, questionnaire: Path, codebook: Path, people: People, 
     return analyse_files({"metrics": metrics, "questionnaire": questionnaire, "codebook": codebook}, people, **asked)
 
 
+@command.command()
+@click.argument("runs", type=RUN_FOLDER, metavar="DIR")
+@click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Study folder to make.")
+@click.option("--questionnaire", type=SESSION_FILE, metavar="FILE.csv", help="Answers of the students.")
+@click.option("--codebook", type=SESSION_FILE, metavar="FILE.yaml", help="What is asked of which items.")
+@click.option("--shared", type=RUN_FOLDER, metavar="DIR", help="Folder of `replay share` to lead to.")
+@click.option("--students", type=SESSION_FILE, metavar="FILE.csv", help="session,student for those without pseudonym.")
+@click.option("--detector", metavar="NAME", help="Whose contacts count. Default: the one that misses least.")
+@click.option("--title", default="Class", show_default=True, help="Heading of the page.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Of bootstrap and permutations.")
+@force
+@reporting
+def page(runs: Path, questionnaire: Path | None, codebook: Path | None, people: People, **asked: Any) -> int:
+    """One page over all sessions of a folder of runs, with the study where there is a questionnaire.
+
+    \b
+    replay study page class/runs --out class/page
+    """
+    if (questionnaire is None) != (codebook is None):
+        raise click.UsageError("a questionnaire and its codebook go together; give both or none")
+    inputs = {} if questionnaire is None or codebook is None else {"questionnaire": questionnaire, "codebook": codebook}
+    return analyse_files(inputs, people, runs=runs, **asked)
+
+
 def analyse_files(
     inputs: dict[str, Path], people: People, *, title: str, seed: int, force: bool, out: Path | None = None,
-    detector: str | None = None, as_json: bool = False,
+    detector: str | None = None, as_json: bool = False, runs: Path | None = None, shared: Path | None = None,
+    students: Path | None = None,
 ) -> int:  # fmt: skip
-    """Analyse metrics, questionnaire and codebook; write the study folder ``out`` if there is one, print the tables."""
-    require_extra()
+    """Analyse runs, and questionnaire and codebook if there are any; write the study folder ``out``, print the tables.
+
+    The metrics are those of ``inputs``, or else of the runs.
+    """
+    if "codebook" in inputs:
+        require_extra()
     from replay.cli.study_tables import study_tables
     from replay.studies.class_study import folder
     from replay.studies.class_study.analysis import analyse as work
+    from replay.studies.class_study.class_runs import read_class
     from replay.studies.class_study.codebook import read_codebook
     from replay.studies.class_study.joining import read_metrics, read_questionnaire
 
     if out is not None:
         folder.check_study_target(out, force=force)
-    book = read_codebook(inputs["codebook"])
-    people.say("resampling students")
-    answers, metrics = read_questionnaire(inputs["questionnaire"], book), read_metrics(inputs["metrics"])
-    study = work(book, answers, metrics, detector=detector, seed=seed)
+    study, every = None, None if runs is None else read_class(runs, students)
+    if "codebook" in inputs:
+        book = read_codebook(inputs["codebook"])
+        people.say("resampling students")
+        answers = read_questionnaire(inputs["questionnaire"], book)
+        metrics = read_metrics(inputs["metrics"]) if every is None else every.as_metrics()
+        study = work(book, answers, metrics, detector=detector, seed=seed)
     if out is not None:
-        folder.write_study(study, out, title=title, inputs=_digests(inputs, seed), force=force)
-    answer(as_json, folder.as_json(study), lambda: study_tables(study))
+        given = _digests(inputs, seed)
+        folder.write_study(study, out, title=title, inputs=given, force=force, runs=every, shared=shared, seed=seed)
+    told = {"sessions": len(every.metrics)} if every is not None else {}
+    if study is not None:
+        told |= folder.as_json(study)
+    answer(as_json, told, lambda: study_tables(study))
     if out is not None:
         people.say("", f"wrote {out}", f"read it:  {out / 'study.html'}")
     return OK

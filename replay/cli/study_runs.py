@@ -13,7 +13,7 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, jobs, line
 SLOW = "22.5Hz=discrete[rate_hz=22.5]"
 """The detector whose misses the synthetic class is analysed with besides the oracle."""
 
-FILES_OR_FOLDERS = options.Existing(folder=True, file=True, url=True)
+SESSIONS_ANYWHERE = options.Existing(folder=True, file=True, url=True)
 FOLDERS = click.Path(exists=True, file_okay=False, path_type=Path)
 
 
@@ -29,7 +29,7 @@ def require_extra() -> None:
 
 
 @click.command()
-@click.argument("sessions", type=FILES_OR_FOLDERS, nargs=-1, required=True, metavar="FILE|DIR...")
+@click.argument("sessions", type=SESSIONS_ANYWHERE, nargs=-1, required=True, metavar="FILE|DIR...")
 @click.option("--out", "-o", type=options.OUT_ANYWHERE, required=True, metavar="DIR", help="For a run folder each.")
 @lineup
 @options.scene
@@ -100,8 +100,9 @@ def demo_class(out: Path, students: int, seed: int, jobs: int, people: People) -
     settings = {"detectors": SLOW, "oracle": None, "seed": 0, "picture": False}
     batch = run_batch(files, out / "runs", jobs=jobs, settings=settings, on_done=counting(people, len(files)))
     write_table(collect([out / "runs"]), out / "metrics.parquet", force=True)
-    inputs = {"metrics": out / "metrics.parquet", "questionnaire": out / ANSWERS, "codebook": out / CODEBOOK}
-    analyse_files(inputs, people, out=out / "study", title="A class that was made up", seed=seed, force=True)
+    inputs = {"questionnaire": out / ANSWERS, "codebook": out / CODEBOOK}
+    title, study = "A class that was made up", out / "study"
+    analyse_files(inputs, people, runs=out / "runs", out=study, title=title, seed=seed, force=True)
     return DATA_LOSS if failed or batch.failed else OK
 
 

@@ -42,9 +42,9 @@ def command(
     from replay.cli.terminal import terminal
     from replay.cli.tradeoff_tables import ParetoBar, pareto_table
     from replay.detection.compile_notice import compiling_announced
-    from replay.outputs.report.growth import growth_table
     from replay.outputs.report.tradeoff import tradeoff_files
     from replay.outputs.results.run_folder import check_target
+    from replay.outputs.tradeoff_table import growth_table
     from replay.pipeline.citations import sources_behind
     from replay.pipeline.engine import compute
     from replay.tradeoffs.growth import grow

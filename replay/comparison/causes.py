@@ -79,17 +79,12 @@ REPORTED: Final = {FOUND_LATE: Cause.LATE, LOST_EARLY: Cause.EARLY}
 
 @dataclass(frozen=True)
 class Causes:
-    """The causes of one detector's misses.
+    """The causes of one detector's misses."""
 
-    Parameters
-    ----------
-    of_misses : one word per miss, that of most of its looks.
-    pair_frames : cause -> pair-frames decided again that have it; *within tolerance* counts all there are.
-    examined, missed : pair-frames decided again, and pair-frames missed.
-    """
-
-    of_misses: tuple[Cause, ...] = ()
+    of_misses: tuple[Cause, ...] = ()  # one word per miss, that of most of its looks
+    # cause -> pair-frames decided again that have it; *within tolerance* counts all there are
     pair_frames: Mapping[Cause, int] | None = None
+    # examined, missed: pair-frames decided again, and pair-frames missed
     examined: int = 0
     missed: int = 0
 
@@ -106,21 +101,13 @@ class Causes:
 
 @dataclass(frozen=True, eq=False)
 class MissEvidence:
-    """The data in which the causes of one detector's misses are found.
+    """The data in which the causes of one detector's misses are found."""
 
-    Parameters
-    ----------
-    motion : as it was detected.
-    subject, oracle : the two answers.
-    detector : the subject itself, which may explain.
-    faces : an exact answer with faces for some frames.
-    """
-
-    motion: Motion
+    motion: Motion  # as it was detected
     subject: Detection
     oracle: Detection
-    detector: object
-    faces: Callable[[Motion], Detection]
+    detector: object  # the subject itself, which may explain
+    faces: Callable[[Motion], Detection]  # an exact answer with faces for some frames
 
 
 def find_causes(places: Sequence[MissedStretch], comparison: Comparison, scene: MissEvidence) -> Causes:

@@ -29,26 +29,18 @@ SAY_IT: Final = "say the offset with --offset SECONDS"
 
 @dataclass(frozen=True)
 class ClockOffset:
-    """What to add to the other clock.
+    """What to add to the other clock."""
 
-    Parameters
-    ----------
-    seconds : added to its first stamp; to later ones ``drift`` more for every second after it.
-    residual : the middle 95 % of the reports that found a partner lie within this many seconds of it after that;
-        ``None``: none did.
-    matched, of : reports that found a partner within ``WINDOW``, and reports there are.
-    drift : seconds a second; 0 where none fits much better.
-    first : the other clock's seconds at its first report.
-    rivals : other offsets at which as many reports find a partner.
-    """
-
-    seconds: float
+    seconds: float  # added to its first stamp; to later ones ``drift`` more for every second after it
+    # the middle 95 % of the reports that found a partner lie within this many seconds of it after that; ``None``: none
+    # did
     residual: float | None
+    # matched, of: reports that found a partner within ``WINDOW``, and reports there are
     matched: int
     of: int
-    drift: float = 0.0
-    first: float = 0.0
-    rivals: int = 0
+    drift: float = 0.0  # seconds a second; 0 where none fits much better
+    first: float = 0.0  # the other clock's seconds at its first report
+    rivals: int = 0  # other offsets at which as many reports find a partner
 
     def at(self, seconds: float) -> float:
         """What to add to a stamp of the other clock."""

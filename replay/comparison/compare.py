@@ -5,16 +5,16 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Detection
+from cdcore.numerics import BoolArray, ByteArray, IntArray
 from cdcore.protocol import FaceSets, counts_as_contact, is_undecided
 from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.outcome import Comparison, Episode, Outcome
 from replay.errors import AuditError
 
-Within: TypeAlias = NDArray[np.bool_] | Callable[[NDArray[np.int64], NDArray[np.int64]], NDArray[np.bool_]]
-"""(T, P) bool, or what says it of K pair-frames (frames, columns)."""
+Within: TypeAlias = Callable[[IntArray, IntArray], BoolArray]
+"""What says of K pair-frames, by their frames (K,) and columns (K,), which are within tolerance, (K,)."""
 
 
 def compare(
@@ -33,7 +33,7 @@ def compare(
     labels : what the run calls them; ``None``: the detectors' names.
     within : which pair-frames have a deepest penetration or least clearance of at most tau; there they may disagree.
         Asked only of those missed or invented.
-    holdings : stretches in which a pair is a hand and what it holds,: their contacts are set apart.
+    holdings : stretches in which a pair is a hand and what it holds: their contacts are set apart.
 
     Raises ``AuditError``: their frames or pairs differ.
     """
@@ -49,15 +49,15 @@ def compare(
     return Comparison(names[0], names[1], outcome)
 
 
-def _excuse(outcome: NDArray[np.uint8], start: int, within: Within) -> None:
+def _excuse(outcome: ByteArray, start: int, within: Within) -> None:
     """Find the ill-posed among the missed and invented of a block that begins at frame ``start``."""
     frames, columns = np.nonzero((outcome == Outcome.MISSED) | (outcome == Outcome.INVENTED))
     if len(frames):
-        ill = within(frames + start, columns) if callable(within) else within[frames + start, columns]
+        ill = within(frames + start, columns)
         outcome[frames[ill], columns[ill]] = Outcome.WITHIN_TOLERANCE
 
 
-def _outcome(subject: Detection, oracle: Detection, rows: slice, holdings: Sequence[Episode]) -> NDArray[np.uint8]:
+def _outcome(subject: Detection, oracle: Detection, rows: slice, holdings: Sequence[Episode]) -> ByteArray:
     reports, truth = counts_as_contact(subject.verdict[rows]), counts_as_contact(oracle.verdict[rows])
     found, covers = reports, (subject.covers, oracle.covers)
     if covers == ("instants", "intervals"):
@@ -91,24 +91,16 @@ def _require_same(subject: Detection, oracle: Detection) -> None:
 
 @dataclass(frozen=True)
 class FaceRecall:
-    """Face pairs of the oracle, and how many of them the subject lists.
+    """Face pairs of the oracle, and how many of them the subject lists."""
 
-    Parameters
-    ----------
-    found, total : face pairs of each contact of the oracle, summed over its pair-frames.
-    pair_frames : pair-frames with face pairs that both decided.
-    invented : face pairs that only the subject lists, in these pair-frames.
-    """
-
+    # found, total: face pairs of each contact of the oracle, summed over its pair-frames
     found: tuple[int, ...]
     total: tuple[int, ...]
-    pair_frames: int
-    invented: int
+    pair_frames: int  # with face pairs that both decided
+    invented: int  # face pairs that only the subject lists, in these pair-frames
 
 
-def face_recall(
-    subject: FaceSets, oracle: FaceSets, comparison: Comparison, contacts: Sequence[Episode]
-) -> FaceRecall:  # fmt: skip
+def face_recall(subject: FaceSets, oracle: FaceSets, comparison: Comparison, contacts: Sequence[Episode]) -> FaceRecall:
     """Compare two lists of face pairs wherever the oracle has some and both decided; missed pair-frames count.
 
     ``contacts`` are the oracle's.

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from cdcore.protocol import counts_as_contact
 from replay.base.wilson import share_of_clusters
@@ -37,7 +37,7 @@ class ContactCounts:
     pairs: NDArray[np.int64]
     frames: NDArray[np.int64]
 
-    def only(self, kept: Sequence[bool]) -> "ContactCounts":
+    def only(self, kept: ArrayLike) -> "ContactCounts":
         """The contacts for which ``kept`` (C,) is true."""
         which = np.asarray(kept, dtype=np.bool_)
         return ContactCounts(self.numbers[which], self.pairs[which], self.frames[which])
@@ -84,15 +84,12 @@ class ContactCounts:
 
     def of_pair(self, pair: int) -> "ContactCounts":
         """The contacts of one pair."""
-        return self._some(self.pairs == pair)
+        return self.only(self.pairs == pair)
 
     def share(self, outcome: Outcome) -> dict[str, Any]:
         """Pair-frames that ended so, of these and of those found; the interval is over contacts."""
         ended = self.frames[:, outcome]
         return share_of_clusters(ended, ended + self.frames[:, Outcome.BOTH])
-
-    def _some(self, rows: NDArray[np.bool_]) -> "ContactCounts":
-        return ContactCounts(self.numbers[rows], self.pairs[rows], self.frames[rows])
 
     def _any(self, outcome: Outcome) -> NDArray[np.bool_]:
         return self.frames[:, outcome] > 0
@@ -120,7 +117,7 @@ def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> Conta
         row[:] = np.bincount(comparison.outcome[one.first : one.last + 1, one.pair], minlength=len(Outcome))
     pairs = np.array([one.pair for one in contacts], dtype=np.int64)
     everything = ContactCounts(np.arange(1, len(contacts) + 1), pairs, frames)
-    return everything._some(frames[:, Outcome.HELD] == 0)
+    return everything.only(frames[:, Outcome.HELD] == 0)
 
 
 def held_counts(result: "Measured", label: str, pairs: Sequence[int] | None = None) -> dict[str, int]:

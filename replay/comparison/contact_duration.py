@@ -1,6 +1,6 @@
 """How long contacts lasted, and which step rates would have missed them, counted as the headline counts."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, Final
@@ -11,12 +11,11 @@ from cdcore import Detection, Motion, Verdict, create_detector
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact, is_undecided
 from cdcore.protocol.blocks import looks_of
+from replay.comparison.compare import Within
 from replay.comparison.first_touch import poses_between
 from replay.comparison.outcome import Episode
 from replay.prepare.assembly import Assembly
 from sessions.doctor.runs import runs
-
-Within = Callable[[IntArray, IntArray], BoolArray]
 
 RATES_HZ: Final = (10.0, 20.0, 22.5, 30.0, 45.0, 50.0, 60.0, 72.0, 80.0, 90.0, 120.0, 144.0, 240.0)
 """Step rates reported: physics steps of engines and refresh rates of headsets."""
@@ -57,17 +56,13 @@ class StepRates:
         asked = [one for one in brief if self._counts(one)]
         if not asked:
             return 0, 0.0
-        found, starts = self._over_phases(rate_hz, asked)
-        counts = [int((~np.logical_or.reduceat(one, starts)).sum()) for one in found]
+        spans = [self._frames(one) for one in asked]
+        sizes = [len(span) for span in spans]
+        frames, columns = np.concatenate(spans), np.repeat([one.pair for one in asked], sizes)
+        phases = [0.0, *((np.arange(PHASES) + 0.5) / PHASES / rate_hz).tolist()]
+        found = [self._found(looks_of(self._seen.times - phase, rate_hz)[0], frames, columns) for phase in phases]
+        counts = [int((~np.logical_or.reduceat(one, np.cumsum([0, *sizes[:-1]]))).sum()) for one in found]
         return counts[0], float(np.mean(counts[1:]))
-
-    def lost(self, rate_hz: float, excused: BoolArray) -> float:
-        """Contacts missed whole or in part, in the mean over phases.
-
-        ``excused`` (K,): which of the contacts' pair-frames, one contact after the other, are within tolerance.
-        """
-        found, starts = self._over_phases(rate_hz, self.contacts)
-        return float(np.mean([(~np.logical_and.reduceat(one | excused, starts)).sum() for one in found[1:]]))
 
     def table(self) -> dict[str, Any]:
         """As plain data: what each rate misses, and the rate from which on none is missed at any phase."""
@@ -79,17 +74,6 @@ class StepRates:
             "expected_misses": [mean for _, mean in missed],
             "none_missed_from_hz": None if shortest <= 0.0 else 1.0 / shortest,
         }  # fmt: skip
-
-    def _over_phases(self, rate_hz: float, asked: Sequence[Episode]) -> tuple[list[BoolArray], IntArray]:
-        """Of each pair-frame of these contacts, whether contact is believed: at this run's phase, then at the others;
-        and where each contact starts.
-        """
-        spans = [self._frames(one) for one in asked]
-        sizes = [len(span) for span in spans]
-        frames, columns = np.concatenate(spans), np.repeat([one.pair for one in asked], sizes)
-        phases = [0.0, *((np.arange(PHASES) + 0.5) / PHASES / rate_hz).tolist()]
-        found = [self._found(looks_of(self._seen.times - phase, rate_hz)[0], frames, columns) for phase in phases]
-        return found, np.cumsum([0, *sizes[:-1]])
 
     def _frames(self, one: Episode) -> IntArray:
         return np.arange(max(one.first - self._reach, 0), one.last + 1)
@@ -118,21 +102,14 @@ def _longest_shown(seen: Detection, frames: IntArray, pair: int) -> float:
 
 @dataclass(frozen=True, eq=False)
 class ContactDurations:
-    """How long each contact of the oracle lasted.
+    """How long each contact of the oracle lasted."""
 
-    Parameters
-    ----------
-    begin, end : (E,) seconds, between frames where they could be located.
-    open : (E,) bool: it began before the recording or a gap, or ended after; it lasted at least this long.
-    refined : whether the ends were located between frames.
-    rates : which step rates would have missed them.
-    """
-
+    # begin, end: (E,) seconds, between frames where they could be located
     begin: FloatArray
     end: FloatArray
-    open: BoolArray
-    refined: bool
-    rates: StepRates | None = field(default=None, repr=False)
+    open: BoolArray  # (E,) bool: it began before the recording or a gap, or ended after; it lasted at least this long
+    refined: bool  # whether the ends were located between frames
+    rates: StepRates | None = field(default=None, repr=False)  # which step rates would have missed them
 
     @property
     def seconds(self) -> FloatArray:

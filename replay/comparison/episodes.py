@@ -26,7 +26,7 @@ def episodes(detection: Detection) -> tuple[Episode, ...]:
     """
     verdict, times = detection.verdict, detection.times
     # Column by column: a table of flags for hours of frames would double the memory that the verdicts take.
-    found = column_runs(counts_as_contact(verdict[:, p]) for p in range(verdict.shape[1]))
+    found = column_runs(map(counts_as_contact, verdict.T))
     return tuple(
         Episode(pair, first, last, float(times[first]), float(times[last])) for pair, first, last in found.tolist()
     )

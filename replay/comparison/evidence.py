@@ -31,25 +31,15 @@ recording, get no faces."""
 
 @dataclass(frozen=True)
 class Cut:
-    """How two surfaces meet in one frame.
-
-    Parameters
-    ----------
-    frame : the frame.
-    point : the place on the curve of intersection nearest to its middle, world metres.
-    normal : unit vector from the first body to the second, across the curve.
-    face_pairs : how many pairs of faces meet.
-    length : length of the curve, metres.
-    touch : when they first touch, where no frame shows it; point and normal are then taken at that moment.
-    faces : (k, 2) face pairs that meet, where no detection of the whole assembly holds them.
-    """
+    """How two surfaces meet in one frame."""
 
     frame: int
-    point: Vector
-    normal: Vector
-    face_pairs: int
-    length: float
-    touch: FirstTouch | None = None
+    point: Vector  # on the curve of intersection, nearest to its middle; world metres
+    normal: Vector  # unit, from the first body to the second, across the curve
+    face_pairs: int  # how many meet
+    length: float  # of the curve, metres
+    touch: FirstTouch | None = None  # where no frame shows it; point and normal are then taken at that moment
+    # (k, 2) face pairs that meet, where no detection of the whole assembly holds them
     faces: IntArray | None = field(default=None, compare=False, repr=False)
 
 

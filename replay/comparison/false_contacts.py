@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cdcore.numerics import ByteArray, IntArray
 from cdcore.protocol import NO_FACES, Explains
 from replay.comparison.causes import Cause
 from replay.comparison.contact_counts import REPORTED
 from replay.comparison.episodes import column_runs
 from replay.comparison.evidence import looks
+from replay.comparison.misses import kind_within
 from replay.comparison.outcome import Comparison, Outcome, Vector, as_vector
 from replay.detection.recorded import RecordedDetector
 from replay.prepare.assembly import Assembly
@@ -78,7 +78,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, detector: object 
     ``detector``: the subject itself, which may explain.
     """
     outcome, times = comparison.outcome, assembly.motion.times
-    found = column_runs(outcome[:, p] == Outcome.INVENTED for p in range(outcome.shape[1]))
+    found = column_runs(column == Outcome.INVENTED for column in outcome.T)
     if not len(found):
         return ()
     # Here, since a run without a detection loads no collision engine.
@@ -94,10 +94,11 @@ def false_contacts(assembly: Assembly, comparison: Comparison, detector: object 
         inner = (last - first) // 4
         frames = looks(first + inner, last - inner, most if number - 1 in measured else 1).tolist()
         gap, frame, point = _widest(meshes if number - 1 in measured else None, assembly, pair, frames)
+        begin, end = reports(pair)[np.searchsorted(reports(pair)[:, 0], first, side="right") - 1].tolist()
         made.append(
             FalseContact(
                 number, pair, a, b, first, last, float(times[first]), float(times[last]),
-                _kind(outcome[:, pair], reports(pair), first, last), frame, gap, point, "",
+                kind_within(FALSE_KINDS, outcome[:, pair], (begin, end), first, last), frame, gap, point, "",
             )
         )  # fmt: skip
         made[-1] = replace(made[-1], cause=_cause(detector, assembly, made[-1]))
@@ -114,13 +115,6 @@ def _widest(
     gaps = [(meshes.gap(assembly.motion, frame, pair), frame) for frame in frames]
     (gap, ends), frame = max(gaps, key=lambda one: one[0][0])
     return gap, frame, as_vector(ends.mean(axis=0))
-
-
-def _kind(outcome: ByteArray, reports: IntArray, first: int, last: int) -> str:
-    """Where in the report that holds it a stretch lies; ``reports`` (k, 2) are first and last frames of all."""
-    begin, end = reports[np.searchsorted(reports[:, 0], first, side="right") - 1].tolist()
-    before, after = ((part == Outcome.BOTH).any() for part in (outcome[begin:first], outcome[last + 1 : end + 1]))
-    return FALSE_KINDS[2 * int(before) + int(after)]
 
 
 def _cause(detector: object, assembly: Assembly, one: FalseContact) -> str:

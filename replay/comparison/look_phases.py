@@ -8,7 +8,6 @@ import numpy as np
 
 from cdcore import Detection, Verdict
 from cdcore.detectors import DETECTORS, OPTIONAL
-from cdcore.numerics import BoolArray
 from cdcore.protocol import detect_live
 from cdcore.protocol.blocks import HeldVerdicts, looks_of
 from replay.base.constants import HELD_FRAMES
@@ -41,30 +40,21 @@ def over_phases(
             often = replace(run.spec, settings={**run.spec.settings, "rate_hz": None})
             detector = make_detector(often, assembly, seed)
             every = detect_live(detector, assembly.motion) if run.live else detector.detect(assembly.motion)
-            shares[label] = phase_shares(run, every, oracle, contacts, holdings, tolerance)
+            shares[label] = phase_shares(run.settings["rate_hz"], every, oracle, contacts, holdings, tolerance)
             if run.live:
                 seconds[label] = sum(float(np.sum(stage)) for stage in every.seconds.values()) / frames
     return shares, seconds
 
 
 def phase_shares(
-    run: Run, every: Detection, oracle: Detection, contacts: Sequence[Episode], holdings: Sequence[Episode],
+    rate_hz: float, every: Detection, oracle: Detection, contacts: Sequence[Episode], holdings: Sequence[Episode],
     tolerance: Tolerance,
 ) -> Shares:  # fmt: skip
-    """The shares of a run's detector over all phases: each holds what its looks see of ``every`` frame.
+    """The shares over all phases of looks at a rate, each of which holds what they see of ``every`` frame.
 
     ``contacts`` are the oracle's that count.
     """
-    rate = run.settings["rate_hz"]
-    looked = [looks_of(every.times - (k + 0.5) / PHASES / rate, rate)[0] for k in range(PHASES)]
-    return shares_of_looks(every, oracle, looked, contacts, holdings, tolerance)
-
-
-def shares_of_looks(
-    every: Detection, oracle: Detection, looked: Sequence[BoolArray], contacts: Sequence[Episode],
-    holdings: Sequence[Episode], tolerance: Tolerance,
-) -> Shares:  # fmt: skip
-    """``every`` says what is seen at each frame, ``looked`` at which frames there is a look, (T,) for each phase."""
+    looked = [looks_of(every.times - (k + 0.5) / PHASES / rate_hz, rate_hz)[0] for k in range(PHASES)]
     lost, part = np.zeros((2, len(contacts)), dtype=np.int64)
     said, false, known = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
     for looks in looked:

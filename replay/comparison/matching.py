@@ -14,49 +14,31 @@ from replay.comparison.outcome import Comparison, Episode, Outcome
 
 @dataclass(frozen=True)
 class EpisodeMatch:
-    """One contact of the oracle and the contact of the subject that matches it.
+    """One contact of the oracle and the contact of the subject that matches it."""
 
-    Parameters
-    ----------
-    truth, found : their numbers, from 1 in order of time.
-    overlap : frames in common.
-    onset_error : seconds by which the subject's begins late (negative: early).
-    duration_error : seconds by which the subject's is longer (negative: shorter).
-    """
-
+    # truth, found: their numbers, from 1 in order of time
     truth: int
     found: int
-    overlap: int
-    onset_error: float
-    duration_error: float
+    overlap: int  # frames in common
+    onset_error: float  # seconds by which the subject's begins late (negative: early)
+    duration_error: float  # seconds by which the subject's is longer (negative: shorter)
 
 
 @dataclass(frozen=True)
 class EpisodeMatches:
-    """The contacts of the oracle and of the subject, each in one class; all are numbers from 1.
+    """The contacts of the oracle and of the subject, each in one class; all are numbers from 1."""
 
-    Parameters
-    ----------
-    matched : one to one, in order of the oracle's contacts.
-    missed : contacts of the oracle that the subject never found.
-    invented : contacts of the subject that overlap none of the oracle's.
-    split : contacts of the oracle that the subject reports as several.
-    merged : contacts of the subject that join several of the oracle's.
-    absorbed : contacts of the oracle that overlap only a merged one matched with another.
-    pieces : contacts of the subject that are further pieces of a split one.
-    excused_truth, excused_found : unmatched and no error: undecided, within tolerance, or between frames.
-    held_truth, held_found : of a hand with what it holds, all the time; matched with nothing.
-    """
-
-    matched: tuple[EpisodeMatch, ...] = ()
-    missed: tuple[int, ...] = ()
-    invented: tuple[int, ...] = ()
-    split: tuple[int, ...] = ()
-    merged: tuple[int, ...] = ()
-    absorbed: tuple[int, ...] = ()
-    pieces: tuple[int, ...] = ()
+    matched: tuple[EpisodeMatch, ...] = ()  # one to one, in order of the oracle's contacts
+    missed: tuple[int, ...] = ()  # contacts of the oracle that the subject never found
+    invented: tuple[int, ...] = ()  # contacts of the subject that overlap none of the oracle's
+    split: tuple[int, ...] = ()  # contacts of the oracle that the subject reports as several
+    merged: tuple[int, ...] = ()  # contacts of the subject that join several of the oracle's
+    absorbed: tuple[int, ...] = ()  # contacts of the oracle that overlap only a merged one matched with another
+    pieces: tuple[int, ...] = ()  # contacts of the subject that are further pieces of a split one
+    # excused_truth, excused_found: unmatched and no error: undecided, within tolerance, or between frames
     excused_truth: tuple[int, ...] = ()
     excused_found: tuple[int, ...] = ()
+    # held_truth, held_found: of a hand with what it holds, all the time; matched with nothing
     held_truth: tuple[int, ...] = ()
     held_found: tuple[int, ...] = ()
 
@@ -65,13 +47,6 @@ class EpisodeMatches:
         words = dict.fromkeys(self.pieces, "piece") | dict.fromkeys(self.invented, "invented")
         words |= dict.fromkeys(self.excused_found, "excused") | dict.fromkeys(self.held_found, "held")
         return words | {match.found: "matched" for match in self.matched}
-
-
-@dataclass(frozen=True)
-class _Overlap:
-    truth: int
-    found: int
-    frames: int
 
 
 def match_episodes(
@@ -94,7 +69,7 @@ def match_episodes(
     false = comparison.outcome == Outcome.INVENTED
     invented = [number for number, one in extra if false[one.first : one.last + 1, one.pair].any()]
     return EpisodeMatches(
-        matched=tuple(_match(one, truth[one.truth - 1], found[one.found - 1]) for one in chosen), missed=tuple(missed),
+        matched=tuple(chosen), missed=tuple(missed),
         invented=tuple(invented), split=tuple(sorted(number for number, count in of_truth.items() if count > 1)),
         merged=tuple(sorted(number for number, count in of_found.items() if count > 1)),
         absorbed=tuple(sorted(set(of_truth) - taken)), pieces=tuple(sorted(set(of_found) - used)),
@@ -118,7 +93,7 @@ def _held(comparison: Comparison, episodes: Sequence[Episode]) -> set[int]:
 
 def _matched(
     truth: Sequence[Episode], found: Sequence[Episode], reach: int, held: set[int]
-) -> tuple[list[_Overlap], list[_Overlap]]:
+) -> tuple[list[EpisodeMatch], list[EpisodeMatch]]:
     """All overlaps but those of ``held`` contacts of the first list, and the best assignment in that list's order."""
     overlaps = [one for pair in _columns(truth, found) for one in _overlaps(*pair, reach) if one.truth not in held]
     return overlaps, sorted(_best(overlaps), key=lambda one: one.truth)
@@ -137,21 +112,22 @@ def _columns(truth: Sequence[Episode], found: Sequence[Episode]) -> Iterator[tup
         yield sides[0][pair], sides[1][pair]
 
 
-def _overlaps(truth: Numbered, found: Numbered, reach: int) -> Iterator[_Overlap]:
+def _overlaps(truth: Numbered, found: Numbered, reach: int) -> Iterator[EpisodeMatch]:
     """Overlaps of one pair, in order of time."""
     i = j = 0
     while i < len(truth) and j < len(found):
         (number, one), (other_number, other) = truth[i], found[j]
         frames = min(one.last, other.last + reach) - max(one.first, other.first) + 1
         if frames > 0:
-            yield _Overlap(number, other_number, frames)
+            longer = (other.end - other.start) - (one.end - one.start)
+            yield EpisodeMatch(number, other_number, frames, other.start - one.start, longer)
         if one.last <= other.last + reach:
             i += 1
         else:
             j += 1
 
 
-def _best(overlaps: Sequence[_Overlap]) -> list[_Overlap]:
+def _best(overlaps: Sequence[EpisodeMatch]) -> list[EpisodeMatch]:
     """The overlaps of most frames in all that share no episode.
 
     An overlap is at odds only with the run of overlaps right before it that share one of its episodes.
@@ -165,7 +141,7 @@ def _best(overlaps: Sequence[_Overlap]) -> list[_Overlap]:
         elif k >= 2 and not _share(one, overlaps[k - 2]):
             run = k - 1
         before.append(run)
-        most.append(max(most[k], one.frames + most[run]))
+        most.append(max(most[k], one.overlap + most[run]))
     chosen, k = [], len(overlaps)
     while k:
         if most[k] > most[k - 1]:
@@ -176,10 +152,5 @@ def _best(overlaps: Sequence[_Overlap]) -> list[_Overlap]:
     return chosen
 
 
-def _share(one: _Overlap, other: _Overlap) -> bool:
+def _share(one: EpisodeMatch, other: EpisodeMatch) -> bool:
     return one.truth == other.truth or one.found == other.found
-
-
-def _match(overlap: _Overlap, truth: Episode, found: Episode) -> EpisodeMatch:
-    longer = (found.end - found.start) - (truth.end - truth.start)
-    return EpisodeMatch(overlap.truth, overlap.found, overlap.frames, found.start - truth.start, longer)

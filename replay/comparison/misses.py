@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdcore.numerics import ByteArray, FloatArray
 from replay.comparison.episodes import column_runs
 from replay.comparison.evidence import Evidence
 from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
@@ -21,32 +21,41 @@ MISS_KINDS: Final = (NEVER_FOUND, FOUND_LATE, LOST_EARLY, INTERRUPTED)
 
 @dataclass(frozen=True)
 class MissedStretch:
-    """Pair, frames and kind of a miss; its geometry is not yet known.
+    """Where a miss is; its geometry is not yet known."""
 
-    Parameters
-    ----------
-    pair, first, last : column and frames, both included.
-    kind : one of ``MISS_KINDS``.
-    episode : number of the oracle's episode, from 1.
-    """
-
+    # pair, first, last: column and frames, both included
     pair: int
     first: int
     last: int
-    kind: str
-    episode: int
+    kind: str  # one of ``MISS_KINDS``
+    episode: int  # number of the oracle's episode, from 1
 
 
 def stretches(comparison: Comparison, contacts: Sequence[Episode]) -> tuple[MissedStretch, ...]:
     """The missed stretches of a comparison, in order of time, then pair; ``contacts`` are the oracle's episodes."""
-    outcome = comparison.outcome
-    missed = column_runs(outcome[:, p] == Outcome.MISSED for p in range(outcome.shape[1]))
-    columns = _by_column(contacts)
-    return tuple(_stretch(pair, first, last, columns[pair], outcome[:, pair]) for pair, first, last in missed.tolist())
+    outcome, found = comparison.outcome, list[MissedStretch]()
+    begins = np.array([one.pair * len(outcome) + one.first for one in contacts], dtype=np.int64)
+    order = np.argsort(begins)
+    for pair, first, last in column_runs(column == Outcome.MISSED for column in outcome.T).tolist():
+        at = np.searchsorted(begins, pair * len(outcome) + first, side="right", sorter=order) - 1
+        contact = contacts[order[at]]
+        kind = kind_within(MISS_KINDS, outcome[:, pair], (contact.first, contact.last), first, last)
+        found.append(MissedStretch(pair, first, last, kind, int(order[at]) + 1))
+    return tuple(found)
+
+
+def kind_within(kinds: Sequence[str], outcome: ByteArray, contact: tuple[int, int], first: int, last: int) -> str:
+    """Of four ``kinds`` that of a stretch: by whether both report the contact that holds it after and before it.
+
+    ``outcome`` (T,) of its pair; ``contact``: first and last frame.
+    """
+    parts = outcome[contact[0] : first], outcome[last + 1 : contact[1] + 1]
+    before, after = (int((part == Outcome.BOTH).any()) for part in parts)
+    return kinds[2 * before + after]
 
 
 def misses(
-    places: Sequence[MissedStretch], names: Sequence[tuple[str, str]], times: NDArray[np.float64], evidence: Evidence
+    places: Sequence[MissedStretch], names: Sequence[tuple[str, str]], times: FloatArray, evidence: Evidence
 ) -> tuple[Miss, ...]:
     """Number the stretches from 1 and describe each where the surfaces cut longest.
 
@@ -68,22 +77,3 @@ def misses(
             )
         )  # fmt: skip
     return tuple(found)
-
-
-def _by_column(contacts: Sequence[Episode]) -> dict[int, tuple[NDArray[np.int64], list[tuple[int, Episode]]]]:
-    """Per pair: first frames, increasing, and (number, episode)."""
-    rows: dict[int, list[tuple[int, Episode]]] = {}
-    for number, episode in enumerate(contacts, 1):
-        rows.setdefault(episode.pair, []).append((number, episode))
-    return {pair: (np.array([episode.first for _, episode in found]), found) for pair, found in rows.items()}
-
-
-def _stretch(
-    pair: int, first: int, last: int, column: tuple[NDArray[np.int64], list[tuple[int, Episode]]],
-    outcome: NDArray[np.uint8],
-) -> MissedStretch:  # fmt: skip
-    starts, numbered = column
-    number, episode = numbered[int(np.searchsorted(starts, first, side="right")) - 1]
-    before = int((outcome[episode.first : first] == Outcome.BOTH).any())
-    after = int((outcome[last + 1 : episode.last + 1] == Outcome.BOTH).any())
-    return MissedStretch(pair, first, last, MISS_KINDS[2 * before + after], number)

@@ -15,6 +15,7 @@ import numpy as np
 from cdcore import Detection, Motion, Verdict
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.numerics import BoolArray, ByteArray, IntArray
+from replay.comparison.compare import Within
 from replay.errors import AuditError
 from replay.prepare.assembly import Assembly
 
@@ -32,24 +33,17 @@ EXCUSABLE: Final = (Verdict.CLEAR, Verdict.CONTACT, Verdict.NOT_FOUND)
 """Verdicts about surfaces."""
 
 
-def require_tau(tau: float) -> float:
-    """The tolerance; raises ``AuditError`` where it is negative or not finite."""
-    if not 0.0 <= tau < float("inf"):
-        raise AuditError(f"tau {tau} is no tolerance; give metres, 0 or more")
-    return tau
-
-
 class Tolerance:
     """Judges the disagreements of one run.
 
     ``faces`` gives an exact detector's verdicts and faces for some frames. ``tau`` is in metres; with 0 nothing is
-    excused, not even a touch.
+    excused, not even a touch. Raises ``AuditError``: it is negative or not finite.
     """
 
     def __init__(self, assembly: Assembly, faces: Callable[[Motion], Detection], tau: float = TAU) -> None:
-        self._assembly = assembly
-        self._faces = faces
-        self._tau = require_tau(tau)
+        if not 0.0 <= tau < float("inf"):
+            raise AuditError(f"tau {tau} is no tolerance; give metres, 0 or more")
+        self._assembly, self._faces, self._tau = assembly, faces, tau
 
     @cached_property
     def _stage(self) -> "MarginStage":
@@ -58,9 +52,7 @@ class Tolerance:
 
         return MarginStage(self._assembly.bodies, self._tau)
 
-    def judge(
-        self, subject: Detection, oracle: Detection, known: ByteArray | None = None
-    ) -> Callable[[IntArray, IntArray], BoolArray]:
+    def judge(self, subject: Detection, oracle: Detection, known: ByteArray | None = None) -> Within:
         """What says of K disagreeing pair-frames (frames, columns) which are within tolerance, (K,).
 
         ``known`` (T, P), zeros at first, remembers the geometry from one judge to the next.
@@ -73,10 +65,10 @@ class Tolerance:
             frames, columns = frames[asked], columns[asked]
             if known is None:
                 asked[asked] = self._within(frames, columns)
-            else:
-                new = known[frames, columns] == 0
-                known[frames[new], columns[new]] = 1 + self._within(frames[new], columns[new])
-                asked[asked] = known[frames, columns] == 2
+                return asked
+            new = known[frames, columns] == 0
+            known[frames[new], columns[new]] = 1 + self._within(frames[new], columns[new])
+            asked[asked] = known[frames, columns] == 2
             return asked
 
         return within

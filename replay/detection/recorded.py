@@ -14,7 +14,7 @@ from cdcore import Body, Detection, Motion, Verdict, create_detector
 from cdcore.protocol import Explains, Explanation, PairDetector, pair_has_pose
 from cdcore.protocol.blocks import TICK_SLACK
 from replay.errors import AuditError
-from sessions.model.live_contact import LiveContact
+from sessions.model.event import LiveContact
 
 RECORDED: Final = "recorded"
 """Its name in a list of detectors."""

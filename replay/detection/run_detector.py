@@ -20,8 +20,8 @@ from replay.base.progress import Advance
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.recorded import RECORDED, recorded_detector
 from replay.errors import DetectorSpecError, ReplayError
+from replay.prepare.assemble_stored import StoredMotion
 from replay.prepare.assembly import Assembly
-from replay.prepare.stored_motion import StoredMotion
 
 if TYPE_CHECKING:
     from cdcore.search.tracing import Watched
@@ -39,30 +39,20 @@ FACE_ROWS: Final = 20_000_000
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """One detector's answer and what it took.
+    """One detector's answer and what it took."""
 
-    Parameters
-    ----------
-    spec : what was asked for.
-    detector : ready to be asked again.
-    settings : all settings in force, as plain data.
-    detection : the answer.
-    live : whether it was asked one frame after the other; else the whole motion at once.
-    faces : whether it was asked which faces meet, and lists them, within the seconds below.
-    prepare, warm, detect : seconds to build the detector, to warm it up, and to detect; asked live, the sum of the
-        looks.
-    processor_share : of the seconds of the looks those in which this process was at work; ``None`` if not asked live.
-    """
-
-    spec: DetectorSpec
-    detector: Detector
-    settings: Mapping[str, Any]
-    detection: Detection
-    live: bool
-    faces: bool
+    spec: DetectorSpec  # what was asked for
+    detector: Detector  # ready to be asked again
+    settings: Mapping[str, Any]  # all settings in force, as plain data
+    detection: Detection  # the answer
+    live: bool  # whether it was asked one frame after the other; else the whole motion at once
+    faces: bool  # whether it was asked which faces meet, and lists them, within the seconds below
+    # prepare, warm, detect: seconds to build the detector, to warm it up, and to detect; asked live, the sum of the
+    # looks
     prepare: float
     warm: float
     detect: float
+    # of the seconds of the looks those in which this process was at work; ``None`` if not asked live
     processor_share: float | None = None
 
 

@@ -5,32 +5,18 @@ Raised are PlanErrors of the table concerned, with the nearest name: at the plan
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
 
+from replay.effects.contents import WATER, Contents, contents_of_scene
 from replay.effects.declaring import Declaration
 from replay.effects.models.acid_base import AcidBase
-from replay.effects.models.equation import COMMON, Equation, atoms, equation_of, ion_of
+from replay.effects.models.equation import COMMON, Equation, equation_of
 from replay.effects.models.history import NEUTRALISATION, Process
 from replay.effects.models.ledger import BROUGHT, SOLID, Ledger
 from replay.effects.models.species import GASES, IONS, SOLIDS
-from replay.effects.vessels import Vessel
-from replay.errors import EffectError, PlanError
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
 
 Tables = Mapping[str, tuple[Declaration, ...]]
-WATER: Final = "H2O"
-WATER_MOLAR: Final = 55.41
-"""mol/L of pure water at 20 degC: 998.2 g/L over 18.015 g/mol. Source: CRC Handbook (density), IUPAC 2021 (weights)."""
-
-
-@dataclass(frozen=True, eq=False)
-class Contents:
-    """What is in a vessel at first: millilitres, and formula -> mol dissolved and solid."""
-
-    volume_ml: float
-    amounts: Mapping[str, float]
-    solids: Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,22 +115,6 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
             _check_diluted(declared, contents)
 
 
-def contents_of_scene(scene: Scene, file: str) -> dict[str, Contents]:
-    """Body -> what the scene says is in it. Raises PlanError: formulas and numbers that cannot be."""
-    contents: dict[str, Contents] = {}
-    faults: list[str] = []
-    for body in scene.bodies:
-        properties = body.extra.get("properties") or {}
-        try:
-            if properties.get("liquid") or properties.get("solid"):
-                contents[body.id] = contents_of(Vessel(body))
-        except EffectError as error:
-            faults.append(f"{file}: {str(error).removeprefix('scene: ')}")
-    if faults:
-        raise PlanError(*faults)
-    return contents
-
-
 def _check_diluted(declared: Declaration, contents: Mapping[str, Contents]) -> None:
     solute, there = declared.text("solute"), {formula for held in contents.values() for formula in held.amounts}
     if solute not in there:
@@ -231,44 +201,3 @@ def _check_known(recipe: Recipe) -> None:
                     f"bases, or acids = {{ {formula} = [] }} if it neither gives nor takes protons"
                     f"{nearest(formula, (*COMMON, *chemistry.acids, *chemistry.bases))}"
                 )
-
-
-def contents_of(vessel: Vessel) -> Contents:
-    """What the scene says is in a vessel at first; ``H2O`` is counted in pure water and where the scene tells it.
-
-    Raises EffectError: a formula or a number that cannot be.
-    """
-    liquid, litres = vessel.contents("liquid"), vessel.volume_ml * 1e-3
-    amounts: dict[str, float] = {}
-    told = liquid.get("solutes") or {}
-    if not isinstance(told, Mapping):
-        raise vessel.fail(f"has liquid.solutes = {told!r}; give a table: formula = mol/L")
-    solutes = {str(key): vessel.amount("liquid", str(key), within=told) for key in told}
-    if liquid.get("solute"):
-        solutes[str(liquid["solute"])] = vessel.amount("liquid", "molar")
-    for formula, molar in solutes.items():
-        amounts[_formula(vessel, formula)] = litres * molar
-    if "water_molar" in liquid:
-        amounts[WATER] = litres * vessel.amount("liquid", "water_molar")
-    elif not solutes:
-        amounts[WATER] = litres * WATER_MOLAR
-    solids: dict[str, float] = {}
-    if vessel.contents("solid"):
-        mass, weight = (vessel.amount("solid", key) for key in ("mass_g", "molar_mass"))
-        if weight <= 0.0:
-            raise vessel.fail("has solid.molar_mass = 0; give it in g/mol")
-        solids[_formula(vessel, str(vessel.contents("solid").get("formula")))] = mass / weight
-    return Contents(vessel.volume_ml, amounts, solids)
-
-
-def _formula(vessel: Vessel, text: str) -> str:
-    formula = ion_of(text, IONS)
-    try:
-        atoms(formula)
-    except ValueError as error:
-        raise vessel.fail(f"holds {error}") from error
-    # AgNo3 would be silver and nobelium.
-    meant = next((one for one in COMMON if one.lower() == formula.lower() and one != formula), "")
-    if meant:
-        raise vessel.fail(f"holds {formula!r}; did you mean {meant!r}?")
-    return formula

@@ -2,11 +2,14 @@
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Final
 
 from replay.effects.effect_plan import Plan
 from replay.effects.effects_runner import EffectRun
 from replay.effects.output import EffectEvent
+
+EVENT_ROWS: Final = 60
+"""Events listed in summary and report; ``events.parquet`` holds them all."""
 
 
 def plan_summary(planned: Plan) -> dict[str, Any]:
@@ -48,6 +51,14 @@ def happened(effects: Mapping[str, EffectRun]) -> list[tuple[str, EffectEvent]]:
     """Kind and event, in order of time."""
     found = [(kind, event) for kind, run in effects.items() for event in run.events]
     return sorted(found, key=lambda row: (row[1].time, row[0], row[1].name))
+
+
+def event_list(effects: Mapping[str, EffectRun]) -> list[dict[str, Any]]:
+    """The first events in order of time, in seconds of the session."""
+    return [
+        {"effect": kind, "name": event.name, "text": event.text, "time": event.time, "end": event.end}
+        for kind, event in happened(effects)[:EVENT_ROWS]
+    ]
 
 
 def happened_words(effects: Mapping[str, EffectRun], most: int) -> list[str]:

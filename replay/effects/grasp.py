@@ -14,7 +14,7 @@ from replay.effects.output import EffectEvent, EffectOutput, Findings, LaneSpan
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import Span, spans_of, switched
 from replay.effects.touches import Touches
-from sessions.model.hand import HandTrack
+from sessions.model.track import HandTrack
 
 TWO_DEGREES: Final = float(np.radians(2.0))
 
@@ -108,7 +108,7 @@ def _hold(inputs: EffectInputs, hand: str, thing: str, press: Span, limits: Limi
     """
     inputs.count("hand-thing looks")
     part = slice(*press)
-    one, other = (_cut(inputs.poses(name), part) for name in (hand, thing))
+    one, other = (inputs.poses(name).take(part) for name in (hand, thing))
     rides = riding(other.relative_to(one), limits)
     times = inputs.times[part]
     # Frames without a pose do not end a stretch of riding.
@@ -147,10 +147,6 @@ def _touched(inputs: EffectInputs, hand: str, things: Mapping[str, Limits], pres
         thing for thing in things
         if any(touch.first < press[1] and touch.stop > press[0] for touch in touches.of((hand, thing)))
     ]  # fmt: skip
-
-
-def _cut(poses: BodyPoses, part: slice) -> BodyPoses:
-    return BodyPoses(*(getattr(poses, field.name)[part] for field in fields(poses)))
 
 
 OURS: Final = (

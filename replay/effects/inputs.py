@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdcore import Detection, Verdict
+from cdcore.numerics import IntArray
 from cdcore.protocol import is_undecided
 from replay.effects.declaring import Declaration, Pair
 from replay.effects.output import EffectOutput, FloatArray, LaneSpan
@@ -16,9 +17,9 @@ from replay.effects.spans import BoolArray, Span
 from replay.errors import EffectError
 from replay.prepare.assembly import Assembly
 from sessions.mesh_data import MeshData
-from sessions.model.hand import HandTrack
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
+from sessions.model.track import HandTrack
 
 HANDS: Final = "/hands"
 """Topics below this: trigger, grip and buttons."""
@@ -63,6 +64,12 @@ class BodyPoses:
         up = self.direction((0.0, 1.0, 0.0))
         # The arc tangent keeps its digits near 0 and pi, where the arc cosine of a rounded cosine loses half of them.
         return np.arctan2(np.hypot(up[:, 0], up[:, 2]), up[:, 1])
+
+    def take(self, rows: IntArray | slice) -> "BodyPoses":
+        """Some frames of it."""
+        return BodyPoses(
+            self.times[rows], self.translation[rows], self.rotation[rows], self.valid[rows], self.linked[rows]
+        )
 
     def relative_to(self, other: "BodyPoses") -> "BodyPoses":
         """The same in the other body's frame."""

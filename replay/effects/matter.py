@@ -7,7 +7,8 @@ from itertools import pairwise
 import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
-from replay.effects.chemistry import Recipe, contents_of, recipe_of
+from replay.effects.chemistry import Recipe, recipe_of
+from replay.effects.contents import contents_of
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.history import History
 from replay.effects.models.ledger import LUMPS, Ledger

@@ -4,7 +4,8 @@ from typing import Final
 
 import numpy as np
 
-from replay.effects.chemistry import WATER_MOLAR, check_chemistry
+from replay.effects.chemistry import check_chemistry
+from replay.effects.contents import WATER_MOLAR
 from replay.effects.declaring import bodies
 from replay.effects.inputs import EffectInputs
 from replay.effects.matter import matter_of

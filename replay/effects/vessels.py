@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +17,13 @@ from replay.effects.models.transfers import Stream
 from replay.effects.output import EffectEvent, FloatArray, Liquid, vector_of
 from replay.effects.spans import BoolArray
 from replay.errors import EffectError, PlanError
+from sessions.errors import SessionError
 from sessions.model.scene import Scene, SceneBody
+from sessions.scene_files.scene_meshes import INSTRUMENT_FACES
 from sessions.scene_files.toml_table import is_number
+
+if TYPE_CHECKING:
+    from sessions.glassware.instrument import Cavity
 
 Rgba = tuple[int, int, int, int]
 
@@ -114,8 +119,21 @@ class Vessel:
             declared = {"shape": SLICED}
         if declared.get("shape") != SLICED:
             return declared
-        brought = _cavity_of(self.body.instrument)
-        return {**brought, **declared} if brought else {}
+        try:
+            own = _own_cavity(*self._made) if self.body.instrument else None
+        except (SessionError, TypeError, ValueError) as error:  # the latter two from options of the wrong type
+            raise self.fail(f"has a cavity that cannot be made: {error}") from error
+        return {} if own is None else {**own.table, **declared}
+
+    @property
+    def _made(self) -> tuple[str, int, tuple[tuple[str, Any], ...]]:
+        """Name, faces and options of the instrument that its mesh is."""
+        extra = self.body.extra
+        return (
+            self.body.instrument,
+            int(extra.get("faces", INSTRUMENT_FACES)),
+            tuple(sorted(extra.get("options", {}).items())),
+        )
 
     def fail(self, words: str) -> EffectError:
         """The error to raise, naming the body."""
@@ -154,7 +172,12 @@ class Vessel:
         """Its form: its instrument's own, or the cylinder which the scene declares. Raises EffectError: it has none."""
         cavity = self.cavity
         if cavity.get("shape") == SLICED:
-            return _sliced(self.body.instrument)
+            shape = _sliced(*self._made)
+            if shape.normal[1] < 0.0:
+                raise self.fail(
+                    "opens downwards: its bulb holds the liquid, which no effect lets go; leave it out of from and into"
+                )
+            return shape
         if "shape" in cavity:
             raise self.fail(f"has cavity.shape = {cavity['shape']!r}; the only shape to name is {SLICED!r}")
         if not self._formed:
@@ -205,24 +228,17 @@ class Vessel:
         return Liquid(times, level, self.floor, math.sqrt(self.section_m2 / math.pi), colour)
 
 
-@cache
-def _cavity_of(instrument: str) -> Mapping[str, Any]:
-    """The cavity of an instrument of the catalogue; it is made only where a scene names one and gives no cavity."""
-    if not instrument:
-        return {}
-    from sessions.glassware.catalogue import make_instrument
-    from sessions.glassware.cavity_table import cavity_table
+def _own_cavity(instrument: str, faces: int, options: tuple[tuple[str, Any], ...]) -> "Cavity | None":
+    """The cavity of an instrument; it is made only where a scene names one and gives no cavity."""
+    from sessions.glassware.catalogue import made_instrument
 
-    made = make_instrument(instrument)
-    return {} if made.cavity is None else cavity_table(made)
+    return made_instrument(instrument, faces, options).cavity
 
 
 @cache
-def _sliced(instrument: str) -> SlicedCavity:
+def _sliced(instrument: str, faces: int, options: tuple[tuple[str, Any], ...]) -> SlicedCavity:
     """The cavity's mesh of an instrument that is a vessel, with one table for all scenes."""
-    from sessions.glassware.catalogue import make_instrument
-
-    cavity = make_instrument(instrument).cavity
+    cavity = _own_cavity(instrument, faces, options)
     assert cavity is not None
     filled, opening = cavity.to_brim, cavity.opening
     return SlicedCavity(filled.vertices, filled.faces, np.array(opening.centre), np.array(opening.normal))
@@ -235,7 +251,7 @@ def check_vessels(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, f
         try:
             vessel = Vessel(scene.body(name) or SceneBody(name))
             # Asked for, so that what is missing is named.
-            for asked in ("section_m2", "volume_ml", *(("shape",) if name in poured else ())):
+            for asked in ("section_m2", "volume_ml", "shape" if name in poured else "brim_ml"):
                 getattr(vessel, asked)
             vessel.place("opening")
             vessel.size("opening_radius")

@@ -15,7 +15,7 @@ from cdcore.numerics import FloatArray, IntArray
 from replay.comparison.first_touch import at_touch
 from replay.comparison.outcome import Miss
 from replay.effects.output import vector_of
-from replay.outputs.materials import is_ghost, tags_of
+from replay.outputs.palette import is_ghost, tags_of
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene
 
@@ -168,6 +168,12 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int) -
     cos, sin = np.cos(turn), np.sin(turn)
     aside = np.array([side[0] * cos + side[2] * sin, 0.0, side[2] * cos - side[0] * sin])
     back = aside * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0])
+    return framing(points, back)
+
+
+def framing(points: FloatArray, away: FloatArray) -> Eye:
+    """The eye in the direction ``away`` from points (n, 3) that sees them as large as the view allows."""
+    back = away / np.linalg.norm(away)
     axes = look_rotation(Eye(vector_of(back), (0.0, 0.0, 0.0)))
     local = points @ axes
     centre = (local.min(axis=0) + local.max(axis=0)) / 2

@@ -19,9 +19,9 @@ from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Episode, Miss, Outcome, Vector, as_vector
 from replay.outputs.palette import FOUND, INVENTED, MISSED, PARTLY_MISSED, Rgba
 from replay.outputs.words import bound_words, counted
-from replay.pipeline.fault_lists import BETWEEN_LOOKS, LISTED
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
+from replay.pipeline.scores import BETWEEN_LOOKS, LISTED
 
 KINDS: Final = {Outcome.MISSED: "miss", Outcome.INVENTED: "false", Outcome.BOTH: "contact"}
 

@@ -155,12 +155,12 @@ def _contacts(result: RunResult, found: Sequence[Episode], pair: int, held: str 
     return result.assembly.pair_name(pair) + held, len(own), f"{sum(own):.3f}", f"{max(own, default=0.0):.3f}"
 
 
-def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table:
+def miss_table(title: str, misses: Sequence[Miss]) -> Table:
     """A row per miss, in the order given, with everything there is to say of one."""
     rows = [
         (
             Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
-            Marked(f"replay view {run} --miss {one.number}", CODE), _moment(one), one.frames,
+            Marked(f"replay view RUN --miss {one.number}", CODE), _moment(one), one.frames,
             depth_words(one), one.face_pairs, one.shown[0],
             "" if one.touch is None else "{} and {}".format(*one.touch.faces),
         )
@@ -169,12 +169,12 @@ def miss_table(title: str, misses: Sequence[Miss], run: object = "RUN") -> Table
     return table(title, (*SEEN_HEAD, *BETWEEN_HEAD[-2:]), rows, words=5, whole=("miss", "pair"))
 
 
-def false_table(title: str, found: Sequence[FalseContact], label: str, run: object = "RUN") -> Table:
+def false_table(title: str, found: Sequence[FalseContact], label: str) -> Table:
     """A row per false contact, in the order given; ``label``: of who reports them."""
     rows = [
         (
             Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
-            Marked(f"replay view {run} --false {one.number} --by {label}", CODE), f"{one.start:.3f}", one.frames,
+            Marked(f"replay view RUN --false {one.number} --by {label}", CODE), f"{one.start:.3f}", one.frames,
             "" if np.isnan(one.gap) else f"{one.gap * 1e3:.1f}",
         )
         for one in found
@@ -200,11 +200,11 @@ BETWEEN_HEAD = (*MISS_HEAD, "after frame", "first faces")
 """Columns for misses that a frame shows, and for those that none shows: they have no depth."""
 
 
-def cluster_table(label: str, misses: Sequence[Miss], run: object = "RUN") -> Table:
+def cluster_table(label: str, misses: Sequence[Miss]) -> Table:
     """Hundreds of misses in a few dozen rows, the one with the longest cut first."""
     rows = [
         (
-            f"{one.body_a} - {one.body_b}", cluster.causes, Marked(f"replay view {run} --miss {one.number}", CODE),
+            f"{one.body_a} - {one.body_b}", cluster.causes, Marked(f"replay view RUN --miss {one.number}", CODE),
             Marked(str(one.number), STRONG), len(cluster.misses), cluster.frames,
             "{:.2f} to {:.2f}".format(*cluster.span), depth_words(one),
         )
@@ -218,16 +218,14 @@ def cost_table(result: RunResult) -> Table:
     """What each detector took; quantiles are over the frames at which it looked, ``LATE`` is a share of all frames."""
     rows, notes, others = [], [], []
     for label, figures in result.summary["detectors"].items():
-        seconds, stages = figures["seconds"], figures["seconds"]["stages"]
-        frame = seconds.get("per_frame")
+        seconds = figures["seconds"]
+        frame, longest = seconds.get("per_frame"), seconds["longest_stage"]
         role = "oracle" if label == result.oracle else "live" if figures["live"] else "offline"
         if label in result.comparisons and not figures["online"]:
             notes.append(f"{label} cannot be asked live")
         if (busy := 1 - seconds.get("processor_share", 1.0)) > BUSY:
             others.append(f"{busy:.0%} of the clock of {label}")
-        longest = max(stages, key=stages.__getitem__, default="")
-        total = sum(stages.values())
-        share = f"{longest} {100 * stages[longest] / total:.0f} %" if total > 0 else longest
+        share = f"{longest['stage']} {100 * longest['share']:.0f} %" if longest else ""
         each = [_ms(frame[key]) if frame else "" for key in QUANTILES]
         late = f"{figure(100 * frame['over_budget'])} %" if frame else ""
         rows.append((label, role, f"{seconds['detect']:.3f}", _ms(seconds["per_frame_mean"]), *each, late, share))

@@ -1,7 +1,6 @@
 """A table as plain data. It is built once; terminal, page and picture each render it in their own way.
 
-The renderers are ``replay.cli.terminal`` (rich), ``replay.outputs.report.markup`` (HTML) and
-``replay.outputs.rerun_log.markdown``.
+The renderers are ``replay.cli.terminal`` (rich), ``replay.outputs.report.markup`` (HTML) and ``markdown`` here.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -105,3 +104,24 @@ def text_of(cell: Cell) -> str:
     if isinstance(cell, Marked):
         return shown(cell.text)
     return "" if cell is None else f"{cell:,}" if isinstance(cell, int) else shown(cell)
+
+
+MARKDOWN_MARKS: Final = {STRONG: "**", CODE: "`"}
+
+
+def markdown(table: Table, level: int = 0) -> str:
+    """A table below its title, a heading of this level; without a level there is no title."""
+    heading = [f"{'#' * level} {table.title}", ""] if level else []
+    lines = [_line([column.name for column in table.columns]), "|---" * len(table.columns) + "|"]
+    lines += [_line([_cell(cell) for cell in row]) for row in table.rows]
+    notes = [line for note in table.notes for line in ("", note)]
+    return "\n".join([*heading, *lines, *notes])
+
+
+def _line(cells: list[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _cell(cell: Cell) -> str:
+    around = MARKDOWN_MARKS.get(cell.mark, "") if isinstance(cell, Marked) else ""
+    return around + text_of(cell).replace("|", "\\|") + around

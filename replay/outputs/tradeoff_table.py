@@ -1,7 +1,7 @@
 """Accuracy beside its price, a row per setting that was tried."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
 from replay.base.constants import BUDGET_MS
 from replay.base.wilson import OVER_CONTACTS
@@ -9,6 +9,7 @@ from replay.outputs.tables import Table, table
 from replay.outputs.words import counted
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import Tradeoff
+from replay.tradeoffs.growth import UNITS, growth_answer, leaves_at
 from replay.tradeoffs.pareto import LIVE, WHOLE, Row, front_of
 
 OVER_BUDGET: Final = f"p99 ms (over {BUDGET_MS:.1f})"
@@ -102,3 +103,17 @@ def _most_work(work: Mapping[str, int]) -> str:
     """The largest counter of work done: the same on any machine; the table in the run folder has them all."""
     count, name = max(((count, name) for name, count in work.items() if name not in NOT_DONE), default=(0, ""))
     return f"{count if count < 10_000 else f'{count // 1000:,}k'} {name.replace('_', ' ')}" if count else ""
+
+
+def growth_table(rows: Sequence[dict[str, Any]]) -> Table:
+    """A row a detector: on each axis the size at which it fills a frame, or the largest that fits."""
+    axes, names = ([*dict.fromkeys(row[key] for row in rows)] for key in ("axis", "detector"))
+    cells = [(name, *(_growth(rows, axis, name) for axis in axes)) for name in names]
+    note = f"p99 of live looks, {rows[0]['passes']} passes in turns; containment in, faces out" if rows else ""
+    return table(growth_answer(rows), ("detector", *(UNITS[axis] for axis in axes)), cells, notes=(note,))
+
+
+def _growth(rows: Sequence[dict[str, Any]], axis: str, name: str) -> str:
+    size = leaves_at(rows, axis, name)
+    largest = max((row["size"] for row in rows if (row["axis"], row["detector"]) == (axis, name)), default=0)
+    return f"fits up to {largest:,.0f}" if size is None else f"leaves at {size:,.0f}"

@@ -127,8 +127,10 @@ def prepared(
     """
     progress, planned = progress or Silent(), plan(session.scene)
     rules = parse_policy(policy)
+    # What a scene's effects do not name is not looked at, unless somebody asks for pairs, or looks about.
+    alone = session.scene.effects is not None and not session.gaze and pairs is None and (planned.pairs or not looking)
     with progress.stage("examine"):
-        treatment = repair_session(decoded_once(session), rules)
+        treatment = repair_session(decoded_once(session), rules, planned.bodies if alone else None)
     with progress.stage("assemble"):
         wanted = _wanted(planned, pairs, treatment.session, looking)
         layout = lay_out(treatment.session, pairs=wanted, looking=looking, jumps=treatment.jumps)

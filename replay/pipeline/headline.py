@@ -13,7 +13,7 @@ from replay.pipeline.ranking import false_words, fault_words, ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import undecided_share
 from sessions import Finding, Severity
-from sessions.doctor.codes import CODES
+from sessions.doctor.finding import CODES
 
 NOT_COVERED: Final = (
     "Not in these copies: a constant offset of a tracker, a wrong mesh, noise that the recording already has."

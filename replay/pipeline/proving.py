@@ -19,8 +19,8 @@ from replay.detection.detector_spec import TRUSTED
 from replay.errors import ProofError
 from replay.pipeline.run_result import RunResult
 from replay.prepare.assembly import PoseOrigin
-from replay.proof.bodies import Poses as ProofPoses
 from replay.proof.claims import SCHEMA, Proof
+from replay.proof.claims import Poses as ProofPoses
 from replay.proof.loading import mesh_hash, mesh_of, recorded, scene_hash
 from sessions import Session
 

@@ -16,10 +16,9 @@ from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.outcome import counts_of
 from replay.detection.run_detector import Run
 from replay.effects.effect_plan import Plan
-from replay.effects.effect_summary import effect_summary, plan_summary
-from replay.pipeline.fault_lists import fault_list
+from replay.effects.effect_summary import effect_summary, event_list, plan_summary
 from replay.pipeline.run_result import Measured
-from replay.pipeline.scores import pair_figures, score
+from replay.pipeline.scores import fault_list, pair_figures, score
 from replay.prepare.session_scan import SessionScan
 from sessions.mcap_format.metadata import NOT_STATED
 
@@ -64,6 +63,7 @@ def summarise(
         "flagged_verdicts": {label: _flagged(result, label) for label in runs},
         "versions": versions(), "machine": machine(), "plan": plan_summary(planned),
         "effects": effect_summary(result.effects, perf_counter() - began),
+        "events": event_list(result.effects),
     }  # fmt: skip
 
 
@@ -115,11 +115,13 @@ def _detector(run: Run, contacts: int, often: float | None) -> dict[str, Any]:
 def _seconds(run: Run) -> dict[str, Any]:
     stages = {name: float(np.sum(value)) for name, value in run.detection.seconds.items()}
     frames = max(1, len(run.detection.times))
+    longest, whole = max(stages, key=stages.__getitem__, default=""), sum(stages.values())
+    share = {"stage": longest, "share": stages[longest] / whole} if whole > 0 else None
     taken = {"prepare": run.prepare, "warm_up": run.warm, "detect": run.detect, "per_frame_mean": run.detect / frames}
     looks = look_figures(run.detection)
     if run.processor_share is not None:
         taken["processor_share"] = run.processor_share
-    return {**taken, "stages": stages, **({} if looks is None else {"per_frame": looks})}
+    return {**taken, "stages": stages, "longest_stage": share, **({} if looks is None else {"per_frame": looks})}
 
 
 def look_figures(detection: Detection) -> dict[str, Any] | None:

@@ -19,17 +19,16 @@ from replay.base.shown import shown
 from replay.errors import AssemblyError
 from replay.prepare.assembly import Assembly, PoseOrigin
 from replay.prepare.flags import chain_of
-from replay.prepare.frame_order import in_order
 from replay.prepare.interpolation import filled
 from replay.prepare.kinematics import Kinematics, PlacedFrames
 from replay.prepare.pair_choice import chosen_pairs, held_pairs, rest_frames
-from replay.prepare.session_scan import SessionScan, scan
+from replay.prepare.session_scan import SessionScan, in_order, scan
 from sessions import Session
 from sessions.doctor.pose_pass import look_through
 from sessions.doctor.pose_spans import Jumps, teleports
 from sessions.doctor.timing import gap_rows
-from sessions.model.live_contact import LiveContact
-from sessions.model.scene_pairs import absent_bodies
+from sessions.model.event import LiveContact
+from sessions.model.scene import absent_bodies
 
 RESIDUAL_FACT: Final = "contacts_clock_residual_s"
 """Fact of a session whose reported contacts came from another clock."""

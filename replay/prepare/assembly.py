@@ -6,7 +6,7 @@ from enum import IntEnum
 
 from cdcore import Body, Motion
 from cdcore.numerics import BoolArray, ByteArray, IntArray
-from sessions.model.live_contact import LiveContact
+from sessions.model.event import LiveContact
 
 
 class PoseOrigin(IntEnum):

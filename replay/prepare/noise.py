@@ -125,8 +125,8 @@ class BodyNoise:
         return float(np.hypot(self.reach(one, levers[0]), self.reach(other, levers[1])))
 
 
-def noise_of(spec: NoiseSpec, assembly: Assembly, scene: Scene, whole: Motion | None = None) -> BodyNoise:
-    """The noise of every tracker of an assembly; ``whole`` is the motion that it is measured in.
+def noise_of(spec: NoiseSpec, assembly: Assembly, scene: Scene) -> BodyNoise:
+    """The noise of every tracker of an assembly.
 
     Bodies that one tracker carries share its error. What the scene fixes has none. Raises ``NoiseError``: a body that
     is not there, or one to be measured that never rests.
@@ -139,14 +139,13 @@ def noise_of(spec: NoiseSpec, assembly: Assembly, scene: Scene, whole: Motion | 
     fixed = {body.id for body in scene.bodies if body.fixed is not None}
     asked = {root: dict(spec.own).get(root, spec.usual) for root in dict.fromkeys(roots) if root not in fixed}
     asked |= {root: size for name, size in spec.own for root in roots if name == root}
-    motion = assembly.motion if whole is None else whole
     noise: dict[str, TrackerNoise] = {}
     for root, size in asked.items():
         if isinstance(size, TrackerNoise):
             noise[root] = size
         elif size:
             body = names.index(root) if root in names else roots.index(root)
-            noise[root] = measured_noise(names[body], motion, body)
+            noise[root] = measured_noise(names[body], assembly.motion, body)
     anchors = tuple(names.index(root) if root in names else body for body, root in enumerate(roots))
     return BodyNoise(roots, anchors, noise)
 
@@ -205,7 +204,7 @@ def still_stretches(
         while first < len(times):
             rows = slice(first, min(int(reach), len(times)))
             away = np.linalg.norm(place[rows] - place[first], axis=1)
-            angle = np.linalg.norm(_vectors(turn[rows] @ turn[first].T), axis=1)
+            angle = Rotation.from_matrix(turn[rows] @ turn[first].T).magnitude()
             out = np.flatnonzero((away > STILL_M) | (np.degrees(angle) > STILL_DEG) | ~valid[rows])
             if len(out) or rows.stop == len(times):
                 last = first + int(out[0]) - 1 if len(out) else rows.stop - 1
@@ -214,12 +213,6 @@ def still_stretches(
         if last > first and times[last] - times[first] >= STILL_S:
             yield first, last
         first = max(last, first) + 1
-
-
-def _vectors(rotations: FloatArray) -> FloatArray:
-    """Rotation vectors (T, 3), radians, of rotations (T, 3, 3)."""
-    found: FloatArray = Rotation.from_matrix(rotations).as_rotvec()
-    return found
 
 
 class NoisyCopies:

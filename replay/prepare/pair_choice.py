@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.errors import AssemblyError
-from sessions.model.scene import Scene, SceneBody
-from sessions.model.scene_pairs import wanted_pairs
+from sessions.model.scene import Scene, SceneBody, wanted_pairs
 
 WORLD = ""
 """The frame that bodies at rest belong to; no body has an empty name."""

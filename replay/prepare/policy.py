@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from replay.errors import PolicyError
-from sessions.doctor.codes import CODES
+from sessions.doctor.finding import CODES
 
 DROP: Final = "drop"
 """The body has no pose there: verdicts are NO_POSE; frames that are dropped are left out."""

@@ -1,27 +1,182 @@
-"""Before a run: the faults of the session, and what the policy does about them; the recording is not changed."""
+"""Before a run: the faults of the session, and what the policy does about them; the recording is not changed.
 
+Some samples are replaced, dropped or held; every other sample keeps its bits.
+"""
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from replay.base.constants import BLOCK_FRAMES
 from replay.errors import RefusedError
 from replay.prepare.flags import FlagSpan
-from replay.prepare.policy import REFUSE, Policy
-from replay.prepare.repaired_frames import RepairedFrames, Replacement, replacements
-from sessions import Finding, Session, Status
+from replay.prepare.interpolation import slerp
+from replay.prepare.policy import DROP, HOLD, INTERPOLATE, REFUSE, Policy
+from sessions import Finding, Frames, Session, Status
 from sessions.doctor.finding import in_order
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.pose_spans import Jumps, PoseSpan, pose_spans, teleports
+from sessions.doctor.runs import runs
 from sessions.doctor.session_findings import examine_session
 from sessions.doctor.timing import gap_rows
+from sessions.doctor.track_watch import Mark
 
 NAMED_BY_SURVEY: Final = frozenset({"not-finite", "zero-quaternion", "non-unit-quaternion"})
 """Kinds that the assembly refuses by frame, body and value when nothing replaces them."""
 
 DAMAGE: Final = NAMED_BY_SURVEY | {"identity-while-lost", "out-of-space"}
 """Kinds whose samples claimed to be poses: dropping them loses data that a reader would expect."""
+
+RANKS: Final = {INTERPOLATE: 1, HOLD: 2, DROP: 3}
+"""Where two faults share a sample the stricter action holds."""
+
+Blocks = Callable[[int], Iterator[Frames]]
+
+
+@dataclass(frozen=True, eq=False)
+class Replacement:
+    """Samples of one body that are not used as recorded.
+
+    Parameters
+    ----------
+    rows : (k,) frame numbers in the file, ascending.
+    status : (k,) uint8, values of ``Status``.
+    position (k, 3), quaternion (k, 4) : the replacement; NaN where there is none.
+    """
+
+    rows: NDArray[np.int64]
+    status: NDArray[np.uint8]
+    position: NDArray[np.float64]
+    quaternion: NDArray[np.float64]
+
+    def count(self, first: int, last: int, status: Status) -> int:
+        """Samples between two frames that became this."""
+        low, high = np.searchsorted(self.rows, [first, last + 1])
+        return int((self.status[low:high] == status).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class RepairedFrames:
+    """The frames of another source with the samples of some columns replaced."""
+
+    original: Blocks
+    names: tuple[str, ...]
+    replaced: Mapping[int, Replacement]
+
+    def blocks(self, frames: int) -> Iterator[Frames]:
+        """All frames, block by block."""
+        first = 0
+        for block in self.original(frames):
+            yield self._repaired(block, first)
+            first += len(block)
+
+    def _repaired(self, block: Frames, first: int) -> Frames:
+        parts = {
+            column: np.searchsorted(one.rows, [first, first + len(block)]).tolist()
+            for column, one in self.replaced.items()
+        }
+        if not any(high > low for low, high in parts.values()):
+            return block
+        position, quaternion = block.position.copy(), block.quaternion_xyzw.copy()
+        status = block.status.copy()
+        for column, (low, high) in parts.items():
+            one = self.replaced[column]
+            rows, new = one.rows[low:high] - first, one.status[low:high]
+            status[rows, column] = new
+            there = new != Status.LOST
+            position[rows[there], column] = one.position[low:high][there]
+            quaternion[rows[there], column] = one.quaternion[low:high][there]
+        return replace(block, position=position, quaternion_xyzw=quaternion, status=status)
+
+
+def replacements(looked: PosePass, spans: Sequence[PoseSpan], policy: Policy, blocks: Blocks) -> dict[int, Replacement]:
+    """What the policy makes of the samples in these spans, by column; columns where nothing changes are not there."""
+    plans = {}
+    for column in sorted({span.column for span in spans}):
+        plan = _plan(looked, [span for span in spans if span.column == column], column, policy)
+        if plan is not None:
+            plans[column] = plan
+    anchors = _anchors(plans, blocks)
+    return {column: plan.filled(looked.stamp_ns, anchors) for column, plan in plans.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class _Plan:
+    """Rows of one column to replace, each with its rank, its limit, and the good samples around it (-1: none)."""
+
+    column: int
+    rows: NDArray[np.int64]
+    rank: NDArray[np.uint8]
+    limit_ns: NDArray[np.int64]
+    before: NDArray[np.int64]
+    after: NDArray[np.int64]
+
+    def wanted(self) -> NDArray[np.int64]:
+        """Rows whose poses are needed."""
+        stand_in = self.rank < RANKS[DROP]
+        rows = np.concatenate([self.before[stand_in], self.after[stand_in & (self.rank == RANKS[INTERPOLATE])]])
+        return np.unique(rows[rows >= 0])
+
+    def filled(self, stamps: NDArray[np.int64], anchors: Mapping[tuple[int, int], NDArray[np.float64]]) -> Replacement:
+        count = len(self.rows)
+        status = np.full(count, Status.LOST, dtype=np.uint8)
+        pose = np.full((count, 7), np.nan)
+        now, since = stamps[self.rows], stamps[self.rows] - stamps[self.before]
+        held = (self.rank == RANKS[HOLD]) & (self.before >= 0) & (since >= 0) & (since <= self.limit_ns)
+        for k in np.flatnonzero(held).tolist():
+            pose[k] = anchors[self.column, int(self.before[k])]
+        status[held] = Status.HELD
+        width = stamps[self.after] - stamps[self.before]
+        inside = (since > 0) & (now < stamps[self.after]) & (width <= self.limit_ns)
+        between = (self.rank == RANKS[INTERPOLATE]) & (self.before >= 0) & (self.after >= 0) & inside
+        chosen = np.flatnonzero(between)
+        if len(chosen):
+            start = np.array([anchors[self.column, int(row)] for row in self.before[chosen]])
+            end = np.array([anchors[self.column, int(row)] for row in self.after[chosen]])
+            share = since[chosen] / width[chosen]
+            pose[chosen, :3] = start[:, :3] + (end[:, :3] - start[:, :3]) * share[:, None]
+            pose[chosen, 3:] = slerp(start[:, 3:], end[:, 3:], share)
+            status[chosen] = Status.INTERPOLATED
+        return Replacement(self.rows, status, pose[:, :3], pose[:, 3:])
+
+
+def _plan(looked: PosePass, spans: Sequence[PoseSpan], column: int, policy: Policy) -> _Plan | None:
+    there = np.flatnonzero(looked.has(Mark.PRESENT)[:, column])
+    rank, limit = np.zeros(len(there), dtype=np.uint8), np.zeros(len(there), dtype=np.int64)
+    for span in spans:
+        rule = policy.rule(span.code)
+        low, high = np.searchsorted(there, [span.first, span.last + 1])
+        stricter = rank[low:high] < RANKS.get(rule.action, 0)
+        rank[low:high][stricter] = RANKS.get(rule.action, 0)
+        limit[low:high][stricter] = round(rule.limit * 1e9)
+    if (looked.has(Mark.LOST)[there, column] | (rank == 0)).all() and not (rank % RANKS[DROP]).any():
+        return None
+    before, after = np.full(len(there), -1), np.full(len(there), -1)
+    for first, last in runs(rank > 0).tolist():
+        before[first : last + 1] = there[first - 1] if first else -1
+        after[first : last + 1] = there[last + 1] if last + 1 < len(there) else -1
+    chosen = rank > 0
+    return _Plan(column, there[chosen], rank[chosen], limit[chosen], before[chosen], after[chosen])
+
+
+def _anchors(plans: Mapping[int, _Plan], blocks: Blocks) -> dict[tuple[int, int], NDArray[np.float64]]:
+    """(column, row) -> pose, of every sample that something is held at or led to."""
+    wanted = {column: plan.wanted() for column, plan in plans.items()}
+    found: dict[tuple[int, int], NDArray[np.float64]] = {}
+    if not any(len(rows) for rows in wanted.values()):
+        return found
+    first = 0
+    for block in blocks(BLOCK_FRAMES):
+        for column, rows in wanted.items():
+            low, high = np.searchsorted(rows, [first, first + len(block)])
+            for row in rows[low:high].tolist():
+                position, quaternion = block.position[row - first, column], block.quaternion_xyzw[row - first, column]
+                found[column, row] = np.concatenate([position, quaternion])
+        first += len(block)
+    return found
 
 
 @dataclass(frozen=True)
@@ -54,14 +209,14 @@ class Repair:
         }
 
 
-def repair_session(session: Session, policy: Policy) -> Repair:
-    """Examine a session and apply the policy to it.
+def repair_session(session: Session, policy: Policy, needed: Collection[str] | None = None) -> Repair:
+    """Examine a session and apply the policy to it; ``needed`` is as for ``examine_session``.
 
     Raises ``RefusedError``: the session has a fault that the policy refuses. Invalid samples are left to the session
     scan, which names them.
     """
     looked = look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
-    findings = tuple(in_order([*examine_session(session, looked)]))
+    findings = tuple(in_order([*examine_session(session, looked, needed)]))
     for finding in findings:
         if policy.rule(finding.code).action == REFUSE and finding.code not in NAMED_BY_SURVEY:
             raise RefusedError(_refusal(session, finding))

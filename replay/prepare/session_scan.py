@@ -1,16 +1,48 @@
 """One cheap pass over a session before any detector runs: its clock, which bodies move, which samples are no poses."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdcore.errors import InvalidPoseError
-from cdcore.numerics import QUATERNION_REJECT, BoolArray, IntArray
+from cdcore.numerics import QUATERNION_REJECT, BoolArray, FloatArray, IntArray
 from replay.base.constants import BLOCK_FRAMES
-from replay.prepare.frame_order import in_order
 from replay.prepare.interpolation import is_usable
 from sessions import Frames, Session
+
+
+@dataclass(frozen=True, eq=False)
+class OrderedFrames:
+    """The frames of one block that are used.
+
+    Parameters
+    ----------
+    frames : frames whose stamp lies after every stamp before, over all blocks.
+    numbers : their numbers in the file, from 0.
+    repeated, backwards : how many were left out because their stamp equals the latest one, or lies before it.
+    """
+
+    frames: Frames
+    numbers: NDArray[np.int64]
+    repeated: int
+    backwards: int
+
+
+def in_order(blocks: Iterable[Frames]) -> Iterator[OrderedFrames]:
+    """Go through blocks in file order and keep the frames whose stamp increases."""
+    latest, first = np.iinfo(np.int64).min, 0
+    for block in blocks:
+        peak = np.maximum.accumulate(np.concatenate([[latest], block.stamp_ns]))
+        keep = block.stamp_ns > peak[:-1]
+        same = int((block.stamp_ns == peak[:-1]).sum())
+        columns = (getattr(block, item.name)[keep] for item in fields(Frames)[1:])
+        frames = block if keep.all() else Frames(block.names, *columns)
+        yield OrderedFrames(frames, np.flatnonzero(keep) + first, same, len(block) - len(frames) - same)
+        latest, first = int(peak[-1]), first + len(block)
+
 
 NORM_NOTE: Final = 1e-6
 """A quaternion whose norm is further off 1 is worth a note; float32 reaches 1e-7."""
@@ -56,72 +88,51 @@ class SessionScan:
         return tuple(notes)
 
 
-def scan(session: Session, block_frames: int = BLOCK_FRAMES) -> SessionScan:
+def scan(session: Session) -> SessionScan:
     """Pass over the frames once; memory is one block, and one stamp per frame.
 
     Raises ``InvalidPoseError`` for a sample that claims to be a pose but is not finite or has no unit quaternion; it
     names frame, time and body.
     """
-    count = _Count(session.names)
-    for block in in_order(session.blocks(block_frames)):
-        count.repeated += block.repeated
-        count.backwards += block.backwards
-        if len(block.frames):
-            count.add(block.frames, block.numbers)
-    return count.result()
-
-
-class _Count:
-    """The running figures of a survey."""
-
-    def __init__(self, names: tuple[str, ...]) -> None:
-        self.names = names
-        self.stamps: list[IntArray] = []
-        self.repeated = self.backwards = self.off_norm = 0
-        self.worst_norm = 1.0
-        self.first = np.full((len(names), 7), np.nan)
-        self.moves = np.zeros(len(names), dtype=np.bool_)
-
-    def add(self, frames: Frames, numbers: IntArray) -> None:
-        """Take the frames of one block into account."""
-        self.stamps.append(frames.stamp_ns)
+    stamps, repeated, backwards, off_norm, worst_norm = [np.zeros(0, dtype=np.int64)], 0, 0, 0, 1.0
+    first, moves = np.full((len(session.names), 7), np.nan), np.zeros(len(session.names), dtype=np.bool_)
+    for block in in_order(session.blocks(BLOCK_FRAMES)):
+        repeated, backwards, frames = repeated + block.repeated, backwards + block.backwards, block.frames
+        if not len(frames):
+            continue
+        stamps.append(frames.stamp_ns)
         usable = is_usable(frames.status)
-        self._require_poses(frames, numbers, usable)
+        norm = _norms_of_poses(block, usable, int(stamps[1][0]))
+        off_norm += int((np.abs(norm - 1.0) > NORM_NOTE).sum())
+        further = norm[np.abs(norm - 1.0) > abs(worst_norm - 1.0)]
+        if len(further):
+            worst_norm = float(further[np.abs(further - 1.0).argmax()])
         pose = np.concatenate([frames.position, frames.quaternion_xyzw], axis=-1)
-        columns = np.flatnonzero(np.isnan(self.first[:, 0]) & usable.any(axis=0))
-        self.first[columns] = pose[usable.argmax(axis=0)[columns], columns]
-        self.moves |= ((pose != self.first).any(axis=-1) & usable).any(axis=0)
+        columns = np.flatnonzero(np.isnan(first[:, 0]) & usable.any(axis=0))
+        first[columns] = pose[usable.argmax(axis=0)[columns], columns]
+        moves |= ((pose != first).any(axis=-1) & usable).any(axis=0)
+    kept = np.concatenate(stamps)
+    step = int(np.median(np.diff(kept))) if len(kept) > 1 else 0
+    return SessionScan(session.names, kept, repeated, backwards, moves, step, off_norm, worst_norm)
 
-    def _require_poses(self, frames: Frames, numbers: IntArray, usable: BoolArray) -> None:
-        with np.errstate(over="ignore", invalid="ignore"):
-            norm = np.sqrt((frames.quaternion_xyzw * frames.quaternion_xyzw).sum(axis=-1))
-        finite = np.isfinite(frames.position).all(axis=-1)
-        bad = usable & ~(finite & (np.abs(norm - 1.0) <= QUATERNION_REJECT))
-        if bad.any():
-            frame, body = (int(k) for k in np.argwhere(bad)[0])
-            raise InvalidPoseError(self._refusal(frames, int(numbers[frame]), frame, body, float(norm[frame, body])))
-        distance = np.where(usable, np.abs(norm - 1.0), 0.0)
-        self.off_norm += int((distance > NORM_NOTE).sum())
-        furthest = np.unravel_index(int(distance.argmax()), distance.shape) if distance.size else None
-        if furthest is not None and distance[furthest] > abs(self.worst_norm - 1.0):
-            self.worst_norm = float(norm[furthest])
 
-    def _refusal(self, frames: Frames, number: int, frame: int, body: int, norm: float) -> str:
-        time = float(frames.stamp_ns[frame] - self.stamps[0][0]) / 1e9
-        place = frames.position[frame, body]
-        if not np.isfinite(place).all():
-            what = f"position {place.tolist()} is not finite"
-        else:
-            what = f"quaternion {frames.quaternion_xyzw[frame, body].tolist()} has norm {norm:.6g}, not 1"
-        where = f"frame {number} ({time:.6f} s), body {self.names[body]}: "
-        return f"{where}{what}; flag the sample as lost, repair it, or choose a --policy"
-
-    def result(self) -> SessionScan:
-        """The figures as they stand."""
-        stamps = np.concatenate(self.stamps) if self.stamps else np.zeros(0, dtype=np.int64)
-        step = int(np.median(np.diff(stamps))) if len(stamps) > 1 else 0
-        count = (self.repeated, self.backwards, self.moves, step, self.off_norm, self.worst_norm)
-        return SessionScan(self.names, stamps, *count)
+def _norms_of_poses(block: OrderedFrames, usable: BoolArray, zero: int) -> FloatArray:
+    """Norms of the quaternions (T, N), 1 where a sample is not used; ``zero`` is the stamp of second 0."""
+    frames = block.frames
+    with np.errstate(over="ignore", invalid="ignore"):
+        norm = np.sqrt((frames.quaternion_xyzw * frames.quaternion_xyzw).sum(axis=-1))
+    finite = np.isfinite(frames.position).all(axis=-1)
+    bad = usable & ~(finite & (np.abs(norm - 1.0) <= QUATERNION_REJECT))
+    if bad.any():
+        frame, body = (int(k) for k in np.argwhere(bad)[0])
+        what = f"position {frames.position[frame, body].tolist()} is not finite"
+        if np.isfinite(frames.position[frame, body]).all():
+            quaternion = frames.quaternion_xyzw[frame, body].tolist()
+            what = f"quaternion {quaternion} has norm {float(norm[frame, body]):.6g}, not 1"
+        time = float(frames.stamp_ns[frame] - zero) / 1e9
+        where = f"frame {block.numbers[frame]} ({time:.6f} s), body {frames.names[body]}: "
+        raise InvalidPoseError(f"{where}{what}; flag the sample as lost, repair it, or choose a --policy")
+    return np.where(usable, norm, 1.0)
 
 
 def _frames(count: int) -> str:

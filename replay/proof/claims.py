@@ -1,4 +1,4 @@
-"""The proof as arrays, and as a file: ``proof.npz``, whose layout the page *Proof* of the guide gives."""
+"""The proof and what it speaks of, as arrays; ``proof.npz``, its file, is laid out as the guide's page *Proof* says."""
 
 from __future__ import annotations
 
@@ -7,16 +7,21 @@ import json
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import IntEnum
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+Rows = NDArray[Any]
+
 SCHEMA: Final = "vrlab-replay/proof/1"
-CLEAR, CONTACT, CONTAINED, NO_POSE = 0, 1, 2, 7
+Kind = IntEnum("Kind", {"CLEAR": 0, "CONTACT": 1, "CONTAINED": 2, "NO_POSE": 7})
 """Kinds of claims; numbers as in the verdict tables."""
-KINDS: Final = {CLEAR: "CLEAR", CONTACT: "CONTACT", CONTAINED: "CONTAINED", NO_POSE: "NO_POSE"}
+KINDS: Final = {kind.value: kind.name for kind in Kind}
 COLUMNS: Final = ("pair", "first", "last", "kind", "front", "a", "b")
 """A claim: a pair in frames ``first`` to ``last``. CONTACT: faces ``a`` and ``b`` meet. CLEAR: ``front`` says why.
 CONTAINED: ``front`` says why surfaces are apart; corner ``b`` of body ``a`` (0 first, 1 second) is inside."""
@@ -29,6 +34,26 @@ SHAPES: Final[dict[str, tuple[str, tuple[int, ...]]]] = {
 OF_BODY: Final[dict[str, tuple[str, tuple[int, ...]]]] = {
     "faces": ("<i4", (-1,)), "nodes": ("<i4", (-1, 3)), "axes": ("<f4", (-1, 6)),
 }  # fmt: skip
+
+
+class Mesh(NamedTuple):
+    """Vertices (v, 3) and faces (f, 3) of a body."""
+
+    vertices: Floats
+    faces: Rows
+
+
+class Poses(NamedTuple):
+    """Of N bodies in T frames: ``valid`` (T, N), ``rotation`` (T, N, 3, 3), ``translation`` (T, N, 3)."""
+
+    valid: Flags
+    rotation: Floats
+    translation: Floats
+
+    def part(self, first: int, stop: int) -> Poses:
+        """A copy of some frames."""
+        rows = slice(first, stop)
+        return Poses(self.valid[rows].copy(), self.rotation[rows].copy(), self.translation[rows].copy())
 
 
 class WrongRecord(Exception):  # noqa: N818  (it is an answer, not a failure)
@@ -55,6 +80,13 @@ class Proof:
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         return self.arrays[name]
+
+    def verdicts(self, frames: int) -> NDArray[np.uint8]:
+        """The verdict of every pair in every frame, (T, P); only of a proof that was verified."""
+        table = np.zeros((frames, len(self.header["pairs"])), dtype=np.uint8)
+        for pair, first, last, kind in self["claims"][:, :4].tolist():
+            table[first : last + 1, pair] = kind
+        return table
 
     def written(self) -> bytes:
         """The bytes of the file, the same for the same proof."""

@@ -9,15 +9,13 @@ from __future__ import annotations
 import hashlib
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from functools import reduce
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.proof.bodies import Poses, matrices
-from replay.proof.claims import Proof, WrongRecord
-from replay.proof.exact import Floats
-from replay.proof.verifier import Mesh
+from replay.proof.claims import Flags, Floats, Mesh, Poses, Proof, WrongRecord
 from sessions import Frames, Session, Status
 from sessions.doctor.pose_pass import look_through
 from sessions.doctor.pose_spans import pose_spans
@@ -35,19 +33,6 @@ class Recorded(NamedTuple):
 
     stamp_ns: NDArray[np.int64]
     poses: Poses
-
-
-class _World(NamedTuple):
-    valid: NDArray[np.bool_]
-    rotation: Floats
-    translation: Floats
-
-    def then(self, child: _World) -> _World:
-        """A pose given in this frame, in the world; sums in a fixed order, each step rounded once."""
-        x, y, z = (self.rotation[..., :, k] * child.translation[..., k, None] for k in range(3))
-        moved = (x + y) + z + self.translation
-        x, y, z = (self.rotation[..., :, k, None] * child.rotation[..., None, k, :] for k in range(3))
-        return _World(self.valid & child.valid, (x + y) + z, moved)
 
 
 def mesh_of(session: Session, name: str) -> Mesh:
@@ -87,38 +72,57 @@ def recorded(session: Session, names: Sequence[str]) -> Recorded:
     worlds = [_mesh_world(session, frames, kept, name) for name in names]
     shape = (len(kept), len(names))
     poses = Poses(np.zeros(shape, dtype=np.bool_), np.zeros((*shape, 3, 3)), np.zeros((*shape, 3)))
-    for column, world in enumerate(worlds):
-        for own, its in zip(poses, world, strict=True):
+    for own, parts in zip(poses, zip(*worlds, strict=True), strict=True):
+        for column, its in enumerate(parts):
             own[:, column] = its
     poses.rotation[~poses.valid], poses.translation[~poses.valid] = np.eye(3), 0.0
     return Recorded(frames.stamp_ns[kept], poses)
 
 
-def _mesh_world(session: Session, frames: Frames, kept: NDArray[np.int64], name: str) -> _World:
-    world: _World | None = None
-    for body in reversed(chain(session, name)):
-        own = _own(session.scene.body(body), frames, kept, body)
-        world = own if world is None else world.then(own)
-    assert world is not None
+def _mesh_world(session: Session, frames: Frames, kept: NDArray[np.int64], name: str) -> Poses:
+    """Of the mesh of one body, (T, ...)."""
+    *parents, root = (_own(session.scene.body(one), frames, kept, one) for one in chain(session, name))
+    world = reduce(_then, reversed(parents), root)
     declared = session.scene.body(name)
-    return world if declared is None or declared.offset == Pose() else world.then(_at_rest(declared.offset))
+    return world if declared is None or declared.offset == Pose() else _then(world, _at_rest(declared.offset))
 
 
-def _own(declared: SceneBody | None, frames: Frames, kept: NDArray[np.int64], name: str) -> _World:
+def _then(world: Poses, child: Poses) -> Poses:
+    """Poses given in a body's frame, in the world; sums in a fixed order, each step rounded once."""
+    x, y, z = (world.rotation[..., :, k] * child.translation[..., k, None] for k in range(3))
+    moved = (x + y) + z + world.translation
+    x, y, z = (world.rotation[..., :, k, None] * child.rotation[..., None, k, :] for k in range(3))
+    return Poses(world.valid & child.valid, (x + y) + z, moved)
+
+
+def _own(declared: SceneBody | None, frames: Frames, kept: NDArray[np.int64], name: str) -> Poses:
     if name in frames.names:
         column = frames.names.index(name)
         valid = np.isin(frames.status[kept, column], USABLE)
         with np.errstate(invalid="ignore", divide="ignore"):
             turn = matrices(frames.quaternion_xyzw[kept, column])
-        return _World(valid, turn, frames.position[kept, column])
+        return Poses(valid, turn, frames.position[kept, column])
     if declared is None or declared.fixed is None:
         raise WrongRecord(f"the recording holds no track of {name}")
     return _at_rest(declared.fixed)
 
 
-def _at_rest(pose: Pose) -> _World:
+def _at_rest(pose: Pose) -> Poses:
     turn = matrices(np.array([pose.quaternion_xyzw], dtype=np.float64))
-    return _World(np.ones(1, dtype=np.bool_), turn, np.array([pose.position], dtype=np.float64))
+    return Poses(np.ones(1, dtype=np.bool_), turn, np.array([pose.position], dtype=np.float64))
+
+
+def matrices(quaternion: Floats) -> Floats:
+    """Rotations (..., 3, 3) of quaternions (..., 4) xyzw, divided by their norm first, each step rounded once."""
+    x, y, z, w = np.moveaxis(quaternion, -1, 0)
+    norm = np.sqrt(((x * x + y * y) + z * z) + w * w)
+    x, y, z, w = x / norm, y / norm, z / norm, w / norm
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def load(session: Session, proof: Proof) -> tuple[list[Mesh], Poses, Counter[str]]:
@@ -169,7 +173,7 @@ def _check_flags(session: Session, flags: Iterable[Sequence[Any]]) -> None:
                 raise WrongRecord(f"body {body}: the doctor finds it nowhere {kind} from {start} to {end} ns")
 
 
-def _flagged(flags: Iterable[Sequence[Any]], names: Sequence[str], stamp_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
+def _flagged(flags: Iterable[Sequence[Any]], names: Sequence[str], stamp_ns: NDArray[np.int64]) -> Flags:
     """The frames (T,) in which a policy touched one of these bodies."""
     marked = np.zeros(len(stamp_ns), dtype=np.bool_)
     for _, body, start, end, _ in flags:

@@ -1,42 +1,41 @@
 """Checks every claim of a proof against meshes and poses; trusts no number in it.
 
-It shares no code with what made the proof. Faces are placed by the formula of the reference vertices; a contact is two
-faces that meet exactly; a clear frame is a walk through two trees whose every end is a separating axis, found here, or
-faces asked one by one; what lies inside is told by the parity of a ray.
+It shares no code with what made the proof, and goes other ways. Faces are placed by the formula of the reference
+vertices; a contact is two faces that meet exactly; a clear frame is a walk through two trees whose every end is a
+separating axis, found here, or faces asked one by one; what lies inside is told by the parity of a ray. Triangles and
+rays are decided exactly for the doubles given: triangles by a float filter where it is certain, else by integers.
 """
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any, Final, NamedTuple
+from fractions import Fraction
+from itertools import product
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.proof.bodies import PAD, CheckedBody, Poses
-from replay.proof.boxes import Rows, Two, apart, faces_apart, faces_meet
-from replay.proof.claims import CLEAR, CONTACT, CONTAINED, KINDS, NO_POSE, Proof, WrongRecord
-from replay.proof.exact import Floats, inside, placed
+from replay.proof.claims import KINDS, Flags, Floats, Kind, Mesh, Poses, Proof, Rows, WrongRecord
 
 DECIDED: Final = "decided"
 NOT_ASKED: Final = "refused: containment=False"
 BOXES_APART: Final = b"X"
+PAD: Final = 2.0**-38
+"""What boxes must keep, as a share of both bodies' reach and distance from the origin together. Rounding of placed
+corners, of boxes, of their axes and of the tests is below 2^-44 of that; rotations and axes of boxes that are off
+orthonormal by ``SKEW`` add at most 24 times as much: together less than 2^-39."""
+SKEW: Final = 2.0**-44
+LARGEST: Final = 1e70
+"""Metres; squares and determinants stay finite."""
+ITEMS: Final = 20_000
+"""Boxes or faces tested at once; bounds the memory."""
 
-
-class Mesh(NamedTuple):
-    """Vertices (v, 3) and faces (f, 3) of a body."""
-
-    vertices: Floats
-    faces: NDArray[Any]
-
-
-class Front(NamedTuple):
-    """The ends of one walk: nodes (k, 2) whose boxes are to be apart, and whose faces are to be asked."""
-
-    boxes: Rows
-    faces: Rows
-    whole: bool
+SURE: Final = 2.0**-46
+"""A determinant of differences errs by less than 48 u of the product of its vectors' largest components, u = 2^-53."""
+SMALLEST: Final = 1e-250
+"""A determinant below this may have lost terms to underflow."""
 
 
 def verify(proof: Proof, meshes: Sequence[Mesh], poses: Poses) -> Counter[str]:
@@ -44,178 +43,356 @@ def verify(proof: Proof, meshes: Sequence[Mesh], poses: Poses) -> Counter[str]:
 
     ``meshes`` and the columns of ``poses`` are of the bodies, the rows of the frames that the proof speaks of.
     """
-    poses.check()
+    _check_poses(poses)
     bodies = [
         CheckedBody(name, *mesh, *(proof[f"{table}/{k}"] for table in ("faces", "nodes", "axes")))
         for k, (name, mesh) in enumerate(zip(proof.header["bodies"], meshes, strict=True))
     ]
-    pairs, claims = proof.header["pairs"], proof["claims"].astype(np.int64)
-    if not np.isin(claims[:, 0], np.arange(len(pairs))).all():
+    if not np.isin(proof["claims"][:, 0], np.arange(len(proof.header["pairs"]))).all():
         raise WrongRecord("a claim names a pair that there is not")
-    told: Counter[str] = Counter()
-    for number, (i, j, word) in enumerate(pairs):
-        two = Two((bodies[i], bodies[j]), (i, j), poses)
-        told += _Pair(two, proof, claims[claims[:, 0] == number], word).checked()
-    return told
+    pairs = (_Pair(bodies, poses, proof, number) for number in range(len(proof.header["pairs"])))
+    return sum((pair.checked() for pair in pairs), Counter[str]())
 
 
-def verdicts(proof: Proof, frames: int) -> NDArray[np.uint8]:
-    """The verdict of every pair in every frame, (T, P), of a proof that was verified."""
-    table = np.zeros((frames, len(proof.header["pairs"])), dtype=np.uint8)
-    for pair, first, last, kind in proof["claims"][:, :4].tolist():
-        table[first : last + 1, pair] = kind
-    return table
+def _check_poses(poses: Poses) -> None:
+    """Refuse what is no rotation: a box test would not hold there."""
+    turn, place = poses.rotation[poses.valid], poses.translation[poses.valid]
+    with np.errstate(invalid="ignore", over="ignore"):
+        wrong = ~((_skew(turn) <= SKEW) & (np.abs(place).max(axis=1, initial=0.0) <= LARGEST))
+    if wrong.any():
+        frame, body = (int(one[wrong][0]) for one in np.nonzero(poses.valid))
+        raise WrongRecord(f"frame {frame}, body {body}: the pose is no rotation and translation")
+
+
+def _skew(matrices: Floats) -> Floats:
+    """How far columns of matrices (n, 3, 3) are off orthonormal, (n,)."""
+    return np.abs(np.swapaxes(matrices, 1, 2) @ matrices - np.eye(3)).max(axis=(1, 2), initial=0.0)
+
+
+class CheckedBody:
+    """One mesh with its claimed tree; ``WrongRecord`` where that does not hold every face once.
+
+    Boxes of the n nodes: ``centre`` (n, 3), ``axes`` (n, 3, 3) by rows, ``half`` (n, 3), ``radius`` (n,). Of the
+    surface: ``closed``, every edge has an even number of faces; ``doubled``, two faces have the same corners;
+    ``parts``, outermost corners (e, 3) of each connected part.
+    """
+
+    def __init__(self, name: str, vertices: Floats, faces: Rows, order: Rows, nodes: Rows, axes: Floats) -> None:
+        self.name, self.order, self.nodes = name, order.tolist(), nodes.tolist()
+        vertices = np.asarray(vertices, dtype=np.float64)
+        self.triangles: Floats = vertices[faces]
+        self.reach = float(np.sqrt((self.triangles**2).sum(axis=2)).max())
+        if not np.array_equal(np.sort(order), np.arange(len(faces))):
+            raise WrongRecord(f"body {name}: the tree does not hold every face once")
+        self._check_nodes(nodes.astype(np.int64))
+        self._look_at_surface(vertices, faces)
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            self.axes = _orthonormal(axes.astype(np.float64))
+            off = _skew(np.swapaxes(self.axes, 1, 2)).max(initial=0.0)
+        if len(axes) != len(nodes) or not off <= SKEW or not self.reach < LARGEST:
+            raise WrongRecord(f"body {name}: a box has no axes")
+        corners = self.triangles[order]
+        self.centre, self.half = np.empty((len(nodes), 3)), np.empty((len(nodes), 3))
+        for k, (first, count, _) in enumerate(self.nodes):
+            along = corners[first : first + count].reshape(-1, 3) @ self.axes[k].T
+            low, high = along.min(axis=0), along.max(axis=0)
+            self.centre[k], self.half[k] = (0.5 * (low + high)) @ self.axes[k], 0.5 * (high - low)
+        self.radius = np.sqrt((self.half**2).sum(axis=1))
+
+    def _check_nodes(self, nodes: Rows) -> None:
+        if not len(nodes) or nodes[0, :2].tolist() != [0, len(self.order)]:
+            raise WrongRecord(f"body {self.name}: the root does not hold every face")
+        inner = np.flatnonzero(nodes[:, 2] >= 0)
+        if (nodes[inner, 2] + 1 >= len(nodes)).any() or (nodes[:, 1] < 1).any() or (nodes[:, 0] < 0).any():
+            raise WrongRecord(f"body {self.name}: a node has no faces, or children that there are not")
+        left, right = nodes[nodes[inner, 2]], nodes[nodes[inner, 2] + 1]
+        parted = (left[:, 0] == nodes[inner, 0]) & (right[:, 0] == left[:, 0] + left[:, 1])
+        parted &= left[:, 1] + right[:, 1] == nodes[inner, 1]
+        if not parted.all() or (nodes[:, :2].sum(axis=1) > len(self.order)).any():
+            raise WrongRecord(f"body {self.name}: children do not hold the faces of their node")
+
+    def _look_at_surface(self, vertices: Floats, faces: Rows) -> None:
+        """Find whether it is closed, whether faces are doubled, its parts; corners are one where bitwise equal."""
+        _, same = np.unique(vertices + 0.0, axis=0, return_inverse=True)
+        merged = same.reshape(-1)[faces].astype(np.int64)
+        proper = np.sort(merged, axis=1)
+        proper = proper[(proper[:, 0] != proper[:, 1]) & (proper[:, 1] != proper[:, 2])]
+        edges = proper[:, [[0, 1], [1, 2], [0, 2]]].reshape(-1, 2)
+        self.closed = len(edges) > 0 and not (np.unique(edges, axis=0, return_counts=True)[1] % 2).any()
+        self.doubled = len(np.unique(proper, axis=0)) < len(proper)
+        label, before = np.arange(len(vertices)), np.arange(0)
+        while not np.array_equal(before, label):
+            before = label.copy()
+            np.minimum.at(label, merged.ravel(), np.repeat(label[merged].min(axis=1), 3))
+            label = label[label]
+        part = label[merged[:, 0]]
+        corners = [self.triangles[part == one].reshape(-1, 3) for one in np.unique(part)]
+        self.parts = [some[np.unique([some.argmin(axis=0), some.argmax(axis=0)])] for some in corners]
+
+
+def _orthonormal(rows: Floats) -> Floats:
+    """Three axes (n, 3, 3) from about the first two, (n, 6)."""
+    first, second = rows[:, :3], rows[:, 3:]
+    first = first / np.sqrt((first**2).sum(axis=1, keepdims=True))
+    second = second - (second * first).sum(axis=1, keepdims=True) * first
+    second = second / np.sqrt((second**2).sum(axis=1, keepdims=True))
+    return np.stack([first, second, np.cross(first, second)], axis=1)
 
 
 class _Pair:
     """The claims of one pair."""
 
-    def __init__(self, two: Two, proof: Proof, claims: Rows, word: str) -> None:
-        self._two, self._proof, self._word = two, proof, word
-        self._name = "-".join(one.name for one in two.bodies)
+    def __init__(self, bodies: Sequence[CheckedBody], poses: Poses, proof: Proof, number: int) -> None:
+        *self._columns, self._word = proof.header["pairs"][number]
+        self._bodies, self._poses, self._proof = [bodies[k] for k in self._columns], poses, proof
+        self._name = "-".join(one.name for one in self._bodies)
+        claims = proof["claims"][proof["claims"][:, 0] == number].astype(np.int64)
         self._rows = claims[np.argsort(claims[:, 1], kind="stable")]
         self._told: Counter[str] = Counter()
 
     def checked(self) -> Counter[str]:
         """Count what was proven."""
-        rows = self._rows
-        frames = len(self._two.poses.valid)
-        follows = np.concatenate([[0], rows[:, 2] + 1])
-        if (rows[:, 1] != follows[:-1]).any() or follows[-1] != frames or (rows[:, 2] < rows[:, 1]).any():
-            gap = int(np.flatnonzero(np.concatenate([rows[:, 1], [frames]]) != follows)[:1].sum())
+        rows, frames = self._rows, len(self._poses.valid)
+        begins, follows = np.append(rows[:, 1], frames), np.append(0, rows[:, 2] + 1)
+        if (begins != follows).any() or (rows[:, 2] < rows[:, 1]).any():
+            gap = int(np.flatnonzero(begins != follows)[:1].sum())
             raise WrongRecord(f"pair {self._name}: frame {int(follows[gap])} is not claimed, or more than once")
-        length = rows[:, 2] - rows[:, 1] + 1
-        row = np.repeat(np.arange(len(rows)), length)
+        row = np.repeat(np.arange(len(rows)), rows[:, 2] - rows[:, 1] + 1)
         kind = rows[row, 3]
-        self._check_kinds(kind, row)
-        if self._word != NOT_ASKED:
-            self._check_word()
-        fresh = np.flatnonzero(self._fresh(row))
-        self._check_contacts(row[fresh], fresh)
-        self._check_fronts(row[fresh], fresh)
-        self._check_insides(row[fresh], fresh)
+        there = self._poses.valid[:, self._columns].all(axis=1)
+        self._refuse(~np.isin(kind, list(KINDS)), row, "there is no such verdict")
+        self._refuse((kind == Kind.NO_POSE) & there, row, "both bodies have a pose")
+        self._refuse((kind != Kind.NO_POSE) & ~there, row, "a body has no pose")
+        self._check_word()
+        # Frames that repeat claim and poses of the one before, to the last bit, need no check of their own.
+        fresh = np.insert(row[1:] != row[:-1], 0, True)
+        for values in self._poses:
+            own = values[:, self._columns].reshape(frames, -1)
+            fresh[1:] |= (own[1:] != own[:-1]).any(axis=1)
+        for check, kinds in (
+            (self._check_contacts, [Kind.CONTACT]), (self._check_fronts, [Kind.CLEAR, Kind.CONTAINED]),
+            (self._check_inside, [Kind.CONTAINED]), (self._check_outside, [Kind.CLEAR]),
+        ):  # fmt: skip
+            frame = np.flatnonzero(fresh & np.isin(kind, kinds))
+            check(row[frame], frame)
         self._told.update({KINDS[one]: count for one, count in Counter(kind.tolist()).items()})
         return self._told
-
-    def _fresh(self, row: Rows) -> NDArray[np.bool_]:
-        """The frames (T,) that do not repeat claim and poses of the one before, to the last bit."""
-        fresh = np.ones(len(row), dtype=np.bool_)
-        fresh[1:] = row[1:] != row[:-1]
-        for values in self._two.poses:
-            own = values[:, list(self._two.columns)].reshape(len(row), -1)
-            fresh[1:] |= (own[1:] != own[:-1]).any(axis=1)
-        return fresh
 
     def _wrong(self, row: int, why: str) -> WrongRecord:
         _, first, last, kind = self._rows[row, :4].tolist()
         return WrongRecord(f"pair {self._name}, frames {first} to {last}, {KINDS.get(kind, kind)}: {why}")
 
-    def _refuse(self, bad: NDArray[np.bool_], row: Rows, why: str) -> None:
+    def _refuse(self, bad: Flags, row: Rows, why: str) -> None:
         if bad.any():
             raise self._wrong(int(row[bad].min()), why)
 
-    def _check_kinds(self, kind: Rows, row: Rows) -> None:
-        self._refuse(~np.isin(kind, list(KINDS)), row, "there is no such verdict")
-        there = self._two.poses.valid[:, list(self._two.columns)].all(axis=1)
-        self._refuse((kind == NO_POSE) & there, row, "both bodies have a pose")
-        self._refuse((kind != NO_POSE) & ~there, row, "a body has no pose")
+    def _pose(self, side: int, frame: Rows | int) -> tuple[Floats, Floats]:
+        """Rotations and translations of a body in some frames."""
+        return self._poses.rotation[frame, self._columns[side]], self._poses.translation[frame, self._columns[side]]
 
     def _check_word(self) -> None:
         """Containment is decided of closed meshes without doubled faces; of those of several parts it may not be."""
-        bodies = self._two.bodies
-        refused = self._word.startswith("refused: ") and any(len(one.parts) > 1 for one in bodies)
-        if any(not one.closed or one.doubled for one in bodies) == (self._word == DECIDED) and not refused:
-            raise WrongRecord(f"pair {self._name}: containment is not {self._word!r} of these meshes")
+        if self._word != NOT_ASKED:
+            refused = self._word.startswith("refused: ") and any(len(one.parts) > 1 for one in self._bodies)
+            solid = all(one.closed and not one.doubled for one in self._bodies)
+            if solid != (self._word == DECIDED) and not refused:
+                raise WrongRecord(f"pair {self._name}: containment is not {self._word!r} of these meshes")
 
     def _check_contacts(self, row: Rows, frame: Rows) -> None:
-        here = self._rows[row, 3] == CONTACT
-        row, frame = row[here], frame[here]
         faces = self._rows[row][:, 5:7]
-        most = [len(one.order) for one in self._two.bodies]
+        most = [len(one.order) for one in self._bodies]
         self._refuse(np.any((faces < 0) | (faces >= most), axis=1), row, "there is no such face")
-        meet, exact = faces_meet(self._two, frame, faces[:, 0], faces[:, 1])
-        self._refuse(~meet, row, "these two faces do not meet")
-        self._told.update({"face_pairs": len(frame), "by_integers": exact})
+        self._refuse(self._faces_apart(frame, faces), row, "these two faces do not meet")
 
     def _check_fronts(self, row: Rows, frame: Rows) -> None:
-        here = np.isin(self._rows[row, 3], (CLEAR, CONTAINED))
-        row, frame = row[here], frame[here]
         number = self._rows[row, 4]
-        fronts = {k: self._walked(k, row[number == k]) for k in np.unique(number).tolist()}
-        for nodes, check in (
-            ([fronts[k].boxes for k in number.tolist()], self._check_boxes),
-            ([fronts[k].faces for k in number.tolist()], self._check_faces),
-        ):
-            counts = np.array([len(some) for some in nodes], dtype=np.int64)
-            if counts.sum():
-                check(np.repeat(row, counts), np.repeat(frame, counts), np.concatenate(nodes))
-        self._apart = {k for k, front in fronts.items() if front.whole}
+        fronts = {k: self._walked(k, int(row[at])) for k, at in zip(*np.unique(number, return_index=True), strict=True)}
+        for end, apart, why in (
+            (0, self._boxes_apart, "no axis of two boxes separates them"), (1, self._faces_apart, "two faces meet"),
+        ):  # fmt: skip
+            pairs = [fronts[k][end] for k in number]
+            counts = np.array([len(some) for some in pairs], dtype=np.int64)
+            for some in np.split(np.arange(len(row)), np.flatnonzero(np.diff(np.cumsum(counts) // ITEMS)) + 1):
+                if counts[some].any():
+                    at = np.repeat(some, counts[some])
+                    self._refuse(~apart(frame[at], np.concatenate([pairs[k] for k in some])), row[at], why)
 
-    def _check_boxes(self, row: Rows, frame: Rows, nodes: Rows) -> None:
-        self._refuse(~apart(self._two, frame, nodes), row, "no axis of two boxes separates them")
-        self._told["boxes"] += len(row)
-
-    def _check_faces(self, row: Rows, frame: Rows, nodes: Rows) -> None:
-        clear, asked, exact = faces_apart(self._two, frame, nodes)
-        self._refuse(~clear, row, "two faces meet")
-        self._told.update({"face_pairs": asked, "by_integers": exact})
-
-    def _walked(self, number: int, row: Rows) -> Front:
-        """The ends of a walk; it begins at both roots and leaves nothing out."""
+    def _walk(self, number: int) -> bytes:
         ends = self._proof["front_ends"]
-        if not 0 <= number < len(ends):
-            raise self._wrong(int(row.min()), "there is no such front")
-        walk = self._proof["fronts"][ends[number - 1] if number else 0 : ends[number]].tobytes()
-        children = [one.nodes[:, 2] for one in self._two.bodies]
-        found: dict[int, list[tuple[int, int]]] = {ord("X"): [], ord("F"): []}
-        todo = [(0, 0)]
-        for letter in walk:
+        return self._proof["fronts"][ends[number - 1] if number else 0 : ends[number]].tobytes()
+
+    def _walked(self, number: int, row: int) -> tuple[Rows, Rows]:
+        """Where a walk from both roots, named by claim ``row``, ends: nodes (k, 2) to be apart, faces (k, 2) to ask."""
+        if not 0 <= number < len(self._proof["front_ends"]):
+            raise self._wrong(row, "there is no such front")
+        boxes, faces, todo = list[tuple[int, int]](), list[tuple[int, ...]](), [(0, 0)]
+        for letter in self._walk(number):
             if not todo:
-                raise self._wrong(int(row.min()), "the walk goes on after its end")
+                raise self._wrong(row, "the walk goes on after its end")
             a, b = todo.pop()
-            if letter in found:
-                found[letter].append((a, b))
-                continue
-            side = b"AB".find(letter)
-            child = int(children[side][(a, b)[side]]) if side >= 0 else -1
-            if child < 0:
-                raise self._wrong(int(row.min()), "the walk opens what cannot be opened")
-            todo += [(child, b), (child + 1, b)] if side == 0 else [(a, child), (a, child + 1)]
+            firsts, counts, children = zip(self._bodies[0].nodes[a], self._bodies[1].nodes[b], strict=True)
+            side = b"ABXF".find(letter)
+            if side == 2:
+                boxes.append((a, b))
+            elif side == 3:
+                below = zip(self._bodies, firsts, counts, strict=True)
+                faces += product(*(one.order[first : first + count] for one, first, count in below))
+            elif side < 0 or children[side] < 0:
+                raise self._wrong(row, "the walk opens what cannot be opened")
+            else:
+                child = children[side]
+                todo += [(child, b), (child + 1, b)] if side == 0 else [(a, child), (a, child + 1)]
         if todo:
-            raise self._wrong(int(row.min()), "the walk leaves faces out")
-        boxes, faces = (np.array(some, dtype=np.int64).reshape(-1, 2) for some in found.values())
-        return Front(boxes, faces, walk == BOXES_APART)
+            raise self._wrong(row, "the walk leaves faces out")
+        return np.reshape(boxes, (-1, 2)).astype(np.int64), np.reshape(faces, (-1, 2)).astype(np.int64)
 
-    def _check_insides(self, row: Rows, frame: Rows) -> None:
-        kind, front = self._rows[row, 3], self._rows[row, 4]
-        for at in np.flatnonzero(kind == CONTAINED).tolist():
-            side, corner = self._rows[row[at], 5:7].tolist()
-            if side not in (0, 1) or not 0 <= corner < 3 * len(self._two.bodies[side].order):
-                raise self._wrong(int(row[at]), "there is no such corner")
-            point = self._two.bodies[side].triangles.reshape(-1, 3)[corner]
-            if not self._two.bodies[1 - side].closed or not self._is_inside(side, point, int(frame[at])):
-                raise self._wrong(int(row[at]), "this corner is not inside")
-        asked = np.flatnonzero((kind == CLEAR) & ~np.isin(front, list(self._apart)))
-        asked = asked[: 0 if self._word == NOT_ASKED else None]
-        a, b = self._two.bodies
-        for side, part in [(0, part) for part in a.parts if b.closed] + [(1, part) for part in b.parts if a.closed]:
-            for at in asked[self._may_be_inside(side, part, frame[asked])].tolist():
-                if self._is_inside(side, part[0], int(frame[at])):
-                    raise self._wrong(int(row[at]), "a part of one body is inside the other")
+    def _boxes_apart(self, frame: Rows, nodes: Rows) -> Flags:
+        """Whether an axis or a ball keeps the boxes of two nodes apart: K frames (K,), their nodes (K, 2)."""
+        self._told["boxes"] += len(frame)
+        bodies, ends = self._bodies, range(2)
+        turn, place = zip(*(self._pose(k, frame) for k in ends), strict=True)
+        # Rows are the axes of a box in the world.
+        axes = [bodies[k].axes[nodes[:, k]] @ np.swapaxes(turn[k], 1, 2) for k in ends]
+        half = [bodies[k].half[nodes[:, k]][..., None] for k in ends]
+        centre = [turn[k] @ bodies[k].centre[nodes[:, k]][..., None] for k in ends]
+        between = (place[1] - place[0])[..., None] + (centre[1] - centre[0])
+        pad = self._pad(*place)[:, None, None]
+        across = np.cross(axes[0][:, :, None], axes[1][:, None]).reshape(-1, 9, 3)
+        ways = np.concatenate([*axes, across], axis=1)
+        reach = sum(np.abs(ways @ np.swapaxes(axes[k], 1, 2)) @ half[k] for k in ends)
+        apart: Flags = (np.abs(ways @ between) > reach + pad).any(axis=(1, 2))
+        for k in ends:
+            # The ball around the other box lies beyond this box.
+            over = np.maximum(np.abs(axes[k] @ between) - half[k], 0.0)
+            apart |= np.sqrt((over**2).sum(axis=(1, 2))) > bodies[1 - k].radius[nodes[:, 1 - k]] + pad[:, 0, 0]
+        return apart
 
-    def _may_be_inside(self, side: int, part: Floats, frame: Rows) -> NDArray[np.bool_]:
+    def _faces_apart(self, frame: Rows, faces: Rows) -> Flags:
+        """Whether two faces (K, 2) do not meet in K frames (K,)."""
+        corners = []
+        for k, body in enumerate(self._bodies):
+            turn, place = self._pose(k, frame)
+            corners.append(placed(body.triangles[faces[:, k]], turn[:, None], place[:, None]))
+        meet, exact = meeting(*corners)
+        self._told.update({"face_pairs": len(frame), "by_integers": exact})
+        return ~meet
+
+    def _check_inside(self, row: Rows, frame: Rows) -> None:
+        for at, now in zip(row.tolist(), frame.tolist(), strict=True):
+            side, corner = self._rows[at, 5:7].tolist()
+            if side not in (0, 1) or not 0 <= corner < 3 * len(self._bodies[side].order):
+                raise self._wrong(at, "there is no such corner")
+            point = self._bodies[side].triangles.reshape(-1, 3)[corner]
+            if not self._bodies[1 - side].closed or not self._is_inside(side, point, now):
+                raise self._wrong(at, "this corner is not inside")
+
+    def _check_outside(self, row: Rows, frame: Rows) -> None:
+        """No part of a body is inside the other; where the boxes of the whole bodies are apart none can be."""
+        number = self._rows[row, 4]
+        asked = [self._word != NOT_ASKED and self._walk(k) != BOXES_APART for k in np.unique(number).tolist()]
+        open_ = np.isin(number, np.unique(number)[asked])
+        row, frame = row[open_], frame[open_]
+        for side, body in enumerate(self._bodies):
+            for part in body.parts if self._bodies[1 - side].closed else []:
+                near = self._may_be_inside(side, part, frame)
+                for at, now in zip(row[near].tolist(), frame[near].tolist(), strict=True):
+                    if self._is_inside(side, part[0], now):
+                        raise self._wrong(at, "a part of one body is inside the other")
+
+    def _may_be_inside(self, side: int, part: Floats, frame: Rows) -> Flags:
         """Whether the box of the other body holds all these corners of a part, in each of K frames."""
-        poses, (inner, outer) = self._two.poses, (self._two.columns[side], self._two.columns[1 - side])
-        body, other = self._two.bodies[side], self._two.bodies[1 - side]
-        turn, place = poses.rotation[frame, inner], poses.translation[frame, inner]
-        way = part @ np.swapaxes(turn, 1, 2) + (place - poses.translation[frame, outer])[:, None]
-        seen = np.abs((way @ poses.rotation[frame, outer] - other.centre[0]) @ other.axes[0].T)
-        far = np.abs(place).sum(axis=1) + np.abs(poses.translation[frame, outer]).sum(axis=1)
-        most = other.half[0] + (PAD * (body.reach + other.reach + far))[:, None, None]
-        return (seen <= most).all(axis=(1, 2))
+        (turn, place), (turned, there) = self._pose(side, frame), self._pose(1 - side, frame)
+        other = self._bodies[1 - side]
+        way = part @ np.swapaxes(turn, 1, 2) + (place - there)[:, None]
+        seen = np.abs((way @ turned - other.centre[0]) @ other.axes[0].T)
+        return (seen <= other.half[0] + self._pad(place, there)[:, None, None]).all(axis=(1, 2))
 
     def _is_inside(self, side: int, point: Floats, frame: int) -> bool:
-        inner, outer, poses = self._two.columns[side], self._two.columns[1 - side], self._two.poses
         self._told["rays"] += 1
-        world = placed(point, poses.rotation[frame, inner], poses.translation[frame, inner])
-        return inside(world, self._two.bodies[1 - side].world(poses, outer, frame))
+        surface = placed(self._bodies[1 - side].triangles, *self._pose(1 - side, frame))
+        return inside(placed(point, *self._pose(side, frame)), surface)
+
+    def _pad(self, place: Floats, there: Floats) -> Floats:
+        """What boxes must keep in K frames in which the bodies are at places (K, 3) each, (K,) metres."""
+        reach = sum(one.reach for one in self._bodies)
+        return PAD * (reach + np.abs(place).sum(axis=1) + np.abs(there).sum(axis=1))
+
+
+def placed(points: Floats, rotation: Floats, translation: Floats) -> Floats:
+    """World points (..., 3): ``x' = ((r00 x + r01 y) + r02 z) + t0`` in float64, each step rounded once."""
+    x, y, z = points[..., 0, None], points[..., 1, None], points[..., 2, None]
+    column = [rotation[..., :, k] for k in range(3)]
+    return ((column[0] * x + column[1] * y) + column[2] * z) + translation
+
+
+def meeting(first: Floats, second: Floats) -> tuple[Flags, int]:
+    """Whether n pairs of closed triangles, (n, 3, 3) each, meet (touching counts); and how many integers decided."""
+    meet = ((first.min(1) <= second.max(1)) & (second.min(1) <= first.max(1))).all(axis=1)
+    rows = np.flatnonzero(meet)
+    answer = _filtered(first[rows], second[rows])
+    unsure = rows[answer < 0]
+    meet[rows] = answer == 1
+    meet[unsure] = [triangles_meet(first[row], second[row]) for row in unsure]
+    return meet, len(unsure)
+
+
+def _filtered(a: Floats, b: Floats) -> NDArray[np.int64]:
+    """1 or 0 where floats are certain, else -1."""
+    edges_a, edges_b = np.roll(a, -1, axis=1) - a, np.roll(b, -1, axis=1) - b
+    between = b[:, None] - a[:, :, None]
+    of_a = _signs(-between[:, :, 0], edges_b[:, None, 0], edges_b[:, None, 1])
+    of_b = _signs(between[:, 0], edges_a[:, None, 0], edges_a[:, None, 1])
+    turns = _signs(between, edges_a[:, :, None], edges_b[:, None])
+    crossing = ((of_a * np.roll(of_a, -1, axis=1) < 0) & (np.abs(turns.sum(axis=2)) == 3)).any(axis=1)
+    crossing |= ((of_b * np.roll(of_b, -1, axis=1) < 0) & (np.abs(turns.sum(axis=1)) == 3)).any(axis=1)
+    one_side = (np.abs(of_a.sum(axis=1)) == 3) | (np.abs(of_b.sum(axis=1)) == 3)
+    known = (of_a != 0).all(axis=1) & (of_b != 0).all(axis=1) & (turns != 0).all(axis=(1, 2))
+    return np.where(crossing, 1, np.where(known | one_side, 0, -1))
+
+
+def _signs(w: Floats, e: Floats, f: Floats) -> NDArray[np.int64]:
+    """Certain signs of ``w . (e x f)``, 0 where it is not certain; vectors (..., 3)."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        value = (w * np.cross(e, f)).sum(axis=-1)
+        w, e, f = (np.abs(one).max(axis=-1) for one in (w, e, f))
+        sure = (np.abs(value) > SURE * w * e * f + SMALLEST) & (np.maximum(w, np.maximum(e, f)) < LARGEST)
+    return np.where(sure, np.sign(value), 0.0).astype(np.int64)
+
+
+def triangles_meet(first: Floats, second: Floats) -> bool:
+    """Whether two closed triangles (3, 3), points and segments among them, meet; in integers.
+
+    They do not exactly if some direction separates them strictly, and one of finitely many then does: normals of faces
+    and edges of their Minkowski difference, which may be flat, a segment or a point.
+    """
+    numbers = [float(value).as_integer_ratio() for value in (*first.ravel(), *second.ravel())]
+    common = max(below for _, below in numbers)
+    # Of type object: Python's integers, which do not overflow.
+    points = np.array([above * (common // below) for above, below in numbers], dtype=object).reshape(2, 3, 3)
+    edges = (np.roll(points, -1, axis=1) - points).reshape(6, 3)
+    between = points[1, 0] - points[0, 0]
+    crossed = np.cross(edges[:3, None], edges[None, 3:]).reshape(-1, 3)
+    normals = np.concatenate([np.cross(edges[[0, 3]], edges[[1, 4]]), crossed])
+    beside = between * (edges**2).sum(axis=1)[:, None] - edges * (edges @ between)[:, None]
+    within = np.cross(normals[:, None], edges[None]).reshape(-1, 3)
+    ways = np.concatenate([normals, between[None], edges, beside, within])
+    one, other = (ways @ corners.T for corners in points)
+    return not ((one.max(axis=1) < other.min(axis=1)) | (other.max(axis=1) < one.min(axis=1))).any()
+
+
+def inside(point: Floats, triangles: Floats) -> bool:
+    """Whether a point (3,) off a closed surface (n, 3, 3) is inside: the parity of a ray along +y, in fractions.
+
+    Seen along y, an edge counts that crosses the line z = p.z beyond p.x; an end on that line counts as below: so the
+    ray is moved off every edge and corner, for all triangles alike.
+    """
+    low, high = triangles.min(axis=1), triangles.max(axis=1)
+    beside = (low[:, [0, 2]] > point[[0, 2]]).any(axis=1) | (high < point).any(axis=1)
+    exactly = np.vectorize(Fraction, otypes=[object])
+    a, p = exactly(triangles[~beside]), exactly(point)
+    edge, way, above = np.roll(a, -1, axis=1) - a, p - a, a[..., 2] > p[2]
+    turn = edge[..., 2] * way[..., 0] - edge[..., 0] * way[..., 2]
+    passes = (above != np.roll(above, -1, axis=1)) & np.where(above, turn > 0, turn < 0)
+    met = passes.sum(axis=1) % 2 == 1
+    normal = np.cross(edge[met, 0], -edge[met, 2])
+    return bool(((way[met, 0] * normal).sum(axis=1) * normal[:, 1] < 0).sum() % 2)

@@ -1,4 +1,4 @@
-"""The same scene with coarser meshes: vertices that share a cell of a grid become one, and never leave their cell."""
+"""The same scene with coarser or finer meshes: vertices in a cell of a grid become one, or faces are cut in four."""
 
 from dataclasses import replace
 
@@ -42,3 +42,27 @@ def decimated(assembly: Assembly, cell: float) -> Assembly:
     """The assembly with every mesh clustered in cells of this edge (metres); poses and pairs stay."""
     bodies = tuple(replace(body, mesh=clustered(body.mesh, cell)) for body in assembly.bodies)
     return replace(assembly, bodies=bodies)
+
+
+def with_faces(mesh: TriangleMesh, wanted: int) -> TriangleMesh:
+    """The same shape with about so many faces: each is cut into four, flat, or vertices of a grid become one."""
+    while 2 * len(mesh.faces) <= wanted:
+        mesh = quartered(mesh)
+    low, high = 0.0, float(np.ptp(mesh.vertices, axis=0).max())
+    if len(mesh.faces) <= 2 * wanted:
+        return mesh
+    for _ in range(12):
+        cell = (low + high) / 2
+        low, high = (low, cell) if len(clustered(mesh, cell).faces) < wanted else (cell, high)
+    return clustered(mesh, low) if low else mesh
+
+
+def quartered(mesh: TriangleMesh) -> TriangleMesh:
+    """Every face cut at the middles of its edges; a shared edge has one middle, so that a closed mesh stays closed."""
+    faces = mesh.faces.astype(np.int64)
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    unique, number = np.unique(edges, axis=0, return_inverse=True)
+    a, b, c = faces.T
+    ab, bc, ca = number.reshape(3, -1) + len(mesh.vertices)
+    parts = [np.stack(part, axis=1) for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+    return TriangleMesh(np.vstack([mesh.vertices, mesh.vertices[unique].mean(axis=1)]), np.concatenate(parts))

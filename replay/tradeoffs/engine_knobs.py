@@ -122,7 +122,11 @@ def advice_words(engine: str, rows: Sequence[Row]) -> list[str]:
     elif _mended(first):
         missed = f"Nothing is missed in row 1: it finds each of {_contacts(first)}."
     else:
-        missed = f"Row 1: {first['words']}. {_remedy(others)}"
+        mending = [row for row in others if _mended(row)]
+        remedy = "No row finds every contact whole."
+        if mending:
+            remedy = f"The smallest change that finds every contact whole: {_change(_smallest(mending))}."
+        missed = f"Row 1: {first['words']}. {remedy}"
     return [missed, *_false(first, others)]
 
 
@@ -141,13 +145,6 @@ def _smallest(rows: Sequence[Row]) -> Row:
 
 def _change(row: Row) -> str:
     return f"row {row['number']} ({knob_words(row['knobs'])})"
-
-
-def _remedy(others: Sequence[Row]) -> str:
-    mending = [row for row in others if _mended(row)]
-    if mending:
-        return f"The smallest change that finds every contact whole: {_change(_smallest(mending))}."
-    return "No row finds every contact whole."
 
 
 def _false(first: Row, others: Sequence[Row]) -> list[str]:

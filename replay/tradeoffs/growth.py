@@ -8,14 +8,14 @@ from typing import Any, Final
 
 import numpy as np
 
-from cdcore import Motion, TriangleMesh
+from cdcore import Motion
 from replay.base.constants import HEADSET_HZ
 from replay.comparison.first_touch import poses_between
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
 from replay.pipeline.engine import prepared
 from replay.prepare.assembly import Assembly
-from replay.tradeoffs.decimation import clustered
+from replay.tradeoffs.decimation import with_faces
 from replay.tradeoffs.pareto import budget_ms
 from replay.tradeoffs.settings import AS_IT_COMES, Setting
 from replay.tradeoffs.timing import LiveFrames, Passes, Timed
@@ -86,30 +86,6 @@ def grown(assembly: Assembly, axis: str, wanted: float) -> tuple[float, Assembly
     if axis == "rate":
         return wanted, replace(assembly, motion=at_rate(assembly.motion, wanted))
     return wanted * len(assembly.bodies), copied(assembly, round(wanted))
-
-
-def with_faces(mesh: TriangleMesh, wanted: int) -> TriangleMesh:
-    """The same shape with about so many faces: each is cut into four, flat, or vertices of a grid become one."""
-    while 2 * len(mesh.faces) <= wanted:
-        mesh = _quartered(mesh)
-    low, high = 0.0, float(np.ptp(mesh.vertices, axis=0).max())
-    if len(mesh.faces) <= 2 * wanted:
-        return mesh
-    for _ in range(12):
-        cell = (low + high) / 2
-        low, high = (low, cell) if len(clustered(mesh, cell).faces) < wanted else (cell, high)
-    return clustered(mesh, low) if low else mesh
-
-
-def _quartered(mesh: TriangleMesh) -> TriangleMesh:
-    """Every face cut at the middles of its edges; a shared edge has one middle, so that a closed mesh stays closed."""
-    faces = mesh.faces.astype(np.int64)
-    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    unique, number = np.unique(edges, axis=0, return_inverse=True)
-    a, b, c = faces.T
-    ab, bc, ca = number.reshape(3, -1) + len(mesh.vertices)
-    parts = [np.stack(part, axis=1) for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
-    return TriangleMesh(np.vstack([mesh.vertices, mesh.vertices[unique].mean(axis=1)]), np.concatenate(parts))
 
 
 def copied(assembly: Assembly, copies: int) -> Assembly:

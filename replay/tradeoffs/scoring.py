@@ -3,17 +3,15 @@
 from functools import cached_property
 from typing import Any
 
-import numpy as np
-
 from cdcore import Detection
-from cdcore.numerics import BoolArray
 from cdcore.protocol import FaceSets
 from replay.base.wilson import share, wilson
 from replay.comparison.compare import compare, face_recall
 from replay.comparison.contact_counts import count_contacts, count_reports
-from replay.comparison.contact_duration import PHASES, StepRates
+from replay.comparison.contact_duration import PHASES
 from replay.comparison.episodes import episodes
 from replay.comparison.holding import holdings
+from replay.comparison.look_phases import Shares, phase_shares
 from replay.comparison.outcome import Comparison, Outcome
 from replay.comparison.tolerance import Tolerance
 from replay.detection.detector_spec import DetectorSpec
@@ -35,7 +33,7 @@ class Scoring:
     ) -> None:
         self.spec, self._assembly, self._seed = spec, assembly, seed
         self._trusted, self._motion = make_detector(spec, assembly, seed), assembly.motion
-        self._rates: dict[str, StepRates] = {}
+        self._seen: dict[str, Detection] = {}
         self.truth = self._trusted.detect(assembly.motion)
         found = episodes(self.truth)
         self._held = holdings(assembly, session, found)
@@ -65,9 +63,10 @@ class Scoring:
         whole = count_contacts(comparison, self.contacts)
         frames, false = whole.share(Outcome.MISSED), count_reports(comparison).share(Outcome.INVENTED)
         contacts = share(whole.missed, whole.contacts)
-        rates = None if spec is None else self._step_rates(spec, other or self._assembly)
-        at_all = float(whole.missed + whole.in_part)
-        lost = at_all if rates is None or spec is None else rates.lost(float(spec.settings["rate_hz"]), self._excused)
+        phases = None if spec is None else self._over_phases(spec, other or self._assembly)
+        lost = float(whole.missed + whole.in_part)
+        if phases is not None:
+            lost = (phases["contacts_missed"]["count"] + phases["contacts_in_part"]["count"]) / PHASES
         ends = [end * whole.contacts for end in wilson(lost, whole.contacts)]
         return {
             "both": both, "missed_pair_frames": missed, "invented_pair_frames": invented,
@@ -80,27 +79,19 @@ class Scoring:
             "contacts": whole.contacts, "contacts_missed": whole.missed,
             "contacts_undecided": whole.undecided, "contact_frames_undecided": whole.frames_undecided,
             "contacts_missed_low": contacts["low"], "contacts_missed_high": contacts["high"],
-            "contacts_lost": lost, "lost_low": ends[0], "lost_high": ends[1], "phases": 1 if rates is None else PHASES,
+            "contacts_lost": lost, "lost_low": ends[0], "lost_high": ends[1], "phases": 1 if phases is None else PHASES,
             **self._of_faces(detection if other is None else None, comparison),
         }  # fmt: skip
 
-    def _step_rates(self, spec: DetectorSpec, assembly: Assembly) -> StepRates | None:
-        """What the detector sees where it looks at every frame; ``None``: it has no rate, or intervals are at stake."""
-        plain = {key: value for key, value in spec.settings.items() if key != "rate_hz"}
-        if len(plain) == len(spec.settings) or not spec.settings["rate_hz"] or self.truth.covers != "instants":
+    def _over_phases(self, spec: DetectorSpec, assembly: Assembly) -> Shares | None:
+        """What looks at the rate of a detector lose; ``None``: it has no rate, or intervals are at stake."""
+        rate = spec.settings.get("rate_hz")
+        if not rate or self.truth.covers != "instants":
             return None
-        always = DetectorSpec("always", spec.name, plain)
-        if (key := str(always)) not in self._rates:
-            seen = make_detector(always, assembly, self._seed).detect(self._motion)
-            self._rates[key] = StepRates(seen, self.contacts, self._tolerance.judge(seen, self.truth), 0)
-        return self._rates[key]
-
-    @cached_property
-    def _excused(self) -> BoolArray:
-        """Which pair-frames of the contacts, one contact after the other, are within tolerance."""
-        frames = np.concatenate([np.arange(one.first, one.last + 1) for one in self.contacts])
-        columns = np.repeat([one.pair for one in self.contacts], [one.last + 1 - one.first for one in self.contacts])
-        return self._tolerance.judge(self.truth, self.truth)(frames, columns)
+        always = DetectorSpec("always", spec.name, {**spec.settings, "rate_hz": None})
+        if (key := str(always)) not in self._seen:
+            self._seen[key] = make_detector(always, assembly, self._seed).detect(self._motion)
+        return phase_shares(float(rate), self._seen[key], self.truth, self.contacts, self._held, self._tolerance)
 
     def _of_faces(self, detection: Detection | None, comparison: Comparison) -> dict[str, Any]:
         """Face pairs of the oracle, how many of them were listed, and how many others."""

@@ -156,8 +156,6 @@ class _Sweep:
         self._pair = [_Trial(Setting(TRUSTED, AS_IT_COMES, ""), assembly, seed) for _ in range(2)]
         for one in self._pair:
             one.digest = one.detect().digest
-        self._frames = LiveFrames(assembly.motion, MOST_FRAMES)
-        self._live = Clock("live", self._frames.live_pass, 0.99, *self._pair)
         self._whole = Clock("whole", whole_pass, 0.5, *self._pair)
 
     def rows(self) -> list[dict[str, Any]]:

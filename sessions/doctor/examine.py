@@ -15,16 +15,8 @@ from sessions.doctor.session_findings import examine_session, frame_findings, sc
 from sessions.doctor.structure import structure_findings
 from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SceneError, SessionError, SessionFileError
+from sessions.mcap_format import reader
 from sessions.mcap_format.mcap_file import McapFile
-from sessions.mcap_format.reader import (
-    attached_colliders,
-    attached_mesh,
-    is_part,
-    listed_names,
-    mesh_code,
-    part,
-    session_facts,
-)
 from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import GAZE_PREFIX, SCALARS_PREFIX, WORLD, topic_key
 from sessions.mcap_format.writer import SCENE_FILE
@@ -33,7 +25,7 @@ from sessions.model.scene import Scene
 from sessions.model.session import Session
 
 if TYPE_CHECKING:
-    from sessions.scene_files.scene_check import Planned
+    from sessions.scene_files.scene_meshes import Planned
 
 Result = TypeVar("Result")
 MESH_FILES: Final = (".glb", ".obj", ".stl", ".ply", ".off")
@@ -77,7 +69,7 @@ def _mesh_file(path: Path) -> Iterator[Finding]:
     try:
         mesh = load_mesh(path)
     except SessionError as error:
-        yield Finding(mesh_code(error), Severity.ERROR, str(error), path.stem)
+        yield Finding(reader.mesh_code(error), Severity.ERROR, str(error), path.stem)
         return
     yield from mesh_findings(path.stem, mesh)
 
@@ -90,7 +82,7 @@ Checked = tuple[Scene, dict[str, MeshData], list[str]]
 
 
 def _checked(path: Path, planned: "Planned") -> Checked:
-    from sessions.scene_files.scene_check import checked_scene
+    from sessions.scene_files.scene_meshes import checked_scene
     from sessions.scene_files.toml_table import read_text
 
     try:
@@ -138,20 +130,21 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
     yield from structure_findings(file)
     tried = _Tried()
     nothing: tuple[dict[str, str], dict[str, str]] = ({}, {})
-    facts, hashes = tried(lambda: session_facts(file), nothing)
+    facts, hashes = tried(lambda: reader.session_facts(file), nothing)
     nobody: tuple[str, ...] = ()
-    names = tried(lambda: listed_names(file), nobody) if file.own else nobody
+    names = tried(lambda: reader.listed_names(file), nobody) if file.own else nobody
     none: Checked = (Scene(), {}, [])
     look = partial(_attached, file, planned) if replaced is None else partial(_checked, Path(replaced), planned)
     scene, declared, faults = tried(look, none)
     tried.findings += _bad_scene(faults)
     meshes = {
-        name: tried(partial(attached_mesh, file, name, expected), None, name) for name, expected in hashes.items()
+        name: tried(partial(reader.attached_mesh, file, name, expected), None, name)
+        for name, expected in hashes.items()
     }
-    tried(lambda: [*attached_colliders(file)], [""])
+    tried(lambda: [*reader.attached_colliders(file)], [""])
     streams: dict[str, dict[str, Any]] = {prefix: {} for prefix in (GAZE_PREFIX, SCALARS_PREFIX)}
     for topic in dict.fromkeys(channel.topic for channel in file.catalogue.channels.values()):
-        found = tried(partial(part, file, topic), None) if is_part(topic) else None
+        found = tried(partial(reader.part, file, topic), None) if reader.is_part(topic) else None
         if found is not None and (prefix := topic_key(topic)) in streams:
             streams[prefix][topic.removeprefix(prefix)] = found
     frames = TolerantFrames(file, names)
@@ -174,7 +167,7 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
 
 def _attached(file: McapFile, planned: "Planned") -> Checked:
     """The scene that a file carries."""
-    from sessions.scene_files.scene_check import checked_scene
+    from sessions.scene_files.scene_meshes import checked_scene
 
     data = file.attachment(SCENE_FILE)
     return (Scene(), {}, []) if data is None else checked_scene(data.decode(errors="replace"), SCENE_FILE, planned)

@@ -1,14 +1,126 @@
-"""One thing that the doctor found in a recording."""
+"""One thing that the doctor found in a recording; and what every code means and what to do about it."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.doctor.codes import CODES
+from sessions.mcap_format.refusals import CURES
+
+
+@dataclass(frozen=True)
+class CodeSpec:
+    """The group of a code, what it means for a user of the recording, and what to do about it."""
+
+    group: str
+    meaning: str
+    fix: str
+
+
+_REWRITE = "rewrite it with `replay recover`"
+_DIGITS = "export more digits"
+_EXPORT = "run with --policy to choose what stands in for it, and correct the program that wrote it"
+_MEND = "mend it with `replay mesh repair`"
+_AGAIN = "export the session again from the program that made it"
+_TRACKER = "run with --policy to choose what stands in for it, and look at line of sight and base stations"
+
+# fmt: off
+_MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
+    "structure": {
+        "not-mcap": ("the file is no MCAP", CURES["not-mcap"]),
+        "torn": ("the recording was cut short and has no index", CURES["torn"]),
+        "unreadable": ("the file cannot be walked to its end", CURES["unreadable"]),
+        "damaged-chunk": ("everything recorded in this chunk is lost to a reader", CURES["damaged-chunk"]),
+        "bad-message": ("what was recorded is not what its schema says", CURES["bad-message"]),
+        "bad-names": ("nobody knows which bodies were recorded", CURES["bad-names"]),
+        "unlisted-body": ("poses of a body that the file does not list", CURES["unlisted-body"]),
+        "too-much": ("no reader takes so much at once", CURES["too-much"]),
+        "data-crc": ("bytes changed after the file was written", "copy the original again"),
+        "damaged-attachment": ("a mesh or the scene changed after it was written", CURES["damaged-attachment"]),
+        "index-missing": ("readers must walk the whole file", _REWRITE),
+        "index-wrong": ("readers that trust the index miss messages", _REWRITE),
+        "unordered-chunks": ("readers in file order see time run backwards", _REWRITE),
+        "unknown-version": ("this program may misread the file", CURES["unknown-version"]),
+        "no-poses": ("there is nothing to replay", f"{CURES['no-poses']}, or {CURES['not-mcap']}"),
+    },
+    "time": {
+        "time-backwards": ("frames lie before frames already recorded; a run leaves them out", _AGAIN),
+        "duplicate-stamps": ("several samples claim one moment; a run keeps the first",
+                             "check that the recorder stamps each sample"),
+        "gap": ("nobody knows what happened in between",
+                "do not read contact-free time across it; record at a lower load"),
+        "uneven-steps": ("the rate is a median, not a clock", "take time from stamps, never from frame numbers"),
+        "clock-skew": ("the two clocks of this recording disagree; things recorded on one are misplaced on the other",
+                       "synchronise the clocks and state the offset in the session's facts"),
+        "clock-drift": ("one clock runs faster; the offset holds for a moment only",
+                        "synchronise clocks while recording"),
+    },
+    "pose": {
+        "not-finite": ("the sample is no pose", _EXPORT),
+        "zero-quaternion": ("the sample has no rotation; many engines take it as none", _EXPORT),
+        "non-unit-quaternion": ("the rotation is scaled; engines that do not notice stretch the mesh",
+                                "normalise it in the exporter"),
+        "off-unit-quaternion": ("the rotation was rounded; a run renormalises it", _DIGITS),
+        "out-of-space": ("the position is corrupt: no room holds it",
+                         "run with --policy to choose what stands in for it, or set `[space] radius_m` in the scene"),
+        "identity-while-lost": ("the tracker lost the body and wrote the origin instead, as a valid pose", _TRACKER),
+        "tracking-lost": ("the recording says that there is no pose",
+                          f"{_TRACKER}; at the export, where samples hold no pose"),
+        "frozen": ("the position stood still because nothing was measured", _TRACKER),
+        "at-rest": ("the pose repeats to the last bit: at rest, and without tracker noise", "nothing"),
+        "teleport": ("the body did not get there by moving; the path in between is unknown", _TRACKER),
+        "turn-outlier": ("the rotation left and came back faster than a hand turns; what a glass pours then is made up",
+                         "look at line of sight and base stations"),
+        "sign-flips": ("q and -q alternate: the same rotation", "nothing; interpolate on the shorter arc"),
+        "rounded-rotations": ("rotations were printed with few decimals", _DIGITS),
+    },
+    "scale": {
+        "unit-suspect": ("positions look like millimetres or centimetres, not metres", "import with the right unit"),
+        "handedness": ("left and right seem to be swapped", "import with the source's handedness"),
+        "up-axis": ("head or table stands upright along another axis than +Y", "import with the source's axes"),
+        "head-below-hands": ("the head is lower than the hands most of the time",
+                             "check the up axis and the roles of the devices"),
+    },
+    "mesh": {
+        "mesh-hash": ("the mesh is not the one that was recorded", "put the recorded mesh back"),
+        "mesh-unreadable": ("the mesh cannot be used", "export it again as triangles"),
+        "mesh-empty": ("the mesh has no triangle", "export the surface as triangles"),
+        "mesh-degenerate": ("faces without area confuse most engines", _MEND),
+        "mesh-duplicate": ("faces are counted twice", _MEND),
+        "mesh-non-manifold": ("it has no inside: nothing can be found contained", "repair the edges"),
+        "mesh-open": ("the surface has holes: nothing can be found inside it", f"if it is solid, {_MEND}"),
+        "mesh-winding": ("neighbouring faces disagree which side is out", _MEND),
+        "mesh-mirrored": ("the mesh is inside out: mirrored, or wound the wrong way",
+                          f"export it with the right handedness, or {_MEND}"),
+        "mesh-units": ("its size is not that of a thing on a bench", "set scale in the scene"),
+    },
+    "stream": {
+        "gaze-nowhere": ("the sample says that the eyes were seen, and holds no direction",
+                         "flag such samples as lost in the export"),
+        "stream-apart": ("none of it falls into the time of the poses: its clock is another one",
+                         "bring it onto the clock of the poses before it is imported"),
+        "stream-empty": ("nothing was measured", "check the sensor and its column"),
+    },
+    "scene": {
+        "bad-scene": ("what was declared cannot be read", "correct the scene"),
+        "unknown-frame": ("poses are given in a frame, or for a body, that the file does not know",
+                          "name it, or leave it out"),
+        "unrecorded-body": ("it is declared or paired but was never recorded", "record it, or remove it"),
+        "no-mesh": ("it moves but has no mesh, so no contact of it is found", "give it a mesh"),
+        "undeclared-body": ("it was recorded but the scene does not speak of it", "declare it"),
+        "proxy": ("its mesh only stands in for the real one", "say so beside every contact of it"),
+    },
+}
+# fmt: on
+"""Group -> code -> meaning and fix."""
+
+CODES: Final[dict[str, CodeSpec]] = {
+    code: CodeSpec(group, *words) for group, rows in _MEANINGS.items() for code, words in rows.items()
+}
+"""Code -> what it means; in the order in which findings of one severity are listed."""
 
 
 class Severity(IntEnum):

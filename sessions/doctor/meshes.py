@@ -1,6 +1,6 @@
-"""Findings about meshes: what is wrong with a surface, before any collision detection."""
+"""What is wrong with a surface, before any collision detection; and its repair, as a mesh editor would do it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Final
 
 import numpy as np
@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from sessions.doctor.finding import Finding, Severity
 from sessions.errors import SessionError
-from sessions.mesh_data import MeshData
+from sessions.mesh_data import MeshData, is_closed
+from sessions.meshes.mesh_files import outward
 
 LARGE_M: Final = 30.0  # A mesh larger than this was drawn in centimetres or millimetres; a laboratory fits into it
 SMALL_M: Final = 0.0005  # A mesh smaller than half a millimetre was drawn in other units; a needle is longer
@@ -20,19 +21,24 @@ FLAT: Final = 1e-12
 """A face whose height is below this part of its longest edge has no area that float64 could tell from rounding."""
 
 
+Row = tuple[str, Severity, int, str]
+"""Code, severity, how many faces or edges (0: nothing is found), message."""
+
+
 def mesh_findings(name: str, mesh: MeshData) -> Iterator[Finding]:
     """Everything about one mesh; ``count`` is in faces or edges."""
     faces, flat, doubles = len(mesh.faces), int(degenerate_faces(mesh).sum()), duplicate_faces(mesh)
-    if flat:
-        message = f"{flat} of {faces} faces have no area"
-        yield Finding("mesh-degenerate", Severity.WARNING, message, name, count=flat)
-    if doubles:
-        message = f"{doubles} of {faces} faces repeat another"
-        yield Finding("mesh-duplicate", Severity.WARNING, message, name, count=doubles)
-    yield from _edges(name, mesh)
     size = float((mesh.bounds[1] - mesh.bounds[0]).max())
-    if not SMALL_M <= size <= LARGE_M:
-        yield Finding("mesh-units", Severity.WARNING, f"it is {size:.3g} m long: drawn in other units?", name)
+    is_odd = not SMALL_M <= size <= LARGE_M
+    rows: list[Row] = [
+        ("mesh-degenerate", Severity.WARNING, flat, f"{flat} of {faces} faces have no area"),
+        ("mesh-duplicate", Severity.WARNING, doubles, f"{doubles} of {faces} faces repeat another"),
+        *_edges(mesh),
+        ("mesh-units", Severity.WARNING, is_odd, f"it is {size:.3g} m long: drawn in other units?"),
+    ]
+    for code, severity, count, message in rows:
+        if count:
+            yield Finding(code, severity, message, name, count=int(count))
 
 
 def degenerate_faces(mesh: MeshData) -> NDArray[np.bool_]:
@@ -49,27 +55,23 @@ def duplicate_faces(mesh: MeshData) -> int:
     return len(mesh.faces) - len(np.unique(np.sort(_welded(mesh), axis=1), axis=0))
 
 
-def _edges(name: str, mesh: MeshData) -> Iterator[Finding]:
+def _edges(mesh: MeshData) -> list[Row]:
     faces = _welded(mesh)
     faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     low, high = np.minimum(start, end), np.maximum(start, end)
     _, edge, uses = np.unique(low * len(mesh.vertices) + high, return_inverse=True, return_counts=True)
     many, one = int((uses > 2).sum()), int((uses == 1).sum())
-    if many:
-        message = f"{many} edges belong to more than two faces"
-        yield Finding("mesh-non-manifold", Severity.NOTE, message, name, count=many)
-    if one:
-        message = f"{one} edges belong to one face only"
-        yield Finding("mesh-open", Severity.NOTE, message, name, count=one)
     way = np.bincount(edge, weights=np.where(start < end, 1.0, -1.0))
     unlike = int((uses[way != 0] == 2).sum())
-    if unlike:
-        message = f"{unlike} edges join faces that wind against each other"
-        yield Finding("mesh-winding", Severity.WARNING, message, name, count=unlike)
-    elif len(faces) and not one and not many and mesh.volume < 0:
-        message = f"its signed volume is {1e6 * mesh.volume:.4g} ml"
-        yield Finding("mesh-mirrored", Severity.ERROR, message, name, count=len(mesh.faces))
+    is_mirrored = len(faces) > 0 and not (many or one or unlike) and mesh.volume < 0
+    inward = len(mesh.faces) if is_mirrored else 0
+    return [
+        ("mesh-non-manifold", Severity.NOTE, many, f"{many} edges belong to more than two faces"),
+        ("mesh-open", Severity.NOTE, one, f"{one} edges belong to one face only"),
+        ("mesh-winding", Severity.WARNING, unlike, f"{unlike} edges join faces that wind against each other"),
+        ("mesh-mirrored", Severity.ERROR, inward, f"its signed volume is {1e6 * mesh.volume:.4g} ml"),
+    ]
 
 
 def _welded(mesh: MeshData) -> NDArray[np.int64]:
@@ -78,12 +80,75 @@ def _welded(mesh: MeshData) -> NDArray[np.int64]:
     return inverse.reshape(-1)[mesh.faces]
 
 
-def all_mesh_findings(meshes: Mapping[str, MeshData]) -> Iterator[Finding]:
-    """Findings of every mesh; one that cannot be loaded is a finding too."""
-    for name in meshes:
+def all_mesh_findings(meshes: Mapping[str, MeshData], names: Iterable[str] | None = None) -> Iterator[Finding]:
+    """Findings of every mesh, or those of some names; one that cannot be loaded is a finding too."""
+    for name in meshes if names is None else names:
         try:
             mesh = meshes[name]
         except SessionError as error:
             yield Finding("mesh-unreadable", Severity.ERROR, str(error), name)
         else:
             yield from mesh_findings(name, mesh)
+
+
+Faces = NDArray[np.int64]
+
+
+def repaired(mesh: MeshData) -> tuple[MeshData, list[str]]:
+    """The mesh without doubled vertices, flat and repeated faces, holes and faces that wind inwards; what was done.
+
+    A hole gets a fan of faces about the mean of its rim: right for a flat hole, a guess for any other, and a lid where
+    it was the mouth of a thin vessel. Edges of three or more faces stay as they are, and so does a face by itself.
+    """
+    said, points, faces = [], mesh.vertices, mesh.faces
+    if not is_closed(mesh):  # of two closed parts that touch, joining makes one with edges of four faces
+        places = np.round(points / SAME_PLACE_M)
+        _, first, place = np.unique(places, axis=0, return_index=True, return_inverse=True)
+        points, faces = points[first], place.reshape(-1)[faces]
+        said += _told(len(places) - len(first), "vertex", "vertices", "at the place of another joined")
+    flat = degenerate_faces(MeshData(points, faces))
+    faces = faces[~flat]
+    said += _told(int(flat.sum()), "face", "faces", "without area removed")
+    _, kept = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    said += _told(len(faces) - len(kept), "repeated face", "repeated faces", "removed")
+    faces = faces[np.sort(kept)]
+    if not len(faces):
+        return mesh, ["nothing is left of it without its flat faces; it stays as it was"]
+    alone = {tuple(face) for face in np.sort(faces, axis=1).tolist()}
+    holes = [rim for rim in _holes(faces) if tuple(sorted(rim)) not in alone]
+    for rim in holes:
+        middle = len(points)
+        points = np.concatenate([points, points[rim].mean(axis=0, keepdims=True)])
+        faces = np.concatenate([faces, [(b, a, middle) for a, b in zip(rim, np.roll(rim, -1), strict=True)]])
+    said += _told(len(holes), "hole", "holes", "closed")
+    turned = outward(MeshData(points, faces))
+    inward = int((turned.faces != faces).any(axis=1).sum())
+    said += _told(inward, "face", "faces", "turned to wind outwards")
+    used, number = np.unique(turned.faces, return_inverse=True)
+    return MeshData(turned.vertices[used], number.reshape(-1, 3)), said
+
+
+def _told(count: int, one: str, several: str, done: str) -> list[str]:
+    return [f"{count:,} {one if count == 1 else several} {done}"] if count else []
+
+
+def _holes(faces: Faces) -> Iterator[list[int]]:
+    """Rims of holes, each as the vertices along it in the sense of the faces that it belongs to."""
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    _, edge, uses = np.unique(np.sort(np.stack([start, end], 1), 1), axis=0, return_inverse=True, return_counts=True)
+    rim = uses[edge.reshape(-1)] == 1
+    after: dict[int, list[int]] = {}
+    for a, b in zip(start[rim].tolist(), end[rim].tolist(), strict=True):
+        after.setdefault(a, []).append(b)
+    while after:
+        way = [next(iter(after))]
+        while way[-1] in after:
+            onward = after[way[-1]].pop()
+            if not after[way[-1]]:
+                del after[way[-1]]
+            if onward in way:  # a rim that touches itself is cut into loops
+                loop = way[way.index(onward) :]
+                yield loop
+                way = way[: way.index(onward) + 1]
+            else:
+                way.append(onward)

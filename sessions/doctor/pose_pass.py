@@ -1,4 +1,4 @@
-"""One pass over the frames of a session that marks every odd sample; memory is a block, and six bytes per sample.
+"""One pass over the frames of a session that marks every odd sample; memory is a block, and eight bytes per sample.
 
 Findings and repairs both use these marks, so that they cannot disagree.
 """
@@ -6,6 +6,7 @@ Findings and repairs both use these marks, so that they cannot disagree.
 import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain, pairwise
 from typing import Final
 
 import numpy as np
@@ -38,7 +39,7 @@ class PosePass:
     ----------
     names : N bodies.
     stamp_ns, log_ns : (T,) int64.
-    marks : (T, N) uint16, unions of `Mark`.
+    marks : (T, N) uint32, unions of `Mark`.
     steps : (T, N) float32, metres from the sample before; NaN where there is none.
     position (S, N, 3), quaternion (S, N, 4) : poses of some frames spread over the session; NaN where there is none.
     worst_norm : (N,) the norm furthest off 1 among samples marked non-unit or off unit.
@@ -47,7 +48,7 @@ class PosePass:
     names: tuple[str, ...]
     stamp_ns: NDArray[np.int64]
     log_ns: NDArray[np.int64]
-    marks: NDArray[np.uint16]
+    marks: NDArray[np.uint32]
     steps: NDArray[np.float32]
     position: NDArray[np.float64]
     quaternion: NDArray[np.float64]
@@ -78,13 +79,9 @@ class PosePass:
 def look_through(blocks: Iterable[Frames], space_radius: float = SPACE_RADIUS) -> PosePass:
     """Mark every sample; later blocks may know more bodies than earlier ones; the radius is that of the scene."""
     looking = _RunningPass(space_radius)
-    waiting: Frames | None = None
-    for block in _larger(blocks):
-        if waiting is not None:
-            looking.add(waiting, last=False)
-        waiting = block
-    if waiting is not None:
-        looking.add(waiting, last=True)
+    for block, after in pairwise(chain(_larger(blocks), (None,))):
+        if block is not None:
+            looking.add(block, last=after is None)
     return looking.result()
 
 
@@ -108,7 +105,7 @@ class _RunningPass:
         self.stamps: list[NDArray[np.int64]] = []
         self.logs: list[NDArray[np.int64]] = []
         # Rows and columns grow while blocks come; the watches write into rows of earlier blocks.
-        self.marks, self.steps = np.zeros((0, 0), dtype=np.uint16), np.zeros((0, 0), dtype=np.float32)
+        self.marks, self.steps = np.zeros((0, 0), dtype=np.uint32), np.zeros((0, 0), dtype=np.float32)
         self.worst = np.zeros(0)
         self.poses = [np.zeros((0, 0, 7))]
         self.watches: list[TrackWatch] = []
@@ -139,7 +136,7 @@ class _RunningPass:
             self.marks = np.pad(self.marks, ((0, taller), (0, wider)))
             self.steps = np.pad(self.steps, ((0, taller), (0, wider)), constant_values=np.nan)
 
-    def _alone(self, frames: Frames) -> NDArray[np.uint16]:
+    def _alone(self, frames: Frames) -> NDArray[np.uint32]:
         """Marks of samples that need no neighbour."""
         present, lost = frames.status != Status.ABSENT, frames.status == Status.LOST
         claims = present & ~lost
@@ -155,14 +152,14 @@ class _RunningPass:
         skewed = present & (np.abs(frames.sample_ns - frames.stamp_ns[:, None]) > SKEW_NS)
         norms = np.vstack([self.worst, np.where(rejected | rounded, norm, 1.0)])
         self.worst = norms[np.abs(norms - 1.0).argmax(axis=0), np.arange(len(self.worst))]
-        marks = np.zeros(present.shape, dtype=np.uint16)
+        marks = np.zeros(present.shape, dtype=np.uint32)
         for mark, where in (
             (Mark.PRESENT, present), (Mark.LOST, lost), (Mark.NOT_FINITE, claims & ~finite),
             (Mark.ZERO_QUATERNION, zero), (Mark.NON_UNIT, rejected), (Mark.OFF_UNIT, rounded),
             (Mark.IDENTITY, claims & still), (Mark.SAMPLE_SKEWED, skewed), (Mark.OUT_OF_SPACE, away),
             (Mark.HOLLOW, lost & ~(finite & (off <= NORM_REJECT))),
         ):  # fmt: skip
-            marks[where] |= np.uint16(mark)
+            marks[where] |= np.uint32(mark)
         return marks
 
     def _track(self, frames: Frames, first: int, column: int) -> TrackSamples:

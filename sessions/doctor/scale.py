@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -34,20 +33,13 @@ _TABLES = frozenset({"table", "bench", "desk", "tabletop", "benchtop", "floor"})
 _HEADS = frozenset({"head", "hmd", "headset", "camera"})
 _HAND_WORDS = frozenset({"hand", "controller", "left", "right", "vive", "wand", "index", "palm", "glove"})
 FloatArray = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Roles:
-    """Columns of the head and the hands, or ``None``; found by name."""
-
-    head: int | None
-    left: int | None
-    right: int | None
+Roles = dict[str, int]
+"""``head``, ``left`` and ``right`` -> column, those that are there."""
 
 
 def roles_of(names: tuple[str, ...], scene: Scene) -> Roles:
-    """Who is head and who is hand; bodies with a parent are in another frame and left out."""
-    found: dict[str, int] = {}
+    """Who is head and who is hand, by name; bodies with a parent are in another frame and left out."""
+    found: Roles = {}
     for column, name in enumerate(names):
         declared = scene.body(name)
         words = frozenset(re.findall(r"[a-z]+", re.sub(r"([a-z])([A-Z])", r"\1 \2", name).lower()))
@@ -59,7 +51,7 @@ def roles_of(names: tuple[str, ...], scene: Scene) -> Roles:
             for side in ("left", "right"):
                 if side in words:
                     found.setdefault(side, column)
-    return Roles(found.get("head"), found.get("left"), found.get("right"))
+    return found
 
 
 def scale_findings(looked: PosePass, scene: Scene, metadata: Mapping[str, str]) -> Iterator[Finding]:
@@ -102,13 +94,13 @@ def _units(looked: PosePass, column: int, name: str) -> Iterator[Finding]:
 
 
 def _up(looked: PosePass, roles: Roles) -> Iterator[Finding]:
-    if roles.head is None:
+    if "head" not in roles:
         return
-    name = looked.names[roles.head]
-    q, place = (_there(one[:, roles.head]) for one in (looked.quaternion, looked.position))
+    head, name = roles["head"], looked.names[roles["head"]]
+    q, place = (_there(one[:, head]) for one in (looked.quaternion, looked.position))
     if len(q) >= LEAST_LOOKS:
         # In a wrong unit every height is impossible: that alone says nothing about the axes.
-        place = place * METRES.get((unit_guess(looked, roles.head) or ("metres",))[0], 1.0)
+        place = place * METRES.get((unit_guess(looked, head) or ("metres",))[0], 1.0)
         height = float(np.median(place[:, 1]))
         up = np.median(rotated(q, (0.0, 1.0, 0.0)), axis=0)
         axis = int(np.abs(up).argmax())
@@ -118,9 +110,9 @@ def _up(looked: PosePass, roles: Roles) -> Iterator[Finding]:
             yield Finding("up-axis", Severity.WARNING, message, name)
         else:
             yield from _head_height_elsewhere(place, name)
-    hands = [column for column in (roles.left, roles.right) if column is not None]
+    hands = [column for role, column in roles.items() if role != "head"]
     if hands:
-        height = looked.position[:, hands, 1].max(axis=1) - looked.position[:, roles.head, 1]
+        height = looked.position[:, hands, 1].max(axis=1) - looked.position[:, head, 1]
         height = height[np.isfinite(height)]
         share = float((height > 0).mean()) if len(height) >= LEAST_LOOKS else 0.0
         if share > MOST:
@@ -158,16 +150,16 @@ def table_findings(meshes: Mapping[str, MeshData], scene: Scene) -> Iterator[Fin
 
 def _sides(looked: PosePass, roles: Roles) -> Iterator[Finding]:
     """The right hand belongs on the right of the head; mirrored coordinates or swapped devices put it on the left."""
-    if roles.head is None or roles.left is None or roles.right is None:
+    if len(roles) < 3:
         return
-    right = rotated(looked.quaternion[:, roles.head], (1.0, 0.0, 0.0))
-    apart = ((looked.position[:, roles.right] - looked.position[:, roles.left]) * right).sum(axis=1)
+    right = rotated(looked.quaternion[:, roles["head"]], (1.0, 0.0, 0.0))
+    apart = ((looked.position[:, roles["right"]] - looked.position[:, roles["left"]]) * right).sum(axis=1)
     apart = apart[np.isfinite(apart)]
     clear = apart[np.abs(apart) > APART_M]
     share = float((clear < 0).mean()) if len(clear) >= LEAST_LOOKS else 0.0
     if share > MOST:
         message = (
-            f"{looked.names[roles.right]} is on the left of {looked.names[roles.left]}, as the head sees it, "
+            f"{looked.names[roles['right']]} is on the left of {looked.names[roles['left']]}, as the head sees it, "
             f"{100 * share:.0f} % of the time"
         )
         yield Finding("handedness", Severity.WARNING, message)

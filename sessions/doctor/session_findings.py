@@ -1,30 +1,38 @@
 """Findings about a session and its scene, but not about its file: the container code is not loaded."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.meshes import all_mesh_findings
 from sessions.doctor.pose_pass import PosePass, look_through
-from sessions.doctor.poses import pose_findings
+from sessions.doctor.pose_spans import pose_findings
 from sessions.doctor.scale import scale_findings, table_findings
 from sessions.doctor.timing import time_findings
 from sessions.model.constants import BLOCK_FRAMES
-from sessions.model.scene import Scene, SceneBody
-from sessions.model.scene_pairs import absent_bodies
+from sessions.model.scene import Scene, SceneBody, absent_bodies
 from sessions.model.session import Session
-from sessions.model.streams import GazeTrack, ScalarTrack
+from sessions.model.track import GazeTrack, ScalarTrack
 
 Streams = Mapping[str, Mapping[str, GazeTrack] | Mapping[str, ScalarTrack]]
 
 
-def examine_session(session: Session, looked: PosePass | None = None) -> Iterator[Finding]:
-    """Everything about a session but its file; ``looked`` is the pass over its frames, made here when not given."""
+def examine_session(
+    session: Session, looked: PosePass | None = None, needed: Collection[str] | None = None
+) -> Iterator[Finding]:
+    """Everything about a session but its file.
+
+    ``looked``: the pass over its frames, made here when not given; ``needed``: the bodies whose meshes are looked at,
+    ``None``: all.
+    """
     looked = looked or look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
     yield from frame_findings(looked, session.scene, dict(session.facts))
-    yield from all_mesh_findings(session.meshes)
-    yield from table_findings(session.meshes, session.scene)
+    names = [name for name in session.meshes if needed is None or name in needed]
+    yield from all_mesh_findings(session.meshes, names)
+    there = tuple(body for body in session.scene.bodies if body.id in names)
+    yield from table_findings(session.meshes, replace(session.scene, bodies=there))
     yield from scene_findings(session.scene, session.names, [*session.meshes])
     yield from stream_findings({"gaze": session.gaze, "scalar": session.scalars}, looked)
 

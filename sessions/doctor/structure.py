@@ -11,10 +11,9 @@ from mcap.opcode import Opcode
 
 from sessions.doctor.finding import Finding, Severity
 from sessions.errors import SessionFileError
-from sessions.mcap_format.catalogue import Region, read_footer
-from sessions.mcap_format.container import MAGIC
-from sessions.mcap_format.mcap_file import McapFile
-from sessions.mcap_format.record_block import HEAD
+from sessions.mcap_format.catalogue import Region
+from sessions.mcap_format.container import HEAD, MAGIC
+from sessions.mcap_format.mcap_file import McapFile, read_footer
 from sessions.mcap_format.schemas import TF
 
 DATA_END_BYTES: Final = HEAD.size + 4

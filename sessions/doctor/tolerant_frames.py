@@ -12,7 +12,6 @@ from sessions.mcap_format.catalogue import Region
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.metadata import MAX_BODIES
 from sessions.mcap_format.pose_decoding import FrameDecoder
-from sessions.mcap_format.schemas import TF, TRACKING
 from sessions.mcap_format.transform_reading import BodySamples
 from sessions.mcap_format.unpacking import MessageTable, read_region
 from sessions.model.frames import Frames
@@ -45,58 +44,42 @@ class Noted:
     unread: list[tuple[Region, SessionFileError]] = field(default_factory=list)
 
 
-class TolerantFrames:
+class TolerantFrames(FrameDecoder):
     """The readable frames of a file, chunk by chunk; ``noted`` fills while they are read.
 
     Bodies that ``names`` does not list become further columns where they appear.
     """
 
     def __init__(self, file: McapFile, names: tuple[str, ...]) -> None:
-        self.file, self.noted = file, Noted()
-        self._decoder = _Decoder(file, names, self.noted)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The bodies met so far, listed ones first."""
-        return self._decoder.names
+        super().__init__(file.catalogue, names)
+        self._catalogue, self.noted = file.catalogue, Noted(doubled=self.doubled)
 
     def blocks(self) -> Iterator[Frames]:
         """All frames in file order; every region of the file is unpacked, also where it holds no poses."""
-        with self.file.catalogue.path.open("rb") as stream:
-            for region in self.file.catalogue.regions:
+        with self._catalogue.path.open("rb") as stream:
+            for region in self._catalogue.regions:
                 try:
-                    table = read_region(stream, region, self.file.catalogue)
+                    table = read_region(stream, region, self._catalogue)
                 except SessionFileError as error:
                     self.noted.unpacked.append((region, error))
                     continue
                 try:
-                    yield from self._decoder.decode(table)
+                    yield from self.decode(table)
                 except SessionFileError as error:
                     self.noted.unread.append((region, error))
-
-
-class _Decoder(FrameDecoder):
-    def __init__(self, file: McapFile, names: tuple[str, ...], noted: Noted) -> None:
-        ids = file.catalogue.ids
-        super().__init__(str(file.catalogue.path), ids(TF), ids(TRACKING), names, file.catalogue.most_samples)
-        self._noted = noted
-        self.doubled = noted.doubled
 
     def _column(self, parent: str, name: str) -> int:
         del parent
         return self._columns.setdefault(name, len(self._columns))
 
     def _samples(self, table: MessageTable, rows: NDArray[np.int64], end: NDArray[np.int64]) -> list[BodySamples]:
-        kept: list[BodySamples] = []
-        for part in super()._samples(table, rows, end):
+        kept = super()._samples(table, rows, end)
+        for part in kept:
             if part.child not in self._columns and len(self._columns) >= MAX_BODIES:
                 raise self._refused(f"/tf holds more than {MAX_BODIES} bodies", "too-much")
-            self._note(part, table.publish_ns[rows[part.rows]])
-            kept.append(part)
+            times = table.publish_ns[rows[part.rows]]
+            first, last = int(times.min()), int(times.max())
+            seen = self.noted.frames.setdefault((part.parent, part.child), Appearance(first, last))
+            seen.first_ns, seen.last_ns = min(seen.first_ns, first), max(seen.last_ns, last)
+            seen.count += len(part.rows)
         return kept
-
-    def _note(self, part: BodySamples, times: NDArray[np.int64]) -> None:
-        first, last = int(times.min()), int(times.max())
-        seen = self._noted.frames.setdefault((part.parent, part.child), Appearance(first, last))
-        seen.first_ns, seen.last_ns = min(seen.first_ns, first), max(seen.last_ns, last)
-        seen.count += len(part.rows)

@@ -23,12 +23,16 @@ ODD_SPEED: Final = 2.5
 SPREADS: Final = 4.0
 """... or so many times the spread of the steps around it, so that a shaken hand is not taken for a broken tracker."""
 
+TURN_BOUND: Final = 50.0
+"""Radians per second above which a turn that is undone in the next step is none: 32 degrees in a step at 90 Hz. A wrist
+is flicked at 20 to 40."""
+
 AHEAD: Final = 2
 KEPT: Final = 4
 
 
 class Mark(IntFlag):
-    """What is odd about one sample (stored as uint16)."""
+    """What is odd about one sample (stored as uint32)."""
 
     NOT_FINITE = 1
     ZERO_QUATERNION = 2
@@ -46,12 +50,13 @@ class Mark(IntFlag):
     PRESENT = 8192
     OUT_OF_SPACE = 1 << 14
     NO_POSE = LOST | NOT_FINITE | OUT_OF_SPACE
+    TURN_OUTLIER = 1 << 16
     HOLLOW = 1 << 15  # lost, and its numbers are no pose: perhaps an export left it out, and no tracker lost it
 
 
-def marked(marks: NDArray[np.uint16], mark: Mark) -> NDArray[np.bool_]:
+def marked(marks: NDArray[np.uint32], mark: Mark) -> NDArray[np.bool_]:
     """Where any of these marks is set, in the shape of ``marks``."""
-    return np.asarray((marks & np.uint16(mark)) != 0)
+    return np.asarray((marks & np.uint32(mark)) != 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +95,7 @@ class TrackWatch:
         self._held: TrackSamples | None = None
         self._done = 0
 
-    def add(self, samples: TrackSamples, marks: NDArray[np.uint16], steps: NDArray[np.float32], *, last: bool) -> None:
+    def add(self, samples: TrackSamples, marks: NDArray[np.uint32], steps: NDArray[np.float32], *, last: bool) -> None:
         """Enter marks and step lengths (metres) of all samples whose neighbours are known, (T,) by frame number."""
         window = samples.after(self._held)
         stop = len(window) if last else max(self._done, len(window) - AHEAD)
@@ -99,7 +104,7 @@ class TrackWatch:
         keep = max(0, stop - KEPT)
         self._held, self._done = window.part(keep, len(window)), stop - keep
 
-    def _enter(self, window: TrackSamples, stop: int, marks: NDArray[np.uint16], steps: NDArray[np.float32]) -> None:
+    def _enter(self, window: TrackSamples, stop: int, marks: NDArray[np.uint32], steps: NDArray[np.float32]) -> None:
         if len(window) < 2:
             return
         way = np.diff(window.position, axis=0)
@@ -107,15 +112,16 @@ class TrackWatch:
         step = np.maximum(np.diff(window.time), self._least_step)
         same_place = (way == 0).all(axis=1)
         same_rotation = (window.quaternion[1:] == window.quaternion[:-1]).all(axis=1)
-        cosine = np.einsum("ij,ij->i", window.quaternion[1:], window.quaternion[:-1])
+        cosine = _cosines(window.quaternion, 1)
         since = np.diff(window.sample_ns)
-        found = np.zeros(len(way), dtype=np.uint16)
+        found = np.zeros(len(way), dtype=np.uint32)
         for mark, where in (
             (Mark.TELEPORT, _no_motion(way / step[:, None])), (Mark.SAME_PLACE, same_place),
             (Mark.SAME_ROTATION, same_rotation), (Mark.SIGN_FLIP, cosine < 0), (Mark.SAMPLE_BACKWARDS, since < 0),
             (Mark.SAMPLE_REPEATED, (since == 0) & ~(same_place & same_rotation)),
+            (Mark.TURN_OUTLIER, _undone(cosine, _cosines(window.quaternion, 2), TURN_BOUND * step)),
         ):  # fmt: skip
-            found[where] |= np.uint16(mark)
+            found[where] |= np.uint32(mark)
         begin = max(self._done, 1)
         rows = window.rows[begin:stop]
         marks[rows] |= found[begin - 1 : stop - 1]
@@ -137,6 +143,20 @@ def _no_motion(velocity: FloatArray) -> NDArray[np.bool_]:
     odd: NDArray[np.bool_] = np.sqrt((off * off).sum(axis=1)) > ODD_SPEED + SPREADS * spread
     odd |= speed > SPEED_BOUND
     return odd
+
+
+def _cosines(quaternions: FloatArray, apart: int) -> FloatArray:
+    """Of half the angle between samples so many apart, (n - apart,); negative: one stands for its negative."""
+    unit = quaternions / np.maximum(np.sqrt((quaternions * quaternions).sum(axis=1, keepdims=True)), 1e-300)
+    return np.asarray(np.einsum("ij,ij->i", unit[apart:], unit[:-apart]))
+
+
+def _undone(cosine: FloatArray, across: FloatArray, bound: FloatArray) -> NDArray[np.bool_]:
+    """Which steps (n,) turn further than ``bound`` (n,) radians and are undone, by more than half, in the next step."""
+    turn, both = (2.0 * np.arccos(np.minimum(1.0, np.abs(one))) for one in (cosine, across))
+    fast = turn > bound
+    least = np.minimum(turn[1:], turn[:-1])
+    return np.append(fast[1:] & fast[:-1] & (both < 0.5 * least), False)
 
 
 def _middle(four: FloatArray) -> FloatArray:

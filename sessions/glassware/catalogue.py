@@ -2,6 +2,7 @@
 
 import importlib
 from collections.abc import Mapping
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -61,6 +62,12 @@ def make_instrument(name: str, faces: int = 5000, **options: Any) -> Instrument:
         known = ", ".join(sorted(allowed)) or "none"
         raise UnknownInstrumentError(f"{name} has no option {', '.join(sorted(unknown))}; its options: {known}")
     return make(faces, **INSTRUMENTS[name][2], **options)
+
+
+@lru_cache(maxsize=192)
+def made_instrument(name: str, faces: int, options: tuple[tuple[str, Any], ...] = ()) -> Instrument:
+    """An instrument, made once: hands take most of a second, instruments never change, and all scenes need 60."""
+    return make_instrument(name, faces, **dict(options))
 
 
 def instrument_options(name: str) -> set[str]:

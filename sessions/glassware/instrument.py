@@ -65,6 +65,18 @@ class Cavity:
         object.__setattr__(self, "to_mark", in_single_precision(self.to_mark))
         object.__setattr__(self, "to_brim", in_single_precision(self.to_brim))
 
+    @property
+    def table(self) -> dict[str, Any]:
+        """The cavity as a scene writes it: metres and millilitres, in the body's frame."""
+        points = {"opening": self.opening.centre, "lip": self.opening.lip}
+        return {
+            "capacity_ml": round(float(self.capacity_m3) * 1e6, 3),
+            "floor": round(float(self.floor_height), 6),
+            "mark": round(float(self.mark_height), 6),
+            "opening_radius": round(float(self.opening.radius), 6),
+            **{name: [round(float(value), 6) for value in place] for name, place in points.items()},
+        }
+
 
 @dataclass(frozen=True, kw_only=True)
 class Wall:

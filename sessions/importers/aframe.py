@@ -17,8 +17,7 @@ from sessions.errors import ImportFileError
 from sessions.importers.finish import Imported, counted, side_of, usable_track
 from sessions.meshes.conventions import quaternion_from_euler
 from sessions.model.event import Event
-from sessions.model.hand import HandTrack
-from sessions.model.track import Track
+from sessions.model.track import HandTrack, Track
 
 OPENVR_GAMEPAD: Final = "OpenVR Gamepad"
 OPENVR_BUTTONS: Final = ("trackpad", "trigger", "grip", "menu")

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
-from sessions.model.live_contact import LiveContact
+from sessions.model.event import LiveContact
 
 PHASE_OF: Final = {"begin": "enter", "enter": "enter", "end": "exit", "exit": "exit", "stay": "stay"}
 """Words of the last column and what they mean."""

@@ -1,30 +1,25 @@
-"""Imports a CSV of poses, wide or long, of any convention; doubtful rows are flagged as lost."""
+"""Imports a CSV of poses, wide or long, of any convention; doubtful rows are flagged as lost.
+
+Besides poses: collisions, triggers, events, gaze, numbers. Rows left out are counted.
+"""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
 from sessions.geometry.rotations import quaternion_from_matrix, rotated
-from sessions.importers.beside_poses import BesidePoses, carried
-from sessions.importers.csv_happenings import (
-    events,
-    hands,
-    live_contacts,
-    pose_rows,
-    rows_of_kind,
-    scalar_cells,
-    unknown_kinds,
-)
 from sessions.importers.csv_mapping import METRES, PRESETS, UNITY, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable, Rows
-from sessions.importers.finish import QUATERNION_TOLERANCE, Imported, usable_track
-from sessions.importers.pose_table import PoseTable, SourceFrame, imported, in_frame
+from sessions.importers.finish import QUATERNION_TOLERANCE, Imported, side_of, usable_track
+from sessions.importers.pose_table import BesidePoses, PoseTable, SourceFrame, carried, imported, in_frame
 from sessions.meshes.conventions import Convention, convention, quaternion_from_euler
-from sessions.model.track import Track
+from sessions.model.event import Event, LiveContact
+from sessions.model.track import HandTrack, Track
 from sessions.scene_files.toml_table import nearest
 
 MESH_AXES = {
@@ -119,7 +114,7 @@ def _bodies(table: CsvTable, plan: CsvMapping) -> Iterator[tuple[str, PoseColumn
     """Each body with its columns and its rows."""
     if plan.bodies is not None:
         for name, columns in plan.bodies.items():
-            yield name, columns, np.ones(len(table), dtype=np.bool_)
+            yield name, columns, table.every
     elif plan.body is not None:
         poses = pose_rows(table, plan)
         names = table.words(plan.name, poses)
@@ -185,3 +180,99 @@ def _of_matrices(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
     for row in np.flatnonzero(turns):
         found[row] = quaternion_from_matrix(matrices[row])
     return found
+
+
+NAMED_KINDS = 5  # Unknown kinds of rows that are named before the sentence ends in dots
+
+
+def live_contacts(table: CsvTable, plan: CsvMapping) -> tuple[tuple[LiveContact, ...], list[str]]:
+    """The engine's contacts by time, and what was done: a contact that both bodies report counts once."""
+    found: dict[tuple[int, frozenset[str], str], LiveContact] = {}
+    reported = 0
+    for phase, word in (("enter", plan.kinds.enter), ("exit", plan.kinds.exit)):
+        for stamp, first, second in _cells(table, plan, rows_of_kind(table, plan, word), plan.name, plan.kinds.other):
+            reported += 1
+            found.setdefault((stamp, frozenset((first, second)), phase), LiveContact(stamp, first, second, phase))
+    twice = reported - len(found)
+    words = [f"{twice} contacts that both bodies reported counted once"] if twice else []
+    return tuple(sorted(found.values(), key=lambda contact: contact.time_ns)), words
+
+
+def hands(table: CsvTable, plan: CsvMapping) -> dict[str, HandTrack]:
+    """``student/<side>`` -> trigger, from the rows that hold one; of rows with one stamp the first counts."""
+    found = {}
+    pulled = rows_of_kind(table, plan, plan.kinds.trigger)
+    for name in table.words(plan.name, pulled) if plan.kinds.trigger else ():
+        rows = pulled & table.rows_of(plan.name, name)
+        stamps, first = np.unique(table.stamps(plan.time, plan.unit, rows), return_index=True)
+        value = table.numbers((plan.kinds.value,), rows)[first, 0]
+        found[f"student/{side_of(name)}"] = HandTrack(stamps, np.clip(np.nan_to_num(value), 0.0, 1.0))
+    return found
+
+
+def events(table: CsvTable, plan: CsvMapping) -> list[Event]:
+    """Rows that are events, and every new text in a column of events, by time."""
+    kinds, rows = plan.kinds, rows_of_kind(table, plan, plan.kinds.event)
+    found = [
+        Event(stamp, name or kinds.event, message, body)
+        for stamp, name, body, message in _cells(table, plan, rows, kinds.other, plan.name, kinds.value)
+    ]
+    return sorted([*found, *_event_columns(table, plan)], key=lambda event: event.time_ns)
+
+
+def scalar_cells(table: CsvTable, plan: CsvMapping, poses: Rows) -> dict[str, tuple[Rows, str, str]]:
+    """Name -> rows, column and unit of every number over time: a column beside the ``poses``, or rows of its kind."""
+    kinds, numbered = plan.kinds, rows_of_kind(table, plan, plan.kinds.scalar)
+    found = {name: (poses, one.column, one.unit) for name, one in plan.scalars.items()}
+    for name in table.words(kinds.other, numbered) if numbered.any() else ():
+        found[name or kinds.scalar] = (numbered & table.rows_of(kinds.other, name), kinds.value, "")
+    return found
+
+
+def unknown_kinds(table: CsvTable, plan: CsvMapping) -> list[str]:
+    """A sentence about the rows whose kind the mapping does not know."""
+    kinds = plan.kinds
+    known = {kinds.pose, kinds.enter, kinds.exit, kinds.trigger, kinds.event, kinds.scalar, kinds.gaze}
+    counts = table.counts(kinds.column) if kinds.column else {}
+    others = {word: count for word, count in counts.items() if word not in known}
+    if not others:
+        return []
+    names = [repr(word[:40]) for word in list(others)[:NAMED_KINDS]] + ["..."] * (len(others) > NAMED_KINDS)
+    return [f"{sum(others.values())} rows left out of unknown kind {', '.join(names)}"]
+
+
+def pose_rows(table: CsvTable, plan: CsvMapping) -> Rows:
+    """Which rows hold a pose, (n,)."""
+    return rows_of_kind(table, plan, plan.kinds.pose) if plan.kinds.column else table.every
+
+
+def _event_columns(table: CsvTable, plan: CsvMapping) -> Iterator[Event]:
+    """An event where a cell is not empty and differs from the row before (of the same body in a long table)."""
+    if not plan.events:
+        return
+    poses = pose_rows(table, plan)
+    names = table.words(plan.name, poses) if plan.name else [""]
+    for body in names:
+        rows = poses & table.rows_of(plan.name, body) if plan.name else poses
+        for column in plan.events:
+            before = ""
+            for stamp, cell in _cells(table, plan, rows, column):
+                word = cell.strip()
+                if word and word != before:
+                    yield Event(stamp, column, word, body)
+                before = word
+
+
+def rows_of_kind(table: CsvTable, plan: CsvMapping, word: str) -> Rows:
+    """Which rows are of a kind, (n,); none of a kind that the mapping does not name."""
+    known = word and plan.kinds.column
+    return table.rows_of(plan.kinds.column, word) if known else np.zeros(len(table), dtype=np.bool_)
+
+
+def _cells(table: CsvTable, plan: CsvMapping, rows: Rows, *columns: str) -> Iterator[tuple[Any, ...]]:
+    """The stamp of each of these rows and its text in some columns; "" in a column that has no name."""
+    if not rows.any():
+        return
+    stamps = table.stamps(plan.time, plan.unit, rows).tolist()
+    texts = (table.texts(column, rows).tolist() if column else [""] * len(stamps) for column in columns)
+    yield from zip(stamps, *texts, strict=True)

@@ -70,6 +70,7 @@ class CsvTable:
             clock = [format(row / rate_hz, ".9f").replace(".", decimal) for row in range(len(self))]
             self._table = self._table.append_column(ROW_TIME, pa.array(clock, pa.string()))
             self.columns = (*header, ROW_TIME)
+        self.every: Rows = np.ones(len(self), dtype=np.bool_)
         self.cut_short = _is_cut_short(source, delimiter, len(header))
 
     def _skip(self, _row: Any) -> str:
@@ -118,7 +119,7 @@ class CsvTable:
     def holds_numbers(self, column: str) -> bool:
         """Whether every cell of a column is a number or empty, and one is a number."""
         try:
-            return bool(np.isfinite(self._floats(column, np.ones(len(self), dtype=np.bool_))).any())
+            return bool(np.isfinite(self._floats(column, self.every)).any())
         except ImportFileError:
             return False
 

@@ -10,13 +10,10 @@ from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
 from sessions.mesh_data import MeshData
-from sessions.model.event import Event, Interval
-from sessions.model.hand import HandTrack
-from sessions.model.live_contact import LiveContact
+from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
-from sessions.model.streams import GazeTrack, ScalarTrack
-from sessions.model.track import Track
+from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
 from sessions.scene_files.scene_meshes import scene_meshes, with_colliders
 from sessions.scene_files.scene_toml import scene_to_toml
 from sessions.scene_files.toml_table import nearest

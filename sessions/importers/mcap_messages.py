@@ -1,7 +1,11 @@
-"""Messages of a foreign MCAP file one by one, in file order: protobuf, JSON, or CDR of ROS 2; all read by attribute."""
+"""Messages of a foreign MCAP file one by one, in file order: protobuf, JSON, or CDR of ROS 2; all read by attribute.
+
+Of a decoded message what is missing is NaN or "".
+"""
 
 import json
-from collections.abc import Callable, Iterator, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import nullcontext, suppress
 from importlib import import_module
 from pathlib import Path
@@ -59,8 +63,8 @@ def received(source: Path, kinds: Sequence[str], topics: Sequence[str]) -> Itera
     absent += [] if found else [f"no message of poses ({', '.join(kinds)})"]
     if absent:
         words = [f"{topic} ({name})" for topic, name in seen.items()]
-        listed = ", ".join(words[:NAMED_TOPICS]) + ", ..." * (len(words) > NAMED_TOPICS)
-        raise ImportFileError(f"{source}: {absent[0]}; there are: {listed or 'none'}")
+        there = ", ".join(words[:NAMED_TOPICS]) + ", ..." * (len(words) > NAMED_TOPICS)
+        raise ImportFileError(f"{source}: {absent[0]}; there are: {there or 'none'}")
 
 
 def _message(source: Path, kind: str, schema: Any, channel: Any, record: Any, decoders: Decoders) -> Iterator[Received]:
@@ -142,3 +146,40 @@ def _read_json(data: bytes) -> SimpleNamespace:
     if not isinstance(value, SimpleNamespace):
         raise ValueError("it is no object")
     return value
+
+
+def number(value: Any) -> float:
+    """A number as float64; NaN where it is none."""
+    fits = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+    return float(value) if fits else math.nan
+
+
+def numbers_of(value: Any, names: Iterable[str]) -> list[float]:
+    """Some attributes as numbers."""
+    return [number(getattr(value, name, None)) for name in names]
+
+
+def text(value: Any) -> str:
+    """A text; "" where it is none."""
+    return value if isinstance(value, str) else ""
+
+
+def listed(value: Any) -> list[Any]:
+    """The entries of a list; none where it is no list."""
+    return [] if isinstance(value, str) or not hasattr(value, "__len__") else list(value)
+
+
+def part(value: Any, path: str) -> Any:
+    """The attribute that dots lead to; ``None`` where it is absent."""
+    for name in path.split("."):
+        value = getattr(value, name, None)
+    return value
+
+
+def stamp_of(time: Any) -> int:
+    """Nanoseconds of a timestamp of protobuf, JSON or ROS; 0 where it is absent."""
+    parts = []
+    for names in (("seconds", "sec"), ("nanos", "nsec", "nanosec")):
+        values = (getattr(time, name, None) for name in names)
+        parts.append(next((value for value in values if type(value) is int), 0))
+    return parts[0] * 1_000_000_000 + parts[1]

@@ -49,14 +49,13 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Imported:
         raise ImportFileError(
             f"{source}: line 1: poses are in space {space!r}; export them with Coordinate Space Global"
         )
-    every = np.ones(len(table), dtype=np.bool_)
     time = next((one for one in table.columns if one.endswith(TIME)), TIME)
-    stamps, finer = _unrounded(table.stamps(time, "s", every), table, facts)
+    stamps, finer = _unrounded(table.stamps(time, "s", table.every), table, facts)
     tables, notes = {}, []
     for name, columns in _bodies(table, euler).items():
-        numbers = table.numbers(columns, every)
+        numbers = table.numbers(columns, table.every)
         turn = numbers[:, 3:] if euler == "Quaternion" else quaternion_from_euler(np.radians(numbers[:, 3:]), euler)
-        seen = every & np.isfinite(numbers).all(axis=1)
+        seen = table.every & np.isfinite(numbers).all(axis=1)
         seen[-1:] &= not table.cut_short
         tables[name] = PoseTable(stamps, numbers[:, :3], turn, seen)
         if not seen.all():
@@ -78,7 +77,7 @@ def _unrounded(stamps: NDArray[np.int64], table: CsvTable, facts: dict[str, str]
         rate = float(facts.get("Export Frame Rate", facts.get("Capture Frame Rate", "")))
     except ValueError:
         return stamps, ""
-    frames = table.numbers([table.columns[0]], np.ones(len(table), dtype=np.bool_))[:, 0]
+    frames = table.numbers([table.columns[0]], table.every)[:, 0]
     if not (len(stamps) and rate > 0 and np.isfinite(frames).all() and not (stamps % MILLISECOND).any()):
         return stamps, ""
     exact = stamps[0] + np.rint((frames - frames[0]) * (1e9 / rate)).astype(np.int64)

@@ -11,7 +11,7 @@ import numpy as np
 from sessions.errors import ImportFileError, SessionError
 from sessions.geometry.shapes import make_shape
 from sessions.importers.frame_tree import FrameTree
-from sessions.importers.readings import listed, number, numbers_of, part, stamp_of, text
+from sessions.importers.mcap_messages import listed, number, numbers_of, part, stamp_of, text
 from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_files import mesh_from_bytes
 

@@ -16,10 +16,17 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.beside_poses import BesidePoses, Numbers, Stamps
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.finish import Imported
-from sessions.importers.pose_table import LARGEST_SECONDS, PoseTable, SourceFrame, imported
+from sessions.importers.pose_table import (
+    LARGEST_SECONDS,
+    BesidePoses,
+    Numbers,
+    PoseTable,
+    SourceFrame,
+    Stamps,
+    imported,
+)
 from sessions.meshes.conventions import convention as convention_named
 from sessions.meshes.conventions import quaternion_from_euler
 from sessions.model.event import Interval
@@ -97,19 +104,17 @@ def _begins_with(path: Path, column: str) -> bool:
 
 def _numbers(table: CsvTable) -> Iterator[tuple[str, Stamps, Numbers]]:
     """Columns that hold numbers and no poses, with their stamps; columns of text are left out."""
-    every = np.ones(len(table), dtype=np.bool_)
     for column in table.columns if TIME in table.columns and len(table) else ():
         if column not in (TIME, *PLACE, *ANGLES) and table.holds_numbers(column):
-            yield column, table.stamps(TIME, "s", every), table.numbers((column,), every)[:, 0]
+            yield column, table.stamps(TIME, "s", table.every), table.numbers((column,), table.every)[:, 0]
 
 
 def _poses(table: CsvTable) -> PoseTable:
-    every = np.ones(len(table), dtype=np.bool_)
-    numbers = table.numbers((*PLACE, *ANGLES), every)
+    numbers = table.numbers((*PLACE, *ANGLES), table.every)
     turns = quaternion_from_euler(np.radians(numbers[:, 3:]), ORDER)
-    valid = every.copy()
+    valid = table.every.copy()
     valid[-1:] &= not table.cut_short
-    return PoseTable(table.stamps(TIME, "s", every), numbers[:, :3], turns, valid)
+    return PoseTable(table.stamps(TIME, "s", table.every), numbers[:, :3], turns, valid)
 
 
 def _joined(parts: list[PoseTable]) -> PoseTable:
@@ -121,7 +126,7 @@ def _trials(folder: Path) -> Iterator[Interval]:
     """Every trial that began and ended, with the other columns of its row."""
     for path in folder.rglob(TRIALS):
         table = CsvTable(path, ",", ".")
-        spans = table.numbers(("start_time", "end_time"), np.ones(len(table), dtype=np.bool_))
+        spans = table.numbers(("start_time", "end_time"), table.every)
         cells = {name: table.texts(name).tolist() for name in table.columns if name not in ("start_time", "end_time")}
         for row, (start, end) in enumerate(spans.tolist()):
             if 0.0 <= start <= end < LARGEST_SECONDS:

@@ -17,11 +17,10 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.beside_poses import BesidePoses
-from sessions.importers.clocks import ClockFit
 from sessions.importers.csv_mapping import METRES
 from sessions.importers.finish import Imported
-from sessions.importers.pose_table import PoseTable, SourceFrame, imported, stamps_of
+from sessions.importers.joining import ClockFit
+from sessions.importers.pose_table import BesidePoses, PoseTable, SourceFrame, imported, stamps_of
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event
 

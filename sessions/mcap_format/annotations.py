@@ -3,41 +3,23 @@
 Each ``*_message`` gives (topic, publish_ns, payload); each ``read_*`` takes the payloads of one topic.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 from foxglove_schemas_protobuf.Log_pb2 import Log
 
 from sessions.errors import SessionFileError
+from sessions.mcap_format import schemas
 from sessions.mcap_format.pose_encoding import SECOND_NS, check_stamp
-from sessions.mcap_format.schemas import (
-    EVENTS,
-    GAZE_PREFIX,
-    HANDS_PREFIX,
-    INTERVALS,
-    LIVE_CONTACTS,
-    SCALARS_PREFIX,
-    TRACKS_PREFIX,
-    channel_spec,
-    message_class,
-)  # fmt: skip
-from sessions.model.event import Event, Interval
-from sessions.model.hand import HandTrack
-from sessions.model.live_contact import PHASES, LiveContact
-from sessions.model.streams import GazeTrack, ScalarTrack
-from sessions.model.track import Track
+from sessions.model.event import PHASES, Event, Interval, LiveContact
+from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
 
 Message = tuple[str, int, bytes]
 LEVELS = ("", "debug", "info", "warning", "error", "fatal")
 UNCLOSED = "unclosed"  # Key in an interval's data that says its end was never recorded
 # One message of a stream of samples carries this many: 0.25 s at 1 kHz.
 BATCH = 256
-
-
-def set_stamp(stamp: Any, time_ns: int) -> None:
-    """Write nanoseconds into a protobuf Timestamp."""
-    stamp.seconds, stamp.nanos = divmod(time_ns, SECOND_NS)
 
 
 def stamp_ns(stamp: Any) -> int:
@@ -57,8 +39,8 @@ def event_message(event: Event) -> Message:
     text = f"{event.name}: {event.message}" if event.message else event.name
     log = Log(message=text, name=event.body, file=event.name)
     log.level = Log.Level.ValueType(LEVELS.index(event.level))
-    set_stamp(log.timestamp, event.time_ns)
-    return _message(EVENTS, event.time_ns, log)
+    log.timestamp.FromNanoseconds(event.time_ns)
+    return _message(schemas.EVENTS, event.time_ns, log)
 
 
 def read_event(payload: bytes, publish_ns: int) -> Event:
@@ -80,13 +62,13 @@ def interval_message(interval: Interval, *, closed: bool = True) -> Message:
             f"{interval.kind} {interval.name!r} ends at {interval.end_ns} ns, before its start at "
             f"{interval.start_ns} ns; swap the two"
         )
-    message = message_class("Interval")(kind=interval.kind, name=interval.name)
-    set_stamp(message.start, interval.start_ns)
+    message = schemas.message_class("Interval")(kind=interval.kind, name=interval.name)
+    message.start.FromNanoseconds(interval.start_ns)
     if closed:
-        set_stamp(message.end, interval.end_ns)
+        message.end.FromNanoseconds(interval.end_ns)
     for key, value in interval.data.items():
         message.data.add(key=key, value=value)
-    return _message(INTERVALS, interval.start_ns, message)
+    return _message(schemas.INTERVALS, interval.start_ns, message)
 
 
 def read_intervals(payloads: Iterable[bytes], last_ns: int) -> tuple[Interval, ...]:
@@ -94,7 +76,7 @@ def read_intervals(payloads: Iterable[bytes], last_ns: int) -> tuple[Interval, .
     found: dict[tuple[int, str, str, int], Interval] = {}
     closed: dict[tuple[int, str, str], int] = {}
     for payload in payloads:
-        message = message_class("Interval").FromString(payload)
+        message = schemas.message_class("Interval").FromString(payload)
         start, end = stamp_ns(message.start), stamp_ns(message.end)
         data = {fact.key: fact.value for fact in message.data}
         what = (start, message.kind, message.name)
@@ -114,14 +96,14 @@ def contact_message(contact: LiveContact) -> Message:
         raise SessionFileError(f"a live contact has phase {contact.phase!r}; use one of: {', '.join(PHASES)}")
     bodies = {"body_a": contact.body_a, "body_b": contact.body_b}
     phase = PHASES.index(contact.phase) + 1
-    message = message_class("Contact")(**bodies, phase=phase, point=contact.point or ())
-    set_stamp(message.timestamp, contact.time_ns)
-    return _message(LIVE_CONTACTS, contact.time_ns, message)
+    message = schemas.message_class("Contact")(**bodies, phase=phase, point=contact.point or ())
+    message.timestamp.FromNanoseconds(contact.time_ns)
+    return _message(schemas.LIVE_CONTACTS, contact.time_ns, message)
 
 
 def read_contact(payload: bytes) -> LiveContact:
     """What the live engine reported."""
-    message = message_class("Contact").FromString(payload)
+    message = schemas.message_class("Contact").FromString(payload)
     if not 0 < message.phase <= len(PHASES) or len(message.point) not in (0, 3):
         raise SessionFileError("a message on /contacts/live has no known phase or a point that is not three numbers")
     point = tuple(message.point) or None
@@ -130,23 +112,16 @@ def read_contact(payload: bytes) -> LiveContact:
 
 def hand_message(key: str, time_ns: int, trigger: float, grip: float, buttons: Iterable[tuple[str, bool]]) -> Message:
     """One sample of a hand; ``key`` is ``participant/side``."""
-    message = message_class("Hand")(trigger=trigger, grip=grip)
-    set_stamp(message.timestamp, time_ns)
+    message = schemas.message_class("Hand")(trigger=trigger, grip=grip)
+    message.timestamp.FromNanoseconds(time_ns)
     for name, pressed in buttons:
         message.buttons.add(name=name, pressed=pressed)
-    return _message(HANDS_PREFIX + key, time_ns, message)
-
-
-def hand_messages(key: str, hand: HandTrack) -> Iterator[Message]:
-    """All samples of a hand."""
-    columns = zip(hand.times_ns.tolist(), hand.trigger.tolist(), hand.grip.tolist(), hand.pressed.tolist(), strict=True)
-    for time_ns, trigger, grip, pressed in columns:
-        yield hand_message(key, time_ns, trigger, grip, zip(hand.buttons, pressed, strict=True))
+    return _message(schemas.HANDS_PREFIX + key, time_ns, message)
 
 
 def read_hand(payloads: Iterable[bytes]) -> HandTrack:
     """The samples of one hand in order of time; repeats of a stamp are dropped, an unnamed button is released."""
-    parse = message_class("Hand").FromString
+    parse = schemas.message_class("Hand").FromString
     samples = [parse(payload) for payload in payloads]
     times = np.array([stamp_ns(sample.timestamp) for sample in samples], dtype=np.int64)
     buttons: dict[str, int] = {}
@@ -163,68 +138,57 @@ def read_hand(payloads: Iterable[bytes]) -> HandTrack:
     return HandTrack(stamps, trigger[rows], grip[rows], tuple(buttons), pressed[rows])
 
 
-def track_messages(name: str, track: Track) -> Iterator[Message]:
-    """A faster track in batches."""
-    columns = {"position": track.positions, "quaternion_xyzw": track.quaternions_xyzw, "valid": track.valid}
-    return _batches(TRACKS_PREFIX + name, track.times_ns, columns)
+Columns = Mapping[str, tuple[str, int]]
 
-
-def gaze_messages(participant: str, gaze: GazeTrack) -> Iterator[Message]:
-    """Where a participant looked, in batches."""
-    columns = {"origin": gaze.origins, "direction": gaze.directions, "valid": gaze.valid, "body": gaze.bodies}
-    return _batches(GAZE_PREFIX + participant, gaze.times_ns, columns)
-
-
-def scalar_messages(name: str, scalar: ScalarTrack) -> Iterator[Message]:
-    """A scalar in batches, each with the unit."""
-    return _batches(SCALARS_PREFIX + name, scalar.times_ns, {"value": scalar.values}, unit=scalar.unit)
-
-
-def _batches(topic: str, times_ns: Any, columns: Mapping[str, Any], **of_all: str) -> Iterator[Message]:
-    """Samples in batches; each is stamped with its first sample."""
-    for start in range(0, len(times_ns), BATCH):
-        part = slice(start, start + BATCH)
-        values = {name: np.array(column[part], dtype=_KINDS.get(name)).reshape(-1) for name, column in columns.items()}
-        fields = {name: column.tolist() for name, column in values.items()}
-        message = channel_spec(topic).message(sample_ns=times_ns[part].tolist(), **fields, **of_all)
-        yield _message(topic, int(times_ns[start]), message)
-
+_STREAMS: Mapping[str, tuple[Callable[..., Any], Columns]] = {
+    schemas.TRACKS_PREFIX: (
+        Track, {"position": ("positions", 3), "quaternion_xyzw": ("quaternions_xyzw", 4), "valid": ("valid", 1)},
+    ),
+    schemas.GAZE_PREFIX: (
+        GazeTrack,
+        {"origin": ("origins", 3), "direction": ("directions", 3), "valid": ("valid", 1), "body": ("bodies", 1)},
+    ),
+    schemas.SCALARS_PREFIX: (ScalarTrack, {"value": ("values", 1)}),
+}  # fmt: skip
+"""Prefix of topics -> class of the stream, and field of its messages -> column and numbers per sample."""
 
 _KINDS: Mapping[str, Any] = {"valid": np.bool_, "body": object}
-"""Types of columns that hold no float64."""
+"""Types of fields that hold no float64."""
 
 
-def read_track(payloads: Iterable[bytes]) -> Track:
-    """A faster track in order of time; repeats of a stamp are dropped."""
-    stamps, columns, _ = _samples("TrackSamples", payloads, position=3, quaternion_xyzw=4, valid=1)
-    return Track(stamps, columns["position"], columns["quaternion_xyzw"], columns["valid"])
+def stream_messages(prefix: str, key: str, stream: Any) -> Iterator[Message]:
+    """A hand sample by sample; any other stream in batches, each stamped with its first sample."""
+    if isinstance(stream, HandTrack):
+        numbers = (stream.times_ns.tolist(), stream.trigger.tolist(), stream.grip.tolist(), stream.pressed.tolist())
+        for time_ns, trigger, grip, pressed in zip(*numbers, strict=True):
+            yield hand_message(key, time_ns, trigger, grip, zip(stream.buttons, pressed, strict=True))
+        return
+    columns, unit = _STREAMS[prefix][1], {"unit": stream.unit} if isinstance(stream, ScalarTrack) else {}
+    for start in range(0, len(stream), BATCH):
+        part, fields = slice(start, start + BATCH), {}
+        for name, (column, _) in columns.items():
+            fields[name] = np.array(getattr(stream, column)[part], dtype=_KINDS.get(name)).reshape(-1).tolist()
+        message = schemas.channel_spec(prefix).message(sample_ns=stream.times_ns[part].tolist(), **fields, **unit)
+        yield _message(prefix + key, int(stream.times_ns[start]), message)
 
 
-def read_gaze(payloads: Iterable[bytes]) -> GazeTrack:
-    """Where a participant looked, in order of time; repeats of a stamp are dropped."""
-    stamps, columns, _ = _samples("GazeSamples", payloads, origin=3, direction=3, valid=1, body=1)
-    return GazeTrack(stamps, columns["origin"], columns["direction"], columns["valid"], columns["body"].tolist())
-
-
-def read_scalar(payloads: Iterable[bytes]) -> ScalarTrack:
-    """A scalar in order of time; repeats of a stamp are dropped."""
-    stamps, columns, batches = _samples("ScalarSamples", payloads, value=1)
-    return ScalarTrack(stamps, columns["value"], batches[0].unit if batches else "")
-
-
-def _samples(kind: str, payloads: Iterable[bytes], **widths: int) -> tuple[Any, dict[str, Any], list[Any]]:
-    """Stamps (n,) and columns, (n,) or (n, width), in order of time, and the messages they came in."""
-    batches = [message_class(kind).FromString(payload) for payload in payloads]
-    if any(len(getattr(one, name)) != n * len(one.sample_ns) for one in batches for name, n in widths.items()):
+def read_stream(prefix: str, payloads: Iterable[bytes]) -> Any:
+    """A stream in order of time; repeats of a stamp are dropped."""
+    if prefix == schemas.HANDS_PREFIX:
+        return read_hand(payloads)
+    made, columns = _STREAMS[prefix]
+    message = schemas.channel_spec(prefix).message
+    batches = [message.FromString(payload) for payload in payloads]
+    if any(len(getattr(one, name)) != n * len(one.sample_ns) for one in batches for name, (_, n) in columns.items()):
+        kind = message.DESCRIPTOR.name
         raise SessionFileError(f"a message of {kind} has samples of unequal length; run `replay doctor` on it")
 
     def column(name: str, kind: Any) -> Any:
         return np.concatenate([np.zeros(0, kind), *(np.array(getattr(one, name), kind) for one in batches)])
 
-    times = column("sample_ns", np.int64)
-    stamps, rows = np.unique(times, return_index=True)
-    columns = {}
-    for name, width in widths.items():
+    stamps, rows = np.unique(column("sample_ns", np.int64), return_index=True)
+    given: dict[str, Any] = {"unit": batches[0].unit if batches else ""} if made is ScalarTrack else {}
+    for name, (attribute, width) in columns.items():
         values = column(name, _KINDS.get(name, np.float64))
-        columns[name] = values.reshape(-1, width)[rows] if width > 1 else values[rows]
-    return stamps, columns, batches
+        given[attribute] = values.reshape(-1, width)[rows] if width > 1 else values[rows]
+    return made(stamps, **given)

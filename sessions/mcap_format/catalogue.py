@@ -6,7 +6,6 @@ without an index, or with messages outside chunks, is read the same way.
 
 import io
 import struct
-import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -16,12 +15,10 @@ from typing import Any, BinaryIO
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Footer, Header, Metadata, Schema
+from mcap.records import Channel, Header, Metadata, Schema
 
 from sessions.errors import SessionFileError
-from sessions.mcap_format.container import MAGIC
-from sessions.mcap_format.limits import MOST_CHANNELS, Room
-from sessions.mcap_format.record_block import CHUNK_HEAD, HEAD
+from sessions.mcap_format.container import CHUNK_HEAD, HEAD, MAGIC
 from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import TF, channel_spec
 
@@ -34,10 +31,15 @@ ATTACHMENT_LIMIT_BYTES = 1 << 30
 # Messages outside chunks are read in runs of about this many bytes.
 RUN_BYTES = 1 << 20
 
-
+# A file of n bytes may unpack to so much, hold so many messages, and so many samples (frames times bodies), so that
+# reading costs at most 100 MB + 50 n. A minute of twelve bodies at rest unpacks to 24 n, with n / 25 messages and n / 4
+# samples; no session comes near.
+MOST_UNPACKED, UNPACKED_PER_BYTE = 32 << 20, 100
+MOST_MESSAGES, BYTES_PER_MESSAGE = 100_000, 4
+MOST_SAMPLES = 250_000
+MOST_CHANNELS = 2048
 # A compression with a longer name is damage; the specification knows "zstd" and "lz4".
 NAME_LIMIT_BYTES = 64
-FOOTER_BYTES = HEAD.size + 20
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,10 @@ class Region:
     """Log times that the chunk declares."""
     messages: int | None = None
     """How many it holds, once it was read."""
+    indexed: int | None = None
+    """How many its message index lists, where it has one."""
+    truncated: bool = False
+    """The file ends inside it."""
 
 
 def chunk_region(start: int, content: bytes) -> Region | None:
@@ -87,35 +93,16 @@ def chunk_region(start: int, content: bytes) -> Region | None:
     return Region(start + HEAD.size + after + 8, length, name, size, crc, None, start, first, last)
 
 
-def read_attachment(content: bytes) -> tuple[Attachment, bool] | None:
-    """An attachment record, and whether a checksum proves it right (0 means: none); ``None`` when it is damaged."""
-    stream = io.BytesIO(content)
-    try:
-        found = Attachment.read(ReadDataStream(stream))
-    except (McapError, struct.error, ValueError, OverflowError):
-        return None
-    stated = int.from_bytes(content[-4:], "little")
-    if stream.tell() != len(content) or (stated and zlib.crc32(content[:-4]) != stated):
-        return None
-    return found, bool(stated)
-
-
-def read_footer(stream: BinaryIO) -> tuple[int, bytes, Footer] | None:
-    """Where the footer record begins, its bytes, and what it says; ``None`` where the file does not end in one."""
-    place = stream.seek(0, io.SEEK_END) - len(MAGIC) - FOOTER_BYTES
-    if place < len(MAGIC):
-        return None
-    stream.seek(place)
-    record = stream.read(FOOTER_BYTES)
-    if HEAD.unpack_from(record) != (Opcode.FOOTER, 20):
-        return None
-    return place, record, Footer.read(ReadDataStream(io.BytesIO(record[HEAD.size :])))
-
-
 @dataclass
-class Catalogue(Room):
-    """Everything in a file but the messages."""
+class Catalogue:
+    """Everything in a file but the messages, and the room that a file of ``size`` bytes has for these."""
 
+    path: Path
+    size: int = 0
+    unpacked: int = 0
+    """Bytes of the regions read so far."""
+    messages: int = 0
+    """Messages in them."""
     profile: str = ""
     regions: list[Region] = field(default_factory=list)
     schemas: dict[int, str] = field(default_factory=dict)
@@ -125,6 +112,8 @@ class Catalogue(Room):
     metadata: list[tuple[str, dict[str, str]]] = field(default_factory=list)
     tear: int | None = None
     """Byte at which the file is cut short, or ``None``."""
+    run: Region | None = None
+    """The messages outside chunks that the next one joins."""
 
     def declare(self, opcode: int, content: bytes) -> None:
         """Take in a schema or channel record, wherever it was met."""
@@ -172,6 +161,85 @@ class Catalogue(Room):
         except (McapError, struct.error, UnicodeDecodeError, OverflowError):
             raise refused(self.path, "unreadable", f"a {kind.__name__} record is damaged") from None
 
+    @property
+    def most_samples(self) -> int:
+        """Frames times bodies that the file may hold."""
+        return MOST_SAMPLES + self.size
+
+    @property
+    def messages_left(self) -> int:
+        """Messages that the regions not yet read may hold."""
+        return MOST_MESSAGES + self.size // BYTES_PER_MESSAGE - self.messages
+
+    def check_unpacked(self, region: Region) -> None:
+        """Refuse a region with which the file unpacks to more than a recording does."""
+        if region.messages is None and self.unpacked + region.size > MOST_UNPACKED + UNPACKED_PER_BYTE * self.size:
+            most = MOST_UNPACKED + UNPACKED_PER_BYTE * self.size
+            raise refused(self.path, "too-much", f"its {self.size:,} bytes unpack to more than the {most:,} allowed")
+
+    def note(self, region: Region, messages: int) -> None:
+        """Count what a region holds, once."""
+        if region.messages is None:
+            region.messages = messages
+            self.unpacked += region.size
+            self.messages += messages
+
+    def enter(self, stream: BinaryIO, opcode: int, at: int, length: int) -> None:
+        """Take in the record at byte ``at``, of whose content, ``length`` bytes, the stream stands at the first one."""
+        if opcode == Opcode.MESSAGE:
+            self._message(at, length, int.from_bytes(stream.read(2), "little"))
+            return
+        self.run = None
+        if opcode == Opcode.CHUNK:
+            self._chunk(at, length, stream.read(min(length, CHUNK_HEAD.size + NAME_LIMIT_BYTES + 8)))
+        elif opcode == Opcode.MESSAGE_INDEX and self.regions and length >= 6:
+            channel, entries = struct.unpack("<HI", stream.read(6))
+            region = self.regions[-1]
+            region.indexed = (region.indexed or 0) + entries // 16
+            region.channels = region.channels or set()
+            if entries:
+                region.channels.add(channel)
+        elif opcode == Opcode.ATTACHMENT:
+            self._attachment(stream, at + HEAD.size, length)
+        elif opcode in DECLARING:
+            self._bound(opcode, length, SMALL_RECORD_BYTES)
+            self.take(opcode, stream.read(length))
+
+    def _message(self, at: int, length: int, channel: int) -> None:
+        """Join records outside chunks into runs that are read at once."""
+        if self.run is None or self.run.length > RUN_BYTES:
+            self.run = Region(at, 0, "", 0, 0, set())
+            self.regions.append(self.run)
+        self.run.length += HEAD.size + length
+        self.run.size = self.run.length
+        self._bound(Opcode.MESSAGE, self.run.size, CHUNK_LIMIT_BYTES)
+        if self.run.channels is not None:
+            self.run.channels.add(channel)
+
+    def _chunk(self, at: int, length: int, head: bytes) -> None:
+        region = chunk_region(at, head)
+        if region is None or region.offset + region.length > at + HEAD.size + length:
+            raise self._damaged("chunk", at + HEAD.size)
+        self._bound(Opcode.CHUNK, region.size, CHUNK_LIMIT_BYTES)
+        self.regions.append(region)
+
+    def _attachment(self, stream: BinaryIO, start: int, length: int) -> None:
+        self._bound(Opcode.ATTACHMENT, length, ATTACHMENT_LIMIT_BYTES)
+        head = stream.read(min(length, 20))
+        name_length = int.from_bytes(head[16:], "little")
+        if len(head) < 20 or name_length > length:
+            raise self._damaged("attachment", start)
+        name = stream.read(name_length).decode("utf-8", errors="replace")
+        self.attachments[name] = (start, length)
+
+    def _bound(self, opcode: int, size: int, limit: int) -> None:
+        if size > limit:
+            what = f"a {Opcode(opcode).name.lower()} record declares {size} bytes, more than the {limit} allowed"
+            raise refused(self.path, "unreadable", what)
+
+    def _damaged(self, what: str, at: int) -> SessionFileError:
+        return refused(self.path, "unreadable", f"the {what} at byte {at} is damaged")
+
 
 DECLARING = {Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA}  # Small records that say what the file is
 
@@ -187,7 +255,18 @@ def read_catalogue(path: Path) -> Catalogue:
         stream.seek(0)
         if stream.read(len(MAGIC)) != MAGIC:
             raise refused(path, "unreadable", "its first bytes are damaged")
-        return _Walk(path, stream, size).run()
+        found, at = Catalogue(path, size), len(MAGIC)
+        while True:
+            stream.seek(at)
+            head = stream.read(HEAD.size)
+            opcode, length = HEAD.unpack(head) if len(head) == HEAD.size else (0, size)
+            after = at + HEAD.size + length
+            if after > size or opcode == Opcode.FOOTER:
+                whole = after <= size and stream.seek(after) and stream.read(len(MAGIC)) == MAGIC
+                found.tear = None if whole else at
+                return found
+            found.enter(stream, opcode, at, length)
+            at = after
 
 
 def check_magic(path: Path, stream: BinaryIO) -> None:
@@ -211,82 +290,3 @@ def opened(path: Path) -> Iterator[BinaryIO]:
         raise SessionFileError(
             f"session file {path} cannot be read ({error.strerror or error}); check the path and who may read it"
         ) from None
-
-
-class _Walk:
-    def __init__(self, path: Path, stream: BinaryIO, size: int) -> None:
-        self._stream, self._size = stream, size
-        self._found = Catalogue(path, size)
-        self._run: Region | None = None
-
-    def run(self) -> Catalogue:
-        at = len(MAGIC)
-        while True:
-            self._stream.seek(at)
-            head = self._stream.read(HEAD.size)
-            opcode, length = HEAD.unpack(head) if len(head) == HEAD.size else (0, self._size)
-            if at + HEAD.size + length > self._size:
-                self._found.tear = at
-                return self._found
-            if opcode == Opcode.FOOTER:
-                whole = self._stream.seek(at + HEAD.size + length) and self._stream.read(len(MAGIC)) == MAGIC
-                self._found.tear = None if whole else at
-                return self._found
-            self._record(opcode, at, length)
-            at += HEAD.size + length
-
-    def _record(self, opcode: int, at: int, length: int) -> None:
-        if opcode == Opcode.MESSAGE:
-            self._message(at, length)
-            return
-        self._run = None
-        if opcode == Opcode.CHUNK:
-            self._chunk(at, length)
-        elif opcode == Opcode.MESSAGE_INDEX and self._found.regions and length >= 6:
-            channel, entries = struct.unpack("<HI", self._stream.read(6))
-            region = self._found.regions[-1]
-            region.channels = region.channels or set()
-            if entries:
-                region.channels.add(channel)
-        elif opcode == Opcode.ATTACHMENT:
-            self._attachment(at + HEAD.size, length)
-        elif opcode in DECLARING:
-            self._bound(opcode, length, SMALL_RECORD_BYTES)
-            self._found.take(opcode, self._stream.read(length))
-
-    def _message(self, at: int, length: int) -> None:
-        """Join records outside chunks into runs that are read at once."""
-        channel = int.from_bytes(self._stream.read(2), "little")
-        run = self._run
-        if run is None or run.length > RUN_BYTES:
-            self._run = run = Region(at, 0, "", 0, 0, set())
-            self._found.regions.append(run)
-        run.length += HEAD.size + length
-        run.size = run.length
-        self._bound(Opcode.MESSAGE, run.size, CHUNK_LIMIT_BYTES)
-        if run.channels is not None:
-            run.channels.add(channel)
-
-    def _chunk(self, at: int, length: int) -> None:
-        region = chunk_region(at, self._stream.read(min(length, CHUNK_HEAD.size + NAME_LIMIT_BYTES + 8)))
-        if region is None or region.offset + region.length > at + HEAD.size + length:
-            raise self._damaged("chunk", at + HEAD.size)
-        self._bound(Opcode.CHUNK, region.size, CHUNK_LIMIT_BYTES)
-        self._found.regions.append(region)
-
-    def _attachment(self, start: int, length: int) -> None:
-        self._bound(Opcode.ATTACHMENT, length, ATTACHMENT_LIMIT_BYTES)
-        head = self._stream.read(min(length, 20))
-        name_length = int.from_bytes(head[16:], "little")
-        if len(head) < 20 or name_length > length:
-            raise self._damaged("attachment", start)
-        name = self._stream.read(name_length).decode("utf-8", errors="replace")
-        self._found.attachments[name] = (start, length)
-
-    def _bound(self, opcode: int, size: int, limit: int) -> None:
-        if size > limit:
-            what = f"a {Opcode(opcode).name.lower()} record declares {size} bytes, more than the {limit} allowed"
-            raise refused(self._found.path, "unreadable", what)
-
-    def _damaged(self, what: str, at: int) -> SessionFileError:
-        return refused(self._found.path, "unreadable", f"the {what} at byte {at} is damaged")

@@ -1,46 +1,73 @@
 """One MCAP file opened for reading: its messages by topic, its attachments, and its frames block by block."""
 
+import io
+import struct
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import BinaryIO
 
-from sessions.errors import SessionFileError
-from sessions.mcap_format.catalogue import Catalogue, read_attachment, read_catalogue
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Footer
+
+from sessions.mcap_format.catalogue import read_catalogue
+from sessions.mcap_format.container import HEAD, MAGIC
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import PROFILE_FAMILY, TF, TRACKING
 from sessions.mcap_format.unpacking import MessageTable, read_region, together
 from sessions.model.frames import Frames
 
+FOOTER_BYTES = HEAD.size + 20
+
+
+def read_attachment(content: bytes) -> tuple[Attachment, bool] | None:
+    """An attachment record, and whether a checksum proves it right (0 means: none); ``None`` when it is damaged."""
+    stream = io.BytesIO(content)
+    try:
+        found = Attachment.read(ReadDataStream(stream))
+    except (McapError, struct.error, ValueError, OverflowError):
+        return None
+    stated = int.from_bytes(content[-4:], "little")
+    if stream.tell() != len(content) or (stated and zlib.crc32(content[:-4]) != stated):
+        return None
+    return found, bool(stated)
+
+
+def read_footer(stream: BinaryIO) -> tuple[int, bytes, Footer] | None:
+    """Where the footer record begins, its bytes, and what it says; ``None`` where the file does not end in one."""
+    place = stream.seek(0, io.SEEK_END) - len(MAGIC) - FOOTER_BYTES
+    if place < len(MAGIC):
+        return None
+    stream.seek(place)
+    record = stream.read(FOOTER_BYTES)
+    if HEAD.unpack_from(record) != (Opcode.FOOTER, 20):
+        return None
+    return place, record, Footer.read(ReadDataStream(io.BytesIO(record[HEAD.size :])))
+
 
 class McapFile:
     """A file whose records have been listed; it is closed between calls."""
 
     def __init__(self, path: Path) -> None:
-        self.catalogue: Catalogue = read_catalogue(path)
+        self.path, self.catalogue = path, read_catalogue(path)
         if self.catalogue.tear is not None and self.catalogue.regions:
             # The message index of the last whole chunk may be cut short, so what it lists may not be all.
             self.catalogue.regions[-1].channels = None
         # The regions that speak of channels which no record outside chunks has declared are unpacked now.
-        with self.catalogue.path.open("rb") as stream:
+        with self.path.open("rb") as stream:
             for region in self.catalogue.regions:
                 known = self.catalogue.channels.keys()
                 if not known or (region.channels is not None and region.channels - known):
                     read_region(stream, region, self.catalogue)
 
     @property
-    def path(self) -> Path:
-        """The file."""
-        return self.catalogue.path
-
-    @property
     def own(self) -> bool:
         """Whether it is of our profile, of any version."""
         return self.catalogue.profile.startswith(PROFILE_FAMILY)
-
-    def refused(self, code: str, what: str) -> SessionFileError:
-        """One sentence about this file, with the cure."""
-        return refused(self.catalogue.path, code, what)
 
     def tables(self, *topics: str, backwards: bool = False) -> Iterator[MessageTable]:
         """The regions that may hold messages of these topics, in file order; no other is unpacked."""
@@ -49,7 +76,7 @@ class McapFile:
         wanted = [region for region in regions if region.channels is None or region.channels & ids]
         if not ids or not wanted:
             return
-        with self.catalogue.path.open("rb") as stream:
+        with self.path.open("rb") as stream:
             read = (read_region(stream, region, self.catalogue) for region in wanted)
             yield from read if backwards else together(read)
 
@@ -77,17 +104,12 @@ class McapFile:
         if name not in self.catalogue.attachments:
             return None
         offset, length = self.catalogue.attachments[name]
-        with self.catalogue.path.open("rb") as stream:
+        with self.path.open("rb") as stream:
             stream.seek(offset)
             found = read_attachment(stream.read(length))
         if found is None:
-            raise self.refused("damaged-attachment", f"the attachment {name!r} is damaged")
+            raise refused(self.path, "damaged-attachment", f"the attachment {name!r} is damaged")
         return bytes(found[0].data)
-
-    def decoder(self, names: tuple[str, ...] | None) -> FrameDecoder:
-        """A decoder of this file's frames; ``None``: columns are added as bodies appear."""
-        ids = self.catalogue.ids
-        return FrameDecoder(str(self.catalogue.path), ids(TF), ids(TRACKING), names, self.catalogue.most_samples)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +122,7 @@ class McapFrames:
     def blocks(self, frames: int) -> Iterator[Frames]:
         """All frames in file order, in blocks of this many (the last may be shorter)."""
         held: list[Frames] = []
-        decoder = self.file.decoder(self.names)
+        decoder = FrameDecoder(self.file.catalogue, self.names)
         for part in (part for table in self.file.tables(TF, TRACKING) for part in decoder.decode(table)):
             held.append(part)
             while sum(map(len, held)) >= frames:

@@ -1,6 +1,5 @@
 """Messages of a whole chunk to frames at once, each sample with the validity that /tracking gives it."""
 
-import sys
 from collections import Counter
 from collections.abc import Iterator
 from copy import copy
@@ -10,10 +9,11 @@ from google.protobuf.message import DecodeError
 from numpy.typing import NDArray
 
 from sessions.errors import SessionFileError
+from sessions.mcap_format.catalogue import Catalogue
 from sessions.mcap_format.metadata import MAX_BODIES
 from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES
 from sessions.mcap_format.refusals import refused
-from sessions.mcap_format.schemas import message_class
+from sessions.mcap_format.schemas import TF, TRACKING, message_class
 from sessions.mcap_format.transform_reading import BodySamples, TransformReader
 from sessions.mcap_format.unpacking import MessageTable
 from sessions.model.frames import Frames, Status
@@ -31,15 +31,12 @@ _Identity = tuple[int, int, int]
 class FrameDecoder:
     """Decodes regions in file order; remembers layouts, and the validity note that waits for its frame.
 
-    ``where`` names the file in errors, ``tf`` and ``tracking`` are the channel ids of the two topics, and ``names`` the
-    bodies, one per column; without them columns are added as bodies appear. More than ``most`` frames times bodies are
-    refused.
+    ``names`` are the bodies, one per column; ``None``: columns are added as bodies appear. More frames times bodies
+    than the file has room for are refused.
     """
 
-    def __init__(
-        self, where: str, tf: set[int], tracking: set[int], names: tuple[str, ...] | None, most: int = sys.maxsize
-    ) -> None:
-        self._where, self._tf, self._tracking = where, tf, tracking
+    def __init__(self, catalogue: Catalogue, names: tuple[str, ...] | None) -> None:
+        self._where, self._tf, self._tracking = catalogue.path, catalogue.ids(TF), catalogue.ids(TRACKING)
         self._grow = names is None
         self._columns = {name: column for column, name in enumerate(names or ())}
         self._parent: str | None = None
@@ -47,7 +44,7 @@ class FrameDecoder:
         self._notes: dict[bytes, list[tuple[str, int]]] = {}
         self._pending: tuple[_Identity, bytes] | None = None
         self.doubled = Counter[str]()
-        self._samples_left = most
+        self._samples_left = catalogue.most_samples
 
     def fork(self) -> "FrameDecoder":
         """A decoder that goes on from here and leaves this one as it is."""

@@ -17,7 +17,7 @@ from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from sessions.errors import SessionFileError
-from sessions.mcap_format.record_block import LENGTH_BEFORE_DATA, MESSAGE_HEADER, RecordBlock
+from sessions.mcap_format.container import LENGTH_BEFORE_DATA, MESSAGE_HEADER, RecordBlock
 from sessions.mcap_format.schemas import WORLD, message_class
 from sessions.model.frames import Frames, Status
 

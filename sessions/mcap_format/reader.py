@@ -12,39 +12,10 @@ from typing import Any, Generic, TypeVar
 from google.protobuf.message import DecodeError
 
 from sessions.errors import MeshFileError, SessionError, SessionFileError, TornFileError
-from sessions.mcap_format.annotations import (
-    read_contact,
-    read_event,
-    read_gaze,
-    read_hand,
-    read_intervals,
-    read_scalar,
-    read_track,
-)  # fmt: skip
+from sessions.mcap_format import annotations, metadata, schemas
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
-from sessions.mcap_format.metadata import (
-    BODIES_RECORD,
-    DECLARED,
-    SESSION_RECORD,
-    collider_name,
-    mesh_file,
-    metadata_of,
-    migrated,
-    names_of,
-)  # fmt: skip
+from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.refusals import refused
-from sessions.mcap_format.schemas import (
-    EVENTS,
-    GAZE_PREFIX,
-    HANDS_PREFIX,
-    INTERVALS,
-    LIVE_CONTACTS,
-    SCALARS_PREFIX,
-    STREAMS,
-    TF,
-    TRACKS_PREFIX,
-    topic_key,
-)  # fmt: skip
 from sessions.mcap_format.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
 from sessions.model.constants import SCENE_FACT
@@ -86,13 +57,13 @@ def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | 
         McapFrames(file, listed_names(file) if file.own else _scanned_names(file)),
         {name: attached_mesh(file, name, expected) for name, expected in hashes.items()},
         attached_scene(file) if scene is None else Scene(),
-        events=part(file, EVENTS),
-        intervals=part(file, INTERVALS),
+        events=part(file, schemas.EVENTS),
+        intervals=part(file, schemas.INTERVALS),
         facts=facts,
         origin=str(path),
-        live_contacts=LazySequence(partial(part, file, LIVE_CONTACTS)),
+        live_contacts=LazySequence(partial(part, file, schemas.LIVE_CONTACTS)),
         colliders=attached_colliders(file),
-        **{name: _streams(file, prefix) for prefix, name in STREAMS.items()},
+        **{name: _streams(file, prefix) for prefix, name in schemas.STREAMS.items()},
     )
     if scene is None:
         return session
@@ -102,30 +73,28 @@ def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | 
 
 
 def _streams(file: McapFile, prefix: str) -> Any:
-    return LazyMapping(file.topics_below(prefix), partial(_below, file, prefix))
-
-
-def _below(file: McapFile, prefix: str, key: str) -> Any:
-    return part(file, prefix + key)
+    return LazyMapping(file.topics_below(prefix), partial(part, file, prefix))
 
 
 def session_facts(file: McapFile) -> tuple[dict[str, str], dict[str, str]]:
     """The facts of a session, and mesh name -> SHA-256."""
     profile = file.catalogue.profile
     if not file.own:
-        return {"format": "foreign", "profile": profile or "none", **DECLARED}, {}
-    return metadata_of(migrated(file.catalogue.metadata_record(SESSION_RECORD) or {}, profile, file.path))
+        return {"format": "foreign", "profile": profile or "none", **metadata.DECLARED}, {}
+    return metadata.metadata_of(
+        metadata.migrated(file.catalogue.metadata_record(metadata.SESSION_RECORD) or {}, profile, file.path)
+    )
 
 
 def listed_names(file: McapFile) -> tuple[str, ...]:
     """The bodies that a file of the profile lists."""
-    return names_of(file.catalogue.metadata_record(BODIES_RECORD), file.path)
+    return metadata.names_of(file.catalogue.metadata_record(metadata.BODIES_RECORD), file.path)
 
 
 def _scanned_names(file: McapFile) -> tuple[str, ...]:
     """The bodies of a foreign file, which lists them nowhere: one pass over its poses."""
-    decoder = file.decoder(None)
-    for table in file.tables(TF):
+    decoder = FrameDecoder(file.catalogue, None)
+    for table in file.tables(schemas.TF):
         for _ in decoder.decode(table):
             pass
     return decoder.names
@@ -139,33 +108,31 @@ def _missing(file: McapFile) -> str:
 
 def attached_mesh(file: McapFile, name: str, expected: str) -> MeshData:
     """The mesh of a body; ``expected`` is its SHA-256."""
-    from sessions.meshes.mesh_files import mesh_from_bytes
-
-    data = file.attachment(mesh_file(name))
+    data = file.attachment(metadata.mesh_file(name))
     if data is None:
-        raise file.refused("mesh-unreadable", f"the mesh of {name!r} is not in the file")
+        raise refused(file.path, "mesh-unreadable", f"the mesh of {name!r} is not in the file")
     if (found := hashlib.sha256(data).hexdigest()) != expected:
         what = f"the mesh of {name!r} is not the one that was recorded (SHA-256 {found[:12]!r}, not {expected[:12]!r})"
-        raise file.refused("mesh-hash", what)
+        raise refused(file.path, "mesh-hash", what)
+    return _mesh(file, data)
+
+
+def _mesh(file: McapFile, data: bytes) -> MeshData:
+    from sessions.meshes.mesh_files import mesh_from_bytes
+
     try:
         return mesh_from_bytes(data, "glb")
-    except SessionError as error:
+    except MeshFileError as error:
         raise _coded(file, mesh_code(error), error) from None
 
 
 def attached_colliders(file: McapFile) -> dict[str, tuple[MeshData, ...]]:
     """Body -> its colliders, in the order of their numbers."""
-    from sessions.meshes.mesh_files import mesh_from_bytes
-
     found: dict[str, dict[int, MeshData]] = {}
     for attachment in file.catalogue.attachments:
-        place = collider_name(attachment)
-        if place is None:
-            continue
-        try:
-            found.setdefault(place[0], {})[place[1]] = mesh_from_bytes(file.attachment(attachment) or b"", "glb")
-        except MeshFileError as error:
-            raise _coded(file, mesh_code(error), error) from None
+        place = metadata.collider_name(attachment)
+        if place is not None:
+            found.setdefault(place[0], {})[place[1]] = _mesh(file, file.attachment(attachment) or b"")
     return {name: tuple(solids[number] for number in sorted(solids)) for name, solids in found.items()}
 
 
@@ -198,35 +165,38 @@ def _coded(file: McapFile, code: str, error: SessionError) -> SessionFileError:
 Messages = list[tuple[int, bytes]]
 """(publish_ns, payload) of a topic, in file order."""
 
+
+def _stream(prefix: str, found: Messages, _last_ns: int) -> Any:
+    return annotations.read_stream(prefix, (payload for _, payload in found))
+
+
 _PARTS: dict[str, Callable[[Messages, int], Any]] = {
-    EVENTS: lambda found, _: tuple(read_event(payload, time_ns) for time_ns, payload in found),
-    INTERVALS: lambda found, last_ns: read_intervals((payload for _, payload in found), last_ns),
-    LIVE_CONTACTS: lambda found, _: tuple(read_contact(payload) for _, payload in found),
-    HANDS_PREFIX: lambda found, _: read_hand(payload for _, payload in found),
-    TRACKS_PREFIX: lambda found, _: read_track(payload for _, payload in found),
-    GAZE_PREFIX: lambda found, _: read_gaze(payload for _, payload in found),
-    SCALARS_PREFIX: lambda found, _: read_scalar(payload for _, payload in found),
+    schemas.EVENTS: lambda found, _: tuple(annotations.read_event(payload, time_ns) for time_ns, payload in found),
+    schemas.INTERVALS: lambda found, last_ns: annotations.read_intervals((payload for _, payload in found), last_ns),
+    schemas.LIVE_CONTACTS: lambda found, _: tuple(annotations.read_contact(payload) for _, payload in found),
+    **{prefix: partial(_stream, prefix) for prefix in schemas.STREAMS},
 }
 """Topic, or prefix of topics, beside those of the poses -> what a session makes of its messages."""
 
 
 def is_part(topic: str) -> bool:
     """Whether a session holds the messages of a topic, other than poses."""
-    return topic_key(topic) in _PARTS
+    return schemas.topic_key(topic) in _PARTS
 
 
 def read_part(where: Path, topic: str, messages: Messages, last_ns: int = 0) -> Any:
     """What a session makes of the messages of a topic; ``last_ns`` ends intervals that do not."""
     try:
-        return _PARTS[topic_key(topic)](messages, last_ns)
+        return _PARTS[schemas.topic_key(topic)](messages, last_ns)
     except (DecodeError, ValueError, OverflowError, SessionError):
         raise refused(where, "bad-message", f"a message on {topic} is not what its schema says") from None
 
 
-def part(file: McapFile, topic: str) -> Any:
-    """What a session holds of a topic."""
+def part(file: McapFile, prefix: str, key: str = "") -> Any:
+    """What a session holds of the topic ``prefix`` and ``key`` together."""
+    topic = prefix + key
     messages = list(file.payloads(topic))
-    last_ns = (file.last_stamp() or 0) if messages and topic == INTERVALS else 0
+    last_ns = (file.last_stamp() or 0) if messages and topic == schemas.INTERVALS else 0
     return read_part(file.path, topic, messages, last_ns)
 
 

@@ -9,7 +9,6 @@ had not yet put on the disk.
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
-from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -20,16 +19,14 @@ from numpy.typing import ArrayLike
 from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
-from sessions.mcap_format.frame_batch import FrameBatch, Poses, nanoseconds, pose_values
 from sessions.mcap_format.metadata import MAX_BODIES
-from sessions.mcap_format.recording_file import RecordingFile
-from sessions.model.event import Event, Interval
+from sessions.mcap_format.recording_file import Poses, RecordedFrame, RecordingFile, frames_of, nanoseconds, pose_values
+from sessions.mcap_format.schemas import GAZE_PREFIX, SCALARS_PREFIX, TRACKS_PREFIX
+from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.frames import Status
-from sessions.model.live_contact import LiveContact
 from sessions.model.scene import Scene
 from sessions.model.session import mesh_of
-from sessions.model.streams import GazeTrack, ScalarTrack
-from sessions.model.track import Track
+from sessions.model.track import GazeTrack, Samples, ScalarTrack, Track
 
 if TYPE_CHECKING:
     from sessions.model.session import MeshLike
@@ -73,7 +70,8 @@ class Recorder:
         given = {name: mesh_of(name, mesh) for name, mesh in (meshes or {}).items()}
         self._file = RecordingFile(Path(path), scene or Scene(), given, dict(facts or {}), overwrite=overwrite)
         self._changed = threading.Condition()
-        self._batch = FrameBatch((), FRAMES_WAITING)
+        self._names: dict[str, None] = {}
+        self._frames: list[RecordedFrame] = []
         self._messages: list[tuple[int, Message]] = []
         self._hurry, self._closing = False, False
         self._failure: BaseException | None = None
@@ -114,10 +112,10 @@ class Recorder:
             if name not in poses:
                 raise SessionError(f"{name!r} has no pose in this frame; give its last pose, or leave it out of `lost`")
         with self._changed:
-            self._wait_while(lambda: self._batch.full or (self._batch.count > 0 and not self._batch.knows(names)))
-            if not self._batch.knows(names):
+            self._wait_while(lambda: len(self._frames) >= FRAMES_WAITING)
+            if not poses.keys() <= self._names.keys():
                 self._add_bodies(names)
-            self._batch.add(names, values, stamp, log, status, samples)
+            self._frames.append(RecordedFrame(names, values, stamp, log, status, samples))
 
     def hand(
         self,
@@ -187,7 +185,7 @@ class Recorder:
         valid: ArrayLike | None = None,
     ) -> None:
         """Record samples of a body that is tracked faster than the frames come; (n,), (n, 3), (n, 4), (n,)."""
-        self._put_all(messages.track_messages(name, Track(times_ns, positions, quaternions_xyzw, valid)))
+        self._put_stream(TRACKS_PREFIX, name, Track(times_ns, positions, quaternions_xyzw, valid))
 
     def gaze(
         self,
@@ -201,11 +199,11 @@ class Recorder:
     ) -> None:
         """Record where a participant looks, in the world; ``body``: the first one hit, where the program knows it."""
         looked = GazeTrack([nanoseconds(stamp_ns)], np.array([origin]), np.array([direction]), [valid], [body])
-        self._put_all(messages.gaze_messages(participant, looked))
+        self._put_stream(GAZE_PREFIX, participant, looked)
 
     def scalar(self, stamp_ns: int, name: str, value: float, unit: str = "") -> None:
         """Record a number, such as a heart rate."""
-        self._put_all(messages.scalar_messages(name, ScalarTrack([nanoseconds(stamp_ns)], [value], unit)))
+        self._put_stream(SCALARS_PREFIX, name, ScalarTrack([nanoseconds(stamp_ns)], [value], unit))
 
     def close(self) -> None:
         """Write what waits, the index, and give the file its name; a second call does nothing.
@@ -219,8 +217,6 @@ class Recorder:
             self._closing = True
             self._changed.notify_all()
         self._thread.join()
-        if self._failure is None:
-            self._guarded(self._file.finish)
         self._file.close()
         self._raise_failure()
 
@@ -232,8 +228,8 @@ class Recorder:
     ) -> None:
         self.close()
 
-    def _put_all(self, made: Iterable[Message]) -> None:
-        for message in made:
+    def _put_stream(self, prefix: str, key: str, stream: Samples) -> None:
+        for message in messages.stream_messages(prefix, key, stream):
             self._put(message, None)
 
     def _put(self, message: Message, log_ns: int | None) -> None:
@@ -255,35 +251,32 @@ class Recorder:
             self._changed.wait()
 
     def _add_bodies(self, names: tuple[str, ...]) -> None:
-        known = tuple(dict.fromkeys(self._batch.names + names))
+        known = dict.fromkeys([*self._names, *names])
         if len(known) > MAX_BODIES:
             raise SessionError(f"{len(known)} bodies are recorded; {MAX_BODIES} are allowed")
         try:
             "".join(known).encode()
         except (TypeError, UnicodeEncodeError):
             raise SessionError(f"bodies {list(names)!r} are not all named by text; give str names") from None
-        self._batch = FrameBatch(known, FRAMES_WAITING)
-        self._batch.knows(names)
+        self._names = known
 
     def _write(self) -> None:
         """The writing thread: take what waits, write it, and so on until closed or failed."""
         closing = False
-        while not closing and self._failure is None:
-            with self._changed:
-                self._changed.wait_for(lambda: self._hurry or self._closing, timeout=FLUSH_SECONDS)
-                closing, self._hurry = self._closing, False
-                frames, messages = self._batch.frames(), self._messages
-                self._batch, self._messages = FrameBatch(self._batch.names, FRAMES_WAITING), []
-                self._changed.notify_all()
-            self._guarded(partial(self._file.write, frames, messages))
-        with self._changed:
-            self._changed.notify_all()
-
-    def _guarded(self, write: Callable[[], None]) -> None:
         try:
-            write()
+            while not closing:
+                with self._changed:
+                    self._changed.wait_for(lambda: self._hurry or self._closing, timeout=FLUSH_SECONDS)
+                    closing, self._hurry = self._closing, False
+                    names, frames, messages = tuple(self._names), self._frames, self._messages
+                    self._frames, self._messages = [], []
+                    self._changed.notify_all()
+                self._file.write(frames_of(names, frames), messages)
+            self._file.finish()
         except BaseException as error:
             self._failure = error
+        with self._changed:
+            self._changed.notify_all()
 
     def _raise_failure(self) -> None:
         if isinstance(self._failure, OSError):

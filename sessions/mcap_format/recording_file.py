@@ -1,18 +1,25 @@
 """The file behind a recorder: each call leaves one more whole chunk in it, and its name appears when it is finished."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from operator import index
 from pathlib import Path
+from typing import Any, NamedTuple
 
-from sessions.errors import SessionFileError
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format.annotations import Message
 from sessions.mcap_format.writer import SessionWriter
 from sessions.mesh_data import MeshData
-from sessions.model.frames import Frames
+from sessions.model.frames import Frames, Status
 from sessions.model.scene import Scene
 from sessions.whole_files import abandoned, locks, place
 
 PARTIAL = ".partial"
+
+Poses = Mapping[str, tuple[Sequence[float] | NDArray[Any], Sequence[float] | NDArray[Any]]]
 
 
 class RecordingFile:
@@ -44,7 +51,8 @@ class RecordingFile:
             self._writer = SessionWriter(self._stream, scene, meshes, metadata, self._names)
             self._stream.flush()
         except BaseException:
-            self.abandon()
+            self._stream.close()
+            self.partial.unlink(missing_ok=True)
             raise
 
     def write(self, frames: Frames, messages: list[tuple[int, Message]]) -> None:
@@ -72,7 +80,64 @@ class RecordingFile:
         """Let go of the file as it is; what is in it stays."""
         self._stream.close()
 
-    def abandon(self) -> None:
-        """Remove a file in which nothing was recorded."""
-        self._stream.close()
-        self.partial.unlink(missing_ok=True)
+
+class RecordedFrame(NamedTuple):
+    """A frame of some bodies: their seven numbers (bodies, 7), and what some have for a status or a device stamp."""
+
+    names: tuple[str, ...]
+    values: NDArray[np.float64]
+    stamp_ns: int
+    log_ns: int
+    status: Mapping[str, Status]
+    sample_ns: Mapping[str, int]
+
+
+def frames_of(names: tuple[str, ...], recorded: Sequence[RecordedFrame]) -> Frames:
+    """The frames as arrays; ``names`` are all bodies, one per column."""
+    place = {name: column for column, name in enumerate(names)}
+    shape = (len(recorded), len(names))
+    sample, status = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.uint8)
+    values = np.full((*shape, 7), np.nan)
+    for row, one in enumerate(recorded):
+        columns = [place[name] for name in one.names]
+        values[row, columns] = one.values
+        status[row, columns] = [one.status.get(name, Status.VALID) for name in one.names]
+        sample[row, columns] = [one.sample_ns.get(name, one.stamp_ns) for name in one.names]
+    stamp = np.array([one.stamp_ns for one in recorded], dtype=np.int64)
+    log = np.array([one.log_ns for one in recorded], dtype=np.int64)
+    return Frames(names, stamp, log, sample, values[..., :3], values[..., 3:], status)
+
+
+def pose_values(poses: Poses) -> NDArray[np.float64]:
+    """Seven numbers per body, (bodies, 7); a `SessionError` names the body whose pose is not seven numbers."""
+    flat: list[float] = []
+    try:
+        for position, quaternion in poses.values():
+            if len(position) != 3 or len(quaternion) != 4:
+                raise ValueError
+            flat.extend(position)
+            flat.extend(quaternion)
+        return np.array(flat, dtype=np.float64).reshape(len(poses), 7)
+    except (TypeError, ValueError):
+        name = next((name for name, pose in poses.items() if not _is_pose(pose)), "")
+        raise SessionError(
+            f"the pose of {name!r} is {poses.get(name)!r}; give a position (x, y, z) and a quaternion (x, y, z, w)"
+        ) from None
+
+
+def _is_pose(pose: Any) -> bool:
+    try:
+        return [np.array(part, dtype=np.float64).shape for part in pose] == [(3,), (4,)]
+    except (TypeError, ValueError):
+        return False
+
+
+def nanoseconds(value: int) -> int:
+    """A stamp as a plain integer; a `SessionError` when it is no integer, negative, or beyond int64."""
+    try:
+        found = index(value)
+    except TypeError:
+        found = -1
+    if not 0 <= found < 1 << 63:
+        raise SessionError(f"stamp {value!r} is no time; give integer nanoseconds from 0, such as time.time_ns()")
+    return found

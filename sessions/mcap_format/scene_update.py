@@ -11,7 +11,6 @@ import numpy as np
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
 
-from sessions.mcap_format.annotations import set_stamp
 from sessions.mcap_format.pose_encoding import column_view, varint
 from sessions.mcap_format.schemas import WORLD
 from sessions.mesh_data import MeshData
@@ -31,7 +30,7 @@ def scene_update(meshes: Mapping[str, MeshData], scene: Scene, time_ns: int) -> 
         body = scene.body(name) or SceneBody(name)
         fixed = body.fixed
         entity = update.entities.add(id=name, frame_id=name if fixed is None else body.parent or WORLD)
-        set_stamp(entity.timestamp, time_ns)
+        entity.timestamp.FromNanoseconds(time_ns)
         entity.frame_locked = True
         size = len(mesh.vertices) * len(_POINT) + mesh.faces.size * 4
         low, high = mesh.bounds

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, Region
-from sessions.mcap_format.record_block import HEAD, LENGTH_BEFORE_DATA, MESSAGE_HEADER
+from sessions.mcap_format.container import HEAD, LENGTH_BEFORE_DATA, MESSAGE_HEADER
 from sessions.mcap_format.refusals import refused
 
 _MESSAGE = np.dtype(

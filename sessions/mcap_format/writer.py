@@ -1,15 +1,15 @@
 """Writes a session to its file: the same session gives the same bytes, and no file is left half written."""
 
 import hashlib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, BinaryIO, Final
+from typing import BinaryIO
 
 from sessions.errors import SceneError, SessionFileError
 from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
-from sessions.mcap_format.container import ContainerWriter
+from sessions.mcap_format.container import ContainerWriter, RecordBlock
 from sessions.mcap_format.metadata import (
     BODIES_RECORD,
     SESSION_RECORD,
@@ -19,9 +19,8 @@ from sessions.mcap_format.metadata import (
     session_record,
 )  # fmt: skip
 from sessions.mcap_format.pose_encoding import FrameEncoder, check_stamp
-from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.scene_update import scene_update
-from sessions.mcap_format.schemas import PROFILE, SCENE, TF, TRACKING
+from sessions.mcap_format.schemas import PROFILE, SCENE, STREAMS, TF, TRACKING
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb import mesh_to_glb
 from sessions.model.frames import Frames
@@ -68,16 +67,9 @@ def _sparse(session: Session) -> Iterator[Message]:
     yield from map(messages.event_message, session.events)
     yield from map(messages.interval_message, session.intervals)
     yield from map(messages.contact_message, session.live_contacts)
-    for name, made in STREAM_MESSAGES.items():
+    for prefix, name in STREAMS.items():
         for key, stream in getattr(session, name).items():
-            yield from made(key, stream)
-
-
-STREAM_MESSAGES: Final[Mapping[str, Callable[[str, Any], Iterator[Message]]]] = {
-    "hands": messages.hand_messages, "fast_tracks": messages.track_messages, "gaze": messages.gaze_messages,
-    "scalars": messages.scalar_messages,
-}  # fmt: skip
-"""Part of a session -> the messages of one of its streams."""
+            yield from messages.stream_messages(prefix, key, stream)
 
 
 class SessionWriter(ContainerWriter):

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from sessions.errors import MeshFileError
 from sessions.mesh_data import MeshData, concatenated, is_closed, least_area
@@ -141,6 +141,11 @@ def refined(mesh: MeshData, length: float) -> MeshData:
 def simplified(mesh: MeshData, tolerance: float) -> MeshData:
     """Return the closed mesh with fewer faces, its surface moved by less than ``tolerance`` metres."""
     return _from_manifold(_to_manifold(mesh).simplify(tolerance))
+
+
+def volume_cut_off(mesh: MeshData, normal: ArrayLike, offset: float) -> float:
+    """Return the volume of the part of a closed mesh whose points p have ``p . normal`` above ``offset``."""
+    return float(_to_manifold(mesh).trim_by_plane(tuple(np.asarray(normal, dtype=np.float64)), offset).volume())
 
 
 def _boolean(meshes: Sequence[MeshData], join: Callable[[Any, Any], Any]) -> MeshData:

@@ -1,4 +1,7 @@
-"""Events and intervals of a session, in the words of their source."""
+"""Events, intervals and contacts of the live engine, in the words of their source.
+
+The engine's contacts are audited and never used as truth.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -41,3 +44,25 @@ class Interval:
     kind: str
     name: str
     data: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class LiveContact:
+    """One report of the live engine.
+
+    Parameters
+    ----------
+    time_ns : nanoseconds on the session clock.
+    body_a, body_b : the two bodies as the engine names them.
+    phase : ``enter``, ``stay`` or ``exit``.
+    point : where, in metres of the world, or ``None`` when the engine did not say.
+    """
+
+    time_ns: int
+    body_a: str
+    body_b: str
+    phase: str
+    point: tuple[float, float, float] | None = None
+
+
+PHASES = ("enter", "stay", "exit")

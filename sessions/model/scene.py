@@ -1,6 +1,6 @@
 """A scene declares bodies with their shapes, the pairs that matter, and the effects to replay."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -88,3 +88,28 @@ class Scene:
     def body(self, name: str) -> SceneBody | None:
         """The declaration of a body, or ``None``."""
         return next((body for body in self.bodies if body.id == name), None)
+
+
+def wanted_pairs(scene: Scene, names: Sequence[str]) -> list[tuple[str, str]]:
+    """Pairs of names, in the order declared, else in the order of ``names``.
+
+    Whether two bodies ever move relative to each other is for the poses to say and not asked here. Declared pairs of
+    which a body is not among ``names`` are left out; ``absent_bodies`` names those bodies.
+    """
+    present = set(names)
+    if scene.pairs is not None:
+        return [pair for pair in scene.pairs if present.issuperset(pair)]
+    ignored = {frozenset(pair) for pair in scene.ignore}
+    group = {body.id: body.group for body in scene.bodies}
+    return [
+        (a, b)
+        for place, a in enumerate(names)
+        for b in names[place + 1 :]
+        if frozenset((a, b)) not in ignored and not (group.get(a) and group.get(a) == group.get(b))
+    ]
+
+
+def absent_bodies(scene: Scene, names: Sequence[str]) -> list[str]:
+    """Bodies of declared pairs that are not among ``names``, each once."""
+    present = set(names)
+    return list(dict.fromkeys(name for pair in scene.pairs or () for name in pair if name not in present))

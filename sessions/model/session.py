@@ -11,13 +11,10 @@ from numpy.typing import ArrayLike
 from sessions.errors import MeshFileError, SessionError
 from sessions.mesh_data import MeshData
 from sessions.model.constants import BLOCK_FRAMES
-from sessions.model.event import Event, Interval
+from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.frames import Frames, Status
-from sessions.model.hand import HandTrack
-from sessions.model.live_contact import LiveContact
 from sessions.model.scene import Scene
-from sessions.model.streams import GazeTrack, ScalarTrack
-from sessions.model.track import Track
+from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
 
 if TYPE_CHECKING:
     MeshLike = MeshData | tuple[ArrayLike, ArrayLike]

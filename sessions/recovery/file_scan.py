@@ -1,27 +1,36 @@
-"""One scan of a damaged file: what it declares, which records are whole, and what is lost. It writes nothing."""
+"""One scan of a damaged file: what it declares, which messages can be trusted, and what is lost. It writes nothing.
 
+A chunk whose checksum agrees is whole. A truncated chunk is read as far as it goes: what was written was right. A
+chunk whose checksum is wrong is not read at all, because nobody can say which of its bytes changed.
+"""
+
+import io
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
+import lz4.frame
+import numpy as np
+import zstandard
+from google.protobuf.message import DecodeError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Schema
 
 from sessions.errors import SessionFileError
-from sessions.mcap_format import catalogue
 from sessions.mcap_format.catalogue import DECLARING, Catalogue, ChannelInfo, Region
 from sessions.mcap_format.container import MAGIC
-from sessions.mcap_format.pose_decoding import FrameDecoder
+from sessions.mcap_format.mcap_file import read_attachment, read_footer
+from sessions.mcap_format.pose_decoding import MESSAGE_BYTES, FrameDecoder
+from sessions.mcap_format.reader import is_part, read_part
 from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import TF, TRACKING, channel_spec
-from sessions.mcap_format.unpacking import MessageTable
-from sessions.recovery.chunk_reading import parsed, read_chunk, readable, trusted
+from sessions.mcap_format.unpacking import ZSTD_WINDOW_BYTES, MessageTable, listed, read_region
 from sessions.recovery.lost import LostChunk
-from sessions.recovery.record_scan import Piece, RecordScan
+from sessions.recovery.record_scan import RecordScan
 
-GUESSED = (TF, TRACKING)  # Topics that are known by what their messages look like, where no channel record is left
+POSES = (TF, TRACKING)  # Topics whose messages are checked, and known by their looks where no channel record is left
 
 INDEX_LIMIT_BYTES = 64 << 20  # A longer index is not trusted over the records it repeats
 
@@ -36,15 +45,15 @@ class Declared(Catalogue):
 
     def take(self, opcode: int, content: bytes) -> None:
         """Take in a small record; the last of an id counts."""
-        try:
-            super().take(opcode, content)
-        except SessionFileError:
-            self.unread += 1
+        self._try(super().take, opcode, content)
 
     def declare(self, opcode: int, content: bytes) -> None:
         """Take in a schema or channel record; the last of an id counts."""
+        self._try(super().declare, opcode, content)
+
+    def _try(self, take: Callable[[int, bytes], None], opcode: int, content: bytes) -> None:
         try:
-            super().declare(opcode, content)
+            take(opcode, content)
         except SessionFileError:
             self.unread += 1
 
@@ -54,17 +63,20 @@ class Declared(Catalogue):
             self.raw[kind][record.id] = record
         return record
 
+    def _bound(self, opcode: int, size: int, limit: int) -> None:
+        """Every record was bounded when it was found."""
+
 
 @dataclass
 class FileScan:
     """What a damaged file holds."""
 
-    declared: Declared  # schemas, channels, metadata
+    declared: Declared  # schemas, channels, metadata, and all stretches of messages
     attachments: dict[str, Attachment] = field(default_factory=dict)  # those that are whole, by name
     checked: set[str] = field(default_factory=set)  # those whose checksum says so
     lost_attachments: list[str] = field(default_factory=list)
-    # with messages; whether the file ends inside; whether messages without sense stand among those of poses
-    parts: list[tuple[Region, bool, bool]] = field(default_factory=list)
+    # with messages; whether messages without sense stand among those of poses
+    parts: list[tuple[Region, bool]] = field(default_factory=list)
     left_out: int = 0  # messages that are not what their schema says
     lost: list[LostChunk] = field(default_factory=list)
     bytes_skipped: int = 0
@@ -73,60 +85,65 @@ class FileScan:
     frames: int = 0
     first_ns: int = 0
     last_ns: int = 0
+    _channels: tuple[set[int], set[int]] | None = None
+    _decoder: FrameDecoder | None = None
 
     def tables(self, stream: BinaryIO) -> Iterator[MessageTable]:
         """The messages that are kept, region by region."""
-        for region, truncated, mixed in self.parts:
-            table = read_chunk(stream, region, self.declared, truncated=truncated)
+        for region, mixed in self.parts:
+            table = read_chunk(stream, region, self.declared)
             if not isinstance(table, str):
                 table = readable(table, self.declared)
                 yield trusted(table, self.declared) if mixed else table
 
+    def count(self, table: MessageTable) -> SessionFileError | None:
+        """Count the frames of the next table; why a reader cannot read them, or ``None``."""
+        channels = (self.declared.ids(TF), self.declared.ids(TRACKING))
+        if self._decoder is None or channels != self._channels:
+            self._channels, self._decoder = channels, FrameDecoder(self.declared, None)
+        decoder = self._decoder.fork()
+        try:
+            stamps = [stamp for frames in decoder.decode(table) for stamp in frames.stamp_ns.tolist()]
+        except SessionFileError as error:
+            return error
+        self._decoder = decoder
+        if stamps:
+            self.first_ns = min([*stamps, self.first_ns] if self.frames else stamps)
+            self.last_ns = max([*stamps, self.last_ns])
+        self.frames += len(stamps)
+        self.names = tuple(dict.fromkeys([*self.names, *decoder.names]))
+        return None
+
 
 def scan_file(path: Path, stream: BinaryIO) -> FileScan:
     """Look through a whole file; memory is one chunk and the whole attachments."""
-    found = FileScan(Declared(path, stream.seek(0, 2)))
-    scan = RecordScan(stream)
-    index_start = _index_start(stream)
-    chunks: list[tuple[Piece, list[int]]] = []
-    first: list[tuple[int, bytes]] = []
-    later: list[tuple[int, bytes]] = []
-    run: Region | None = None
+    declared = Declared(path, stream.seek(0, 2))
+    found, scan, index_start = FileScan(declared), RecordScan(stream), _index_start(stream)
+    declaring: list[tuple[bool, int, bytes]] = []
     for piece in scan.pieces():
-        run = _run(piece, run, found)
         found.closed |= piece.opcode == Opcode.DATA_END
-        if piece.opcode == Opcode.CHUNK:
-            chunks.append((piece, []))
-        elif piece.opcode == Opcode.MESSAGE_INDEX and chunks:
-            chunks[-1][1].append((piece.end - piece.content - 6) // 16)
+        declared.run = declared.run if piece.opcode == Opcode.MESSAGE else None
+        if piece.region is not None:
+            declared.regions.append(piece.region)
         elif piece.opcode == Opcode.ATTACHMENT:
             _attachment(scan.bytes_of(piece), found)
         elif piece.opcode in DECLARING:
-            indexed = index_start is not None and piece.start >= index_start
-            (later if indexed else first).append((piece.opcode, scan.bytes_of(piece)))
+            declaring.append((piece.start >= index_start, piece.opcode, scan.bytes_of(piece)))
         elif piece.opcode == 0:
             found.bytes_skipped += piece.end - piece.start
+        else:
+            stream.seek(piece.content)
+            declared.enter(stream, piece.opcode, piece.start, piece.end - piece.content)
     # The copies in a checked index come last, because the last of an id counts.
-    for opcode, content in [*first, *later]:
-        found.declared.take(opcode, content)
-    _read_chunks(stream, found, chunks)
+    for _, opcode, content in sorted(declaring, key=lambda one: one[0]):
+        declared.take(opcode, content)
+    for region in declared.regions:
+        _read_region(stream, found, region)
     return found
 
 
-def _run(piece: Piece, run: Region | None, found: FileScan) -> Region | None:
-    """Messages outside chunks are joined to runs that are read at once."""
-    if piece.opcode != Opcode.MESSAGE:
-        return None
-    if run is None or run.length > catalogue.RUN_BYTES:
-        run = Region(piece.start, 0, "", 0, 0, None)
-        found.parts.append((run, False, False))
-    run.length += piece.end - piece.start
-    run.size = run.length
-    return run
-
-
 def _attachment(content: bytes, found: FileScan) -> None:
-    read = catalogue.read_attachment(content)
+    read = read_attachment(content)
     if read is None:
         size = int.from_bytes(content[16:20], "little")
         found.lost_attachments.append(content[20 : 20 + min(size, 80)].decode("utf-8", errors="replace"))
@@ -137,68 +154,81 @@ def _attachment(content: bytes, found: FileScan) -> None:
         found.checked.add(attachment.name)
 
 
-def _read_chunks(stream: BinaryIO, found: FileScan, chunks: list[tuple[Piece, list[int]]]) -> None:
-    """Decide in file order which chunks and runs can be read; the others are noted as lost."""
-    regions: list[tuple[Region, bool, int | None]] = [
-        (piece.region, piece.truncated, sum(counts) if counts else None) for piece, counts in chunks if piece.region
-    ]
-    runs = [(run, False, None) for run, *_ in found.parts]
-    found.parts = []
-    poses = _Poses(found)
-    for region, truncated, count in sorted([*regions, *runs], key=lambda one: one[0].offset):
-        table = read_chunk(stream, region, found.declared, truncated=truncated)
-        why = table if isinstance(table, str) else ""
-        if not isinstance(table, str):
-            guess_channels(table, found.declared)
-            kept = readable(table, found.declared)
-            error = poses.read(kept)
-            if mixed := error is not None and error.code == "bad-message":
-                kept = trusted(kept, found.declared)
-                error = poses.read(kept) and error
-            why = f"unreadable ({brief(error)})" if error else ""
-            if not why:
-                found.parts.append((region, truncated, mixed))
-                found.left_out += len(table.channel) - len(kept.channel)
-        if why or truncated:
-            why = "cut short" if truncated else why
-            lost = LostChunk(region.offset, region.first_ns, region.last_ns, None if truncated else count, why)
-            found.lost.append(lost)
+def _read_region(stream: BinaryIO, found: FileScan, region: Region) -> None:
+    """Keep a stretch of messages that can be read; any other is noted as lost."""
+    table = read_chunk(stream, region, found.declared)
+    why = table if isinstance(table, str) else ""
+    if not isinstance(table, str):
+        guess_channels(table, found.declared)
+        kept = readable(table, found.declared)
+        error = found.count(kept)
+        if mixed := error is not None and error.code == "bad-message":
+            kept = trusted(kept, found.declared)
+            error = found.count(kept) and error
+        if error:
+            why = f"unreadable ({brief(error)})"
+        else:
+            found.parts.append((region, mixed))
+            found.left_out += len(table.channel) - len(kept.channel)
+    if region.truncated:
+        found.lost.append(LostChunk(region.offset, region.first_ns, region.last_ns, None, "cut short"))
+    elif why:
+        found.lost.append(LostChunk(region.offset, region.first_ns, region.last_ns, region.indexed, why))
 
 
-def _decoder(declared: Declared) -> FrameDecoder:
-    return FrameDecoder(str(declared.path), declared.ids(TF), declared.ids(TRACKING), None, declared.most_samples)
+def read_chunk(stream: BinaryIO, region: Region, catalogue: Catalogue) -> MessageTable | str:
+    """The messages of a chunk, or why it cannot be trusted; its channels go to the catalogue."""
+    try:
+        if region.truncated:
+            stream.seek(region.offset)
+            data = unpacked_start(stream.read(region.length), region)
+            return trusted(listed(data, region, catalogue, truncated=True), catalogue)
+        table = read_region(stream, region, catalogue)
+    except SessionFileError as error:
+        return "damaged" if "is damaged" in str(error) else f"unreadable ({brief(error)})"
+    return table if region.crc else trusted(table, catalogue)
 
 
-class _Poses:
-    """Reads the poses of region after region and counts what a reader will find."""
+def unpacked_start(packed: bytes, region: Region) -> bytes:
+    """What can be unpacked of data that ends too early."""
+    try:
+        if region.compression == "zstd":
+            unpacker = zstandard.ZstdDecompressor(max_window_size=ZSTD_WINDOW_BYTES)
+            return bytes(unpacker.stream_reader(io.BytesIO(packed)).read(region.size))
+        if region.compression == "lz4":
+            return bytes(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=region.size))
+    except (zstandard.ZstdError, RuntimeError):
+        return b""
+    return packed[: region.size]
 
-    def __init__(self, found: FileScan) -> None:
-        self._found = found
-        self._channels: tuple[set[int], set[int]] | None = None
-        self._decoder: FrameDecoder
 
-    def read(self, table: MessageTable) -> SessionFileError | None:
-        """Count the frames of a table; why a reader cannot read them, or ``None``."""
-        found, ids = self._found, self._found.declared.ids
-        channels = (ids(TF), ids(TRACKING))
-        if channels != self._channels:
-            self._channels, self._decoder = channels, _decoder(found.declared)
-        stamps: list[int] = []
-        count = 0
-        decoder = self._decoder.fork()
-        try:
-            for frames in decoder.decode(table):
-                count += len(frames)
-                if len(frames):
-                    stamps += [int(frames.stamp_ns.min()), int(frames.stamp_ns.max())]
-        except SessionFileError as error:
-            return error
-        self._decoder = decoder
-        if stamps:
-            found.first_ns = min([*stamps, found.first_ns] if found.frames else stamps)
-            found.last_ns = max([*stamps, found.last_ns])
-        found.frames += count
-        found.names = tuple(dict.fromkeys([*found.names, *self._decoder.names]))
+def trusted(table: MessageTable, catalogue: Catalogue) -> MessageTable:
+    """Messages without a checksum; poses and validity that are not what their schema says are left out."""
+    keep = np.ones(len(table.channel), dtype=np.bool_)
+    for topic in POSES:
+        for row in table.of_channels(catalogue.ids(topic)).tolist():
+            keep[row] = parsed(topic, table.payload(row)) is not None
+    return table if keep.all() else table.part(np.flatnonzero(keep))
+
+
+def readable(table: MessageTable, catalogue: Catalogue) -> MessageTable:
+    """Messages but those, other than poses, that a reader of sessions refuses."""
+    keep = np.ones(len(table.channel), dtype=np.bool_)
+    for number in set(table.channel.tolist()) & catalogue.channels.keys():
+        topic = catalogue.channels[number].topic
+        for row in table.of_channels({number}).tolist() if is_part(topic) else ():
+            try:
+                read_part(catalogue.path, topic, [(int(table.publish_ns[row]), table.payload(row))])
+            except SessionFileError:
+                keep[row] = False
+    return table if keep.all() else table.part(np.flatnonzero(keep))
+
+
+def parsed(topic: str, payload: bytes) -> Any:
+    """A message of a topic of the profile, ``None`` when it is none or too long to be one."""
+    try:
+        return channel_spec(topic).message.FromString(payload) if len(payload) <= MESSAGE_BYTES else None
+    except DecodeError:
         return None
 
 
@@ -207,7 +237,7 @@ def guess_channels(table: MessageTable, declared: Declared) -> None:
     known = {number for number, one in declared.channels.items() if one.topic != TF or one.holds_poses}
     for channel in sorted(set(table.channel.tolist()) - known):
         row = int(table.of_channels({channel})[0])
-        for topic in GUESSED:
+        for topic in POSES:
             if not declared.ids(topic) - {channel} and _looks_like(topic, table.payload(row)):
                 spec, number = channel_spec(topic), 60_000 + channel
                 declared.raw[Schema][number] = Schema(number, spec.descriptor_set, "protobuf", spec.schema)
@@ -226,15 +256,15 @@ def _looks_like(topic: str, payload: bytes) -> bool:
     return bool(message.bodies) and all(one.name for one in message.bodies)
 
 
-def _index_start(stream: BinaryIO) -> int | None:
-    """Where the index begins, if the file has one and it agrees with its checksum."""
-    footer = catalogue.read_footer(stream)
+def _index_start(stream: BinaryIO) -> int:
+    """Where the index begins, if the file has one and it agrees with its checksum; else where the file ends."""
+    size, footer = stream.seek(0, 2), read_footer(stream)
     if footer is None:
-        return None
+        return size
     foot, record, says = footer
     start = says.summary_start
     if not says.summary_crc or not len(MAGIC) <= start <= foot or foot - start > INDEX_LIMIT_BYTES:
-        return None
+        return size
     stream.seek(start)
     agrees = zlib.crc32(record[:-4], zlib.crc32(stream.read(foot - start))) == says.summary_crc
-    return start if agrees else None
+    return start if agrees else size

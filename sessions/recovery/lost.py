@@ -61,23 +61,21 @@ class Recovery:
     @property
     def whole(self) -> bool:
         """Whether nothing was lost."""
-        lost = self.chunks or self.bytes_skipped or self.attachments or self.unknown or self.notes or self.left_out
-        return self.closed and not (lost or self.bodies)
+        lost = (self.chunks, self.bytes_skipped, self.attachments, self.unknown, self.notes, self.left_out, self.bodies)
+        return self.closed and not any(lost)
 
     def sentences(self) -> list[str]:
         """What was kept and lost, for a reader; times are seconds after the first frame kept."""
         words = [f"kept {self.frames:,} frames and {self.messages:,} messages"]
         words += [self._chunk(chunk) for chunk in self.chunks]
-        if self.bytes_skipped:
-            words.append(f"skipped {self.bytes_skipped:,} bytes that are no records")
-        if self.unknown:
-            words.append(f"left out {self.unknown:,} messages on channels that nothing declares")
-        if self.left_out:
-            words.append(f"left out {self.left_out:,} messages that are not what their schema says")
-        if self.bodies:
-            words.append(f"no pose is left of: {', '.join(self.bodies)}")
-        if self.attachments:
-            words.append(f"lost attachments: {', '.join(self.attachments)}")
+        for lost, said in (
+            (self.bytes_skipped, f"skipped {self.bytes_skipped:,} bytes that are no records"),
+            (self.unknown, f"left out {self.unknown:,} messages on channels that nothing declares"),
+            (self.left_out, f"left out {self.left_out:,} messages that are not what their schema says"),
+            (self.bodies, f"no pose is left of: {', '.join(self.bodies)}"),
+            (self.attachments, f"lost attachments: {', '.join(self.attachments)}"),
+        ):
+            words += [said] if lost else []
         if not self.closed:
             last = f" {(self.last_ns - self.first_ns) / 1e9:.3f} s, the last frame kept," if self.frames else " this"
             words.append(f"it was never closed: what was recorded after{last} may be missing")

@@ -14,8 +14,7 @@ from typing import BinaryIO, Final
 from mcap.opcode import Opcode
 
 from sessions.mcap_format.catalogue import CHUNK_LIMIT_BYTES, DECLARING, SMALL_RECORD_BYTES, Region, chunk_region
-from sessions.mcap_format.container import MAGIC
-from sessions.mcap_format.record_block import CHUNK_HEAD, HEAD, LENGTH_BEFORE_DATA
+from sessions.mcap_format.container import CHUNK_HEAD, HEAD, LENGTH_BEFORE_DATA, MAGIC
 
 COMPRESSIONS: Final = ("zstd", "lz4", "")
 COPIED_ATTACHMENT_BYTES: Final = 128 << 20  # A mesh larger than this is not copied: it would have 4 million faces
@@ -73,11 +72,13 @@ class RecordScan:
         self._stream.seek(at)
         return self._stream.read(count)
 
-    def _piece(self, at: int) -> Piece | None:
+    def _head(self, at: int) -> tuple[int, int]:
+        """Opcode and length of the record there; opcode 0 where the file ends before."""
         head = self._read(at, HEAD.size)
-        if len(head) < HEAD.size:
-            return None
-        opcode, length = HEAD.unpack(head)
+        return HEAD.unpack(head) if len(head) == HEAD.size else (0, self._size)
+
+    def _piece(self, at: int) -> Piece | None:
+        opcode, length = self._head(at)
         if opcode == Opcode.CHUNK:
             return self._chunk(at, length)
         end = at + HEAD.size + length
@@ -114,14 +115,11 @@ class RecordScan:
         end = region.offset + region.length
         if region.first_ns > region.last_ns or (end != at + HEAD.size + length and not self._is_followed(end)):
             return None
-        region.length = min(region.length, self._size - region.offset)
-        return Piece(Opcode.CHUNK, at, end, region, end > self._size)
+        region.length, region.truncated = min(region.length, self._size - region.offset), end > self._size
+        return Piece(Opcode.CHUNK, at, end, region, region.truncated)
 
     def _is_followed(self, at: int) -> bool:
-        head = self._read(at, HEAD.size)
-        if len(head) < HEAD.size:
-            return False
-        opcode, length = HEAD.unpack(head)
+        opcode, length = self._head(at)
         return at + HEAD.size + length <= self._size and (
             opcode == Opcode.CHUNK or self._makes_sense(opcode, at + HEAD.size, length)
         )

@@ -11,24 +11,10 @@ from typing import BinaryIO
 from mcap.records import Channel, Schema
 
 from sessions.errors import SessionError, SessionFileError
+from sessions.mcap_format import metadata
 from sessions.mcap_format.catalogue import check_magic, opened
-from sessions.mcap_format.container import ContainerWriter
-from sessions.mcap_format.metadata import (
-    BODIES_RECORD,
-    FORMAT,
-    MAX_BODIES,
-    SESSION_RECORD,
-    bodies_record,
-    collider_name,
-    mesh_file,
-    mesh_name,
-    metadata_of,
-    migrated,
-    names_of,
-    session_record,
-)  # fmt: skip
+from sessions.mcap_format.container import ContainerWriter, RecordBlock
 from sessions.mcap_format.reader import read_session
-from sessions.mcap_format.record_block import RecordBlock
 from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, STREAMS, TF
 from sessions.mcap_format.writer import CHUNK_BYTES, SCENE_FILE
@@ -74,9 +60,9 @@ def _nothing(source: Path, why: str) -> SessionFileError:
 
 def _write(found: FileScan, stream: BinaryIO, target: Path, *, overwrite: bool) -> Recovery:
     declared, records = found.declared, dict(found.declared.metadata)
-    session = records.get(SESSION_RECORD)
-    own = any(word.startswith(PROFILE_FAMILY) for word in (declared.profile, (session or {}).get(FORMAT, "")))
-    listed = _listed_names(records.get(BODIES_RECORD), declared.path)
+    session = records.get(metadata.SESSION_RECORD)
+    own = any(word.startswith(PROFILE_FAMILY) for word in (declared.profile, (session or {}).get(metadata.FORMAT, "")))
+    listed = _listed_names(records.get(metadata.BODIES_RECORD), declared.path)
     profile = _profile(found, session, own=own)
     held = set(found.names)
     keep, lost = _attachments(found, session or {})
@@ -92,14 +78,17 @@ def _write(found: FileScan, stream: BinaryIO, target: Path, *, overwrite: bool) 
             made = found.attachments[name]
             writer.attachment(name, made.media_type, data, made.log_time)
         if own:
-            metadata = {**metadata_of(session or {})[0], RECOVERED: "; ".join(result.sentences())}
-            meshes = {body: data for file, data in keep.items() if (body := mesh_name(file)) is not None}
+            facts = {**metadata.metadata_of(session or {})[0], RECOVERED: "; ".join(result.sentences())}
+            meshes = {body: data for file, data in keep.items() if (body := metadata.mesh_name(file)) is not None}
             hashes = {body: hashlib.sha256(data).hexdigest() for body, data in meshes.items()}
-            writer.metadata(SESSION_RECORD, session_record(metadata, hashes))
+            writer.metadata(metadata.SESSION_RECORD, metadata.session_record(facts, hashes))
             bodies = tuple(dict.fromkeys([*listed, *found.names]))
-            writer.metadata(BODIES_RECORD, bodies_record(bodies if len(bodies) <= MAX_BODIES else found.names))
+            writer.metadata(
+                metadata.BODIES_RECORD,
+                metadata.bodies_record(bodies if len(bodies) <= metadata.MAX_BODIES else found.names),
+            )
         for name, values in declared.metadata:
-            if name not in (SESSION_RECORD, BODIES_RECORD) or not own:
+            if name not in (metadata.SESSION_RECORD, metadata.BODIES_RECORD) or not own:
                 writer.metadata(name, values)
         if own and not found.frames:
             writer.channel(TF)  # without a channel of poses a reader refuses the file
@@ -133,8 +122,8 @@ def _profile(found: FileScan, session: dict[str, str] | None, *, own: bool) -> s
         declared.check_pose_channels()
         return declared.profile
     # The head may be what is damaged: the facts repeat the profile.
-    if session is None or session.get(FORMAT) != PROFILE:
-        migrated(session or {}, declared.profile, declared.path)
+    if session is None or session.get(metadata.FORMAT) != PROFILE:
+        metadata.migrated(session or {}, declared.profile, declared.path)
     return PROFILE
 
 
@@ -161,7 +150,7 @@ def _attachments(found: FileScan, session: dict[str, str]) -> tuple[dict[str, by
     """Attachments to keep, and those that are lost: damaged, named by a hash and absent, or unreadable."""
     keep: dict[str, bytes] = {}
     lost = list(found.lost_attachments)
-    hashes = {mesh_file(name): stated for name, stated in metadata_of(session)[1].items()}
+    hashes = {metadata.mesh_file(name): stated for name, stated in metadata.metadata_of(session)[1].items()}
     for name, made in found.attachments.items():
         right = name in found.checked or hashes.get(name) in (None, hashlib.sha256(made.data).hexdigest())
         if _reads(name, made.data) and right:
@@ -180,7 +169,7 @@ def _reads(name: str, data: bytes) -> bool:
     try:
         if name == SCENE_FILE:
             parse_scene(data.decode("utf-8"), SCENE_FILE)
-        elif mesh_name(name) is not None or collider_name(name) is not None:
+        elif metadata.mesh_name(name) is not None or metadata.collider_name(name) is not None:
             mesh_from_bytes(data, "glb")
     except (SessionError, UnicodeDecodeError):
         return False
@@ -189,6 +178,6 @@ def _reads(name: str, data: bytes) -> bool:
 
 def _listed_names(record: dict[str, str] | None, path: Path) -> tuple[str, ...]:
     try:
-        return names_of(record, path)
+        return metadata.names_of(record, path)
     except SessionError:
         return ()

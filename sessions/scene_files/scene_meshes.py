@@ -1,16 +1,17 @@
-"""The meshes a scene declares: files beside it, plain shapes, instruments of the bench."""
+"""The meshes a scene declares: files beside it, plain shapes, instruments of the bench; and every fault of a scene."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from sessions.errors import SceneError, SessionError
+from sessions.errors import MeshFileError, SceneError, SessionError
 from sessions.geometry.shapes import DEFAULT_FACES, make_shape
 from sessions.mesh_data import MeshData
+from sessions.meshes.mesh_match import read_colliders
 from sessions.model.constants import SCENE_FACT
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
-from sessions.scene_files.scene_toml import read_scene
+from sessions.scene_files.scene_toml import read_scene, scene_and_faults
 
 INSTRUMENT_FACES = 5000
 
@@ -35,8 +36,6 @@ def with_colliders(session: Session, folder: str | Path, file: str | Path = "") 
     named = file or session.scene.colliders
     if not named:
         return session
-    from sessions.meshes.collider_files import read_colliders
-
     bodies = [*session.names, *(body.id for body in session.scene.bodies if body.id not in session.names)]
     found, words = read_colliders(Path(folder) / named, bodies)
     return replace(session, colliders=found, facts=_converted(session, [words]))
@@ -92,3 +91,36 @@ def _bare(body: SceneBody) -> SceneBody:
     """The body without a word on its mesh."""
     extra = {key: value for key, value in body.extra.items() if key not in ("faces", "options")}
     return replace(body, mesh="", node="", shape="", instrument="", size={}, scale=1.0, proxy=False, extra=extra)
+
+
+Planned = Callable[[Scene, str], Sequence[str]]
+"""A scene and its file's name -> what is wrong with what it declares for effects, a sentence each."""
+
+
+def checked_scene(
+    text: str, file: str, planned: Planned, folder: Path | None = None
+) -> tuple[Scene, dict[str, MeshData], list[str]]:
+    """What can be read of a scene's text, the meshes it declares, and everything that is wrong with both.
+
+    ``file`` is the name used in messages. ``folder``: where its mesh files lie; ``None``: no mesh is looked at.
+    """
+    try:
+        scene, faults = scene_and_faults(text, file)
+    except SceneError as error:  # no TOML at all
+        return Scene(), {}, [*error.faults]
+    meshes: dict[str, MeshData] = {}
+    faulty = tuple(f"({body.id!r})" for body in scene.bodies if any(f"({body.id!r})" in fault for fault in faults))
+    for body in () if folder is None else scene.bodies:
+        try:
+            meshes |= scene_meshes(replace(scene, name=file, bodies=(body,)), folder or ".")
+        except SceneError as error:
+            # A shape that cannot be made of wrong numbers is no second fault; a file that is not there is one.
+            faults += error.faults if body.mesh or f"({body.id!r})" not in faulty else ()
+    if scene.colliders and folder is not None:
+        try:
+            read_colliders(folder / scene.colliders, None)
+        except MeshFileError as error:
+            faults.append(f"{file}: [scene]: {error}")
+    # What an effect names is looked up twice, in other words.
+    faults += [fault for fault in planned(scene, file) if fault.replace("between: no body", "no body") not in faults]
+    return scene, meshes, faults

@@ -2,14 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from sessions.geometry.rotations import IDENTITY, Array
-from sessions.glassware.catalogue import make_instrument
-from sessions.glassware.cavity_table import cavity_table
+from sessions.glassware.catalogue import made_instrument
 from sessions.glassware.instrument import Cavity, Instrument
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Pose, Scene, SceneBody
@@ -54,7 +52,7 @@ class Instruments:
     def __init__(self, placed: Mapping[str, Placed], faces: int) -> None:
         self.placed, self._faces = dict(placed), faces
         self.instruments: dict[str, Instrument] = {
-            name: _made(item.instrument, item.faces or faces, tuple(sorted(item.options.items())))
+            name: made_instrument(item.instrument, item.faces or faces, tuple(sorted(item.options.items())))
             for name, item in placed.items()
         }
 
@@ -91,8 +89,6 @@ class Instruments:
         extra: dict[str, Any] = {"mass": round(float(instrument.mass), 4), "faces": item.faces or self._faces}
         if item.options:
             extra["options"] = dict(item.options)
-        if instrument.cavity is not None:
-            extra["cavity"] = cavity_table(instrument)
         if item.properties:
             extra["properties"] = dict(item.properties)
         return SceneBody(
@@ -103,12 +99,6 @@ class Instruments:
             tags=tuple(dict.fromkeys((*instrument.tags, *item.tags))),
             extra=extra,
         )
-
-
-@lru_cache(maxsize=192)
-def _made(name: str, faces: int, options: tuple[tuple[str, Any], ...]) -> Instrument:
-    """An instrument, made once: hands take most of a second, instruments never change, and all scenes need 60."""
-    return make_instrument(name, faces, **dict(options))
 
 
 def standing(x: float, z: float, height: float = 0.0) -> Point:

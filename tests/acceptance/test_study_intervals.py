@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from support.study_samples import names
 
-from replay.studies.class_study.analysis import analyse, associated
+from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.codebook import Codebook, Item, RegressionQuestion
+from replay.studies.class_study.conclusions import associated
 from replay.studies.class_study.joining import Questionnaire
 from replay.studies.class_study.regression import regress
 from replay.studies.class_study.reliability import reliability

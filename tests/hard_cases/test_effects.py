@@ -7,9 +7,8 @@ from support.small_worlds import cube
 from replay.effects import EFFECTS
 from replay.pipeline.engine import compute
 from sessions import Session
-from sessions.model.hand import HandTrack
 from sessions.model.scene import Scene, SceneBody, SceneEffect
-from sessions.model.track import Track
+from sessions.model.track import HandTrack, Track
 
 TWO = {"between": ["hand-left", "pot"]}
 DECLARED = {

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from oracles.separating_axes import meets_by_axes
+from support.stress_files import read_cases
 
 from cdcore import Verdict
 from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.narrow.triangles.predicates import triangles_intersect
-from replay.studies.stress.cases import read_cases
 from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.peers import verdicts_of
 from replay.studies.stress.relations import RELATIONS

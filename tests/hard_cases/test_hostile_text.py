@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from support import class_folders
 from support.headless import page_after_its_scripts
 from support.small_worlds import cube, cubes
 from support.study_samples import a_class, codebook, metrics, questionnaire
@@ -26,6 +27,7 @@ from replay.outputs.results.run_folder import RunFolder, read_run_folder
 from replay.outputs.share import folder
 from replay.pipeline.engine import compute
 from replay.studies.class_study.analysis import analyse
+from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.page import study_html
 from sessions import Event, Interval, Session, parse_scene, write_session
 
@@ -82,6 +84,15 @@ def study_of(word):
     return study_html(study, f"A class of {word}")
 
 
+def class_of(word):
+    with TemporaryDirectory() as place, pytest.MonkeyPatch.context() as patch:
+        for name in ("PAIRS", "TASKS", "STAGES", "TYPES", "CAUSES"):
+            patch.setattr(class_folders, name, [(word, word)] if name == "PAIRS" else [word, word])
+        folder = class_folders.made_class(Path(place), 12, 6, detectors={word: 0.5}, rare=0)
+        runs = read_class(folder)
+        return study_html(None, f"A class of {word}", runs, dict.fromkeys(runs.metrics, (word, "run")))
+
+
 def shared_of(word):
     return folder._beside(report_of(word), "run", RunFolder(Path(word), {}))
 
@@ -103,7 +114,7 @@ def annotated_of(word):
 
 
 PAGES = {
-    "report": report_of, "study": study_of, "shared": shared_of, "list of shared runs": list_of,
+    "report": report_of, "study": study_of, "class": class_of, "shared": shared_of, "list of shared runs": list_of,
     "annotated report": annotated_of,
 }  # fmt: skip
 """Page -> its HTML where everything is called so. A page to come is a row."""
@@ -209,6 +220,7 @@ CALLS = {
     "advise": lambda f, d: ("advise", f["mcap"], "--engine", "mujoco", "--no-picture"),
     "study run": lambda f, d: ("study", "run", f["mcap"], "-o", d / "class\x1b[2J"),
     "study collect": lambda f, d: ("study", "collect", d / "class\x1b[2J", "-o", d / "m\x1b[2J.parquet"),
+    "study page": lambda f, d: ("study", "page", d / "class\x1b[2J", "-o", d / "page\x1b[2J"),
     "study analyse": lambda f, d: ("study", "analyse", "--codebook", f["toml"], f["csv"], f["csv"]),
     "demo": lambda f, d: ("demo", "--scene", COMMANDS),
     "guide": lambda f, d: ("guide", COMMANDS),
@@ -221,7 +233,7 @@ CALLS = {
 
 WORKS = {
     "info", "doctor", "plan", "import", "run", "run again", "diff", "shrink", "audit", "tradeoff", "advise",
-    "study run", "scene new", "scene check", "share", "annotate", "minimise",
+    "study run", "study page", "scene new", "scene check", "share", "annotate", "minimise",
 }  # fmt: skip
 
 

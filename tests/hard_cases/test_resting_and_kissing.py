@@ -109,7 +109,7 @@ def test_39_scenes_scaled_by_a_power_of_two_have_the_same_answers_and_faces(powe
 
 def test_42_meshes_that_kiss_in_a_vertex_meet_in_every_pair_of_the_faces_there_and_one_on_itself_in_every_face():
     one, other = (TriangleMesh(np.add(CORNERS, [x, 0, 0]), OCTAHEDRON) for x in (0.0, 2.0))
-    ball, beaker = icosphere_mesh(1), beaker_mesh(sides=10)
+    ball, beaker = icosphere_mesh(), beaker_mesh(sides=10)
     assert [len(intersecting_faces(*two)) for two in ((one, other), (ball, moved(ball, [0, 0, 2])))] == [16, 36]
     assert {a for a, b in intersecting_faces(beaker, beaker).tolist() if a == b} == set(range(len(beaker.faces)))
     assert len(meeting_faces_exhaustive(one.triangles, other.triangles)) == 16

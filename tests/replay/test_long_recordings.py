@@ -18,7 +18,7 @@ from replay.detection.run_detector import run_detector
 from replay.pipeline.engine import compute
 from replay.prepare import assemble_stored
 from replay.prepare.assemble import assemble
-from replay.prepare.stored_motion import StoredMotion
+from replay.prepare.assemble_stored import StoredMotion
 from sessions import Session, write_session
 
 FRAMES = 2_000

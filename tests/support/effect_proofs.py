@@ -11,8 +11,8 @@ import cdcore.detectors
 from replay.effects import EFFECTS
 from replay.effects.protocol import EffectOutput, EffectSpec
 from replay.pipeline.engine import compute
-from sessions.model.hand import HandTrack
 from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.model.track import HandTrack
 from sessions.synthetic.experiments.acid_dilution import ACID_DILUTION
 from sessions.synthetic.experiments.copper_sulfate import COPPER_SULFATE
 from sessions.synthetic.experiments.flame_test import FLAME_TEST

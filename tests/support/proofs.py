@@ -7,9 +7,7 @@ from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.containment.containment_stage import any_part_inside
 from cdcore.numerics import place_points
 from replay.pipeline.proving import tables
-from replay.proof.bodies import Poses
-from replay.proof.claims import SCHEMA, Proof
-from replay.proof.verifier import Mesh
+from replay.proof.claims import SCHEMA, Mesh, Poses, Proof
 
 
 def proven(bodies, motion, pairs=None):

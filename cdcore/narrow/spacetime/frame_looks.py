@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cdcore.kernels.memory import row_of
-from cdcore.narrow.spacetime.block import COUNTERS, BlockQuestion
+from cdcore.narrow.spacetime.block import BlockQuestion
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.pair_job import Poses, bits_of, pad_between
 from cdcore.narrow.spacetime.pose_lanes import ONE_POSE, ROWS, fill_lanes
@@ -44,7 +44,7 @@ class FrameLooks:
         self._tracks = [_track() for _ in trees]
         self._sizes = [(0.0, 0.0)] * len(trees)
         self._ready: list[Motion | None] = [None] * len(trees)
-        self._hits, self._work = np.zeros(1, dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
+        self._marks = np.zeros((2, 1), dtype=np.uint8)
         # the smaller body is moved into the larger one's frame
         larger = [trees[i].boxes[0, 15] > trees[j].boxes[0, 15] for i, j in pairs.tolist()]
         self._ends = [(j, i) if turned else (i, j) for (i, j), turned in zip(pairs.tolist(), larger, strict=True)]
@@ -62,9 +62,9 @@ class FrameLooks:
             self._place(now, b)
         (size_a, skew_a), (size_b, skew_b) = self._sizes[a], self._sizes[b]
         pad = pad_between((self._trees[a], self._trees[b]), size_a + size_b, skew_a + skew_b)
-        self._hits[0] = 0
-        if pad < np.inf and (self._workspace.traverse_one(self._rows[column], pad) or self._hits[0]):
-            return (CONTACT if self._hits[0] else CLEAR), False
+        self._marks[0, 0] = 0
+        if pad < np.inf and (self._workspace.traverse_one(self._rows[column], pad) or self._marks[0, 0]):
+            return (CONTACT if self._marks[0, 0] else CLEAR), False
         # Sizes beyond the kernels and ties that only exact arithmetic decides are rare.
         poses = Poses(now.rotations, now.translations, now.valid)
         return (CONTACT if decide_motion(self._trees, self._pairs[[column]], poses).hits[0, 0] else CLEAR), False
@@ -73,7 +73,7 @@ class FrameLooks:
         trees = self._trees[a], self._trees[b]
         question = BlockQuestion(0, 1, 0.0, False, False, *bits_of(trees))
         row = self._workspace.row_of_pair(
-            trees[0], self._tracks[a].row, trees[1], self._tracks[b].row, question, self._hits, self._work
+            trees[0], self._tracks[a].row, trees[1], self._tracks[b].row, question, self._marks
         )
         return row.copy()
 

@@ -51,17 +51,13 @@ class Poses:
 
 
 class FramesAnswer(NamedTuple):
-    """The answer for some of a pair's distinct frames.
+    """What was found in some of a pair's distinct frames, beside what is marked.
 
-    ``hits`` (n,) for frames ``start`` to start + n, and ``near`` (n,) where no bounding volume keeps the bodies apart;
-    ``frame`` (m,) distinct frame of each face pair, not decreasing;
-    ``faces`` (m, 2) in the order of the pair, sorted within a frame, empty where they were not asked for; ``seconds``
-    spent in the search, in exact arithmetic, in sorting face pairs.
+    ``frame`` (m,) distinct frame of each face pair, not decreasing; ``faces`` (m, 2) in the order of the pair, sorted
+    within a frame, empty where they were not asked for; ``seconds`` spent in the search, in exact arithmetic, in
+    sorting face pairs.
     """
 
-    start: int
-    hits: BoolArray
-    near: BoolArray
     frame: IntArray
     faces: NDArray[np.int32]
     work: IntArray
@@ -81,7 +77,7 @@ class PairJob:
         self._a, self._b = (j, i) if self.turned else (i, j)
         self._trees = trees[self._a], trees[self._b]
         self._poses, self._faces, self._verify, self._slack = poses, faces, verify, slack
-        self.frames = self.which = self._asked = poses.everywhere
+        self.everywhere = self.frames = self.which = self._asked = poses.everywhere
         self._take(tuple(one for one in (shared[self._a], shared[self._b]) if one is not None))
         self._apart = self._near == len(poses.valid)
         if not self._apart:
@@ -127,34 +123,35 @@ class PairJob:
         tree = self._trees[0] if body == self._a else self._trees[1]
         return pose_lanes(self._poses.rotations, self._poses.translations, body, self._asked, tree.boxes[0], tree.reach)
 
-    def stretch(self, start: int, stop: int, workspace: Workspace) -> FramesAnswer:
-        """Answer the distinct frames ``start <= f < stop``."""
+    def stretch(self, start: int, stop: int, workspace: Workspace, marks: ByteArray) -> FramesAnswer:
+        """Answer the distinct frames ``start <= f < stop``.
+
+        ``marks`` (2, n), all 0 before: sets hits to 1, and where no bounding volume keeps the bodies apart.
+        """
         if self._apart and not self._verify:
-            return self._dismissed(stop - start, start)
+            return self._dismissed(stop - start)
         if not np.isfinite(self._pad):
-            return self._exhaustive(start, stop)
-        (hits, near), work = np.zeros((2, stop), dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
+            return self._exhaustive(start, stop, marks)
+        work = np.zeros(COUNTERS + 1, dtype=np.int64)
         clock = [perf_counter()]
-        keys, later, dismissed = self._searched(start, stop, workspace, self._verify, hits, near, work)
+        keys, later, dismissed = self._searched(start, stop, workspace, self._verify, marks, work)
         clock.append(perf_counter())
         if len(later):
-            keys = np.concatenate([keys, self._settled(later, start, hits, work)])
+            keys = np.concatenate([keys, self._settled(later, start, marks[0], work)])
         clock.append(perf_counter())
         if self._verify:
             work[COUNTERS] = count_verified(self._trees, dismissed, self._placed)
         frame, faces = self._unpacked(keys) if len(keys) else (NO_FRAMES, NO_FACES)
         clock.append(perf_counter())
         search, exact, sorting = (after - before for before, after in pairwise(clock))
-        hit, close = hits[start:].view(np.bool_), near[start:].view(np.bool_)
-        return FramesAnswer(start, hit, close, frame + start, faces, work, (search, exact, sorting))
+        return FramesAnswer(frame + start, faces, work, (search, exact, sorting))
 
     def _searched(
-        self, start: int, stop: int, workspace: Workspace, record: bool, hits: ByteArray, near: ByteArray,
-        work: IntArray,
-    ) -> list[IntArray]:  # fmt: skip
+        self, start: int, stop: int, workspace: Workspace, record: bool, marks: ByteArray, work: IntArray
+    ) -> list[IntArray]:
         (tree_a, tree_b), (a, b) = self._trees, self._lanes
         question = BlockQuestion(start, stop, self._pad, self._faces, record, *self._bits)
-        return workspace.traverse(tree_a, a, tree_b, b, question, hits, near, work)
+        return workspace.traverse(tree_a, a, tree_b, b, question, marks, work)
 
     def records(self, start: int, stop: int, workspace: Workspace) -> IntArray | None:
         """How the search through distinct frames ``start <= f < stop`` went, (m, 4): kind, first frame, lanes or last
@@ -165,15 +162,14 @@ class PairJob:
         """
         if not np.isfinite(self._pad):
             return None
-        (hits, near), work = np.zeros((2, stop), dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
-        return self._searched(start, stop, workspace, True, hits, near, work)[2].reshape(-1, 4)
+        marks, work = np.zeros((2, stop), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
+        return self._searched(start, stop, workspace, True, marks, work)[2].reshape(-1, 4)
 
-    def _dismissed(self, count: int, start: int) -> FramesAnswer:
+    def _dismissed(self, count: int) -> FramesAnswer:
         """Frames that one climb over the spans dismissed: 5 us a pair where setting up the kernel's row takes 25."""
         work = np.zeros(COUNTERS + 1, dtype=np.int64)
         work[SKIPPED_FRAMES], work[SPAN_TESTS] = count, self._tests
-        nowhere = np.zeros(count, dtype=np.bool_)
-        return FramesAnswer(start, nowhere, nowhere, NO_FRAMES, NO_FACES, work, (0.0, 0.0, 0.0))
+        return FramesAnswer(NO_FRAMES, NO_FACES, work, (0.0, 0.0, 0.0))
 
     def _unpacked(self, keys: IntArray) -> tuple[IntArray, NDArray[np.int32]]:
         """Frames and face pairs, sorted, faces in the order of the pair."""
@@ -216,7 +212,7 @@ class PairJob:
             placed.append(place_points(corners.reshape(-1, 3), *pose).reshape(-1, 3, 3))
         return placed[0], placed[1]
 
-    def _exhaustive(self, start: int, stop: int) -> FramesAnswer:
+    def _exhaustive(self, start: int, stop: int, marks: ByteArray) -> FramesAnswer:
         """Every face against every face: coordinates too large for the bounds of the kernels."""
         begin, found = perf_counter(), []
         for row in range(start, stop):
@@ -229,9 +225,8 @@ class PairJob:
         sizes = np.array([len(one) for one in found])
         frame = np.repeat(np.arange(start, stop), sizes) if self._faces else NO_FRAMES
         faces = np.concatenate(found).astype(np.int32) if self._faces else NO_FACES
-        work = np.zeros(COUNTERS + 1, dtype=np.int64)
-        near = np.ones(stop - start, dtype=np.bool_)
-        return FramesAnswer(start, sizes > 0, near, frame, faces, work, (0.0, perf_counter() - begin, 0.0))
+        marks[0, start:stop], marks[1, start:stop] = sizes > 0, 1
+        return FramesAnswer(frame, faces, np.zeros(COUNTERS + 1, dtype=np.int64), (0.0, perf_counter() - begin, 0.0))
 
 
 def bits_of(trees: tuple[BoxTree, BoxTree]) -> tuple[int, int]:

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
-from cdcore.kernels.memory import Memory, doubles_of, row_of
+from cdcore.kernels.memory import Memory, doubles_of, fetch_early, row_of
 from cdcore.narrow.spacetime.bounds import ROUNDOFF
 from cdcore.narrow.spacetime.simd import (
     LANES,
@@ -34,6 +34,8 @@ STEP_ULPS = 32.0
 """Placing two centres rounds each by at most 7 u of the body's size and distance; taken twice."""
 ROWS = 15
 """Rotation row by row, translation, world centre of the root box."""
+AHEAD: Final = 24
+"""Frames by which memory is asked early: the poses of one body lie too far apart for the machine to guess the next."""
 
 
 def stride_of(count: int) -> int:
@@ -95,6 +97,10 @@ def copy_poses(
     """Fill the first twelve rows of ``entries`` for the first ``count`` chosen frames, ends repeated."""
     stay_one_function()
     for f in range(stride):
+        later = frames[min(f + AHEAD, count - 1)] * bodies + body
+        fetch_early(turns, 9 * later)
+        fetch_early(turns, 9 * later + 8)
+        fetch_early(places, 3 * later)
         pose = frames[min(f, count - 1)] * bodies + body
         for k in range(9):
             entries[k * stride + f] = turns[9 * pose + k]

@@ -16,6 +16,7 @@ from cdcore.narrow.spacetime.block import (
     BLOCKS,
     BY_PATH,
     BY_SPAN,
+    COUNTERS,
     GAP_TESTS,
     MOST_AT_ONCE,
     NEAR_LANES,
@@ -182,27 +183,29 @@ class Workspace:
         self._room, self._found = np.empty(ROOM_DOUBLES), np.empty(3 * 64, dtype=np.int64)
         self._state, self._stack = np.zeros(NEXT_SPAN + 1, dtype=np.int64), np.empty(0, dtype=np.int64)
         self._lists = [np.zeros(length, dtype=np.int64) for length in (4096, 2 * MOST_AT_ONCE, 2 * MOST_AT_ONCE)]
-        self._row, self._near = np.zeros(QUESTION + 6, dtype=np.int64), np.empty(LANES, dtype=np.uint8)
-        self._row[ROOM], self._row[FOUND], self._row[STATE] = map(address_of, (self._room, self._found, self._state))
+        self._row, self._work = np.zeros(QUESTION + 6, dtype=np.int64), np.zeros(COUNTERS, dtype=np.int64)
+        own = self._room, self._found, self._state, self._work
+        self._row[ROOM], self._row[FOUND], self._row[STATE], self._row[WORK] = map(address_of, own)
         self._place_lists()
 
     def traverse(
         self, tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, question: BlockQuestion,
-        hits: ByteArray, near: ByteArray, work: IntArray,
+        marks: ByteArray, work: IntArray,
     ) -> list[IntArray]:  # fmt: skip
-        """Decide the frames of a question; ``hits`` (stop,) is set to 1 where there is contact, ``work`` is added to.
+        """Decide the frames of a question; ``work`` is added to.
 
-        ``near`` (stop,) is set to 1 in every frame in which no bounding volume keeps the bodies apart.
+        ``marks`` (2, n) are set to 1 where there is contact, and where no bounding volume keeps the bodies apart.
 
         Returns ``Lists`` without the counts in front: face pairs that meet, those left open, dismissals. They hold
         until the next traversal.
         """
-        row = self.row_of_pair(tree_a, pose_a.row, tree_b, pose_b.row, question, hits, work)
-        row[NEAR] = address_of(near)
+        row = self.row_of_pair(tree_a, pose_a.row, tree_b, pose_b.row, question, marks)
+        self._work[:] = 0
         self.start(question.start)
         while not traverse_frames(row, question.pad):
             self._lists = [_longer(one) for one in self._lists]
             self._place_lists()
+        work[:COUNTERS] += self._work
         return [one[1 : one[0] + 1] for one in self._lists]
 
     def make_room(self, tree_a: BoxTree, tree_b: BoxTree) -> None:
@@ -210,18 +213,19 @@ class Workspace:
         nodes = 3 * (len(tree_a.links) + len(tree_b.links) + 2)
         if len(self._stack) < nodes:
             self._stack = np.empty(nodes, dtype=np.int64)
+            self._row[STACK] = address_of(self._stack)
 
     def row_of_pair(
         self, tree_a: BoxTree, pose_a: IntArray, tree_b: BoxTree, pose_b: IntArray, question: BlockQuestion,
-        hits: ByteArray, work: IntArray,
+        marks: ByteArray,
     ) -> IntArray:  # fmt: skip
-        """The kernel's row for eight frames at most; it holds until the next one is made."""
+        """The kernel's row; it holds until the next one is made, and its address of the stack until room is made."""
         self.make_room(tree_a, tree_b)
         row = self._row
         row[:TREE_B], row[TREE_B:POSE_A], row[POSE_A:POSE_B], row[POSE_B:ROOM] = tree_a.row, tree_b.row, pose_a, pose_b
-        row[STACK], row[HITS], row[NEAR], row[WORK] = (
-            address_of(array) for array in (self._stack, hits, self._near, work)
-        )
+        # numpy takes 4 us to tell an address
+        row[HITS] = address_of(marks)
+        row[NEAR] = row[HITS] + marks.shape[1]
         start, stop, _, *rest = question
         row[QUESTION:] = start, stop, *rest
         return row

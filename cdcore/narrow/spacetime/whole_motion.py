@@ -21,7 +21,7 @@ from cdcore.narrow.spacetime.far_poses import FAR, asked_apart, far_poses, witho
 from cdcore.narrow.spacetime.pair_job import NO_FACES, NO_FRAMES, FramesAnswer, PairJob, Poses
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes, pose_lanes
 from cdcore.narrow.spacetime.traverse import Workspace
-from cdcore.numerics import BoolArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, IntArray
 
 COUNTER_NAMES = (
     "node_tests", "leaf_pairs", "face_tests", "world_tests", "exact_tests", "integer_tests", "blocks", "skipped",
@@ -133,9 +133,10 @@ def _decide(
     clock, (shared, reading) = [perf_counter()], tracks
     jobs = [PairJob(trees, i, j, poses, shared, faces=faces, verify=verify) for i, j in pairs.tolist()]
     clock.append(perf_counter())
-    answers = _answered(jobs, threads)
+    marks = np.zeros((len(jobs), 2, len(poses.valid)), dtype=np.uint8)
+    answers = _answered(jobs, threads, marks)
     clock.append(perf_counter())
-    found = _collected(jobs, answers, len(poses.valid), faces)
+    found = _collected(jobs, answers, marks, faces)
     parts = [part.seconds for some in answers for part in some]
     spent = [reading, *(sum(stage) for stage in zip((0.0, 0.0, 0.0), *parts, strict=True))]
     spent[1] += clock[1] - clock[0]
@@ -153,59 +154,50 @@ def _stretches(job: PairJob, frames: int) -> Iterator[tuple[int, int]]:
         start = stop
 
 
-def _answered(jobs: list[PairJob], threads: int) -> list[list[FramesAnswer]]:
+def _answered(jobs: list[PairJob], threads: int, marks: ByteArray) -> list[list[FramesAnswer]]:
+    """The answers of all stretches of each pair, which leave their ``marks`` (P, 2, T) at distinct frames."""
+    asked = list(zip(jobs, marks, strict=True))
     if threads <= 1:
         workspace = Workspace()
-        return [[job.stretch(*part, workspace) for part in _stretches(job, FRAMES_AT_ONCE)] for job in jobs]
-    own = local()
+        return [[job.stretch(*part, workspace, own) for part in _stretches(job, FRAMES_AT_ONCE)] for job, own in asked]
+    here = local()
 
-    def answer(job: PairJob, start: int, stop: int) -> FramesAnswer:
-        if not hasattr(own, "workspace"):
-            own.workspace = Workspace()
-        return job.stretch(start, stop, own.workspace)
+    def answer(job: PairJob, start: int, stop: int, own: ByteArray) -> FramesAnswer:
+        if not hasattr(here, "workspace"):
+            here.workspace = Workspace()
+        return job.stretch(start, stop, here.workspace, own)
 
     with ThreadPoolExecutor(threads) as pool:
-        asked = [[pool.submit(answer, job, *part) for part in _stretches(job, FRAMES_PER_TASK)] for job in jobs]
-        return [[part.result() for part in parts] for parts in asked]
+        parts = [
+            [pool.submit(answer, job, *part, own) for part in _stretches(job, FRAMES_PER_TASK)] for job, own in asked
+        ]
+        return [[part.result() for part in some] for some in parts]
 
 
-def _collected(jobs: list[PairJob], answers: list[list[FramesAnswer]], frames: int, faces: bool) -> MotionAnswer:
-    hits = np.zeros((frames, len(jobs)), dtype=np.bool_)
-    total = np.zeros(COUNTERS + 1, dtype=np.int64)
-    entries, near = [(NO_FRAMES,) * 4], [(NO_FRAMES, NO_FRAMES)]
-    rows: list[NDArray[np.int32]] = [NO_FACES]
-    row_count = reused = 0
-    for column, (job, parts) in enumerate(zip(jobs, answers, strict=True)):
-        reused += len(job.frames) - job.count
+def _collected(jobs: list[PairJob], answers: list[list[FramesAnswer]], marks: ByteArray, faces: bool) -> MotionAnswer:
+    total, row_count = np.zeros(COUNTERS + 1, dtype=np.int64), 0
+    entries, rows = [(NO_FRAMES,) * 4], [NO_FACES]
+    for column, (job, parts, own) in enumerate(zip(jobs, answers, marks, strict=True)):
         for part in parts:
             total += part.work
-        known, close = _along([part.hits for part in parts]), _along([part.near for part in parts])
-        apart = close > known
-        if apart.any():
-            frame = job.frames[np.flatnonzero(apart[job.which])]
-            near.append((frame, np.full(len(frame), column)))
-        if not known.any():
-            continue
-        if len(known) == frames and not faces:
-            hits[:, column] = known
-            continue
-        touching = np.flatnonzero(known[job.which])
-        hits[job.frames[touching], column] = True
-        if faces:
+        if job.which is not job.everywhere:
+            known = own[:, job.which]
+            own[:] = 0
+            own[:, job.frames] = known
+        if faces and own[0].any():
+            touching = np.flatnonzero(own[0, job.frames])
             found = np.concatenate([part.frame for part in parts])
             bounds = np.searchsorted(found, np.arange(job.count + 1)) + row_count
             which = job.which[touching]
             entries.append((job.frames[touching], np.full(len(touching), column), bounds[which], bounds[which + 1]))
             rows += [part.faces for part in parts]
             row_count += len(found)
+    hits, near = marks.transpose(1, 0, 2).view(np.bool_)
+    column, close = divmod(np.flatnonzero(near > hits), max(1, hits.shape[1]))
     frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
-    order, close = np.lexsort((pair, frame)), np.concatenate(near, axis=1)
+    order, reused = np.lexsort((pair, frame)), sum(len(job.frames) - job.count for job in jobs)
     work = dict(zip(COUNTER_NAMES, total.tolist(), strict=True)) | {"reused": reused}
     return MotionAnswer(
-        hits, frame[order], pair[order], start[order], stop[order], np.concatenate(rows), (close[0], close[1]), work, {}
-    )
-
-
-def _along(parts: list[BoolArray]) -> BoolArray:
-    """The stretches of a pair as one; none, where it has no frame."""
-    return parts[0] if len(parts) == 1 else np.concatenate([np.zeros(0, dtype=np.bool_), *parts])
+        np.ascontiguousarray(hits.T), frame[order], pair[order], start[order], stop[order], np.concatenate(rows),
+        (close, column), work, {},
+    )  # fmt: skip

@@ -9,9 +9,9 @@ import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
 
-GAP_S: Final = 0.5
+GAP_S: Final = 0.7
 """A flow that stops for less is the same flow: a glass held at its greatest tilt goes on dribbling with the tremor of
-the hand. With 0.3 s one pour of twelve came out as two."""
+the hand. With 0.5 s one pour of twelve came out as two."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,6 +5,7 @@ from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
+from string import Template
 from typing import Any, Final
 
 from replay.base.shown import shown
@@ -13,6 +14,8 @@ from replay.outputs.tables import CODE, STRONG, Cell, Marked, Table
 
 ALLOWED: Final = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 """What a browser may load for a page: its own styles and pictures; no script, no font, no other address."""
+
+FILES: Final = ("page.template.html", "style.css")
 
 
 class Markup(str):
@@ -40,16 +43,11 @@ def joined(parts: Iterable[object]) -> Markup:
 
 def page_html(title: str, top: Iterable[object], sections: Iterable[object], caveat: str = "", style: str = "") -> str:
     """A self-contained page: ``top`` is its header, ``caveat`` its footer, ``style`` goes before the common one."""
-    common = files("replay.outputs.report").joinpath("style.css").read_text(encoding="utf-8")
-    head = [
-        Markup(f'<meta charset="utf-8"><meta http-equiv="Content-Security-Policy" content="{ALLOWED}">'),
-        Markup('<meta name="viewport" content="width=device-width, initial-scale=1">'),
-        element("title", title),
-        Markup(f"<style>{style}{common}</style>"),
-    ]
-    body = [element("header", *top), element("main", joined(sections))]
-    body += [element("footer", element("p", caveat))] if caveat else []
-    return f'<!doctype html>\n<html lang="en"><head>{joined(head)}</head><body>{joined(body)}</body></html>\n'
+    page, common = (files("replay.outputs.report").joinpath(name).read_text(encoding="utf-8") for name in FILES)
+    return Template(page).substitute(
+        allowed=ALLOWED, title=safe(title), style=style + common, top=joined(top), sections=joined(sections),
+        footer=element("footer", element("p", caveat)) if caveat else "",
+    )  # fmt: skip
 
 
 def page_section(title: str, *content: object, fold: bool = False) -> Markup:
@@ -73,38 +71,26 @@ def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], *, w
 
 def page_table(made: Table, cards: Sequence[Mapping[str, object]] = ()) -> Markup:
     """A table as HTML, its notes below it; with ``cards``, the attributes of each row, every row looks like a card."""
-    if cards:
-        return _card_table(made, cards)
-    kinds = ["word" if column.words else "number" for column in made.columns]
-    names = zip(made.columns, kinds, strict=True)
-    header = element("tr", *(element("th", column.name, scope="col", class_=kind) for column, kind in names))
-    body = [
-        element("tr", *(element("td", _cell(cell), class_=kind) for kind, cell in zip(kinds, row, strict=True)))
-        for row in made.rows
-    ]
-    whole = element("table", element("caption", made.title), element("thead", header), element("tbody", *body))
-    shown = element("div", whole, class_="wide", tabindex="0", role="region", aria_label=made.title)
-    return joined([shown, *(element("p", note) for note in made.notes)])
 
-
-def _card_table(made: Table, cards: Sequence[Mapping[str, object]]) -> Markup:
     # What looks like a card is no table to a browser any more: the roles say what it is.
-    kinds: list[dict[str, object]] = [{} if column.words else {"class_": "number"} for column in made.columns]
-    names = (column.name for column in made.columns)
-    header = element("tr", *(element("th", name, scope="col", role="columnheader") for name in names), role="row")
-    rows = [
-        element(
-            "tr",
-            *(
-                element("td", _cell(cell), role="cell", data_name=column.name, **kind)
-                for column, kind, cell in zip(made.columns, kinds, row, strict=True)
-            ),
-            role="row", **about,
-        )
-        for row, about in zip(made.rows, cards, strict=True)
-    ]  # fmt: skip
-    parts = [element("caption", made.title), element("thead", header, role="rowgroup")]
-    whole = element("table", *parts, element("tbody", *rows, role="rowgroup"), class_="cards", role="table")
+    def part(name: str, role: str, *content: object, **more: object) -> Markup:
+        return element(name, *content, **({"role": role} if cards else {}), **more)
+
+    kinds = ["word" if column.words else "number" for column in made.columns]
+    named = [{"data_name": column.name} if cards else {} for column in made.columns]
+    columns = zip(made.columns, kinds, strict=True)
+    head = (part("th", "columnheader", column.name, scope="col", class_=kind) for column, kind in columns)
+    rows = (
+        part("tr", "row", *(
+            part("td", "cell", _cell(cell), class_=kind, **name)
+            for kind, name, cell in zip(kinds, named, row, strict=True)
+        ), **about)
+        for row, about in zip(made.rows, cards or [{}] * len(made.rows), strict=True)
+    )  # fmt: skip
+    inside = (part("thead", "rowgroup", part("tr", "row", *head)), part("tbody", "rowgroup", *rows))
+    whole = part("table", "table", element("caption", made.title), *inside, class_="cards" if cards else "rows")
+    if not cards:
+        whole = element("div", whole, class_="wide", tabindex="0", role="region", aria_label=made.title)
     return joined([whole, *(element("p", note) for note in made.notes)])
 
 
@@ -117,14 +103,11 @@ def _cell(cell: Cell) -> Markup:
     if not isinstance(cell, Marked):
         return safe("" if cell is None else cell)
     text = element(MARKS[cell.mark], cell.text) if cell.mark in MARKS else safe(cell.text)
+    if cell.mark == CODE:
+        # A command is broken at blanks, not at the hyphens of its options.
+        text = Markup(re.sub(r"(?<=[ >])[^ <>]*-[^ <>]*", r"<span>\g<0></span>", text))
     text = element("a", text, href=cell.to) if cell.to else text
     return joined([text, element("small", cell.below)]) if cell.below else text
-
-
-def bar(title: str, x: float, y: float, width: float, height: float, **more: object) -> Markup:
-    """A rectangle of an SVG that says what it is when pointed at."""
-    at = {"x": f"{x:.1f}", "y": f"{y:g}", "width": f"{width:.1f}", "height": f"{height:g}"}
-    return element("rect", element("title", title), **at, **more)
 
 
 def picture(png: bytes, words: str) -> Markup:

@@ -1,19 +1,22 @@
 """``report.html``: what was missed, where and at what price, on one self-contained page."""
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
+from cdcore import TriangleMesh
+from cdcore.numerics import FloatArray, place_points
 from replay.base.constants import CAVEAT
+from replay.comparison.false_contacts import FalseContact
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Miss, Outcome
 from replay.effects.effect_summary import happened, happened_words
-from replay.outputs.camera import Eye, Obstacles, overview, standing, towards_user
-from replay.outputs.moments import KINDS, FocusMoment, key_moments, leading, to_do, worst_first
+from replay.outputs.camera import Eye, Obstacles, framing, overview, standing, towards_user
+from replay.outputs.moments import FocusMoment, key_moments, leading, to_do, worst_first
 from replay.outputs.palette import INVENTED, MISSED, hex_of
 from replay.outputs.report import tables
-from replay.outputs.report.audit_parts import cause_table, count_tables, duration_table
 from replay.outputs.report.bench_picture import bench_picture
 from replay.outputs.report.charts import timeline, timing
 from replay.outputs.report.faults import fault_sections, first_of
@@ -25,9 +28,6 @@ from replay.pipeline.run_result import RunResult
 
 CLOSE_UPS = 4
 """Misses shown as pictures; all of them stand in the table."""
-
-FARTHER = 3.0
-"""A false contact is seen from so much farther than a miss: its two bodies are apart."""
 
 EVENTS_FIRST = 6
 """Events listed before all else, where no contact was looked for."""
@@ -94,9 +94,9 @@ def _sections(result: RunResult, pictures: list[Markup]) -> list[Markup]:
         costs = [timing(result), page_table(cost_table(result)), page_table(stage_table(result))]
         parts.append(page_section("What it cost in time", *costs, fold=True))
     if result.comparisons:
-        causes = [cause_table(result)] if result.causes else []
-        parts.append(page_section("Counts and causes", count_tables(result), *causes, fold=True))
-        if (steps := duration_table(result)) is not None:
+        causes = [tables.cause_table(result)] if result.causes else []
+        parts.append(page_section("Counts and causes", tables.count_tables(result), *causes, fold=True))
+        if (steps := tables.duration_table(result)) is not None:
             parts.append(page_section("Which step rate would have missed it", steps, fold=True))
     if result.effects or result.summary["plan"]["not_built"]:
         parts.append(page_section("Effects that the scene calls for", tables.effect_section(result)))
@@ -113,18 +113,11 @@ def _worst_picture(result: RunResult, worst: FocusMoment | None) -> Markup:
         frame = len(assembly.motion) // 2
         eye = _from_farther(overview(assembly, scene, np.zeros((0, 3)), frame))
         return picture(bench_picture(assembly, scene, frame, eye), f"The bench at {assembly.motion.times[frame]:.2f} s")
-    obstacles = Obstacles(assembly, scene)
+    found: Sequence[Miss | FalseContact] = result.false.get(worst.label, ())
     if worst.outcome == Outcome.MISSED:
-        (miss,) = (one for one in result.misses[worst.label] if one.number == worst.number)
-        return _close_up(result, obstacles, worst.label, miss)
-    user = towards_user(assembly, scene, worst.frame, worst.point)
-    eye = _from_farther(obstacles.close_up(worst.frame, worst.point, user), FARTHER)
-    (false,) = (one for one in result.false[worst.label] if one.number == worst.number)
-    name, frames = assembly.pair_name(worst.pair), counted(false.frames, "frame")
-    png = bench_picture(assembly, scene, worst.frame, eye)
-    what = f"{name} for {frames} from {false.start:.3f} s: {false.cause}"
-    made = picture(png, f"False contact {false.number} of {worst.label}: {what}")
-    return _leading_to(made, result, KINDS[worst.outcome], worst.number, worst.label)
+        found = result.misses[worst.label]
+    (one,) = (one for one in found if one.number == worst.number)
+    return _fault_picture(result, Obstacles(assembly, scene), worst.label, one)
 
 
 def _close_ups(result: RunResult, worst: FocusMoment | None) -> list[Markup]:
@@ -133,24 +126,52 @@ def _close_ups(result: RunResult, worst: FocusMoment | None) -> list[Markup]:
     top = (worst.label, worst.number) if worst and worst.outcome == Outcome.MISSED else ()
     obstacles = Obstacles(result.assembly, result.session.scene)
     rest = [(label, miss) for label, miss in _telling(shown) if (label, miss.number) != top]
-    return [_close_up(result, obstacles, label, miss) for label, miss in rest[:CLOSE_UPS]]
+    return [_fault_picture(result, obstacles, label, miss) for label, miss in rest[:CLOSE_UPS]]
 
 
-def _close_up(result: RunResult, obstacles: Obstacles, label: str, miss: Miss) -> Markup:
-    there, row = standing(result.assembly, miss)
-    side = towards_user(there, result.session.scene, row, miss.point)
-    near = _from_farther(obstacles.close_up(row, miss.point, side, there.motion))
-    png = bench_picture(there, result.session.scene, row, near, _marked(result, miss))
-    red = "the faces that meet"
-    if miss.touch is not None:
-        red = f"the faces that touch first, between frames {miss.touch.frame} and {miss.touch.frame + 1}"
-    what = f"{miss.body_a} and {miss.body_b} at {there.motion.times[row]:.3f} s, {miss.kind}: {miss.cause}; red: {red}"
-    return _leading_to(picture(png, f"Miss {miss.number} of {label}: {what}"), result, "miss", miss.number, label)
+def _fault_picture(result: RunResult, obstacles: Obstacles, label: str, one: Miss | FalseContact) -> Markup:
+    """A picture that is a link to the card of its fault: of a miss its faces, of a false contact what invents it."""
+    missed = isinstance(one, Miss)
+    there, row = standing(result.assembly, one) if isinstance(one, Miss) else (result.assembly, one.widest)
+    side = towards_user(there, result.session.scene, row, one.point)
+    eye = obstacles.close_up(row, one.point, side, there.motion)
+    if isinstance(one, Miss):
+        eye, marked, solids = _from_farther(eye), _marked(result, one), {}
+        red = "the faces that meet"
+        if one.touch is not None:
+            red = f"the faces that touch first, between frames {one.touch.frame} and {one.touch.frame + 1}"
+        what = f"{one.body_a} and {one.body_b} at {there.motion.times[row]:.3f} s, {one.kind}: {one.cause}; red: {red}"
+    else:
+        marked, solids = {}, _solids(result, label, one)
+        eye = framing(_of_pair(result, one, solids), np.subtract(eye.position, eye.target))
+        name, frames = there.pair_name(one.pair), counted(one.frames, "frame")
+        what = f"{name} for {frames} from {one.start:.3f} s: {one.cause}" + "; yellow: the solids" * bool(solids)
+    png = bench_picture(there, result.session.scene, row, eye, marked, solids)
+    made = picture(png, f"{'Miss' if missed else 'False contact'} {one.number} of {label}: {what}")
+    by = "" if label == first_of(result) else label
+    return element("a", made, href="#" + address("miss" if missed else "false", one.number, by))
 
 
-def _leading_to(made: Markup, result: RunResult, kind: str, number: int, label: str) -> Markup:
-    """A picture that is a link to the card of its fault."""
-    return element("a", made, href="#" + address(kind, number, "" if label == first_of(result) else label))
+def _solids(result: RunResult, label: str, one: FalseContact) -> dict[int, TriangleMesh]:
+    """What the detector puts in place of the meshes of a pair, where that is not the mesh itself."""
+    colliders = getattr(result.detectors.get(label), "colliders", ())
+    bodies = result.assembly.bodies
+    ends = result.assembly.pairs[one.pair].tolist() if colliders else ()
+    return {body: colliders[body].mesh for body in ends if colliders[body].mesh is not bodies[body].mesh}
+
+
+def _of_pair(result: RunResult, one: FalseContact, solids: Mapping[int, TriangleMesh]) -> FloatArray:
+    """Vertices of a pair or its solids no farther from a false contact than the smaller is large, world (n, 3)."""
+    motion, assembly = result.assembly.motion, result.assembly
+    points = [
+        place_points(mesh.vertices, motion.rotations[one.widest, body], motion.translations[one.widest, body])
+        for body in assembly.pairs[one.pair].tolist()
+        for mesh in (solids.get(body, assembly.bodies[body].mesh),)
+    ]
+    # A bench top is longer than a room: of it is shown what is near.
+    near = min(float(np.linalg.norm(np.ptp(some, axis=0))) for some in points)
+    away = np.linalg.norm(np.concatenate(points) - one.point, axis=1)
+    return np.concatenate([np.reshape(one.point, (1, 3)), np.concatenate(points)[away < near]])
 
 
 def _telling(shown: list[tuple[str, Miss]]) -> list[tuple[str, Miss]]:

@@ -5,59 +5,56 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import Final
 
-from replay.effects.effect_summary import happened
+from replay.effects.effect_summary import EVENT_ROWS, happened
 from replay.outputs import run_tables
 from replay.outputs.report.markup import Markup, element, joined, page_table, table
-from replay.outputs.words import NOTHING_SUSPICIOUS, counted
+from replay.outputs.words import CONTACT_WORDS, NOTHING_SUSPICIOUS, counted
 from replay.pipeline.run_result import RunResult
 from sessions import Finding, Severity
 
 MOST_FINDINGS: Final = 200
 """Findings listed; ``summary.json`` holds them all."""
 
-EVENT_ROWS: Final = 60
-"""Events listed; ``events.parquet`` holds them all."""
-
 PAIR_HEAD: Final = (
     "pair", "contacts", "seconds", "longest s", "missed", "in part", "frames missed", "false frames",
     "within tolerance",
 )  # fmt: skip
+FRAME_WORDS: Final = (
+    "A pair-frame is one pair of bodies in one frame. Missed: the oracle says contact, the detector does not; "
+    "false: the other way round. Within tolerance: they disagree about less than any tracker resolves. Left out: "
+    "one of them could not decide, or a pose was lost. Between frames: only the way from frame to frame shows it."
+)
+CONTACT_NOTE: Final = (
+    "A contact lasts from the first frame in which a pair touches to the last. The detector's are matched one to one "
+    "with the oracle's, by most frames in common. Ties, not counted: undecided, within tolerance, or between frames."
+)
 
 
 def fact_table(result: RunResult) -> Markup:
-    """What was recorded, and what was done to it."""
+    """What was recorded, and what was done to it: stand-ins, and bodies and frames that were left out, before all."""
     return table("Facts of the session", ("what", "value"), _facts(result), words=2)
 
 
 def _facts(result: RunResult) -> Iterator[tuple[str, object]]:
-    session = result.summary["session"]
+    session, assembly = result.summary["session"], result.assembly
     yield "length", f"{session['duration']:.1f} s, {session['frames']:,} frames"
     if session["median_step"]:
         yield "rate", f"{1.0 / session['median_step']:.1f} Hz (median)"
     yield "bodies", ", ".join(f"{name} ({body['faces']:,} faces)" for name, body in session["bodies"].items())
-    yield "pairs looked at", len(result.assembly.pairs)
-    yield from _gaps(result)
-    for note in result.assembly.notes:
-        yield "note", note
+    yield "pairs looked at", len(assembly.pairs)
+    if assembly.proxies:
+        yield "proxy meshes", f"stand in for the real ones of {', '.join(assembly.proxies)}"
+    if assembly.left_out:
+        yield "not looked at", f"no mesh: {', '.join(assembly.left_out)}"
+    if dropped := [f"{count} {why}" for why, count in session["dropped_frames"].items() if count]:
+        yield "frames left out", ", ".join(dropped)
+    yield from (("note", note) for note in assembly.notes)
+    first = int(assembly.stamp_ns[0]) - round(float(assembly.motion.times[0]) * 1e9)
     for span in result.session.intervals:
-        first = int(result.assembly.stamp_ns[0]) - round(float(result.assembly.motion.times[0]) * 1e9)
         yield span.kind, f"{span.name}: {(span.start_ns - first) / 1e9:.1f} to {(span.end_ns - first) / 1e9:.1f} s"
-    for key, value in result.summary["session"]["facts"].items():
-        if value != "not stated":
-            yield key.replace("_", " "), value
+    yield from ((key.replace("_", " "), one) for key, one in session["facts"].items() if one != "not stated")
     if withheld := session.get("facts_withheld", 0):
         yield "withheld", f"{counted(withheld, 'fact')} withheld; the session file holds all"
-
-
-def _gaps(result: RunResult) -> Iterator[tuple[str, object]]:
-    """What a reader must know before believing anything: stand-ins, bodies and frames that were left out."""
-    if result.assembly.proxies:
-        yield "proxy meshes", f"stand in for the real ones of {', '.join(result.assembly.proxies)}"
-    if result.assembly.left_out:
-        yield "not looked at", f"no mesh: {', '.join(result.assembly.left_out)}"
-    dropped = {why: count for why, count in result.summary["session"]["dropped_frames"].items() if count}
-    if dropped:
-        yield "frames left out", ", ".join(f"{count} {why}" for why, count in dropped.items())
 
 
 def contact_table(result: RunResult) -> Markup:
@@ -67,35 +64,72 @@ def contact_table(result: RunResult) -> Markup:
     return joined(page_table(run_tables.pair_table(result, label).only(*PAIR_HEAD)) for label in result.comparisons)
 
 
+def count_tables(result: RunResult) -> Markup:
+    """Pair-frames and contacts of every audited detector, matched and unmatched."""
+    audit = result.summary["audit"]
+    frames = run_tables.pair_frame_table("Pair-frames", audit)
+    contacts = run_tables.matched_table("Contacts matched one to one", audit, CONTACT_WORDS)
+    return joined([element("p", FRAME_WORDS), page_table(frames), element("p", CONTACT_NOTE), page_table(contacts)])
+
+
+def cause_table(result: RunResult) -> Markup:
+    """Why contacts were missed: misses, and pair-frames decided again, by the stage that lost them."""
+    found = {label: one["causes"] for label, one in result.summary["audit"].items() if "causes" in one}
+    rows = [
+        (word, *(f"{one['misses'][word]} ({one['pair_frames'][word]})" for one in found.values()))
+        for word in dict.fromkeys(word for one in found.values() for word in one["misses"])
+        if any(one["misses"][word] or one["pair_frames"][word] for one in found.values())
+    ]
+    again = (f"{one['examined']} of {one['missed']}" for one in found.values())
+    rows.append(("decided again, of pair-frames missed", *again))
+    return table("Causes: misses (pair-frames decided again)", ("cause", *found), rows)
+
+
+def duration_table(result: RunResult) -> Markup | None:
+    """Which step rate would have missed how many of the contacts."""
+    steps = result.summary.get("dwell")
+    if not steps or not steps["contacts"]:
+        return None
+    each = zip(steps["rates_hz"], steps["missed_at_this_phase"], steps["expected_misses"], strict=True)
+    safe, rows = steps["none_missed_from_hz"], [(f"{rate:g} Hz", str(now), f"{mean:.2f}") for rate, now, mean in each]
+    rows.append(("none is missed from", "", "no rate" if safe is None else f"{safe:.1f} Hz"))
+    title = f"Contacts of {steps['contacts']} that looks at fixed steps miss, at frames of this recording"
+    return table(title, ("step rate", "missed at this run's phase", "missed, mean over phases"), rows)
+
+
 def effect_section(result: RunResult) -> Markup:
     """Tables of effects and events, then what nobody asked for and what this version does not compute."""
-    found = happened(result.effects)
+    found, planned = happened(result.effects), result.summary["plan"]
     rows = [
         (kind, event.name, event.text, f"{event.time:.3f}", "" if event.end is None else f"{event.end:.3f}")
         for kind, event in found[:EVENT_ROWS]
     ]
     more = f", the first {EVENT_ROWS} of {len(found)}" if len(found) > EVENT_ROWS else ""
     events = table(f"What the effects found{more}", ("effect", "event", "in words", "from s", "to s"), rows, words=3)
-    planned, lines = result.summary["plan"], []
-    if planned["not_run"]:
-        lines.append(f"Not called for, so not imported and not run: {', '.join(planned['not_run'])}.")
-    if not planned["detection"]:
-        lines.append("No collision query was made.")
-    if planned["not_built"]:
-        lines.append(f"Declared, and not computed by this version: {', '.join(planned['not_built'])}.")
-    return joined([page_table(run_tables.effect_table(result)), events, *(element("p", line) for line in lines)])
+    lines = {
+        f"Not called for, so not imported and not run: {', '.join(planned['not_run'])}.": planned["not_run"],
+        "No collision query was made.": not planned["detection"],
+        f"Declared, and not computed by this version: {', '.join(planned['not_built'])}.": planned["not_built"],
+    }
+    said = (element("p", line) for line, holds in lines.items() if holds)
+    return joined([page_table(run_tables.effect_table(result)), events, *said])
 
 
 def finding_tables(result: RunResult) -> Markup:
     """What the doctor found, worst first, and what the policy made of it; one sentence where nothing was wrong."""
     if result.treatment is None:
         return element("p", "The recording was not examined.")
-    findings = result.treatment.findings
+    findings, sums = result.treatment.findings, dict[tuple[str, str, str], Counter[str]]()
     parts = [element("p", trust(findings))]
     if findings:
         parts.append(page_table(run_tables.finding_table(findings[:MOST_FINDINGS])))
-    if result.treatment.spans:
-        parts.append(_repair_table(result))
+    head = ("kind", "body", "policy", "spans", "samples", "dropped", "held", "interpolated")
+    for span in result.treatment.spans:
+        count = sums.setdefault((span.kind, span.body or "all", span.action), Counter())
+        count.update({"spans": 1} | {name: getattr(span, name) for name in head[4:]})
+    if sums:
+        done = [(*key, *(count[name] for name in head[3:])) for key, count in sums.items()]
+        parts.append(table("What was done about poses in doubt", head, done, words=3))
     rows = [
         (label, ", ".join(f"{count:,} {verdict}" for verdict, count in figures.items()))
         for label, figures in result.summary["flagged_verdicts"].items()
@@ -111,32 +145,16 @@ def trust(findings: tuple[Finding, ...]) -> str:
     """One sentence: how much was found; that nothing was proves nothing."""
     count = Counter(finding.severity for finding in findings)
     bad = [counted(count[one], one.name.lower()) for one in (Severity.ERROR, Severity.WARNING) if count[one]]
-    if not bad:
-        return f"{NOTHING_SUSPICIOUS}."
-    return f"{' and '.join(bad)}: verdicts on these spans carry a flag."
-
-
-def _repair_table(result: RunResult) -> Markup:
-    """A row per kind and body: the action, and what became of the samples."""
-    assert result.treatment is not None
-    sums: dict[tuple[str, str, str], Counter[str]] = {}
-    for span in result.treatment.spans:
-        count = sums.setdefault((span.kind, span.body or "all", span.action), Counter())
-        for name in ("samples", "dropped", "held", "interpolated"):
-            count[name] += getattr(span, name)
-        count["spans"] += 1
-    head = ("kind", "body", "policy", "spans", "samples", "dropped", "held", "interpolated")
-    rows = [(*key, *(count[name] for name in head[3:])) for key, count in sums.items()]
-    return table("What was done about poses in doubt", head, rows, words=3)
+    return f"{' and '.join(bad)}: verdicts on these spans carry a flag." if bad else f"{NOTHING_SUSPICIOUS}."
 
 
 def settings_table(result: RunResult) -> Markup:
     """Settings, digests and machine: what it takes to get the same figures again."""
-    rows: list[tuple[object, object]] = [("session", result.summary["session"]["origin"] or "in memory")]
-    rows.append(("seed", result.summary["seed"]))
-    for label, figures in result.summary["detectors"].items():
+    told = result.summary
+    rows: list[tuple[object, object]] = [("session", told["session"]["origin"] or "in memory"), ("seed", told["seed"])]
+    for label, figures in told["detectors"].items():
         settings = json.dumps(figures["settings"], sort_keys=True)
         rows.append((label, f"{figures['name']} {settings}, verdicts SHA-256 {figures['digest']}"))
-    rows += [(name, value) for name, value in result.summary["machine"].items()]
-    rows.append(("versions", ", ".join(f"{name} {value}" for name, value in result.summary["versions"].items())))
+    rows += told["machine"].items()
+    rows.append(("versions", ", ".join(f"{name} {value}" for name, value in told["versions"].items())))
     return table("Settings, digests and machine", ("what", "value"), rows, words=2)

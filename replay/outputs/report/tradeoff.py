@@ -9,11 +9,11 @@ from tempfile import TemporaryDirectory
 from typing import Final
 
 from replay.outputs.price_plot import subtitle
-from replay.outputs.report.growth import growth_picture, growth_table
+from replay.outputs.report.drawing import DARK, LIGHT, Theme
 from replay.outputs.report.markup import Markup, element, joined, page_table
-from replay.outputs.report.tradeoff_picture import DARK, LIGHT, Theme, picture
+from replay.outputs.report.tradeoff_picture import growth_picture, picture
 from replay.outputs.results.parquet import write_rows
-from replay.outputs.tradeoff_table import AT_PHASE, HEAD, how_measured, quickest_first, tradeoff_table
+from replay.outputs.tradeoff_table import AT_PHASE, HEAD, growth_table, how_measured, quickest_first, tradeoff_table
 from replay.outputs.words import counted
 from replay.pipeline.run_result import Tradeoff
 

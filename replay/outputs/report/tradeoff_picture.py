@@ -1,15 +1,14 @@
-"""What accuracy costs, live and offline, side by side; the answer is the title."""
+"""What accuracy costs, live and offline side by side, and how it grows with a session; the answer is the title."""
 
-from __future__ import annotations
-
-import io
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
+from replay.base.constants import BUDGET_MS, ONE_FRAME
 from replay.base.shown import drawable
-from replay.outputs.price_plot import BEST, COMPLETE, CURVES, FAINT, INVENTS, Plot, plots_of, subtitle
+from replay.outputs.price_plot import BEST, CURVES, FAINT, INVENTS, Plot, plots_of, subtitle
+from replay.outputs.report.drawing import DARK, LIGHT, Theme, saved
 from replay.pipeline.run_result import Tradeoff
+from replay.tradeoffs.growth import UNITS, growth_answer, leaves_at
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,49 +20,20 @@ ABOVE: Final = 0.18
 """Room over the line of 0, in shares of the plot, for the names of what misses nothing."""
 
 
-@dataclass(frozen=True)
-class Theme:
-    """Colours of background, words, lesser words and grid lines, and of each kind of mark."""
-
-    paper: str
-    ink: str
-    faint: str
-    grid: str
-    kinds: Mapping[str, str]
-
-
-def _kinds(*colours: str) -> dict[str, str]:
-    return dict(zip((BEST, COMPLETE, FAINT, INVENTS, *CURVES), colours, strict=True))
-
-
-LIGHT: Final = Theme(
-    "#FFFFFF", "#1B1F27", "#5B6472", "#E4E7EC",
-    _kinds("#0B7A45", "#1B1F27", "#8B93A1", "#9A7400", "#0072B2", "#7F3C8D", "#A5612C"),
-)  # fmt: skip
-DARK: Final = Theme(
-    "#14171C", "#E8EAED", "#9AA3B0", "#2A2F38",
-    _kinds("#3DC97B", "#E8EAED", "#7C8694", "#FFCC00", "#56B4E9", "#BE94E6", "#F5923E"),
-)  # fmt: skip
-
-
 def picture(done: Tradeoff, kind: str = "png", theme: Theme = LIGHT) -> bytes:
     """The picture as ``png`` or ``svg``."""
-    from matplotlib import rc_context
-
-    out = io.BytesIO()
-    how: Mapping[str, Any] = {"metadata": {"Date": None}} if kind == "svg" else {"dpi": 110}
-    style: dict[Any, Any] = {"svg.hashsalt": "vrlab-replay", "text.color": theme.ink}
-    style |= dict.fromkeys(("axes.labelcolor", "xtick.color", "ytick.color", "axes.edgecolor"), theme.faint)
-    # The salt fixes the random names inside an SVG, so that the page that holds it is the same every time.
-    with rc_context(style):
-        _drawn(done, theme).savefig(out, format=kind, facecolor=theme.paper, **how)
-    return out.getvalue()
+    return saved(lambda: _drawn(done, theme), theme, kind)
 
 
-def _drawn(done: Tradeoff, theme: Theme) -> Figure:
+def growth_picture(rows: Sequence[dict[str, Any]], theme: Theme = DARK) -> bytes:
+    """A plot an axis, as PNG; the size at which a curve leaves the budget stands beside it."""
+    return saved(lambda: _grown(rows, theme), theme, "png")
+
+
+def _drawn(done: Tradeoff, theme: Theme) -> "Figure":
     from matplotlib.figure import Figure
 
-    drawn = Figure(figsize=SIZE, facecolor=theme.paper)
+    drawn = Figure(figsize=SIZE)
     drawn.text(0.05, 0.95, done.answer, fontsize=17, fontweight="bold", va="center")
     for place, line in zip((0.915, 0.887), subtitle(done), strict=True):
         drawn.text(0.05, place, drawable(line), fontsize=10, color=theme.faint, va="center")
@@ -73,34 +43,52 @@ def _drawn(done: Tradeoff, theme: Theme) -> Figure:
     return drawn
 
 
-def _panel(axes: Axes, plot: Plot, theme: Theme) -> None:
-    axes.set_facecolor(theme.paper)
-    axes.set_xlim(0.0, 1.0)
-    axes.set_ylim(1.03, -ABOVE)
+def _panel(axes: "Axes", plot: Plot, theme: Theme) -> None:
+    axes.set(xlim=(0.0, 1.0), ylim=(1.03, -ABOVE), xlabel=plot.x_words, ylabel=f"{plot.y_words}  (0 is best, on top)")
     axes.set_title(plot.title, loc="left", fontsize=12, fontweight="bold")
-    axes.set_xlabel(plot.x_words)
-    axes.set_ylabel(f"{plot.y_words}  (0 is best, on top)")
-    axes.set_xticks([x for x, _ in plot.x_ticks], [words for _, words in plot.x_ticks])
-    axes.set_yticks([y for y, _ in plot.y_ticks], [words for _, words in plot.y_ticks])
-    axes.grid(visible=True, color=theme.grid, lw=0.7)
+    axes.set_xticks(*zip(*plot.x_ticks, strict=True))
+    axes.set_yticks(*zip(*plot.y_ticks, strict=True))
+    axes.grid(visible=True, lw=0.7)
     axes.set_axisbelow(True)
     axes.spines[["right", "top"]].set_visible(False)
-    for number, (x, words) in enumerate(plot.budgets):
+    words: dict[str, Any] = {"color": theme.faint, "backgroundcolor": theme.paper, "ha": "center", "fontsize": 8}
+    for number, (x, rate) in enumerate(plot.budgets):
         axes.axvline(x, color=theme.faint, lw=1.1, ls="--")
-        axes.text(
-            x, 0.98 - 0.05 * number, words, fontsize=8, color=theme.faint, backgroundcolor=theme.paper, ha="center"
-        )
+        axes.text(x, 0.98 - 0.05 * number, rate, **words)
     for kind, marks in plot.curves:
         axes.plot([one.x for one in marks], [one.y for one in marks], color=theme.kinds[kind], lw=1.8)
     for one in plot.marks:
-        colour, ring = theme.kinds[one.kind], one.kind == INVENTS
-        axes.plot([one.x] * 2, [one.low, one.high], color=colour, lw=4, alpha=0.15 if one.kind == FAINT else 0.3)
-        axes.plot(
-            one.x, one.y, "o", color=colour, ms=4 if one.kind == FAINT else 8, mew=1.6,
-            mfc=theme.paper if ring else colour,
-        )  # fmt: skip
+        colour, faint = theme.kinds[one.kind], one.kind == FAINT
+        fill = theme.paper if one.kind == INVENTS else colour
+        axes.plot([one.x] * 2, [one.low, one.high], color=colour, lw=4, alpha=0.15 if faint else 0.3)
+        axes.plot(one.x, one.y, "o", color=colour, ms=4 if faint else 8, mew=1.6, mfc=fill)
     for word in plot.words:
-        axes.text(
-            word.x, word.y, word.text, color=theme.kinds[word.kind], ha="center", va="center",
-            fontsize=9.5 if word.strong else 8.5, fontweight="bold" if word.strong else "normal",
-        )  # fmt: skip
+        strong: dict[str, Any] = {"fontsize": 9.5, "fontweight": "bold"} if word.strong else {"fontsize": 8.5}
+        axes.text(word.x, word.y, word.text, color=theme.kinds[word.kind], ha="center", va="center", **strong)
+
+
+def _grown(rows: Sequence[dict[str, Any]], theme: Theme) -> "Figure":
+    from matplotlib.figure import Figure
+
+    axes, names = ([*dict.fromkeys(row[key] for row in rows)] for key in ("axis", "detector"))
+    drawn = Figure(figsize=(5.0 * len(axes), 5.6), layout="constrained")
+    drawn.suptitle(growth_answer(rows), fontsize=15, fontweight="bold")
+    for place, axis in zip(drawn.subplots(1, len(axes), squeeze=False)[0], axes, strict=True):
+        place.set(xscale="log", yscale="log", xlabel=UNITS[axis], ylabel="p99 time of one live frame, ms")
+        place.minorticks_off()
+        place.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        some = sorted((row for row in rows if row["axis"] == axis), key=lambda row: float(row["size"]))
+        sizes = [*dict.fromkeys(row["size"] for row in some)]
+        place.set_xticks(sizes, [f"{size:,.4g}" if size < 1000 else f"{size:,.0f}" for size in sizes])
+        place.plot(sizes, [next(row["budget_ms"] for row in some if row["size"] == size) for size in sizes],
+                   color=theme.ink, lw=1.5)  # fmt: skip
+        place.text(sizes[0], some[0]["budget_ms"], ONE_FRAME if axis != "rate" else "one frame")
+        for kind, name in zip((BEST, *CURVES), names, strict=False):
+            if points := [(row["size"], row["p99_ms"]) for row in some if row["detector"] == name]:
+                size, colour = leaves_at(rows, axis, name), theme.kinds[kind]
+                words = f" {name}" if size is None else f" {name}: {size:,.0f}"
+                place.plot(*zip(*points, strict=True), "o-", color=colour)
+                place.text(*points[-1], words, color=colour, fontsize=9)
+                if size is not None and axis != "rate":
+                    place.plot(size, BUDGET_MS, "o", ms=10, mfc="none", color=colour)
+    return drawn

@@ -9,6 +9,7 @@ from typing import Any, Final
 import numpy as np
 import rerun as rr
 from numpy.typing import ArrayLike, NDArray
+from scipy.spatial.transform import Rotation
 
 from cdcore.numerics import FloatArray
 from replay.base.constants import HELD_FRAMES
@@ -79,27 +80,8 @@ def packed(colours: Iterable[Rgba]) -> NDArray[np.uint32]:
 
 def pose_columns(translations: FloatArray, rotations: FloatArray) -> rr.ComponentColumnList:
     """Poses as Rerun takes them: (n, 3) and (n, 3, 3), column convention."""
-    turns = quaternions_xyzw(rotations).astype(np.float32)
+    turns = Rotation.from_matrix(rotations).as_quat(canonical=True).astype(np.float32)
     return rr.Transform3D.columns(translation=np.asarray(translations, dtype=np.float32), quaternion=turns)
-
-
-def quaternions_xyzw(rotations: FloatArray) -> FloatArray:
-    """Unit quaternions (n, 4), w >= 0, of rotation matrices (n, 3, 3), column convention; accurate for each of them.
-
-    Source: Shepperd, "Quaternion from rotation matrix", Journal of Guidance and Control 1 (1978): of the four squares
-    4x^2, 4y^2, 4z^2, 4w^2, which sum to 4, the largest is at least 1 and is divided by.
-    """
-    r = np.asarray(rotations, dtype=np.float64)
-    outer = np.empty((len(r), 4, 4))  # outer[:, i, j] = 4 q_i q_j
-    outer[:, :3, :3] = r + r.transpose(0, 2, 1)
-    for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
-        outer[:, i, 3] = outer[:, 3, i] = r[:, k, j] - r[:, j, k]
-    for i, (x, y, z) in enumerate(((1, -1, -1), (-1, 1, -1), (-1, -1, 1), (1, 1, 1))):
-        outer[:, i, i] = 1 + x * r[:, 0, 0] + y * r[:, 1, 1] + z * r[:, 2, 2]
-    largest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
-    row = outer[np.arange(len(r)), largest]
-    q: FloatArray = row / np.linalg.norm(row, axis=1, keepdims=True)
-    return np.where(q[:, 3:] < 0, -q, q)
 
 
 def entity(*parts: str) -> str:
@@ -158,6 +140,20 @@ class RecordingWriter:
     ) -> None:
         """Send rows on the session timeline alone, at any nanosecond."""
         self._send(path, [on_session(ns)], columns, counts)
+
+    def curve(
+        self, path: str, frames: ArrayLike, values: ArrayLike, name: str, colour: Rgba, width: float, *,
+        step: bool = False,
+    ) -> None:  # fmt: skip
+        """Send a value per frame, and how their curve looks; a ``step`` is none that is sloped."""
+        self.rows(path, frames, rr.Scalars.columns(scalars=values))
+        # Peaks are what a curve is about; the default policy averages them away when zoomed out.
+        peaks, steps = rr.components.AggregationPolicy.Max, rr.components.InterpolationMode.StepAfter
+        line = rr.SeriesLines.from_fields(
+            names=[name], colors=packed([colour]), widths=[width], aggregation_policy=peaks,
+            interpolation_mode=steps if step else None,
+        )  # fmt: skip
+        self.static(path, line)
 
     def _send(
         self, path: str, index: Sequence[rr.TimeColumn], columns: rr.ComponentColumnList, counts: ArrayLike | None

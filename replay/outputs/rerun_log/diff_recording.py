@@ -6,7 +6,7 @@ cursor moves both close-ups.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -22,12 +22,11 @@ from replay.outputs.camera import Eye
 from replay.outputs.lanes import number_boxes
 from replay.outputs.palette import FOUND, SERIES, Rgba
 from replay.outputs.rerun_log.columns import SESSION, RecordingWriter, entity, packed
-from replay.outputs.rerun_log.findings import state_view
 from replay.outputs.rerun_log.focus import eye_columns, log_lens
-from replay.outputs.rerun_log.lanes import send_lane
-from replay.outputs.rerun_log.overview import SPACE, TABLE
+from replay.outputs.rerun_log.lanes import send_rows, send_spans
+from replay.outputs.rerun_log.overview import SPACE, MomentPlace, log_moment_table
 from replay.outputs.rerun_log.recording_file import recording_file
-from replay.outputs.rerun_log.views import spatial, text_list
+from replay.outputs.rerun_log.views import seconds_between, spatial, state_view, text_list, text_view, whole_layout
 from replay.outputs.rerun_log.world import body_path
 
 if TYPE_CHECKING:
@@ -71,7 +70,7 @@ def write_diff_recording(
 ) -> None:  # fmt: skip
     """Write the picture; ``session``: of the summary of a run; ``words``: Markdown, its first line the title."""
     bodies = list(session["bodies"])
-    copies = [dict(_copies(one, bodies, side)) for one, side in zip(recordings, SIDES, strict=True)]
+    copies = [_copies(one, bodies, side) for one, side in zip(recordings, SIDES, strict=True)]
     world = World(copies[0], bodies)
     points = {one.label: [world.place(change) for change in one.changes] for one in detectors}
     layout = _layout(names, session, detectors, copies, _overview([p for some in points.values() for p, _ in some]))
@@ -86,7 +85,7 @@ def write_diff_recording(
         _log_table(writer, detectors)
 
 
-def _copies(recording: Path, bodies: Sequence[str], side: str) -> Iterator[tuple[str, list[Chunk]]]:
+def _copies(recording: Path, bodies: Sequence[str], side: str) -> dict[str, list[Chunk]]:
     """Entity -> its chunks: contacts and red faces of a run, of the first run the bodies too."""
     found: dict[str, list[Chunk]] = {}
     roots = [f"/{body_path(name)}" for name in bodies]
@@ -94,7 +93,7 @@ def _copies(recording: Path, bodies: Sequence[str], side: str) -> Iterator[tuple
         place = _place(str(chunk.entity_path), roots, side)
         if place:
             found.setdefault(place, []).append(chunk.with_entity_path(place))
-    yield from found.items()
+    return found
 
 
 def _place(path: str, roots: Collection[str], side: str) -> str:
@@ -160,19 +159,14 @@ def _log_lanes(writer: RecordingWriter, one: DiffedDetector, session: Mapping[st
         for row in rows:
             for at, by in ((row["start"], 1), (row["end"] + step, -1)):
                 depth[round(at * 1e9)] = depth.get(round(at * 1e9), 0) + by
-        stamps = sorted(depth)
-        there = np.cumsum([depth[ns] for ns in stamps]) > 0
-        states = ["contact" if now else "" for now in there.tolist()]
-        send_lane(
-            writer, f"{one.root('lanes')}/{rank}_{side}", np.array(stamps, np.int64), states, [("contact", FOUND)]
-        )
+        there = np.cumsum([depth[ns] for ns in sorted(depth)]) > 0
+        states = {ns: "contact" if now else "" for ns, now in zip(sorted(depth), there.tolist(), strict=True)}
+        send_rows(writer, f"{one.root('lanes')}/{rank}_{side}", states, [("contact", FOUND)])
     for rank, (kind, colour) in enumerate(COLOURS.items(), 3):
         mine = [change for change in one.changes if change.kind == kind]
         boxes = number_boxes(mine, round(session["duration"] * 1e9))
-        stamps = [ns for _, start, end in boxes for ns in (start, end)]
-        states = [text for label, *_ in boxes for text in (label, "")]
         looks = [(label, colour) for label, *_ in boxes]
-        send_lane(writer, f"{one.root('lanes')}/{rank}_{kind}", np.array(stamps, np.int64), states, looks)
+        send_spans(writer, f"{one.root('lanes')}/{rank}_{kind}", boxes, looks)
 
 
 def _log_changes(writer: RecordingWriter, one: DiffedDetector, places: Sequence[tuple[FloatArray, Eye]]) -> None:
@@ -207,11 +201,8 @@ def _log_table(writer: RecordingWriter, detectors: Sequence[DiffedDetector]) -> 
     """Where `replay view` opens it: at the first contact that the detector that changed most gained or lost."""
     if detectors and (found := detectors[0].changes):
         first = next((k for k, one in enumerate(found) if one.kind != SHIFTED), 0)
-        columns: dict[str, Any] = {
-            "label": [detectors[0].label], "kind": ["change"], "number": np.array([first + 1], np.int64),
-            "leads": np.array([True]), "session_ns": np.array(_stamps(found)[first : first + 1], np.int64),
-        }  # fmt: skip
-        writer.static(TABLE, rr.AnyValues(**columns))
+        leading = MomentPlace(detectors[0].label, "change", first + 1, _stamps(found)[first], True)
+        log_moment_table(writer, [leading])
 
 
 def _overview(points: Sequence[FloatArray]) -> Eye:
@@ -228,35 +219,27 @@ def _layout(
 ) -> rrb.Blueprint:  # fmt: skip
     """A tab per detector: words, both close-ups, the lanes, the list and the room."""
     own = [[path for path in copied if f"/{side}" in path] for copied, side in zip(copies, SIDES, strict=True)]
-    ends = (rr.TimeRangeBoundary.absolute(seconds=at) for at in (0.0, float(session["duration"])))
-    whole = rrb.TimeAxis(view_range=rr.TimeRange(**dict(zip(("start", "end"), ends, strict=True))))
-    controls = rrb.EyeControls3D(
-        kind=rrb.Eye3DKind.Orbital, position=eye.position, look_target=eye.target, eye_up=(0.0, 1.0, 0.0)
-    )
-    tabs = []
+    whole, tabs = seconds_between(0.0, float(session["duration"])), []
     for one in detectors:
         # A view follows an eye only that it shows itself.
         hidden = [f"- /{SPACE}/**", *(f"- /world/{each.root('pins')}" for each in detectors)]
-        track = rrb.EyeControls3D(tracking_entity=f"/world/{one.root('eye')}") if one.changes else controls
+        track = f"world/{one.root('eye')}" if one.changes else eye
         pictures = [
             spatial(f"{side.capitalize()}: {name}", ["/world/**", *hidden, *(f"- {path}" for path in other)], track)
             for side, name, other in zip(SIDES, names, own[::-1], strict=True)
         ]
         faces = [f"- {path}" for paths in own for path in paths]
         room = ["/world/**", *faces, f"- /world/{ROOT}/**", f"/world/{one.root('pins')}"]
-        words = rrb.TextDocumentView(origin=f"/{ROOT}/words", name="What changed")
         title = "When    blue: contact    green: gained    orange: lost    violet: shifted"
         lanes = [f"{one.root('lanes')}/{k}_{part}" for k, part in enumerate((*SIDES, *COLOURS), 1)]
         rows = [
-            rrb.Horizontal(words, *pictures, column_shares=[0.34, 0.33, 0.33]),
+            rrb.Horizontal(text_view(f"{ROOT}/words", "What changed"), *pictures, column_shares=[0.34, 0.33, 0.33]),
             state_view(one.root("lanes"), title, whole, lanes),
             rrb.Horizontal(
                 text_list(one.root("list"), f"Changes of {one.label}: click the time"),
-                spatial("Where", room, controls),
+                spatial("Where", room, eye),
                 column_shares=[0.6, 0.4],
             ),
         ]
         tabs.append(rrb.Vertical(*rows, row_shares=[0.36, 0.375, 0.265], name=one.label))
-    times = rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused")
-    hidden_panels = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden")
-    return rrb.Blueprint(rrb.Tabs(*tabs, active_tab=0), times, *hidden_panels, auto_views=False, auto_layout=False)
+    return whole_layout(tabs)

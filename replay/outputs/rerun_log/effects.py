@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import rerun as rr
@@ -17,8 +17,8 @@ from replay.effects.output import FACE_PAIRS, QUANTITIES, EffectEvent, FloatArra
 from replay.effects.recorded import GAZE, SCALARS, UNSEEN, Looked
 from replay.outputs.palette import SERIES, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
-from replay.outputs.rerun_log.lanes import send_lane
-from replay.outputs.rerun_log.overview import TABLE
+from replay.outputs.rerun_log.lanes import send_spans
+from replay.outputs.rerun_log.overview import MomentPlace, log_moment_table
 from replay.outputs.rerun_log.world import body_path
 from replay.outputs.words import counted
 
@@ -93,11 +93,7 @@ def log_happened(writer: RecordingWriter, effects: Mapping[str, EffectRun], *, l
     writer.markdown(HAPPENED, f"## {last.text[:1].upper()}{last.text[1:]}\n\n{when}")
     if leads:
         ns = min(round((last.time + SEEN_S) * 1e9), int(writer.clock.ns[-1]))
-        values: dict[str, Any] = {
-            "label": [""], "kind": ["event"], "number": np.array([len(found)], dtype=np.int64),
-            "leads": np.array([True]), "session_ns": np.array([ns], dtype=np.int64),
-        }  # fmt: skip
-        writer.static(TABLE, rr.AnyValues(**values))
+        log_moment_table(writer, [MomentPlace("", "event", len(found), ns, True)])
 
 
 def tab_name(effects: Mapping[str, EffectRun]) -> str:
@@ -162,12 +158,12 @@ def drawn_rows(values: FloatArray, most: int = MOST_POINTS) -> NDArray[np.int64]
 
 
 def _log_lane(writer: RecordingWriter, path: str, spans: Sequence[LaneSpan]) -> None:
-    stamps = np.array([round(time * 1e9) for span in spans for time in (span.start, span.end)], dtype=np.int64)
     own = {span.word: span.rgba for span in spans}
     colours: list[tuple[str, Rgba]] = [
         (word, rgba or SERIES[k % len(SERIES)]) for k, (word, rgba) in enumerate(own.items())
     ]
-    send_lane(writer, path, stamps, [word for span in spans for word in (span.word, "")], colours)
+    at = [(span.word, round(span.start * 1e9), round(span.end * 1e9)) for span in spans]
+    send_spans(writer, path, at, colours)
 
 
 def _log_events(writer: RecordingWriter, path: str, events: Sequence[EffectEvent]) -> None:

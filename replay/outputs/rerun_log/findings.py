@@ -11,12 +11,13 @@ import rerun.blueprint as rrb
 from replay.outputs.palette import DOUBTS, Looks
 from replay.outputs.rerun_log.columns import RecordingWriter, entity
 from replay.outputs.rerun_log.lanes import log_lane
-from replay.outputs.rerun_log.markdown import markdown
+from replay.outputs.rerun_log.views import state_view, text_view
 from replay.outputs.run_tables import finding_table
+from replay.outputs.tables import markdown
 from replay.outputs.words import NOTHING_SUSPICIOUS
 from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import FLAG_KINDS, FlagSpan
-from sessions.doctor.codes import CODES
+from sessions.doctor.finding import CODES
 
 ROOT: Final = "findings"
 LIST: Final = "findings/list"
@@ -66,14 +67,8 @@ def finding_list(result: RunResult) -> str:
 
 def finding_tab(paths: Sequence[str], whole: rrb.TimeAxis) -> Any:
     """The tab that says what is suspicious about the recording."""
-    listing = rrb.TextDocumentView(origin="/findings/list", name="What is suspicious about the recording")
+    listing = text_view(LIST, "What is suspicious about the recording")
     if not paths:
         return rrb.Horizontal(listing, name="Findings")
     lanes = state_view("findings/lanes", "Poses in doubt, body by body", whole, paths)
     return rrb.Vertical(lanes, listing, row_shares=[0.45, 0.55], name="Findings")
-
-
-def state_view(root: str, name: str, times: rrb.TimeAxis, lanes: Sequence[str] = ("**",)) -> Any:
-    """A view of lanes below a root, of all there are if none is named."""
-    contents = [f"/{root}/**" if lane == "**" else f"/{lane}" for lane in lanes]
-    return rrb.StateTimelineView(origin=f"/{root}", contents=contents, name=name, time_view=times)

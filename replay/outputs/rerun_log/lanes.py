@@ -1,7 +1,7 @@
-"""Lanes of states, one per pair, in the words of the audit. A state without a word is a gap; no change is lost.
+"""Lanes of states, in the words of the audit, and of what people did. A state without a word is a gap.
 
-A lane is sent on the session timeline only: a reset one nanosecond before each change keeps the viewer from merging
-neighbours narrower than four pixels into grey, and a frame number leaves no room for it.
+No change is lost. A lane is sent on the session timeline only: a reset one nanosecond before each change keeps the
+viewer from merging neighbours narrower than four pixels into grey, and a frame number leaves no room for it.
 """
 
 from __future__ import annotations
@@ -14,11 +14,25 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from cdcore import Detection
+from replay.base.shown import shown
 from replay.comparison.outcome import Comparison, Miss
 from replay.outputs.lanes import number_boxes, ranked_pairs
-from replay.outputs.palette import MISSED, MISSED_DARK, VERDICTS, Looks, Rgba
+from replay.outputs.palette import MISSED, MISSED_DARK, SERIES, VERDICTS, Looks, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
+from replay.pipeline.run_result import RunResult
 from replay.prepare.assembly import Assembly
+
+Span = tuple[str, int, int]
+"""A word, and the first and last nanosecond on the session timeline."""
+
+DOING: Final = "doing"
+"""Lanes stand in the order of their paths: these above those of effects and of the pair in focus."""
+
+VR_TYPE: Final = "vr_type"
+"""The fact of a session that says how it was seen: ``immersive``, ``desktop`` ..."""
+
+KINDS: Final = ("stage", "task", "feature", VR_TYPE)
+"""Kinds of spans, in the order of their lanes; any other follows."""
 
 NARROW: Final = (0.028, 0.012)
 """Shares of the session that the box of a number takes, and each digit, in a view of half a screen."""
@@ -79,9 +93,7 @@ def log_with_numbers(
         after = [state for ns, state in sorted(rows.items()) if ns <= end]
         rows = {ns: state for ns, state in rows.items() if not start <= ns <= end}
         rows |= {start: label, end: after[-1] if after else ""}
-    shades = [(label, MISSED if k % 2 else MISSED_DARK) for k, (label, _, _) in enumerate(boxes)]
-    at = sorted(rows)
-    send_lane(writer, path, np.array(at, dtype=np.int64), [rows[ns] for ns in at], [*looks, *shades])
+    send_rows(writer, path, rows, [*looks, *_reds(boxes)])
 
 
 def log_number_lane(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
@@ -91,11 +103,24 @@ def log_number_lane(writer: RecordingWriter, path: str, misses: Sequence[Miss]) 
     overlap, they share a box: ``12-31``. So this lane says that and which; the pair's own lane says exactly when.
     """
     boxes = number_boxes(misses, int(writer.clock.ns[-1]) if len(writer.clock.ns) else 0)
-    names = [label for label, _, _ in boxes]
-    stamps = np.array([stamp for _, start, end in boxes for stamp in (start, end)], dtype=np.int64)
-    states = [text for name in names for text in (name, "")]
-    colours = [(name, MISSED if k % 2 else MISSED_DARK) for k, name in enumerate(names)]
-    send_lane(writer, path, stamps, states, colours)
+    send_spans(writer, path, boxes, _reds(boxes))
+
+
+def _reds(boxes: Sequence[Span]) -> list[tuple[str, Rgba]]:
+    """Colours of numbers; neighbours differ."""
+    return [(label, MISSED if k % 2 else MISSED_DARK) for k, (label, _, _) in enumerate(boxes)]
+
+
+def send_spans(writer: RecordingWriter, path: str, spans: Sequence[Span], words: Sequence[tuple[str, Rgba]]) -> None:
+    """Send a lane of these spans, in order of time, and the colours of their words."""
+    stamps = np.array([ns for _, start, end in spans for ns in (start, end)], dtype=np.int64)
+    send_lane(writer, path, stamps, [text for word, _, _ in spans for text in (word, "")], words)
+
+
+def send_rows(writer: RecordingWriter, path: str, rows: Mapping[int, str], words: Sequence[tuple[str, Rgba]]) -> None:
+    """Send a lane of nanosecond -> word, ``""`` for none, and the colours of the words."""
+    at = sorted(rows)
+    send_lane(writer, path, np.array(at, dtype=np.int64), [rows[ns] for ns in at], words)
 
 
 def send_lane(
@@ -114,3 +139,38 @@ def send_lane(
     times, texts = times[order], texts[order]
     last = np.append(np.flatnonzero(np.diff(times)), len(times) - 1)
     writer.session_rows(path, times[last], rr.StateChange.columns(state=texts[last].tolist()))
+
+
+def session_lanes(result: RunResult) -> dict[str, list[Span]]:
+    """Path -> its spans, in order of time; where spans of a kind overlap, each has a lane of its own."""
+    stamps = result.assembly.stamp_ns
+    if not len(stamps):
+        return {}
+    zero, last = int(stamps[0]), int(stamps[-1] - stamps[0])
+    spans: dict[str, list[Span]] = {}
+    for one in sorted(result.session.intervals, key=lambda one: (one.start_ns, one.end_ns)):
+        start, end = max(0, one.start_ns - zero), min(last, one.end_ns - zero)
+        if start < end:
+            spans.setdefault(one.kind, []).append((shown(one.name or one.kind), start, end))
+    if kind := result.session.facts.get(VR_TYPE):
+        spans[VR_TYPE] = [(shown(kind), 0, last)]
+    lanes: dict[str, list[Span]] = {}
+    for kind in sorted(spans, key=lambda one: (KINDS.index(one) if one in KINDS else len(KINDS), one)):
+        free: list[tuple[int, str]] = []  # when each lane of this kind ends, and its path
+        for span in spans[kind]:
+            row = next((k for k, (end, _) in enumerate(free) if end <= span[1]), len(free))
+            path = free[row][1] if row < len(free) else entity(DOING, f"{len(lanes) + 1}_{kind}")
+            free[row : row + 1] = [(span[2], path)]
+            lanes.setdefault(path, []).append(span)
+    return lanes
+
+
+def log_session_lanes(writer: RecordingWriter, result: RunResult) -> None:
+    """Send the lanes; the same word has the same colour in all of them."""
+    lanes = session_lanes(result)
+    words = dict.fromkeys(word for spans in lanes.values() for word, _, _ in spans)
+    colours = [(word, SERIES[k % len(SERIES)]) for k, word in enumerate(words)]
+    for path, spans in lanes.items():
+        # A span that begins where the one before it ends takes its place.
+        rows = {end: "" for _, _, end in spans} | {start: word for word, start, _ in spans}
+        send_rows(writer, path, rows, colours)

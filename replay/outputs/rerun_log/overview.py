@@ -7,7 +7,7 @@ lanes, close-up, solids and words there are those of the moment's pair.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 from typing import Any, Final
 
@@ -22,9 +22,8 @@ from replay.outputs.moments import KINDS, FocusMoment, focus_rows, leading, mome
 from replay.outputs.palette import FAINT, OUTCOMES, WITHIN_TOLERANCE
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.focus import log_eyes, read_static
-from replay.outputs.rerun_log.lanes import log_lane, log_with_numbers, send_lane, word_changes
+from replay.outputs.rerun_log.lanes import log_lane, log_with_numbers, send_lane, session_lanes, word_changes
 from replay.outputs.rerun_log.missed import LINGER, POLE, UP
-from replay.outputs.rerun_log.session_lanes import session_lanes
 from replay.pipeline.run_result import RunResult
 
 ROOT: Final = "focus"
@@ -32,6 +31,7 @@ SPACE: Final = "world/focus"
 EYE: Final = f"{SPACE}/eye"
 MOMENTS: Final = f"{ROOT}/moments"
 NOTE: Final = f"{ROOT}/note"
+ANSWER: Final = "answer"
 TABLE: Final = f"{SPACE}/table"
 
 CONTACT: Final = ": contact"
@@ -125,13 +125,11 @@ def _log_texts(writer: RecordingWriter, result: RunResult, moments: Sequence[Foc
     notes = rr.TextDocument.columns(text=[one.said for *_, one in rows], media_type=kinds)
     writer.rows_later(NOTE, [(frame, later) for frame, later, _ in rows], notes)
     lead = leading(result, moments)
-    columns_of: dict[str, Any] = {
-        "label": [one.label for one in moments], "kind": levels,
-        "number": np.array([one.number for one in moments], dtype=np.int64),
-        "leads": np.array([k == lead for k in range(len(moments))]),
-        "session_ns": np.array([writer.clock.ns[one.frame] + one.later for one in moments], dtype=np.int64),
-    }  # fmt: skip
-    writer.static(TABLE, rr.AnyValues(**columns_of))
+    places = [
+        MomentPlace(one.label, kind, one.number, int(writer.clock.ns[one.frame]) + one.later, k == lead)
+        for k, (one, kind) in enumerate(zip(moments, levels, strict=True))
+    ]
+    log_moment_table(writer, places)
 
 
 def _log_flags(writer: RecordingWriter, result: RunResult, moments: Sequence[FocusMoment]) -> None:
@@ -191,8 +189,19 @@ class MomentPlace:
     leads: bool
 
 
+MOMENT_COLUMNS: Final = tuple(one.name for one in fields(MomentPlace))
+
+
+def log_moment_table(writer: RecordingWriter, places: Sequence[MomentPlace]) -> None:
+    """Send where ``replay view`` and a shared page lead."""
+    rows = zip(*map(astuple, places), strict=True)
+    columns: dict[str, Any] = {name: list(values) for name, values in zip(MOMENT_COLUMNS, rows, strict=True)}
+    for name, kind in (("number", np.int64), ("leads", np.bool_), ("session_ns", np.int64)):
+        columns[name] = np.array(columns[name], dtype=kind)
+    writer.static(TABLE, rr.AnyValues(**columns))
+
+
 def read_moments(recording: Path) -> list[MomentPlace]:
     """The moments, as a recording has them; none in one without an audit."""
     columns = read_static(recording, TABLE)
-    names = ("label", "kind", "number", "session_ns", "leads")
-    return [MomentPlace(*row) for row in zip(*(columns.get(name, []) for name in names), strict=True)]
+    return [MomentPlace(*row) for row in zip(*(columns.get(name, []) for name in MOMENT_COLUMNS), strict=True)]

@@ -11,8 +11,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from cdcore.numerics import place_points
-from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.rerun_log.recording_file import recording_file
+from replay.outputs.tables import markdown
 
 if TYPE_CHECKING:
     from replay.studies.paper.experiment import PaperResult
@@ -73,6 +73,6 @@ def _log_accuracy(recording: rr.RecordingStream, result: PaperResult) -> None:
     for share, answers in result.table_one.equal.items():
         for name, row in answers.items():
             for target in result.experiment["targets"]:
-                recalls = [one.face_recall for at, one in row if at == target]
+                recalls = [one.face_recall for one in row if one.target == target]
                 recording.set_time(TIMELINE, sequence=target)
                 recording.log(["accuracy", f"B {share:g}", name], rr.Scalars(float(np.mean(recalls))))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import rerun as rr
@@ -109,11 +109,12 @@ def _log_near_pairs(writer: RecordingWriter, run: WatchedRun, assembly: Assembly
                 lines.setdefault(pair, {})[moment.frame] = [(line, colour)]
     for pair, found in lines.items():
         path = near_path(run.label, assembly.pair_name(pair))
-        send_moments(writer, path, found, _strips)
+        send_moments(writer, path, found, line_columns)
         writer.static(path, rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.8)))
 
 
-def _strips(lines: list[tuple[FloatArray, Rgba]]) -> rr.ComponentColumnList:
+def line_columns(lines: Sequence[tuple[Any, Rgba]]) -> rr.ComponentColumnList:
+    """Lines from point to point, (2, 3) each, and their colours."""
     strips = np.array([line for line, _ in lines], dtype=np.float32).reshape(-1, 2, 3)
     return rr.LineStrips3D.columns(strips=strips, colors=packed(colour for _, colour in lines))
 
@@ -131,12 +132,7 @@ def _log_work(writer: RecordingWriter, run: WatchedRun) -> None:
         work["iterations"][frame] += look.result.iterations
     for number, (name, value) in enumerate(work.items()):
         path, frames = pipeline_path(run.label, "work", name), np.flatnonzero(_seen_with_neighbours(value))
-        writer.rows(path, frames, rr.Scalars.columns(scalars=value[frames]))
-        line = rr.SeriesLines.from_fields(
-            names=[f"{name}: {value.sum():,.0f} in all"], colors=packed([SERIES[number]]), widths=[1.4],
-            aggregation_policy=rr.components.AggregationPolicy.Max,
-        )  # fmt: skip
-        writer.static(path, line)
+        writer.curve(path, frames, value[frames], f"{name}: {value.sum():,.0f} in all", SERIES[number], 1.4)
 
 
 def _seen_with_neighbours(value: FloatArray) -> BoolArray:
@@ -159,18 +155,9 @@ def _log_counts(writer: RecordingWriter, run: WatchedRun) -> None:
     for rank, stage in enumerate(stages):
         count = run.counts[stage]
         frames = np.union1d(changes(count), [len(count) - 1])
-        path = pipeline_path(run.label, "pairs", f"{rank}_{stage}")
-        writer.rows(path, frames, rr.Scalars.columns(scalars=count[frames].astype(np.float64)))
-        steps, peaks = rr.components.InterpolationMode.StepAfter, rr.components.AggregationPolicy.Max
-        name, colour = f"{stage}: {count.mean():.1f} on average", packed([STAGE_COLOURS[stage]])
-        line = rr.SeriesLines.from_fields(
-            names=[name],
-            colors=colour,
-            widths=[4.5 if stage == SEARCHED else 1.8],
-            interpolation_mode=steps,
-            aggregation_policy=peaks,
-        )
-        writer.static(path, line)
+        path, width = pipeline_path(run.label, "pairs", f"{rank}_{stage}"), 4.5 if stage == SEARCHED else 1.8
+        counts, name = count[frames].astype(np.float64), f"{stage}: {count.mean():.1f} on average"
+        writer.curve(path, frames, counts, name, STAGE_COLOURS[stage], width, step=True)
 
 
 def stage_ms(run: WatchedRun) -> dict[str, FloatArray]:
@@ -203,8 +190,5 @@ def _log_times(writer: RecordingWriter, run: WatchedRun) -> None:
         total = total + ms
         path = pipeline_path(run.label, "time", f"{len(stages) - rank}_{stage}")
         frames = writer.clock.kept if is_timed(run) else writer.clock.kept[[0, -1]]
-        writer.rows(path, frames, rr.Scalars.columns(scalars=total[frames]))
-        peaks, colour = rr.components.AggregationPolicy.Max, packed([STAGE_COLOURS.get(stage, OTHER)])
         name = f"+ {stage}" if rank else stage
-        line = rr.SeriesLines.from_fields(names=[name], colors=colour, widths=[1.4], aggregation_policy=peaks)
-        writer.static(path, line)
+        writer.curve(path, frames, total[frames], name, STAGE_COLOURS.get(stage, OTHER), 1.4)

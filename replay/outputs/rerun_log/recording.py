@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from itertools import product
 from pathlib import Path
 from typing import Final
@@ -17,20 +17,27 @@ from replay.comparison.clusters import MANY, by_depth
 from replay.comparison.contact_counts import contact_counts
 from replay.effects.effect_summary import happened
 from replay.outputs.camera import Eye, overview
-from replay.outputs.lanes import noise_states, number_boxes, ranked_pairs
-from replay.outputs.materials import is_ghost, tags_of
+from replay.outputs.lanes import noise_states, ranked_pairs
 from replay.outputs.moments import FocusMoment, key_moments, pair_in_focus, worst_first
-from replay.outputs.palette import NOISES, OUTCOMES
-from replay.outputs.rerun_log.blueprint import BlueprintInput, Subject, build_blueprint
+from replay.outputs.palette import NOISES, OUTCOMES, is_ghost, tags_of
+from replay.outputs.rerun_log.blueprint import build_blueprint
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity
 from replay.outputs.rerun_log.contacts import log_contacts
 from replay.outputs.rerun_log.effects import log_effects, log_happened
 from replay.outputs.rerun_log.findings import log_findings
 from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
-from replay.outputs.rerun_log.lanes import audit_lanes, log_detector_lanes, log_lane, log_number_lane, noise_lane
+from replay.outputs.rerun_log.lanes import (
+    audit_lanes,
+    log_detector_lanes,
+    log_lane,
+    log_number_lane,
+    log_session_lanes,
+    noise_lane,
+    session_lanes,
+)
+from replay.outputs.rerun_log.layout import BlueprintInput, Subject
 from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
-from replay.outputs.rerun_log.overview import log_overview, moment_eyes, overview_lanes
-from replay.outputs.rerun_log.overview_tab import ANSWER
+from replay.outputs.rerun_log.overview import ANSWER, log_overview, moment_eyes, overview_lanes
 from replay.outputs.rerun_log.pipeline import log_pipeline
 from replay.outputs.rerun_log.pipeline_frame import log_frame
 from replay.outputs.rerun_log.recording_file import recording_file
@@ -43,12 +50,11 @@ from replay.outputs.rerun_log.report import (
     report_text,
 )
 from replay.outputs.rerun_log.search_picture import log_searches
-from replay.outputs.rerun_log.session_lanes import log_session_lanes, session_lanes
-from replay.outputs.rerun_log.solids import log_solids, solid_path, with_solids
-from replay.outputs.rerun_log.timing import cost_of, cost_text, log_timing
+from replay.outputs.rerun_log.solids import log_solids, with_solids
+from replay.outputs.rerun_log.timing import cost_text, log_timing
 from replay.outputs.rerun_log.tradeoff import log_tradeoff
 from replay.outputs.rerun_log.world import log_touches, log_world
-from replay.outputs.watched_run import WatchedRun, watched_runs
+from replay.outputs.watched_run import watched_runs
 from replay.pipeline.headline import contact_words, headline
 from replay.pipeline.run_result import RunResult
 
@@ -80,13 +86,18 @@ def write_recording(result: RunResult, path: Path, *, log_search: bool = False) 
     watched = watched_runs(result, all_looks=log_search)
     moments = key_moments(result) if result.comparisons and result.summary else []
     eyes, hiding = moment_eyes(result, moments)
-    layout = build_blueprint(_layout(result, subjects, watched, moments, hiding))
-    with recording_file(f"{APPLICATION}-{uuid4().hex}", path, layout) as stream:
+    lanes = overview_lanes(result, worst_first(result)) if moments else None
+    eye, spoken_of = _eye(result), _spoken_of(result)
+    layout = BlueprintInput(result, subjects, eye, bool(spoken_of), watched, lanes, hiding)
+    with recording_file(f"{APPLICATION}-{uuid4().hex}", path, build_blueprint(layout)) as stream:
         stream.send_recording_name(result.session.scene.name or "Session")
         writer = RecordingWriter(stream, clock)
-        _log_all(writer, result, subjects)
+        _log_all(writer, result, subjects, eye)
+        log_detector_lanes(writer, "detectors", result.assembly, result.detections, spoken_of)
         for run in watched:
-            _log_watched(writer, result, run)
+            log_pipeline(writer, run, result.assembly)
+            log_searches(writer, run, result.assembly, result.session.scene, eye)
+            log_frame(writer, run, result.assembly)
         if moments:
             _log_overview(writer, result, moments, eyes)
 
@@ -110,7 +121,7 @@ def _subject(result: RunResult, label: str, number: int) -> Subject:
     )
 
 
-def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subject]) -> None:
+def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subject], eye: Eye) -> None:
     assembly, scene = result.assembly, result.session.scene
     # A run of effects alone needs the bodies that they name, and no other is drawn.
     named = result.summary["plan"]["bodies"] if scene.effects is not None and not result.detections else {}
@@ -120,11 +131,9 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     for label, detection in result.detections.items():
         against = result.comparisons.get(label if label != result.oracle else first)
         log_contacts(writer, label, assembly, detection, against, curves=label == result.oracle or not result.oracle)
-    eye = _eye(result)
     reach = CLUSTER_ANGLE * float(np.linalg.norm(np.subtract(eye.position, eye.target)))
     for subject in subjects:
         _log_subject(writer, result, subject, reach)
-    log_detector_lanes(writer, "detectors", assembly, result.detections, _spoken_of(result))
     counts = {subject.label: contact_counts(result, subject.label) for subject in subjects}
     remarks = {label: contact_words(one) if one.contacts else "" for label, one in counts.items()}
     log_timing(writer, result.detections, remarks)
@@ -137,12 +146,6 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
         log_happened(writer, result.effects, leads=not result.comparisons)
     writer.markdown("report", report_text(result))
     log_findings(writer, result)
-
-
-def _log_watched(writer: RecordingWriter, result: RunResult, run: WatchedRun) -> None:
-    log_pipeline(writer, run, result.assembly)
-    log_searches(writer, run, result.assembly, result.session.scene, _eye(result))
-    log_frame(writer, run, result.assembly)
 
 
 def _log_overview(
@@ -187,33 +190,6 @@ def _spoken_of(result: RunResult) -> list[int]:
         said = [counts_as_contact(column).any() for column in detection.verdict.T]
         ranked.update(dict.fromkeys(np.flatnonzero(said).tolist()))
     return list(ranked)[:DETECTOR_LANES]
-
-
-def _layout(
-    result: RunResult, subjects: Sequence[Subject], watched: Sequence[WatchedRun], moments: Sequence[FocusMoment],
-    hiding: Collection[str],
-) -> BlueprintInput:  # fmt: skip
-    costs = {label: cost_of(detection) for label, detection in result.detections.items()}
-    times = result.assembly.motion.times
-    start, last = (float(times[0]), float(times[-1])) if len(times) else (0.0, 1.0)
-    # The last number may be widened beyond the last frame.
-    boxes = [box for misses in result.misses.values() for box in number_boxes(misses, round(last * 1e9))]
-    end = max([last, *(end / 1e9 for _, _, end in boxes)])
-    lanes = overview_lanes(result, worst_first(result)) if moments else None
-    solids = {label: [solid_path(body, label) for body in result.assembly.names] for label in with_solids(result)}
-    return BlueprintInput(
-        result,
-        subjects,
-        _eye(result),
-        costs,
-        bool(_spoken_of(result)),
-        start,
-        end,
-        watched,
-        lanes,
-        solids,
-        hiding,
-    )
 
 
 def _eye(result: RunResult) -> Eye:

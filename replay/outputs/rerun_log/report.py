@@ -20,9 +20,8 @@ from replay.outputs.moments import miss_note, to_do
 from replay.outputs.palette import MISSED, PARTLY_MISSED, WHITE
 from replay.outputs.rerun_log.columns import RecordingWriter, packed
 from replay.outputs.rerun_log.focus import Focus, moments
-from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.run_tables import cluster_table, miss_table, ranking_table
-from replay.outputs.tables import table, text_of
+from replay.outputs.tables import markdown, table, text_of
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words
 from replay.pipeline.headline import beside, doubts, headlines, price, undecided
 from replay.pipeline.ranking import Rank, ranking

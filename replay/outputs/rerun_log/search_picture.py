@@ -17,7 +17,7 @@ from replay.outputs.camera import CLOSE_UP, Eye, Obstacles, look_rotation, towar
 from replay.outputs.palette import MISSED, SERIES, WHITE, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, packed, send_moments
 from replay.outputs.rerun_log.focus import log_eyes
-from replay.outputs.rerun_log.pipeline import ROOM, pipeline_path
+from replay.outputs.rerun_log.pipeline import ROOM, line_columns, pipeline_path
 from replay.outputs.rerun_log.world import face_normals
 from replay.outputs.watched_run import CONTACT, LOST, Moment, WatchedRun
 from replay.outputs.words import counted
@@ -212,16 +212,12 @@ def _log_faces(writer: RecordingWriter, root: str, looks: Mapping[int, Look]) ->
         shades = np.repeat(np.array([shade for _, shade in flat], dtype=np.uint32), 3)
         return rr.Mesh3D.columns(vertex_positions=corners, vertex_colors=shades)
 
-    def points(flat: list[Any]) -> rr.ComponentColumnList:
-        middles = np.array([one.mean(axis=0) for one, _ in flat], dtype=np.float32).reshape(-1, 3)
-        return rr.Points3D.columns(positions=middles, colors=np.array([shade for _, shade in flat], dtype=np.uint32))
-
     send_moments(writer, f"{root}/faces", found, faces, each=3)
     both = rr.components.MeshFaceRendering.DoubleSided
     writer.static(f"{root}/faces", rr.Mesh3D.from_fields(face_rendering=both))
     # Faces of a rod are a pixel wide: a dot on each is seen.
-    send_moments(writer, f"{root}/centroids", found, points)
-    writer.static(f"{root}/centroids", rr.Points3D.from_fields(radii=rr.Radius.ui_points(2.4)))
+    middles = {frame: [(one.mean(axis=0), shade) for one, shade in some] for frame, some in found.items()}
+    _send_dots(writer, f"{root}/centroids", middles, 2.4)
 
 
 def _log_path(writer: RecordingWriter, root: str, looks: Mapping[int, Look]) -> None:
@@ -233,34 +229,32 @@ def _log_path(writer: RecordingWriter, root: str, looks: Mapping[int, Look]) -> 
     _send_dots(writer, f"{root}/end", {frame: one[-1:] for frame, one in dots.items()}, 7.0)
 
 
-def _send_dots(writer: RecordingWriter, path: str, dots: Mapping[int, Sequence[Any]], size: float) -> None:
-    def columns(flat: list[Any]) -> rr.ComponentColumnList:
-        places = np.array([place for place, _ in flat], dtype=np.float32).reshape(-1, 3)
-        return rr.Points3D.columns(positions=places, colors=np.array([shade for _, shade in flat], dtype=np.uint32))
-
-    send_moments(writer, path, dots, columns)
-    writer.static(path, rr.Points3D.from_fields(radii=rr.Radius.ui_points(size)))
-
-
 def _log_words(writer: RecordingWriter, root: str, looks: Mapping[int, Look]) -> None:
     found = {
         frame: [(*one, look.end if k == len(look.words) - 1 else WHITE) for k, one in enumerate(look.words)]
         for frame, look in looks.items()
     }
-
-    def words(flat: list[Any]) -> rr.ComponentColumnList:
-        places = np.array([place for _, place, _, _ in flat], dtype=np.float32).reshape(-1, 3)
-        colours = packed(colour for *_, colour in flat)
-        return rr.Points3D.columns(positions=places, labels=[text for text, *_ in flat], colors=colours)
-
-    def lines(flat: list[Any]) -> rr.ComponentColumnList:
-        strips = np.array([(place, about) for _, place, about, _ in flat], dtype=np.float32).reshape(-1, 2, 3)
-        return rr.LineStrips3D.columns(strips=strips, colors=packed(colour for *_, colour in flat))
-
-    send_moments(writer, f"{root}/words", found, words)
-    send_moments(writer, f"{root}/leaders", found, lines)
-    writer.static(f"{root}/words", rr.Points3D.from_fields(radii=rr.Radius.ui_points(0.01), show_labels=True))
+    words = {
+        frame: [(place, packed([colour])[0], text) for text, place, _, colour in some] for frame, some in found.items()
+    }
+    _send_dots(writer, f"{root}/words", words, 0.01)
+    lines = {frame: [((place, about), colour) for _, place, about, colour in some] for frame, some in found.items()}
+    send_moments(writer, f"{root}/leaders", lines, line_columns)
     writer.static(f"{root}/leaders", rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(0.6)))
+
+
+def _send_dots(writer: RecordingWriter, path: str, dots: Mapping[int, Sequence[Any]], size: float) -> None:
+    """Send dots of this size on the screen, each a place, a colour, and words if it has any."""
+
+    def columns(flat: list[Any]) -> rr.ComponentColumnList:
+        places = np.array([place for place, *_ in flat], dtype=np.float32).reshape(-1, 3)
+        labels = [text for _, _, *words in flat for text in words]
+        shades = np.array([shade for _, shade, *_ in flat], dtype=np.uint32)
+        return rr.Points3D.columns(positions=places, colors=shades, labels=labels or None)
+
+    send_moments(writer, path, dots, columns)
+    labelled = True if any(len(one) > 2 for some in dots.values() for one in some) else None
+    writer.static(path, rr.Points3D.from_fields(radii=rr.Radius.ui_points(size), show_labels=labelled))
 
 
 def _log_list(writer: RecordingWriter, path: str, run: WatchedRun, assembly: Assembly) -> None:

@@ -11,13 +11,12 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from cdcore import Detection
-from cdcore.numerics import FloatArray
+from cdcore.numerics import FloatArray, IntArray
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.outputs.palette import BUDGET, SERIES, Rgba
-from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
-from replay.outputs.rerun_log.markdown import markdown
+from replay.outputs.rerun_log.columns import RecordingWriter, entity
 from replay.outputs.rerun_log.views import plot
-from replay.outputs.tables import table
+from replay.outputs.tables import markdown, table
 from replay.pipeline.summary import look_seconds
 
 TOTAL: Final = "1_total"
@@ -81,8 +80,8 @@ def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], rem
 
     ``remarks`` (label -> words) go into the legend, so that price and misses stand in one line.
     """
-    _log_constant(writer, "timing/budget", BUDGET_MS)
-    _style(writer, "timing/budget", f"budget {BUDGET_MS:.1f} ms ({HEADSET_HZ:g} Hz)", BUDGET, 1.0)
+    ends, words = _ends(writer), f"budget {BUDGET_MS:.1f} ms ({HEADSET_HZ:g} Hz)"
+    writer.curve("timing/budget", ends, np.full(len(ends), BUDGET_MS), words, BUDGET, 1.0)
     for number, (label, detection) in enumerate(detections.items()):
         _log_seconds(writer, label, detection, colour_of(number), remarks.get(label, ""))
         _log_counters(writer, label, detection)
@@ -91,28 +90,24 @@ def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], rem
 def _log_seconds(writer: RecordingWriter, label: str, detection: Detection, colour: Rgba, remark: str) -> None:
     cost = cost_of(detection)
     words = f"{label}: {remark}, {cost.words()}" if remark else f"{label}, {cost.words()}"
-    rows = {name: value for name, value in detection.seconds.items() if isinstance(value, np.ndarray)}
-    if rows:
-        total = np.sum(list(rows.values()), axis=0)
-        looks = writer.clock.kept[total[writer.clock.kept] > 0]
-        for name, value in {TOTAL: total, **rows}.items():
-            writer.rows(stage_path(label, name), looks, rr.Scalars.columns(scalars=value[looks] * 1e3))
+    seconds = {name: value for name, value in detection.seconds.items() if isinstance(value, np.ndarray)}
+    if seconds:
+        rows = {name: 1e3 * value for name, value in seconds.items()}
+        total = 1e3 * np.sum(list(seconds.values()), axis=0)
+        frames = writer.clock.kept[total[writer.clock.kept] > 0]
     else:
-        for name, mean in {TOTAL: cost.mean_ms, **cost.stages}.items():
-            _log_constant(writer, stage_path(label, name), mean)
-    _style(writer, stage_path(label, TOTAL), words, colour, 1.5)
-    for number, name in enumerate(detection.seconds):
-        _style(writer, stage_path(label, name), f"{label} {name}", colour_of(number), 1.2)
+        rows = {name: np.full(len(writer.clock.ns), mean) for name, mean in cost.stages.items()}
+        total, frames = np.full(len(writer.clock.ns), cost.mean_ms), _ends(writer)
+    writer.curve(stage_path(label, TOTAL), frames, total[frames], words, colour, 1.5)
+    for number, (name, value) in enumerate(rows.items()):
+        writer.curve(stage_path(label, name), frames, value[frames], f"{label} {name}", colour_of(number), 1.2)
 
 
 def _log_counters(writer: RecordingWriter, label: str, detection: Detection) -> None:
     for name, value in detection.work.items():
-        path = entity("counters", label, name)
-        if isinstance(value, np.ndarray):
-            kept = writer.clock.kept
-            writer.rows(path, kept, rr.Scalars.columns(scalars=value[kept].sum(axis=1, dtype=np.float64)))
-        else:
-            _log_constant(writer, path, float(value))
+        frames = writer.clock.kept if isinstance(value, np.ndarray) else _ends(writer)
+        counts = value[frames].sum(axis=1) if isinstance(value, np.ndarray) else np.full(len(frames), value)
+        writer.rows(entity("counters", label, name), frames, rr.Scalars.columns(scalars=counts.astype(np.float64)))
 
 
 def clipped(timed: Sequence[FloatArray]) -> tuple[float, float, str]:
@@ -149,17 +144,9 @@ def stage_path(label: str, stage: str) -> str:
     return entity("timing", label, stage)
 
 
-def _log_constant(writer: RecordingWriter, path: str, value: float) -> None:
-    """A line from the first frame to the last."""
-    ends = sorted({0, len(writer.clock.ns) - 1}) if len(writer.clock.ns) else []
-    writer.rows(path, ends, rr.Scalars.columns(scalars=np.full(len(ends), value)))
-
-
-def _style(writer: RecordingWriter, path: str, name: str, colour: Rgba, width: float) -> None:
-    # Peaks are what a budget is about; the default policy averages them away when zoomed out.
-    peaks, colours = rr.components.AggregationPolicy.Max, packed([colour])
-    line = rr.SeriesLines.from_fields(names=[name], colors=colours, widths=[width], aggregation_policy=peaks)
-    writer.static(path, line)
+def _ends(writer: RecordingWriter) -> IntArray:
+    """The first frame and the last: between them a constant is a line."""
+    return np.unique([0, len(writer.clock.ns) - 1])[: len(writer.clock.ns)]
 
 
 def cost_text(detections: Mapping[str, Detection], remarks: Mapping[str, str]) -> str:

@@ -15,7 +15,8 @@ import rerun.blueprint as rrb
 from replay.outputs.palette import BACKGROUND, BUDGET, GRID, INVENTED, SERIES, TICKS, WHITE, Rgba
 from replay.outputs.price_plot import BEST, COMPLETE, CURVES, FAINT, INVENTS, TITLES, Mark, Plot, plots_of, subtitle
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
-from replay.outputs.rerun_log.markdown import markdown
+from replay.outputs.rerun_log.views import PLAIN, text_view
+from replay.outputs.tables import markdown
 from replay.outputs.tradeoff_table import SHOWN, front_rows, how_measured, quickest_first, tradeoff_table
 from replay.pipeline.run_result import Tradeoff
 
@@ -96,12 +97,13 @@ def curve_tab() -> Any:
         rrb.Spatial2DView(
             origin=f"/{root}", name=title,
             visual_bounds=rrb.VisualBounds2D(x_range=(-110.0, WIDTH + 60.0), y_range=(-230.0, HEIGHT + 120.0)),
-            background=rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor),
+            background=PLAIN,
         )
         for root, (title, _) in zip(ROOTS, TITLES.values(), strict=True)
     ]  # fmt: skip
-    words = rrb.TextDocumentView(origin=f"/{ADVICE}", name="What to take")
-    return rrb.Horizontal(*views, words, column_shares=[0.36, 0.36, 0.28], name="What accuracy costs")
+    return rrb.Horizontal(
+        *views, text_view(ADVICE, "What to take"), column_shares=[0.36, 0.36, 0.28], name="What accuracy costs"
+    )
 
 
 def advice_text(done: Tradeoff) -> str:

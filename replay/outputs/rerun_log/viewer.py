@@ -21,10 +21,10 @@ import rerun_cli
 from rerun.experimental import View, ViewerClient, ViewerState
 
 from replay.errors import ReplayError, RunFolderError
-from replay.outputs.rerun_log.annotation_layer import write_layer
 from replay.outputs.rerun_log.columns import SESSION, entity
 from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.overview import read_moments
+from replay.outputs.rerun_log.recording_file import write_layer
 from replay.outputs.results.run_folder import ANNOTATIONS, read_run_folder
 
 LOOPBACK: Final = "127.0.0.1"

@@ -1,4 +1,4 @@
-"""Views that more than one tab has."""
+"""Views that more than one tab has, and the layout around all tabs."""
 
 from __future__ import annotations
 
@@ -9,20 +9,38 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
-from replay.outputs.materials import albedo, tags_of
-from replay.outputs.palette import BACKGROUND
+from replay.outputs.camera import Eye
+from replay.outputs.palette import BACKGROUND, albedo, tags_of
 from replay.outputs.rerun_log.columns import FRAME, SESSION
 from replay.outputs.rerun_log.world import body_path
 from replay.pipeline.run_result import RunResult
 
 PLAIN: Final = rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor)
 
-
 FADED: Final = 110
 """Alpha, at most, of a body that stands before the point of a picture."""
 
 GROUND: Final = ("bench", "table", "furniture")
 """Tags of what stays solid."""
+
+
+def whole_layout(tabs: Sequence[Any], first: int = 0) -> rrb.Blueprint:
+    """All tabs, the first to be seen by its number; nothing else is on screen, and nothing moves."""
+    times = rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused")
+    hidden = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden")
+    return rrb.Blueprint(rrb.Tabs(*tabs, active_tab=first), times, *hidden, auto_views=False, auto_layout=False)
+
+
+def seconds_between(start: float, end: float) -> rrb.TimeAxis:
+    """These seconds, from side to side; zooming stays possible."""
+    ends = (rr.TimeRangeBoundary.absolute(seconds=at) for at in (start, end))
+    return rrb.TimeAxis(view_range=rr.TimeRange(*ends))
+
+
+def around_cursor(seconds: float) -> rrb.TimeAxis:
+    """So many seconds before and after the cursor."""
+    ends = (rr.TimeRangeBoundary.cursor_relative(seconds=at) for at in (-seconds, seconds))
+    return rrb.TimeAxis(view_range=rr.TimeRange(*ends))
 
 
 def faded_meshes(result: RunResult, names: Collection[str]) -> dict[str, Any]:
@@ -38,12 +56,24 @@ def faded_meshes(result: RunResult, names: Collection[str]) -> dict[str, Any]:
     return found
 
 
-def spatial(name: str, contents: Sequence[str], controls: rrb.EyeControls3D, **more: Any) -> Any:
-    """The room, dark and without a grid."""
+def spatial(name: str, contents: Sequence[str], eye: Eye | str, **more: Any) -> Any:
+    """The room, dark and without a grid; ``eye``: where it is seen from first, or the entity that the view follows."""
+    controls = rrb.EyeControls3D(tracking_entity=f"/{eye}") if isinstance(eye, str) else _orbit(eye)
     return rrb.Spatial3DView(
         origin="/world", contents=list(contents), name=name, eye_controls=controls, background=PLAIN,
         line_grid=rrb.LineGrid3D(visible=False), **more,
     )  # fmt: skip
+
+
+def _orbit(eye: Eye) -> rrb.EyeControls3D:
+    return rrb.EyeControls3D(
+        kind=rrb.Eye3DKind.Orbital, position=eye.position, look_target=eye.target, eye_up=(0.0, 1.0, 0.0)
+    )
+
+
+def text_view(path: str, name: str) -> Any:
+    """One text."""
+    return rrb.TextDocumentView(origin=f"/{path}", name=name)
 
 
 def text_list(path: str, name: str, *more: str) -> Any:
@@ -60,3 +90,9 @@ def plot(axis: rrb.TimeAxis, origin: str, name: str, paths: Iterable[str] = (), 
     contents = [f"/{path}" for path in paths] or "$origin/**"
     legend = rrb.PlotLegend(rrb.Corner2D.LeftTop)
     return rrb.TimeSeriesView(origin=origin, name=name, axis_x=axis, plot_legend=legend, contents=contents, **more)
+
+
+def state_view(root: str, name: str, times: rrb.TimeAxis, lanes: Sequence[str] = ("**",)) -> Any:
+    """A view of lanes below a root, of all there are if none is named."""
+    contents = [f"/{root}/**" if lane == "**" else f"/{lane}" for lane in lanes]
+    return rrb.StateTimelineView(origin=f"/{root}", contents=contents, name=name, time_view=times)

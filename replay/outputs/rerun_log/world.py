@@ -13,7 +13,7 @@ from cdcore import Motion, TriangleMesh
 from cdcore.numerics import FloatArray
 from replay.comparison.first_touch import at_touch
 from replay.comparison.outcome import Miss
-from replay.outputs.materials import albedo, tags_of
+from replay.outputs.palette import albedo, tags_of
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, pose_columns
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene

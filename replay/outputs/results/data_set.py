@@ -1,27 +1,30 @@
 """All runs below a folder as one data set: a table each of contacts, misses, false contacts, events and metrics."""
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 import pyarrow as pa
 
 from replay.errors import RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
 from replay.outputs.results.fault_tables import FALSE_COLUMNS, FALSE_MEASURES, MISS_COLUMNS, MISS_MEASURES
-from replay.outputs.results.parquet import TYPES, UNREADABLE, read_table
+from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, read_table
 from replay.outputs.results.parquet_tables import EPISODE_COLUMNS, EVENT_COLUMNS, HEADS
-from replay.outputs.results.row_keys import KEYS, SCHEMA
 from replay.outputs.results.run_folder import EPISODES, EVENTS, FALSE_CONTACTS, METRICS, MISSES, SUMMARY
 
 RUN: Final[dict[str, type]] = {"run": str}
+
+SAID: Final = ("oracle", "vr_type")
+"""Columns of metrics from the summary of a run, which has them at any age."""
 
 DATA_SET: Final[dict[str, tuple[str, Mapping[str, type]]]] = {
     "episodes": (EPISODES, RUN | HEADS | EPISODE_COLUMNS | KEYS),
     "misses": (MISSES, RUN | HEADS | MISS_COLUMNS | MISS_MEASURES | KEYS),
     "false_contacts": (FALSE_CONTACTS, RUN | HEADS | FALSE_COLUMNS | FALSE_MEASURES | KEYS),
     "events": (EVENTS, RUN | EVENT_COLUMNS | KEYS),
-    "metrics": (METRICS, RUN | METRIC_COLUMNS),
+    "metrics": (METRICS, RUN | METRIC_COLUMNS | dict.fromkeys(SAID, str)),
 }
 """Table -> the file in a run folder, and its columns."""
 
@@ -31,9 +34,9 @@ def read(folder: Path | str) -> dict[str, pa.Table]:
 
     The tables are ``episodes`` (contacts), ``misses``, ``false_contacts``, ``events`` and ``metrics``. Every row has
     ``run`` (the run folder below ``folder``, with ``/``), ``session`` (16 hex digits over clock and poses), ``student``
-    (the pseudonym, ``""``: none stated), ``task`` and ``stage``; what an older version did not write is null. A session
-    that was run twice is there twice. Raises ``RunFolderError``: there is no run folder, a table cannot be read, or a
-    newer version wrote it.
+    (the pseudonym, ``""``: none stated), ``task`` and ``stage``; those of metrics have ``oracle`` and ``vr_type`` too.
+    What an older version did not write is null. A session that was run twice is there twice. Raises
+    ``RunFolderError``: there is no run folder, a table cannot be read, or a newer version wrote it.
     """
     top = Path(folder)
     runs = run_folders(top)
@@ -53,14 +56,24 @@ def _joined(top: Path, runs: list[Path], name: str, kinds: Mapping[str, type]) -
     parts = [pa.schema([(column, TYPES[kind]) for column, kind in kinds.items()]).empty_table()]
     for run in runs:
         if (run / name).is_file():
-            table = _plain(run / name)
-            parts.append(
-                table.append_column("run", pa.array([run.relative_to(top).as_posix()] * len(table), TYPES[str]))
-            )
+            table, columns = _plain(run / name), {"run": run.relative_to(top).as_posix()}
+            columns |= _said(run) if name == METRICS else {}
+            for column, value in columns.items():
+                table = table.append_column(column, pa.array([value] * len(table), TYPES[str]))
+            parts.append(table)
     try:
         return pa.concat_tables(parts, promote_options="default")
     except UNREADABLE as error:
         raise RunFolderError(f"the tables {name} below {top} are not of one kind ({error})") from error
+
+
+def _said(run: Path) -> dict[str, Any]:
+    """The detector that is trusted in a run, and how its session was seen."""
+    try:
+        summary = json.loads((run / SUMMARY).read_text(encoding="utf-8"))
+        return dict(zip(SAID, (summary.get("oracle"), summary["session"]["facts"].get("vr_type")), strict=True))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise RunFolderError(f"{run / SUMMARY} cannot be read ({error!r}); run its session again") from error
 
 
 def _plain(file: Path) -> pa.Table:

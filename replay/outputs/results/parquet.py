@@ -1,4 +1,4 @@
-"""The one door to Parquet: plain rows in and out, with a type for every column."""
+"""The one door to Parquet: plain rows in and out, with a type for every column, and the columns that join runs."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -8,6 +8,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from replay.errors import RunFolderError
+from replay.metrics.hands import DOING, doing
+from replay.metrics.row import pseudonym, session_digest
+from replay.pipeline.run_result import RunResult
 
 TYPES: Final = {str: pa.string(), int: pa.int64(), float: pa.float64(), bool: pa.bool_()}
 """Type of Python -> type of a column; every column may hold null."""
@@ -49,3 +52,26 @@ def read_columns(path: Path) -> dict[str, list[Any]]:
 def write_rows(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
     """Write rows whose types follow from their values."""
     pq.write_table(pa.Table.from_pylist([dict(row) for row in rows]), path)
+
+
+KEYS: Final[dict[str, type]] = dict.fromkeys(("session", "student", *DOING), str)
+
+SCHEMA: Final = "vrlab-replay/tables/2"
+"""Stands as ``schema`` in the metadata of each table that has ``KEYS``; a table of version 1 has neither."""
+
+
+def with_keys(table: pa.Table, result: RunResult) -> pa.Table:
+    """A table with the columns ``KEYS``; rows of metrics, which are about a whole session, bring them.
+
+    Task and stage are those at the row's ``stamp_ns``, or else at its ``first`` frame; null: none.
+    """
+    if not KEYS.keys() <= set(table.column_names):
+        frames = result.assembly.stamp_ns
+        stamps = table["stamp_ns"].to_numpy() if "stamp_ns" in table.column_names else frames[table["first"].to_numpy()]
+        columns = [
+            [session_digest(result)] * len(table), [pseudonym(result)] * len(table),
+            *(doing(result.session, kind, stamps) for kind in DOING),
+        ]  # fmt: skip
+        for name, values in zip(KEYS, columns, strict=True):
+            table = table.append_column(name, pa.array(values, TYPES[str]))
+    return table.replace_schema_metadata({"schema": SCHEMA})

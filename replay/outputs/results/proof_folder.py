@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from replay.outputs.results.parquet import UNREADABLE, read_columns
 from replay.outputs.results.run_folder import EPISODES, FRAMES, SUMMARY, RunFolder, read_run_folder
 from replay.outputs.results.seal import PROOF, file_hash, read_seal
-from replay.proof.claims import CONTACT, CONTAINED, KINDS, Proof, WrongRecord
+from replay.proof.claims import KINDS, Kind, Proof, WrongRecord
 from replay.proof.loading import load
-from replay.proof.verifier import verdicts, verify
+from replay.proof.verifier import verify
 from sessions import read_session
 from sessions.doctor.runs import runs
 from sessions.errors import SessionError
@@ -42,7 +42,7 @@ def verify_run(folder: Path, given: Path | None = None, scene: Path | None = Non
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
         # A header may hold anything where a number or a word belongs.
         raise WrongRecord(f"{PROOF} is no proof ({error!r})") from error
-    table = verdicts(proof, len(poses.valid))
+    table = proof.verdicts(len(poses.valid))
     _check_tables(run, proof, table)
     bodies = proof.header["bodies"]
     asked = {frozenset(pair[:2]) for pair in proof.header["pairs"]}
@@ -70,7 +70,7 @@ def _check_tables(run: RunFolder, proof: Proof, table: NDArray[np.uint8]) -> Non
     if pairs != [one.get("name") for one in run.summary.get("pairs", [])] or len({*pairs}) != len(pairs):
         raise WrongRecord(f"{SUMMARY}: other pairs were proven")
     column = {frozenset((bodies[i], bodies[j])): k for k, (i, j, _) in enumerate(proof.header["pairs"])}
-    contact = np.isin(table, (CONTACT, CONTAINED))
+    contact = np.isin(table, (Kind.CONTACT, Kind.CONTAINED))
     try:
         rows = read_columns(run.path / FRAMES)
         pair = _columns(rows, column)

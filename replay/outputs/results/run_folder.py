@@ -17,8 +17,7 @@ from replay.outputs.report.tradeoff import JSON as TRADEOFF_JSON
 from replay.outputs.report.tradeoff import PICTURES
 from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
 from replay.outputs.results import fault_tables, parquet_tables
-from replay.outputs.results.parquet import read_rows
-from replay.outputs.results.row_keys import with_keys
+from replay.outputs.results.parquet import read_rows, with_keys
 from replay.outputs.results.seal import PROOF, SEAL, write_seal
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds
@@ -145,7 +144,8 @@ def write_run_folder(
         if proof is not None:
             (folder / PROOF).write_bytes(proof.written())
             (folder / SEAL).touch()
-        write_summary(folder, RUN, result.summary)
+        priced = {} if result.tradeoff is None else {"tradeoff": result.tradeoff.as_json()}
+        write_summary(folder, RUN, {**result.summary, **priced})
         if proof is not None:
             write_seal(folder, Path(result.session.origin))
     if force and (out / ANNOTATIONS).is_file():

@@ -11,13 +11,14 @@ from time import perf_counter
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdcore import Body, Detection, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.numerics import FloatArray, Int32Array, IntArray
 from replay.studies.bench.workload import BenchWorkload
 
-Answer = IntArray
+Answer = IntArray | NDArray[np.int8]
 """(T, P) distinct face pairs, or 0 and 1."""
 EVERY_CONTACT: Final = 4_000_000
 
@@ -133,7 +134,7 @@ class OwnExact:
     def ask(self, what: str) -> Answer:
         """Every pair in every frame."""
         found = self.staged(what)[1]
-        return np.asarray(found.face_counts if what == "faces" else found.verdict == Verdict.CONTACT, dtype=np.int64)
+        return found.face_counts if what == "faces" else (found.verdict == Verdict.CONTACT).view(np.int8)
 
 
 def frame_by_frame(

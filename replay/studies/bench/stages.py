@@ -1,8 +1,11 @@
-"""Where the time of ``exact`` goes, in seconds a stage.
+"""Where the time of ``exact`` goes, in seconds a stage, and how its cost grows with frames, bodies and faces.
 
 Spheres, trees and faces take turns in one compiled loop, so they are told apart by leaving out: the search is run once
 more with trees that are cut to their root, and once with trees whose leaves are empty. That splits complete face sets;
 a boolean ends at its first contact, so there trees and faces stay together.
+
+Reading the poses is linear and cannot be otherwise. The search among distant bodies is not: its counters grow by a test
+a pair where frames grow eightfold.
 """
 
 from collections.abc import Sequence
@@ -17,14 +20,20 @@ from cdcore.kernels.memory import row_of
 from cdcore.narrow.spacetime.box_tree import BoxTree, build_box_tree
 from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
+from replay.studies.bench.engines import OwnExact
 from replay.studies.bench.race import timed
-from replay.studies.bench.workload import BenchWorkload
+from replay.studies.bench.workload import BenchWorkload, make_workload
 
 STAGES: Final = ("check", "poses", "spheres", "trees", "faces", "exact", "sorting")
 """Are poses finite and rigid; reading them; spheres over spans and paths; box trees; faces at leaves; what only exact
 arithmetic decides; sorting and collecting face sets."""
 REPEATS: Final = 5
 ARRAYS: Final = BoxTree._fields[:-2]
+
+WHERE: Final = ("distant", "near")
+READING: Final = ("check", "poses")
+"""Stages that read every pose: is it finite and rigid, where is the body, how far does it move."""
+SIZE_REPEATS: Final = 4
 
 
 @dataclass(frozen=True)
@@ -78,3 +87,47 @@ def without_faces(tree: BoxTree) -> BoxTree:
 def _with(tree: BoxTree, **arrays: Any) -> BoxTree:
     changed = tree._replace(**arrays)
     return changed._replace(row=row_of([getattr(changed, name) for name in ARRAYS]))
+
+
+@dataclass(frozen=True)
+class Growth:
+    """One size of a session: what ``exact`` took and did; ``work`` and ``stages`` say where the time went."""
+
+    where: str
+    grows: str
+    size: int
+    pair_frames: int
+    seconds: float
+    work: dict[str, int]
+    stages: dict[str, float]
+
+    @property
+    def reading(self) -> float:
+        """Seconds that every pose costs, whatever the bodies do."""
+        return sum(self.stages.get(name, 0.0) for name in READING)
+
+    @property
+    def search(self) -> float:
+        """Seconds spent on pairs: spheres over spans of frames, then trees and faces."""
+        return self.stages.get("search", 0.0) + self.stages.get("exact", 0.0)
+
+    @property
+    def tests(self) -> int:
+        """All tests of the search: spans, gaps along paths, boxes, faces."""
+        return sum(self.work.get(name, 0) for name in ("span_tests", "gap_tests", "node_tests", "face_tests"))
+
+
+def grow(where: str, grows: str, size: int, *, seed: int = 0) -> Growth:
+    """Time ``exact`` on a session of one size, with bodies "distant" (5 m from each other) or "near" (on one bench).
+
+    ``grows`` is frames, bodies or faces; the others stay at 5,400, 7 and 500.
+    """
+    sizes = {"faces": 500, "frames": 5400, "bodies": 7} | {grows: size}
+    load = make_workload(sizes["faces"], sizes["frames"], bodies=sizes["bodies"], seed=seed, distant=where == "distant")
+    engine = OwnExact(load)
+    engine.ask("bool")
+    seconds, (stages, found) = min(
+        (timed(partial(engine.staged, "bool")) for _ in range(SIZE_REPEATS)), key=lambda one: one[0]
+    )
+    work = {name: int(np.sum(count)) for name, count in found.work.items()}
+    return Growth(where, grows, size, found.verdict.size, seconds, work, stages)

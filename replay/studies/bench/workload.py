@@ -2,17 +2,21 @@
 
 A tray, a cup, a ring and a bottle stand; a rod stirs in the cup and knocks at its wall, a tube is put into the ring and
 leans on it, then pours over the cup's rim, a hand touches bottle, cup and tray. Things are near each other for much of
-the time and touch in some 10 % of the frames, which makes such a session hard. The motion repeats every 30 s.
+the time and touch in some 10 % of the frames, which makes such a session hard. The motion repeats every 30 s. Meshes
+have nearly as many faces as asked for, none of them degenerate; corners are rounded to single precision, so that
+engines of either precision see the same geometry.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import FloatArray, Int32Array, IntArray
 from replay.base.constants import HEADSET_HZ
-from replay.studies.bench.shapes import Mesh, bench_mesh
+
+Mesh = tuple[FloatArray, Int32Array]
 
 RATE_HZ: Final = HEADSET_HZ
 PERIOD: Final = 30.0
@@ -68,6 +72,20 @@ SCRIPTS: Final[dict[str, list[Key]]] = {
     ],
 }  # fmt: skip
 
+PINHOLE: Final = 2e-4
+"""Metres: surfaces of revolution stay open by that much at their axis, where faces would have no area."""
+
+CUP: Final = ((PINHOLE, 0.0), (0.031, 0.0), (0.034, 0.006), (0.035, 0.09), (0.038, 0.094))
+"""(radius, height) in metres from bottom to top; likewise below. The cup is open at the top."""
+BOTTLE: Final = ((PINHOLE, 0.002), (0.041, 0.002), (0.045, 0.010), (0.038, 0.035), (0.016, 0.10), (0.018, 0.14))
+ROD: Final = ((PINHOLE, -0.125), (0.002, -0.1246), (0.003, -0.1225), (0.003, 0.1225), (0.002, 0.1246), (PINHOLE, 0.125))
+TUBE: Final = (
+    (PINHOLE, -0.075), (0.005, -0.0735), (0.009, -0.066), (0.009, 0.073), (0.0105, 0.075), (0.008, 0.0745),
+    (0.008, -0.066), (PINHOLE, -0.074),
+)  # fmt: skip
+"""An outer and an inner wall, 1 mm apart."""
+TRAY_SIZE: Final = (1.2, 0.7)
+
 
 @dataclass(frozen=True, eq=False)
 class BenchWorkload:
@@ -92,7 +110,7 @@ def make_workload(
         raise ValueError(f"a bench has 3 bodies or more, not {bodies}; ask for a tray, a cup and a rod")
     rng = np.random.default_rng(seed)
     kinds = ["tray"] + [STATION[k % len(STATION)] for k in range(bodies - 1)]
-    shapes = {kind: bench_mesh(kind, faces) for kind in dict.fromkeys(kinds)}
+    shapes = {kind: MAKERS[kind](faces) for kind in dict.fromkeys(kinds)}
     poses = np.tile(np.eye(4), (frames, bodies, 1, 1))
     seconds = np.arange(frames) / RATE_HZ
     for body, kind in enumerate(kinds):
@@ -110,9 +128,7 @@ def make_resting(faces: int, frames: int = 900) -> BenchWorkload:
     """A cup that stands exactly on a tray and is pushed along it: every frame takes exact arithmetic."""
     poses = np.tile(np.eye(4), (frames, 2, 1, 1))
     poses[:, 1, 0, 3] = 1e-5 * np.arange(frames)
-    return BenchWorkload(
-        ("tray-0", "cup-1"), (bench_mesh("tray", faces), bench_mesh("cup", faces)), poses, np.array([[0, 1]])
-    )
+    return BenchWorkload(("tray-0", "cup-1"), (MAKERS["tray"](faces), MAKERS["cup"](faces)), poses, np.array([[0, 1]]))
 
 
 def _follow(script: list[Key], seconds: FloatArray, rng: np.random.Generator, poses: FloatArray) -> None:
@@ -150,3 +166,59 @@ def _turned_by(vectors: FloatArray) -> FloatArray:
     turned: FloatArray = np.eye(3) + np.sin(angle)[:, None, None] * cross
     turned += (1 - np.cos(angle))[:, None, None] * (cross @ cross)
     return turned
+
+
+def _tray(faces: int) -> Mesh:
+    """A flat grid at height 0."""
+    n = max(1, round(np.sqrt(faces / 2)))
+    x, y = np.meshgrid(*(np.linspace(-size / 2, size / 2, n + 1) for size in TRAY_SIZE), indexing="ij")
+    return _grid(np.stack([x, y, np.zeros_like(x)], axis=-1))
+
+
+def _ring(faces: int) -> Mesh:
+    """A wire of 4 mm bent to a ring of 4 cm, 30 cm above its place."""
+    around = max(8, round(np.sqrt(1.5 * faces)))
+    turn, across = np.linspace(0, 2 * np.pi, around + 1), np.linspace(0, 2 * np.pi, max(4, faces // (2 * around)) + 1)
+    radius = 0.04 + 0.004 * np.cos(across)
+    x, y = (np.outer(circle(turn), radius) for circle in (np.cos, np.sin))
+    return _grid(np.stack([x, y, np.tile(0.3 + 0.004 * np.sin(across), (around + 1, 1))], axis=-1))
+
+
+def _hand(faces: int) -> Mesh:
+    """An egg of 4 by 5.5 cm with bumps for fingers."""
+    angle = np.linspace(0.01, np.pi - 0.01, 60)
+    points = _revolved(np.stack([0.04 * np.sin(angle), -0.055 * np.cos(angle)], axis=1), faces, 1.2)
+    around = np.arctan2(points[..., 1], points[..., 0])
+    points[..., :2] *= (1 + 0.1 * np.sin(4 * around + 90 * points[..., 2]))[..., None]
+    return _grid(points)
+
+
+def _turned(profile: tuple[tuple[float, float], ...], aspect: float) -> Callable[[int], Mesh]:
+    return lambda faces: _grid(_revolved(np.array(profile), faces, aspect))
+
+
+MAKERS: Final[dict[str, Callable[[int], Mesh]]] = {
+    "tray": _tray, "cup": _turned(CUP, 1.6), "bottle": _turned(BOTTLE, 1.4), "ring": _ring, "rod": _turned(ROD, 0.4),
+    "tube": _turned(TUBE, 0.8), "hand": _hand,
+}  # fmt: skip
+
+
+def _revolved(profile: FloatArray, faces: int, aspect: float) -> FloatArray:
+    """Points (along, around, 3) of a profile (m, 2) turned about z; ``aspect`` is sides for each step along it."""
+    along = max(4, round(np.sqrt(faces / (2 * aspect))))
+    around = max(6, round(faces / (2 * along)))
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(profile, axis=0).T))])
+    at = np.linspace(0, arc[-1], along + 1)
+    radius, height = (np.interp(at, arc, column) for column in profile.T)
+    angle = np.linspace(0, 2 * np.pi, around + 1)
+    x, y = (np.outer(radius, circle(angle)) for circle in (np.cos, np.sin))
+    return np.stack([x, y, np.tile(height[:, None], (1, around + 1))], axis=-1)
+
+
+def _grid(points: FloatArray) -> Mesh:
+    """Two triangles a cell of a grid of points (rows, columns, 3)."""
+    rows, columns = points.shape[:2]
+    number = np.arange(rows * columns).reshape(rows, columns)
+    a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+    faces = np.stack([a, b, c, a, c, d], axis=-1).reshape(-1, 3).astype(np.int32)
+    return points.reshape(-1, 3).astype(np.float32).astype(np.float64), faces

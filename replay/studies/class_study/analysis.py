@@ -15,40 +15,19 @@ import numpy as np
 from cdcore.numerics import FloatArray, IntArray
 from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook, Item, RegressionQuestion
+from replay.studies.class_study.conclusions import Sensitivity, compared, results
+from replay.studies.class_study.groups import GroupDifference, compare_groups
 from replay.studies.class_study.joining import DETECTOR, RECALL, STUDENT, Metrics, Questionnaire, rows_of_students
-from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError
-from replay.studies.class_study.regression import Coefficient, Regression, holm, regress
+from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError, few
+from replay.studies.class_study.regression import Regression, holm, regress, student_means
 from replay.studies.class_study.reliability import Bartlett, Reliability, bartlett, kmo, reliability
 from sessions.scene_files.toml_table import nearest
 from sessions.synthetic.rng import random_stream
 
 Result = TypeVar("Result")
 
-LEVEL: Final = 0.05
-"""Associated: p after Holm's correction is below this, and the interval leaves out zero."""
-
-UNDECIDED: Final = "undecided"
-
 DOMINANT: Final = 0.25
 """A warning is given where this share of the students, or less, brings half of the sessions."""
-
-
-@dataclass(frozen=True)
-class Sensitivity:
-    """One coefficient fitted with another detector behind the behaviour.
-
-    ``recall`` is what that detector finds of the contacts, ``students`` are those used; ``changes`` says whether the
-    conclusion differs (associated or not, and its sign).
-    """
-
-    detector: str
-    recall: float | None
-    students: int
-    outcome: str
-    predictor: str
-    beta: float
-    p_holm: float | None
-    changes: bool
 
 
 @dataclass(frozen=True)
@@ -57,8 +36,9 @@ class Study:
 
     ``detector`` and ``recall`` stand behind every behaviour (``""`` and ``None`` for a questionnaire alone).
     ``reliabilities`` are by construct, KMO and Bartlett's test of all items together. ``regressions`` stand in the
-    order asked, p corrected across all of them; ``sensitivity`` are the same with each other detector. ``refusals``
-    are results that a rule forbids, ``warnings`` speak of those that carry little.
+    order asked, p corrected across all of them; ``groups`` compare the declared groups, ``group_sizes`` says how many
+    students each has. ``sensitivity`` are both again with each other detector. ``refusals`` are results that a rule
+    forbids, ``warnings`` speak of those that carry little.
     """
 
     students: int
@@ -69,6 +49,8 @@ class Study:
     kmo: float | None
     bartlett: Bartlett | None
     regressions: tuple[Regression, ...]
+    groups: tuple[GroupDifference, ...]
+    group_sizes: dict[str, str]
     sensitivity: tuple[Sensitivity, ...]
     refusals: tuple[StudyRefusedError, ...]
     warnings: tuple[str, ...]
@@ -99,34 +81,21 @@ def analyse(
     adequacy = _try(partial(_of_items, questionnaire, codebook.items, kmo), "KMO", refusals)
     sphericity = _try(partial(_of_items, questionnaire, codebook.items, bartlett), "Bartlett's test", refusals)
     regressions = _regressions(codebook, questionnaire, own, seed, refusals)
-    others = [] if metrics is None else [metrics.of(name) for name in metrics.detectors if name != chosen]
-    sensitivity = [row for other in others for row in _sensitivity(regressions, codebook, questionnaire, other, seed)]
+    groups = _groups(codebook, questionnaire, own, seed, refusals)
+    sensitivity: list[Sensitivity] = []
+    if metrics is not None and own is not None and own.recall() is not None:
+        for other in (metrics.of(name) for name in metrics.detectors if name != chosen):
+            asked = (codebook, questionnaire, other, seed)
+            again = results(_regressions(*asked, []), _groups(*asked, []))
+            sensitivity += compared(results(regressions, groups), again, other)
+    sizes = {name: few(questionnaire.group.count(name)) for name in (codebook.groups or ("", ()))[1]}
     return Study(
         students=len(questionnaire.students), rows=len(questionnaire.students) if own is None else len(own),
         detector=chosen, recall=None if own is None else own.recall(), reliabilities=reliabilities, kmo=adequacy,
-        bartlett=sphericity, regressions=regressions, sensitivity=tuple(sensitivity), refusals=tuple(refusals),
+        bartlett=sphericity, regressions=regressions, groups=groups, group_sizes=sizes,
+        sensitivity=tuple(sensitivity), refusals=tuple(refusals),
         warnings=tuple(_warnings(codebook, questionnaire, own)),
     )  # fmt: skip
-
-
-def associated(coefficient: Coefficient) -> bool:
-    """Whether a coefficient differs from zero: by its p after Holm's correction, and by its interval.
-
-    The two come from different resamplings, permutations and the bootstrap, and among few students they can differ; a
-    page that claims an association and prints an interval around zero contradicts itself.
-    """
-    return coefficient.p_holm is not None and coefficient.p_holm < LEVEL and coefficient.apart
-
-
-def conclusion(coefficient: Coefficient) -> str:
-    """What a coefficient says, in the words of every table."""
-    if associated(coefficient):
-        return "associated"
-    if coefficient.p is None:
-        return "not tested"
-    if coefficient.p >= LEVEL:
-        return "not told from chance"
-    return f"{UNDECIDED} after Holm" if coefficient.apart else f"{UNDECIDED}: interval holds zero"
 
 
 def _choose(metrics: Metrics, detector: str | None) -> str:
@@ -155,11 +124,6 @@ def _of_items(questionnaire: Questionnaire, items: Sequence[Item], figure: Calla
     return figure(answers)
 
 
-def _few(count: int) -> str:
-    """A count of a cell, or that it is too small to be said."""
-    return f"fewer than {LEAST_IN_CELL}" if count < LEAST_IN_CELL else f"{count}"
-
-
 def _warnings(codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None) -> list[str]:
     students, items = len(questionnaire.students), len(codebook.items)
     words = []
@@ -170,7 +134,7 @@ def _warnings(codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics
         )
     unanswered = int(sum(np.isnan(values).sum() for values in questionnaire.answers.values()))
     if unanswered:
-        words.append(f"{_few(unanswered)} answers are missing; rows with a missing value are left out where it is used")
+        words.append(f"{few(unanswered)} answers are missing; rows with a missing value are left out where it is used")
     return words + ([] if metrics is None else _dominance(metrics))
 
 
@@ -180,7 +144,7 @@ def _dominance(metrics: Metrics) -> list[str]:
     most = int(np.searchsorted(np.cumsum(counts), len(metrics) / 2)) + 1
     if most > len(counts) * DOMINANT:
         return []
-    who = f"{_few(most)} of {len(counts)} students bring half or more of the {len(metrics)} sessions"
+    who = f"{few(most)} of {len(counts)} students bring half or more of the {len(metrics)} sessions"
     return [f"{who}; every student counts once, by the mean of their sessions"]
 
 
@@ -256,23 +220,19 @@ def _variable(
     return {name: metrics.numbers(name)}
 
 
-def _sensitivity(
-    first: tuple[Regression, ...], codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics, seed: int
-) -> list[Sensitivity]:
-    """The regressions that use behaviour, again with another detector; all are fitted, for Holm's family."""
-    before = {_names(one): one for one in first}
-    rows = []
-    for again in _regressions(codebook, questionnaire, metrics, seed, []):
-        old = before.get(_names(again))
-        if old is None or not any(name in metrics.columns for name in _names(again)):
-            continue
-        for was, now in zip(old.coefficients, again.coefficients, strict=True):
-            turned = associated(now) and np.sign(was.beta) != np.sign(now.beta)
-            changes = associated(was) != associated(now) or bool(turned)
-            found = (again.students, again.outcome, now.name, now.beta, now.p_holm, changes)
-            rows.append(Sensitivity(metrics.columns[DETECTOR][0], metrics.recall(), *found))
-    return rows
-
-
-def _names(regression: Regression) -> tuple[str, ...]:
-    return (regression.outcome, *(one.name for one in regression.coefficients))
+def _groups(
+    codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None, seed: int,
+    refusals: list[StudyRefusedError],
+) -> tuple[GroupDifference, ...]:  # fmt: skip
+    """The declared groups compared by every construct, and by the behaviour that the codebook asks about."""
+    if codebook.groups is None:
+        return ()
+    variables = {name: questionnaire.scores(items) for name, items in codebook.constructs.items()}
+    if metrics is not None and metrics.recall() is not None:
+        rows = rows_of_students(metrics, questionnaire)
+        asked = dict.fromkeys(name for one in codebook.questions for name in (one.outcome, *one.predictors))
+        for name in (name for name in asked if name in metrics.columns):
+            people, _, means = student_means(metrics.numbers(name)[:, None], rows)
+            variables[name] = np.full(len(questionnaire.students), np.nan)
+            variables[name][people] = means[:, 0]
+    return compare_groups(variables, questionnaire.group, codebook.groups[1], seed, refusals)

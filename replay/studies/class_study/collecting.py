@@ -71,14 +71,9 @@ def read_students(path: Path) -> dict[str, str]:
 
 def _without_repeats(table: pa.Table) -> pa.Table:
     """One row per session, detector and settings; a run that was collected twice counts once."""
-    seen: dict[tuple[str, ...], str] = {}
-    keep = []
-    columns = [table[name].to_pylist() for name in (*KEY, "student")]
-    for k, (*key, student) in enumerate(zip(*columns, strict=True)):
-        before = seen.get(tuple(key))
-        if before is None:
-            seen[tuple(key)] = student
-            keep.append(k)
-        elif before != student:
+    first: dict[tuple[str, ...], int] = {}
+    students = table["student"].to_pylist()
+    for row, key in enumerate(zip(*(table[name].to_pylist() for name in KEY), strict=True)):
+        if students[first.setdefault(key, row)] != students[row]:
             raise StudyRefusedError("ids", f"metrics: session {key[0]} belongs to two students")
-    return table.take(keep)
+    return table.take(list(first.values()))

@@ -3,13 +3,16 @@
 import csv
 import math
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Final
 
 from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
-from replay.studies.class_study.analysis import Study, associated, conclusion
+from replay.studies.class_study.analysis import Study
+from replay.studies.class_study.class_runs import ClassRuns
+from replay.studies.class_study.conclusions import associated, conclusion
 from replay.studies.class_study.page import refuse_causal_words, study_html
+from replay.studies.class_study.to_open import places
 
 SCHEMA: Final = "vrlab-study/1"
 PAGE: Final = "study.html"
@@ -21,21 +24,32 @@ SENSITIVITY: Final = "sensitivity.csv"
 STUDY: Final = FolderKind("study", SUMMARY, SCHEMA, (PAGE, ASSOCIATIONS, RELIABILITY, SENSITIVITY))
 
 
-def write_study(study: Study, out: Path, *, title: str, inputs: dict[str, str], force: bool = False) -> Path:
+def write_study(
+    study: Study | None, out: Path, *, title: str, inputs: dict[str, str], force: bool = False,
+    runs: ClassRuns | None = None, shared: Path | None = None, seed: int = 0,
+) -> Path:  # fmt: skip
     """Write a study folder; whole, or not at all.
 
     ``title`` heads the page; ``inputs`` are names and digests of the files, detector, seed; ``force`` replaces an
-    earlier study folder. Raises ``OutputError``: the folder exists, or cannot be written; ``RefusedError``:
-    ``causal-wording``.
+    earlier study folder. ``runs`` are the sessions of the class; the page leads to their pages in the folder ``shared``
+    of ``replay share``, or else to their reports. Raises ``OutputError``: the folder exists, or cannot be written;
+    ``RefusedError``: ``causal-wording``; ``RunFolderError``: ``shared`` is no such folder.
     """
     refuse_causal_words([title])
     check_study_target(out, force=force)
+    where = {} if runs is None else places(runs, out, shared)
+    page = study_html(study, title, runs, where, seed)
     with result_folder(out, STUDY, force=force) as folder:
-        (folder / PAGE).write_text(study_html(study, title), encoding="utf-8", newline="\n")
-        _write_csv(folder / ASSOCIATIONS, association_rows(study))
-        _write_csv(folder / RELIABILITY, reliability_rows(study))
-        _write_csv(folder / SENSITIVITY, [asdict(row) for row in study.sensitivity])
-        write_summary(folder, STUDY, {"schema": SCHEMA, "inputs": inputs, **as_json(study)})
+        (folder / PAGE).write_text(page, encoding="utf-8", newline="\n")
+        told: dict[str, Any] = {"schema": SCHEMA, "inputs": inputs}
+        if runs is not None:
+            told["sessions"] = len(runs.metrics)
+        if study is not None:
+            _write_csv(folder / ASSOCIATIONS, association_rows(study))
+            _write_csv(folder / RELIABILITY, reliability_rows(study))
+            _write_csv(folder / SENSITIVITY, [asdict(row) for row in study.sensitivity])
+            told |= as_json(study)
+        write_summary(folder, STUDY, told)
     return out
 
 
@@ -71,15 +85,11 @@ def reliability_rows(study: Study) -> list[dict[str, Any]]:
 
 def as_json(study: Study) -> dict[str, Any]:
     """Everything of a study that JSON can hold; a value that is no number is null."""
-    whole = {
-        "students": study.students, "rows": study.rows, "detector": study.detector, "recall": study.recall,
-        "reliability": reliability_rows(study), "kmo": study.kmo,
-        "bartlett": None if study.bartlett is None else asdict(study.bartlett), "associations": association_rows(study),
-        "sensitivity": [asdict(row) for row in study.sensitivity],
-        "refused": [{"result": r.what, "rule": r.rule, "reason": r.reason, "lift": r.lift} for r in study.refusals],
-        "warnings": list(study.warnings),
-    }  # fmt: skip
-    return _plain(whole)
+    whole = asdict(replace(study, refusals=(), regressions=(), reliabilities={}))
+    for name in ("refusals", "regressions", "reliabilities"):
+        del whole[name]
+    whole["refused"] = [{"result": r.what, "rule": r.rule, "reason": r.reason, "lift": r.lift} for r in study.refusals]
+    return _plain(whole | {"reliability": reliability_rows(study), "associations": association_rows(study)})
 
 
 def _plain(value: Any) -> Any:

@@ -1,34 +1,45 @@
 """``study.html``: what a study found, in plain words that claim association and never cause."""
 
+import hashlib
 import re
-from collections.abc import Sequence
+from base64 import b64encode
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
 from replay.base.shown import drawable
 from replay.outputs.report.drawing import PAPER, svg_in_page
-from replay.outputs.report.markup import Markup, element, page_html, page_section, page_table
+from replay.outputs.report.markup import ALLOWED, Markup, contents, element, page_html, page_section, page_table
 from replay.outputs.tables import table
-from replay.outputs.words import counted
-from replay.studies.class_study.analysis import LEVEL, Study, associated
+from replay.studies.class_study.analysis import Study
+from replay.studies.class_study.class_runs import ClassRuns
+from replay.studies.class_study.class_tables import ClassTables
+from replay.studies.class_study.conclusions import LEVEL, associated
 from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.reliability import kaiser_word
 from replay.studies.class_study.tables import (
     OBSERVED_ONLY,
     behind,
+    changes,
     coefficient_table,
     coefficients,
+    group_table,
     headlines,
     p_words,
     reliability_table,
+    sample_table,
     sensitivity_table,
     words,
 )  # fmt: skip
+from replay.studies.class_study.to_open import Place, sessions_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 BLUE: Final = "#4a86c5"
 """Can be seen on a white and on a dark page."""
+
+SEEN: Final = "Every coefficient with its interval"
 
 CAUSAL: Final = re.compile(
     r"\b(caus\w*|because of|effects? of|impact of|improv\w*|increas\w*|decreas\w*|leads? to|influenc\w*|enhanc\w*)\b",
@@ -37,12 +48,42 @@ CAUSAL: Final = re.compile(
 """Words that claim a cause: no text of a study may hold one, names from the codebook included."""
 
 
-def study_html(study: Study, title: str) -> str:
-    """The page as text; ``StudyRefusedError`` where a name from the codebook or the title claims a cause."""
-    named = [name for one, c in coefficients(study) for name in (one.outcome, c.name)]
-    refuse_causal_words([title, *study.reliabilities, *named])
-    top = [element("p", title), *(element("h1", line) for line in headlines(study)[:1])]
-    return page_html(title, top, _sections(study), OBSERVED_ONLY)
+def study_html(
+    study: Study | None, title: str, runs: ClassRuns | None = None, where: Mapping[str, Place] | None = None,
+    seed: int = 0,
+) -> str:  # fmt: skip
+    """The page as text: of a study, of the sessions of a class, or of both.
+
+    ``where`` is run -> name and address of its page. Raises ``StudyRefusedError`` where a name from the codebook or the
+    title claims a cause.
+    """
+    named = [title]
+    if study is not None:
+        named += [*study.reliabilities, *study.group_sizes, *(one.outcome for one in study.groups)]
+        named += [name for one, c in coefficients(study) for name in (one.outcome, c.name)]
+    refuse_causal_words(named)
+    made = None if runs is None else ClassTables(runs, seed)
+    top = [element("p", title), element("h1", changes(study))]
+    said = [] if study is None else [*headlines(study)[:1], f"{behind(study)}."]
+    if made is not None:
+        said += made.headlines()
+    top += [element("p", line, class_="price") for line in said]
+    parts = [] if made is None else _sessions(made, where or {})
+    parts += [] if study is None else _sections(study, {} if made is None else made.sample())
+    text = page_html(title, [element("div", *top), contents(parts)], parts, OBSERVED_ONLY, _file("page.css"))
+    return _with_script(text)
+
+
+def _file(name: str) -> str:
+    return files("replay.studies.class_study").joinpath(name).read_text(encoding="utf-8")
+
+
+def _with_script(page: str) -> str:
+    """A page that may run the one script it brings, and no other."""
+    script = _file("page.js")
+    digest = b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    page = page.replace(ALLOWED, f"{ALLOWED}; script-src 'sha256-{digest}'", 1)
+    return page.replace("</body>", f"<script>{script}</script></body>", 1)
 
 
 def refuse_causal_words(texts: Sequence[str]) -> None:
@@ -52,31 +93,36 @@ def refuse_causal_words(texts: Sequence[str]) -> None:
             raise StudyRefusedError("causal-wording", f"the words {text!r}")
 
 
-def _sections(study: Study) -> list[Markup]:
+def _sessions(made: ClassTables, where: Mapping[str, Place]) -> list[Markup]:
+    parts = [page_section("Sessions to look at first", page_table(sessions_table(made.runs, where)))]
+    for title, found, fold in (
+        ("How detectors differ", made.detectors(), False), ("Pairs missed most", made.pairs(), False),
+        ("Task, stage, VR type", made.doing(), False), ("Causes", made.causes(), True),
+        ("Events", made.events(), True), ("Data quality", made.quality(), False),
+    ):  # fmt: skip
+        content = page_table(found) if found.rows else element("p", "There is none in the sessions with a pseudonym.")
+        parts.append(page_section(title, content, fold=fold))
+    return parts
+
+
+def _sections(study: Study, here: Mapping[str, str]) -> list[Markup]:
     parts = [page_section("What was found", _list(headlines(study)))]
-    if study.regressions:
-        title = "Every association asked about"
-        parts.append(page_section(title, _forest(study), page_table(coefficient_table(study))))
     if study.sensitivity:
-        title = "Does it hang on what the detector missed?"
-        parts.append(page_section(title, element("p", _changes(study)), page_table(sensitivity_table(study))))
-    parts.append(page_section("How far the questionnaire can be relied on", *_questionnaire(study)))
-    parts.append(page_section("What is not said, and why", _refusals(study)))
-    parts.append(page_section("How it was computed", _methods(study)))
+        parts.append(page_section("Under another detector", page_table(sensitivity_table(study))))
+    if study.regressions:
+        parts.append(page_section("Every association", _forest(study), page_table(coefficient_table(study))))
+    compared = [page_table(group_table(study))] if study.groups else []
+    if not study.group_sizes:
+        compared = [element("p", "The codebook declares no groups, so none are compared.")]
+    parts.append(page_section("Groups, as Table II", *compared, page_table(sample_table(study, here))))
+    parts.append(page_section("Questionnaire", *_questionnaire(study)))
+    parts.append(page_section("Not said, and why", _refusals(study), fold=True))
+    parts.append(page_section("How it was computed", _methods(study), fold=True))
     return parts
 
 
 def _list(lines: Sequence[str]) -> Markup:
     return element("ul", *(element("li", line) for line in lines))
-
-
-def _changes(study: Study) -> str:
-    changed = [row for row in study.sensitivity if row.changes]
-    if not changed:
-        names = dict.fromkeys(row.detector for row in study.sensitivity)
-        return f"No conclusion changes when {' or '.join(names)} decides what a contact was."
-    named = [f"{words(row.predictor)} with {words(row.outcome)} (seen by {row.detector})" for row in changed]
-    return f"{counted(len(changed), 'conclusion')} changed with the detector: {'; '.join(named)}."
 
 
 def _questionnaire(study: Study) -> list[Markup]:
@@ -127,4 +173,6 @@ def _forest(study: Study) -> Markup:
         axes.spines[["top", "right", "left"]].set_visible(False)
         axes.tick_params(axis="y", length=0)
 
-    return element("figure", svg_in_page(11, 0.9 + 0.32 * len(rows), "Every coefficient with its interval", draw))
+    return element(
+        "figure", svg_in_page(11, 0.9 + 0.32 * len(rows), SEEN, draw), tabindex=0, role="group", aria_label=SEEN
+    )

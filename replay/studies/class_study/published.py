@@ -6,7 +6,7 @@ predictor; and all rows of one multiple regression share one fit. What disagrees
 
 import tomllib
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -67,38 +67,36 @@ def _reliability(table: Mapping[str, Any], n: float, where: str) -> list[Remark]
     name = str(table.get("table", "reliability"))
     keys = ("items", "alpha", "kmo", "chi_square", "df", "p")
     items, alpha, kmo, chi, degrees, printed_p = (_number(table, key, f"{where}: [reliability]") for key in keys)
-    expected = items * (items - 1) / 2
+    expected, per_item = items * (items - 1) / 2, n / items
     p = chi_square_tail(chi, int(expected))
     mean_r = alpha / (items - alpha * (items - 1))
-    df_kind = AGREES if degrees == expected else INCONSISTENT
-    p_kind = AGREES if abs(p - printed_p) <= P_TOLERANCE else INCONSISTENT
-    per_item = n / items
-    remarks = [
-        Remark(df_kind, name, "df", f"{items:g} items have {expected:g} degrees of freedom, printed {degrees:g}"),
-        Remark(p_kind, name, "p", f"a chi-square of {chi:g} has p = {p:.0e}, printed {printed_p:.3f}"),
-        Remark(AGREES, name, "alpha", f"alpha {alpha:g} implies a mean correlation of {mean_r:.3f}"),
-    ]
-    if per_item < PERSONS_PER_ITEM:
-        remarks.append(Remark(WEAK, name, "n", f"{per_item:.1f} persons per item (usual advice 5 to 10)"))
-    remarks.append(Remark(WEAK if kmo < 0.7 else AGREES, name, "kmo", f"KMO {kmo:g} is {kaiser_word(kmo)}"))
-    return remarks
+    few = [(WEAK, "n", f"{per_item:.1f} persons per item (usual advice 5 to 10)")] * (per_item < PERSONS_PER_ITEM)
+    df_said = f"{items:g} items have {expected:g} degrees of freedom, printed {degrees:g}"
+    p_said = f"a chi-square of {chi:g} has p = {p:.0e}, printed {printed_p:.3f}"
+    found = [
+        (_agrees(degrees == expected), "df", df_said), (_agrees(abs(p - printed_p) <= P_TOLERANCE), "p", p_said),
+        (AGREES, "alpha", f"alpha {alpha:g} implies a mean correlation of {mean_r:.3f}"), *few,
+        (WEAK if kmo < 0.7 else AGREES, "kmo", f"KMO {kmo:g} is {kaiser_word(kmo)}"),
+    ]  # fmt: skip
+    return [Remark(kind, name, row, message) for kind, row, message in found]
 
 
-def _regressions(tables: Sequence[Mapping[str, Any]], n: float, where: str) -> list[Remark]:
-    remarks = []
+def _agrees(right: bool) -> str:
+    return AGREES if right else INCONSISTENT
+
+
+def _regressions(tables: Sequence[Mapping[str, Any]], n: float, where: str) -> Iterator[Remark]:
     for table in tables:
         name = str(table.get("table", "regressions"))
-        rows = table.get("rows", ())
-        place = f"{where}: {name}"
-        fits = [_row(row, n, f"{place}, row {k + 1}") for k, row in enumerate(rows)]
-        if not fits:
-            raise StudyError(f"{place} has no rows; write rows = [{{outcome=..., predictor=..., ...}}]")
-        for fit in fits:
-            remarks += fit.remarks(name)
+        rows = [_row(row, n, f"{where}: {name}, row {k}") for k, row in enumerate(table.get("rows", ()), 1)]
+        if not rows:
+            raise StudyError(f"{where}: {name} has no rows; write rows = [{{outcome=..., predictor=..., ...}}]")
+        for row in rows:
+            yield from (Remark(kind, name, f"{row.predictor} on {row.outcome}", said) for kind, said in row.remarks())
         if str(table.get("label", "")) == "multiple":
-            remarks += _label(name, fits, n)
-        remarks += _groups(table, name, fits)
-    return remarks
+            yield from (Remark(INCONSISTENT, name, "label", said) for said in _label(rows, n))
+        if (groups := table.get("groups", 1)) > 1 and not table.get("compared", False):
+            yield Remark(WEAK, name, "groups", f"{groups} groups were formed but not compared{_pooled(rows, groups)}")
 
 
 @dataclass(frozen=True)
@@ -119,22 +117,20 @@ class _Row:
     def agrees(self) -> bool:
         return abs(self.fit_of_one - self.fit) <= FIT_TOLERANCE
 
-    def remarks(self, table: str) -> list[Remark]:
-        row = f"{self.predictor} on {self.outcome}"
-        p = p_of_correlation(self.beta, self.n)
-        found = []
+    def remarks(self) -> list[tuple[str, str]]:
+        """Kind and message of each."""
+        p, found = p_of_correlation(self.beta, self.n), []
         if not self.agrees:
             r = implied_correlation(self.fit, self.n)
-            message = (
-                f"a coefficient of {self.beta:g} gives an adjusted fit of {self.fit_of_one:.3f}, printed {self.fit:g}, "
-                f"which would need r = {r:.3f} (p = {p_of_correlation(r, self.n):.4f})"
+            gives = (
+                f"a coefficient of {self.beta:g} gives an adjusted fit of {self.fit_of_one:.3f}, printed {self.fit:g}"
             )
-            found.append(Remark(INCONSISTENT, table, row, message))
+            need = f"which would need r = {r:.3f} (p = {p_of_correlation(r, self.n):.4f})"
+            found.append((INCONSISTENT, f"{gives}, {need}"))
         if abs(p - self.p) > P_TOLERANCE:
-            message = f"a coefficient of {self.beta:g} has p = {p:.2f} with n = {self.n:g}, printed {self.p:.3f}"
-            found.append(Remark(INCONSISTENT, table, row, message))
-        follows = f"fit {self.fit_of_one:.3f} and p {p:.1g} follow from {self.beta:g}"
-        return found or [Remark(AGREES, table, row, follows)]
+            said = f"a coefficient of {self.beta:g} has p = {p:.2f} with n = {self.n:g}, printed {self.p:.3f}"
+            found.append((INCONSISTENT, said))
+        return found or [(AGREES, f"fit {self.fit_of_one:.3f} and p {p:.1g} follow from {self.beta:g}")]
 
 
 def adjusted_fit(r: float, n: float) -> float:
@@ -154,32 +150,25 @@ def p_of_correlation(r: float, n: float) -> float:
     return float(2.0 * t.sf(abs(r) * np.sqrt((n - 2.0) / (1.0 - r * r)), n - 2.0))
 
 
-def _label(table: str, rows: Sequence[_Row], n: float) -> list[Remark]:
+def _label(rows: Sequence[_Row], n: float) -> list[str]:
+    """What contradicts the label "multiple"."""
     fits = defaultdict(set)
     for row in rows:
         fits[row.outcome].add(row.fit)
-    apart = [outcome for outcome, found in fits.items() if len(found) > 1]
-    single = sum(row.agrees for row in rows)
+    apart = ", ".join(outcome for outcome, found in fits.items() if len(found) > 1)
     if not apart:
         return []
-    message = (
-        f"called multiple, yet rows of one outcome ({', '.join(apart)}) have different fits, and {single} of "
-        f"{len(rows)} follow from their own coefficient with n = {n:g}: these are {len(rows)} regressions of one "
-        "predictor each"
-    )
-    return [Remark(INCONSISTENT, table, "label", message)]
+    follow = f"{sum(row.agrees for row in rows)} of {len(rows)} follow from their own coefficient with n = {n:g}"
+    these = f"these are {len(rows)} regressions of one predictor each"
+    return [f"called multiple, yet rows of one outcome ({apart}) have different fits, and {follow}: {these}"]
 
 
-def _groups(table: Mapping[str, Any], name: str, rows: Sequence[_Row]) -> list[Remark]:
-    groups = table.get("groups", 1)
-    if groups < 2 or table.get("compared", False):
-        return []
+def _pooled(rows: Sequence[_Row], groups: int) -> str:
     best = max((row for row in rows if row.agrees), key=lambda row: row.fit, default=None)
-    pooled = ""
-    if best is not None:
-        one = adjusted_fit(best.beta, best.n / groups)
-        pooled = f"; the groups are pooled (one group alone would give a fit of {one:.3f}, printed {best.fit:g})"
-    return [Remark(WEAK, name, "groups", f"{groups} groups were formed but not compared{pooled}")]
+    if best is None:
+        return ""
+    one = adjusted_fit(best.beta, best.n / groups)
+    return f"; the groups are pooled (one group alone would give a fit of {one:.3f}, printed {best.fit:g})"
 
 
 def _row(row: Mapping[str, Any], n: float, where: str) -> _Row:

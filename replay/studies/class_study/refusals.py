@@ -64,3 +64,8 @@ class StudyRefusedError(StudyError):
         self.rule, self.what = rule, what
         self.reason, self.lift = RULES[rule].reason, RULES[rule].lift
         super().__init__(f"{what}: refused ({rule}): {self.reason}; to lift it, {self.lift}")
+
+
+def few(count: int) -> str:
+    """A count of a cell, or that it is too small to be said."""
+    return f"fewer than {LEAST_IN_CELL}" if count < LEAST_IN_CELL else f"{count}"

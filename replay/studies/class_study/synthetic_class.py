@@ -24,6 +24,8 @@ ANSWERS: Final = "questionnaire.csv"
 CODEBOOK: Final = "codebook.yaml"
 TRUTH: Final = "truth.json"
 ITEMS_EACH: Final = 4
+GROUPS: Final = ("first", "second")
+"""Students are in them by turns: in the model the groups do not differ."""
 
 
 @dataclass(frozen=True)
@@ -116,8 +118,8 @@ def _student(k: int, seed: int, model: Model) -> Student:
 def _answers(drawn: list[Student]) -> str:
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["student", *drawn[0].answers])
-    writer.writerows([one.pseudonym, *one.answers.values()] for one in drawn)
+    writer.writerow(["student", "group", *drawn[0].answers])
+    writer.writerows([one.pseudonym, GROUPS[k % 2], *one.answers.values()] for k, one in enumerate(drawn))
     return out.getvalue()
 
 

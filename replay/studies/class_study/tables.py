@@ -1,17 +1,33 @@
 """The sentences and tables of a study, for page and terminal; none of them claims a cause."""
 
 import re
+from collections.abc import Mapping
 from typing import Final
 
 from replay.outputs.tables import STRONG, Marked, Table, table
+from replay.outputs.words import counted
 from replay.pipeline.gates import figure
-from replay.studies.class_study.analysis import UNDECIDED, Study, associated, conclusion
+from replay.studies.class_study.analysis import Study
+from replay.studies.class_study.conclusions import UNDECIDED, associated, conclusion
+from replay.studies.class_study.groups import GroupDifference
+from replay.studies.class_study.refusals import few
 from replay.studies.class_study.regression import Coefficient, Regression
 
 OBSERVED_ONLY: Final = (
     "Associations in the students observed. Nothing was assigned at random, so no figure here says what would happen "
     "if something were changed."
 )
+
+
+PRINTED: Final = {
+    "students": "52, at this stage of a chemistry course",
+    "groups": "2 of 26",
+    "content": "inorganic-chemistry manipulative experiment",
+    "device": "HTC VIVE",
+    "answers": "questionnaire",
+    "computed with": "IBM SPSS Statistics 24",
+}
+"""The sample as Table II of the paper prints it."""
 
 
 def words(name: str) -> str:
@@ -31,11 +47,13 @@ def coefficients(study: Study) -> list[tuple[Regression, Coefficient]]:
 
 def headlines(study: Study) -> list[str]:
     """What a reader should know first: the associations found, most pronounced first, or that there are none."""
-    every = coefficients(study)
-    found = sorted((pair for pair in every if associated(pair[1])), key=lambda pair: -abs(pair[1].beta))
-    if found:
-        return [_sentence(one, c) for one, c in found]
-    tested = [one.students for one, c in every if c.p is not None]
+    found = sorted((pair for pair in coefficients(study) if associated(pair[1])), key=lambda pair: -abs(pair[1].beta))
+    said = [*(_sentence(*pair) for pair in found), *(_apart(one) for one in study.groups if associated(one))]
+    if said:
+        return said
+    every: list[tuple[int, Coefficient | GroupDifference]] = [(one.students, c) for one, c in coefficients(study)]
+    every += [(sum(one.students), one) for one in study.groups]
+    tested = [students for students, c in every if c.p is not None]
     if not tested:
         return ["No association was tested"]
     least = "" if min(tested) == max(tested) else f"{min(tested)} to "
@@ -47,12 +65,21 @@ def headlines(study: Study) -> list[str]:
 def _sentence(regression: Regression, c: Coefficient) -> str:
     more = "higher" if c.beta > 0 else "lower"
     held = "" if regression.kind == "simple" else ", the other predictors held equal"
-    name = words(c.name)
     more_rows = f" students in {regression.rows} sessions" if regression.rows > regression.students else ""
     return (
-        f"{name[:1].upper()}{name[1:]} is associated with {more} {words(regression.outcome)}{held}: "
+        f"{_capital(c.name)} is associated with {more} {words(regression.outcome)}{held}: "
         f"{c.beta:+.2f} [{c.low:+.2f}, {c.high:+.2f}], n = {regression.students}{more_rows}"
     )
+
+
+def _apart(one: GroupDifference) -> str:
+    more, (first, second), (n, of) = "higher" if one.difference > 0 else "lower", one.groups, one.students
+    between = f"{one.difference:+.2f} [{one.low:+.2f}, {one.high:+.2f}], n = {n} and {of}"
+    return f"{_capital(one.outcome)} is {more} in group {second} than in {first}: {between}"
+
+
+def _capital(name: str) -> str:
+    return words(name)[:1].upper() + words(name)[1:]
 
 
 def behind(study: Study) -> str:
@@ -99,14 +126,74 @@ def reliability_table(study: Study) -> Table:
 
 
 def sensitivity_table(study: Study) -> Table:
-    """A row per coefficient fitted with another detector."""
+    """A row per result about behaviour, as another detector gives it."""
     rows = [
         (
             words(row.outcome), words(row.predictor), row.detector, row.students,
             "not measured" if row.recall is None else f"{figure(100 * row.recall)} %",
-            f"{row.beta:+.3f}", p_words(row.p_holm), "another conclusion" if row.changes else "the same",
+            "none" if row.beta is None else f"{row.beta:+.3f}", p_words(row.p_holm), row.conclusion,
         )
         for row in study.sensitivity
     ]  # fmt: skip
     head = ("outcome", "predictor", "detector", "n", "recall", "beta", "p (Holm)", "conclusion")
-    return table(f"compared with {study.detector} above", head, rows, words=3)
+    note = "Of groups, beta is the difference of their means."
+    return table(f"compared with {study.detector} above", head, rows, words=3, notes=(note,) if study.groups else ())
+
+
+def changes(study: Study | None) -> str:
+    """Whether a conclusion changes under another detector: the first line of a page."""
+    if study is None:
+        return "Whether a conclusion changes with the detector is not known: there is no questionnaire."
+    rows = study.sensitivity
+    if not rows:
+        alone = "no result about contacts could be compared between detectors"
+        return f"Whether a conclusion changes with the detector is not known: {alone}."
+    names = " or ".join(dict.fromkeys(row.detector for row in rows))
+    tested, changed = [row for row in rows if row.tested], [row for row in rows if row.changes]
+    if not tested:
+        return f"Whether a conclusion changes when {names} decides what a contact was is not known: none was tested."
+    rest = f"; {len(rows) - len(tested)} could not be tested" if len(tested) < len(rows) else ""
+    if unsure := sum(row.undecided for row in tested):
+        rest = f"; {unsure} of them {UNDECIDED}{rest}"
+    if not changed:
+        least, most = (choose(row.students for row in tested) for choose in (min, max))
+        students = f"{most}" if least == most else f"{least} to {most}"
+        said = f"No conclusion changes when {names} decides what a contact was"
+        return f"{said}: {len(tested)} tested, n = {students}{rest}."
+    named = [f"{words(row.predictor)} with {words(row.outcome)} (seen by {row.detector})" for row in changed]
+    return (
+        f"{len(changed)} of {counted(len(tested), 'conclusion')} changed with the detector: {'; '.join(named)}{rest}."
+    )
+
+
+def sample_table(study: Study, here: Mapping[str, str]) -> Table:
+    """The sample as the paper prints it, beside this one; ``here`` is what the sessions state."""
+    sizes = ", ".join(f"{name} {count}" for name, count in study.group_sizes.items())
+    own = {
+        "students": few(study.students), "groups": sizes or "none declared", "answers": "questionnaire",
+        "computed with": "this tool: permutations, bootstrap, Holm", **here,
+    }  # fmt: skip
+    rows = [(name, printed, own.get(name, "not stated")) for name, printed in PRINTED.items()]
+    return table("Table II of the paper, beside this study", ("what", "printed", "here"), rows, words=3)
+
+
+def group_table(study: Study) -> Table:
+    """A row per outcome: as the paper computes, then what the data allow."""
+    rows = []
+    for one in study.groups:
+        means = (f"{name} {mean:.2f}" for name, mean in zip(one.groups, one.means, strict=True))
+        cells = (
+            words(one.outcome), ", ".join(means), conclusion(one), "{}, {}".format(*one.students),
+            f"{one.pooled_beta:+.3f}", f"{one.pooled_fit:.3f}", f"{one.pooled_p:.3f}", f"{one.difference:+.2f}",
+            f"{one.low:+.2f} to {one.high:+.2f}", p_words(one.p_holm), one.p_from,
+        )  # fmt: skip
+        rows.append([Marked(cell, STRONG if associated(one) else "") for cell in cells])
+    head = (
+        "outcome", "means", "conclusion", "n", "coefficient", "adjusted fit", "significance", "difference",
+        "95 % interval", "p (Holm)", "p from",
+    )  # fmt: skip
+    notes = (
+        "As the paper computes: coefficient, adjusted fit and significance, with one predictor, nothing corrected.",
+        "What the data allow: the second group's mean less the first's, p of Welch's statistic, Holm across the rows.",
+    )
+    return table("Groups compared", head, rows, words=3, notes=notes)

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.errors import RunFolderError
-from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.results.run_folder import (
     EPISODES,
     PICTURE,
@@ -15,6 +14,7 @@ from replay.outputs.results.run_folder import (
     result_folder,
     write_summary,
 )
+from replay.outputs.tables import markdown
 from replay.studies.diff.diff_words import GAINED, LOST, SHIFTED, changes, diff_table, headline, settings_words
 
 if TYPE_CHECKING:

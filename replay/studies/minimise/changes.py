@@ -31,19 +31,12 @@ class Difference:
 
 @dataclass(frozen=True)
 class Changes:
-    """The contacts of a recording before and after.
+    """The contacts of a recording before and after."""
 
-    Parameters
-    ----------
-    pair_frames : how many were asked both times.
-    contacts : how many of them are contact before.
-    differences : all that differ, in order of time.
-    gone, new : pairs that were asked only before, only after.
-    """
-
-    pair_frames: int
-    contacts: int
-    differences: tuple[Difference, ...]
+    pair_frames: int  # how many were asked both times
+    contacts: int  # how many of them are contact before
+    differences: tuple[Difference, ...]  # all that differ, in order of time
+    # gone, new: pairs that were asked only before, only after
     gone: tuple[str, ...]
     new: tuple[str, ...]
 

@@ -9,10 +9,11 @@ import numpy as np
 from replay.base.constants import BLOCK_FRAMES
 from replay.effects.effect_plan import plan
 from replay.errors import AssemblyError
-from replay.outputs.materials import tags_of
+from replay.outputs.palette import tags_of
 from replay.outputs.words import counted
 from replay.prepare.flags import chain_of
 from replay.studies.minimise.names import Names, plain_scene
+from replay.studies.synthetic_sessions import made_up_names
 from sessions import Frames, GazeTrack, HandTrack, ScalarTrack, Session, Track
 from sessions.errors import SessionError
 from sessions.geometry.rotations import IDENTITY, quaternion_about, quaternion_product, rotated
@@ -32,6 +33,7 @@ NUMBERS: Final = ("contacts_clock_offset_s", "contacts_clock_drift", "contacts_c
 WORDS: Final = {
     "source_units": ("m", "cm", "mm"), "handedness": ("right", "left"), "consent": ("none", "lab", "share"),
     "vr_type": ("immersive", "augmented", "distributed", "desktop"), "noise": ("vive", "off"),
+    "synthetic": made_up_names(),
 }  # fmt: skip
 """Facts that stay, where they hold a number or one of these words."""
 
@@ -214,7 +216,7 @@ def _facts(facts: Mapping[str, str]) -> dict[str, str]:
             kept[key] = repr(float(facts[key]))
         except (KeyError, ValueError):
             continue
-    return kept
+    return kept | ({"seed": facts["seed"]} if "synthetic" in kept and facts.get("seed", "").isdecimal() else {})
 
 
 def _track(track: Track, shift: Shift, free: bool) -> Track:

@@ -74,13 +74,8 @@ def read_calibration(path: Path, experiment: Mapping[str, Any], names: tuple[str
         raise CalibrationError(f"{path} is no calibration of version {VERSION}; leave it out to measure anew")
     try:
         found = Calibration(**stored)
-    except TypeError as error:
-        raise CalibrationError(f"{path} is no calibration ({error}); leave it out to measure anew") from error
-    if dict(found.experiment) != dict(experiment):
-        raise CalibrationError(
-            f"{path} is of {dict(found.experiment)}, not of {dict(experiment)}; use the same options"
-        )
-    try:
+        if found.experiment != experiment:
+            raise CalibrationError(f"{path} is of {found.experiment}, not of {experiment}; use the same options")
         for name in names:
             _require_times(path, name, found, experiment)
     except (AttributeError, TypeError) as error:

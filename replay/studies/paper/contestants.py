@@ -81,6 +81,7 @@ class Group:
 class PoseAnswer:
     """What was found in one pose, beside the truth: unique faces of both meshes, and face pairs; time if taken."""
 
+    target: int  # of its group
     faces: int
     true_faces: int
     pairs: int
@@ -127,15 +128,18 @@ def ask(name: str, detector: Detector, group: Group, pose: int) -> PoseAnswer:
     pairs = found.faces(0, 0)
     seconds = perf_counter() - start
     operations = sum(int(np.sum(found.work[counter])) for counter in CONTESTANTS[name].counters)
-    return answer_of(pairs, group.truth[pose], operations, seconds)
+    return answer_of(group, pose, pairs, operations, seconds)
 
 
-def answer_of(pairs: NDArray[np.integer], truth: IntArray, operations: int, seconds: float | None = None) -> PoseAnswer:
-    """Face pairs found (k, 2) held to the truth."""
+def answer_of(
+    group: Group, pose: int, pairs: NDArray[np.integer], operations: int, seconds: float | None = None
+) -> PoseAnswer:
+    """Face pairs found (k, 2) in one pose held to the truth."""
+    truth = group.truth[pose]
     both = set(map(tuple, pairs.tolist())) & set(map(tuple, truth.tolist()))
     right = np.array(sorted(both), dtype=np.int64).reshape(-1, 2)
     faces, true_faces = faces_of_pairs(right), faces_of_pairs(truth)
-    return PoseAnswer(faces, true_faces, len(pairs), len(truth), len(right), operations, seconds)
+    return PoseAnswer(group.target, faces, true_faces, len(pairs), len(truth), len(right), operations, seconds)
 
 
 TREES: Final = tuple(TREE_KINDS)
@@ -240,8 +244,8 @@ CAPS: Final = (1, 10, 100)
 FCL: Final = "python-fcl"
 CAPPED: Final = (*TREES, FCL)
 
-Capped = Mapping[tuple[str, int], list[tuple[int, PoseAnswer]]]
-"""Row and cap -> target and answer, a pose each."""
+Capped = Mapping[tuple[str, int], list[PoseAnswer]]
+"""Row and cap -> an answer a pose."""
 
 
 def ask_capped(group: Group, engines: Mapping[str, Engine], whole: Mapping[str, list[int]]) -> Capped:
@@ -250,17 +254,17 @@ def ask_capped(group: Group, engines: Mapping[str, Engine], whole: Mapping[str, 
     ``engines``: of the trees.
     ``whole``: row -> operations of each pose when nothing stops it.
     """
-    found: dict[tuple[str, int], list[tuple[int, PoseAnswer]]] = {(name, cap): [] for name in CAPPED for cap in CAPS}
+    found: dict[tuple[str, int], list[PoseAnswer]] = {(name, cap): [] for name in CAPPED for cap in CAPS}
     meshes = FclMeshes([body.mesh for body in group.bodies])
-    for pose, truth in enumerate(group.truth):
+    for pose in range(len(group.truth)):
         frame = group.motion.frames(pose, pose + 1)
         for body in range(2):
             meshes.place(body, frame.rotations[0, body], frame.translations[0, body])
         for cap in CAPS:
             for name in TREES:
                 pairs, operations = first_contacts(engines[name], frame, cap, whole[name][pose])
-                found[name, cap].append((group.target, answer_of(pairs, truth, operations)))
-            found[FCL, cap].append((group.target, answer_of(meshes.faces(0, 1, most=cap), truth, 0)))
+                found[name, cap].append(answer_of(group, pose, pairs, operations))
+            found[FCL, cap].append(answer_of(group, pose, meshes.faces(0, 1, most=cap), 0))
     return found
 
 

@@ -1,6 +1,6 @@
 """Table I, T1a to c, Fig. 7 a to c: run to completion exact rows find every face; cut short, each finds its share."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from statistics import mean, median
@@ -17,8 +17,8 @@ from replay.studies.paper.contestants import CONTESTANTS, TREES, Capped, Group, 
 from replay.studies.paper.printed import ACCURACY, OURS, PRINTED, TABLE_1, TIME_TO_RAPID, VARIANCE
 from sessions.synthetic.rng import random_stream
 
-Answers = Mapping[str, Sequence[tuple[int, PoseAnswer]]]
-"""Row -> target and answer, a pose each."""
+Answers = Mapping[str, Sequence[PoseAnswer]]
+"""Row -> an answer a pose."""
 
 RESAMPLES: Final = 1000
 BUDGETED: Final = tuple(name for name, row in CONTESTANTS.items() if row.counters)
@@ -55,21 +55,17 @@ def measure(groups: Sequence[Group], experiment: Mapping[str, object], progress:
 
 def ask_group(group: Group, calibration: Calibration) -> TableOne:
     """Ask every row in every pose of a group: to completion, with the budgets of ``calibration``, and capped."""
-    poses, target = range(len(group.truth)), group.target
-    complete: dict[str, list[tuple[int, PoseAnswer]]] = {}
+    poses, complete = range(len(group.truth)), dict[str, list[PoseAnswer]]()
     for name in CONTESTANTS:
         detector = contestants.make(name, group.bodies)
-        complete[name] = [(target, contestants.ask(name, detector, group, pose)) for pose in poses]
+        complete[name] = [contestants.ask(name, detector, group, pose) for pose in poses]
     engines = contestants.engines_of(group.bodies, BUDGETED)
-    equal: dict[float, dict[str, list[tuple[int, PoseAnswer]]]] = {share: {} for share in SHARES}
+    equal: dict[float, dict[str, list[PoseAnswer]]] = {share: {} for share in SHARES}
     for share, name in product(SHARES, BUDGETED):
-        budget = calibration.budget(name, target, share)
+        budget = calibration.budget(name, group.target, share)
         found = [engines[name].ask(group.motion.frames(pose, pose + 1), budget) for pose in poses]
-        equal[share][name] = [
-            (target, contestants.answer_of(pairs, truth, operations))
-            for truth, (pairs, operations) in zip(group.truth, found, strict=True)
-        ]
-    whole = {name: [one.operations for _, one in complete[name]] for name in TREES}
+        equal[share][name] = [contestants.answer_of(group, pose, *one) for pose, one in enumerate(found)]
+    whole = {name: [one.operations for one in complete[name]] for name in TREES}
     return TableOne(complete, equal, contestants.ask_capped(group, engines, whole))
 
 
@@ -97,12 +93,12 @@ def tables_of(found: TableOne, calibration: Calibration) -> list[PaperTable]:
 def beside_printed(found: TableOne) -> PaperTable:
     """Table I."""
     rows: list[tuple[Cell, ...]] = []
-    for target in sorted({target for target, _ in found.complete["exact"]}):
+    for target in sorted({one.target for one in found.complete["exact"]}):
         for name, theirs in OURS.items():
-            cells = [_mean_faces(found.complete[name], target)]
-            cells += [_mean_faces(found.equal[share][name], target) for share in SHARES]
-            true = [one.true_faces for at, one in found.complete[name] if at == target]
-            rows.append((target, f"{name} ({theirs})", sum(true) / len(true), *cells, TABLE_1[name].get(target)))
+            asked = (found.complete[name], *(found.equal[share][name] for share in SHARES))
+            cells = [_mean(one.faces for one in some if one.target == target) for some in asked]
+            true = _mean(one.true_faces for one in found.complete[name] if one.target == target)
+            rows.append((target, f"{name} ({theirs})", true, *cells, TABLE_1[name].get(target)))
     head = ("faces", "algorithm", "true faces", "to completion", *(f"B = {share:g}" for share in SHARES), PRINTED)
     return PaperTable(
         "Table I", "Mean faces detected, to completion and within equal wall times B", head, tuple(rows),
@@ -110,16 +106,15 @@ def beside_printed(found: TableOne) -> PaperTable:
     )  # fmt: skip
 
 
-def _mean_faces(answers: Sequence[tuple[int, PoseAnswer]], target: int) -> float:
-    some = [one.faces for at, one in answers if at == target]
+def _mean(values: Iterable[int]) -> float:
+    some = list(values)
     return sum(some) / len(some)
 
 
 def to_completion(found: TableOne, calibration: Calibration) -> PaperTable:
     """T1a: the headline."""
     rows = []
-    for name, answers in found.complete.items():
-        some = [one for _, one in answers]
+    for name, some in found.complete.items():
         whole = sum(one.right_pairs == one.true_pairs for one in some)
         rows.append((name, len(some), whole, *_shares(some), 1e3 * mean(calibration.all_seconds(name))))
     head = ("algorithm", "poses", "poses with every pair", *SHARE_HEAD)
@@ -147,12 +142,12 @@ def _shares(some: Sequence[PoseAnswer]) -> tuple[Cell, ...]:
     )
 
 
-def _cut_short(name: str, answers: Sequence[tuple[int, PoseAnswer]], calibration: Calibration) -> tuple[Cell, ...]:
+def _cut_short(name: str, answers: Sequence[PoseAnswer], calibration: Calibration) -> tuple[Cell, ...]:
     """``_shares``, and the mean time of a pose where operations are counted."""
-    shares = _shares([one for _, one in answers])
     if name not in CONTESTANTS:
-        return (*shares, None)
-    return (*shares, 1e3 * mean(calibration.seconds_of(name, at, one.operations) for at, one in answers))
+        return (*_shares(answers), None)
+    times = (calibration.seconds_of(name, one.target, one.operations) for one in answers)
+    return (*_shares(answers), 1e3 * mean(times))
 
 
 def equal_budget(found: TableOne, calibration: Calibration) -> PaperTable:
@@ -160,7 +155,7 @@ def equal_budget(found: TableOne, calibration: Calibration) -> PaperTable:
     rows = []
     for name in BUDGETED:
         for share, asked in found.equal.items():
-            nothing = sum(one.pairs == 0 for _, one in asked[name])
+            nothing = sum(one.pairs == 0 for one in asked[name])
             rows.append((name, share, len(asked[name]), nothing, *_cut_short(name, asked[name], calibration)))
     head = ("algorithm", "B", "poses", "poses with nothing found", *SHARE_HEAD)
     note = f"Budgets in operations, set once from the calibration to a wall time of B medians of hybrid. {MEANS}"
@@ -186,7 +181,7 @@ def accuracy(found: TableOne) -> PaperTable:
     rows = []
     for name in BUDGETED:
         for share in SHARES:
-            recalls = [answer.face_recall for _, answer in found.equal[share][name]]
+            recalls = [answer.face_recall for answer in found.equal[share][name]]
             rows.append((name, share, *spread(recalls), ACCURACY.get(name), VARIANCE.get(name)))
     head = (
         "algorithm", "B", "n", "mean", "mean, low", "mean, high", "standard deviation", "variance",

@@ -31,24 +31,17 @@ WINDOWS: Final = (1.0, 10.0, 100.0, np.inf)
 
 @dataclass(frozen=True, eq=False)
 class Fault:
-    """What a detector says wrongly of the last frame of a motion.
+    """What a detector says wrongly of the last frame of a motion."""
 
-    Parameters
-    ----------
-    detector, settings : as ``create_detector`` takes them.
-    oracle : name of the detector that answers rightly.
-    bodies, motion : N bodies and their T poses.
-    pairs : (P, 2) body numbers; the first is the pair in question.
-    contact : whether there is contact in the last frame.
-    """
-
+    # detector, settings: as ``create_detector`` takes them
     detector: str
     settings: Mapping[str, Any]
-    oracle: str
+    oracle: str  # name of the detector that answers rightly
+    # bodies, motion: N bodies and their T poses
     bodies: tuple[Body, ...]
     motion: Motion
-    pairs: IntArray
-    contact: bool
+    pairs: IntArray  # (P, 2) body numbers; the first is the pair in question
+    contact: bool  # whether there is contact in the last frame
 
     @property
     def pair(self) -> tuple[Body, Body]:

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError, cKDTree
+from scipy.spatial import cKDTree
 
 from cdcore import Motion, TriangleMesh
+from cdcore.bounding.hull import hull_of
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray
 from replay.base.progress import Progress, Silent
@@ -67,17 +68,18 @@ class Shrinking:
         arrays = motion.times, motion.translations, motion.rotations, *(mesh.triangles for mesh in meshes)
         return tuple(array.tobytes() for array in arrays)
 
-    def _takes(self, make: Callable[..., Fault], *given: Any) -> bool:
+    def _takes(self, make: Callable[..., Fault | None], *given: Any) -> bool:
         """Whether the detector is wrong about what is made, too; then it is the fault from now on."""
         self.questions += 1
         self._advance(1)
         try:
             fault = make(*given)
-        except (CollisionCoreError, QhullError, ValueError):  # a ValueError of scipy: no corner at all
+        except CollisionCoreError:
             return False
-        if stands := fault.stands():
-            self.fault = fault
-        return stands
+        if fault is None or not fault.stands():
+            return False
+        self.fault = fault
+        return True
 
     def _frames(self) -> None:
         fault, last = self.fault, len(self.fault.motion) - 1
@@ -187,8 +189,9 @@ def _with_faces(fault: Fault, kept: dict[int, IntArray]) -> Fault:
     return fault
 
 
-def _with_hull(fault: Fault, body: int, points: FloatArray) -> Fault:
-    return _with_mesh(fault, body, _hull(points))
+def _with_hull(fault: Fault, body: int, points: FloatArray) -> Fault | None:
+    hull = hull_of(points)
+    return None if hull is None else _with_mesh(fault, body, hull)
 
 
 def _with_vertices(fault: Fault, body: int, vertices: FloatArray) -> Fault:
@@ -205,15 +208,3 @@ def _with_poses(fault: Fault, name: str, values: FloatArray) -> Fault:
     motion = fault.motion
     arrays = {one: getattr(motion, one) for one in ("times", "translations", "rotations")} | {name: values}
     return replace(fault, motion=Motion(**arrays, valid=motion.valid, linked=motion.linked))
-
-
-def _hull(points: FloatArray) -> TriangleMesh:
-    """The convex hull of points, wound outwards."""
-    hull = ConvexHull(points)
-    faces = hull.simplices.copy()
-    corners = points[faces]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    turned = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
-    faces[turned] = faces[turned, ::-1]
-    used, numbers = np.unique(faces, return_inverse=True)
-    return TriangleMesh(points[used], numbers.reshape(-1, 3))

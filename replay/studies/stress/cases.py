@@ -1,9 +1,7 @@
 """Failing triangle pairs in a file: all that is needed to fail again, and to hold that it does not."""
 
 import re
-import zipfile
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,11 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore import Motion, TriangleMesh
 from cdcore.numerics import FloatArray
-from cdcore.protocol.detection import Covers
-from replay.errors import OutputError, StressError
-from replay.studies.stress.scenes import StressScene, two
+from replay.errors import OutputError
+from replay.studies.stress.scenes import StressScene
 from sessions.whole_files import whole_file
 
 ARRAYS = ("row", "triangles", "truth", "verdict")
@@ -61,29 +57,6 @@ def write_arrays(values: Mapping[str, NDArray[Any]], target: Path) -> Path:
     return target
 
 
-@contextmanager
-def stored_arrays(path: Path, what: str) -> Iterator[Any]:
-    """The arrays of a file of ``write_arrays``; `StressError` where it does not hold ``what`` is read from it."""
-    try:
-        with np.load(path, allow_pickle=False) as file:
-            yield file
-    except (ValueError, KeyError, EOFError, TypeError, AttributeError, zipfile.BadZipFile) as error:
-        raise StressError(f"{path} holds no {what} ({error}); give a file that replay stress wrote") from None
-
-
-def read_cases(path: Path) -> Cases:
-    """Read a file of ``write_cases``; `StressError` where it is no such file."""
-    with stored_arrays(path, "stress cases") as file:
-        row, triangles, truth, verdict = (file[name] for name in ARRAYS)
-        family, seed, count = (int(file[name]) for name in NUMBERS)
-        detector = str(file["detector"])
-        relation = str(file["relation"]) if "relation" in file else ""
-    rows = (len(row),)
-    if triangles.shape != (*rows, 2, 3, 3) or truth.shape != rows or verdict.shape != rows:
-        raise StressError(f"{path} holds arrays of different lengths; give a file that replay stress wrote")
-    return Cases(detector, family, seed, count, row, triangles, truth, verdict, relation)
-
-
 @dataclass(frozen=True, eq=False)
 class FailedScene:
     """A scene, and what a detector said of it: as long as the scene's truth."""
@@ -102,13 +75,6 @@ def write_scenes(failed: Sequence[FailedScene], detector: str, number: int, seed
     return write_arrays(values, target)
 
 
-def read_scenes(path: Path) -> tuple[FailedScene, ...]:
-    """Read a file of ``write_scenes``; `StressError` where it is no such file."""
-    with stored_arrays(path, "scenes") as file:
-        count = len({name.split("/")[0] for name in file.files if "/" in name})
-        return tuple(_scene(file, f"{k}/") for k in range(count))
-
-
 POSES = ("times", "translations", "rotations", "valid", "linked")
 
 
@@ -118,12 +84,3 @@ def _arrays(one: FailedScene) -> dict[str, NDArray[np.generic]]:
     for k, body in enumerate(scene.bodies):
         arrays |= {f"vertices {k}": body.mesh.vertices, f"faces {k}": body.mesh.faces}
     return arrays | {name: getattr(scene.motion, name) for name in POSES}
-
-
-def _scene(file: Any, head: str) -> FailedScene:
-    first, second = (TriangleMesh(file[f"{head}vertices {k}"], file[f"{head}faces {k}"]) for k in range(2))
-    *poses, linked = (file[head + name] for name in POSES)
-    covers: Covers = "intervals" if str(file[f"{head}covers"]) == "intervals" else "instants"
-    truth, said = (file[head + name].astype(np.uint8) for name in ("truth", "said"))
-    motion, name = Motion(*poses, linked=linked), str(file[f"{head}name"])
-    return FailedScene(StressScene(name, two(first, second), motion, truth, covers), said)

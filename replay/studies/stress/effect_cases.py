@@ -39,13 +39,8 @@ def stiff_mixtures() -> Asked:
         yield f"{acid} {amount:g} and NaOH {base:g} mol/L", _off(said, _true_ph(steps, amount, base))
     for capacity, seconds in product((1e-9, 1.0, 1e9), (1e-9, 1.0, 1e9)):
         given: dict[str, Any] = {
-            "seconds": seconds,
-            "power_w": 5.0,
-            "capacity": capacity,
-            "loss": 0.25,
-            "ambient": 20.0,
-            "celsius": 90.0,
-        }
+            "seconds": seconds, "power_w": 5.0, "capacity": capacity, "loss": 0.25, "ambient": 20.0, "celsius": 90.0,
+        }  # fmt: skip
         said = float(cooled(**given))
         with localcontext(prec=DIGITS):
             left = (-Decimal(seconds) / 4 / Decimal(capacity)).exp()

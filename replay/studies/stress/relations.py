@@ -129,15 +129,9 @@ def count_flips(
 
 
 def flips_of(
-    detector: str,
-    relation: str,
-    family: Family,
-    seed: int,
-    triangles: tuple[FloatArray, FloatArray],
-    verdicts: tuple[ByteArray, ByteArray],
-    *,
-    out: Path | None = None,
-) -> Flips:
+    detector: str, relation: str, family: Family, seed: int, triangles: tuple[FloatArray, FloatArray],
+    verdicts: tuple[ByteArray, ByteArray], *, out: Path | None = None,
+) -> Flips:  # fmt: skip
     """Count what changed between two lists (n,) of verdicts on pairs (n, 2, 3, 3) that have one answer."""
     before, after = verdicts
     refused = is_undecided(before) | is_undecided(after)
@@ -146,10 +140,9 @@ def flips_of(
     file = None
     if out is not None and flipped.any():
         row = np.repeat(np.flatnonzero(flipped), 2)
-        both = np.stack([triangles[0][flipped], triangles[1][flipped]], axis=1).reshape(-1, 2, 3, 3)
-        said = np.stack([before[flipped], after[flipped]], axis=1).ravel()
-        truth = triangles_intersect(both)
-        cases = Cases(detector, family.number, seed, len(before), row, both, truth, said, relation)
+        both, said = (np.stack(some, axis=1)[flipped] for some in (triangles, verdicts))
+        both, said = both.reshape(-1, 2, 3, 3), said.ravel()
+        cases = Cases(detector, family.number, seed, len(before), row, both, triangles_intersect(both), said, relation)
         file = str(write_cases(cases, out))
     return Flips(
         detector, relation, family.number, family.name, seed, len(before), int(flipped.sum()), int(refused.sum()), file

@@ -135,7 +135,7 @@ def resting(rng: Generator) -> Iterator[StressScene]:
 
 def degenerate(rng: Generator) -> Iterator[StressScene]:
     """42: a mesh on itself, kisses in one vertex, a rod on a wall, blocks on one lattice."""
-    beaker, ball, rod = beaker_mesh(sides=10), icosphere_mesh(1), rod_mesh(0.25, 4.0, 8)
+    beaker, ball, rod = beaker_mesh(sides=10), icosphere_mesh(), rod_mesh(0.25, 4.0, 8)
     blocks = merged(*(box_mesh(centre=(x, y, 0)) for x in range(3) for y in range(2)))
     scenes = {
         "a mesh on itself": two(beaker, beaker),

@@ -4,10 +4,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cdcore import TriangleMesh
-from cdcore.numerics import FloatArray
+from cdcore.bounding.hull import hull_of
+from replay.tradeoffs.decimation import quartered
 
 BOX_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 BOX_FACES = np.array(
@@ -64,25 +65,16 @@ def rod_mesh(radius: float = 0.003, length: float = 0.1, sides: int = 8) -> Tria
     return revolved_mesh([(0, 0), (radius, 0), (radius, length), (0, length)], sides)
 
 
-def icosphere_mesh(times: int = 1) -> TriangleMesh:
-    """An icosahedron of radius 1 whose faces are split in four so many times; from 1 on a vertex of six faces lies
-    exactly on each half axis.
+def icosphere_mesh() -> TriangleMesh:
+    """An icosahedron whose faces are split in four, on a sphere of radius 1; a vertex of six faces lies exactly on each
+    half axis.
     """
     golden = (1 + np.sqrt(5)) / 2
-    flat = [(a, b * golden) for a in (-1, 1) for b in (-1, 1)]
-    points = [np.roll([0.0, a, b], turn) for turn in range(3) for a, b in flat]
-    vertices = np.array(points)
-    near = np.linalg.norm(vertices[:, None] - vertices, axis=2) < 2.1
-    number = range(len(vertices))
-    triples = [[a, b, c] for a in number for b in number for c in number if a < b < c]
-    faces = [[a, b, c] for a, b, c in triples if near[a, b] and near[b, c] and near[a, c]]
-    for face in faces:
-        a, b, c = vertices[face]
-        if np.dot(np.cross(b - a, c - a), a) < 0:
-            face.reverse()
-    for _ in range(times):
-        vertices, faces = _in_four(vertices, faces)
-    return TriangleMesh(_on_sphere(vertices), faces)
+    corners = [np.roll([0.0, a, b * golden], turn) for turn in range(3) for a in (-1, 1) for b in (-1, 1)]
+    hull = hull_of(np.array(corners))
+    assert hull is not None
+    split = quartered(hull)
+    return TriangleMesh(split.vertices / np.linalg.norm(split.vertices, axis=1, keepdims=True), split.faces)
 
 
 def merged(*meshes: TriangleMesh) -> TriangleMesh:
@@ -95,25 +87,3 @@ def merged(*meshes: TriangleMesh) -> TriangleMesh:
 def moved(mesh: TriangleMesh, offset: ArrayLike) -> TriangleMesh:
     """The mesh with its vertices shifted."""
     return TriangleMesh(mesh.vertices + np.asarray(offset, dtype=float), mesh.faces)
-
-
-def _on_sphere(vertices: FloatArray) -> FloatArray:
-    return vertices / np.linalg.norm(vertices, axis=1, keepdims=True)
-
-
-def _in_four(vertices: FloatArray, faces: list[list[int]]) -> tuple[NDArray[np.float64], list[list[int]]]:
-    points = list(_on_sphere(vertices))
-    middle: dict[tuple[int, int], int] = {}
-
-    def between(a: int, b: int) -> int:
-        key = (min(a, b), max(a, b))
-        if key not in middle:
-            middle[key] = len(points)
-            points.append(points[a] + points[b])
-        return middle[key]
-
-    split = []
-    for a, b, c in faces:
-        ab, bc, ca = between(a, b), between(b, c), between(c, a)
-        split += [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
-    return np.array(points), split

@@ -12,7 +12,7 @@ from cdcore.detectors import detector_names, load_detector
 from cdcore.narrow.margins.triangle_margins import triangle_margins
 from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.numerics import BoolArray, ByteArray, FloatArray
-from cdcore.protocol import counts_as_contact, is_undecided
+from cdcore.protocol import is_undecided
 from replay.base.progress import Progress, Silent
 from replay.comparison.tolerance import TAU
 from replay.errors import StressError
@@ -21,7 +21,7 @@ from replay.studies.stress.effect_cases import EFFECTS
 from replay.studies.stress.families import FAMILIES, FIRST_SEED, Family
 from replay.studies.stress.peers import PEERS, answers_of, installed_peers
 from replay.studies.stress.relations import Flips
-from replay.studies.stress.system import CaseTally, numbers_of
+from replay.studies.stress.system import CaseTally, judged, numbers_of
 
 ALL: Final = "all"
 
@@ -175,38 +175,23 @@ def stress(
 
 
 def tally_of(
-    name: str,
-    family: Family,
-    seed: int,
-    triangles: FloatArray,
-    truth: BoolArray,
-    verdict: ByteArray,
-    *,
-    tau: float,
+    name: str, family: Family, seed: int, triangles: FloatArray, truth: BoolArray, verdict: ByteArray, *, tau: float,
     out: Path | None = None,
-) -> Tally:
+) -> Tally:  # fmt: skip
     """Count what the verdicts (n,) on triangle pairs (n, 2, 3, 3) are worth beside the truth (n,)."""
-    refused = is_undecided(verdict)
-    unconfirmed = (verdict == Verdict.CANDIDATE) & ~truth
-    wrong = (counts_as_contact(verdict) != truth) & ~refused & ~unconfirmed
-    within = _within(triangles, wrong, tau if family.metric else 0.0)
-    failed = (wrong & ~within) | refused
+
+    def within(wrong: BoolArray) -> BoolArray:
+        # With a tolerance of 0 none is, not even a touch.
+        some = wrong & family.metric & (tau > 0)
+        some[some] = triangle_margins(triangles[some])[1] <= tau
+        return some
+
+    found = judged(verdict, truth * np.uint8(Verdict.CONTACT), is_undecided(verdict), within)
+    failed = found["missed"] | found["invented"] | found["refused"]
     file = None
     if out is not None and failed.any():
         row = np.flatnonzero(failed)
         cases = Cases(name, family.number, seed, len(triangles), row, triangles[row], truth[row], verdict[row])
         file = str(write_cases(cases, out))
-    found = {
-        "missed": wrong & ~within & truth, "invented": wrong & ~within & ~truth, "within": within,
-        "refused": refused, "unconfirmed": unconfirmed,
-    }  # fmt: skip
     counts = {word: int(rows.sum()) for word, rows in found.items()}
     return Tally(name, family.number, family.name, seed, len(triangles), **counts, file=file)
-
-
-def _within(triangles: FloatArray, wrong: BoolArray, tau: float) -> BoolArray:
-    """Which of the wrong answers are about at most tau; with tau 0 none is, not even a touch."""
-    within = np.zeros(len(triangles), dtype=np.bool_)
-    if tau > 0 and wrong.any():
-        within[wrong] = triangle_margins(triangles[wrong])[1] <= tau
-    return within

@@ -1,15 +1,15 @@
 """Detectors on the hard cases of whole bodies, from 27 on: passed, missed, invented or refused, with the reason."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Detection, Verdict, create_detector
 from cdcore.errors import CollisionCoreError
+from cdcore.numerics import BoolArray, ByteArray
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay.base.progress import Progress, Silent
 from replay.comparison.tolerance import TAU
@@ -61,9 +61,8 @@ class CaseTally:
         """``passed``, ``does not apply``, or what was counted."""
         if not self.applies:
             return "does not apply"
-        counts = {"missed": self.missed, "invented": self.invented, "within tolerance": self.within}
-        counts |= {"refused": self.refused, "unconfirmed": self.unconfirmed}
-        return ", ".join(f"{count:,} {word}" for word, count in counts.items() if count) or "passed"
+        counts = ((getattr(self, word), word.replace("within", "within tolerance")) for word in WORDS)
+        return ", ".join(f"{count:,} {word}" for count, word in counts if count) or "passed"
 
 
 def cases_of(text: str) -> list[int]:
@@ -156,7 +155,7 @@ def _attempted(detector: str, number: int) -> list[tuple[str, str]]:
 class SceneAnswer:
     """What a detector said of a scene (as long as its truth), and what that is worth."""
 
-    said: NDArray[np.uint8]
+    said: ByteArray
     counts: dict[str, int]
     reason: str
     promised: bool
@@ -188,15 +187,8 @@ def answer_of(detector: str, scene: StressScene, tau: float) -> SceneAnswer:
         silent = (truth == Verdict.CONTAINED) & ~counts_as_contact(said) & ~refused
         reason = word.removeprefix("refused: ") if silent.any() else reason
         refused |= silent
-    unconfirmed = (said == Verdict.CANDIDATE) & (truth != Verdict.CONTACT)
-    answer = np.where(said == Verdict.NOT_FOUND, Verdict.CLEAR, said)
-    answer[(said == Verdict.CANDIDATE) & (truth == Verdict.CONTACT)] = Verdict.CONTACT
-    wrong = (answer != truth) & ~refused & ~unconfirmed
-    within = wrong & _within(scene, wrong, tau)
-    missed = wrong & ~within & (truth != Verdict.CLEAR) & ~((truth == Verdict.CONTAINED) & counts_as_contact(said))
-    counts = {"missed": missed, "invented": wrong & ~within & ~missed, "within": within, "refused": refused}
-    counts["unconfirmed"] = unconfirmed
-    return SceneAnswer(said, {name: int(rows.sum()) for name, rows in counts.items()}, reason, promised)
+    judgement = judged(said, truth, refused, lambda wrong: _within(scene, wrong, tau))
+    return SceneAnswer(said, {word: int(rows.sum()) for word, rows in judgement.items()}, reason, promised)
 
 
 def _asked(detector: str, scene: StressScene) -> list[Detection]:
@@ -209,7 +201,7 @@ def _asked(detector: str, scene: StressScene) -> list[Detection]:
     return [engine.detect(scene.motion)]
 
 
-def _over_crossings(verdict: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def _over_crossings(verdict: ByteArray) -> ByteArray:
     """What (crossings, frames) verdicts come to: a contact anywhere, else undecided anywhere, else clear.
 
     The first frame of a crossing has no interval before it, so that it has no pose there decides nothing.
@@ -223,7 +215,23 @@ def _over_crossings(verdict: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return said
 
 
-def _within(scene: StressScene, wrong: NDArray[np.bool_], tau: float) -> NDArray[np.bool_]:
+def judged(
+    said: ByteArray, truth: ByteArray, refused: BoolArray, within: Callable[[BoolArray], BoolArray]
+) -> dict[str, BoolArray]:
+    """By each of ``WORDS``, which of n verdicts (n,) it is said of, beside true ones (n,).
+
+    ``refused`` (n,): not decided; ``within``: which of the wrong ones (n,) are wrong about at most a tolerance.
+    """
+    unconfirmed = (said == Verdict.CANDIDATE) & (truth != Verdict.CONTACT)
+    answer = np.where(said == Verdict.NOT_FOUND, Verdict.CLEAR, said)
+    answer[(said == Verdict.CANDIDATE) & (truth == Verdict.CONTACT)] = Verdict.CONTACT
+    wrong = (answer != truth) & ~refused & ~unconfirmed
+    excused = wrong & within(wrong)
+    missed = wrong & ~excused & (truth != Verdict.CLEAR) & ~((truth == Verdict.CONTAINED) & counts_as_contact(said))
+    return dict(zip(WORDS, (missed, wrong & ~excused & ~missed, excused, refused, unconfirmed), strict=True))
+
+
+def _within(scene: StressScene, wrong: BoolArray, tau: float) -> BoolArray:
     """Which wrong answers about instants are about at most tau."""
     within = np.zeros(len(wrong), dtype=np.bool_)
     if scene.covers == "intervals" or tau <= 0 or not wrong.any():

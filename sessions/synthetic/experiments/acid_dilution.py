@@ -96,4 +96,5 @@ ACID_DILUTION = Experiment(
         }),
         SceneEffect("breakage", {"between": ["tag:vessel", "bench"], "speed_m_s": THRESHOLD_SPEED}),
     ),
+    version=2,
 )  # fmt: skip

@@ -120,4 +120,5 @@ GAS_COLLECTION = Experiment(
         }),
     ),
     travel=1.43,
+    version=2,
 )  # fmt: skip

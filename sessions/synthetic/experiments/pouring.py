@@ -1,45 +1,42 @@
-"""Liquid that leaves a vessel, in closed form: a cylinder tilted about its lip, a burette through its stopcock."""
+"""Liquid that leaves a vessel: tilted, by slices of its cavity; through a stopcock, in closed form."""
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
 
 from sessions.geometry.profile import solved
+from sessions.glassware.instrument import Cavity
+from sessions.meshes.mesh_files import volume_cut_off
 from sessions.synthetic.paths import minimum_jerk
 
 # Standard gravity, m/s2 (CGPM 1901).
 GRAVITY = 9.80665
 
-# Below this angle the closed form loses its digits to cancellation (it is of order phi^5); the series is exact to 1e-14
-# there with five terms.
-SERIES_BELOW = 0.1
+RIM_WITHIN: Final = 1e-6
+"""Metres; vertices of a cavity no lower than this below its lip are its rim."""
 
 
-def kept_volume(tilt: float, radius: float, height: float) -> float:
-    """Volume in m3 that a full cylinder of inner ``radius`` and ``height`` keeps when tilted, quasi-statically.
+def tilt_keeping(cavity: Cavity, millilitres: float) -> float:
+    """Tilt in radians towards the lip at which a vessel keeps exactly so much: the onset of pouring from that fill.
 
-    ``tilt`` is in radians from upright, 0 to pi.
-
-    Source: volume of a cylinder cut by an oblique plane through the lip; phi = 2 asin sqrt(H / (2 R tan tilt)) is the
-    half angle of the wetted part of the base.
-    """
-    if tilt >= math.pi / 2.0:
-        return 0.0
-    slope = math.tan(tilt)
-    if slope <= height / (2.0 * radius):
-        return math.pi * radius**2 * (height - radius * slope)
-    phi = 2.0 * math.asin(math.sqrt(height / (2.0 * radius * slope)))
-    return radius**3 * slope * _wedge(phi)
-
-
-def tilt_keeping(volume: float, radius: float, height: float) -> float:
-    """Tilt in radians at which the vessel keeps exactly ``volume`` m3: the onset of pouring from that fill.
+    By slices of the cavity's mesh that another library cuts, so that no formula is shared with what is audited; rounded
+    to a microradian, so that every version of that library gives the same poses.
 
     ValueError where the vessel does not hold as much.
     """
-    if not 0.0 <= volume <= math.pi * radius**2 * height:
-        raise ValueError(f"a vessel of {math.pi * radius**2 * height * 1e6:.1f} mL cannot keep {volume * 1e6:.1f} mL")
-    return solved(lambda tilt: volume - kept_volume(tilt, radius, height), 0.0, math.pi / 2.0)
+    rim = cavity.to_brim.vertices[cavity.to_brim.vertices[:, 1] >= cavity.opening.lip[1] - RIM_WITHIN]
+    forward = np.array(cavity.opening.pour_direction)
+
+    def missing(tilt: float) -> float:
+        down = np.sin(tilt) * forward - np.cos(tilt) * np.array([0.0, 1.0, 0.0])
+        return millilitres - volume_cut_off(cavity.to_brim, down, float((rim @ down).max())) * 1e6
+
+    if not 0.0 <= millilitres <= millilitres - missing(0.0):
+        raise ValueError(f"a vessel of {millilitres - missing(0.0):.1f} mL cannot keep {millilitres:.1f} mL")
+    return round(solved(missing, 0.0, math.pi / 2.0), 6)
 
 
 @dataclass(frozen=True)
@@ -106,18 +103,3 @@ class Outlet:
         if self.volume(latest) < volume:
             raise ValueError(f"{self.volume(latest) * 1e6:.3f} mL by {latest} s, not {volume * 1e6:.3f}; open it more")
         return solved(lambda time: self.volume(time) - volume, 0.0, latest)
-
-
-def _wedge(phi: float) -> float:
-    """sin phi - sin^3 phi / 3 - phi cos phi, which is 2/15 phi^5 (1 - 11/42 phi^2 + ...) for small phi."""
-    if phi >= SERIES_BELOW:
-        sine = math.sin(phi)
-        return sine - sine**3 / 3.0 - phi * math.cos(phi)
-    total, square = 0.0, phi * phi
-    # sin^3 = (3 sin - sin 3x) / 4, so the coefficient of phi^(2k+1) is
-    # (-1)^k / (2k+1)! (3/4 + 3^(2k+1) / 12) - (-1)^k / (2k)!.
-    for k in range(7, 1, -1):
-        odd = 2 * k + 1
-        term = (0.75 + 3.0**odd / 12.0) / math.factorial(odd) - 1.0 / math.factorial(odd - 1)
-        total = total * square + (-1.0) ** k * term
-    return total * phi**5

@@ -46,6 +46,8 @@ class Experiment:
     """Height at which hands cross the bench."""
     parents: Mapping[str, str] = field(default_factory=dict)
     """Body name -> body that its pose is relative to."""
+    version: int = 1
+    """Of the choreography: another one has other poses for the same seed."""
 
     def __call__(
         self,
@@ -76,8 +78,9 @@ class Experiment:
         episodes, facts = sorted_episodes(_until(lab.episodes, seconds)), sorted_facts([*lab.facts, *seen.facts])
         truth = Truth(self.name, seed, START_NS, seconds, noise, episodes, facts)
         intervals = sorted(lab.intervals, key=lambda span: (span.start_ns, span.kind, span.name))
+        scene = self._scene(layout)
         happened: dict[str, Any] = {"events": _events(lab.facts), "intervals": intervals}
-        return made_session(truth, seen, things, layout, lab.buttons, self._scene(layout), **happened), truth
+        return made_session(truth, seen, things, layout, lab.buttons, scene, self.version, **happened), truth
 
     def _scene(self, layout: Instruments) -> Scene:
         bodies = tuple(replace(body, parent=self.parents.get(body.id, "")) for body in layout.bodies())

@@ -72,4 +72,5 @@ SILVER_CHLORIDE_EXPERIMENT = Experiment(
         SceneEffect("reaction", {"equation": "AgNO3 + NaCl -> AgCl + NaNO3"}),
         SceneEffect("precipitation", {"solid": "AgCl", "ksp": KSP, "molar_mass": SILVER_CHLORIDE, "colour": "white"}),
     ),
+    version=2,
 )

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from sessions.geometry.rotations import Array, quaternion_about, quaternion_product, rotated
-from sessions.glassware.cavity_table import cylinder_of
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.experiments.lab import UP, Lab
 from sessions.synthetic.experiments.pouring import tilt_keeping
@@ -43,8 +42,8 @@ def pour(
     """
     source, script = lab.held[side], lab.hands[side]
     cavity, into = lab.layout.cavity(source), lab.layout.cavity(target).opening
-    before, sizes = volumes[source], cylinder_of(cavity)
-    onset, greatest = (tilt_keeping(kept * 1e-6, *sizes) for kept in (before, before - millilitres))
+    before = volumes[source]
+    onset, greatest = (tilt_keeping(cavity, kept) for kept in (before, before - millilitres))
     turn = lab.where[source][1]
     forward = rotated(turn, cavity.opening.pour_direction)
     axis, lip = np.cross(UP, forward), np.array(cavity.opening.lip)

@@ -8,7 +8,7 @@ from support.small_worlds import cubes
 
 import replay
 from replay.cli.main import main
-from replay.outputs.rerun_log.annotation_layer import write_layer
+from replay.outputs.rerun_log.recording_file import write_layer
 from replay.outputs.results.annotations import TAGS, read_annotations
 from replay.outputs.results.run_folder import read_run_folder
 from sessions import read_session, write_session

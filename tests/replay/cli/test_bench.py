@@ -9,9 +9,8 @@ from replay.cli import bench
 from replay.cli.bench import bench_tables
 from replay.cli.main import main
 from replay.studies.bench import engines, race
-from replay.studies.bench.growth import Growth
 from replay.studies.bench.race import Row
-from replay.studies.bench.stages import STAGES, Stages
+from replay.studies.bench.stages import STAGES, Growth, Stages
 
 
 @pytest.fixture(autouse=True)

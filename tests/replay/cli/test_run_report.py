@@ -34,6 +34,13 @@ def test_verbose_says_settings_and_digest_of_every_detector(capsys):
     assert "slow: discrete[rate_hz=20, " in said and result.detections["slow"].digest in said
 
 
+def test_json_lists_the_faces_of_misses_beside_an_oracle_that_keeps_none():
+    session = cubes({"a": [0.0] * 8, "b": [1.05] * 3 + [0.95] + [1.05] * 4})
+    result = compute(session, detectors="slow=discrete[rate_hz=20]", oracle="continuous")
+    (miss,) = json.loads(json.dumps(run_json(result)))["misses"]["slow"]
+    assert len(miss["faces"]) == miss["face_pairs"] > 0
+
+
 def test_json_says_where_the_run_lies():
     import dataclasses
 

@@ -18,7 +18,7 @@ from replay.cli.main import cli, main
 from replay.effects.effect_plan import plan_faults
 from sessions import import_session, read_session, write_session
 from sessions.errors import SceneError
-from sessions.scene_files.scene_check import checked_scene
+from sessions.scene_files.scene_meshes import checked_scene
 from sessions.scene_files.scene_toml import parse_scene, read_scene, scene_to_toml, value_text
 from sessions.scene_files.toml_table import read_text
 from sessions.synthetic.scenes import SCENES, make_scene_session
@@ -134,7 +134,7 @@ def test_the_doctor_names_the_same_faults_and_a_plan_the_first(files, capsys):
     said = [one["message"] for one in found["findings"] if one["code"] == "bad-scene"]
     assert sorted(said) == sorted(f"faulty.toml: {fault.format(folder=files)}" for fault in FAULTS)
     assert main(["plan", str(files / "faulty.toml")]) == 1
-    assert f"faulty.toml: {FAULTS[0]}; 3 more: `replay scene check` lists them" in capsys.readouterr().err
+    assert f"faulty.toml: {FAULTS[0]}; and more: `replay scene check` lists every fault\n" in capsys.readouterr().err
 
 
 def test_a_key_deep_in_a_scene_that_a_recording_carries_is_found_by_doctor_and_plan(files, capsys):

@@ -5,12 +5,12 @@ import json
 import numpy as np
 import pytest
 from rich.console import Console
+from support.stress_files import read_cases
 
 from replay.cli.main import main
 from replay.cli.stress import _too_many, stress_tables
 from replay.studies.stress import peers
 from replay.studies.stress import stress_runner as runner
-from replay.studies.stress.cases import read_cases
 from replay.studies.stress.relations import Flips
 from replay.studies.stress.stress_runner import StressResult, Tally
 from replay.studies.stress.system import CaseTally

@@ -3,6 +3,7 @@ import json
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
+from support.class_folders import made_class
 from support.study_samples import CODEBOOK, a_class, metrics, write_answers
 
 from replay.cli.main import main
@@ -49,6 +50,26 @@ def test_an_existing_folder_is_refused_before_the_work(files, tmp_path, capsys):
     (tmp_path / "study" / "mine.txt").write_text("x")
     assert main(["study", "analyse", *files, "--out", str(tmp_path / "study")]) == 1
     assert "--force" in capsys.readouterr().err
+
+
+def test_page_says_first_whether_the_detector_matters_with_or_without_a_questionnaire(files, tmp_path, capsys):
+    runs = made_class(tmp_path / "runs", 30, 30, contacts=4)
+    words = ["study", "page", str(runs), "--out"]
+    assert main([*words, str(tmp_path / "alone")]) == 0
+    printed, said = capsys.readouterr()
+    assert "is not known: there is no questionnaire." in " ".join(printed.split()) and "study.html" in said
+    assert json.loads((tmp_path / "alone" / "study.json").read_text("utf-8"))["sessions"] == 30
+    answers, _ = a_class(30, seed=3)
+    write_answers(tmp_path / "answers.csv", answers, [f"S{k:03d}" for k in range(30)])
+    (tmp_path / "codebook.yaml").write_text(CODEBOOK.replace("[contacts_per_min, grasps]", "[contacts_per_min]"))
+    asked = ["--questionnaire", files[1], "--codebook", files[3], "--format", "json", "-q"]
+    assert main([*words, str(tmp_path / "study"), *asked]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["sessions"] == 30 and {row["detector"] for row in told["sensitivity"]} == {"slow", "coarse"}
+    page = (tmp_path / "study" / "study.html").read_text("utf-8")
+    assert page.index("when slow or coarse decides") < page.index("Sessions to look at first")
+    assert main([*words, str(tmp_path / "half"), "--codebook", files[3]]) == 2
+    assert "a questionnaire and its codebook go together" in capsys.readouterr().err
 
 
 def test_check_tells_the_contradictions_of_the_papers_tables(capsys):

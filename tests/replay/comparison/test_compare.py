@@ -48,9 +48,8 @@ def test_against_intervals_a_contact_found_at_either_end_is_found():
 
 def test_within_tolerance_only_disagreement_is_excused():
     subject, oracle = verdict_column("..CC"), verdict_column(".C.C")
-    within = np.ones((4, 1), dtype=bool)
-    assert words(subject, oracle, within=within) == ".ttB"
-    assert words(subject, oracle, within=~within) == ".MIB"
+    assert words(subject, oracle, within=lambda frames, _: frames >= 0) == ".ttB"
+    assert words(subject, oracle, within=lambda frames, _: frames < 0) == ".MIB"
 
 
 @pytest.mark.parametrize("covers", ["instants", "intervals"])
@@ -58,10 +57,10 @@ def test_comparing_some_frames_at_a_time_changes_nothing(monkeypatch, covers):
     rng = np.random.default_rng(0)
     rows = ["".join(rng.choice(list(".CI?nu-"), size=3)) for _ in range(40)]
     subject, oracle = verdicts(rows[::-1]), verdicts(rows, covers=covers)
-    within = rng.random((40, 3)) > 0.5
-    whole = compare(subject, oracle, within=within).outcome
+    near = rng.random((40, 3)) > 0.5
+    whole = compare(subject, oracle, within=lambda *at: near[at]).outcome
     monkeypatch.setattr("replay.comparison.compare.VERDICT_FRAMES", 3)
-    assert np.array_equal(compare(subject, oracle, within=within).outcome, whole)
+    assert np.array_equal(compare(subject, oracle, within=lambda *at: near[at]).outcome, whole)
 
 
 def test_labels_are_the_runs_else_the_detectors():

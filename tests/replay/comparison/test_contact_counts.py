@@ -178,8 +178,7 @@ def test_where_few_contacts_are_long_and_missed_whole_intervals_hold_less_often_
 
 def test_what_is_reported_is_counted_by_stretches_and_those_within_tolerance_join_them():
     subject, oracle = verdicts(["C.", "CC", "CC", ".C", "C."]), verdicts(["..", "C.", "C.", "..", ".."])
-    within = np.zeros((5, 2), dtype=bool)
-    within[2, 1] = True
+    within = lambda frames, columns: (frames == 2) & (columns == 1)  # noqa: E731
     counts = count_reports(compare(subject, oracle, within=within))
     told = counts.share(Outcome.INVENTED)
     assert counts.pairs.tolist() == [0, 1, 0]

@@ -10,7 +10,7 @@ from replay.comparison.false_contacts import HELD, SOLIDS, UNEXPLAINED, false_co
 from replay.comparison.outcome import Comparison, Outcome
 from replay.detection.recorded import recorded_detector
 from replay.prepare.assembly import Assembly
-from sessions.model.live_contact import LiveContact
+from sessions.model.event import LiveContact
 
 N, B, M, F, H = map(int, (Outcome.NEITHER, Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.HELD))
 

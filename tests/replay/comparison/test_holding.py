@@ -16,8 +16,8 @@ from replay.outputs.results.parquet_tables import episode_table, frame_table
 from replay.outputs.run_tables import pair_table
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import assemble
-from sessions.model.hand import HandTrack
 from sessions.model.scene import Scene, SceneBody
+from sessions.model.track import HandTrack
 
 STEP = 10_000_000
 FRAMES = 300
@@ -45,18 +45,14 @@ def test_what_moves_along_while_the_trigger_is_pressed_was_taken():
     assert (one.start, one.end) == pytest.approx((1.0, 2.0), abs=0.02)
 
 
-def test_a_press_in_the_air_takes_nothing_and_counts_as_an_attempt():
+@pytest.mark.parametrize("change", ["nothing moves along", "shorter than three tenths"])
+def test_a_press_that_takes_nothing_counts_as_an_attempt(change):
     places, trigger = carried()
-    assembly, session = world({**places, "cube": np.zeros(FRAMES)}, trigger)
-    assert [one.thing for one in grasps(assembly, session)] == [-1]
-
-
-def test_a_press_shorter_than_three_tenths_takes_nothing():
-    places, _ = carried()
-    trigger = np.zeros(FRAMES)
-    trigger[110:138] = 1.0
-    assembly, session = world(places, trigger)
-    assert [one.thing for one in grasps(assembly, session)] == [-1]
+    if change == "nothing moves along":
+        places["cube"] = np.zeros(FRAMES)
+    else:
+        trigger = np.isin(np.arange(FRAMES), range(110, 138)).astype(float)
+    assert [one.thing for one in grasps(*world(places, trigger))] == [-1]
 
 
 def test_a_finger_that_trembles_between_the_levels_presses_once():

@@ -17,14 +17,19 @@ GAPS = [-1e-3, -1e-5, -2.3e-6, -1.9e-6, -1e-9, 0.0, 1e-9, 1.9e-6, 2.3e-6, 1e-5, 
 """Of a ball's extreme vertex off the wall of a box; below 0 inside."""
 
 
-def world(places):
-    bodies = (Body("ball", ball_mesh(0.5)), Body("box", box_mesh()))
-    count = len(places)
+def world(places, first=None, turn=None):
+    """Two bodies, a ball if none is named and a box, the first at each of these places, both in a turned world."""
+    count, turn = len(places), np.eye(3) if turn is None else turn
     move = np.zeros((count, 2, 3))
-    move[:, 0, 0] = places
-    motion = Motion(np.arange(count) / 90, move, np.tile(np.eye(3), (count, 2, 1, 1)))
+    move[:, 0] = np.array(places) @ turn.T
+    motion = Motion(np.arange(count) / 90, move, np.tile(turn, (count, 2, 1, 1)))
     nothing = np.zeros(count, dtype=np.int64)
+    bodies = (Body("first", first or ball_mesh(0.5)), Body("box", box_mesh()))
     return Assembly(bodies, motion, np.array([[0, 1]]), np.zeros(1, bool), nothing, np.ones((count, 2), np.uint8))
+
+
+def beside(*places, **more):
+    return world([(place, 0, 0) for place in places], **more)
 
 
 def judged(assembly, lie, tau=2e-6, **changed):
@@ -39,7 +44,7 @@ def judged(assembly, lie, tau=2e-6, **changed):
 
 def test_the_border_is_tau_on_both_sides():
     m, i, t = Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE
-    assembly = world([1.0 + gap for gap in GAPS])
+    assembly = beside(*(1.0 + gap for gap in GAPS))
     assert judged(assembly, Verdict.CONTACT) == [m, m, m, t, t, t, t, t, i, i, i]
     assert judged(assembly, Verdict.CONTACT, tau=1.2e-5) == [m, *[t] * 9, i]
     assert judged(assembly, Verdict.CONTACT, tau=0.0) == [m] * 6 + [i] * 5
@@ -49,68 +54,47 @@ PLANTED = [0.5, 0.99, 1.01, 1.5, 2.5]
 """Depths, in tau, of which the first two are at most tau."""
 
 
-def cubes_at(places, turn=None):
-    """Unit cubes, the first at each of these places, both in a turned world."""
-    count, turn = len(places), np.eye(3) if turn is None else turn
-    move = np.zeros((count, 2, 3))
-    move[:, 0] = np.array(places) @ turn.T
-    motion = Motion(np.arange(count) / 90, move, np.tile(turn, (count, 2, 1, 1)))
-    nothing = np.zeros(count, dtype=np.int64)
-    bodies = (Body("a", box_mesh()), Body("b", box_mesh()))
-    return Assembly(bodies, motion, np.array([[0, 1]]), np.zeros(1, bool), nothing, np.ones((count, 2), np.uint8))
-
-
 @pytest.mark.parametrize("tau", [2e-6, 1e-4])
 @pytest.mark.parametrize("sideways", [[0, 0], [0.3, 0], [0, 1e-6], [0.3, 0.2], [1e-6, 2e-7]])
 def test_cubes_are_excused_to_tau_and_no_deeper_however_flush_they_stand(sideways, tau):
     places = [[side * (1.0 - depth * tau), *sideways] for depth in PLANTED for side in (1, -1)]
     expected = [Outcome.WITHIN_TOLERANCE] * 4 + [Outcome.MISSED] * 6
-    assert judged(cubes_at(places), Verdict.CONTACT, tau) == expected
+    assert judged(world(places, box_mesh()), Verdict.CONTACT, tau) == expected
     turn = random_rotations(np.random.default_rng(3), 1)[0]
-    assert judged(cubes_at(places, turn), Verdict.CONTACT, tau) == expected
+    assert judged(world(places, box_mesh(), turn), Verdict.CONTACT, tau) == expected
 
 
 def test_cubes_that_are_exactly_tau_deep_are_excused():
     tau = 2.0**-19  # 1.9 micrometres: the places below are exact
-    assert (
-        judged(cubes_at([[1.0 - tau, 0, 0], [1.0 - tau, 0.25, 0]]), Verdict.CONTACT, tau)
-        == [Outcome.WITHIN_TOLERANCE] * 2
-    )
+    flush = world([[1.0 - tau, 0, 0], [1.0 - tau, 0.25, 0]], box_mesh())
+    assert judged(flush, Verdict.CONTACT, tau) == [Outcome.WITHIN_TOLERANCE] * 2
 
 
 def test_groups_of_frames_change_nothing(monkeypatch):
-    assembly = world([1.0 + gap for gap in GAPS * 3])
+    assembly = beside(*(1.0 + gap for gap in GAPS * 3))
     whole = judged(assembly, Verdict.CONTACT)
     monkeypatch.setattr("replay.comparison.tolerance.FRAMES_AT_ONCE", 4)
     assert judged(assembly, Verdict.CONTACT) == whole
 
 
 def test_being_inside_is_never_a_matter_of_tolerance():
-    small = world([0.0, 0.25 - 1e-9])  # a ball of 0.25 in the box, in the middle and a nanometre from the wall
-    inside = Assembly(
-        (Body("ball", ball_mesh(0.25)), small.bodies[1]),
-        small.motion,
-        small.pairs,
-        small.held,
-        small.stamp_ns,
-        small.origin,
-    )
+    inside = beside(0.0, 0.25 - 1e-9, first=ball_mesh(0.25))  # in the middle, and a nanometre from the wall
     assert judged(inside, Verdict.CONTACT) == [Outcome.MISSED] * 2
-    assert judged(world([1.0 + 1e-9]), Verdict.CONTAINED) == [Outcome.INVENTED]
+    assert judged(beside(1.0 + 1e-9), Verdict.CONTAINED) == [Outcome.INVENTED]
 
 
 def test_a_volume_s_candidate_is_unconfirmed_and_not_excused():
-    assert judged(world([1.0 + 1e-9]), Verdict.CANDIDATE) == [Outcome.INVENTED]
+    assert judged(beside(1.0 + 1e-9), Verdict.CANDIDATE) == [Outcome.INVENTED]
 
 
 def test_an_interval_says_nothing_about_an_instant():
-    assert judged(world([1.0 - 1e-9]), Verdict.CONTACT, covers="intervals") == [Outcome.MISSED]
+    assert judged(beside(1.0 - 1e-9), Verdict.CONTACT, covers="intervals") == [Outcome.MISSED]
 
 
 @pytest.mark.parametrize("tau", [-1.0, float("inf"), float("nan")])
 def test_a_tolerance_that_is_none_is_refused(tau):
     with pytest.raises(AuditError, match="give metres, 0 or more"):
-        Tolerance(world([0.0]), lambda motion: None, tau)
+        Tolerance(beside(0.0), lambda motion: None, tau)
 
 
 def test_a_run_counts_and_excuses_with_its_tau_and_writes_it_down():

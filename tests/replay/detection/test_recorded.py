@@ -9,7 +9,7 @@ from replay.detection.recorded import physics_steps, recorded_detector, reported
 from replay.errors import AuditError
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import RESIDUAL_FACT, assemble
-from sessions.model.live_contact import LiveContact
+from sessions.model.event import LiveContact
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 

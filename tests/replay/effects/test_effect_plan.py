@@ -134,7 +134,7 @@ properties = { liqid = {}, liquid = { volum_ml = 1.0, molar = 1.0 }, solid = 3, 
     with pytest.raises(PlanError) as caught:
         plan(parse_scene(bodies + effects), "lab.toml")
     said = caught.value.faults
-    assert len(said) == 8 and str(caught.value) == f"{said[0]}; 7 more: `replay scene check` lists them"
+    assert len(said) == 8 and str(caught.value) == f"{said[0]}; and more: `replay scene check` lists every fault"
     assert "[[effect]] 1: no effect of kind 'contct'; did you mean 'contact'?" in said[0]
     assert "[[effect]] 2 ('pour'): unknown key 'int'; did you mean 'into'?" in said[1] and "'cap'" in said[2]
     glows = made_up(spec("glow", properties=("glow",), fields={}))

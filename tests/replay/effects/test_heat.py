@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import glass, poured, still, tilted, world
 
-from replay.effects.chemistry import WATER_MOLAR
+from replay.effects.contents import WATER_MOLAR
 from replay.effects.effect_plan import plan
 from replay.errors import PlanError
 from replay.pipeline.engine import compute

@@ -7,8 +7,8 @@ from replay.effects.output import EffectOutput
 from replay.errors import EffectError
 from replay.prepare.assemble import assemble
 from sessions import Session
-from sessions.model.hand import HandTrack
 from sessions.model.scene import Scene, SceneBody
+from sessions.model.track import HandTrack
 
 QUARTER = (0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5))
 """A quarter turn about Z: +Y goes to -X."""

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import MIX, glass, poured, run_in
 
-from replay.effects.chemistry import WATER_MOLAR, contents_of
+from replay.effects.contents import WATER_MOLAR, contents_of
 from replay.effects.vessels import Vessel
 from replay.errors import EffectError
 from sessions.model.scene import SceneBody

@@ -1,5 +1,6 @@
 """Undeclared effects cost nothing: structure, imports, counters, trace, outputs and log, and mutants that show it."""
 
+import json
 import random
 from dataclasses import replace
 from itertools import combinations
@@ -14,6 +15,7 @@ from replay.effects.protocol import Need
 from replay.pipeline.engine import compute
 from sessions import read_session, write_session
 from sessions.model.scene import SceneEffect
+from sessions.synthetic.scenes import SCENES
 
 KINDS = tuple(EFFECTS)
 
@@ -159,6 +161,81 @@ def test_the_log_has_no_path_and_no_column_of_what_is_undeclared(tmp_path):
     assert not any("/" in name for name in columns)
     sources = set(pq.read_table(tmp_path / "run" / "events.parquet")["source"].to_pylist())
     assert sources == {f"effect/{NEAR.kind}"}
+
+
+SPIES = """
+import json
+from collections import Counter
+from pathlib import Path
+
+import pyarrow.parquet as pq
+from rerun.chunk import RrdReader
+
+from sessions import write_session
+from sessions.doctor import meshes
+from sessions.mcap_format.mcap_file import McapFile
+from sessions.synthetic.scenes import make_scene_session
+
+folder = Path({folder!r})
+write_session(make_scene_session({name!r}, faces=600)[0], folder / "s.mcap")
+for name in [name for name in sys.modules if name.startswith("sessions.glassware")]:
+    del sys.modules[name]
+topics, examined = [], []
+payloads, findings = McapFile.payloads, meshes.mesh_findings
+McapFile.payloads = lambda self, topic: topics.append(topic) or payloads(self, topic)
+meshes.mesh_findings = lambda name, mesh: examined.append(name) or findings(name, mesh)
+from replay.api.runner import run
+result = run(folder / "s.mcap", out=folder / "run")
+tables = {{one.stem: pq.read_table(one) for one in (folder / "run").glob("*.parquet")}}
+drawn = {{str(chunk.entity_path) for chunk in RrdReader(str(folder / "run" / "run.rrd")).stream()}}
+(folder / "told.json").write_text(json.dumps({{
+    "topics": topics, "examined": examined, "drawn": sorted(drawn), "plan": result.summary["plan"],
+    "effects": list(result.summary["effects"]), "entered": list(result.effects),
+    "counters": [name for one in result.effects.values() for name in one.counters],
+    "sources": sorted(set(tables["events"]["source"].to_pylist())),
+    "series": sorted(set(tables["series"]["effect"].to_pylist())) if "series" in tables else [],
+    "frames": tables["frames"].column_names, "metrics": tables["metrics"].to_pylist(), "rows": result.summary["pairs"],
+}}))
+"""
+"""What a run of a whole scene touches: topics, meshes, entities, rows."""
+
+OF_KIND = {
+    "grasp": ("grasps", "grasp_attempts"), "breakage": ("breakages",), "spill": ("spilled_ml",),
+    "hazard-proximity": ("hazard_seconds",),
+}  # fmt: skip
+"""Kind -> metrics that only it measures."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", SCENES)
+def test_a_run_of_a_scene_touches_nothing_that_its_effects_do_not_call_for(name, tmp_path):
+    loaded = proofs.modules_after(SPIES.format(folder=str(tmp_path), name=name))
+    told = json.loads((tmp_path / "told.json").read_text())
+    kinds, others = set(told["plan"]["effects"]), set(KINDS) - set(told["plan"]["effects"])
+    assert kinds == set(told["effects"]) == set(told["entered"]) and set(told["plan"]["not_run"]) == others
+    assert not {EFFECTS[kind].partition(":")[0] for kind in others} & loaded
+    asks = bool(told["plan"]["detection"])
+    assert bool({"numba", "fcl", "replay.effects.touches"} & loaded) == asks
+    chemistry = {f"replay.effects.{one}" for one in ("matter", "chemistry", "models.ledger", "models.acid_base")}
+    assert bool(chemistry & loaded) == ("mixing" in kinds)
+    # An audit reads hands too: it tells contacts of a hand with what it holds apart.
+    assert any(topic.startswith("/hands") for topic in told["topics"]) == ("grasp" in kinds or asks)
+    assert {topic for topic in told["topics"] if not topic.startswith("/hands")} <= LOGGED
+    assert set(told["examined"]) == set(told["plan"]["bodies"])
+    bodies = {path.split("/")[2] for path in told["drawn"] if path.startswith("/world/") and path.endswith("/mesh")}
+    assert asks or bodies == set(told["plan"]["bodies"])
+    assert {path.split("/")[2] for path in told["drawn"] if path.startswith("/effects/")} <= kinds
+    assert asks or not any(path.startswith(("/detectors", "/lanes", "/counters")) for path in told["drawn"])
+    assert {one for one in told["sources"] if one.startswith("effect/")} <= {f"effect/{kind}" for kind in kinds}
+    assert set(told["series"]) <= kinds and (asks or not any("/" in column for column in told["frames"]))
+    for kind, columns in OF_KIND.items():
+        assert all((row[column] is None) == (kind not in kinds) for row in told["metrics"] for column in columns)
+    contacts = ("recall", "contact_frames", "contacts_per_min", "unintended_contacts_per_min", "near_misses")
+    assert asks or all(row[column] is None for row in told["metrics"] for column in contacts)
+
+
+LOGGED = {"/events", "/intervals", "/contacts/live"}
+"""Topics that every run shows as they are."""
 
 
 @pytest.fixture

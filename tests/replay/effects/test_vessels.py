@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from support.liquid_worlds import HEIGHT, RADIUS, glass
 
+from replay.effects.effect_plan import plan
 from replay.effects.vessels import COLOURS, Cylinder, Vessel, blended
-from replay.errors import EffectError
-from sessions.model.scene import SceneBody
+from replay.errors import EffectError, PlanError
+from sessions.glassware.catalogue import make_instrument
+from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 
 def test_a_body_without_a_cavity_is_no_vessel():
@@ -42,13 +44,28 @@ def test_a_blend_begins_and_ends_at_its_colours_and_stays_between():
 
 
 def test_an_instrument_brings_its_cavity():
-    from sessions.glassware.catalogue import make_instrument
-
     vessel, cavity = Vessel(SceneBody("a", instrument="beaker_250")), make_instrument("beaker_250").cavity
     assert vessel.size("capacity_ml") == pytest.approx(cavity.capacity_m3 * 1e6)
     assert vessel.brim_ml == pytest.approx(cavity.to_brim.volume * 1e6, rel=1e-9)
     with pytest.raises(EffectError, match="or an instrument that is a vessel"):
         Vessel(SceneBody("rod", instrument="stirring_rod"))
+    with pytest.raises(EffectError, match="has a cavity that cannot be made: beaker_250 has no option grip"):
+        Vessel(SceneBody("a", instrument="beaker_250", extra={"options": {"grip": 1}}))
+
+
+def test_a_cavity_is_that_of_the_body_s_own_mesh():
+    extra = {"faces": 600, "options": {"millilitres": 100}}
+    vessel = Vessel(SceneBody("a", instrument="erlenmeyer_flask", extra=extra))
+    cavity = make_instrument("erlenmeyer_flask", 600, millilitres=100).cavity
+    assert vessel.brim_ml == pytest.approx(cavity.to_brim.volume * 1e6, rel=1e-9)
+
+
+@pytest.mark.parametrize("key", ["from", "into"])
+def test_a_vessel_that_opens_downwards_is_neither_poured_from_nor_filled(key):
+    bodies = (glass("a"), SceneBody("b", instrument="dropper"))
+    told = {"from": ["a"], "into": ["a"], key: ["b"]}
+    with pytest.raises(PlanError, match="body 'b' opens downwards: its bulb holds the liquid"):
+        plan(Scene(bodies=bodies, effects=(SceneEffect("pour", told),)))
 
 
 def test_a_declared_cylinder_stays_one_until_its_shape_is_said_to_be_the_cavity():

@@ -9,7 +9,7 @@ from support.small_worlds import jumping
 from cdcore import Verdict
 from replay.comparison.outcome import Outcome
 from replay.outputs import palette
-from replay.outputs.materials import albedo, is_ghost, tags_of
+from replay.outputs.palette import albedo, is_ghost, tags_of
 from replay.outputs.rerun_log.columns import packed
 from replay.outputs.words import OUTCOME_WORDS, counted, depth_words, lane_legend, span_words
 from replay.pipeline.engine import compute

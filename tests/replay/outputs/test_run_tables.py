@@ -64,7 +64,7 @@ def test_a_pair_whose_containment_is_refused_says_why_beside_its_verdicts(run):
 
 
 def test_every_miss_has_the_command_that_shows_it(run):
-    made = miss_table("missed", run.misses["slow"], "RUN")
+    made = miss_table("missed", run.misses["slow"])
     commands = [cell.text for cell in column(made, "look at it")]
     assert commands == [f"replay view RUN --miss {miss.number}" for miss in run.misses["slow"]]
 

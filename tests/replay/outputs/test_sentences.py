@@ -18,10 +18,10 @@ from support.small_worlds import cubes, jumping
 
 from replay.comparison.outcome import Episode, Outcome
 from replay.outputs import moments, price_plot, run_tables, tradeoff_table
-from replay.outputs.report import charts, faults, growth, page, tables, tradeoff, tradeoff_picture
+from replay.outputs.report import charts, faults, page, tables, tradeoff, tradeoff_picture
+from replay.outputs.report.drawing import DARK, LIGHT
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
-from replay.outputs.report.tradeoff_picture import DARK
 from replay.outputs.rerun_log import tradeoff as curve
 from replay.outputs.rerun_log.diff_recording import DiffedDetector, write_diff_recording
 from replay.outputs.rerun_log.search_picture import path_words
@@ -196,7 +196,7 @@ def test_a_page_of_effects_counts_what_happened_and_says_how_much_it_leaves_out(
 
 def words_of_picture(done):
     """The words of the drawn picture."""
-    drawn = tradeoff_picture._drawn(done, tradeoff_picture.LIGHT)
+    drawn = tradeoff_picture._drawn(done, LIGHT)
     return [one.get_text() for one in drawn.findobj(Text)]
 
 
@@ -299,6 +299,8 @@ def everything(monkeypatch, path):
         pairs=[("a", "b"), ("a", "c")],
     )
     yield report_html(rated)
+    apart = cubes({"a": [0.0] * 3, "b": [3.0, 1.02, 3.0]})
+    yield report_html(compute(apart, detectors="c=collider[shape=box,skin_m=0.05]"))
     missed_apart = cubes({"a": [0.0] * 4, "b": [3.0, 0.9, 3.0, 3.0], "c": [3.0, 3.0, 3.0, -0.9]})
     yield report_html(compute(missed_apart, detectors="it=discrete[rate_hz=50]"))
     yield picture_text(rated, path)
@@ -313,8 +315,8 @@ def everything(monkeypatch, path):
     yield picture_text(compute(several.session, detectors="s=hybrid-qaco", oracle="exact", offline=True), path)
     grown = {"axis": "bodies", "detector": "exact", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5, "passes": 3}
     over = {**grown, "axis": "rate", "p99_ms": 2.0}
-    yield str(growth.growth_table([grown, over]))
-    yield "\n".join(one.get_text() for one in growth._drawn([grown, over], DARK).findobj(Text))
+    yield str(tradeoff_table.growth_table([grown, over]))
+    yield "\n".join(one.get_text() for one in tradeoff_picture._grown([grown, over], DARK).findobj(Text))
     yield from (*words_of_picture(filled.tradeoff), *price_plot.WORDS.values())
     clock = {kind: {**CHECK, "tie": False} for kind in ("live", "offline")}
     bare = tuple({**row, "containment": False, "front": True} for row in filled.tradeoff.rows)

@@ -12,9 +12,9 @@ from cdcore import Body, Motion, TriangleMesh
 from replay import run
 from replay.errors import ProofError
 from replay.pipeline.proving import prove
-from replay.proof.claims import CONTACT, Proof
+from replay.proof.claims import Kind, Proof
 from replay.proof.loading import load
-from replay.proof.verifier import verdicts, verify
+from replay.proof.verifier import verify
 from sessions.importers import import_session
 from sessions.synthetic.scenes import SCENES, make_scene_session
 
@@ -26,7 +26,7 @@ def accepted(session):
     proof = Proof.read(data)
     meshes, poses, _ = load(session, proof)
     verify(proof, meshes, poses)
-    assert np.array_equal(verdicts(proof, len(poses.valid)), result.detections["exact"].verdict)
+    assert np.array_equal(proof.verdicts(len(poses.valid)), result.detections["exact"].verdict)
     return len(data)
 
 
@@ -76,7 +76,7 @@ def test_two_faces_witness_a_contact_for_as_long_as_they_can():
     places[:, 1, 0] = np.linspace(0.9, 0.8, count)
     motion = Motion(np.arange(count) / 90, places, np.tile(np.eye(3), (count, 2, 1, 1)))
     proof, meshes, poses, _ = proven([Body("a", mesh), Body("b", mesh)], motion)
-    assert proof["claims"][:, :4].tolist() == [[0, 0, count - 1, CONTACT]]
+    assert proof["claims"][:, :4].tolist() == [[0, 0, count - 1, Kind.CONTACT]]
     assert verify(proof, meshes, poses)["face_pairs"] == count
 
 

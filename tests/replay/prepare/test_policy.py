@@ -2,7 +2,7 @@ import pytest
 
 from replay.errors import PolicyError
 from replay.prepare.policy import KINDS, LIMIT_S, PolicyRule, parse_policy
-from sessions.doctor.codes import CODES
+from sessions.doctor.finding import CODES
 
 
 def test_every_kind_of_the_table_is_a_code_of_the_doctor_and_its_default_is_allowed():

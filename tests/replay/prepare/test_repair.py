@@ -2,6 +2,7 @@ import json
 
 import numpy as np
 import pytest
+from support.mcap_samples import assert_same_frames
 from support.planted_faults import FAULTS, clean
 from support.small_worlds import cube
 
@@ -9,8 +10,10 @@ from cdcore.errors import InvalidPoseError
 from replay.errors import RefusedError
 from replay.pipeline.engine import compute
 from replay.prepare.policy import parse_policy
-from replay.prepare.repair import repair_session
-from sessions import MeshData
+from replay.prepare.repair import RepairedFrames, repair_session, replacements
+from sessions import Frames, MeshData, Session, Status
+from sessions.doctor.pose_pass import look_through
+from sessions.doctor.pose_spans import pose_spans
 
 
 def test_a_clean_session_goes_on_as_it_is():
@@ -85,3 +88,70 @@ def test_a_position_that_no_room_holds_is_dropped_and_the_rest_is_answered():
     (told,) = (one for one in result.summary["flagged"] if one["kind"] == "out-of-space")
     assert (told["action"], told["dropped"]) == ("drop", 2)
     assert np.flatnonzero(~result.assembly.motion.linked[:, 1]).tolist() == [0, 400, 401, 402]
+
+
+def repaired(draft, *words):
+    session = draft.session()
+    looked = look_through([session.frames])
+    replaced = replacements(looked, pose_spans(looked), parse_policy(words), session.blocks)
+    return Session(RepairedFrames(session.blocks, session.names, replaced), {})
+
+
+def lost_hand():
+    draft = clean()
+    planted = FAULTS["identity while lost"](draft, 1, 400)
+    return draft, planted
+
+
+def test_a_clean_session_is_left_alone():
+    draft = clean()
+    assert_same_frames(repaired(draft).frames, draft.session().frames)
+
+
+@pytest.mark.parametrize("size", [1, 7, 64, 900])
+def test_the_frames_do_not_depend_on_blocks(size):
+    draft, _ = lost_hand()
+    session = repaired(draft, "identity-while-lost=interpolate:1")
+    assert_same_frames(Frames.join([*session.blocks(size)]), Frames.join([*session.blocks(10_000)]))
+
+
+def test_dropped_samples_are_lost_and_all_others_keep_their_bits():
+    draft, _ = lost_hand()
+    before, after = draft.session().frames, repaired(draft).frames
+    assert (after.status[400:420, 1] == Status.LOST).all()
+    changed = np.argwhere(before.status != after.status)
+    assert len(changed) == 20 and set(changed[:, 1]) == {1}
+    assert np.array_equal(before.position, after.position) and np.array_equal(before.sample_ns, after.sample_ns)
+
+
+def test_a_pose_is_held_for_its_limit_and_no_longer():
+    draft, _ = lost_hand()
+    frames = repaired(draft, "identity-while-lost=hold:0.1").frames
+    assert frames.status[400:420, 1].tolist() == [Status.HELD] * 9 + [Status.LOST] * 11
+    assert (frames.position[400:409, 1] == frames.position[399, 1]).all()
+
+
+def test_a_bridge_leads_from_the_last_good_pose_to_the_next_and_not_beyond_its_limit():
+    draft, _ = lost_hand()
+    truth = clean().arrays["position"][400:420, 1]
+    frames = repaired(draft, "identity-while-lost=interpolate:0.3").frames
+    assert (frames.status[400:420, 1] == Status.INTERPOLATED).all()
+    assert np.abs(frames.position[400:420, 1] - truth).max() < 0.02
+    assert np.abs(np.linalg.norm(frames.quaternion_xyzw[400:420, 1], axis=1) - 1).max() < 1e-12
+    short = repaired(draft, "identity-while-lost=interpolate:0.2").frames
+    assert (short.status[400:420, 1] == Status.LOST).all()
+
+
+def test_a_sample_with_two_faults_meets_the_stricter_action():
+    draft, _ = lost_hand()
+    draft.arrays["position"][410, 1] = np.nan
+    frames = repaired(draft, "identity-while-lost=interpolate:1", "not-finite=drop").frames
+    assert frames.status[410, 1] == Status.LOST
+    assert (frames.status[[400, 409, 411, 419], 1] == Status.INTERPOLATED).all()
+
+
+def test_nothing_stands_in_before_the_first_good_sample():
+    draft = clean()
+    FAULTS["identity while lost"](draft, 0, 0)
+    for words in ("identity-while-lost=hold:9", "identity-while-lost=interpolate:9"):
+        assert (repaired(draft, words).frames.status[:20, 0] == Status.LOST).all()

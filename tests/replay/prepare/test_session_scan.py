@@ -1,9 +1,12 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from support.small_worlds import framed
 
 from cdcore.errors import InvalidPoseError
-from replay.prepare.session_scan import scan
+from replay.prepare import session_scan
+from replay.prepare.session_scan import in_order, scan
 from sessions import Status
 
 V, L, A = int(Status.VALID), int(Status.LOST), int(Status.ABSENT)
@@ -25,11 +28,13 @@ def test_counts_of_samples_and_losses_leave_out_dropped_frames():
     assert seen.notes() == ("1 frame left out: the stamp repeats the one before",)
 
 
-def test_block_size_changes_nothing():
+def test_block_size_changes_nothing(monkeypatch):
     rng = np.random.default_rng(0)
     stamps = np.cumsum(rng.integers(-1, 4, size=50))
     session = framed(stamps, rng.choice([V, L, A], size=(50, 3)), rng.normal(size=(50, 3, 3)))
-    whole, cut = scan(session), scan(session, 7)
+    whole = scan(session)
+    monkeypatch.setattr(session_scan, "BLOCK_FRAMES", 7)
+    cut = scan(session)
     for name in vars(whole):
         assert np.array_equal(getattr(whole, name), getattr(cut, name)), name
 
@@ -45,14 +50,15 @@ def test_block_size_changes_nothing():
         ([0, 0, 0], [1e200, 0, 0, 1], "has norm inf, not 1"),
     ],
 )
-def test_a_sample_that_is_no_pose_is_refused_with_frame_time_and_body(position, quaternion, words):
+def test_a_sample_that_is_no_pose_is_refused_with_frame_time_and_body(position, quaternion, words, monkeypatch):
     where = np.zeros((4, 2, 3))
     turn = np.tile([0.0, 0.0, 0.0, 1.0], (4, 2, 1))
     where[3, 1], turn[3, 1] = position, quaternion
     status = np.full((4, 2), V)
     stamps = np.array([0, 10, 10, 20]) * MS
+    monkeypatch.setattr(session_scan, "BLOCK_FRAMES", 2)
     with pytest.raises(InvalidPoseError) as refused:
-        scan(framed(stamps, status, where, turn), block_frames=2)
+        scan(framed(stamps, status, where, turn))
     assert str(refused.value).startswith("frame 3 (0.020000 s), body b: ")
     assert words in str(refused.value)
     status[3, 1] = L
@@ -69,3 +75,27 @@ def test_a_norm_slightly_off_is_noted_with_the_furthest():
 def test_a_session_without_frames_has_an_empty_survey():
     seen = scan(framed(np.zeros(0), np.zeros((0, 2))))
     assert (len(seen.stamp_ns), seen.duration, seen.median_step_ns, seen.notes()) == (0, 0.0, 0, ())
+
+
+@given(st.lists(st.integers(0, 30), min_size=1, max_size=40), st.integers(1, 9))
+def test_the_frames_kept_are_the_running_maxima_and_every_other_is_counted(stamps, block):
+    session = framed(stamps, np.ones((len(stamps), 1)))
+    parts = list(in_order(session.blocks(block)))
+    expected, repeated, backwards, latest = [], 0, 0, -1
+    for number, stamp in enumerate(stamps):
+        if stamp > latest:
+            expected.append(number)
+            latest = stamp
+        else:
+            repeated += stamp == latest
+            backwards += stamp < latest
+    assert np.concatenate([part.numbers for part in parts]).tolist() == expected
+    assert np.concatenate([part.frames.stamp_ns for part in parts]).tolist() == [stamps[n] for n in expected]
+    assert sum(part.repeated for part in parts) == repeated
+    assert sum(part.backwards for part in parts) == backwards
+
+
+def test_frames_in_order_are_handed_on_as_they_are():
+    session = framed([1, 2, 3], np.ones((3, 1)))
+    (part,) = in_order([session.frames])
+    assert part.frames is session.frames

@@ -11,7 +11,7 @@ from replay import run
 from replay.pipeline.proving import prove
 from replay.proof.claims import Proof, WrongRecord
 from replay.proof.loading import load
-from replay.proof.verifier import verdicts, verify
+from replay.proof.verifier import verify
 from sessions import Status
 from sessions.geometry.rotations import quaternion_from_matrix
 from sessions.model.scene import Pose, Scene, SceneBody
@@ -45,7 +45,7 @@ def checked(session, **asked):
     assert np.array_equal(poses.valid, motion.valid)
     assert np.array_equal(poses.rotation[poses.valid], motion.rotations[motion.valid])
     assert np.array_equal(poses.translation[poses.valid], motion.translations[motion.valid])
-    assert np.array_equal(verdicts(proof, len(motion)), result.detections["exact"].verdict)
+    assert np.array_equal(proof.verdicts(len(motion)), result.detections["exact"].verdict)
     return proof, told, dict(whence)
 
 

@@ -4,10 +4,12 @@ import pytest
 from cdcore import detect_live
 from replay.detection.detector_spec import parse_detector
 from replay.detection.run_detector import make_detector
-from replay.outputs.report.growth import growth_picture, growth_table
+from replay.outputs.report.tradeoff_picture import growth_picture
+from replay.outputs.tradeoff_table import growth_table
 from replay.prepare.assemble import assemble
 from replay.tradeoffs import growth
-from replay.tradeoffs.growth import at_rate, copied, grow, grown, growth_answer, leaves_at, with_faces
+from replay.tradeoffs.decimation import with_faces
+from replay.tradeoffs.growth import at_rate, copied, grow, grown, growth_answer, leaves_at
 
 
 @pytest.fixture(scope="module")

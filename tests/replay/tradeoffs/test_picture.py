@@ -8,6 +8,7 @@ from support.price_rows import ABOUT, price_row
 
 from replay.outputs.price_plot import BEST, COMPLETE, CURVES, FAINT, INVENTS, LETTER, LINE, plots_of, subtitle
 from replay.outputs.report import tradeoff_picture
+from replay.outputs.report.drawing import DARK, LIGHT
 from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs.pareto import answer_of
 
@@ -83,7 +84,7 @@ def test_passes_phases_containment_and_faces_are_named(done):
 def test_on_a_dark_page_nothing_is_drawn_on_white_paper(done):
     light, dark = (
         np.asarray(Image.open(io.BytesIO(tradeoff_picture.picture(done, theme=theme))).convert("L"))
-        for theme in (tradeoff_picture.LIGHT, tradeoff_picture.DARK)
+        for theme in (LIGHT, DARK)
     )
     assert light.shape == dark.shape and np.median(light) == 255 and np.median(dark) < 40
     assert (dark > 200).sum() < 0.05 * dark.size
@@ -94,7 +95,7 @@ def test_colours_of_a_theme_differ_and_stand_out_from_its_paper():
         red, green, blue = (int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5))
         return 0.2126 * red**2.2 + 0.7152 * green**2.2 + 0.0722 * blue**2.2
 
-    for theme in (tradeoff_picture.LIGHT, tradeoff_picture.DARK):
+    for theme in (LIGHT, DARK):
         assert len(set(theme.kinds.values())) == len(theme.kinds)
         for colour in (*theme.kinds.values(), theme.ink, theme.faint):
             low, high = sorted((lightness(colour), lightness(theme.paper)))

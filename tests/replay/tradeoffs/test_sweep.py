@@ -11,7 +11,6 @@ from support.small_worlds import cubes
 from cdcore.detectors import DETECTORS
 from cdcore.kernels import compiling
 from replay.base.machine import processor
-from replay.errors import TradeoffError
 from replay.outputs.report.tradeoff import tradeoff_files, write_tradeoff
 from replay.pipeline.engine import compute
 from replay.tradeoffs import sweep as trading
@@ -191,11 +190,6 @@ def test_every_step_is_told_and_the_last_one_says_that_all_is_done(bumped):
     labels = {one.label for one in LIST} | {"pass 1", f"pass {LEAST_PASSES}", ""}
     assert labels <= {label for _, _, label in told} and told[-1][0] == told[-1][1]
     assert [done for done, _, _ in told] == sorted(done for done, _, _ in told)
-
-
-def test_a_session_without_contact_is_refused():
-    with pytest.raises(TradeoffError, match="nothing can be missed"):
-        tradeoff(cubes({"a": [0, 0, 0], "b": [3, 4, 3]}), settings=LIST)
 
 
 def test_table_and_json_say_the_same(done, tmp_path):

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from sessions.doctor.mesh_repair import repaired
-from sessions.doctor.meshes import mesh_findings
+from sessions.doctor.meshes import mesh_findings, repaired
 from sessions.mesh_data import MeshData, is_closed
 
 BALL = trimesh.creation.icosphere(2, 0.1)

@@ -8,10 +8,10 @@ from support.planted_faults import FAULTS, clean
 
 from sessions import Frames, Scene, Severity, Status, examine
 from sessions.doctor.pose_pass import LOOKS_PER_BLOCK, look_through, sampled_poses
-from sessions.doctor.pose_spans import pose_spans, rest_spans
-from sessions.doctor.poses import MOST_OF_A_KIND, pose_findings
+from sessions.doctor.pose_spans import MOST_OF_A_KIND, pose_findings, pose_spans, rest_spans
 from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
+from sessions.geometry.rotations import quaternion_product
 
 
 def broken():
@@ -103,6 +103,17 @@ def test_sign_flips_are_counted_and_only_noted():
     draft.arrays["quaternion_xyzw"][100:200, 1] *= -1
     (one,) = findings(draft, "sign-flips")
     assert (one.count, one.severity, one.body) == (2, Severity.NOTE, "hand-left")
+
+
+@pytest.mark.parametrize(("degrees", "frames", "found_at"), [(95.0, 1, [400]), (20.0, 1, []), (95.0, 2, [])])
+def test_a_rotation_that_leaves_for_one_frame_is_found_and_a_turn_is_not(degrees, frames, found_at):
+    draft = clean()
+    half = np.radians(degrees) / 2.0
+    turns = draft.arrays["quaternion_xyzw"][400 : 400 + frames, 1]
+    turns[:] = quaternion_product(turns, (np.sin(half), 0.0, 0.0, np.cos(half)))
+    found = findings(draft, "turn-outlier")
+    assert all((one.body, one.count, one.severity) == ("hand-left", 1, Severity.WARNING) for one in found)
+    assert [round(one.start * 90) for one in found] == found_at
 
 
 def test_rounded_rotations_are_noted_with_their_decimals():

@@ -10,9 +10,9 @@ from sessions.model.scene import Pose, SceneBody
 
 def test_heads_and_hands_are_told_by_their_names_and_nothing_else_is():
     roles = roles_of(("camera", "leftHand", "right", "beaker-left", "rod"), Scene())
-    assert (roles.head, roles.left, roles.right) == (0, 1, 2)
+    assert roles == {"head": 0, "left": 1, "right": 2}
     roles = roles_of(("flask", "hand-right", "headset"), Scene(bodies=(SceneBody("headset", parent="flask"),)))
-    assert (roles.head, roles.left, roles.right) == (None, None, 1)
+    assert roles == {"right": 1}
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1000.0, "millimetres"), (100.0, "centimetres")])

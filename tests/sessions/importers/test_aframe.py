@@ -209,7 +209,8 @@ def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
     path.write_text("\r\n".join(lines) + "\r\n", encoding="utf-8")
 
     session = import_session("csv", path, proxies=False)
-    assert session.names == ("LeftHand",)
+    assert session.names == ("LeftHand",) and session.facts["handedness"] == "left"
+    assert "axes unity" in session.facts["conversions"]
     assert session.frames.stamp_ns.tolist() == [round(round(k / 90, 6) * 1e9) for k in range(count)]
     mirror = np.diag([1.0, 1.0, -1.0])
     assert np.allclose(session.frames.position[:, 0], places @ mirror, rtol=1e-7, atol=1e-12)

@@ -3,11 +3,10 @@ from support.import_mutants import MUTANTS, tried
 
 from sessions.errors import ImportFileError
 from sessions.importers.contacts_csv import read_contacts
-from sessions.importers.csv_happenings import events, hands, live_contacts, unknown_kinds
+from sessions.importers.csv_file import events, hands, live_contacts, unknown_kinds
 from sessions.importers.csv_mapping import UNITY, CsvMapping, PoseColumns
 from sessions.importers.csv_table import CsvTable
-from sessions.model.event import Event
-from sessions.model.live_contact import LiveContact
+from sessions.model.event import Event, LiveContact
 
 HEADER = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
 WIDE = CsvMapping("t", "ms", "openxr", bodies={"a": PoseColumns(("x", "x", "x"))}, events=("stage", "mark"))

@@ -9,10 +9,8 @@ from sessions.mcap_format import annotations as a
 from sessions.mcap_format import metadata as module
 from sessions.mcap_format.metadata import bodies_record, metadata_of, migrated, names_of, session_record
 from sessions.mcap_format.schemas import message_class
-from sessions.model.event import Event, Interval
-from sessions.model.hand import HandTrack
-from sessions.model.live_contact import LiveContact
-from sessions.model.track import Track
+from sessions.model.event import Event, Interval, LiveContact
+from sessions.model.track import HandTrack, Track
 
 words, times = st.text(max_size=5), st.integers(0, 2**62)
 levels = st.sampled_from(a.LEVELS[1:])
@@ -69,7 +67,7 @@ def test_a_damaged_live_contact_is_one_sentence():
 
 def test_a_hand_comes_back_in_order_of_time_without_repeats():
     hand = HandTrack([1, 5, 9], [0, 0.5, 1], [1, 0, np.nan], ("a", "b"), [[0, 1], [1, 0], [0, 0]])
-    payloads = [payload for _, _, payload in a.hand_messages("anna/left", hand)]
+    payloads = [payload for _, _, payload in a.stream_messages("/hands/", "anna/left", hand)]
     found = a.read_hand([payloads[2], payloads[0], payloads[1], payloads[0]])
     assert found.buttons == hand.buttons and np.array_equal(found.pressed, hand.pressed)
     for name in ("times_ns", "trigger", "grip"):
@@ -81,19 +79,19 @@ def test_a_fast_track_is_cut_into_batches_and_comes_back_whole():
     count = 3 * a.BATCH + 1
     rng = np.random.default_rng(0)
     track = Track(np.arange(count), rng.normal(size=(count, 3)), rng.normal(size=(count, 4)), rng.random(count) < 0.5)
-    messages = list(a.track_messages("wand", track))
+    messages = list(a.stream_messages("/tracks/", "wand", track))
     assert [m[:2] for m in messages] == [("/tracks/wand", k * a.BATCH) for k in range(4)]
-    found = a.read_track(m[2] for m in messages)
+    found = a.read_stream("/tracks/", (m[2] for m in messages))
     for name in ("times_ns", "positions", "quaternions_xyzw", "valid"):
         assert getattr(found, name).tobytes() == getattr(track, name).tobytes()
 
 
-@pytest.mark.parametrize("kind, read", [("Track", a.read_track), ("Gaze", a.read_gaze), ("Scalar", a.read_scalar)])
-def test_samples_of_unequal_length_are_refused(kind, read):
-    assert len(read([])) == 0
+@pytest.mark.parametrize(("kind", "prefix"), [("Track", "/tracks/"), ("Gaze", "/gaze/"), ("Scalar", "/scalars/")])
+def test_samples_of_unequal_length_are_refused(kind, prefix):
+    assert len(a.read_stream(prefix, [])) == 0
     broken = message_class(f"{kind}Samples")(sample_ns=[1, 2])
-    with pytest.raises(SessionFileError, match="unequal length"):
-        read([broken.SerializeToString()])
+    with pytest.raises(SessionFileError, match=f"a message of {kind}Samples has samples of unequal length"):
+        a.read_stream(prefix, [broken.SerializeToString()])
 
 
 def test_nothing_is_stamped_before_zero():

@@ -9,8 +9,7 @@ from support.mcap_samples import protobuf_messages, random_frames, session_of, t
 from sessions.errors import SessionFileError
 from sessions.mcap_format import catalogue as module
 from sessions.mcap_format.catalogue import read_catalogue
-from sessions.mcap_format.container import MAGIC, ContainerWriter
-from sessions.mcap_format.record_block import RecordBlock
+from sessions.mcap_format.container import MAGIC, ContainerWriter, RecordBlock
 from sessions.mcap_format.writer import write_session
 
 

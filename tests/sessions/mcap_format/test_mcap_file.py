@@ -21,8 +21,8 @@ from sessions.mcap_format.schemas import channel_spec, message_class
 from sessions.mcap_format.writer import write_session
 from sessions.model.event import Event, Interval
 from sessions.model.frames import Frames, Status
-from sessions.model.hand import HandTrack
 from sessions.model.scene import Pose, Scene, SceneBody
+from sessions.model.track import HandTrack
 
 
 @pytest.fixture

@@ -13,10 +13,10 @@ from support.reference_reader import read_frames_plainly
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format import pose_decoding
-from sessions.mcap_format.catalogue import Catalogue, Region
+from sessions.mcap_format.catalogue import Catalogue, ChannelInfo, Region
+from sessions.mcap_format.container import MESSAGE_HEADER, RecordBlock
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES, FrameEncoder
-from sessions.mcap_format.record_block import MESSAGE_HEADER, RecordBlock
 from sessions.mcap_format.schemas import message_class
 from sessions.mcap_format.unpacking import listed
 from sessions.model.frames import Frames, Status
@@ -27,7 +27,10 @@ def table(block):
 
 
 def decoder(names=None):
-    return FrameDecoder("file", {1}, {2}, names)
+    catalogue = Catalogue(Path("file"))
+    for number, topic in ((1, "/tf"), (2, "/tracking")):
+        catalogue.channels[number] = ChannelInfo(topic, "protobuf", "")
+    return FrameDecoder(catalogue, names)
 
 
 def decoded(tables, names=None):

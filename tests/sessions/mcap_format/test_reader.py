@@ -25,8 +25,8 @@ from sessions.mcap_format import unpacking
 from sessions.mcap_format.reader import MISSING
 from sessions.model.event import Event
 from sessions.model.frames import Status
-from sessions.model.hand import HandTrack
 from sessions.model.session import Session
+from sessions.model.track import HandTrack
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sessions.mcap_format import transform_reading
-from sessions.mcap_format.transform_reading import TransformReader
-from sessions.mcap_format.transform_template import stamp_overflows, transform_template
+from sessions.mcap_format.transform_reading import TransformReader, stamp_overflows, transform_template
 
 
 def laid_out(messages):

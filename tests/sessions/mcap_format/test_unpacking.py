@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
 from mcap.records import Message
 
-from sessions.errors import SessionError, SessionFileError
+from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, Region
-from sessions.mcap_format.frame_batch import FrameBatch, nanoseconds, pose_values
-from sessions.mcap_format.record_block import MESSAGE_HEADER, RecordBlock
+from sessions.mcap_format.container import MESSAGE_HEADER, RecordBlock
+from sessions.mcap_format.recording_file import RecordedFrame, frames_of, nanoseconds
 from sessions.mcap_format.unpacking import read_region
 from sessions.model.frames import Status
 
@@ -136,21 +136,13 @@ def test_parts_joined_again_are_the_whole(given_messages, groups):
 
 
 def test_frames_hold_what_was_added_and_nothing_else():
-    batch = FrameBatch(("a", "b", "c"), 3)
-    assert batch.knows(("c", "a")) and not batch.knows(("a", "d"))
-    batch.add(("c", "a"), np.arange(14.0).reshape(2, 7), 5, 6, {"a": Status.LOST}, {"c": 4})
-    frames = batch.frames()
-    assert len(frames) == 1 and not batch.full
+    recorded = RecordedFrame(("c", "a"), np.arange(14.0).reshape(2, 7), 5, 6, {"a": Status.LOST}, {"c": 4})
+    frames = frames_of(("a", "b", "c"), [recorded])
+    assert len(frames) == 1
     assert frames.status.tolist() == [[Status.LOST, Status.ABSENT, Status.VALID]]
     assert frames.sample_ns.tolist() == [[5, 0, 4]] and (frames.stamp_ns[0], frames.log_ns[0]) == (5, 6)
     assert frames.position[0, 2].tolist() == [0, 1, 2] and frames.quaternion_xyzw[0, 0].tolist() == [10, 11, 12, 13]
     assert np.isnan(frames.position[0, 1]).all()
-
-
-@pytest.mark.parametrize("pose", [((0, 1), (0, 0, 0, 1)), ((0, 1, 2, 3), (0, 0, 0)), None, (1, 2), ((0, 0, 0),)])
-def test_a_pose_that_is_not_seven_numbers_names_its_body(pose):
-    with pytest.raises(SessionError, match=r"pose of 'bad' is .*give a position"):
-        pose_values({"good": ((0, 0, 0), (0, 0, 0, 1)), "bad": pose})
 
 
 def test_a_numpy_integer_is_a_stamp():

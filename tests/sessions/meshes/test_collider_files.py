@@ -14,9 +14,8 @@ from support.small_worlds import cubes
 from sessions import read_session, recover, write_session
 from sessions.errors import MeshFileError
 from sessions.mesh_data import is_closed
-from sessions.meshes.collider_files import read_colliders
-from sessions.scene_files.scene_check import checked_scene
-from sessions.scene_files.scene_meshes import with_colliders
+from sessions.meshes.mesh_match import read_colliders
+from sessions.scene_files.scene_meshes import checked_scene, with_colliders
 
 
 def moved(*at):

@@ -7,11 +7,9 @@ from support.mcap_samples import assert_same_frames, random_frames, session_of, 
 from sessions.errors import MeshFileError, SessionError
 from sessions.model.event import Event
 from sessions.model.frames import Frames, Status
-from sessions.model.hand import HandTrack
-from sessions.model.scene import Pose, Scene, SceneBody
-from sessions.model.scene_pairs import absent_bodies, wanted_pairs
+from sessions.model.scene import Pose, Scene, SceneBody, absent_bodies, wanted_pairs
 from sessions.model.session import Session
-from sessions.model.track import Track
+from sessions.model.track import HandTrack, Track
 
 POSES = (np.zeros((2, 3)), np.ones((2, 4)))
 

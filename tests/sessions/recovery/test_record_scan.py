@@ -14,14 +14,13 @@ from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.records import Channel
 from support.damage import chunks, records
-from support.mcap_samples import protobuf_messages, random_frames, session_of, tetrahedron
+from support.mcap_samples import protobuf_messages, random_frames, session_of, tetrahedron, write_foreign
 
 from sessions import write_session
 from sessions.mcap_format.catalogue import Catalogue, ChannelInfo, Region
-from sessions.mcap_format.record_block import RecordBlock
+from sessions.mcap_format.container import RecordBlock
 from sessions.mcap_format.unpacking import listed
-from sessions.recovery.chunk_reading import read_chunk, unpacked_start
-from sessions.recovery.file_scan import Declared, guess_channels, scan_file
+from sessions.recovery.file_scan import Declared, guess_channels, read_chunk, scan_file, unpacked_start
 from sessions.recovery.lost import LostChunk, Recovery
 from sessions.recovery.record_scan import RecordScan
 
@@ -127,6 +126,14 @@ def test_a_checked_index_overrules_a_damaged_head(path):
     assert found.frames == 900
 
 
+def test_messages_outside_chunks_are_found_on_both_sides_of_bytes_that_are_no_record(tmp_path):
+    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(1, 200)), use_chunking=False)
+    data = path.read_bytes()
+    start = [start for opcode, start, _ in records(data) if opcode == Opcode.MESSAGE][77]
+    found = scan_file(path, io.BytesIO(data[:start] + b"\xff" * 500 + data[start:]))
+    assert (found.frames, found.bytes_skipped, len(found.parts)) == (200, 500, 2)
+
+
 def test_poses_and_validity_are_guessed_and_nothing_else(path):
     frames = random_frames(1, 3, 2)
     messages = [(7, 0, log, publish, payload) for publish, log, payload in protobuf_messages(frames)]
@@ -180,17 +187,21 @@ def region(packed, block, name, crc=None):
     return Region(0, len(packed), name, len(block.data), zlib.crc32(block.data) if crc is None else crc, None)
 
 
+def cut(packed, block, name):
+    return replace(region(packed, block, name), truncated=True)
+
+
 @pytest.mark.parametrize("name", PACK)
 def test_a_whole_chunk_gives_every_message(block, name):
     packed = PACK[name](block.data)
-    table = read_chunk(io.BytesIO(packed), region(packed, block, name), catalogue(), truncated=False)
+    table = read_chunk(io.BytesIO(packed), region(packed, block, name), catalogue())
     assert len(table.channel) == 3000
 
 
 @pytest.mark.parametrize("name", PACK)
 def test_a_truncated_chunk_gives_the_messages_before_the_cut_and_they_are_right(block, name):
     packed = PACK[name](block.data)[: len(PACK[name](block.data)) * 2 // 3]
-    table = read_chunk(io.BytesIO(packed), region(packed, block, name), catalogue(), truncated=True)
+    table = read_chunk(io.BytesIO(packed), cut(packed, block, name), catalogue())
     count = len(table.channel)
     assert 300 < count < 3000
     assert [table.payload(k) for k in range(count)] == [
@@ -202,13 +213,13 @@ def test_a_chunk_with_a_wrong_checksum_gives_nothing(block):
     packed = PACK[""](block.data)
     changed = bytearray(packed)
     changed[5000] ^= 1
-    assert read_chunk(io.BytesIO(bytes(changed)), region(changed, block, ""), catalogue(), truncated=False) == "damaged"
+    assert read_chunk(io.BytesIO(bytes(changed)), region(changed, block, ""), catalogue()) == "damaged"
 
 
 def test_without_a_checksum_poses_that_are_none_are_left_out(block):
     changed = bytearray(block.data)
     changed[block.starts[7] + 31] = 0xFF
-    table = read_chunk(io.BytesIO(bytes(changed)), region(changed, block, "", 0), catalogue(), truncated=False)
+    table = read_chunk(io.BytesIO(bytes(changed)), region(changed, block, "", 0), catalogue())
     assert len(table.channel) == 2999 and 7 not in table.sequence
 
 
@@ -221,14 +232,14 @@ def test_a_bomb_is_unpacked_to_what_its_chunk_declares_and_no_further():
 
 def test_a_record_that_is_not_all_there_is_left_out(block):
     end = int(block.starts[2])
-    for cut in (0, 1, 8, 9, 20):
-        data = block.data[: end + cut]
-        table = read_chunk(io.BytesIO(data), region(data, block, ""), catalogue(), truncated=True)
+    for more in (0, 1, 8, 9, 20):
+        data = block.data[: end + more]
+        table = read_chunk(io.BytesIO(data), cut(data, block, ""), catalogue())
         assert table.sequence.tolist() == [0, 1]
-    assert len(read_chunk(io.BytesIO(b""), region(b"", block, ""), catalogue(), truncated=True).channel) == 0
+    assert len(read_chunk(io.BytesIO(b""), cut(b"", block, ""), catalogue()).channel) == 0
 
 
 def test_a_part_of_a_table_is_its_rows(block):
-    table = read_chunk(io.BytesIO(block.data), region(block.data, block, ""), catalogue(), truncated=False)
+    table = read_chunk(io.BytesIO(block.data), region(block.data, block, ""), catalogue())
     part = table.part(np.array([2, 5]))
     assert part.sequence.tolist() == [2, 5] and part.payload(1) == table.payload(5)

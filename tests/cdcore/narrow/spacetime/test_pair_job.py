@@ -22,6 +22,13 @@ def poses(places, valid=None):
     return Poses(turn, move, np.ones((len(places), 2), dtype=bool) if valid is None else valid)
 
 
+def answered(one, start=0, stop=None):
+    """The hits and the answer of a stretch."""
+    marks, stop = np.zeros((2, one.count), dtype=np.uint8), one.count if stop is None else stop
+    found = one.stretch(start, stop, Workspace(), marks)
+    return marks[0, start:stop].astype(bool), found
+
+
 def job(given, i=0, j=1):
     return PairJob(TREES, i, j, given, [None, None], faces=True, verify=False)
 
@@ -30,7 +37,7 @@ def test_repeats_are_asked_once():
     asked = job(poses([1, 1, 1, 0, 0, 2, 2, 2]))
     assert asked.count == 3
     assert asked.which.tolist() == [0, 0, 0, 1, 1, 2, 2, 2]
-    assert asked.stretch(0, 3, Workspace()).hits.tolist() == [False, True, False]
+    assert answered(asked)[0].tolist() == [False, True, False]
 
 
 def test_frames_without_a_pose_are_left_out():
@@ -41,7 +48,7 @@ def test_frames_without_a_pose_are_left_out():
 
 
 def test_faces_come_in_the_order_of_the_pair_whichever_body_is_larger():
-    forward, backward = job(poses([0.0])).stretch(0, 1, Workspace()), job(poses([0.0]), 1, 0).stretch(0, 1, Workspace())
+    forward, backward = answered(job(poses([0.0])))[1], answered(job(poses([0.0]), 1, 0))[1]
     assert len(forward.faces) > 8
     assert forward.faces[:, 0].max() < 8 <= forward.faces[:, 1].max()
     assert sorted(map(tuple, forward.faces[:, ::-1].tolist())) == [tuple(row) for row in backward.faces.tolist()]
@@ -55,7 +62,7 @@ def test_bodies_that_spans_keep_apart_are_asked_frame_by_frame_without_looking_f
     asked = PairJob(TREES, 0, 1, given, lanes, faces=False, verify=False)
     assert asked.count == 100
     assert asked.first_near(0) == asked.first_near(63) == 100
-    assert not asked.stretch(0, 100, Workspace()).hits.any()
+    assert not answered(asked)[0].any()
 
 
 @pytest.mark.parametrize("scale", [1e-101, 1e76])
@@ -65,16 +72,16 @@ def test_bodies_too_small_or_too_large_for_the_bounds_are_decided_exhaustively(s
     move[1, 0, 2] = scale
     given = Poses(np.tile(np.eye(3), (3, 2, 1, 1)), move, np.ones((3, 2), dtype=bool))
     asked = PairJob(trees, 0, 1, given, [None, None], faces=False, verify=False)
-    found = asked.stretch(0, 3, Workspace())
-    assert found.hits.tolist() == [True, False, True]
+    hits, found = answered(asked)
+    assert hits.tolist() == [True, False, True]
     assert not found.work.any()
 
 
 def test_any_stretch_answers_as_the_whole_does():
     asked = job(poses([0, 0.5, -0.5, 0, 1e-300, 0.25]))
-    whole = asked.stretch(0, asked.count, Workspace())
-    parts = [asked.stretch(k, k + 2, Workspace()) for k in range(0, asked.count, 2)]
-    assert np.array_equal(whole.hits, np.concatenate([part.hits for part in parts]))
+    hits, whole = answered(asked)
+    of_parts, parts = zip(*(answered(asked, k, k + 2) for k in range(0, asked.count, 2)), strict=True)
+    assert np.array_equal(hits, np.concatenate(of_parts))
     assert np.array_equal(whole.faces, np.concatenate([part.faces for part in parts]))
     assert np.array_equal(whole.frame, np.concatenate([part.frame for part in parts]))
 

@@ -28,12 +28,12 @@ from cdcore.narrow.spacetime.traverse import Workspace
 
 
 def asked(scene, start, stop, faces=True):
-    (hits, near), work = np.zeros((2, 24), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
+    marks, work = np.zeros((2, 24), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
     question = BlockQuestion(start, stop, scene.pad, faces, False, 8, 8)
     (tree_a, tree_b), (pose_a, pose_b) = scene.trees, scene.poses
-    lists = Workspace().traverse(tree_a, pose_a, tree_b, pose_b, question, hits, near, work)
-    assert (hits <= near).all()
-    return hits, lists, work
+    lists = Workspace().traverse(tree_a, pose_a, tree_b, pose_b, question, marks, work)
+    assert (marks[0] <= marks[1]).all()
+    return marks[0], lists, work
 
 
 def test_every_frame_is_decided_as_the_exhaustive_test_decides_it():
@@ -70,11 +70,11 @@ def test_lists_lengthen_when_thousands_of_faces_touch():
     frames = 8
     turn, move = np.tile(np.eye(3), (frames, 2, 1, 1)), np.zeros((frames, 2, 3))
     poses = [pose_lanes(turn, move, k, np.arange(frames), tree.boxes[0], tree.reach) for k in range(2)]
-    (hits, near), work = np.zeros((2, frames), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
+    marks, work = np.zeros((2, frames), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
     lists = Workspace().traverse(
-        tree, poses[0], tree, poses[1], BlockQuestion(0, frames, 1e-12, True, False, 9, 9), hits, near, work
+        tree, poses[0], tree, poses[1], BlockQuestion(0, frames, 1e-12, True, False, 9, 9), marks, work
     )
-    assert near.all()
+    assert marks[1].all()
     pairs = len(lists[0]) + len(lists[1])
     assert pairs >= frames * len(meeting_faces_exhaustive(plate, plate)) > 8 * 4096
 

@@ -1,5 +1,6 @@
 """Charts, plots and pictures of the page."""
 
+import base64
 import io
 import re
 from dataclasses import replace
@@ -8,12 +9,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from PIL import Image
+from support.small_worlds import along_x, cube, cubes
 
 from replay.comparison.outcome import Outcome
 from replay.outputs.camera import Eye
 from replay.outputs.report.bench_picture import bench_picture
 from replay.outputs.report.charts import LABEL, LANE, RIGHT, STRETCH, WIDTH, lane_bars, timeline, timing
 from replay.outputs.report.drawing import INK, PAPER, svg_in_page
+from replay.outputs.report.page import report_html
+from replay.pipeline.engine import compute
+from sessions import MeshData, Session
+from sessions.model.scene import Scene, SceneBody
 
 
 def test_every_stretch_of_an_outcome_is_a_bar_at_its_time(run):
@@ -131,3 +137,40 @@ def test_a_body_without_a_pose_is_not_drawn(run):
     gone = type(motion)(motion.times, motion.translations, motion.rotations, np.zeros_like(motion.valid))
     empty = replace(run, assembly=replace(run.assembly, motion=gone))
     assert len(np.unique(seen(empty).reshape(-1, 3), axis=0)) == 1
+
+
+def furnished(places, sizes):
+    """Boxes of these edges at these places, the first a dark bench, seen by nobody."""
+    tags = [("bench",), *[("porcelain",)] * (len(sizes) - 1)]
+    meshes = {f"b{k}": MeshData(cube().vertices * size, cube().faces) for k, size in enumerate(sizes)}
+    scene = Scene(bodies=tuple(SceneBody(f"b{k}", tags=one) for k, one in enumerate(tags)))
+    poses = {f"b{k}": (np.tile(place, (2, 1)), along_x([0.0] * 2)[1]) for k, place in enumerate(places)}
+    return compute(Session.from_arrays(np.arange(2) * 10_000_000, poses, meshes, scene), detectors=())
+
+
+def warm(result, eye):
+    """Pixels of what is no bench and no background: both are bluish."""
+    picture = pixels(bench_picture(result.assembly, result.session.scene, 0, eye))
+    return int((picture[..., 0] > picture[..., 2] + 2).sum())
+
+
+def test_what_is_below_a_bench_does_not_shine_through_it_however_long_its_triangles_are():
+    top, legs = (0.0, 0.01, 0.0), [(x, -0.03, z) for x in (-0.9, 0.9) for z in (-0.4, 0.4)]
+    leg = (0.1, 0.05, 0.1)
+    eye = Eye((0.3, 1.5, 0.6), (0.0, 0.0, 0.0))
+    alone = furnished([(9.0, 9.0, 9.0), *legs], [(0.01, 0.01, 0.01), *[leg] * 4])
+    assert warm(furnished([top, *legs], [(2.0, 0.02, 1.0), *[leg] * 4]), eye) < 0.02 * warm(alone, eye) > 20
+
+
+def test_a_false_contact_shows_in_yellow_what_invents_it_and_the_whole_pair():
+    apart = cubes({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]})
+    result = compute(apart, detectors="c=collider[shape=box,skin_m=0.05]")
+    page = report_html(result)
+    assert "False contact 1 of c: a-b for 3 frames from 0.010 s: its solids meet" in page
+    assert page.index("; yellow: the solids") < page.index("</header>")
+    seen = pixels(base64.b64decode(re.search('image/png;base64,([^"]+)"', page)[1]))
+    r, g, b = np.moveaxis(seen, -1, 0)
+    rim = (r > 180) & (np.abs(r - 1.25 * g) < 12) & (b < 30)
+    assert rim.sum() > 500
+    rows, columns = np.nonzero(rim)
+    assert rows.min() > 0 and columns.min() > 0 and rows.max() < len(seen) - 1 and columns.max() < seen.shape[1] - 1

@@ -4,14 +4,16 @@ import re
 
 import pytest
 from support.browser import opened
-from support.page_cells import Cells
+from support.page_cells import NUMBER, Cells, said_in, shown_as, values_of
 from support.small_worlds import cubes, jumping
 
 from replay.outputs.report import faults
+from replay.outputs.report import page as page_module
 from replay.outputs.report.faults import choices
 from replay.outputs.report.page import report_html
 from replay.outputs.results.run_folder import FALSE_CONTACTS, MISSES
 from replay.pipeline.engine import compute
+from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 PLACES = {"a": [0.0] * 8, "b": [3, 0.9, 3, 3, 3, 3, 3, 3], "c": [-3, -3, -3, -0.9, -3, -0.9, -0.9, -3]}
 """At 100 Hz; looks at 50 Hz fall on even frames: they miss a-b and a-c whole, find a-c late, and hold it too long."""
@@ -54,10 +56,8 @@ def test_what_a_card_can_be_chosen_by_is_what_it_shows(result, page):
         found = result.misses if kind == "miss" else result.false
         (one,) = (one for one in found[by or "slow"] if one.number == int(number))
         shown = (by or "slow", names[kind], f"{one.body_a} - {one.body_b}", one.cause)
-        told = (offered.detector, offered.kind, offered.pair, offered.cause)
-        assert [values[int(card[f"data-{name}"]) - 1] for name, values in zip(vars(offered), told, strict=True)] == [
-            *shown
-        ]
+        assert list(offered) == ["detector", "kind", "pair", "cause"]
+        assert [values[int(card[f"data-{name}"]) - 1] for name, values in offered.items()] == [*shown]
         assert f"--time:{round(1000 * one.start)};" in card["style"]
 
 
@@ -68,42 +68,24 @@ def test_what_has_one_value_cannot_be_chosen_and_a_page_without_a_fault_has_no_c
     assert "<select" not in none and "cards" not in re.sub("<style>.*?</style>", "", none, flags=re.DOTALL)
 
 
-NUMBER = re.compile(r"(?<![\w.,])(?<!\w-)[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?(?!\w)")
-SCALES = (1, 100, 1e3)
-"""As it is, in percent, in thousandths."""
-
-
-def values_of(value):
-    """Every number below a value, also in words and as a length; of a share the ends of its interval in contacts."""
-    if isinstance(value, dict):
-        if "low" in value and value["of"]:
-            yield from (value[end] * value["of"] for end in ("low", "high"))
-        yield from (number for pair in value.items() for one in pair for number in values_of(one))
-    elif isinstance(value, list):
-        yield from (len(value), *(number for one in value for number in values_of(one)))
-    elif isinstance(value, str):
-        yield from (float(one.replace(",", "")) for one in NUMBER.findall(value))
-    elif value is not None:
-        yield float(value)
-
-
-def shown_as(told, numbers):
-    """Whether one of the numbers, rounded as a page rounds, is what is told."""
-    told = told.replace(",", "").lstrip("+-")
-    digits = len(told.partition(".")[2])
-    ways = (f"{abs(one) * scale:{way}}" for one in numbers for scale in SCALES for way in (f".{digits}f", ".2g", ".3g"))
-    return told in ways
-
-
+EFFECTS = Scene(
+    bodies=(SceneBody("a"), SceneBody("b")), effects=(SceneEffect("contact", {"between": ["a", "b"]}),)
+)  # fmt: skip
 STATES = pytest.mark.parametrize(
     ("session", "asked"),
     [
         (cubes(PLACES), {"detectors": "slow=discrete[rate_hz=50],more=discrete[rate_hz=25]", "oracle": "exact"}),
         (cubes({"a": [0.0] * 3, "b": [3.0, 2.0, 3.0]}), {"detectors": "slow=discrete[rate_hz=50]"}),
-        (cubes({"a": [0.0] * 6, "b": [3.0, 1.2, 1.1, 1.2, 3.0, 3.0]}), {"detectors": "collider[shape=sphere]"}),
+        (
+            cubes({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]}),
+            {"detectors": "collider[shape=box,skin_m=0.05]"},
+        ),
         (jumping(), {"detectors": "exact", "oracle": "continuous"}),
+        (cubes({"a": [0.0] * 12, "b": [0.99, 0.99, 3.0, 3.0] * 3}, scene=EFFECTS), {"detectors": ()}),
+        (cubes(PLACES), {"detectors": "exact,sphere", "oracle": "none"}),
+        (cubes({"a": [0.0] * 200, "b": [3.0, 0.9, 3.0, 3.0] * 50}), {"detectors": "slow=discrete[rate_hz=50]"}),
     ],
-    ids=["several", "none", "only false", "between frames"],
+    ids=["several", "none", "only false", "between frames", "effects", "not audited", "more than 40"],
 )
 
 
@@ -140,6 +122,49 @@ def test_every_number_of_a_pair_is_in_the_summary(session, asked):
         assert {row[0] for row in rows} == {name for name, one in told.items() if label in one.get("audit", {})}
 
 
+HEADS = {90.0, 95.0, 99.0, 1000 / 90}
+"""What only titles of columns say: quantiles, and the frame of a headset."""
+
+
+@STATES
+def test_every_number_of_the_page_is_in_the_summary(session, asked, monkeypatch):
+    monkeypatch.setattr(page_module, "bench_picture", lambda *_: b"")
+    result = compute(session, **asked)
+    text, told = said_in(report_html(result)), result.summary
+    contacts = told["detectors"].get(told["oracle"], {"contacts": 0})["contacts"]
+    phases = (one.get("phases", {}) for one in told["audit"].values())
+    ends = [kind[end] * contacts for one in phases for kind in one.values() for end in ("low", "high")]
+    numbers = {*values_of(told), *HEADS, *ends}
+    assert [one for one in NUMBER.findall(text) if not shown_as(one, numbers)] == []
+    assert len(NUMBER.findall(text)) > 40
+
+
+@STATES
+def test_events_clusters_and_stages_are_rows_of_the_summary(session, asked):
+    result = compute(session, **asked)
+    told, page = result.summary, Cells(report_html(result)).tables
+    listed = page.get("What the effects found", ())
+    assert len(listed) == len(told["events"]) == (3 if session.scene is EFFECTS else 0)
+    for row, one in zip(listed, told["events"], strict=True):
+        assert row[:3] == [one["effect"], one["name"], one["text"]]
+        assert row[3:] == ["" if one[end] is None else f"{one[end]:.3f}" for end in ("time", "end")]
+    for label, one in told["faults"].items():
+        found = [rows for caption, rows in page.items() if caption.startswith(f"{len(result.misses[label])} misses of")]
+        assert len(found) == (len(result.misses[label]) > 40) == bool(one["clusters"])
+        assert [(row[0], row[1], int(row[3]), int(row[4]), row[5], row[6]) for rows in found for row in rows] == [
+            (f"{c['body_a']} - {c['body_b']}", c["causes"], c["misses"], c["frames"],
+             f"{c['start']:.2f} to {c['end']:.2f}", f"{1e3 * c['cut_length']:.1f}")
+            for c in one["clusters"]
+        ]  # fmt: skip
+        assert sum(c["misses"] for c in one["clusters"]) in (0, len(result.misses[label]))
+    for row in page.get("Time of each detector", ()):
+        seconds = told["detectors"][row[0]]["seconds"]
+        stage, stages = max(seconds["stages"], key=seconds["stages"].get), seconds["stages"]
+        share = stages[stage] / sum(stages.values())
+        assert seconds["longest_stage"] == {"stage": stage, "share": pytest.approx(share)}
+        assert row[-1] == f"{stage} {100 * seconds['longest_stage']['share']:.0f} %"
+
+
 def test_a_list_that_was_cut_names_the_file_with_all_of_it(result, monkeypatch):
     for name, most in (("MANY", 0), ("MOST_CARDS", 1), ("LISTED", 0)):
         monkeypatch.setattr(faults, name, most)
@@ -153,7 +178,7 @@ def test_a_browser_shows_what_was_chosen_in_the_order_asked_for(result, page, tm
     with opened((tmp_path / "page.html").as_uri(), tmp_path) as browser:
         count = browser.ask(f"{shown}.length")
         assert count == len(cards(page))
-        pair = choices(result).pair.index("a - b") + 1
+        pair = choices(result)["pair"].index("a - b") + 1
         browser.ask(f"document.getElementById('by-pair').value = '{pair}'")
         of_pair = sum(card["data-pair"] == str(pair) for card in cards(page).values())
         assert 0 < of_pair == browser.ask(f"{shown}.length") < count

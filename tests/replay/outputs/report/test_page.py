@@ -1,6 +1,7 @@
 """The page says what the result says, and what accuracy costs."""
 
 import base64
+import json
 import re
 from dataclasses import replace
 from html import escape
@@ -10,13 +11,14 @@ import numpy as np
 import pytest
 from support.browser import opened, serious_faults
 from support.headless import photographed
-from support.page_cells import Cells
+from support.page_cells import NUMBER, Cells, said_in, shown_as, values_of
 from support.small_worlds import cubes, jumping
 
 from replay.outputs.price_plot import subtitle
+from replay.outputs.report.drawing import DARK, LIGHT
 from replay.outputs.report.page import _telling, report_html, write_report
 from replay.outputs.report.tradeoff import tradeoff_section
-from replay.outputs.report.tradeoff_picture import DARK, LIGHT
+from replay.outputs.results.run_folder import write_run_folder
 from replay.outputs.tradeoff_table import AT_PHASE, how_measured
 from replay.pipeline.engine import compute
 from replay.pipeline.headline import beside, headline, price
@@ -159,7 +161,7 @@ def test_every_detector_that_missed_something_has_a_picture_before_any_has_a_sec
     assert [(who, miss.number) for who, miss in _telling(shown)][:3] == [("slow", 1), ("fast", 1), ("slow", 2)]
 
 
-def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run):
+def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run, tmp_path):
     tried = [Setting("hybrid", "as it comes", ""), Setting("discrete", "step rate", "20 Hz", {"rate_hz": 20.0})]
     done = replace(tradeoff(run.session, settings=tried, repeats=1), cut=("image-space",))
     part = str(tradeoff_section(done))
@@ -180,5 +182,12 @@ def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run):
     counted = [f">{count} {name.replace('_', ' ')}<" for name, count in hybrid["work"].items() if count]
     assert any(one in part for one in counted) and "skipped" not in part and done.about["machine"]["processor"] in part
     page = report_html(replace(run, tradeoff=done))
+    write_run_folder(replace(run, tradeoff=done), tmp_path / "run")
+    told = json.loads((tmp_path / "run" / "summary.json").read_text())["tradeoff"]
+    minute = [row["seconds_per_minute"] / row["ms_per_frame"] * row[end] for row in told["rows"]
+              for end in ("ms_low", "ms_high") if row[end] is not None]  # fmt: skip
+    numbers = {*values_of(told), *minute, 95.0, 90.0, told["seconds"] / 60, 1000 / 90}
+    numbers |= {1 - row["precision"] for row in told["rows"] if row["precision"] is not None}
+    assert [one for one in NUMBER.findall(said_in(part)) if not shown_as(one, numbers)] == []
     assert part in page and "What accuracy costs" in page and "What accuracy costs" not in report_html(run)
     assert f"<h1>{done.answer}</h1>" in page and page.index(part) < page.index("<h2>When: slow")

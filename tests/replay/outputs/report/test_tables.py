@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,7 +14,7 @@ from support.small_worlds import cubes
 from replay.outputs.report.faults import choices, miss_cards
 from replay.outputs.report.markup import Markup, element, page_table, picture, safe, table
 from replay.outputs.report.page import report_html
-from replay.outputs.report.tables import contact_table, fact_table, settings_table
+from replay.outputs.report.tables import contact_table, duration_table, fact_table, settings_table
 from replay.pipeline.engine import compute
 
 
@@ -101,3 +102,37 @@ def test_a_page_keeps_numbers_plain():
     assert Cells(text).tables == {"a title": [["cup|lid", "1234", "7"], ["rod", "0", "x\nwhy"]]}
     assert "<b>7</b>" in text and "<code>x</code>" in text and "<p>a note</p>" in text
     assert '<td class="word">rod</td><td class="number">0</td>' in text
+
+
+def test_counts_in_the_page_are_those_of_the_summary(run, page):
+    tables = Cells(page).tables
+    figures = run.summary["audit"]["slow"]
+    frames = dict(tables["Pair-frames"])
+    assert int(frames["missed"]) == figures["pair_frames"]["MISSED"] > 0
+    assert frames["between frames"] == "not examined"
+    contacts = dict(tables["Contacts matched one to one"])
+    words = {"truth": "contacts by the oracle", "found": "contacts reported", "missed": "missed whole"}
+    words |= {"matched": "matched", "invented": "false", "split": "by the oracle, reported in pieces"}
+    for name, told in words.items():
+        assert int(contacts[told]) == figures["episodes"][name]
+    of_oracle = ("matched", "missed whole", "found only as part of a longer one", "ties, not counted")
+    assert sum(int(contacts[told]) for told in of_oracle) == int(contacts["contacts by the oracle"])
+    reported = ("matched", "false", "further pieces of one contact", "reported in ties, not counted")
+    assert sum(int(contacts[told]) for told in reported) == int(contacts["contacts reported"])
+
+
+def test_causes_in_the_page_are_those_counted(run, page):
+    rows = dict(Cells(page).tables["Causes: misses (pair-frames decided again)"])
+    told = run.causes["slow"]
+    assert rows["between looks"] == f"{len(run.misses['slow'])} ({told.examined})"
+    assert set(rows) == {"between looks", "decided again, of pair-frames missed"}
+
+
+def test_step_rates_in_the_page_are_those_of_the_summary(run, page):
+    rows = next(rows for caption, rows in Cells(page).tables.items() if "looks at fixed steps miss" in caption)
+    told = run.summary["dwell"]
+    *rates, (_, _, safe) = rows
+    assert [int(now) for _, now, _ in rates] == told["missed_at_this_phase"]
+    assert np.allclose([float(mean) for _, _, mean in rates], told["expected_misses"], atol=0.005)
+    assert safe == f"{told['none_missed_from_hz']:.1f} Hz"
+    assert duration_table(compute(run.session, detectors="hybrid", oracle="none")) is None

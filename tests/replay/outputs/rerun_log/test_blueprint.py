@@ -12,14 +12,14 @@ from rerun.chunk import RrdReader
 from cdcore import Motion
 from replay.outputs.camera import Eye
 from replay.outputs.rerun_log import blueprint
-from replay.outputs.rerun_log.blueprint import LANES_IN_VIEW, Subject, lanes_in_view
 from replay.outputs.rerun_log.focus import read_misses
+from replay.outputs.rerun_log.layout import LANES_IN_VIEW, BlueprintInput, Subject, lanes_in_view
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.timing import cost_of, timing_view
 from replay.outputs.rerun_log.views import faded_meshes
 
 
-class BlueprintInput:
+class Layout:
     """The blueprint as the file holds it: entity -> component -> values."""
 
     def __init__(self, path):
@@ -45,7 +45,7 @@ class BlueprintInput:
 
 @pytest.fixture(scope="module")
 def layout(recording):
-    return BlueprintInput(recording)
+    return Layout(recording)
 
 
 def selected(query, entities):
@@ -128,7 +128,7 @@ def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(demo, 
     slow = demo.detections["22.5Hz"]
     timed = replace(slow, seconds={"meshes": np.full(270, share / 90.0)})
     write_recording(replace(demo, detections={**demo.detections, "22.5Hz": timed}), tmp_path / "run.rrd")
-    views = BlueprintInput(tmp_path / "run.rrd").views().items()
+    views = Layout(tmp_path / "run.rrd").views().items()
     views = [(name, query) for name, query in views if name.startswith("Time per frame,")]
     assert len(views) == 2
     for name, query in views:
@@ -157,7 +157,7 @@ def test_one_look_that_the_machine_held_up_is_cut_off_and_the_title_says_so(demo
 
 @pytest.mark.slow
 def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_beside(hundreds, layout):
-    views = BlueprintInput(hundreds[1].path).views()
+    views = Layout(hundreds[1].path).views()
     (first,) = [query for name, query in views.items() if re.match(r"22\.5Hz missed \d+ of \d+", name)]
     assert any("/report/clusters" in line for line in first) and any("/report/missed" in line for line in views["All"])
     assert "All" not in layout.views(), "a dozen misses need no clusters"
@@ -166,10 +166,13 @@ def test_hundreds_of_misses_are_listed_by_clusters_first_and_each_in_a_tab_besid
 def built(subjects, effects, *, tradeoff=False):
     """The tabs of a layout made by hand."""
     room = SimpleNamespace(scene=SimpleNamespace(name="room"), intervals=(), facts={})
-    moving = SimpleNamespace(valid=np.ones((1, 0), dtype=bool))
+    moving = SimpleNamespace(valid=np.ones((1, 0), dtype=bool), times=np.zeros(0))
     result = SimpleNamespace(
         tradeoff=tradeoff or None,
         noise=None,
+        detections={},
+        detectors={},
+        misses={},
         effects=effects,
         treatment=None,
         session=room,
@@ -177,7 +180,7 @@ def built(subjects, effects, *, tradeoff=False):
         comparisons={"slow": SimpleNamespace(counts=np.array([1]))},
     )
     eye = Eye((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
-    layout = blueprint.BlueprintInput(result, subjects, eye, {}, detector_lanes=False, start=0.0, end=1.0)
+    layout = BlueprintInput(result, subjects, eye, detector_lanes=False)
     return blueprint.build_blueprint(layout).root_container
 
 

@@ -5,12 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import rerun as rr
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 
-from cdcore.transforms.rigid import rotation_from_quaternion
-from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity, quaternions_xyzw, ragged
+from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity, ragged
 
 
 @pytest.mark.parametrize("counts", [[1, 1], [1, 3], [3, 1]])
@@ -64,25 +60,3 @@ def test_a_time_after_the_end_is_the_last_frame(demo):
 
 def test_punctuation_in_names_stays_one_part_of_a_path():
     assert entity("world", "left hand/1") == r"world/left\ hand\/1"
-
-
-unit = arrays(np.float64, (4,), elements=st.floats(-1, 1)).filter(lambda q: np.linalg.norm(q) > 0.1)
-
-
-@given(unit)
-def test_a_rotation_survives_the_way_there_and_back(q):
-    matrix = rotation_from_quaternion(q[None])
-    assert np.allclose(rotation_from_quaternion(quaternions_xyzw(matrix)), matrix, atol=4e-16 * 8, rtol=0)
-
-
-def test_half_turns_are_exact():
-    for axis in range(3):
-        matrix = -np.eye(3)
-        matrix[axis, axis] = 1.0
-        expected = np.zeros(4)
-        expected[axis] = 1.0
-        assert np.abs(quaternions_xyzw(matrix[None])[0]).tolist() == expected.tolist()
-
-
-def test_no_rotation_is_no_row():
-    assert quaternions_xyzw(np.zeros((0, 3, 3))).shape == (0, 4)

@@ -126,7 +126,7 @@ def test_the_list_of_events_is_headed_by_the_result_where_there_is_one():
 
 def test_a_lane_has_the_colour_that_its_word_names(monkeypatch):
     sent = []
-    monkeypatch.setattr(effects, "send_lane", lambda *given: sent.append(given[-1]))
+    monkeypatch.setattr(effects, "send_spans", lambda *given: sent.append(given[-1]))
     effects._log_lane(None, "lane", [LaneSpan(0.0, 1.0, "pink", (235, 90, 165, 200)), LaneSpan(1.0, 2.0, "pours")])
     assert sent == [[("pink", (235, 90, 165, 200)), ("pours", SERIES[1])]]
 

@@ -9,8 +9,8 @@ from replay.comparison.outcome import Outcome
 from replay.outputs.palette import MISSED, PARTLY_MISSED
 from replay.outputs.rerun_log.columns import packed
 from replay.outputs.rerun_log.focus import moments, read_misses
-from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.rerun_log.report import report_text
+from replay.outputs.tables import markdown
 from replay.pipeline.headline import headlines, price
 
 SUBJECT = "22.5Hz"

@@ -1,5 +1,6 @@
 """Many runs as one data set: every row says whose it is, and the guide's questions give what a recount gives."""
 
+import json
 import re
 from collections import Counter
 from dataclasses import replace
@@ -17,9 +18,8 @@ from replay import read
 from replay.errors import RunFolderError
 from replay.guide.pages import page
 from replay.metrics.row import metric_rows
-from replay.outputs.results.data_set import DATA_SET
-from replay.outputs.results.parquet import TYPES
-from replay.outputs.results.row_keys import KEYS, SCHEMA
+from replay.outputs.results.data_set import DATA_SET, SAID
+from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES
 from replay.outputs.results.run_folder import write_run_folder
 from replay.pipeline.engine import compute
 from sessions import Event, Interval
@@ -218,7 +218,8 @@ def test_every_row_says_its_run_session_student_task_and_stage(tables, results):
 def test_the_columns_of_a_table_are_those_that_a_run_writes(top, tables):
     for name, (file, kinds) in DATA_SET.items():
         written = pq.read_table(top / path("four") / file, partitioning=None)
-        assert ["run", *written.column_names] == list(kinds), name
+        said = list(SAID) if name == "metrics" else []
+        assert ["run", *written.column_names, *said] == list(kinds), name
         assert [tables[name].schema.field(column).type for column in kinds] == [TYPES[kind] for kind in kinds.values()]
         assert written.schema.metadata[b"schema"].decode() == SCHEMA
 
@@ -262,6 +263,20 @@ def test_what_a_newer_version_wrote_is_refused_and_a_broken_table_named(results,
     file.write_bytes(b"x")
     with pytest.raises(RunFolderError, match=r"events.parquet cannot be read as a table"):
         read(str(tmp_path))
+
+
+def test_metrics_say_the_trusted_detector_and_the_vr_type_as_the_summary_has_them(results, tmp_path):
+    out = write_run_folder(results["one"], tmp_path / "one")
+    summary = json.loads((out / "summary.json").read_text("utf-8"))
+    for stated in ({"vr_type": "desktop"}, {}):
+        summary["session"]["facts"] = stated
+        (out / "summary.json").write_text(json.dumps(summary), "utf-8")
+        metrics = read(tmp_path)["metrics"]
+        assert set(metrics["oracle"].to_pylist()) == {"exact"}
+        assert set(metrics["vr_type"].to_pylist()) == {stated.get("vr_type")}
+    (out / "summary.json").write_text("{}", "utf-8")
+    with pytest.raises(RunFolderError, match=r"summary.json cannot be read"):
+        read(tmp_path)
 
 
 def test_a_single_run_is_a_data_set_and_a_half_written_one_is_none(results, tmp_path):

@@ -23,7 +23,7 @@ from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.viewer import ViewerError
 from replay.outputs.results.run_folder import read_run_folder
-from replay.outputs.share.folder import require_consent, write_shared_folder
+from replay.outputs.share.folder import pages_of, require_consent, run_key, write_shared_folder
 from sessions.mcap_format.writer import write_session
 
 PLACES = {"a": [0] * 24, "b": [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7]}
@@ -133,6 +133,14 @@ def texts_of(folder):
             )
 
 
+def test_a_shared_folder_knows_the_page_of_a_run_again_without_its_name(run, shared, tmp_path):
+    assert pages_of(shared) == {run_key(run): "index.html"}
+    with pytest.raises(RunFolderError, match="is no folder of `replay share` of this version; share its runs again"):
+        pages_of(run)
+    with pytest.raises(RunFolderError, match=r"summary.json cannot be read"):
+        run_key(tmp_path)
+
+
 def test_no_serial_and_no_path_is_in_the_folder(run, shared):
     seen = dict(texts_of(shared))
     assert {"index.html", "run.js", "run.rrd", "viewer.js", "re_viewer.js", "picture.js", "share.json"} <= seen.keys()
@@ -169,6 +177,7 @@ def test_a_run_without_a_picture_or_with_a_report_of_another_version(run, tmp_pa
     with pytest.raises(RunFolderError, match=r"holds no report\.html; replay the session again"):
         write_shared_folder([bare], tmp_path / "sent")
     (bare.path / "report.html").write_text("<title>t</title>")
+    (bare.path / "summary.json").write_bytes((run / "summary.json").read_bytes())
     assert write_shared_folder([bare], tmp_path / "alone") == "no run holds a picture (run.rrd)"
     (bare.path / "run.rrd").write_bytes((run / "run.rrd").read_bytes())
     with pytest.raises(RunFolderError, match="of another version; replay the session again"):

@@ -11,8 +11,7 @@ from cdcore.narrow.spacetime.whole_motion import decide_motion
 from replay.studies.bench import engines
 from replay.studies.bench import stages as stages_module
 from replay.studies.bench.engines import ENGINES, YARDSTICK, frame_by_frame, installed_engines
-from replay.studies.bench.growth import grow
-from replay.studies.bench.stages import STAGES, root_only, stages, without_faces
+from replay.studies.bench.stages import STAGES, grow, root_only, stages, without_faces
 from replay.studies.bench.workload import make_resting, make_workload
 
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from replay.studies.bench.engines import OwnExact
-from replay.studies.bench.shapes import MAKERS, bench_mesh
-from replay.studies.bench.workload import PERIOD, RATE_HZ, make_resting, make_workload
+from replay.studies.bench.workload import MAKERS, PERIOD, RATE_HZ, make_resting, make_workload
 
 FRAMES = int(PERIOD * RATE_HZ)
 
@@ -58,7 +57,7 @@ def test_a_resting_cup_takes_exact_arithmetic_in_every_frame():
 @pytest.mark.parametrize("faces", [500, 5_000])
 @pytest.mark.parametrize("kind", MAKERS)
 def test_a_mesh_has_nearly_the_faces_asked_for_and_each_has_an_area(kind, faces):
-    vertices, triangles = bench_mesh(kind, faces)
+    vertices, triangles = MAKERS[kind](faces)
     assert abs(len(triangles) / faces - 1) < 0.1
     assert np.array_equal(vertices, vertices.astype(np.float32))
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
@@ -67,6 +66,6 @@ def test_a_mesh_has_nearly_the_faces_asked_for_and_each_has_an_area(kind, faces)
 
 
 def test_a_rod_goes_into_a_cup_and_a_tube_into_a_ring():
-    rod, cup, tube, ring = (np.hypot(*bench_mesh(kind, 500)[0][:, :2].T) for kind in ("rod", "cup", "tube", "ring"))
+    rod, cup, tube, ring = (np.hypot(*MAKERS[kind](500)[0][:, :2].T) for kind in ("rod", "cup", "tube", "ring"))
     assert rod.max() < 0.1 * cup.max()
     assert tube.max() < 0.5 * ring.min()

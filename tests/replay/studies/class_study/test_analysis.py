@@ -3,7 +3,8 @@ import pytest
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.errors import StudyError
-from replay.studies.class_study.analysis import analyse, associated, conclusion
+from replay.studies.class_study.analysis import analyse
+from replay.studies.class_study.conclusions import associated, conclusion
 from replay.studies.class_study.joining import Metrics
 from replay.studies.class_study.refusals import RULES, StudyRefusedError
 from replay.studies.class_study.regression import Coefficient
@@ -105,7 +106,8 @@ def test_groups_are_compared_only_when_declared_and_large_enough():
     study = analyse(book, questionnaire(answers, halves))
     assert study.regressions[0].coefficients[0].name == "arm second against first"
     study = analyse(book, questionnaire(answers, ["first"] * 36 + ["second"] * 4))
-    assert not study.regressions and [one.rule for one in study.refusals] == ["small-cell"]
+    assert not study.regressions and not study.groups and {one.rule for one in study.refusals} == {"small-cell"}
+    assert study.group_sizes == {"first": "36", "second": "fewer than 5"}
     with pytest.raises(StudyError, match=r"'arm'.*no construct"):
         analyse(codebook((("motivation", "arm"),)), questionnaire(answers))
 

@@ -67,6 +67,11 @@ def test_a_title_that_claims_a_cause_is_refused(study, title):
     assert refused.value.rule == "causal-wording"
 
 
+def test_a_group_whose_name_claims_a_cause_is_refused(study):
+    with pytest.raises(StudyRefusedError, match="improved"):
+        study_html(replace(study, group_sizes={"improved": "20"}), "t")
+
+
 def test_no_association_is_said_as_such():
     answers, _ = a_class(30, slope=0.0, seed=8)
     study = analyse(codebook(), questionnaire(answers))

@@ -6,6 +6,7 @@ from support.small_worlds import cubes
 
 from replay.errors import AssemblyError
 from replay.studies.minimise.session import EPOCH_NS, minimise
+from replay.studies.synthetic_sessions import synthetic_session
 from sessions import Event, GazeTrack, LiveContact, ScalarTrack, Session
 from sessions.errors import SessionError
 from sessions.geometry.rotations import quaternion_about, quaternion_product, rotated
@@ -108,3 +109,15 @@ def test_what_is_still_in_it_is_said():
     assert minimise(before).done[-1] == "still in it: gaze of 1, 1 other numbers over time"
     assert minimise(before).done[2:4] == ("height: as recorded", "head: as recorded")
     assert minimise(before, keep=["time", "place"]).done[:2] == ("time: as recorded", "place: as recorded")
+
+
+def test_of_a_made_up_recording_the_maker_and_its_seed_stay_and_no_other_words_of_that_name():
+    session, _ = synthetic_session("fast-ball", 7)
+    assert {"synthetic": "fast-ball", "seed": "7"}.items() <= minimise(session).session.facts.items()
+    for facts in (
+        {"synthetic": "anna", "seed": "1984"},
+        {"seed": "1984"},
+        {"synthetic": "fast-ball", "seed": "anna 7"},
+    ):
+        kept = minimise(replace(session, facts=facts)).session.facts
+        assert "seed" not in kept and kept.get("synthetic") in (None, "fast-ball")

@@ -114,8 +114,8 @@ def test_each_row_lists_as_many_pairs_as_its_cap_allows_and_none_is_invented(gro
     found = ask_capped(group, trees, whole)
     assert set(found) == {(name, cap) for name in CAPPED for cap in CAPS}
     for (name, cap), answers in found.items():
-        assert [target for target, _ in answers] == [100, 100]
-        for (_, answer), truth in zip(answers, group.truth, strict=True):
+        assert [answer.target for answer in answers] == [100, 100]
+        for answer, truth in zip(answers, group.truth, strict=True):
             assert answer.pairs == answer.right_pairs == min(cap, len(truth))
             assert (answer.operations > 0) == (name != FCL)
 

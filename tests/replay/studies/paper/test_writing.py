@@ -11,8 +11,8 @@ from matplotlib.image import imread
 from rerun.chunk import RrdReader
 
 from replay.outputs.paper_table import PaperTable, shown
-from replay.outputs.rerun_log.markdown import markdown
 from replay.outputs.rerun_log.paper_recording import entity_of, record
+from replay.outputs.tables import markdown
 from replay.studies.paper.calibration import CalibrationError, write_calibration
 from replay.studies.paper.experiment import FULL, QUICK, run_paper
 from replay.studies.paper.pictures import PICTURES, pictures_of

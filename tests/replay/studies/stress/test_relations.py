@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from support.stress_files import read_cases
 
 from cdcore import Verdict
 from cdcore.narrow.triangles.integers import pair_intersects_integers
 from replay.errors import StressError
-from replay.studies.stress.cases import read_cases
 from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.relations import RELATIONS, count_flips, flips_of, relations_of
 

@@ -5,13 +5,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from support.stress_files import read_cases
 
 from cdcore import Verdict
 from cdcore.errors import UnknownDetectorError
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from replay.errors import StressError
 from replay.studies.stress import stress_runner as runner
-from replay.studies.stress.cases import read_cases
 from replay.studies.stress.families import FAMILIES, Family
 from replay.studies.stress.stress_runner import NOT_IN_ALL, detectors_of, families_of, stress, tally_of
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from support.stress_files import read_scenes
 
 from cdcore import Verdict
 from replay.errors import StressError
 from replay.studies.stress import effect_cases, system
-from replay.studies.stress.cases import read_scenes
 from replay.studies.stress.stress_runner import StressResult
 from replay.studies.stress.system import CASES, CaseTally, cases_of, run_cases
 

@@ -54,7 +54,7 @@ def test_dips_put_the_tip_into_the_beaker(made):
         (vessel,) = set(dip.bodies) - {"wire"}
         tip = run.within(vessel, run.pose("wire")[0])[run.near(dip.start + 0.05, dip.end - 0.05)]
         cavity = run.cavity(vessel)
-        assert np.hypot(tip[:, 0], tip[:, 2]).max() < cavity["radius"]
+        assert np.hypot(tip[:, 0], tip[:, 2]).max() < cavity["opening_radius"]
         assert (tip[:, 1] > cavity["floor"]).all() and (tip[:, 1] < cavity["mark"]).all()
 
 
@@ -104,7 +104,7 @@ def test_gas_is_collected_while_the_tubes_end_is_inside_the_jar(made):
     (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "gas")
     outlet = run.within("jar", run.point("tube", effect.settings["outlet"]))
     cavity = run.cavity("jar")
-    inside = (np.hypot(outlet[:, 0], outlet[:, 2]) < cavity["radius"]) & (outlet[:, 1] < cavity["opening"][1])
+    inside = (np.hypot(outlet[:, 0], outlet[:, 2]) < cavity["opening_radius"]) & (outlet[:, 1] < cavity["opening"][1])
     inside &= outlet[:, 1] > cavity["floor"]
     (fact,) = run.facts("collect")
     step = np.diff(run.times).max()

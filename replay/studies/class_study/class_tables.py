@@ -1,0 +1,230 @@
+"""The tables of a class: which pairs are missed, how detectors differ, in what tasks, and how good the recordings are.
+
+Every figure has a 95 % interval over students below it, and ``n``: the students whose rows it counts. Rows of fewer
+than five students say so and nothing else.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Final
+
+import numpy as np
+
+from replay.outputs.tables import Cell, Marked, Table, table
+from replay.outputs.words import counted
+from replay.pipeline.gates import figure
+from replay.studies.class_study.class_runs import ClassRuns, Row, grouped, missed_by
+from replay.studies.class_study.refusals import LEAST_IN_CELL, few
+from replay.studies.class_study.resampling import Estimate, Resampling
+from sessions.mcap_format.metadata import NOT_STATED
+
+FIGURES: Final = "n: students whose rows are counted. Below a figure: 95 % intervals, students drawn anew."
+FAULTS: Final = {"misses": "miss", "false_contacts": "false contact"}
+NONE: Final = "none"
+"""Stands for a task or a stage where no span says one, and for a cause that is not known."""
+
+Write = Callable[[float], str]
+
+
+def percent(value: float) -> str:
+    """A share in percent: ``2.6 %``."""
+    return f"{figure(100.0 * value)} %"
+
+
+def plain(value: float) -> str:
+    """A number with three digits."""
+    return f"{value:.3g}"
+
+
+def cell(estimate: Estimate, write: Write = plain, counts: str = "", unit: str = "") -> Cell:
+    """A figure with its interval below it; ``counts``, what it was made from, then stand in its place."""
+    if not estimate.students:
+        return NONE
+    said, between = write(estimate.value) + unit, f"{write(estimate.low)} to {write(estimate.high)}"
+    return Marked(counts, below=f"{said} ({between})") if counts else Marked(said, below=between)
+
+
+class ClassTables:
+    """The tables of the sessions of a class; ``seed`` is that of the draws. Rows of nobody count in the list alone."""
+
+    def __init__(self, runs: ClassRuns, seed: int = 0) -> None:
+        self.runs = runs
+        self._drawn = Resampling(runs.students, seed)
+        owners = ((run, runs.of(run, "student")) for run in runs.metrics)
+        self._owner = {run: student for run, student in owners if student}
+        self._rows = {name: [row for row in rows if row["student"]] for name, rows in runs.tables.items()}
+
+    def headlines(self) -> list[str]:
+        """How many sessions there are, and what each audited detector never finds."""
+        said = [f"{counted(len(self.runs.metrics), 'session')} of {few(len(self.runs.students))} students."]
+        for label in self.runs.audited:
+            one = self._never(label, self._contacts(label))[1]
+            if one.students >= LEAST_IN_CELL:
+                between = f"{percent(one.low)} to {percent(one.high)}, n = {one.students}"
+                said.append(f"{label} never finds {percent(one.value)} of the contacts ({between}).")
+        return said
+
+    def sample(self) -> dict[str, str]:
+        """What the sessions say of the sample, by the words of Table II."""
+        scenes, types = (", ".join(dict.fromkeys(self.runs.of(run, name) or NOT_STATED for run in self.runs.metrics))
+                         for name in ("scene", "vr_type"))  # fmt: skip
+        return {"content": scenes, "device": f"VR type: {types}"}
+
+    def detectors(self) -> Table:
+        """A row per detector, the trusted ones first."""
+        trusted = dict.fromkeys(one for run in self.runs.metrics if (one := self.runs.of(run, "oracle")))
+        rows = []
+        for label in dict.fromkeys((*trusted, *self.runs.audited)):
+            cells = [self._a_minute(label), *[""] * 4]
+            if label not in trusted:
+                faults = ([row for row in self._rows[name] if row["detector"] == label] for name in FAULTS)
+                cells[1:] = [self._a_minute(label, less=True), self._never(label, self._contacts(label))[0],
+                             *(self._rate(some, label) for some in faults)]  # fmt: skip
+            heads = (label, "trusted" if label in trusted else "audited")
+            rows.append(_withheld(heads, self._sessions(label), cells))
+        head = (
+            "detector", "is", "n", "sessions", "contacts a minute", "against trusted", "contacts never found", "misses",
+            "false contacts",
+        )  # fmt: skip
+        note = "Contacts a minute: the mean over students, each by the mean of their sessions."
+        return table(FIGURES, head, rows, words=2, notes=(note,))
+
+    def pairs(self) -> Table:
+        """A row per detector and pair that it missed, those missed most first."""
+        touched, rows = grouped(self._rows["episodes"], "body_a", "body_b"), []
+        for (label, a, b), misses in grouped(self._rows["misses"], "detector", "body_a", "body_b").items():
+            contacts = [row for row in touched.get((a, b), ()) if label in self.runs.metrics[row["run"]]]
+            every, hit = self._with([*contacts, *misses]), self._with(misses)
+            where = cell(self._drawn.ratio(hit, every), percent, f"{hit.total()} of {every.total()}")
+            cells = [self._rate(misses, label), where, self._never(label, contacts)[0]]
+            rows.append(_withheld((f"{a} - {b}", label), every, cells))
+        head = ("pair", "detector", "n", "sessions", "misses", "sessions with a miss", "contacts never found")
+        return table(FIGURES, head, rows, words=2)
+
+    def doing(self) -> Table:
+        """A row per task, stage and VR type: how many contacts, how long, how many missed by any detector."""
+        types = {run: self.runs.of(run, "vr_type") or NOT_STATED for run in self.runs.metrics}
+        contacts, rows = [{**row, "VR type": types[row["run"]]} for row in self._rows["episodes"]], []
+        for kind in ("task", "stage", "VR type"):
+            for (value,), found in grouped(contacts, kind).items():
+                lasted = {who: float(np.median([row["end"] - row["start"] for row in own]))
+                          for (who,), own in grouped(found, "student").items()}  # fmt: skip
+                cells = [self._rate(found), *self._middle(lasted, plain), self._never("", found)[0]]
+                rows.append(_withheld((kind, NONE if value is None else value), self._with(found), cells))
+        head = ("what", "which", "n", "sessions", "contacts", "lasting s", "middle half s", "missed by any")
+        note = (
+            "Lasting: the middle student, each by the median of their contacts; half of the students are in the middle."
+        )
+        return table(FIGURES, head, rows, words=2, notes=(note,))
+
+    def causes(self) -> Table:
+        """A row per cause of misses and of false contacts."""
+        rows = [
+            _withheld((word, label, kind, cause or NONE), self._with(found), [self._rate(found, label)])
+            for name, word in FAULTS.items()
+            for (label, kind, cause), found in grouped(self._rows[name], "detector", "kind", "cause").items()
+        ]
+        return table(FIGURES, ("what", "detector", "kind", "cause", "n", "sessions", "how many"), rows, words=4)
+
+    def events(self) -> Table:
+        """A row per task and recorded event."""
+        recorded = (row for row in self._rows["events"] if row["source"] == "event")
+        rows = [
+            _withheld((NONE if task is None else task, name), self._with(found), [self._rate(found)])
+            for (task, name), found in grouped(recorded, "task", "name").items()
+        ]
+        return table(FIGURES, ("task", "event", "n", "sessions", "times"), rows, words=2)
+
+    def quality(self) -> Table:
+        """How far the recordings can be trusted."""
+        asked = {
+            "minutes tracked, a session": ("valid_minutes", plain),
+            "poses not recorded": ("flagged_share", percent),
+        }
+        rows = []
+        for words, (name, write) in asked.items():
+            firsts = {run: next(iter(found.values()))[name] for run, found in self.runs.metrics.items()}
+            rows.append(_withheld((words,), self._sessions(), self._middle(self._means(firsts.get), write)))
+        contacts = self._rows["episodes"]
+        doubted = cell(
+            self._drawn.ratio(_students(row for row in contacts if row["flag"]), _students(contacts)), percent
+        )
+        rows.append(_withheld(("contacts with a pose in doubt",), self._with(contacts), [doubted, ""]))
+        notes = ("Of a session: the middle student, each by the mean of their sessions.", *self._left_out())
+        return table(FIGURES, ("what", "n", "sessions", "figure", "middle half"), rows, notes=notes)
+
+    def _left_out(self) -> list[str]:
+        """What is not in the figures, and what makes them hard to compare."""
+        runs, said = self.runs, []
+        if nobody := len(runs.metrics) - len(self._owner):
+            where = "they are in the list of sessions and in no figure"
+            said.append(f"{nobody} of {len(runs.metrics)} sessions state no pseudonym: {where}.")
+        if runs.repeated:
+            said.append(f"Runs left out because their session is there already: {runs.repeated}.")
+        if runs.unmeasured:
+            said.append(f"Runs left out because they have no metrics: {runs.unmeasured}.")
+        settings = {(label, row["settings"]) for found in runs.metrics.values() for label, row in found.items()}
+        mixed = sorted(label for label, count in Counter(label for label, _ in settings).items() if count > 1)
+        if mixed:
+            said.append(f"Not run with the same settings and versions in all sessions: {', '.join(mixed)}.")
+        return said
+
+    def _contacts(self, label: str) -> list[Row]:
+        """Contacts of the trusted detector in sessions that a detector saw."""
+        return [row for row in self._rows["episodes"] if label in self.runs.metrics[row["run"]]]
+
+    def _sessions(self, label: str = "") -> Counter[str]:
+        """Student -> sessions, all or those that a detector saw."""
+        seen = self.runs.metrics
+        return Counter(student for run, student in self._owner.items() if not label or label in seen[run])
+
+    def _with(self, rows: Iterable[Row]) -> Counter[str]:
+        """Student -> sessions in which there is such a row."""
+        return Counter(self._owner[run] for run in {row["run"] for row in rows})
+
+    def _rate(self, rows: Sequence[Row], label: str = "") -> Cell:
+        """How many rows, and how many that are a session."""
+        estimate = self._drawn.ratio(_students(rows), self._sessions(label))
+        return cell(estimate, "{:.2g}".format, str(len(rows)), " a session")
+
+    def _never(self, label: str, contacts: Sequence[Row]) -> tuple[Cell, Estimate]:
+        """Contacts that a detector never finds, ``""``: that any does not, as counts and as a share."""
+        lost = _students(row for row in contacts if missed_by(row, label))
+        found = self._drawn.ratio(lost, _students(contacts))
+        return cell(found, percent, f"{lost.total()} of {len(contacts)}"), found
+
+    def _means(self, value: Callable[[str], float | None]) -> dict[str, float]:
+        """Student -> mean of a value of their runs, of those that have it."""
+        values: dict[str, list[float]] = {}
+        for run, student in self._owner.items():
+            if (found := value(run)) is not None:
+                values.setdefault(student, []).append(found)
+        return {student: float(np.mean(some)) for student, some in values.items()}
+
+    def _a_minute(self, label: str, *, less: bool = False) -> Cell:
+        """Contacts a minute that a detector sees; ``less``: how many more than the trusted one."""
+
+        def seen(run: str) -> float | None:
+            found, oracle = self.runs.metrics[run], self.runs.of(run, "oracle")
+            own, other = (found.get(one, {}).get("contacts_per_min") for one in (label, oracle))
+            return own if not less else None if own is None or other is None else float(own - other)
+
+        means = self._means(seen)
+        return cell(self._drawn.ratio(means, dict.fromkeys(means, 1.0)), "{:+.2f}".format if less else plain)
+
+    def _middle(self, values: Mapping[str, float], write: Write) -> list[Cell]:
+        """The middle student, and between what half of the students are."""
+        half = np.quantile(list(values.values()) or [0.0], (0.25, 0.75))
+        return [cell(self._drawn.median(values), write), " to ".join(map(write, half.tolist()))]
+
+
+def _students(rows: Iterable[Row]) -> Counter[str]:
+    """Student -> how many rows."""
+    return Counter(row["student"] for row in rows)
+
+
+def _withheld(heads: Sequence[str], sessions: Mapping[str, int], cells: Sequence[Cell]) -> list[Cell]:
+    """A row: its words, how many students and sessions, its figures; of few students their number is all it says."""
+    if len(sessions) < LEAST_IN_CELL:
+        return [*heads, few(len(sessions)), *[""] * (1 + len(cells))]
+    return [*heads, len(sessions), sum(sessions.values()), *cells]

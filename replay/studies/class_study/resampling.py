@@ -1,0 +1,75 @@
+"""Figures of a class with an interval: whole students are drawn anew, with all of their sessions."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from cdcore.numerics import FloatArray
+from replay.base.wilson import wilson
+from replay.studies.class_study.reliability import BOOTSTRAPS, interval
+from sessions.synthetic.rng import random_stream
+
+NO_FIGURE: Final = float("nan")
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A figure, its 95 % interval, and how many students stand behind it; nan: there is none."""
+
+    value: float
+    low: float
+    high: float
+    students: int
+
+
+class Resampling:
+    """Students drawn with replacement, the same draws for every figure of a page.
+
+    ``students`` are all of the class; figures of some of them vary with how many of these are drawn.
+
+    Source: Field and Welsh (2007), J. R. Stat. Soc. B 69, 369-390, for drawing whole clusters.
+    """
+
+    def __init__(self, students: Sequence[str], seed: int = 0) -> None:
+        self._place = {name: k for k, name in enumerate(sorted(students))}
+        count = max(1, len(self._place))
+        random = random_stream(seed, "class page")
+        self._weights = random.multinomial(count, np.full(count, 1.0 / count), BOOTSTRAPS).astype(np.float64)
+
+    def ratio(self, above: Mapping[str, float], below: Mapping[str, float]) -> Estimate:
+        """Sum over sum, by student: contacts by sessions, or contacts missed by contacts."""
+        names = sorted(name for name in below if below[name])
+        top = np.array([above.get(name, 0.0) for name in names], dtype=np.float64)
+        base = np.array([below[name] for name in names], dtype=np.float64)
+        if not names:
+            return Estimate(NO_FIGURE, NO_FIGURE, NO_FIGURE, 0)
+        found = float(top.sum() / base.sum())
+        if np.all(top == 0.0) or np.array_equal(top, base):
+            # All or nothing looks alike in every draw; each student then counts as one who did or did not.
+            return Estimate(found, *wilson(found * len(names), len(names)), len(names))
+        weights = self._of(names)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            drawn = (weights @ top) / (weights @ base)
+            left_out = (top.sum() - top) / (base.sum() - base)
+        return Estimate(found, *interval(drawn, found, left_out), len(names))
+
+    def median(self, values: Mapping[str, float]) -> Estimate:
+        """The middle student."""
+        names = sorted(values, key=lambda name: (values[name], name))
+        if len(names) < 2:
+            alone = values[names[0]] if names else NO_FIGURE
+            return Estimate(alone, alone, alone, len(names))
+        ordered = np.array([values[name] for name in names], dtype=np.float64)
+        reached = np.cumsum(self._of(names), axis=1)
+        reached = reached[reached[:, -1] > 0.0]
+        half = reached[:, -1:] / 2.0
+        ends = [(reached >= half).argmax(axis=1), (reached > half).argmax(axis=1)]
+        drawn = np.mean([ordered[end] for end in ends], axis=0)
+        left_out = np.array([np.median(np.delete(ordered, k)) for k in range(len(ordered))])
+        return Estimate(float(np.median(ordered)), *interval(drawn, float(np.median(ordered)), left_out), len(names))
+
+    def _of(self, names: Sequence[str]) -> FloatArray:
+        chosen: FloatArray = self._weights[:, [self._place[name] for name in names]]
+        return chosen

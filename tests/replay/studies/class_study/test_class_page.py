@@ -1,0 +1,284 @@
+"""The page of a class in a browser: what it says is a recount by SQL, and every session is a click from its miss."""
+
+import json
+import re
+import time
+from contextlib import suppress
+from urllib.parse import unquote
+
+import duckdb
+import pytest
+from support.browser import opened, serious_faults
+from support.class_folders import made_class
+from support.small_worlds import cubes
+
+import replay
+from replay import read
+from replay.cli.main import main
+from replay.outputs.results.run_folder import read_run_folder
+from replay.outputs.share.folder import write_shared_folder
+from replay.studies.class_study.class_runs import read_class
+from replay.studies.class_study.page import study_html
+from replay.studies.class_study.to_open import places
+from sessions import write_session
+
+KNOWN = "student <> '' AND NOT held"
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """The folder of runs and its page."""
+    top = tmp_path_factory.mktemp("class")
+    runs = read_class(made_class(top / "runs", 50, 20, nobody=3))
+    (top / "page").mkdir()
+    page = top / "page" / "study.html"
+    page.write_text(study_html(None, "Class", runs, places(runs, page.parent, None)), "utf-8")
+    return top / "runs", page
+
+
+@pytest.fixture(scope="module")
+def db(made):
+    found = duckdb.connect()
+    for name, table in read(made[0]).items():
+        found.register(name, table)
+    return found
+
+
+@pytest.fixture(scope="module")
+def page(made, tmp_path_factory):
+    with opened(made[1].as_uri(), tmp_path_factory.mktemp("browser")) as page:
+        yield page
+
+
+FIRST = """(() => {{
+  const part = document.getElementById({part});
+  for (const one of part.querySelectorAll("details")) one.open = true;
+  const find = (name) => [...part.querySelectorAll("th")].findIndex((th) => th.textContent === name);
+  for (const [name, value] of Object.entries({choose})) {{
+    const label = [...part.querySelectorAll("label")].find((one) => one.firstChild.textContent.trim() === name);
+    label.lastChild.value = value;
+    label.lastChild.dispatchEvent(new Event(label.lastChild.type === "search" ? "input" : "change"));
+  }}
+  const head = part.querySelectorAll("th")[find({by})];
+  for (let k = 0; k < 3 && head.ariaSort !== {order}; k++) head.firstChild.click();
+  const more = part.querySelector(".wide + button");
+  if (more && !more.hidden) more.click();
+  return [...part.querySelectorAll("tbody tr")].filter((row) => row.offsetParent)
+    .map((row) => [...row.cells].map((cell) => cell.firstChild ? cell.firstChild.textContent.trim() : ""));
+}})()"""
+
+
+def rows(page, part, by, order="descending", **choose):
+    """Rows that are seen after some clicks, cell by cell, as words."""
+    given = {"part": part, "by": by, "order": order, "choose": choose}
+    return page.ask(FIRST.format(**{key: json.dumps(value) for key, value in given.items()}))
+
+
+QUESTIONS = {
+    "which pair is missed most": (
+        ("pairs-missed-most", "misses", {}), (0, 1, 4),
+        f"""SELECT body_a || ' - ' || body_b, detector, count(*)::VARCHAR FROM misses WHERE {KNOWN}
+        GROUP BY ALL ORDER BY count(*) DESC""",
+    ),
+    "how many contacts does a detector never find": (
+        ("how-detectors-differ", "contacts never found", {}), (0, 6),
+        """SELECT m.detector, count(*) FILTER (list_contains(string_split(missed_by, ','), m.detector)) || ' of ' ||
+        count(*) FROM episodes e JOIN metrics m USING (run) WHERE e.detector = 'exact' AND m.detector <> 'exact' AND NOT
+        held AND e.student <> '' GROUP BY m.detector ORDER BY m.detector DESC""",
+    ),
+    "in which task are contacts missed": (
+        ("task-stage-vr-type", "contacts", {"what": "task"}), (1, 2, 4, 7),
+        f"""SELECT coalesce(task, 'none'), count(DISTINCT student)::VARCHAR, count(*)::VARCHAR, count(*) FILTER
+        (missed_by <> '') || ' of ' || count(*) FROM episodes WHERE {KNOWN} AND detector = 'exact' GROUP BY task
+        HAVING count(DISTINCT student) >= 5 ORDER BY count(*) DESC""",
+    ),
+    "how long do contacts last in each stage": (
+        ("task-stage-vr-type", "lasting s", {"what": "stage"}), (1, 5),
+        f"""SELECT stage, format('{{:.3g}}', median(own)) FROM (SELECT stage, student, median("end" - "start") AS own
+        FROM episodes WHERE {KNOWN} AND detector = 'exact' GROUP BY ALL) GROUP BY stage ORDER BY median(own) DESC""",
+    ),
+    "how do VR types differ": (
+        ("task-stage-vr-type", "contacts", {"what": "VR type"}), (1, 3, 4),
+        f"""SELECT vr_type, count(DISTINCT run)::VARCHAR, count(*)::VARCHAR FROM episodes e JOIN (SELECT run, vr_type
+        FROM metrics WHERE detector = 'exact') USING (run) WHERE {KNOWN} AND detector = 'exact' GROUP BY vr_type
+        ORDER BY count(*) DESC""",
+    ),
+    "how often does a student touch something": (
+        ("how-detectors-differ", "contacts a minute", {}), (0, 4),
+        """SELECT detector, format('{:.3g}', avg(own)) FROM (SELECT detector, student, avg(contacts_per_min) AS own FROM
+        metrics WHERE student <> '' GROUP BY ALL) GROUP BY detector ORDER BY avg(own) DESC""",
+    ),
+    "what is reported that is no contact": (
+        ("causes", "how many", {"what": "false contact"}), (1, 3, 6),
+        """SELECT detector, cause, count(*)::VARCHAR FROM false_contacts WHERE student <> '' GROUP BY ALL
+        ORDER BY count(*) DESC""",
+    ),
+    "why are contacts missed": (
+        ("causes", "how many", {"what": "miss", "detector": "slow"}), (2, 3, 6),
+        f"""SELECT kind, cause, count(*)::VARCHAR FROM misses WHERE {KNOWN} AND detector = 'slow' GROUP BY ALL
+        ORDER BY count(*) DESC""",
+    ),
+    "what happens in each task": (
+        ("events", "times", {}), (0, 1, 4),
+        """SELECT coalesce(task, 'none'), name, count(*)::VARCHAR FROM events WHERE student <> '' GROUP BY ALL
+        HAVING count(DISTINCT student) >= 5 ORDER BY count(*) DESC""",
+    ),
+    "which sessions should one open first": (
+        ("sessions-to-look-at-first", "misses", {}), (0, 2, 4),
+        """WITH counts AS (SELECT run, detector, count(*) AS n FROM misses WHERE NOT held GROUP BY ALL)
+        SELECT run, detector, n::VARCHAR FROM counts
+        QUALIFY row_number() OVER (PARTITION BY run ORDER BY n DESC, detector = 'coarse') = 1 ORDER BY n DESC, run""",
+    ),
+}  # fmt: skip
+"""Question -> part of the page, heading to sort by, choices; columns that answer it; the recount."""
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_a_question_is_answered_by_clicks_as_a_recount_answers_it(question, page, db):
+    (part, by, choose), columns, recount = QUESTIONS[question]
+    seen = [[row[k] for k in columns] for row in rows(page, part, by, **choose) if "fewer than 5" not in row]
+    seen = [row for row in seen if row[-1] not in ("", "0")]
+    expected = [list(row) for row in db.sql(recount).fetchall()]
+    assert len(expected) > 1 and sorted(seen) == sorted(expected)
+    assert [row[-1] for row in seen] == [row[-1] for row in expected]
+
+
+def test_no_cell_of_fewer_than_five_students_says_more_than_that(page, db):
+    few = {row[0] for row in db.sql(f"""SELECT task FROM episodes WHERE {KNOWN} AND detector = 'exact' GROUP BY task
+                                    HAVING count(DISTINCT student) < 5""").fetchall()}  # fmt: skip
+    shown = {row[1]: row for row in rows(page, "task-stage-vr-type", "contacts", what="task")}
+    assert few == {"clean"} and shown["clean"] == ["task", "clean", "fewer than 5", "", "", "", "", ""]
+    assert all(row[4] for name, row in shown.items() if name != "clean")
+
+
+def test_every_figure_has_its_interval_and_its_n(made):
+    text = made[1].read_text("utf-8")
+    for part in ("how-detectors-differ", "pairs-missed-most", "task-stage-vr-type", "causes", "events", "data-quality"):
+        (found,) = re.findall(rf'<section id="{part}">.*?</section>', text, re.S)
+        assert re.search(r">n</th>", found)
+        cells = re.findall(r'<td class="number">(.*?)</td>', found, re.S)
+        figures = [one for one in cells if re.match(r"[+-]?\d[\d.]*( of \d+| %)?$", one.split("\n")[0])]
+        alone = [one for one in figures if "<small>" not in one]
+        assert figures and all(one.isdigit() for one in alone), part
+
+
+WORST = """WITH counts AS (SELECT run, detector, count(*) AS n FROM misses WHERE NOT held GROUP BY ALL),
+worst AS (SELECT run, detector, n FROM counts QUALIFY row_number() OVER (PARTITION BY run ORDER BY n DESC,
+detector = 'coarse') = 1)
+SELECT run, number, detector, body_a || ' - ' || body_b || ' ' || cut_length FROM worst JOIN metrics
+USING (run, detector) JOIN misses m USING (run, detector)
+WHERE NOT held QUALIFY row_number() OVER (PARTITION BY run ORDER BY cut_length
+DESC) = 1 ORDER BY n DESC, flagged_share DESC LIMIT 3"""
+
+
+def arrived(page, script):
+    """Wait, from outside the page, until an expression is true: a script that waits ends with its page."""
+    for _ in range(400):
+        with suppress(AssertionError):
+            if page.ask(script):
+                return
+        time.sleep(0.05)
+    raise AssertionError(f"never true: {script}")
+
+
+def back(page, made):
+    page.call("Page.navigate", url=made[1].as_uri())
+    arrived(page, "location.pathname.endsWith('study.html') && document.querySelector('th button') !== null")
+
+
+def test_of_fifty_sessions_the_first_three_are_one_click_each_from_their_worst_miss(made, page, db):
+    part, ranked = "#sessions-to-look-at-first", db.sql(WORST).fetchall()
+    for place, (run, number, detector, words) in enumerate(ranked, 1):
+        back(page, made)
+        link = f"document.querySelector('{part} tbody tr:nth-child({place}) td:nth-child(2) a')"
+        page.ask(f"setTimeout(() => {link}.click())")
+        arrived(page, f"location.pathname.endsWith('/{run}/report.html') && document.readyState === 'complete'")
+        by = "" if detector == "slow" else f"&by={detector}"
+        assert unquote(page.ask("location.hash")) == f"#miss={number}{by}"
+        assert page.ask("document.getElementById(decodeURIComponent(location.hash.slice(1))).textContent") == words
+    back(page, made)
+
+
+def test_keys_alone_sort_and_filter(page):
+    page.ask("document.querySelector('#sessions-to-look-at-first th:nth-child(5) button').focus()")
+    for kind in ("keyDown", "keyUp"):
+        page.call("Input.dispatchKeyEvent", type=kind, key="Enter", code="Enter", windowsVirtualKeyCode=13, text="\r")
+    assert page.ask("document.querySelector('#sessions-to-look-at-first th:nth-child(5)').ariaSort") == "descending"
+    found = rows(page, "sessions-to-look-at-first", "misses", words="run00")
+    assert {row[0] for row in found} == {f"run00{k}" for k in range(10)}
+    status = page.ask("document.querySelector('#sessions-to-look-at-first [role=status]').textContent")
+    assert status == "10 of 50 rows"
+    rows(page, "sessions-to-look-at-first", "misses", words="")
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_fits_a_phone_says_no_error_and_asks_for_nothing_else(made, tmp_path, scheme):
+    with opened(made[1].as_uri(), tmp_path, (400, 800), scheme) as page:
+        assert page.ask("document.documentElement.scrollWidth") <= 400
+        assert page.errors() == [] and page.requests() == [made[1].as_uri()]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_accessibility_checker_finds_nothing_serious(made, tmp_path, scheme):
+    with opened(made[1].as_uri(), tmp_path, scheme=scheme) as page:
+        assert serious_faults(page, tmp_path) == []
+
+
+def session_of(k):
+    """A session of which both detectors miss contacts, the later one more: ``k`` of its contacts last a frame."""
+    many = 1 + k % 7
+    places = [*[3.0, 0.9, *[3.0] * (7 + k)] * many, 3.0 + 0.01 * k]
+    return cubes({"a": [0.0] * len(places), "b": places}, facts={"pseudonym": f"S{k % 10:02d}", "consent": "share"})
+
+
+@pytest.mark.slow
+def test_of_fifty_shared_runs_the_first_three_are_one_click_from_the_miss_in_the_moving_picture(tmp_path):
+    for k in range(50):
+        write_session(session_of(k), tmp_path / f"s{k:02d}.mcap")
+        lineup = {"detectors": ["slow=discrete[rate_hz=20]", "late=discrete[rate_hz=12]"], "oracle": "exact"}
+        replay.run(tmp_path / f"s{k:02d}.mcap", out=tmp_path / "runs" / f"S{k:02d}", **lineup)
+    folders = [read_run_folder(run) for run in sorted((tmp_path / "runs").iterdir())]
+    assert write_shared_folder(folders, tmp_path / "sent") == ""
+    words = ["study", "page", str(tmp_path / "runs"), "--shared", str(tmp_path / "sent"), "-o", str(tmp_path / "page")]
+    assert main([*words, "-q"]) == 0
+    page = tmp_path / "page" / "study.html"
+    assert not re.search(r"S\d\d", page.read_text("utf-8"))
+    counts = duckdb.connect()
+    counts.register("misses", read(tmp_path / "runs")["misses"])
+    most = counts.sql("SELECT max(n) FROM (SELECT count(*) AS n FROM misses GROUP BY run, detector)").fetchall()[0][0]
+    with opened(page.as_uri(), tmp_path / "browser", (1280, 800)) as shown:
+        first = rows(shown, "sessions-to-look-at-first", "misses")[:3]
+        assert int(first[0][4]) == most
+        for place, row in enumerate(first, 1):
+            back(shown, (None, page))
+            link = f"document.querySelector('#sessions-to-look-at-first tbody tr:nth-child({place}) td:nth-child(2) a')"
+            shown.ask(f"setTimeout(() => {link}.click())")
+            arrived(shown, f"location.pathname.endsWith('/{row[0]}.html') && document.readyState === 'complete'")
+            asked = unquote(shown.ask("location.hash"))[1:]
+            assert asked.startswith("miss=") and ("&by=late" in asked) == (row[2] == "late")
+            for _ in range(240):
+                if shown.ask("document.getElementById('picture').dataset.shows") == asked:
+                    break
+                time.sleep(0.5)
+            assert shown.ask("document.getElementById('picture').dataset.shows") == asked
+            assert shown.ask(f"document.getElementById({json.dumps(asked)}) !== null")
+
+
+@pytest.mark.slow
+def test_a_thousand_sessions_are_a_page_below_five_megabytes(tmp_path):
+    begun = time.monotonic()
+    folder = made_class(tmp_path / "runs", 1000, 300, contacts=20)
+    made = time.monotonic()
+    runs = read_class(folder)
+    gathered = time.monotonic()
+    page = study_html(None, "Class", runs, places(runs, tmp_path, None))
+    done = time.monotonic()
+    print(
+        f"{len(page) / 1e6:.2f} MB; made {made - begun:.0f}, read {gathered - made:.1f}, page {done - gathered:.1f} s"
+    )
+    assert len(page.encode()) < 5e6 and page.count("report.html#miss=") > 900
+    assert done - made < 60.0
+    (tmp_path / "study.html").write_text(page, "utf-8")
+    with opened((tmp_path / "study.html").as_uri(), tmp_path / "browser") as shown:
+        assert len(rows(shown, "sessions-to-look-at-first", "misses")) == 1000

@@ -1,0 +1,139 @@
+"""The tables of a class in every state: nobody, one student, several, some without a name, runs twice."""
+
+import json
+import re
+import shutil
+from html import unescape
+from pathlib import Path
+
+import pytest
+from support.class_folders import made_class
+from support.sentences import unsaid
+
+from replay.errors import RunFolderError
+from replay.studies.class_study import class_tables, to_open
+from replay.studies.class_study.class_runs import read_class
+from replay.studies.class_study.class_tables import ClassTables
+from replay.studies.class_study.page import study_html
+from replay.studies.class_study.refusals import StudyRefusedError
+from replay.studies.class_study.to_open import places, sessions_table
+
+
+def tables_of(folder, *given, **more):
+    runs = read_class(made_class(folder, *given, **more))
+    return runs, ClassTables(runs)
+
+
+def every(made):
+    return [make() for make in (made.detectors, made.pairs, made.doing, made.causes, made.events, made.quality)]
+
+
+@pytest.mark.parametrize(("students", "nobody", "few"), [(1, 0, 1), (4, 0, 1), (5, 0, 0), (6, 6, 1), (6, 1, 0)])
+def test_a_class_of_fewer_than_five_has_sessions_to_open_and_no_figure(tmp_path, students, nobody, few):
+    runs, made = tables_of(tmp_path, 6, students, nobody=nobody, rare=0, detectors={"slow": 0.9}, contacts=20)
+    found = every(made)
+    for table in found:
+        place = [column.name for column in table.columns].index("n")
+        assert table.rows or nobody == 6
+        for row in table.rows:
+            hidden = row[place] == "fewer than 5"
+            assert hidden == all(one == "" for one in row[place + 1 :])
+            assert hidden >= bool(few)
+    assert (
+        "There is none in the sessions with a pseudonym." in study_html(None, "t", runs, places(runs, tmp_path, None))
+    ) == (nobody == 6)
+    assert any(row[2] == min(students, 6 - nobody) for row in found[0].rows) != bool(few)
+    first, *others = made.headlines()
+    assert first == f"6 sessions of {'fewer than 5' if few else min(students, 6 - nobody)} students."
+    assert bool(others) != bool(few)
+    assert len(sessions_table(runs, places(runs, tmp_path, None)).rows) == 6
+    notes = " ".join(found[-1].notes)
+    said = f"{nobody} of 6 sessions state no pseudonym: they are in the list of sessions and in no figure."
+    assert (said in notes) == bool(nobody)
+    html = study_html(None, "Class", runs, places(runs, tmp_path, None))
+    assert "Whether a conclusion changes with the detector is not known: there is no questionnaire." in html
+
+
+def test_where_nothing_was_audited_the_page_says_so(tmp_path):
+    runs, made = tables_of(tmp_path, 8, 8, detectors={})
+    assert [row[:2] for row in made.detectors().rows] == [("exact", "trusted")]
+    assert not made.pairs().rows and not made.causes().rows and len(made.headlines()) == 1
+    assert {row[1] for row in sessions_table(runs, places(runs, tmp_path, None)).rows} == {"not audited"}
+    html = study_html(None, "Class", runs, places(runs, tmp_path, None))
+    assert html.count("There is none in the sessions with a pseudonym.") == 2
+
+
+def test_a_session_without_a_miss_leads_to_its_report(tmp_path):
+    runs, _ = tables_of(tmp_path, 5, 5, detectors={"slow": 0.0})
+    for row in sessions_table(runs, places(runs, tmp_path / "page", None)).rows:
+        assert row[1] == "nothing missed" and row[0].to == f"../{row[0].text}/report.html"
+
+
+def test_a_session_counts_once_and_what_is_left_out_is_said(tmp_path):
+    made_class(tmp_path / "a", 10, 10)
+    before = every(ClassTables(read_class(tmp_path)))
+    shutil.copytree(tmp_path / "a" / "run003", tmp_path / "b" / "again")
+    shutil.copytree(tmp_path / "a" / "run004", tmp_path / "b" / "bare")
+    (tmp_path / "b" / "bare" / "metrics.parquet").unlink()
+    after = every(ClassTables(read_class(tmp_path)))
+    assert [one.rows for one in after] == [one.rows for one in before]
+    said = " ".join(after[-1].notes)
+    assert "Runs left out because their session is there already: 1." in said
+    assert "Runs left out because they have no metrics: 1." in said
+    assert "Runs left out" not in " ".join(before[-1].notes)
+
+
+def test_settings_that_differ_between_sessions_are_said(tmp_path):
+    runs, made = tables_of(tmp_path, 6, 6)
+    said = "Not run with the same settings and versions in all sessions: slow."
+    assert said not in made.quality().notes
+    runs.metrics["run002"]["slow"]["settings"] = "other"
+    assert said in ClassTables(runs).quality().notes
+
+
+def test_students_named_in_a_file_are_counted_and_one_session_of_two_is_refused(tmp_path):
+    made_class(tmp_path / "runs", 6, 6, nobody=6, rare=0)
+    named = tmp_path / "students.csv"
+    named.write_text("session,student\n" + "".join(f"{k:016x},S{k}\n" for k in range(6)))
+    assert read_class(tmp_path / "runs", named).students == [f"S{k}" for k in range(6)]
+    assert len(read_class(tmp_path / "runs", named).as_metrics()) == 18
+    with pytest.raises(StudyRefusedError, match="ids"):
+        read_class(tmp_path / "runs").as_metrics()
+    shutil.rmtree(tmp_path / "runs" / "run001")
+    made_class(tmp_path / "more", 1, 1)
+    shutil.move(tmp_path / "more" / "run000", tmp_path / "runs" / "run009")
+    with pytest.raises(StudyRefusedError, match="belongs to two students"):
+        read_class(tmp_path / "runs")
+    with pytest.raises(RunFolderError, match="holds no run folders"):
+        read_class(tmp_path / "more")
+
+
+def test_every_sentence_of_the_page_is_said_in_some_state(tmp_path):
+    made_class(tmp_path / "a", 12, 6, nobody=1)
+    shutil.copytree(tmp_path / "a" / "run003", tmp_path / "b" / "again")
+    shutil.copytree(tmp_path / "a" / "run004", tmp_path / "b" / "bare")
+    (tmp_path / "b" / "bare" / "metrics.parquet").unlink()
+    runs = read_class(tmp_path)
+    runs.metrics["a/run002"]["slow"]["settings"] = "other"
+    (other, calm) = (tables_of(tmp_path / name, 6, 6, detectors=label)[0] for name, label in
+                     (("d", {}), ("e", {"slow": 0.0})))  # fmt: skip
+    text = "".join(unescape(study_html(None, "Class", one, places(one, tmp_path, None))) for one in (runs, other, calm))
+    assert unsaid(re.sub(r"<[^>]*>", "", text), *map(Path, (class_tables.__file__, to_open.__file__))) == []
+
+
+def test_the_sample_says_scenes_and_vr_types(tmp_path):
+    _, made = tables_of(tmp_path, 6, 6)
+    assert made.sample() == {"content": "lab", "device": "VR type: immersive, desktop"}
+
+
+def test_links_lead_into_a_shared_folder_where_it_has_the_run(tmp_path):
+    runs, _ = tables_of(tmp_path / "runs", 3, 3)
+    shared = tmp_path / "sent to anna"
+    shared.mkdir()
+    from replay.outputs.share.folder import run_key
+
+    pages = {run_key(tmp_path / "runs" / f"run00{k}"): f"run{k + 1}.html" for k in range(2)}
+    (shared / "share.json").write_text(json.dumps({"schema": "vrlab-replay/share/1", "pages": pages}))
+    found = places(runs, tmp_path / "page", shared)
+    assert found["run000"] == ("run1", "../sent%20to%20anna/run1.html")
+    assert found["run002"] == ("run002", "../runs/run002/report.html")

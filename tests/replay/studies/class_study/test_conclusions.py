@@ -1,0 +1,118 @@
+"""The first line of a page, in every state."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.study_samples import a_class, codebook, metrics, questionnaire
+
+from replay.studies.class_study.analysis import analyse
+from replay.studies.class_study.conclusions import compared, results
+from replay.studies.class_study.tables import changes, headlines, sensitivity_table
+
+ASKED = (("motivation", "ease of use"), ("motivation", "contacts_per_min"))
+
+
+def study(count=40, other="hybrid", turned=False, groups=None, recall=0.9):
+    answers, contacts = a_class(count, seed=1, slope=0.0, contacts=0.75)
+    table = metrics(contacts, detectors=("exact", other)[: 1 + bool(other)], recall=(1.0, recall)[: 1 + bool(other)])
+    if turned:
+        place = [k for k, name in enumerate(table.columns["detector"]) if name == other]
+        for row, seen in zip(place, np.random.default_rng(0).permutation(contacts), strict=True):
+            table.columns["contacts_per_min"][row] = seen
+    if groups:
+        later = np.arange(count) % 2
+        for row in range(len(table.columns["student"])):
+            shift = 4.0 * later[int(table.columns["student"][row][1:])]
+            table.columns["contacts_per_min"][row] += shift if table.columns["detector"][row] == "exact" else 0.0
+    half = [groups[k % 2] for k in range(count)] if groups else ()
+    declared = ("arm", groups) if groups else None
+    return analyse(codebook(ASKED, declared), questionnaire(answers, half), table)
+
+
+UNKNOWN = "Whether a conclusion changes with the detector is not known: "
+STATES = {
+    "none": (lambda: None, UNKNOWN + "there is no questionnaire."),
+    "one detector": (
+        lambda: study(other=""),
+        UNKNOWN + "no result about contacts could be compared between detectors.",
+    ),
+    "the same": (study, "No conclusion changes when hybrid decides what a contact was: 1 tested, n = 40."),
+    "another": (
+        lambda: study(turned=True),
+        "1 of 1 conclusion changed with the detector: contacts per minute with motivation (seen by hybrid).",
+    ),
+    "nobody tested": (
+        lambda: study(9),
+        "Whether a conclusion changes when hybrid decides what a contact was is not known: none was tested.",
+    ),
+}
+
+
+@pytest.mark.parametrize("state", STATES)
+def test_the_first_line_says_whether_a_conclusion_changes(state):
+    make, said = STATES[state]
+    assert changes(make()) == said
+
+
+def test_what_another_detector_does_not_let_be_fitted_is_counted_as_not_tested():
+    answers, contacts = a_class(40, seed=1)
+    table = metrics(contacts, detectors=("exact", "blind"), recall=(1.0, 0.0))
+    table.columns["grasps"] = [float(row // 2 % 7) for row in range(80)]
+    asked = codebook((*ASKED, ("motivation", "grasps")))
+    found = analyse(asked, questionnaire(answers), table)
+    words = {row.predictor: row.conclusion for row in found.sensitivity}
+    assert words == {"contacts_per_min": "not tested", "grasps": "the same"}
+    assert changes(found).endswith(": 1 tested, n = 40; 1 could not be tested.")
+    assert ["none" in str(row) for row in sensitivity_table(found).rows] == [True, False]
+
+
+def test_a_comparison_of_groups_that_hangs_on_the_detector_is_among_the_conclusions():
+    found = study(groups=("first", "second"), recall=1.0)
+    row = next(row for row in found.sensitivity if row.predictor == "second against first")
+    assert row.changes and row.outcome == "contacts_per_min" and row.conclusion == "another conclusion"
+    assert "second against first with contacts per minute (seen by hybrid)" in changes(found)
+    assert "Of groups, beta is the difference of their means." in sensitivity_table(found).notes
+
+
+@pytest.mark.parametrize("changed", [False, True])
+def test_what_is_undecided_with_one_of_the_detectors_is_counted_in_the_first_line(changed):
+    found = study(turned=changed)
+    (row,) = found.sensitivity
+    assert not row.undecided and "undecided" not in changes(found)
+    unsure = replace(found, sensitivity=(replace(row, undecided=True), row))
+    assert changes(unsure).endswith("; 1 of them undecided.")
+
+
+def test_an_interval_around_zero_makes_a_result_undecided_with_either_detector():
+    found = study()
+    (one,) = [r for r in found.regressions if r.coefficients[0].name == "contacts_per_min"]
+    table = metrics(np.arange(40.0), detectors=("exact",))
+    open_ = replace(one, coefficients=(replace(one.coefficients[0], low=-0.1, p=0.01),))
+    for before, after in ((one, open_), (open_, one), (open_, open_), (one, one)):
+        (row,) = compared(results([before], ()), results([after], ()), table)
+        assert row.undecided == (open_ in (before, after)) and row.changes == (before is not after)
+
+
+def test_groups_alone_are_said_first_where_they_differ_and_counted_where_not():
+    answers, _ = a_class(40, seed=2)
+    answers[1::2, 3:] = np.clip(answers[1::2, 3:] + 2, 1, 5)
+    book = codebook((), groups=("arm", ("first", "second")))
+    (said,) = headlines(analyse(book, questionnaire(answers, ["first", "second"] * 20)))
+    one = analyse(book, questionnaire(answers, ["first", "second"] * 20)).groups[1]
+    between = f"{one.difference:+.2f} [{one.low:+.2f}, {one.high:+.2f}], n = 20 and 20"
+    assert said == f"Motivation is higher in group second than in first: {between}"
+    assert 0.5 < one.low < answers[1::2, 3:].mean() - answers[::2, 3:].mean() < one.high
+    turned = headlines(analyse(book, questionnaire(answers, ["second", "first"] * 20)))
+    assert turned[0].startswith("Motivation is lower in group second than in first: -")
+    same, _ = a_class(40, seed=2)
+    assert headlines(analyse(book, questionnaire(same, ["first"] * 20 + ["second"] * 20))) == [
+        "No association was told from chance in 40 students"
+    ]
+
+
+def test_students_are_said_as_a_range_where_results_use_different_ones():
+    found = study()
+    (row,) = found.sensitivity
+    more = replace(found, sensitivity=(row, replace(row, students=31)))
+    assert changes(more).endswith("2 tested, n = 31 to 40.")

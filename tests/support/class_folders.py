@@ -1,0 +1,95 @@
+"""A class as run folders that nobody ran: tables of contacts, misses and metrics, drawn at random."""
+
+import json
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from replay.outputs.results.data_set import DATA_SET, SAID
+from replay.outputs.results.parquet import SCHEMA, table_of
+
+PAIRS = [("hand-left", "beaker"), ("hand-right", "flask"), ("beaker", "burette"), ("flask", "stand")]
+TASKS, STAGES, TYPES = ("pour", "stir", None), ("first", "second"), ("immersive", "desktop")
+CAUSES = ("between two looks", "thinner than a step")
+DETECTORS = {"slow": 0.3, "coarse": 0.1}
+"""Label -> share of the contacts that it never finds."""
+
+
+def made_class(folder, sessions=40, students=20, *, seed=0, contacts=8, detectors=DETECTORS, nobody=0, rare=3):
+    """Write run folders ``run000``, ...: the last ``nobody`` state no student; ``rare`` students alone do a task."""
+    random = np.random.default_rng(seed)
+    for k in range(sessions):
+        who = "" if k >= sessions - nobody else f"S{k % students:03d}"
+        session = Session(random, who, f"{k:016x}", detectors, rare=bool(rare) and k % students < rare)
+        session.draw(int(random.poisson(contacts)))
+        session.write(folder / f"run{k:03d}", TYPES[k % students % 2])
+    return folder
+
+
+class Session:
+    def __init__(self, random, student, digest, detectors, *, rare):
+        self.random, self.keys, self.detectors = random, {"session": digest, "student": student}, detectors
+        self.tasks = (*TASKS, "clean") if rare else TASKS
+        self.rows = {name: [] for name in DATA_SET}
+
+    def draw(self, contacts):
+        lost = dict.fromkeys(self.detectors, 0)
+        for number in range(1, contacts + 1):
+            a, b = PAIRS[int(self.random.integers(len(PAIRS)))]
+            start, length = float(self.random.uniform(0, 30)), float(self.random.exponential(0.2))
+            missed = [label for label, share in self.detectors.items() if self.random.random() < share]
+            task, stage = self.one_of(self.tasks), self.one_of(STAGES)
+            place = {"body_a": a, "body_b": b, "held": bool(self.random.random() < 0.1), "task": task, "stage": stage}
+            place |= {"start": start, "end": start + length}
+            flag = "gap" if self.random.random() < 0.05 else None
+            self.add(
+                "episodes", detector="exact", number=number, missed_by=",".join(missed), flag=flag, status="", **place
+            )
+            for label in missed:
+                lost[label] += 1
+                cut = {"kind": "never found", "cause": self.one_of(CAUSES), "cut_length": float(self.random.random())}
+                self.add("misses", detector=label, number=lost[label], episode=number, **cut, **place)
+        for label in self.detectors:
+            for number in range(1, int(self.random.poisson(1.0)) + 1):
+                gap = {
+                    "kind": "nothing there",
+                    "cause": "its collider",
+                    "gap": float(self.random.random()),
+                    "held": False,
+                }
+                self.add("false_contacts", detector=label, number=number, body_a="hand-left", body_b="stand", **gap)
+        for _ in range(int(self.random.poisson(2.0))):
+            self.add("events", source="event", name="press", task=self.one_of(self.tasks))
+        minutes = float(self.random.uniform(0.4, 0.6))
+        shared = {"valid_minutes": minutes, "flagged_share": float(self.random.random() * 0.02), "scene": "lab"}
+        for label in ("exact", *self.detectors):
+            seen = contacts - lost.get(label, 0)
+            frames = {"contact_frames": 9 * contacts, "recall": seen / contacts if contacts else None}
+            self.add("metrics", detector=label, contacts_per_min=seen / minutes, settings="s", **shared, **frames)
+
+    def one_of(self, values):
+        return values[int(self.random.integers(len(values)))]
+
+    def add(self, table, **row):
+        self.rows[table].append(self.keys | row)
+
+    def write(self, folder, vr_type):
+        folder.mkdir(parents=True)
+        for name, (file, kinds) in DATA_SET.items():
+            own = {column: kind for column, kind in kinds.items() if column not in ("run", *SAID)}
+            whole = [{column: row.get(column) for column in own} for row in self.rows[name]]
+            pq.write_table(table_of(whole, own).replace_schema_metadata({"schema": SCHEMA}), folder / file)
+        summary = {"oracle": "exact", "session": {"facts": {"vr_type": vr_type}}, "made": self.keys["session"]}
+        (folder / "summary.json").write_text(json.dumps(summary), "utf-8")
+        (folder / "report.html").write_text("<!doctype html><title>run</title>" + "".join(self.cards()), "utf-8")
+
+    def cards(self):
+        first = next(iter(self.detectors), "")
+        for row in self.rows["misses"]:
+            by = "" if row["detector"] == first else f"&amp;by={row['detector']}"
+            yield f'<p id="miss={row["number"]}{by}">{row["body_a"]} - {row["body_b"]} {row["cut_length"]}</p>'
+
+
+def metrics_of(folder):
+    return pa.concat_tables([pq.read_table(file) for file in sorted(folder.glob("*/metrics.parquet"))])
