@@ -22,7 +22,7 @@ MARKS = {INCONSISTENT: WARNING, "weak": FOUND, AGREES: FAINT}
 """Kind of a remark -> its mark, the worst kind first."""
 
 HEAD = ("outcome", "predictor", "n", "beta", "95 % interval", "p (Holm)", "conclusion")
-GROUP_HEAD = ("outcome", "means", "n", "difference", "95 % interval", "p (Holm)", "conclusion")
+GROUP_HEAD = ("outcome", "means", "n", "difference", "p (Holm)", "conclusion")
 ALPHA_HEAD = ("construct", "items", "n", "Cronbach's alpha", "95 % interval")
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from replay.effects.declaring import Declaration, bodies, body, number, vector
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.transfers import flows
+from replay.effects.models.outflow import flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
@@ -38,7 +38,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     for flow in flows(mine, 0.0):
         source, target = flow.source, flow.target
         if flow.over:
-            found.events.append(flow_event(inputs, flow, "overflow", f"ran over the brim of {source}", digits=2))
+            found.events.append(flow_event(inputs, flow, "overflow", f"run over the brim of {source}", digits=2))
             continue
         what, where = ("run-in", f"into {target}") if target else ("spill", "beside everything")
         found.events.append(flow_event(inputs, flow, what, f"run from {source} {where}", digits=2))

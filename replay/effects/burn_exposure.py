@@ -74,7 +74,7 @@ def _judged(
     }  # fmt: skip
     if declared.values[DAMAGE[0]] is not None:
         values["damage"] = damage(declared, times, felt)
-    words = f"{pair[0]} on {pair[1]} at {hottest:.0f} degC for {end - start:.2f} s"
+    words = f"{pair[0]} is on {pair[1]} at {hottest:.0f} degC for {end - start:.2f} s"
     last = inputs.end(touch.stop)
     exposed = EffectEvent(start, "exposed", pair, last, values, words, "warning" if above else "info", touch.point)
     burn = replace(exposed, name="burn", message=f"burn: {words}", level="error")

@@ -35,7 +35,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 def _event(inputs: EffectInputs, touch: EffectContact) -> EffectEvent:
     start = float(inputs.times[touch.first])
     values = {"frames": touch.stop - touch.first, "flicker": touch.flicker}
-    return EffectEvent(start, "contact", touch.pair, inputs.end(touch.stop), values, point=touch.point)
+    words = "{} touches {}".format(*touch.pair)
+    return EffectEvent(start, "contact", touch.pair, inputs.end(touch.stop), values, words, point=touch.point)
 
 
 def _faces(inputs: EffectInputs, reported: PairContact) -> Series:

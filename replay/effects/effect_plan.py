@@ -9,8 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Final
 
 from replay.effects import EFFECTS, effect_kinds, load_effect
-from replay.effects.body_keys import body_faults
-from replay.effects.declaring import Declaration, Pair, declare
+from replay.effects.declaring import Declaration, Pair, body_faults, declare
 from replay.effects.protocol import POSES, EffectSpec
 from replay.errors import EffectError, PlanError
 from sessions.model.scene import Scene

@@ -4,9 +4,14 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Any, Final
 
+import numpy as np
+
 from replay.effects.effect_plan import Plan
 from replay.effects.effects_runner import EffectRun
-from replay.effects.output import EffectEvent
+from replay.effects.output import EffectEvent, FloatArray
+
+RESULTS: Final = ("end-point", "broken", "burn", "precipitate", "collect", "turned", "wrong-order")
+"""Names of events that an experiment is done for, or ends by, the weightiest first."""
 
 EVENT_ROWS: Final = 60
 """Events listed in summary and report; ``events.parquet`` holds them all."""
@@ -51,6 +56,30 @@ def happened(effects: Mapping[str, EffectRun]) -> list[tuple[str, EffectEvent]]:
     """Kind and event, in order of time."""
     found = [(kind, event) for kind, run in effects.items() for event in run.events]
     return sorted(found, key=lambda row: (row[1].time, row[0], row[1].name))
+
+
+def leading(effects: Mapping[str, EffectRun]) -> EffectEvent | None:
+    """The weightiest result of an experiment; where nothing is one, the last event: it is what the others led to."""
+    found = [event for _, event in happened(effects)]
+    results = [event for event in found if event.name in RESULTS]
+    return min(results, key=lambda event: RESULTS.index(event.name), default=found[-1] if found else None)
+
+
+def titration_curves(effects: Mapping[str, EffectRun]) -> dict[str, tuple[FloatArray, FloatArray, float | None]]:
+    """Vessel -> millilitres that came in (n,), its pH (n,), and the millilitres at its end point."""
+    found = {}
+    volumes = effects["mixing"].series if "mixing" in effects else {}
+    for name, ph in effects["reaction"].series.items() if "reaction" in effects else ():
+        vessel = name.removesuffix("/pH")
+        volume = volumes.get(f"{vessel}/volume")
+        if vessel != name and volume is not None and len(ph.times) > 1:
+            ends = [
+                one.time for one in effects["reaction"].events if (one.name, one.bodies) == ("end-point", (vessel,))
+            ]
+            times = np.append(ph.times, ends[:1])
+            added = np.interp(times, volume.times, volume.values) - volume.values[0]
+            found[vessel] = (added[: len(ph.times)], ph.values, float(added[-1]) if ends else None)
+    return found
 
 
 def event_list(effects: Mapping[str, EffectRun]) -> list[dict[str, Any]]:

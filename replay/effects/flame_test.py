@@ -27,7 +27,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         for vessel, span in dips:
             found.ran[slice(*span)] = True
             salt = str(declared.mapping("dips")[vessel])
-            start, words = float(inputs.times[span[0]]), f"{wire} dipped into {salt}"
+            start, words = float(inputs.times[span[0]]), f"{wire} is dipped into {salt}"
             found.events.append(EffectEvent(start, "dip", (wire, vessel), inputs.end(span[1]), {"salt": salt}, words))
             found.lane(wire, *inputs.shown([span], f"in {vessel}"))
         for span in steadied(_in_cone(inputs, declared, tips), poses.valid):
@@ -45,7 +45,8 @@ def _dips(inputs: EffectInputs, declared: Declaration, tips: FloatArray, poses: 
         vessel = Vessel(inputs.body(name))
         there = inputs.poses(name)
         height = there.local(tips)[:, 1]
-        wet = inside(tips, there, vessel) & (height > vessel.floor) & (height <= vessel.level)
+        level = float(vessel.level(np.array([vessel.volume_ml]))[0])
+        wet = inside(tips, there, vessel) & (height > vessel.floor) & (height <= level)
         found += [(name, span) for span in steadied(wet, poses.valid)]
     return sorted(found, key=lambda one: one[1])
 
@@ -64,7 +65,7 @@ def _visit(inputs: EffectInputs, declared: Declaration, span: Span, dips: list[t
     salt = str(declared.mapping("dips")[before[-1]]) if before else ""
     long_enough = end - start >= declared.number("seconds")
     seen = str(declared.mapping("colours").get(salt, "")) if long_enough else ""
-    words = f"{salt or 'clean wire'} in the flame for {end - start:.1f} s: {seen or 'no colour'}"
+    words = f"{salt or 'a clean wire'} is in the flame for {end - start:.1f} s: {seen or 'no colour'}"
     bodies = (declared.body("wire"), declared.body("flame"))
     return EffectEvent(
         start, "flame", bodies, inputs.end(span[1]), {"salt": salt, "seen": seen, "seconds": end - start}, words

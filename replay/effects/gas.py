@@ -76,7 +76,7 @@ def _event(
     leaked_mol = float(leaked[first]) / per_mol
     values = {"volume_ml": volume, "moles": volume / per_mol, "leaked_before_mol": leaked_mol}
     bodies = (declared.body("jar"), declared.body("tube"))
-    words = f"{volume:.1f} mL {declared.text('gas')} collected in {bodies[0]}"
+    words = f"{volume:.1f} mL {declared.text('gas')} are collected in {bodies[0]}"
     return EffectEvent(float(inputs.times[first]), "collect", bodies, inputs.end(stop), values, words)
 
 

@@ -117,7 +117,7 @@ def _event(inputs: EffectInputs, visitor: str, hazard: str, distance: FloatArray
     start, last = inputs.ends(span)
     least = float(np.nanmin(distance[slice(*span)]))
     values = {"seconds": last - start, "least_m": least}
-    words = f"{visitor} within {least * 1e3:.0f} mm of {hazard} for {last - start:.1f} s"
+    words = f"{visitor} comes within {least * 1e3:.0f} mm of {hazard} for {last - start:.1f} s"
     return EffectEvent(start, "near", (visitor, hazard), inputs.end(span[1]), values, words, "warning")
 
 

@@ -1,5 +1,6 @@
 """A flame heats what stands over it; an acid heats the water it is diluted with; the wrong order is named."""
 
+from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
@@ -7,12 +8,16 @@ import numpy as np
 from replay.effects.declaring import Declaration, body, number, text, vector
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.warming import warmed
-from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec, Need
 from replay.effects.spans import BoolArray, Span, steadied
+from replay.effects.vessels import COLOURS, Vessel
 from replay.errors import EffectError
 from sessions.model.scene import Scene, SceneBody
 from sessions.scene_files.toml_table import is_number
+
+SOLID_G_ML: Final = 2.0
+"""Of a solid whose density nobody states, for the picture only: most salts have 1.7 to 2.5."""
 
 CAPACITY: Final = "heat_capacity_j_per_ml_k"
 WATER_BOILS_C: Final = 100.0
@@ -44,7 +49,28 @@ def heated(inputs: EffectInputs, declared: Declaration, found: Findings) -> None
     shown[0] = True
     found.events += [_event(inputs, name, lamp, span, whole) for span in spans]
     found.lanes[name] = inputs.shown(spans, "over the flame")
+    if declared.values["turns_c"] is not None:
+        _turn(declared, found, Vessel(inputs.body(name)), times, whole)
     note_temperature(declared, found, name, Series(times[shown], whole[shown], "degC"))
+
+
+def _turn(declared: Declaration, found: Findings, vessel: Vessel, times: FloatArray, celsius: FloatArray) -> None:
+    """The solid that is heated takes another colour when it is first so hot, and keeps it."""
+    name, before, after = vessel.body.id, declared.text("from_colour"), declared.text("to_colour")
+    volume = vessel.amount("solid", "mass_g") / vessel.amount("solid", "density_g_ml", SOLID_G_ML)
+    turned = np.flatnonzero(celsius >= declared.number("turns_c"))[:1].tolist()
+    rows = np.array([0, *turned])
+    drawn = vessel.drawn(times[rows], np.full(len(rows), volume))
+    found.liquids[name] = replace(drawn, rgba=np.array([COLOURS[before], COLOURS[after]], dtype=np.uint8)[: len(rows)])
+    ends = [float(times[row]) for row in (0, *turned, -1)]
+    colours = (before, after)
+    found.lane(f"{name} colour", *(
+        LaneSpan(start, end, word, COLOURS[word]) for start, end, word in zip(ends, ends[1:], colours, strict=False)
+    ))  # fmt: skip
+    for row in turned:
+        words = f"{vessel.contents('solid')['formula']} in {name} turns from {before} to {after}"
+        values: dict[str, float | int | str | bool] = {"celsius": float(celsius[row]), "to": after}
+        found.events.append(EffectEvent(float(times[row]), "turned", (name,), None, values, words))
 
 
 def note_temperature(declared: Declaration, found: Findings, name: str, celsius: Series) -> None:
@@ -93,6 +119,9 @@ WANTED = {
 }
 """Fields that each kind of heat cannot do without."""
 
+TURN: Final = ("turns_c", "from_colour", "to_colour")
+"""Fields of what turns, all or none."""
+
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``heated``, ``boil``, ``wrong-order``; temperatures as series."""
@@ -107,6 +136,22 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return found.output() if inputs.declared else EffectOutput()
 
 
+def _check_turn(declared: Declaration, scene: Scene) -> None:
+    """What turns is a solid in a vessel over a flame, and its three fields are given together."""
+    given = [key for key in TURN if declared.values[key] is not None]
+    if not given:
+        return
+    if len(given) < len(TURN) or declared.text("of") != "flame":
+        raise declared.fail(f"{given[0]} is given: what turns over a flame needs {', '.join(TURN)}")
+    try:
+        vessel = Vessel(scene.body(declared.body("heats")) or SceneBody(declared.body("heats")))
+        if not vessel.contents("solid").get("formula"):
+            raise vessel.fail("holds nothing that turns; give it properties.solid with its formula and mass_g")
+        vessel.amount("solid", "mass_g")
+    except EffectError as error:
+        raise declared.fail(str(error).removeprefix("scene: ")) from error
+
+
 def _check(declared: Declaration, scene: Scene) -> None:
     kind = declared.text("of")
     for key in WANTED[kind]:
@@ -116,6 +161,7 @@ def _check(declared: Declaration, scene: Scene) -> None:
         for key in set(WANTED[other]) - set(WANTED[kind]):
             if declared.values[key] is not None:
                 raise declared.fail(f"{key} belongs to heat of a {other}, and this is of a {kind}; leave it out")
+    _check_turn(declared, scene)
     if kind == "flame":
         try:
             _capacity(scene.body(declared.body("heats")) or SceneBody(declared.body("heats")))
@@ -141,6 +187,9 @@ SPEC = EffectSpec(
             "heated no higher than this above the flame's foot", "m", default=0.25, above=0.0,
             source="chosen by us: twice the flame of an alcohol lamp; above it warm air rises and no flame heats",
         ),
+        "turns_c": number("what is in it (properties.solid) turns at this temperature", "degC", default=None),
+        "from_colour": text("its colour before", among=tuple(COLOURS), default=None),
+        "to_colour": text("its colour from then on", among=tuple(COLOURS), default=None),
         "power_w": number("heat that reaches it", "W", default=None, least=0.0),
         "solute": text("the acid", default=None),
         "heat_j_mol": number("heat of dilution of one mol in much water", "J/mol", default=None),

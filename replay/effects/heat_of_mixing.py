@@ -12,7 +12,7 @@ from replay.effects.inputs import EffectInputs
 from replay.effects.matter import matter_of
 from replay.effects.models.history import NEUTRALISATION, Load
 from replay.effects.models.ledger import BROUGHT
-from replay.effects.models.transfers import Stream, flows
+from replay.effects.models.outflow import Stream, flows
 from replay.effects.models.warming import cooled, heat_given_off
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectEvent, Findings, FloatArray, LaneSpan, Series, vector_of
@@ -118,7 +118,7 @@ def _wrong_orders(inputs: EffectInputs, declared: Declaration, loads: list[Load]
         streams.append(Stream(source, target, False, begins, frames, volumes, points))
     events = []
     for flow in flows(streams, LEAST_ML):
-        words = f"{flow.total_ml:.1f} mL from {flow.source} poured into {declared.text('solute')} in {flow.target}"
+        words = f"{flow.total_ml:.1f} mL from {flow.source} are poured into {declared.text('solute')} in {flow.target}"
         end, values = float(inputs.times[flow.frames[-1]]), {"volume_ml": flow.total_ml}
         events.append(EffectEvent(
             float(flow.times[0]), "wrong-order", (flow.source, flow.target), end, values,

@@ -12,7 +12,7 @@ from replay.effects.contents import contents_of
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.history import History
 from replay.effects.models.ledger import LUMPS, Ledger
-from replay.effects.models.transfers import GAP_S, Stream
+from replay.effects.models.outflow import GAP_S, Stream
 from replay.effects.movement import movement_of
 from replay.effects.vessels import Vessel, vessels_of
 

@@ -15,9 +15,7 @@ from cdcore.numerics import FloatArray, IntArray
 from replay.effects.declaring import Declaration
 from replay.effects.fitting import HALF_WINDOW, settled_runs, velocities
 from replay.effects.inputs import BodyPoses, EffectInputs
-from replay.effects.models.ballistic import entry_times, places_at_height
-from replay.effects.models.outflow import over_weir, run_out, twist
-from replay.effects.models.transfers import Stream
+from replay.effects.models.outflow import Stream, entry_times, over_weir, places_at_height, run_out, twist
 from replay.effects.output import Series
 from replay.effects.spans import BoolArray
 from replay.effects.vessels import ML, Vessel, vessels_of

@@ -2,7 +2,7 @@
 
 from replay.effects.declaring import Declaration, bodies, number
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.transfers import GAP_S, flows
+from replay.effects.models.outflow import GAP_S, flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectOutput, Findings, LaneSpan
 from replay.effects.protocol import EffectSpec
@@ -26,11 +26,11 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     for flow in flows(mine, least):
         source, target = flow.source, flow.target
         if target:
-            found.events.append(flow_event(inputs, flow, "pour", f"poured from {source} into {target}"))
+            found.events.append(flow_event(inputs, flow, "pour", f"are poured from {source} into {target}"))
         elif flow.over:
-            found.events.append(flow_event(inputs, flow, "overflow", f"ran over the brim of {source}"))
+            found.events.append(flow_event(inputs, flow, "overflow", f"run over the brim of {source}"))
         elif "spill" not in inputs.tables:
-            found.events.append(flow_event(inputs, flow, "spill", f"spilled from {source}"))
+            found.events.append(flow_event(inputs, flow, "spill", f"are spilled from {source}"))
         word = f"into {target}" if target else "runs over" if flow.over else "spills"
         found.lane(source, LaneSpan(float(flow.times[0]), float(flow.times[-1]), word))
     for name in names:
@@ -63,7 +63,7 @@ SPEC = EffectSpec(
     },
     trigger="a vessel tilted beyond the angle at which its liquid reaches the lip",
     sources=(
-        "volume kept: a cylinder cut by a plane through its lip (models/tilted.py), quasi-static: no inertia, no rate",
+        "volume kept: a cylinder cut by a plane through its lip (models/sliced.py), quasi-static: no inertia, no rate",
         "destination: free fall from the lip with the lip's velocity, standard gravity (CGPM 1901)",
         f"flows within {GAP_S} s are one: chosen by us",
     ),

@@ -15,7 +15,7 @@ and one row in ``replay.effects.EFFECTS``. ``replay/effects/contact.py`` is a wh
         kind="pour", about="Liquid leaves a tilted vessel.", compute=compute,
         fields={"from": bodies("vessels that may pour"), "into": bodies("vessels that may receive", required=False)},
         trigger="a vessel tilted beyond the angle at which its liquid reaches the lip",
-        sources=("Volume kept by a tilted cylinder: derived in models/tilted.py",),
+        sources=("Volume kept by a tilted cylinder: derived in models/sliced.py",),
     )
 
 The spec (`EffectSpec`) is data, and what it does not name cannot be had:
@@ -34,7 +34,7 @@ The spec (`EffectSpec`) is data, and what it does not name cannot be had:
   has imported anyway, or of a module of models that both share.
 - Effects of liquids are views of one account: `replay.effects.movement.movement_of` (who gave whom how much, when) and
   `replay.effects.matter.matter_of` (what is in each vessel); ``inputs.shared`` makes each once, from ``inputs.tables``.
-- ``properties``: keys of its own in a body's ``properties``; others must stand in ``replay.effects.body_keys``.
+- ``properties``: keys of its own in a body's ``properties``; others must stand in ``replay.effects.declaring``.
 - ``reads``: topics beyond the poses: ``HANDS`` gives ``inputs.hand_of(body)``. Others are never decoded.
 - ``detector``: name of the detector whose verdicts on the effect's pairs it reads with ``inputs.contact(pair)``; empty
   for most: pouring, mixing and reactions make no collision query. An effect that needs one with a detector (``grasp``

@@ -6,7 +6,7 @@ import numpy as np
 
 from replay.effects.declaring import Declaration, bodies, number
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.transfers import Stream, flows
+from replay.effects.models.outflow import Stream, flows
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
@@ -26,7 +26,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         lost.update({id(one): one for one in mine})
         inputs.count("transfers that missed", sum(len(one.frames) for one in mine))
         for flow in flows(mine, declared.number("least_ml")):
-            found.events.append(flow_event(inputs, flow, "spill", f"spilled from {flow.source}"))
+            found.events.append(flow_event(inputs, flow, "spill", f"are spilled from {flow.source}"))
             found.lane(flow.source, LaneSpan(float(flow.times[0]), float(flow.times[-1]), "spills"))
     for one in lost.values():
         found.ran[one.frames] = True

@@ -40,7 +40,8 @@ def _hit(inputs: EffectInputs, reported: PairContact, first: int, stop: int) -> 
     points = reported.section(first).reshape(-1, 3)
     point = vector_of(points.mean(axis=0)) if len(points) else None
     values = {"impact_low_s": low, "impact_high_s": high, "intervals": stop - first}
-    return EffectEvent(high, "hit", reported.pair, inputs.end(stop), values, point=point)
+    words = "{} meets {}".format(*reported.pair)
+    return EffectEvent(high, "hit", reported.pair, inputs.end(stop), values, words, point=point)
 
 
 def _unresolved(inputs: EffectInputs, reported: PairContact) -> list[EffectEvent]:
@@ -49,7 +50,8 @@ def _unresolved(inputs: EffectInputs, reported: PairContact) -> list[EffectEvent
     return [
         EffectEvent(
             float(inputs.times[row]), "unresolved", reported.pair, None,
-            {"reason": reported.detection.reasons.get((row, reported.column), "no reason given")}, level="warning",
+            {"reason": reported.detection.reasons.get((row, reported.column), "no reason given")},
+            "whether {} meets {} is not decided".format(*reported.pair), "warning",
         )
         for row in rows.tolist()
     ]  # fmt: skip

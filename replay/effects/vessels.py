@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
-from replay.effects.models.sliced import SlicedCavity
-from replay.effects.models.tilted import volume_kept
-from replay.effects.models.transfers import Stream
+from replay.effects.models.outflow import Stream
+from replay.effects.models.sliced import SlicedCavity, volume_kept
 from replay.effects.output import EffectEvent, FloatArray, Liquid, vector_of
 from replay.effects.spans import BoolArray
 from replay.errors import EffectError, PlanError
@@ -70,7 +69,7 @@ class VesselShape(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Cylinder:
-    """A round vessel in closed form (`replay.effects.models.tilted`)."""
+    """A round vessel in closed form (`replay.effects.models.sliced`)."""
 
     radius: float
     height: float
@@ -162,10 +161,11 @@ class Vessel:
         """Height of the cavity's floor in the body's frame, metres."""
         return self.size("floor", above=-math.inf)
 
-    @property
-    def level(self) -> float:
-        """Height of the surface at first, upright, in the body's frame, metres."""
-        return self.floor + self.volume_ml * ML / self.section_m2
+    def level(self, volume_ml: FloatArray) -> FloatArray:
+        """Height (n,) of the surface, upright, in the body's frame, metres: by its own cavity, else evenly."""
+        if self.cavity.get("shape") == SLICED:
+            return _sliced(*self._made).level(volume_ml)
+        return np.asarray(self.floor + volume_ml * ML / self.section_m2)
 
     @property
     def shape(self) -> VesselShape:
@@ -222,10 +222,9 @@ class Vessel:
         return np.array(value, dtype=np.float64)
 
     def drawn(self, times: FloatArray, volume_ml: FloatArray) -> Liquid:
-        """What stands in it, as a cylinder of its mean cross-section."""
+        """What stands in it up to its level, as a cylinder of the vessel's mean cross-section."""
         colour = np.tile(np.array(WATERY, dtype=np.uint8), (len(times), 1))
-        level = self.floor + volume_ml * ML / self.section_m2
-        return Liquid(times, level, self.floor, math.sqrt(self.section_m2 / math.pi), colour)
+        return Liquid(times, self.level(volume_ml), self.floor, math.sqrt(self.section_m2 / math.pi), colour)
 
 
 def _own_cavity(instrument: str, faces: int, options: tuple[tuple[str, Any], ...]) -> "Cavity | None":

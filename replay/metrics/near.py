@@ -45,19 +45,18 @@ class NearMiss:
     distance: float
 
 
-def close_stretches(assembly: Assembly, pairs: IntArray, close: float = CLOSE_M) -> tuple[NearMiss, ...]:
-    """Stretches in which a pair came closer than ``close``, touching or not, in order of time.
+def close_stretches(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]:
+    """Stretches in which a pair came closer than ``CLOSE_M``, touching or not, in order of time.
 
     ``pairs``: columns of ``assembly.pairs`` to look at.
-    ``close``: metres.
     """
     clouds: dict[int, _Cloud] = {}
     rows = frames_at(assembly.motion.times, 1.0 / LOOKS_HZ, float(assembly.motion.times[-1]))
     found = []
     for pair in pairs.tolist():
         a, b = assembly.pairs[pair].tolist()
-        distance = _distances(assembly, a, b, rows, close, clouds)
-        found += [NearMiss(pair, *span) for span in _stretches(assembly.motion.times[rows], distance, close)]
+        distance = _distances(assembly, a, b, rows, clouds)
+        found += [NearMiss(pair, *span) for span in _stretches(assembly.motion.times[rows], distance)]
     return tuple(sorted(found, key=lambda one: (one.start, one.pair)))
 
 
@@ -82,21 +81,21 @@ class _Cloud:
         cell, self._cell = np.unique(np.floor(points / CELL_M), axis=0, return_inverse=True)
         self.points, self._middle = points, (cell + 0.5) * CELL_M
 
-    def least_distance(self, turn: FloatArray, move: FloatArray, tree: "cKDTree", close: float) -> float:
-        """Least distance of a moved point to one of the tree's, inf where it is not below ``close``."""
-        middle, around = self._middle @ turn.T + move, close + HALF_DIAGONAL * CELL_M
+    def least_distance(self, turn: FloatArray, move: FloatArray, tree: "cKDTree") -> float:
+        """Least distance of a moved point to one of the tree's, inf where it is not below ``CLOSE_M``."""
+        middle, around = self._middle @ turn.T + move, CLOSE_M + HALF_DIAGONAL * CELL_M
         box = ((middle >= tree.mins - around) & (middle <= tree.maxes + around)).all(axis=1)
         near = np.zeros(len(middle), dtype=np.bool_)
         near[box] = np.isfinite(tree.query(middle[box], distance_upper_bound=around)[0])
         points = self.points[near[self._cell]] @ turn.T + move
-        return float(tree.query(points, distance_upper_bound=close)[0].min(initial=np.inf))
+        return float(tree.query(points, distance_upper_bound=CLOSE_M)[0].min(initial=np.inf))
 
 
-def spread_points(body: Body, spacing: float = SPACING_M) -> FloatArray:
-    """Points over a body's surface, (k, 3) in its own frame, no larger gap than ``spacing`` while they suffice."""
+def spread_points(body: Body) -> FloatArray:
+    """Points over a body's surface, (k, 3) in its own frame, no larger gap than ``SPACING_M`` while they suffice."""
     corners = body.mesh.vertices[body.mesh.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    parts = np.maximum(1, np.ceil(longest / spacing)).astype(np.int64)
+    parts = np.maximum(1, np.ceil(longest / SPACING_M)).astype(np.int64)
     while float(((parts + 1) * (parts + 2) // 2).sum()) > MOST_POINTS and parts.max() > 1:
         parts = np.maximum(1, parts // 2)
     points = []
@@ -108,15 +107,13 @@ def spread_points(body: Body, spacing: float = SPACING_M) -> FloatArray:
     return np.unique(np.concatenate(points), axis=0)
 
 
-def _distances(
-    assembly: Assembly, a: int, b: int, rows: IntArray, close: float, clouds: dict[int, _Cloud]
-) -> FloatArray:
-    """Least distance at each look, inf where the bounding boxes are farther apart than ``close`` or a pose lacks."""
+def _distances(assembly: Assembly, a: int, b: int, rows: IntArray, clouds: dict[int, _Cloud]) -> FloatArray:
+    """Least distance at each look, inf where the bounding boxes are farther apart than ``CLOSE_M`` or a pose lacks."""
     from scipy.spatial import cKDTree
 
     motion = assembly.motion
     distance = np.full(len(rows), np.inf)
-    near = np.flatnonzero(_boxes_near(assembly, a, b, rows, close))
+    near = np.flatnonzero(_boxes_near(assembly, a, b, rows))
     if not len(near):
         return distance
     for body in (a, b):
@@ -128,12 +125,12 @@ def _distances(
     for k in near.tolist():
         back, row = motion.rotations[rows[k], b].T, rows[k]
         move = back @ (motion.translations[row, a] - motion.translations[row, b])
-        distance[k] = clouds[a].least_distance(back @ motion.rotations[row, a], move, tree, close)
+        distance[k] = clouds[a].least_distance(back @ motion.rotations[row, a], move, tree)
     return distance
 
 
-def _boxes_near(assembly: Assembly, a: int, b: int, rows: IntArray, close: float) -> BoolArray:
-    """Looks (K,) with both poses at which no face of a body's box keeps the other's box farther away than ``close``."""
+def _boxes_near(assembly: Assembly, a: int, b: int, rows: IntArray) -> BoolArray:
+    """Looks (K,) with both poses at which no face of a body's box keeps the other's farther away than ``CLOSE_M``."""
     motion, ends = assembly.motion, [assembly.bodies[body].mesh.vertices for body in (a, b)]
     (mid_a, half_a), (mid_b, half_b) = (((v.max(0) + v.min(0)) / 2, (v.max(0) - v.min(0)) / 2) for v in ends)
     turn_a, turn_b = motion.rotations[rows, a], motion.rotations[rows, b]
@@ -142,11 +139,11 @@ def _boxes_near(assembly: Assembly, a: int, b: int, rows: IntArray, close: float
     apart_b = np.abs(np.einsum("kji,kj->ki", turn_b, between)) - half_b - spread @ half_a
     apart_a = np.abs(np.einsum("kji,kj->ki", turn_a, between)) - half_a - np.einsum("kij,i->kj", spread, half_b)
     known = motion.valid[rows, a] & motion.valid[rows, b]
-    return known & (np.maximum(apart_a, apart_b).max(axis=1) <= close)
+    return known & (np.maximum(apart_a, apart_b).max(axis=1) <= CLOSE_M)
 
 
-def _stretches(times: FloatArray, distance: FloatArray, close: float) -> list[tuple[float, float, float]]:
-    at = np.flatnonzero(distance < close)
+def _stretches(times: FloatArray, distance: FloatArray) -> list[tuple[float, float, float]]:
+    at = np.flatnonzero(distance < CLOSE_M)
     if not len(at):
         return []
     cuts = np.flatnonzero(np.diff(times[at]) > APART_S) + 1

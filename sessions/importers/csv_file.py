@@ -17,7 +17,8 @@ from sessions.importers.csv_mapping import METRES, PRESETS, UNITY, CsvMapping, P
 from sessions.importers.csv_table import CsvTable, Rows
 from sessions.importers.finish import QUATERNION_TOLERANCE, Imported, side_of, usable_track
 from sessions.importers.pose_table import BesidePoses, PoseTable, SourceFrame, carried, imported, in_frame
-from sessions.meshes.conventions import Convention, convention, quaternion_from_euler
+from sessions.meshes.conventions import Convention, quaternion_from_euler
+from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event, LiveContact
 from sessions.model.track import HandTrack, Track
 from sessions.scene_files.toml_table import nearest
@@ -65,8 +66,9 @@ def read_csv(
     else:
         table = CsvTable(source, UNITY.delimiter, UNITY.decimal)
         plan = _preset(table, preset)
-    axes = _axes(convention or plan.convention)
-    samples = _samples(table, plan, axes)
+    if not (convention or plan.convention):
+        raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
+    samples = _samples(table, plan, convention_named(convention or plan.convention))
     if mesh_axes == "same":
         return samples
     done = (*samples.conversions, f"{MESH_AXES[mesh_axes]}: turned by 180 degrees")
@@ -88,12 +90,6 @@ def _preset(table: CsvTable, name: str | None) -> CsvMapping:
             "say with --mapping FILE what its columns are"
         )
     return plans[0]
-
-
-def _axes(name: str) -> Convention:
-    if not name:
-        raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
-    return convention(name)
 
 
 def _samples(table: CsvTable, plan: CsvMapping, axes: Convention) -> Imported:

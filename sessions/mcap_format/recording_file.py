@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from operator import index
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -98,38 +99,38 @@ def frames_of(names: tuple[str, ...], recorded: Sequence[RecordedFrame]) -> Fram
     shape = (len(recorded), len(names))
     sample, status = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.uint8)
     values = np.full((*shape, 7), np.nan)
-    for row, one in enumerate(recorded):
-        columns = [place[name] for name in one.names]
-        values[row, columns] = one.values
-        status[row, columns] = [one.status.get(name, Status.VALID) for name in one.names]
-        sample[row, columns] = [one.sample_ns.get(name, one.stamp_ns) for name in one.names]
     stamp = np.array([one.stamp_ns for one in recorded], dtype=np.int64)
+    first = 0
+    for bodies, group in groupby(recorded, key=lambda one: one.names):
+        alike = [*group]
+        rows, columns = slice(first, first + len(alike)), [place[name] for name in bodies]
+        values[rows, columns] = [one.values for one in alike]
+        status[rows, columns] = Status.VALID
+        sample[rows, columns] = stamp[rows, None]
+        first += len(alike)
+    for row, one in enumerate(recorded):
+        for name, worth in one.status.items():
+            status[row, place[name]] = worth
+        for name, time_ns in one.sample_ns.items():
+            sample[row, place[name]] = time_ns
     log = np.array([one.log_ns for one in recorded], dtype=np.int64)
     return Frames(names, stamp, log, sample, values[..., :3], values[..., 3:], status)
 
 
 def pose_values(poses: Poses) -> NDArray[np.float64]:
     """Seven numbers per body, (bodies, 7); a `SessionError` names the body whose pose is not seven numbers."""
-    flat: list[float] = []
-    try:
-        for position, quaternion in poses.values():
+    numbers: list[float] = []
+    for name, pose in poses.items():
+        try:
+            position, quaternion = pose
             if len(position) != 3 or len(quaternion) != 4:
                 raise ValueError
-            flat.extend(position)
-            flat.extend(quaternion)
-        return np.array(flat, dtype=np.float64).reshape(len(poses), 7)
-    except (TypeError, ValueError):
-        name = next((name for name, pose in poses.items() if not _is_pose(pose)), "")
-        raise SessionError(
-            f"the pose of {name!r} is {poses.get(name)!r}; give a position (x, y, z) and a quaternion (x, y, z, w)"
-        ) from None
-
-
-def _is_pose(pose: Any) -> bool:
-    try:
-        return [np.array(part, dtype=np.float64).shape for part in pose] == [(3,), (4,)]
-    except (TypeError, ValueError):
-        return False
+            numbers += [*map(float, position), *map(float, quaternion)]
+        except (TypeError, ValueError):
+            raise SessionError(
+                f"the pose of {name!r} is {pose!r}; give a position (x, y, z) and a quaternion (x, y, z, w)"
+            ) from None
+    return np.array(numbers, dtype=np.float64).reshape(len(poses), 7)
 
 
 def nanoseconds(value: int) -> int:

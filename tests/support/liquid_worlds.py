@@ -3,7 +3,7 @@
 import numpy as np
 from support.small_worlds import STEP_NS, cube
 
-from replay.effects.models.tilted import volume_kept
+from replay.effects.models.sliced import volume_kept
 from replay.pipeline.engine import compute
 from sessions import Session
 from sessions.model.scene import Scene, SceneBody, SceneEffect

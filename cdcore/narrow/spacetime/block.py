@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory
+from cdcore.narrow.spacetime.bounds import EDGE_SLACK
 from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
 from cdcore.narrow.spacetime.memory import PoseMemory, TreeMemory
 from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
@@ -19,8 +20,6 @@ COUNTERS = GAP_TESTS + 1
 BY_PATH, BY_BOX, BY_SPAN, OPEN_A, OPEN_B, ASKED = range(6)
 """Kinds of records: frames skipped along the paths, lanes in which two nodes are apart, frames of spans; and of lanes
 in which they are not, whether the children of one were taken or the faces of both asked."""
-EDGE_SLACK = 1.0 + 1e-5
-"""Placing a face lengthens its edges by less than this and the pad: rotations are orthonormal to LARGEST_SKEW."""
 
 
 class BlockQuestion(NamedTuple):
@@ -76,6 +75,7 @@ class Scratch(NamedTuple):
     moved: Memory
     plane: Memory
     span: Memory
+    edges: Memory
     found: Memory
     state: Memory
 
@@ -134,19 +134,19 @@ def have_room(lists: Lists) -> bool:
 @hot_kernel
 def ask_face_pair(
     tree_a: TreeMemory, pose_a: PoseMemory, face_a: int, tree_b: TreeMemory, pose_b: PoseMemory, face_b: int,
-    frame: int, asked: int, question: BlockQuestion, lists: Lists, hits: Memory, scratch: Memory,
+    frame: int, asked: int, meet: int, question: BlockQuestion, lists: Lists, hits: Memory, scratch: Memory,
 ) -> int:  # fmt: skip
-    """Ask two faces at the reference vertices, lane by lane; returns the lanes in contact."""
+    """Ask two faces at the reference vertices, lane by lane; returns the lanes in contact, ``meet`` among them."""
     become_part_of_caller()
     edge_a = tree_a.planes[11 * face_a + 10] * EDGE_SLACK + question.pad
     edge_b = tree_b.planes[11 * face_b + 10] * EDGE_SLACK + question.pad
     key = (runtime_int(tree_a.faces[face_a]) << question.bits_b) | runtime_int(tree_b.faces[face_b])
     place = (face_a << question.bits_b) | face_b
-    contact, lane = 0, 0
-    while asked != 0:
-        if asked & 1:
+    contact, lane, lanes = 0, 0, asked | meet
+    while lanes != 0:
+        if lanes & 1:
             row = frame + lane
-            answer = faces_meet(
+            answer = 1 if meet >> lane & 1 else faces_meet(
                 tree_a.placed, face_a, edge_a, pose_a.entries, pose_a.stride, row * pose_a.step,
                 tree_b.placed, face_b, edge_b, pose_b.entries, pose_b.stride, row * pose_b.step, scratch,
             )  # fmt: skip
@@ -158,7 +158,7 @@ def ask_face_pair(
                     append(lists.keys, packed | key)
             elif answer == UNDECIDED:
                 append(lists.later, packed | place)
-        asked >>= 1
+        lanes >>= 1
         lane += 1
     return contact
 
@@ -174,16 +174,16 @@ def ask_leaves(
     found = scratch.found
     count = survivors_of_leaves(
         tree_a, leaf_a, tree_b, b, leaf_b, scratch.relative, scratch.offset, question.pad, mask, scratch.turned,
-        scratch.moved, scratch.plane, scratch.span, found,
+        scratch.moved, scratch.plane, scratch.span, scratch.edges, found,
     )  # fmt: skip
     work[LEAF_PAIRS] += 1
     work[FACE_PAIRS] += count
-    for row in range(0, 3 * count, 3):
-        asked = found[row + 2] & alive
-        if asked == 0:
+    for row in range(0, 4 * count, 4):
+        asked, meet = found[row + 2] & alive, found[row + 3] & alive
+        if asked | meet == 0:
             continue
         contact = ask_face_pair(
-            tree_a, pose_a, found[row], tree_b, pose_b, found[row + 1], frame, asked, question, lists, hits,
+            tree_a, pose_a, found[row], tree_b, pose_b, found[row + 1], frame, asked, meet, question, lists, hits,
             scratch.plane,
         )  # fmt: skip
         while asked != 0:

@@ -31,6 +31,12 @@ that by at most |R_l - R_m|_2 times its distance from the box centre. For two ro
 over sqrt 2 (their difference has rank 2 and equal singular values); ``chord`` is that, for the relative rotations,
 rounded up.
 
+**Certain signs.** A difference of two corners in a leaf's box frame lies within the pad of that of the reference
+vertices, taken there by a map that keeps all orientations or turns all round, which the test of two faces cannot tell
+apart. So a determinant of three differences, all below X, is off by at most 3 pad X^2. It is computed from edges,
+moments and coordinates below X / 2: eleven roundings of a permanent of at most 6 X^3, 66 u X^3. The bound is over twice
+the sum.
+
 **World filter.** With edges and differences of reference vertices, each rounded once, the determinant w . (e x f) errs
 by at most 8.1 u times its permanent, which is at most 6 |w| |e| |f| in largest components: 49 u |w| |e| |f|.
 """
@@ -48,8 +54,13 @@ CHORD_SLACK: Final = 1.0 + 2.0**-40
 """Covers the rounding of the chord, relative to it; its absolute part (the rotations' own rounding) is in the pad."""
 DETERMINANT_ULPS: Final = 64.0
 """Above 49: the bound of the world filter."""
+SIGN_PADS: Final = 6.0
+SIGN_ULPS: Final = 256.0
+"""A sign is certain if the determinant is above X^2 (SIGN_PADS pad + SIGN_ULPS u X)."""
 TINY: Final = 1e-250
 """A determinant that small may have lost terms to underflow: undecided."""
+EDGE_SLACK: Final = 1.0 + 1e-5
+"""Placing a face lengthens its edges by less than this and the pad: rotations are orthonormal to LARGEST_SKEW."""
 LARGEST_SIZE: Final = 1e75
 """Sizes S up to this keep every product of the kernels finite; above it the exhaustive path answers."""
 SMALLEST_SIZE: Final = 1e-100

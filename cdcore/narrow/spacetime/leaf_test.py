@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int
 from cdcore.kernels.memory import Memory
+from cdcore.narrow.spacetime.bounds import EDGE_SLACK
+from cdcore.narrow.spacetime.certain_test import certain_lanes, move_edges
 from cdcore.narrow.spacetime.memory import TreeMemory
 from cdcore.narrow.spacetime.simd import above, dot, fused, least3, load8, most3, moved, plus, splat8, store
 
@@ -103,9 +105,12 @@ def lanes_at_moved_plane(
 @hot_kernel
 def survivors_of_leaves(
     tree_a: TreeMemory, leaf_a: int, tree_b: TreeMemory, b: int, leaf_b: int, relative: Memory, offset: Memory, pad:
-    float, mask: int, turned: Memory, placed: Memory, plane: Memory, span: Memory, found: Memory,
+    float, mask: int, turned: Memory, placed: Memory, plane: Memory, span: Memory, edges: Memory, found: Memory,
 ) -> int:  # fmt: skip
-    """Write face pairs that no box or plane dismisses to ``found``, as face, face, lanes; returns how many."""
+    """Write face pairs that are not certainly apart to ``found``; returns how many.
+
+    As face, face, lanes in which the world's points are to be asked, and lanes in which they certainly meet.
+    """
     become_part_of_caller()
     enter_box_frame(tree_b.boxes, b, relative, turned)
     row_a, row_b = 4 * leaf_a, 4 * leaf_b
@@ -125,17 +130,22 @@ def survivors_of_leaves(
         plane_is_moved = False
         for face_b in range(first_b, stop_b):
             left = lanes_in_span(span, tree_b.spans, face_b, pad, inside)
-            if left == 0:
-                continue
-            left = lanes_at_plane(placed, p, q, r, tree_b.planes, face_b, pad, left)
+            if left != 0:
+                left = lanes_at_plane(placed, p, q, r, tree_b.planes, face_b, pad, left)
             if left == 0:
                 continue
             if not plane_is_moved:
                 move_plane(tree_a.planes, face_a, turned, offset, plane)
+                move_edges(placed, p, q, r, edges)
                 plane_is_moved = True
             low, high = tree_a.planes[11 * face_a + 8], tree_a.planes[11 * face_a + 9]
             left = lanes_at_moved_plane(plane, low, high, tree_b.boxed, face_b, pad, left)
             if left != 0:
-                found[3 * count], found[3 * count + 1], found[3 * count + 2] = face_a, face_b, left
-                count += 1
+                # it overlaps the box in every slab, so no corner is further out than by its longest edge
+                size = tree_b.boxes[16 * b + 15] + 2.0 * (tree_a.planes[11 * face_a + 10] * EDGE_SLACK + 2.0 * pad)
+                certain = certain_lanes(placed, p, q, r, tree_b.boxed, face_b, edges, size, pad, left)
+                left &= ~(certain >> 8)
+                found[4 * count], found[4 * count + 1] = face_a, face_b
+                found[4 * count + 2], found[4 * count + 3] = left & ~certain, left & certain
+                count += left != 0
     return count

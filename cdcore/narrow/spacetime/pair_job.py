@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
+from math import isfinite
 from time import perf_counter
 from typing import NamedTuple
 
@@ -103,7 +104,7 @@ class PairJob:
 
     def _climb(self, frame: int) -> tuple[int, int]:
         """``first_near``, and how many spans were tested."""
-        if not np.isfinite(self._pad):
+        if not isfinite(self._pad):
             return frame, 0
         a, b = self._lanes
         reach = float(self._trees[0].boxes[0, 15] + self._trees[1].boxes[0, 15]) + self._pad
@@ -130,7 +131,7 @@ class PairJob:
         """
         if self._apart and not self._verify:
             return self._dismissed(stop - start)
-        if not np.isfinite(self._pad):
+        if not isfinite(self._pad):
             return self._exhaustive(start, stop, marks)
         work = np.zeros(COUNTERS + 1, dtype=np.int64)
         clock = [perf_counter()]
@@ -160,7 +161,7 @@ class PairJob:
         The nodes are of the smaller body, then of the larger one (``turned``: the pair the other way round). ``None``:
         sizes are not for the kernels.
         """
-        if not np.isfinite(self._pad):
+        if not isfinite(self._pad):
             return None
         marks, work = np.zeros((2, stop), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
         return self._searched(start, stop, workspace, True, marks, work)[2].reshape(-1, 4)

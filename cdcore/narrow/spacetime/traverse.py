@@ -30,6 +30,7 @@ from cdcore.narrow.spacetime.block import (
 )
 from cdcore.narrow.spacetime.bounds import CHORD_SLACK
 from cdcore.narrow.spacetime.box_tree import BoxTree
+from cdcore.narrow.spacetime.certain_test import EDGE_ROOM
 from cdcore.narrow.spacetime.memory import POSE_WORDS, TREE_WORDS, PoseMemory, TreeMemory, pose_memory, tree_memory
 from cdcore.narrow.spacetime.motion_bounds import first_unsafe, root_gap
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes
@@ -53,7 +54,8 @@ QUESTION: Final = LISTS + 6
 
 # doubles of the scratch memory
 MIDDLE, OFFSET, TURNED, PLANE, SPAN, MOVED = 96, 112, 136, 208, 240, 288
-ROOM_DOUBLES: Final = MOVED + 24 * MOST_LEAF_CORNERS
+EDGES: Final = MOVED + 24 * MOST_LEAF_CORNERS
+ROOM_DOUBLES: Final = EDGES + EDGE_ROOM
 
 AT_FRAME, IN_BLOCK, NEXT_SPAN = 3, 4, 5
 """Places of ``Scratch.state`` after the three of a block: the frame to continue from, whether that is inside its block,
@@ -68,7 +70,7 @@ def scratch_memory(row: IntArray) -> Scratch:
     return Scratch(
         words_at(row[STACK]), doubles_at(room), doubles_at(room + 8 * MIDDLE), doubles_at(room + 8 * OFFSET),
         doubles_at(room + 8 * TURNED), doubles_at(room + 8 * MOVED), doubles_at(room + 8 * PLANE),
-        doubles_at(room + 8 * SPAN), words_at(row[FOUND]), words_at(row[STATE]),
+        doubles_at(room + 8 * SPAN), doubles_at(room + 8 * EDGES), words_at(row[FOUND]), words_at(row[STATE]),
     )  # fmt: skip
 
 
@@ -180,7 +182,7 @@ class Workspace:
     """Memory for one traversal after another, so that each sets up a row of integers only; one a thread."""
 
     def __init__(self) -> None:
-        self._room, self._found = np.empty(ROOM_DOUBLES), np.empty(3 * 64, dtype=np.int64)
+        self._room, self._found = np.empty(ROOM_DOUBLES), np.empty(4 * 64, dtype=np.int64)
         self._state, self._stack = np.zeros(NEXT_SPAN + 1, dtype=np.int64), np.empty(0, dtype=np.int64)
         self._lists = [np.zeros(length, dtype=np.int64) for length in (4096, 2 * MOST_AT_ONCE, 2 * MOST_AT_ONCE)]
         self._row, self._work = np.zeros(QUESTION + 6, dtype=np.int64), np.zeros(COUNTERS, dtype=np.int64)

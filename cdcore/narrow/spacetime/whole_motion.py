@@ -89,7 +89,7 @@ def _read(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses) -> _Tracks:
     begin, everywhere = perf_counter(), poses.everywhere
     tracks: list[PoseLanes | None] = [None] * len(trees)
     whole = len(everywhere) > 0 and bool(poses.valid.all())
-    for body in set(np.unique(pairs).tolist()) if whole else ():
+    for body in set(pairs.ravel().tolist()) if whole else ():
         tree, frames = trees[body], everywhere
         if poses.still is not None and poses.still[body]:
             frames = everywhere[:1]

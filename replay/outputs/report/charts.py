@@ -8,7 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replay.base.constants import BUDGET_MS, ONE_FRAME
+from replay.base.shown import shown
 from replay.comparison.outcome import Outcome
+from replay.effects.effect_summary import titration_curves
+from replay.effects.output import FloatArray
 from replay.outputs.lanes import number_boxes, ranked_pairs
 from replay.outputs.palette import OUTCOMES, SERIES, hex_of
 from replay.outputs.report.drawing import INK, svg_in_page
@@ -159,3 +162,23 @@ def _draw_timing(axes: "Axes", result: RunResult) -> None:
     # Above the plot: inside it, it would lie on the peaks that the plot exists to show.
     axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, fontsize=8, frameon=False)
     axes.grid(True, which="major", alpha=0.25)
+
+
+def titration_pictures(result: RunResult) -> list[Markup]:
+    """The pH of each vessel that was titrated over what came in, with a line at its end point."""
+    curves = titration_curves(result.effects)
+    return [_titration(shown(vessel), *curve) for vessel, curve in curves.items()]
+
+
+def _titration(vessel: str, added: FloatArray, ph: FloatArray, end: float | None) -> Markup:
+    def draw(axes: "Axes") -> None:
+        axes.plot(added, ph, color=hex_of(SERIES[0]), lw=1.4)
+        axes.set_xlabel("came in, mL")
+        axes.set_ylabel("pH")
+        axes.grid(True, alpha=0.25)
+        if end is not None:
+            axes.axvline(end, color=INK, lw=1.0, ls="--")
+
+    words = f"The pH in {vessel} over what came in"
+    told = f"{words}; the line is its end point, {end:.2f} mL." if end is not None else f"{words}."
+    return element("figure", svg_in_page(7, 3.4, words, draw), element("figcaption", told), tabindex=0)

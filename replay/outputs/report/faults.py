@@ -133,18 +133,17 @@ def _cards(
     """
     by = "" if label == first_of(result) else label
     place = [column.name for column in made.columns].index(kind)
-    right = result.summary["detectors"][result.oracle]["seconds"]["per_frame_mean"]
+    oracle = result.summary["detectors"][result.oracle]
+    right, timed = oracle["seconds"]["per_frame_mean"], "live" if oracle["live"] else "offline"
     rows, about = [], []
     for row, one in zip(made.rows, shown, strict=True):
         at, cells = address(kind, one.number, by), list(row)
         cells[place] = Marked(str(one.number), STRONG, to="#" + at)
         if by and kind == "miss":
             cells[-1] = Marked(f"replay view RUN --miss {one.number} --by {by}", CODE)
-        way, own = TO_DO.get(one.cause, "see its cause"), label in result.at_every_frame
-        takes = f"{1e3 * cost_of_mending(result, label, one.cause, right):.2g} ms"
-        rows.append(
-            (*cells, f"{way}, {takes} each" if own and way == LOOK else f"{way}; {result.oracle} takes {takes} a frame")
-        )
+        way, takes = TO_DO.get(one.cause, "see its cause"), cost_of_mending(result, label, one.cause, right)
+        own = f", {1e3 * takes:.2g} ms each" if way == LOOK and label in result.at_every_frame else ""
+        rows.append((*cells, way + (own or f"; {result.oracle} takes {1e3 * takes:.2g} ms a frame, {timed}")))
         sort = {"miss": "missed"}.get(kind, kind)
         chosen = {name: offered[name].index(value) + 1 for name, value in _values(label, sort, one).items()}
         order = f"--time:{round(1e3 * one.start)};--pair:{chosen['pair']};--cause:{chosen['cause']}"

@@ -18,7 +18,7 @@ from replay.outputs.moments import FocusMoment, key_moments, leading, to_do, wor
 from replay.outputs.palette import INVENTED, MISSED, hex_of
 from replay.outputs.report import tables
 from replay.outputs.report.bench_picture import bench_picture
-from replay.outputs.report.charts import timeline, timing
+from replay.outputs.report.charts import timeline, timing, titration_pictures
 from replay.outputs.report.faults import fault_sections, first_of
 from replay.outputs.report.markup import Markup, contents, element, page_html, page_section, page_table, picture
 from replay.outputs.run_tables import cost_table, ranking_table, stage_table
@@ -99,7 +99,9 @@ def _sections(result: RunResult, pictures: list[Markup]) -> list[Markup]:
         if (steps := tables.duration_table(result)) is not None:
             parts.append(page_section("Which step rate would have missed it", steps, fold=True))
     if result.effects or result.summary["plan"]["not_built"]:
-        parts.append(page_section("Effects that the scene calls for", tables.effect_section(result)))
+        parts.append(
+            page_section("Effects that the scene calls for", *titration_pictures(result), tables.effect_section(result))
+        )
     parts.append(page_section("What is suspicious about the recording", tables.finding_tables(result)))
     parts.append(page_section("The session", tables.fact_table(result), fold=True))
     parts.append(page_section("How to get the same again", tables.settings_table(result), fold=True))

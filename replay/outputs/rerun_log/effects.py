@@ -11,7 +11,7 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from replay.base.shown import shown
-from replay.effects.effect_summary import happened
+from replay.effects.effect_summary import RESULTS, happened, leading
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import FACE_PAIRS, QUANTITIES, EffectEvent, FloatArray, LaneSpan, Liquid, Series
 from replay.effects.recorded import GAZE, SCALARS, UNSEEN, Looked
@@ -42,9 +42,6 @@ AIR: Final = 1.5
 
 LEVEL_WORDS: Final = {"info": "INFO", "warning": "WARN", "error": "ERROR"}
 
-RESULTS: Final = ("end-point", "broken", "burn", "precipitate", "collect", "wrong-order")
-"""Names of events that an experiment is done for, or ends by, the weightiest first."""
-
 UPRIGHT_XYZW: Final = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 """Turns a cylinder of Rerun, which stands along Z, so that it stands along the body's Y."""
 
@@ -69,27 +66,23 @@ def effect_views(effects: Mapping[str, EffectRun]) -> EffectViews:
             plots[axis] = (*plots.get(axis, ()), _path(kind, *name.split("/")))
         lanes += [_path(kind, "lanes", name) for name in run.output.lanes if name != SKIPPED]
     events = tuple(_path(kind, "events") for kind, run in effects.items() if run.events)
-    return EffectViews(plots, tuple(lanes), events, _headline(effects))
-
-
-def _headline(effects: Mapping[str, EffectRun]) -> str:
-    """The result of an experiment with its second; where nothing is one, only what the list is."""
-    found = [event for run in effects.values() for event in run.events if event.name in RESULTS]
-    best = min(found, key=lambda event: (RESULTS.index(event.name), event.time), default=None)
-    return "What happened" if best is None else f"{shown(best.text)} ({best.time:.1f} s)"
+    best = leading(effects)
+    result = best is not None and best.name in RESULTS
+    headline = f"{shown(best.text)} ({best.time:.1f} s)" if best is not None and result else "What happened"
+    return EffectViews(plots, tuple(lanes), events, headline)
 
 
 def log_happened(writer: RecordingWriter, effects: Mapping[str, EffectRun], *, leads: bool) -> None:
-    """Send what happened, the last event first: it is what the others led to.
+    """Send what happened, its result first; where nothing is one, the last event: it is what the others led to.
 
     ``leads``: the picture opens at that event, a little later, when it can be seen.
     """
-    found = happened(effects)
-    if not found:
+    found, last = happened(effects), leading(effects)
+    if last is None:
         writer.markdown(HAPPENED, "## No effect found anything" if effects else "## What people did")
         return
-    last = found[-1][1]
-    when = f"At {last.time:.1f} s, the last of {counted(len(found), 'event')}."
+    place = "the last of" if last is found[-1][1] else "one of"
+    when = f"At {last.time:.1f} s, {place} {counted(len(found), 'event')}."
     writer.markdown(HAPPENED, f"## {last.text[:1].upper()}{last.text[1:]}\n\n{when}")
     if leads:
         ns = min(round((last.time + SEEN_S) * 1e9), int(writer.clock.ns[-1]))

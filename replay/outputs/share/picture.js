@@ -88,7 +88,10 @@
   // A link that was followed before still leads there when the cursor has moved on.
   addEventListener("click", ({ target }) => {
     const link = target.closest?.("a[href^='#']");
-    if (link && link.hash === location.hash) show(asked());
+    if (!link) return;
+    if (link.hash === location.hash) show(asked());
+    // Where the picture is not beside the page, it must come into sight; after the browser has gone to the card.
+    if (window.moments?.[decodeURIComponent(link.hash.slice(1))]) setTimeout(() => box.scrollIntoView({ block: "nearest" }));
   });
   box.querySelector("button").addEventListener("click", () => box.requestFullscreen());
   const failed = (error) => {

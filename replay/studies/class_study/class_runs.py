@@ -5,8 +5,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Final
 
-import pyarrow as pa
-
 from replay.outputs.results.data_set import read, run_folders
 from replay.studies.class_study.collecting import read_students
 from replay.studies.class_study.joining import Metrics, check_pseudonyms
@@ -82,7 +80,7 @@ def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
     return replace(made, tables=rows)
 
 
-def _rows(made: ClassRuns, table: pa.Table) -> Iterable[Row]:
+def _rows(made: ClassRuns, table: Any) -> Iterable[Row]:
     for row in table.select([name for name in table.column_names if name in NEEDED]).to_pylist():
         if row["run"] in made.metrics and not row.get("held"):
             yield row | {"student": made.of(row["run"], "student")}

@@ -181,19 +181,19 @@ def group_table(study: Study) -> Table:
     """A row per outcome: as the paper computes, then what the data allow."""
     rows = []
     for one in study.groups:
-        means = (f"{name} {mean:.2f}" for name, mean in zip(one.groups, one.means, strict=True))
-        cells = (
-            words(one.outcome), ", ".join(means), conclusion(one), "{}, {}".format(*one.students),
-            f"{one.pooled_beta:+.3f}", f"{one.pooled_fit:.3f}", f"{one.pooled_p:.3f}", f"{one.difference:+.2f}",
-            f"{one.low:+.2f} to {one.high:+.2f}", p_words(one.p_holm), one.p_from,
-        )  # fmt: skip
-        rows.append([Marked(cell, STRONG if associated(one) else "") for cell in cells])
-    head = (
-        "outcome", "means", "conclusion", "n", "coefficient", "adjusted fit", "significance", "difference",
-        "95 % interval", "p (Holm)", "p from",
-    )  # fmt: skip
+        mark = STRONG if associated(one) else ""
+        by = one.p_from if one.p is None else f"{p_words(one.p)} by {one.p_from}"
+        fit = f"fit {one.pooled_fit:.3f}, significance {one.pooled_p:.3f}"
+        rows.append([
+            Marked(words(one.outcome), mark),
+            Marked("{:.2f}, {:.2f}".format(*one.means), mark, f"{one.groups[0]}, {one.groups[1]}"),
+            "{}, {}".format(*one.students), Marked(f"{one.pooled_beta:+.3f}", "", fit),
+            Marked(f"{one.difference:+.2f}", mark, f"{one.low:+.2f} to {one.high:+.2f}"),
+            Marked(p_words(one.p_holm), mark, by), Marked(conclusion(one), mark),
+        ])  # fmt: skip
+    head = ("outcome", "means", "n", "as the paper", "difference", "p (Holm)", "conclusion")
     notes = (
         "As the paper computes: coefficient, adjusted fit and significance, with one predictor, nothing corrected.",
         "What the data allow: the second group's mean less the first's, p of Welch's statistic, Holm across the rows.",
     )
-    return table("Groups compared", head, rows, words=3, notes=notes)
+    return table("Groups compared", head, rows, words=("outcome", "means", "conclusion"), notes=notes)

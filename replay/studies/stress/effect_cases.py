@@ -12,7 +12,7 @@ from typing import Any, Final
 import numpy as np
 
 from replay.effects.models.acid_base import AcidBase
-from replay.effects.models.tilted import volume_kept
+from replay.effects.models.sliced import volume_kept
 from replay.effects.models.warming import cooled
 
 EFFECTS: Final = "effects"

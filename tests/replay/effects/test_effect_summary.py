@@ -1,10 +1,14 @@
 import json
 
+import numpy as np
 import pytest
 from support.small_worlds import cubes
 
 from replay.effects.effect_plan import plan
-from replay.effects.effect_summary import effect_summary, happened_words, plan_summary
+from replay.effects.effect_summary import effect_summary, happened_words, leading, plan_summary, titration_curves
+from replay.effects.effects_runner import EffectRun
+from replay.effects.output import EffectEvent, EffectOutput, Series
+from replay.effects.protocol import EffectSpec
 from replay.pipeline.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
@@ -47,3 +51,25 @@ def test_what_happened_is_told_in_order_of_time_and_says_how_much_it_leaves_out(
     every = sum(len(run.events) for run in result.effects.values())
     assert times == sorted(times) and lines[3] == f"and {every - 3} more" and every > 4
     assert len(happened_words(result.effects, every)) == every
+
+
+def told(kind, *events, **series):
+    return EffectRun(EffectSpec(kind, "x", lambda i: None), (), EffectOutput(events, series), 0.1, {}, 3, 3)
+
+
+def test_the_weightiest_result_leads_and_without_one_the_last_event():
+    names = enumerate(("pour", "end-point", "colour-change"))
+    pour, end, turns = (EffectEvent(float(at), name, ("flask",)) for at, name in names)
+    assert leading({}) is None and leading({"pour": told("pour", pour)}) is pour
+    assert leading({"pour": told("pour", pour), "a": told("a", turns)}) is turns
+    assert leading({"a": told("a", turns), "reaction": told("reaction", end), "pour": told("pour", pour)}) is end
+
+
+def test_a_curve_is_the_ph_over_what_came_in_and_ends_at_the_end_point():
+    times = np.array([1.0, 2.0, 3.0])
+    mixing = told("mixing", **{"flask/volume": Series(np.array([0.0, 1.0, 3.0]), np.array([20.0, 20.0, 30.0]), "mL")})
+    end = EffectEvent(2.5, "end-point", ("flask",))
+    reaction = told("reaction", end, **{"flask/pH": Series(times, np.array([1.0, 7.0, 12.0]), "pH")})
+    added, ph, at = titration_curves({"mixing": mixing, "reaction": reaction})["flask"]
+    assert added.tolist() == [0.0, 5.0, 10.0] and ph.tolist() == [1.0, 7.0, 12.0] and at == 7.5
+    assert titration_curves({"reaction": reaction}) == {} == titration_curves({"mixing": mixing})

@@ -4,6 +4,7 @@ from support.liquid_worlds import glass, poured, still, tilted, world
 
 from replay.effects.contents import WATER_MOLAR
 from replay.effects.effect_plan import plan
+from replay.effects.vessels import COLOURS
 from replay.errors import PlanError
 from replay.pipeline.engine import compute
 from sessions.model.scene import SceneBody
@@ -177,3 +178,37 @@ def test_neutralisation_heats_by_what_is_neutralised():
     moved = effects["pour"].events[0].values["volume_ml"]
     warmer = 55.84e3 * min(moved, 60.0) * 1e-3 / (4.0 * (60.0 + moved))
     assert effects["heat"].series["b/temperature"].values[-1] == pytest.approx(20.0 + warmer, rel=1e-9)
+
+
+TURNS = {"turns_c": 23.0, "from_colour": "blue", "to_colour": "white"}
+SALT = {"heat_capacity_j_per_k": 60.0, "solid": {"formula": "CuSO4.5H2O", "mass_g": 5.0}}
+
+
+def salted(more, properties=SALT):
+    dish = SceneBody("dish", instrument="evaporating_dish", extra={"properties": properties})
+    poses = {"lamp": still(30), "dish": still(30, (0.0, 0.2, 0.0))}
+    return world(poses, (SceneBody("lamp"), dish), ("heat", {**FLAME, **more}), step_ns=100_000_000)
+
+
+def test_what_is_heated_turns_once_at_its_temperature_and_is_drawn_so():
+    heat = compute(salted(TURNS)).effects["heat"]
+    (event,) = heat.output.named("turned")
+    # m c dT/dt = P - k (T - Ta), solved for 3 kelvin.
+    seconds = -60.0 / 0.4 * np.log(1.0 - 3.0 * 0.4 / 160.0)
+    assert event.time == pytest.approx(seconds, abs=0.1) and event.time >= seconds
+    assert event.text == "CuSO4.5H2O in dish turns from blue to white"
+    drawn = heat.output.liquids["dish"]
+    assert drawn.rgba.tolist() == [list(COLOURS["blue"]), list(COLOURS["white"])] and drawn.times[1] == event.time
+    assert drawn.level[0] > drawn.floor
+    cool = compute(salted({**TURNS, "turns_c": 90.0})).effects["heat"]
+    assert not cool.output.named("turned") and len(cool.output.liquids["dish"].times) == 1
+
+
+@pytest.mark.parametrize(
+    ("more", "properties", "words"),
+    [({"turns_c": 23.0}, SALT, "turns_c is given: what turns over a flame needs turns_c, from_colour, to_colour"),
+     (TURNS, {"heat_capacity_j_per_k": 60.0}, "body 'dish' holds nothing that turns; give it properties.solid")],
+)  # fmt: skip
+def test_what_cannot_turn_is_refused(more, properties, words):
+    with pytest.raises(PlanError, match=words):
+        plan(salted(more, properties).scene)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.liquid_worlds import HEIGHT, RADIUS, glass, poured, still, tilt_of_onset, tilted, world
 
 from replay.effects.effect_plan import plan
-from replay.effects.models.tilted import volume_kept
+from replay.effects.models.sliced import volume_kept
 from replay.errors import PlanError
 from replay.pipeline.engine import compute
 

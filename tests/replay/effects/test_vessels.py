@@ -60,6 +60,13 @@ def test_a_cavity_is_that_of_the_body_s_own_mesh():
     assert vessel.brim_ml == pytest.approx(cavity.to_brim.volume * 1e6, rel=1e-9)
 
 
+@pytest.mark.parametrize("name", ["beaker_100", "erlenmeyer_flask", "burette"])
+def test_the_level_in_an_instrument_is_that_of_its_cavity(name):
+    cavity = make_instrument(name).cavity
+    level = Vessel(SceneBody("a", instrument=name)).drawn(np.zeros(1), np.array([cavity.capacity_m3 * 1e6])).level
+    assert level[0] == pytest.approx(cavity.mark_height, abs=5e-4)
+
+
 @pytest.mark.parametrize("key", ["from", "into"])
 def test_a_vessel_that_opens_downwards_is_neither_poured_from_nor_filled(key):
     bodies = (glass("a"), SceneBody("b", instrument="dropper"))

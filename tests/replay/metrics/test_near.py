@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from support.small_worlds import cube, cubes
 
 from cdcore import Body, Motion, TriangleMesh
-from replay.metrics.near import _distances, close_stretches, spread_points, without_contact
+from replay.metrics.near import SPACING_M, _distances, close_stretches, spread_points, without_contact
 from replay.prepare.assemble import assemble
 
 FRAMES = 400
@@ -19,9 +19,9 @@ def approach(least, centre=2.0, width=0.1):
     return 1.0 + np.where(np.abs(t - centre) <= width, least, 0.2)
 
 
-def near(gap, close=0.01):
+def near(gap):
     assembly = assemble(cubes({"a": np.zeros(FRAMES), "b": gap}))
-    return close_stretches(assembly, np.arange(len(assembly.pairs)), close)
+    return close_stretches(assembly, np.arange(len(assembly.pairs)))
 
 
 def test_a_cube_that_comes_within_four_millimetres_is_seen_with_its_distance_and_time():
@@ -55,7 +55,7 @@ def test_the_least_distance_is_that_of_all_points_to_all_points():
     poses[:, 1] = Rotation.from_rotvec(rng.uniform(-0.2, 0.2, (frames, 3))).as_matrix()
     motion = Motion(assembly.motion.times, assembly.motion.translations, poses)
     clouds = [spread_points(body) for body in assembly.bodies]
-    found = _distances(replace(assembly, motion=motion), 0, 1, np.arange(frames), 0.01, {})
+    found = _distances(replace(assembly, motion=motion), 0, 1, np.arange(frames), {})
     for k in range(frames):
         placed = [clouds[n] @ poses[k, n].T + motion.translations[k, n] for n in (0, 1)]
         least = cdist(*placed).min()
@@ -65,12 +65,12 @@ def test_the_least_distance_is_that_of_all_points_to_all_points():
 
 def test_points_leave_no_gap_wider_than_the_spacing():
     shape = cube(0.1)
-    points = spread_points(Body("c", TriangleMesh(shape.vertices, shape.faces)), 0.004)
+    points = spread_points(Body("c", TriangleMesh(shape.vertices, shape.faces)))
     rng = np.random.default_rng(0)
     surface = rng.uniform(-0.05, 0.05, (500, 3))
     surface[:, 0] = 0.05
     gaps = np.linalg.norm(surface[:, None] - points[None], axis=2).min(axis=1)
-    assert gaps.max() <= 0.004
+    assert gaps.max() <= SPACING_M
     assert np.abs(np.abs(points).max(axis=1) - 0.05).max() < 1e-12
 
 

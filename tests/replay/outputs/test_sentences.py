@@ -341,4 +341,5 @@ def test_no_template_of_report_and_picture_is_untested(monkeypatch, tmp_path):
     text = "\n".join(map(unescape, everything(monkeypatch, tmp_path / "run.rrd")))
     found = [path for path in sources("replay/outputs/**/*.py") if path.name not in OUTSIDE]
     tested = "best ant, iteration 7: 100 mm; local search takes over\n## What people did"
+    tested += "\nThe pH in flask over what came in; the line is its end point, 25.00 mL."
     assert unsaid(text + NOTHING_SUSPICIOUS + tested, *found) == []

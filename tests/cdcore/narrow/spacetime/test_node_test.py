@@ -5,9 +5,11 @@ import pytest
 from support.eight_frames import EightFrames
 from support.motions import rotations
 
-from cdcore.kernels.compiling import kernel
+from cdcore.kernels.compiling import kernel, runtime_int
+from cdcore.kernels.memory import doubles_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime.box_tree import build_box_tree
+from cdcore.narrow.spacetime.certain_test import EDGE_ROOM, certain_lanes, move_edges
 from cdcore.narrow.spacetime.certificates import faces_below
 from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
 from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
@@ -59,13 +61,14 @@ def test_lanes_that_were_not_asked_stay_out():
 @kernel
 def survivors(tree_a, a, leaf_a, tree_b, b, leaf_b, relative, middle, chord, pad, found):
     offset, turned, moved, plane, span = np.empty(24), np.empty(72), np.empty(768), np.empty(32), np.empty(48)
+    edges = np.empty(EDGE_ROOM)
     mask = lanes_that_may_meet(
         tree_a.boxes, a, tree_b.boxes, b, relative, middle, chord, pad, 255 + 0 * a, True, offset
     )
     if mask == 0:
         return 0
     return survivors_of_leaves(
-        tree_a, leaf_a, tree_b, b, leaf_b, relative, offset, pad, mask, turned, moved, plane, span, found
+        tree_a, leaf_a, tree_b, b, leaf_b, relative, offset, pad, mask, turned, moved, plane, span, edges, found
     )
 
 
@@ -73,26 +76,57 @@ def survivors(tree_a, a, leaf_a, tree_b, b, leaf_b, relative, middle, chord, pad
 def test_every_meeting_face_pair_survives_in_its_lanes_and_few_others_do(seed):
     scene = EightFrames(seed, size=0.6)
     a_tree, b_tree = scene.trees
-    lanes = np.zeros((20, 30), dtype=int)
-    found = np.empty(192, dtype=np.int64)
+    lanes, certain = np.zeros((2, 20, 30), dtype=int)
+    found = np.empty(256, dtype=np.int64)
     for a in np.flatnonzero(a_tree.links[:, 1] >= 0):
         for b in np.flatnonzero(b_tree.links[:, 1] >= 0):
             count = survivors(
                 scene.flat[0], a, int(a_tree.links[a, 1]), scene.flat[1], b, int(b_tree.links[b, 1]), scene.relative,
                 scene.middle, scene.chord, scene.pad, found,
             )  # fmt: skip
-            for face_a, face_b, left in found[: 3 * count].reshape(-1, 3):
-                lanes[a_tree.faces[face_a], b_tree.faces[face_b]] = left
+            for face_a, face_b, left, meet in found[: 4 * count].reshape(-1, 4):
+                lanes[a_tree.faces[face_a], b_tree.faces[face_b]] = left | meet
+                certain[a_tree.faces[face_a], b_tree.faces[face_b]] = meet
     meeting = 0
     for lane in range(8):
         first, second = scene.world(lane)
         pairs = np.array([[x, y] for x in first for y in second])
         meets = triangles_intersect(pairs).reshape(20, 30)
         assert (lanes[meets] >> lane & 1).all()
+        assert np.array_equal(certain >> lane & 1, meets)
         meeting += meets.sum()
     survived = sum(bin(left).count("1") for left in lanes.ravel())
     assert meeting > 10
     assert survived < 4 * meeting
+
+
+@kernel
+def certain(placed, boxed, size, pad):
+    edges, zero = np.empty(EDGE_ROOM), runtime_int(0)
+    move_edges(doubles_of(placed), zero, runtime_int(24), runtime_int(48), doubles_of(edges))
+    return certain_lanes(
+        doubles_of(placed), zero, runtime_int(24), runtime_int(48), doubles_of(boxed), zero, doubles_of(edges), size,
+        pad, runtime_int(255),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("pad", [1e-15, 1e-3])
+@pytest.mark.parametrize("number", range(1, len(FAMILIES) + 1))
+def test_certain_lanes_hold_wherever_the_corners_are_within_the_pad(number, pad):
+    rng, sure = np.random.default_rng(number), 0
+    for pair in FAMILIES[number - 1].pairs(12, seed=7):
+        pair = (pair - pair.mean(axis=(0, 1))) / max(np.abs(pair).max(), 1e-300)
+        near = np.repeat(pair[None], 8, axis=0)
+        near[1:] += rng.uniform(-1, 1, (7, 2, 3, 3)) * pad / 4
+        size = float(np.linalg.norm(near, axis=3).max())
+        # the kernel sees one pair in all lanes, the truth is asked at others within the pad of it
+        moving = np.repeat(near[0, 0].reshape(9, 1), 8, axis=1).ravel()
+        found = certain(moving, near[0, 1].ravel(), size, pad)
+        assert found in (0, 255, 255 << 8)
+        truth = triangles_intersect(near)
+        assert found == 0 or (truth == (found == 255)).all()
+        sure += found > 0
+    assert pad > 1e-6 or number > 1 or sure > 6
 
 
 @kernel

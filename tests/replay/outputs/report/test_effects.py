@@ -1,7 +1,10 @@
+from types import SimpleNamespace
+
 import pytest
 from support.small_worlds import cubes
 
 from replay.effects.effect_summary import happened_words
+from replay.outputs.report.charts import titration_pictures
 from replay.outputs.report.page import report_html
 from replay.outputs.report.tables import EVENT_ROWS, effect_section
 from replay.pipeline.engine import compute
@@ -36,7 +39,7 @@ def test_events_stand_in_order_of_time_and_a_long_list_is_cut_and_says_so():
     section = effect_section(flicker)
     assert (
         f"the first {EVENT_ROWS} of {EVENT_ROWS + 5}" in section
-        and section.count('<td class="word">contact a - b') == EVENT_ROWS
+        and section.count('<td class="word">a touches b') == EVENT_ROWS
     )
 
 
@@ -59,3 +62,13 @@ def test_without_a_detector_the_page_begins_with_what_happened():
     one, two = happened_words(result.effects, 5)
     assert f"<h1>2 {result.effects['hazard-proximity'].events[0].name}</h1>" in first
     assert first.index(one) < first.index(two) < first.index("No contact was looked for")
+
+
+def test_a_titration_has_its_curve_in_the_page():
+    from support.liquid_worlds import MIX, NEUTRAL, run_in
+
+    runs = run_in([0.0, *[45.0] * 120, 0.0], MIX, NEUTRAL)
+    (picture,) = titration_pictures(SimpleNamespace(effects=runs))
+    (end,) = runs["reaction"].output.named("end-point")
+    assert f"The pH in flask over what came in; the line is its end point, {end.values['volume_ml']:.2f} mL." in picture
+    assert "<svg" in picture and titration_pictures(SimpleNamespace(effects={})) == []

@@ -100,6 +100,9 @@ def test_every_number_of_a_card_is_in_the_summary(session, asked):
             for row in rows if kinds else ():
                 (told,) = (one for one in listed[kinds[0]] if str(one["number"]) == row[0])
                 numbers, count = [*values_of(told)], count + 1
+                # What a time is of is said: the oracle's is of the whole motion at once, unless it was asked live.
+                timed = "live" if result.summary["detectors"][result.oracle]["live"] else "offline"
+                assert row[-1].endswith((f" ms a frame, {timed}", " ms each"))
                 assert {told["body_a"], told["body_b"]} == set(row[2].split(" - ")) and told["cause"] == row[4]
                 assert [one for cell in row for one in NUMBER.findall(cell) if not shown_as(one, numbers)] == []
     assert count == sum(len(one[kind]) for one in result.summary["faults"].values() for kind in ("misses", "false"))

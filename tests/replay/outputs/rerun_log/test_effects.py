@@ -165,20 +165,24 @@ def test_a_plot_shows_every_sample_of_a_quantity_and_the_peaks_of_a_count_as_ste
         assert kept.as_arrow_array().to_pylist() == [getattr(kind, word).value]
 
 
+ENDS = run_of("reaction", EffectOutput(events=(EffectEvent(0.1, "end-point", ("cup",), message="equivalent"),)))
+
+
 @pytest.mark.parametrize(
     ("runs", "leads", "title", "opens"),
     [
+        ({**RUNS, "reaction": ENDS}, True, "## Equivalent\n\nAt 0.1 s, one of 3 events.", 350_000_000),
         (RUNS, True, "## 3 mL beside\n\nAt 0.5 s, the last of 2 events.", 750_000_000),
         (RUNS, False, "## 3 mL beside\n\nAt 0.5 s, the last of 2 events.", None),
         ({"pour": replace(RUNS["pour"], output=EffectOutput())}, True, "## No effect found anything", None),
         ({}, True, "## What people did", None),
     ],
 )
-def test_the_answer_is_the_last_event_and_the_picture_opens_a_little_after_it(tmp_path, runs, leads, title, opens):
+def test_the_answer_is_the_result_or_the_last_event_and_the_picture_opens_after_it(tmp_path, runs, leads, title, opens):
     stream = rr.RecordingStream("test")
     stream.save(tmp_path / "run.rrd")
     writer = RecordingWriter(stream, SimpleNamespace(ns=np.array([0, 1_000_000_000])))
-    log_happened(writer, {"pour": runs["pour"]} if runs else {}, leads=leads)
+    log_happened(writer, {kind: one for kind, one in runs.items() if kind != "gaze"}, leads=leads)
     stream.disconnect()
     rows = {
         str(chunk.entity_path): [chunk.to_record_batch()] for chunk in RrdReader(str(tmp_path / "run.rrd")).stream()

@@ -89,8 +89,12 @@ def test_the_table_stands_beside_the_printed_one_and_says_what_each_side_compute
     assert [row[0].text for row in made.rows] == ["ease of use", "motivation", "contacts per minute"]
     one = study.groups[2]
     assert one.students == (20, 20) and one.means[0] == pytest.approx(contacts[::2].mean())
-    assert made.rows[2][1].text == f"first {one.means[0]:.2f}, second {one.means[1]:.2f}"
-    assert made.rows[2][3].text == "20, 20"
+    _, means, n, paper, apart, p, _ = made.rows[2]
+    assert (means.text, means.below, n) == (f"{one.means[0]:.2f}, {one.means[1]:.2f}", "first, second", "20, 20")
+    fit = f"fit {one.pooled_fit:.3f}, significance {one.pooled_p:.3f}"
+    assert (paper.text, paper.below) == (f"{one.pooled_beta:+.3f}", fit)
+    assert (apart.text, apart.below) == (f"{one.difference:+.2f}", f"{one.low:+.2f} to {one.high:+.2f}")
+    assert (p.text, p.below) == (f"{one.p_holm:.3f}", f"{one.p:.3f} by permutation")
     assert any("As the paper computes: coefficient, adjusted fit and significance" in note for note in made.notes)
     assert any("What the data allow: the second group's mean less the first's" in note for note in made.notes)
     sample = {row[0]: row[1:] for row in sample_table(study, {"device": "immersive"}).rows}
