@@ -51,8 +51,9 @@ def bench_picture(
     parts = [*_parts(assembly, scene, frame, marked or {}, solids or {})]
     corners, colours, kinds = (np.concatenate(one) for one in zip(*parts, strict=True)) if parts else _NOTHING
     local = (corners - np.array(eye.position)) @ look_rotation(eye)
-    found = np.concatenate([np.zeros((0, 3)), *_covered(local)])
-    seen = _composed(found, _shaded(local, colours), kinds).reshape(HIGH, WIDE, 3)
+    nothing = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0)
+    found = [np.concatenate(one) for one in zip(nothing, *_covered(local), strict=True)]
+    seen = _composed((found[0], found[1], found[2]), _shaded(local, colours), kinds).reshape(HIGH, WIDE, 3)
     buffer = io.BytesIO()
     how: Any = {"format": "png", "metadata": {"Software": None}}
     imsave(buffer, np.clip(seen, 0.0, 1.0), **how)
@@ -108,10 +109,15 @@ def _shaded(local: FloatArray, colours: FloatArray) -> FloatArray:
     return shaded
 
 
-def _covered(local: FloatArray) -> Iterator[FloatArray]:
-    """Triangle, pixel and 1 / depth, (k, 3), of every pixel that a triangle in the eye's axes (n, 3, 3) covers.
+Covered = tuple[IntArray, IntArray, FloatArray]
+"""Triangle, pixel and 1 / depth, (k,) each."""
 
-    Barycentric coordinates over depth are linear on the screen. Source: Olano and Greer 1997.
+
+def _covered(local: FloatArray) -> Iterator[Covered]:
+    """Every pixel whose middle a triangle in the eye's axes (n, 3, 3) covers.
+
+    Barycentric coordinates over depth are linear on the screen, so they bound a stretch of each row of pixels.
+    Source: Olano and Greer 1997.
     """
     size = np.array([WIDE, HIGH])
     depth = -local[..., 2:]
@@ -119,41 +125,59 @@ def _covered(local: FloatArray) -> Iterator[FloatArray]:
     flat = local[..., :2] * [1, -1] / np.tan(FIELD_OF_VIEW / 2) * size[1] / 2 + depth * size / 2
     screen = np.concatenate([flat, depth], axis=2)
     there = np.flatnonzero((np.abs(np.linalg.det(screen)) > 1e-12) & (depth.min(axis=(1, 2)) > NEAREST))
-    inverse, place = np.linalg.inv(screen[there]), flat[there] / depth[there] - 0.5
-    low = np.clip(np.ceil(place.min(axis=1)), 0, size).astype(np.int64)
-    high = np.clip(np.floor(place.max(axis=1)) + 1, 0, size).astype(np.int64)
-    across, count = np.maximum(high - low, 0)[:, 0], np.maximum(high - low, 0).prod(axis=1)
-    blocks = np.flatnonzero(np.diff(np.cumsum(count) // AT_ONCE)) + 1
-    for some in np.split(np.arange(len(there)), blocks):
-        one = np.repeat(some, count[some])
-        k = np.arange(len(one)) - np.repeat(np.cumsum(count[some]) - count[some], count[some])
-        x, y = low[one, 0] + k % across[one], low[one, 1] + k // across[one]
-        shares = inverse[one, 0] * (x + 0.5)[:, None] + inverse[one, 1] * (y + 0.5)[:, None] + inverse[one, 2]
-        near = shares.sum(axis=1)
-        hit = (shares >= 0).all(axis=1) & (near < 1 / NEAREST)
-        yield np.stack([there[one[hit]], (x + size[0] * y)[hit], near[hit]], axis=1)
+    inverse, place = np.linalg.inv(screen[there]), flat[there, :, 1] / depth[there, :, 0] - 0.5
+    low = np.clip(np.ceil(place.min(axis=1)), 0, HIGH).astype(np.int64)
+    high = np.clip(np.floor(place.max(axis=1)) + 1, 0, HIGH).astype(np.int64)
+    one, row = _counted_up(low, np.maximum(high, low))
+    slope, at_left = inverse[one, 0], inverse[one, 1] * (row + 0.5)[:, None] + inverse[one, 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        border = -at_left / slope - 0.5
+    begin = np.where(slope > 0, border, np.where((slope < 0) | (at_left >= 0), -np.inf, np.inf)).max(axis=1)
+    end = np.where(slope < 0, border, np.inf).min(axis=1)
+    left = np.clip(np.ceil(begin), 0, WIDE).astype(np.int64)
+    right = np.clip(np.floor(end) + 1, left, WIDE).astype(np.int64)
+    near, step = at_left.sum(axis=1), slope.sum(axis=1)
+    blocks = np.flatnonzero(np.diff(np.cumsum(right - left) // AT_ONCE)) + 1
+    for some in np.split(np.arange(len(row)), blocks):
+        stretch, x = _counted_up(left[some], right[some])
+        of = some[stretch]
+        yield there[one[of]], x + WIDE * row[of], near[of] + step[of] * (x + 0.5)
 
 
-def _composed(found: FloatArray, colours: FloatArray, kinds: FloatArray) -> FloatArray:
+def _counted_up(first: IntArray, last: IntArray) -> tuple[IntArray, IntArray]:
+    """The whole numbers from ``first`` to before ``last`` one range after the other: which range, and the number."""
+    count = last - first
+    one = np.repeat(np.arange(len(count)), count)
+    return one, np.arange(len(one)) + np.repeat(first - np.cumsum(count) + count, count)
+
+
+def _composed(found: Covered, colours: FloatArray, kinds: FloatArray) -> FloatArray:
     """The colour of every pixel (p, 3): the nearest opaque triangle, through all translucent ones before it."""
-    found = found[np.lexsort((found[:, 2], found[:, 1]))]
-    face, pixel, near = found[:, 0].astype(np.int64), found[:, 1].astype(np.int64), found[:, 2].copy()
-    near[kinds[face] == MARKED] += 1 / NEAREST
-    opaque, alpha = colours[face, 3] == 1.0, colours[face, 3]
-    count = WIDE * HIGH
+    face, pixel, near = found
+    near = near + (kinds[face] == MARKED) / NEAREST
+    alpha, count = colours[face, 3], WIDE * HIGH
     seen, depth = np.tile(BEHIND, (count, 1)), np.zeros(count)
-    order = np.flatnonzero(opaque)[np.argsort(near[opaque], kind="stable")]
-    seen[pixel[order]], depth[pixel[order]] = colours[face[order], :3], near[order]
-    clear = np.flatnonzero(~opaque & (near > depth[pixel]))
-    face, pixel, alpha = face[clear], pixel[clear], alpha[clear]
+    opaque = np.flatnonzero(alpha == 1.0)
+    np.maximum.at(depth, pixel[opaque], near[opaque])
+    first = opaque[near[opaque] == depth[pixel[opaque]]]
+    seen[pixel[first]] = colours[face[first], :3]
+    clear = np.flatnonzero((alpha < 1.0) & (near > depth[pixel]))
+    clear = clear[np.lexsort((near[clear], pixel[clear]))]
+    seen = _veiled(seen, pixel[clear], colours[face[clear]])
+    for kind in np.unique(kinds[kinds >= SOLID]):
+        seen[_rim(np.isin(np.arange(count), pixel[kinds[face] == kind]))] = RIM
+    return seen
+
+
+def _veiled(seen: FloatArray, pixel: IntArray, colours: FloatArray) -> FloatArray:
+    """Pixels (p, 3) through translucent colours (k, 4), sorted by pixel and from far to near."""
+    alpha, count = colours[:, 3], len(seen)
     let = np.log1p(-alpha)
     through = np.bincount(pixel, let, count)
     share = alpha * np.exp(np.cumsum(through)[pixel] - np.cumsum(let))
-    veil = np.stack([np.bincount(pixel, share * colours[face, k], count) for k in range(3)], axis=1)
-    seen = seen * np.exp(through)[:, None] + veil
-    for kind in np.unique(kinds[kinds >= SOLID]):
-        seen[_rim(np.isin(np.arange(count), found[kinds[found[:, 0].astype(np.int64)] == kind, 1]))] = RIM
-    return seen
+    veil = np.stack([np.bincount(pixel, share * colours[:, k], count) for k in range(3)], axis=1)
+    covered: FloatArray = seen * np.exp(through)[:, None] + veil
+    return covered
 
 
 RIM: Final = np.array(INVENTED[:3]) / 255.0 * 0.8

@@ -12,8 +12,8 @@ from PIL import Image
 from support.small_worlds import along_x, cube, cubes
 
 from replay.comparison.outcome import Outcome
-from replay.outputs.camera import Eye
-from replay.outputs.report.bench_picture import bench_picture
+from replay.outputs.camera import FIELD_OF_VIEW, Eye
+from replay.outputs.report.bench_picture import HIGH, WIDE, _covered, bench_picture
 from replay.outputs.report.charts import LABEL, LANE, RIGHT, STRETCH, WIDTH, lane_bars, timeline, timing
 from replay.outputs.report.drawing import INK, PAPER, svg_in_page
 from replay.outputs.report.page import report_html
@@ -174,3 +174,23 @@ def test_a_false_contact_shows_in_yellow_what_invents_it_and_the_whole_pair():
     assert rim.sum() > 500
     rows, columns = np.nonzero(rim)
     assert rows.min() > 0 and columns.min() > 0 and rows.max() < len(seen) - 1 and columns.max() < seen.shape[1] - 1
+
+
+def test_a_triangle_covers_the_pixels_whose_rays_meet_it_at_their_depth():
+    rng = np.random.default_rng(3)
+    local = rng.uniform([-1, -0.6, -3], [1, 0.6, -0.5], (20, 3, 3))
+    found = [np.concatenate(one) for one in zip(*_covered(local), strict=True)]
+    y, x = np.divmod(np.arange(WIDE * HIGH), WIDE)
+    focus = HIGH / 2 / np.tan(FIELD_OF_VIEW / 2)
+    across, up = (x + 0.5 - WIDE / 2) / focus, -(y + 0.5 - HIGH / 2) / focus
+    rays = np.stack([across, up, -np.ones(len(x))], axis=1)
+    for number, (a, b, c) in enumerate(local):
+        # a point s a + t b + u c on a ray, by Cramer's rule: the shares are scaled volumes, of one sign inside
+        shares = np.stack([rays @ np.cross(b, c), rays @ np.cross(c, a), rays @ np.cross(a, b)], axis=1)
+        shares *= np.sign(np.linalg.det([a, b, c]))
+        clear = np.abs(shares).min(axis=1) > 1e-9
+        inside = np.flatnonzero((shares > 0).all(axis=1) & clear)
+        mine = found[0] == number
+        assert set(inside) <= set(found[1][mine]) <= set(inside) | set(np.flatnonzero(~clear))
+        depth = abs(np.linalg.det([a, b, c])) / shares[found[1][mine]].sum(axis=1)
+        assert np.allclose(1 / found[2][mine], depth, rtol=1e-9)
