@@ -1,4 +1,5 @@
 import tracemalloc
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -58,9 +59,12 @@ def test_comparing_some_frames_at_a_time_changes_nothing(monkeypatch, covers):
     rows = ["".join(rng.choice(list(".CI?nu-"), size=3)) for _ in range(40)]
     subject, oracle = verdicts(rows[::-1]), verdicts(rows, covers=covers)
     near = rng.random((40, 3)) > 0.5
-    whole = compare(subject, oracle, within=lambda *at: near[at]).outcome
+    asked = {"within": lambda *at: near[at], "holdings": [SimpleNamespace(first=7, last=25, pair=1)]}
+    whole = compare(subject, oracle, **asked).outcome
+    held = np.flatnonzero(whole[:, 1] == Outcome.HELD)
+    assert held.min() >= 7 and held.max() <= 25 and len(held) > 5
     monkeypatch.setattr("replay.comparison.compare.VERDICT_FRAMES", 3)
-    assert np.array_equal(compare(subject, oracle, within=lambda *at: near[at]).outcome, whole)
+    assert np.array_equal(compare(subject, oracle, **asked).outcome, whole)
 
 
 def test_labels_are_the_runs_else_the_detectors():

@@ -173,3 +173,8 @@ def test_a_blend_only_adds_and_a_carving_only_removes():
     assert (carved(a, b, 0.005) >= np.maximum(a, -b) - 1e-15).all()
     far = np.abs(a - b) > 0.005
     assert blended(a, b, 0.005)[far] == pytest.approx(np.minimum(a, b)[far], abs=1e-15)
+
+
+def test_the_mouth_of_a_volumetric_flask_is_wider_than_its_neck():
+    x, y, z = make_instrument("volumetric_flask", 2000).mesh.vertices.T
+    assert np.hypot(x, z)[y == y.max()].min() > 6.5e-3 > np.hypot(x, z)[np.abs(y - 0.113) < 5e-3].min()

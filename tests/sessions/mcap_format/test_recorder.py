@@ -334,3 +334,8 @@ def test_recording_at_full_speed_is_at_least_twenty_times_faster_than_real_time(
     print(f"\nrecorded {600 / taken:.0f} times faster than real time")
     assert len(read_session(tmp_path / "s.mcap").frames) == 54_000
     assert 600 / taken >= 20
+
+
+def test_a_recording_that_cannot_begin_says_why(tmp_path):
+    with pytest.raises(SessionFileError, match=r"cannot be recorded \(No such file or directory\); check the folder"):
+        Recorder(tmp_path / "nowhere" / "s.mcap")

@@ -1,5 +1,7 @@
 """A section exists exactly where the triangles meet, and its ends lie on both of them."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from support.shapes import ball_mesh, box_mesh
@@ -48,6 +50,25 @@ def test_one_common_point_gives_equal_ends():
 def test_a_coplanar_overlap_gives_its_longest_chord():
     section = triangle_pair_sections([[FLOOR, FLOOR]])[0]
     assert sorted(section.tolist()) == [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
+
+
+def test_an_edge_in_the_plane_of_a_face_is_cut_where_it_leaves_the_face():
+    rng = np.random.default_rng(2)
+    ends = rng.integers(-16, 32, (300, 2, 2)) / 16
+    ends = ends[(ends[:, 0] != ends[:, 1]).any(axis=1)]
+    tents = np.concatenate([np.insert(ends, 2, 0.0, axis=2), np.tile([0.25, 0.25, 1.0], (len(ends), 1, 1))], axis=1)
+    for (p, q), section in zip(ends, triangle_pair_sections([[FLOOR, tent] for tent in tents]), strict=True):
+        begin, end = Fraction(0), Fraction(1)  # of the way from p to q inside x >= 0, y >= 0 and x + y <= 1
+        for a, b in ((p[0], q[0]), (p[1], q[1]), (1 - p.sum(), 1 - q.sum())):
+            a, b = Fraction(a), Fraction(b)
+            if (a < 0 and b < 0) or a == b < 0:
+                begin = Fraction(2)
+            elif a < 0 or b < 0:
+                begin, end = (max(begin, a / (a - b)), end) if a < 0 else (begin, min(end, a / (a - b)))
+        expected = [p + float(share) * (q - p) for share in (begin, end)]
+        assert np.isfinite(section).all() == (begin <= end)
+        if begin <= end:
+            assert min(np.abs(section[::step, :2] - expected).max() for step in (1, -1)) < 1e-12
 
 
 def test_no_pairs_give_no_segments_and_nan_is_refused():
