@@ -14,6 +14,14 @@ SAMPLED = {
     "tests/contracts/test_detectors.py::test_pairs_written_in_another_order_give_the_same_digests": 4,
     "tests/contracts/test_table_one.py::test_run_to_completion_it_finds_every_face": 3,
     "tests/hard_cases/test_fuzz.py::test_four_verbs_do_not_contradict_each_other_about_a_file_made_by_hand": 7,
+    "tests/replay/api/test_places.py::test_sessions_and_runs_in_a_store_have_the_digest_of_those_here": 2,
+    "tests/replay/api/test_places.py::test_verbs_take_urls_for_sessions_and_runs": 2,
+    "tests/replay/outputs/report/test_faults.py::test_every_number_of_a_card_is_in_the_summary": 4,
+    "tests/replay/outputs/report/test_faults.py::test_every_number_of_a_pair_is_in_the_summary": 4,
+    "tests/replay/outputs/report/test_faults.py::test_events_clusters_and_stages_are_rows_of_the_summary": 4,
+    "tests/replay/studies/class_study/test_class_page.py::"
+    "test_a_question_is_answered_by_clicks_as_a_recount_answers_it": 4,
+    "tests/replay/studies/class_study/test_resampling.py::test_intervals_hold_the_truth_in_about_95_of_100_classes": 2,
     "tests/replay/comparison/test_causes.py::test_the_table_is_diagonal_in_other_sessions_too": 4,
     "tests/replay/effects/models/test_sliced.py::"
     "test_onset_and_volume_of_every_vessel_are_those_of_slices_by_another_library": 5,
