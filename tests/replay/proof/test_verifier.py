@@ -14,7 +14,8 @@ from cdcore.errors import CollisionCoreError
 from cdcore.narrow.containment.ray_parity import point_inside
 from cdcore.numerics import place_points
 from replay.proof.claims import Kind, Mesh, Proof, WrongRecord
-from replay.proof.verifier import inside, meeting, placed, triangles_meet, verify
+from replay.proof.geometry import inside, meeting, placed, triangles_meet
+from replay.proof.verifier import verify
 
 FRAMES = 24
 CLEAR, CONTACT, CONTAINED, NO_POSE = Kind
