@@ -39,6 +39,14 @@ QUATERNION_REJECT: Final = 1e-3
 """Largest accepted distance of a quaternion's norm from 1."""
 
 
+def row_length(count: Any) -> Any:
+    """Numbers in a row of entries of so many frames: eight from any of them lie in the row, and whole eights."""
+    return (count + 22) // 8 * 8
+
+
+ONE_POSE: Final[int] = row_length(1)
+
+
 def place_points(points: FloatArray, rotation: FloatArray, translation: FloatArray) -> FloatArray:
     """Place body points in the world: the *reference vertices* of all exact tests.
 

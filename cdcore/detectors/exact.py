@@ -12,7 +12,6 @@ from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.frame_looks import FrameLooks
-from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, FaceSets, Live, LivePairs, Motion, PairDetector, contact_or_clear
@@ -72,9 +71,13 @@ class ExactDetector(PairDetector[ExactSettings]):
         return LivePairs(BroadLooks(broad), surfaces.decide, self._containment.question)
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
-        poses = Poses(motion.rotations, motion.translations, motion.valid, motion.still)
         answer = decide_motion(
-            self._trees, self.pairs, poses, faces=faces, threads=self.settings.threads, verify=self.settings.verify
+            self._trees,
+            self.pairs,
+            motion,
+            faces=faces,
+            threads=self.settings.threads,
+            verify=self.settings.verify,
         )
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
         start, asked = perf_counter(), 0

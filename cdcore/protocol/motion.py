@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from types import ModuleType
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +21,7 @@ from cdcore.numerics import (
     FloatArray,
     IntArray,
     readonly,
+    row_length,
 )
 
 
@@ -54,6 +57,9 @@ class Motion:
     worst_orthonormality: float
     still: BoolArray
     """(N,): whether a body is known to keep one pose throughout."""
+    lanes: FloatArray | None
+    """Poses as ``rigid_kernels.lay_poses`` lays them out, (N, 12, S), of which ``rotations`` and ``translations`` are
+    made when they are first asked for; ``None`` where these were given."""
 
     def __init__(
         self, times: ArrayLike, translations: ArrayLike, rotations: ArrayLike, valid: ArrayLike | None = None, *,
@@ -78,16 +84,32 @@ class Motion:
         if bad >= 0:
             what = _fault(flat_place[bad], flat_turn[bad], None if matrices is None else given[bad, 3])
             raise InvalidPoseError(_where(bad, mask, clock, names) + what)
-        known = mask.copy() if linked is None else _mask(linked, mask.shape, "linked") & mask
-        known[1:] &= mask[:-1]
-        known[:1] = False
-        self._set(clock, place, turn, mask, known, repaired, worst, still)
+        self._set(clock, place, turn, mask, _known(mask, linked), repaired, worst, still, None)
 
     def _set(self, *values: object) -> None:
         for field, value in zip(self.__dataclass_fields__, values, strict=True):
             if isinstance(value, np.ndarray):
                 readonly(value)
-            object.__setattr__(self, field, value)
+            if value is not LATER:
+                object.__setattr__(self, field, value)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> FloatArray:
+            if name not in ("rotations", "translations") or self.__dict__.get("lanes") is None:
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            turn, place = self.poses_at(np.arange(len(self)), np.arange(self.body_count))
+            object.__setattr__(self, "translations", place)
+            object.__setattr__(self, "rotations", turn)
+            return self.__dict__[name]
+
+    def poses_at(self, frames: IntArray, bodies: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Rotations (K, n, 3, 3) and translations (K, n, 3) of bodies (n,) at frames (K,)."""
+        if self.lanes is None:
+            return self.rotations[frames[:, None], bodies], self.translations[frames[:, None], bodies]
+        turn, place = np.empty((len(frames), len(bodies), 3, 3)), np.empty((len(frames), len(bodies), 3))
+        _kernels().take_poses(self.lanes, self.still, frames, bodies, place, turn)
+        return readonly(turn), readonly(place)
 
     @classmethod
     def of_rigid(
@@ -100,7 +122,7 @@ class Motion:
         """
         motion = object.__new__(cls)
         unknown = np.zeros(valid.shape[1], dtype=np.bool_)
-        motion._set(_times(times), translations, rotations, valid, linked & valid, 0, 0.0, unknown)
+        motion._set(_times(times), translations, rotations, valid, linked & valid, 0, 0.0, unknown, None)
         return motion
 
     @classmethod
@@ -139,12 +161,27 @@ class Motion:
         clock = _times(times)
         matrices = _array(poses, "poses", (len(clock), None, 4, 4), copy=False)
         mask = _mask(valid, matrices.shape[:2], "valid")
+        motion = object.__new__(cls)
+        if valid is None and motion._lay(clock, matrices, mask, linked):
+            return motion
         # One block, not two: the C library then keeps the memory for the next motion; 1.15 times as fast (2026-11).
         room = np.empty(12 * mask.size)
         place, turn = room[: 3 * mask.size].reshape(*mask.shape, 3), room[3 * mask.size :].reshape(*mask.shape, 3, 3)
-        motion = object.__new__(cls)
         motion._take(clock, place, turn, mask, linked, names, matrices)
         return motion
+
+    def _lay(self, clock: FloatArray, matrices: FloatArray, mask: BoolArray, linked: ArrayLike | None) -> bool:
+        """Keep matrices none of which is missing, bad or to be repaired; whether that is so."""
+        if not mask.size:
+            return False
+        frames, bodies = mask.shape
+        # One block: the C library then keeps the memory for the next motion; 1.15 times as fast (2026-11).
+        lanes, still = np.empty((bodies, 12, row_length(frames))), np.ones(bodies, dtype=np.bool_)
+        bits = matrices.view(np.int64)
+        good, worst = _kernels().lay_poses(matrices, bits, lanes, ORTHONORMAL_KEEP, still, np.empty(12))
+        if good:
+            self._set(clock, LATER, LATER, mask, _known(mask, linked), 0, worst, still, lanes)
+        return bool(good)
 
     def __len__(self) -> int:
         return len(self.times)
@@ -152,7 +189,12 @@ class Motion:
     @property
     def body_count(self) -> int:
         """Number of bodies N."""
-        return int(self.translations.shape[1])
+        return int(self.valid.shape[1])
+
+    @cached_property
+    def everywhere(self) -> IntArray:
+        """(T,) the numbers of all frames."""
+        return np.arange(len(self), dtype=np.int64)
 
     def frames(self, start: int, stop: int) -> Motion:
         """The frames ``start <= t < stop`` as a motion; nothing is checked or rounded again."""
@@ -167,13 +209,25 @@ class Motion:
     def _rows(self, rows: slice | IntArray, linked: BoolArray) -> Motion:
         part, arrays = object.__new__(Motion), (self.times, self.translations, self.rotations, self.valid)
         checked = self.renormalised, self.worst_orthonormality, self.still
-        part._set(*(array[rows] for array in arrays), linked, *checked)
+        part._set(*(array[rows] for array in arrays), linked, *checked, None)
         return part
 
     def blocks(self, frames: int) -> Iterator[Motion]:
         """The motion in consecutive blocks of at most this many frames."""
         for start in range(0, len(self), frames):
             yield self.frames(start, min(start + frames, len(self)))
+
+
+LATER: Final = object()
+"""Stands for arrays that are made when they are first asked for."""
+
+
+def _known(mask: BoolArray, linked: ArrayLike | None) -> BoolArray:
+    """Whether the path from the frame before is known, (T, N)."""
+    known = mask.copy() if linked is None else _mask(linked, mask.shape, "linked") & mask
+    known[1:] &= mask[:-1]
+    known[:1] = False
+    return known
 
 
 def _kernels() -> ModuleType:

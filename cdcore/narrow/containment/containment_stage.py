@@ -44,6 +44,8 @@ BOTH_WAYS: Final = np.array([[-1.0], [1.0]])
 FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
 
 Pose = tuple[FloatArray, FloatArray]
+BothPoses = tuple[FloatArray, FloatArray, int, int]
+"""Rotations (K, n, 3, 3), translations (K, n, 3), and which of the n bodies are the inner and the outer one."""
 
 REFUSAL: Final = "refused: containment=False"
 """What ``Detection.containment`` says of every pair where a setting turned the question off."""
@@ -72,9 +74,12 @@ class ContainmentStage:
         """Whether a part of one body of the pair is inside the other, (K,) for K pair-frames without contact."""
         inside = np.zeros(len(frames), dtype=np.bool_)
         for column, rows in rows_of_columns(columns) if self._asked else ():
+            ends = self.pairs[column]
+            turn, place = motion.poses_at(frames[rows], np.array(ends))
             for inner, outer, parts in self.nestings[column]:
-                left = rows[~inside[rows]]
-                inside[left] = self.inside(motion, inner, outer, parts, frames[left])
+                left = np.flatnonzero(~inside[rows])
+                poses = turn, place, ends.index(inner), ends.index(outer)
+                inside[rows[left]] = self.inside(poses, inner, outer, parts, left)
         return inside
 
     @property
@@ -85,9 +90,10 @@ class ContainmentStage:
     def inside_now(self, now: Motion, column: int) -> bool:
         """The same for one pair in a motion of one frame."""
         for inner, outer, parts in self.nestings[column]:
+            poses = now.rotations, now.translations, inner, outer
             for part in parts:
-                self._fill_may(now, inner, outer, part.extremes, 0.0, FIRST_FRAME, self._may_now)
-                if self._may_now[0] and self.inside(now, inner, outer, (part,), FIRST_FRAME)[0]:
+                self._fill_may(poses, inner, outer, part.extremes, 0.0, FIRST_FRAME, self._may_now)
+                if self._may_now[0] and self.inside(poses, inner, outer, (part,), FIRST_FRAME)[0]:
                     return True
         return False
 
@@ -99,37 +105,31 @@ class ContainmentStage:
         return [[one for one in two if one[2]] for two in fitting]
 
     def _fill_may(
-        self, motion: Motion, inner: int, outer: int, points: FloatArray, reach: float, frames: IntArray, may: BoolArray
+        self, poses: BothPoses, inner: int, outer: int, points: FloatArray, reach: float, rows: IntArray, may: BoolArray
     ) -> None:
         """Fill ``may`` (K,): whether all these points of the inner body are within reach of a part of the outer."""
         a, b = self.solids[inner], self.solids[outer]
         boxes = b.boxes[:1] + reach * BOTH_WAYS if reach else b.boxes
-        may_be_inside(
-            motion.rotations, motion.translations, frames, inner, outer, points, boxes, a.size + b.size, PAD, may
-        )
+        turn, place, at_a, at_b = poses
+        may_be_inside(turn, place, rows, at_a, at_b, points, boxes, a.size + b.size, PAD, may)
 
-    def inside(self, motion: Motion, inner: int, outer: int, parts: Sequence[_Part], frames: IntArray) -> BoolArray:
-        """Whether one of these parts of a body is inside the other, (K,) for K frames without contact."""
-        a, b = self.solids[inner], self.solids[outer]
-        inside, may = np.zeros(len(frames), dtype=np.bool_), np.ones(len(frames), dtype=np.bool_)
+    def inside(self, poses: BothPoses, inner: int, outer: int, parts: Sequence[_Part], rows: IntArray) -> BoolArray:
+        """Whether one of these parts of a body is inside the other, (K,) for K rows of poses without contact."""
+        (turn, place, at_a, at_b), a, b = poses, self.solids[inner], self.solids[outer]
+        inside, may = np.zeros(len(rows), dtype=np.bool_), np.ones(len(rows), dtype=np.bool_)
         if len(parts) > 1:  # a body of many parts is dismissed whole where it is far away
-            self._fill_may(motion, inner, outer, a.middle, a.reach, frames, may)
+            self._fill_may(poses, inner, outer, a.middle, a.reach, rows, may)
         near = np.flatnonzero(may)
         for part in parts if len(near) else ():
             may = np.empty(len(near), dtype=np.bool_)
-            self._fill_may(motion, inner, outer, part.extremes, 0.0, frames[near], may)
-            rows = near[may]
-            if len(rows):
-                states = np.empty(len(rows), dtype=np.uint8)
-                nesting_states(
-                    motion.rotations, motion.translations, frames[rows], inner, outer, part.probes, b.grid,
-                    a.size + b.size, PAD, states,
-                )  # fmt: skip
-                inside[rows] = states == INSIDE
-                for k in rows[states == UNCERTAIN].tolist():
-                    of_a, of_b = (
-                        (motion.rotations[frames[k], o], motion.translations[frames[k], o]) for o in (inner, outer)
-                    )
+            self._fill_may(poses, inner, outer, part.extremes, 0.0, rows[near], may)
+            left = near[may]
+            if len(left):
+                states = np.empty(len(left), dtype=np.uint8)
+                nesting_states(turn, place, rows[left], at_a, at_b, part.probes, b.grid, a.size + b.size, PAD, states)
+                inside[left] = states == INSIDE
+                for k in left[states == UNCERTAIN].tolist():
+                    of_a, of_b = ((turn[rows[k], side], place[rows[k], side]) for side in (at_a, at_b))
                     inside[k] = _any_inside(part.probes[:1], of_a, b.mesh, of_b)
                 near = near[~inside[near]]
         return inside

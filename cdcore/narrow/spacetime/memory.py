@@ -33,9 +33,10 @@ class PoseMemory(NamedTuple):
     path: Memory
     ranges: Memory
     frames: int
+    centres: Memory
 
 
-TREE_WORDS, POSE_WORDS = 10, 6
+TREE_WORDS, POSE_WORDS = 10, 7
 
 
 @hot_kernel
@@ -51,8 +52,9 @@ def tree_memory(row: IntArray, at: int) -> TreeMemory:
 
 @hot_kernel
 def pose_memory(row: IntArray, at: int) -> PoseMemory:
-    """The track whose six words start at ``row[at]``."""
+    """The track whose seven words start at ``row[at]``."""
     become_part_of_caller()
     return PoseMemory(
-        doubles_at(row[at]), row[at + 1], row[at + 2], doubles_at(row[at + 3]), doubles_at(row[at + 4]), row[at + 5]
-    )
+        doubles_at(row[at]), row[at + 1], row[at + 2], doubles_at(row[at + 3]), doubles_at(row[at + 4]), row[at + 5],
+        doubles_at(row[at + 6]),
+    )  # fmt: skip

@@ -34,9 +34,9 @@ def root_gap(boxes_a: Memory, pose_a: PoseMemory, boxes_b: Memory, pose_b: PoseM
     """A distance the bodies certainly keep in this frame; not positive where none is certain."""
     stay_one_function()
     f_a, f_b = frame * pose_a.step, frame * pose_b.step
-    x = pose_a.entries[12 * pose_a.stride + f_a] - pose_b.entries[12 * pose_b.stride + f_b]
-    y = pose_a.entries[13 * pose_a.stride + f_a] - pose_b.entries[13 * pose_b.stride + f_b]
-    z = pose_a.entries[14 * pose_a.stride + f_a] - pose_b.entries[14 * pose_b.stride + f_b]
+    x = pose_a.centres[f_a] - pose_b.centres[f_b]
+    y = pose_a.centres[pose_a.stride + f_a] - pose_b.centres[pose_b.stride + f_b]
+    z = pose_a.centres[2 * pose_a.stride + f_a] - pose_b.centres[2 * pose_b.stride + f_b]
     to_b = distance_to_box(pose_b, f_b, boxes_b, x, y, z) - boxes_a[15]
     to_a = distance_to_box(pose_a, f_a, boxes_a, x, y, z) - boxes_b[15]
     gap: float = max(to_a, to_b) - pad

@@ -26,6 +26,7 @@ from cdcore.narrow.spacetime.undecided import decide_undecided
 from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
+from cdcore.protocol import Motion
 
 REPEATS_WORTH_LEAVING_OUT = 0.25
 """From this share of repeated or missing poses on, a pair's frames are gathered first, which costs 40 ns a frame."""
@@ -38,12 +39,16 @@ NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """Poses of all bodies: (T, N, 3, 3), (T, N, 3), where they exist, (T, N), and bodies known not to move, (N,)."""
+    """Poses of all bodies: (T, N, 3, 3), (T, N, 3), where they exist, (T, N), and bodies known not to move, (N,).
+
+    A ``Motion`` does as well, and ``lanes`` is as there.
+    """
 
     rotations: FloatArray
     translations: FloatArray
     valid: BoolArray
     still: BoolArray | None = None
+    lanes: FloatArray | None = None
 
     @cached_property
     def everywhere(self) -> IntArray:
@@ -69,8 +74,8 @@ class PairJob:
     """Answers any stretch of the distinct frames of one pair, independently of every other stretch."""
 
     def __init__(
-        self, trees: Sequence[BoxTree], i: int, j: int, poses: Poses, shared: Tracks | Sequence[PoseLanes | None], *,
-        faces: bool, verify: bool, slack: float = 0.0,
+        self, trees: Sequence[BoxTree], i: int, j: int, poses: Poses | Motion,
+        shared: Tracks | Sequence[PoseLanes | None], *, faces: bool, verify: bool, slack: float = 0.0,
     ) -> None:  # fmt: skip
         """``slack``: how much more a dismissal keeps than rounding asks for, as a share of the size of both."""
         # the smaller body is moved into the larger one's frame
@@ -254,7 +259,7 @@ def pad_between(trees: tuple[BoxTree, BoxTree], away: float, skew: float, slack:
 
 
 def _distinct_frames(
-    poses: Poses, i: int, j: int, shared: Tracks | Sequence[PoseLanes | None]
+    poses: Poses | Motion, i: int, j: int, shared: Tracks | Sequence[PoseLanes | None]
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Frames with both poses (K,), those to ask (D,), and which of these answers each of the K.
 

@@ -6,11 +6,11 @@ The path bounds how far any point of the body moves between two frames; it errs 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, address_of, bytes_at, doubles_at, doubles_of, fetch_early
 from cdcore.narrow.spacetime.bounds import ROUNDOFF
 from cdcore.narrow.spacetime.box_tree import BoxTree
@@ -31,22 +31,16 @@ from cdcore.narrow.spacetime.simd import (
     times,
 )
 from cdcore.narrow.spacetime.time_spans import fill_ranges, span_count
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.numerics import ONE_POSE, BoolArray, FloatArray, IntArray, row_length
 
 STEP_ULPS = 32.0
 """Placing two centres rounds each by at most 7 u of the body's size and distance; taken twice."""
-ROWS = 15
-"""Rotation row by row, translation, world centre of the root box."""
+ROWS, CENTRES = 12, 3
+"""Rotation row by row, translation; world centre of the root box."""
 AHEAD: Final = 24
 """Frames by which memory is asked early: the poses of one body lie too far apart for the machine to guess the next."""
 
 
-def stride_of(count: Any) -> Any:
-    """Numbers in a row of entries for so many frames: eight from any of them lie in the row, and whole vectors."""
-    return (count + 3 * LANES - 2) // LANES * LANES
-
-
-ONE_POSE: Final = stride_of(1)
 TRACK_WORDS: Final = POSE_WORDS + 1
 """Words of a track as a kernel reads it, and the address of ``changed``."""
 
@@ -54,17 +48,18 @@ TRACK_WORDS: Final = POSE_WORDS + 1
 class PoseLanes(NamedTuple):
     """One body over F frames, or one pose for all of them.
 
-    ``entries`` (15 stride,): rotation row by row, translation, then the world centre of the root box; every row is
-    followed by copies of its last frame, so that eight can be loaded anywhere. ``step``: 1, or 0 for a body that
-    keeps one pose throughout; frame f is read at ``f * step``. ``path`` (F,): metres, not decreasing; no point
-    moves further between f and h than path[h] - path[f]. ``changed`` (F,): whether the pose differs at all from
+    ``entries`` (12 stride,): rotation row by row, translation; ``centres`` (3 stride,): world centre of the root box.
+    Every row is followed by copies of its last frame, so that eight can be loaded anywhere. ``step``: 1, or 0 for a
+    body that keeps one pose throughout; frame f is read at ``f * step``. ``path`` (F,): metres, not decreasing; no
+    point moves further between f and h than path[h] - path[f]. ``changed`` (F,): whether the pose differs at all from
     that of the frame before. ``ranges`` (6 n,): where the root centre stays in spans of frames, as
     ``cdcore.narrow.spacetime.time_spans`` orders them. ``frames``: F, or 1. ``restless``: the pose changes in every
     frame. ``size``: largest distance of a translation from the origin. ``skew``: largest Frobenius norm of R^T R -
-    I. ``row`` (6,): addresses and numbers as the kernels take them, ``memory.PoseMemory``.
+    I. ``row`` (7,): addresses and numbers as the kernels take them, ``memory.PoseMemory``.
     """
 
     entries: FloatArray
+    centres: FloatArray
     stride: int
     step: int
     path: FloatArray
@@ -114,20 +109,22 @@ def copy_poses(
 
 
 @hot_kernel
-def place_centres(entries: Memory, stride: int, x: float, y: float, z: float, lanes: Memory) -> tuple[float, float]:
-    """Fill the last three rows, of a root box centred there; returns the largest squared translation and squared skew.
+def place_centres(
+    entries: Memory, centres: Memory, stride: int, length: int, x: float, y: float, z: float, lanes: Memory
+) -> tuple[float, float]:
+    """Fill the centres of a root box centred there; returns the largest squared translation and squared skew.
 
     Both are infinity if a number is not finite. ``lanes`` (2 LANES,) is scratch.
     """
     stay_one_function()
     far, skew = splat8(0.0), splat8(0.0)
     unknown = 0
-    for f in range(0, stride, LANES):
+    for f in range(0, length, LANES):
         away, off = splat8(0.0), splat8(0.0)
         for i in range(3):
             p, q = load8(entries, 3 * i * stride + f), load8(entries, (3 * i + 1) * stride + f)
             r, t = load8(entries, (3 * i + 2) * stride + f), load8(entries, (9 + i) * stride + f)
-            store(entries, (12 + i) * stride + f, moved(t, x, y, z, p, q, r))
+            store(centres, i * stride + f, moved(t, x, y, z, p, q, r))
             away = fused(t, t, away)
             for j in range(i, 3):
                 u, v = load8(entries, i * stride + f), load8(entries, (3 + i) * stride + f)
@@ -154,7 +151,14 @@ def place_centres(entries: Memory, stride: int, x: float, y: float, z: float, la
 
 @hot_kernel
 def fill_path(  # noqa: C901 - vector loop, then sum
-    entries: Memory, stride: int, count: int, radius: float, size: float, path: Memory, changed: Memory
+    entries: Memory,
+    centres: Memory,
+    stride: int,
+    count: int,
+    radius: float,
+    size: float,
+    path: Memory,
+    changed: Memory,
 ) -> bool:
     """Fill ``path`` and ``changed`` (count,) for a root box of this half diagonal and a body of this size.
 
@@ -168,8 +172,8 @@ def fill_path(  # noqa: C901 - vector loop, then sum
         for k in range(9):
             change = minus(load8(entries, k * stride + f + 1), load8(entries, k * stride + f))
             turn = fused(change, change, turn)
-        for k in range(12, ROWS):
-            change = minus(load8(entries, k * stride + f + 1), load8(entries, k * stride + f))
+        for k in range(CENTRES):
+            change = minus(load8(centres, k * stride + f + 1), load8(centres, k * stride + f))
             move = fused(change, change, move)
         store(path, f + 1, plus(fused(root(turn), reach, times(root(move), grown)), slack))
         if above(plus(turn, move), 0.0) != 255:
@@ -201,26 +205,35 @@ def moves(entries: Memory, stride: int, frame: int) -> bool:
 @kernel
 def fill_tracks(
     rotations: FloatArray, translations: FloatArray, bodies: IntArray, frames: IntArray, rows: IntArray,
-    ends: FloatArray, lanes: FloatArray, found: FloatArray,
+    ends: FloatArray, lanes: FloatArray, found: FloatArray, laid: bool,
 ) -> None:  # fmt: skip
     """Fill the memory that ``rows`` (n, TRACK_WORDS) name for these bodies, and ``found`` (n, 3): size, skew, restless.
 
-    ``ends`` (n, 17): root box and reach; ``lanes`` (2 LANES,) is scratch. The row of a body that stays put changes to
-    one pose.
+    ``ends`` (n, 17): root box and reach; ``lanes`` (2 LANES,) is scratch. ``laid``: entries lie there; else the row of
+    a body that stays put changes to one pose.
     """
     turns, places, scratch = doubles_of(rotations), doubles_of(translations), doubles_of(lanes)
     for k in range(len(bodies)):
         row, body, many = rows[k], bodies[k], rotations.shape[1]
-        if row[5] > 1 and stays_put(turns, places, many, body, frames):
+        if not laid and row[5] > 1 and stays_put(turns, places, many, body, frames):
             row[1], row[2], row[5] = ONE_POSE, 0, 1
-        entries, stride, path, count = doubles_at(row[0]), row[1], doubles_at(row[3]), row[5]
-        copy_poses(turns, places, many, body, frames, count, entries, stride)
-        far, skew = place_centres(entries, stride, ends[k, 0], ends[k, 1], ends[k, 2], scratch)
+        entries, stride, path, count, centres = (
+            doubles_at(row[0]),
+            row[1],
+            doubles_at(row[3]),
+            row[5],
+            doubles_at(row[6]),
+        )
+        length = stride if count > 1 else runtime_int(ONE_POSE)
+        if not laid:
+            copy_poses(turns, places, many, body, frames, count, entries, stride)
+        far, skew = place_centres(entries, centres, stride, length, ends[k, 0], ends[k, 1], ends[k, 2], scratch)
         size = np.sqrt(far) * (1.0 + 1e-12)
         path[0], found[k, 0], found[k, 1], found[k, 2] = 0.0, size, np.sqrt(skew) + 16.0 * ROUNDOFF, 0.0
         if count > 1:
-            found[k, 2] = fill_path(entries, stride, count, ends[k, 15], size + ends[k, 16], path, bytes_at(row[6]))
-        fill_ranges(entries, stride, count, doubles_at(row[4]), scratch)
+            wide, changed = size + ends[k, 16], bytes_at(row[7])
+            found[k, 2] = fill_path(entries, centres, stride, count, ends[k, 15], wide, path, changed)
+        fill_ranges(centres, stride, count, doubles_at(row[4]), scratch)
 
 
 class Tracks:
@@ -232,38 +245,45 @@ class Tracks:
 
     def __init__(
         self, rotations: FloatArray, translations: FloatArray, bodies: IntArray, frames: IntArray, ends: FloatArray,
-        still: BoolArray | None = None,
+        still: BoolArray | None = None, laid: FloatArray | None = None,
     ) -> None:  # fmt: skip
+        """``laid`` (N, 12, S): ``Motion.lanes``, which is read where it lies, instead of the arrays."""
         count = np.full(len(bodies), len(frames))
         if still is not None:
             count[still] = 1
-        stride, spans = stride_of(count), np.where(count > 1, span_count(len(frames)), 1)
-        length = (ROWS + 1) * stride + 6 * spans
-        self.bodies, self.ends, self._start = bodies, ends, np.cumsum(length) - length
-        self._room, self._changed = np.empty(length.sum()), np.ones((len(bodies), len(frames)), dtype=np.uint8)
-        memory, self._words = address_of(self._room) + 8 * self._start, np.empty((len(bodies), TRACK_WORDS), np.int64)
-        self._path = (ROWS * stride).tolist(), ((ROWS + 1) * stride).tolist()
+        stride = row_length(count) if laid is None else np.full(len(bodies), laid.shape[2])
+        own = ROWS * stride if laid is None else 0 * stride
+        parts = own, CENTRES * stride, stride, 6 * np.where(count > 1, span_count(len(frames)), 1)
+        borders = np.cumsum(np.stack(parts, axis=1)).reshape(-1, 4)
+        self.bodies, self.ends, self._laid, self._borders, self._own = bodies, ends, laid, borders, own
+        self._room, self._changed = np.empty(borders[-1, -1]), np.ones((len(bodies), len(frames)), dtype=np.uint8)
+        self._words, memory = np.empty((len(bodies), TRACK_WORDS), dtype=np.int64), address_of(self._room) + 8 * borders
+        entries = memory[:, 0] - 8 * own if laid is None else address_of(laid) + 8 * ROWS * stride * bodies
         changed = address_of(self._changed) + len(frames) * np.arange(len(bodies))
-        path, ranges = memory + 8 * ROWS * stride, memory + 8 * (ROWS + 1) * stride
-        for k, words in enumerate((memory, stride, count > 1, path, ranges, count, changed)):
-            self._words[:, k] = words
+        for k, word in enumerate((entries, stride, count > 1, *memory.T[1:3], count, memory[:, 0], changed)):
+            self._words[:, k] = word
         self.rows, self._lanes = self._words[:, :POSE_WORDS], np.empty(2 * LANES)
         self.found: FloatArray = np.empty((len(bodies), 3))
         self.fill(np.ascontiguousarray(rotations), np.ascontiguousarray(translations), bodies, frames)
 
     def fill(self, rotations: FloatArray, translations: FloatArray, bodies: IntArray, frames: IntArray) -> None:
         """Lay out other poses, as many as before."""
-        fill_tracks(rotations, translations, bodies, frames, self._words, self.ends, self._lanes, self.found)
+        laid = self._laid is not None
+        fill_tracks(rotations, translations, bodies, frames, self._words, self.ends, self._lanes, self.found, laid)
 
     def __getitem__(self, body: int) -> PoseLanes:
         """The poses of one body of these."""
         k = int(np.searchsorted(self.bodies, body))
-        room, path, ranges = self._room[self._start[k] :], self._path[0][k], self._path[1][k]
-        _, stride, step, _, _, count = self.rows[k].tolist()
+        (centres, path, ranges, _), (_, stride, step, _, _, count, _) = self._borders[k].tolist(), self.rows[k].tolist()
+        room = self._room[centres - self._own[k] :] if self._laid is None else self._laid[body].reshape(-1)
         size, skew, restless = self.found[k].tolist()
+        own, spans = (
+            self._room[centres : centres + CENTRES * stride],
+            self._room[ranges : ranges + 6 * span_count(count)],
+        )
         return PoseLanes(
-            room[: ROWS * stride], stride, step, room[path : path + count], self._changed[k].view(np.bool_),
-            room[ranges : ranges + 6 * span_count(count)], count, restless > 0.0, size, skew, self.rows[k],
+            room[: ROWS * stride], own, stride, step, self._room[path : path + count], self._changed[k].view(np.bool_),
+            spans, count, restless > 0.0, size, skew, self.rows[k],
         )  # fmt: skip
 
 

@@ -57,7 +57,7 @@ def least_and_most(entries: Memory, first: int, stop: int, lanes: Memory) -> tup
 
 
 @hot_kernel
-def fill_ranges(entries: Memory, stride: int, count: int, ranges: Memory, lanes: Memory) -> None:
+def fill_ranges(centres: Memory, stride: int, count: int, ranges: Memory, lanes: Memory) -> None:
     """Fill ``ranges`` (6 n,), finest level first: least x, y, z of the root centre in a span, then the largest.
 
     ``lanes`` (2 LANES,) is scratch.
@@ -65,9 +65,9 @@ def fill_ranges(entries: Memory, stride: int, count: int, ranges: Memory, lanes:
     stay_one_function()
     for first in range(0, count, SPAN):
         for axis in range(3):
-            at, row = 6 * (first >> SPAN_BITS) + axis, (12 + axis) * stride
+            at, row = 6 * (first >> SPAN_BITS) + axis, axis * stride
             # what follows the last frame repeats it
-            ends = least_and_most(entries, row + first, row + min(first + SPAN, count), lanes)
+            ends = least_and_most(centres, row + first, row + min(first + SPAN, count), lanes)
             ranges[at], ranges[at + 3] = ends
     below, level = 0, (count + SPAN - 1) >> SPAN_BITS
     while level > 1:

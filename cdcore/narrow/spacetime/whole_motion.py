@@ -22,7 +22,8 @@ from cdcore.narrow.spacetime.pair_job import NO_FACES, NO_FRAMES, FramesAnswer, 
 from cdcore.narrow.spacetime.pose_lanes import Tracks, ends_of
 from cdcore.narrow.spacetime.together import search_together
 from cdcore.narrow.spacetime.traverse import Workspace
-from cdcore.numerics import BoolArray, ByteArray, IntArray
+from cdcore.numerics import BoolArray, ByteArray, IntArray, readonly
+from cdcore.protocol import Motion
 
 COUNTER_NAMES = (
     "node_tests", "leaf_pairs", "face_tests", "world_tests", "exact_tests", "integer_tests", "blocks", "skipped",
@@ -33,6 +34,7 @@ STAGES = ("poses", "search", "exact", "faces")
 """Reading poses; planning pairs, spheres and trees; what only exact arithmetic decides; sorting and collecting."""
 _Read = tuple[Tracks | None, float]
 """The tracks of all bodies of pairs, ``None`` where they are read pair by pair, and the seconds that it took."""
+NO_POSES = readonly(np.empty((0, 0, 3, 3))), readonly(np.empty((0, 0, 3)))
 _Done = tuple[int, PairJob, list[FramesAnswer]]
 """Column of a pair, and the answers of its stretches."""
 FRAMES_AT_ONCE = 16384
@@ -63,7 +65,7 @@ class MotionAnswer:
 
 
 def decide_motion(
-    trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, *, faces: bool = False, threads: int = 1,
+    trees: Sequence[BoxTree], pairs: IntArray, poses: Poses | Motion, *, faces: bool = False, threads: int = 1,
     verify: bool = False,
 ) -> MotionAnswer:  # fmt: skip
     """Decide every pair (P, 2) in every frame at which both bodies have a pose; a tree per body.
@@ -88,14 +90,15 @@ def decide_motion(
     return _together(answers, kept)
 
 
-def _read(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses) -> _Read:
+def _read(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses | Motion) -> _Read:
     """The tracks of all bodies of pairs, if poses are known everywhere."""
     begin, tracks = perf_counter(), None
     if len(poses.everywhere) > 0 and len(pairs) > 0 and bool(poses.valid.all()):
         bodies = np.unique(pairs)
         still = None if poses.still is None else poses.still[bodies]
         ends = ends_of([trees[body] for body in bodies.tolist()])
-        tracks = Tracks(poses.rotations, poses.translations, bodies, poses.everywhere, ends, still)
+        given = NO_POSES if poses.lanes is not None else (poses.rotations, poses.translations)
+        tracks = Tracks(*given, bodies, poses.everywhere, ends, still, poses.lanes)
     return tracks, perf_counter() - begin
 
 
@@ -128,7 +131,13 @@ def _together(answers: list[tuple[MotionAnswer, IntArray, IntArray]], kept: Bool
 
 
 def _decide(
-    trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, read: _Read, faces: bool, threads: int, verify: bool
+    trees: Sequence[BoxTree],
+    pairs: IntArray,
+    poses: Poses | Motion,
+    read: _Read,
+    faces: bool,
+    threads: int,
+    verify: bool,
 ) -> MotionAnswer:
     """``decide_motion`` of poses none of which is far."""
     clock, (tracks, reading) = [perf_counter()], read

@@ -66,7 +66,8 @@ def unsafe_of(pose_a, pose_b, frame, stop, gap):
 @pytest.mark.parametrize("apart", [0.0, 3.0, 30.0])
 def test_no_two_corners_are_nearer_than_the_gap(apart):
     scene = EightFrames(1)
-    scene.poses[0].entries.reshape(15, -1)[[9, 12]] += apart
+    scene.poses[0].entries.reshape(12, -1)[9] += apart
+    scene.poses[0].centres.reshape(3, -1)[0] += apart
     for frame in range(8):
         gap = gap_of(scene.flat[0].boxes, scene.poses[0], scene.flat[1].boxes, scene.poses[1], frame, scene.pad)
         first, second = (world.reshape(-1, 3) for world in scene.world(frame))

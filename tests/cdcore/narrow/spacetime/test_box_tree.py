@@ -145,7 +145,7 @@ def first_entries(row, at):
 @kernel
 def track(row, at):
     pose = pose_memory(row, at)
-    return pose.entries[2], pose.stride, pose.step, pose.path[2], pose.ranges[2], pose.frames
+    return pose.entries[2], pose.stride, pose.step, pose.path[2], pose.ranges[2], pose.frames, pose.centres[2]
 
 
 def test_the_row_of_a_tree_gives_its_arrays_under_their_names():
@@ -158,5 +158,5 @@ def test_the_row_of_a_tree_gives_its_arrays_under_their_names():
 def test_the_row_of_a_track_gives_its_arrays_and_numbers():
     pose = EightFrames(0).poses[1]
     row = np.concatenate([np.zeros(3, dtype=np.int64), pose.row])
-    wanted = pose.entries[2], pose.stride, pose.step, pose.path[2], pose.ranges[2], pose.frames
+    wanted = pose.entries[2], pose.stride, pose.step, pose.path[2], pose.ranges[2], pose.frames, pose.centres[2]
     assert track(row, 3) == wanted

@@ -100,7 +100,7 @@ def moving():
 
 def test_entries_are_the_poses_bit_for_bit_with_the_last_one_repeated(moving):
     _, turn, move, tree, lanes = moving
-    rows = lanes.entries.reshape(15, lanes.stride)
+    rows = np.append(lanes.entries, lanes.centres).reshape(15, lanes.stride)
     assert np.array_equal(rows[:9, : len(FRAMES)].T.reshape(-1, 3, 3), turn[:, 1])
     assert np.array_equal(rows[9:12, : len(FRAMES)].T, move[:, 1])
     assert (rows[:, len(FRAMES) :] == rows[:, len(FRAMES) - 1 :][:, :1]).all()
