@@ -155,12 +155,13 @@ def _contacts(result: RunResult, found: Sequence[Episode], pair: int, held: str 
     return result.assembly.pair_name(pair) + held, len(own), f"{sum(own):.3f}", f"{max(own, default=0.0):.3f}"
 
 
-def miss_table(title: str, misses: Sequence[Miss]) -> Table:
-    """A row per miss, in the order given, with everything there is to say of one."""
+def miss_table(title: str, misses: Sequence[Miss], by: str = "") -> Table:
+    """A row per miss, in the order given, with everything there is to say of one; ``by``: whose, to look at it."""
+    asked = f" --by {by}" if by else ""
     rows = [
         (
             Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
-            Marked(f"replay view RUN --miss {one.number}", CODE), _moment(one), one.frames,
+            Marked(f"replay view RUN --miss {one.number}{asked}", CODE), _moment(one), one.frames,
             depth_words(one), one.face_pairs, one.shown[0],
             "" if one.touch is None else "{} and {}".format(*one.touch.faces),
         )
@@ -204,7 +205,8 @@ def cluster_table(label: str, misses: Sequence[Miss]) -> Table:
     """Hundreds of misses in a few dozen rows, the one with the longest cut first."""
     rows = [
         (
-            f"{one.body_a} - {one.body_b}", cluster.causes, Marked(f"replay view RUN --miss {one.number}", CODE),
+            f"{one.body_a} - {one.body_b}", cluster.causes,
+            Marked(f"replay view RUN --miss {one.number} --by {label}", CODE),
             Marked(str(one.number), STRONG), len(cluster.misses), cluster.frames,
             "{:.2f} to {:.2f}".format(*cluster.span), depth_words(one),
         )

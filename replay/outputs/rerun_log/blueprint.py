@@ -19,6 +19,7 @@ from replay.outputs.rerun_log.layout import (
     Subject,
     lanes_in_view,
 )
+from replay.outputs.rerun_log.overview import ON_POLES
 from replay.outputs.rerun_log.tabs import answer_tab, pipeline_tab
 from replay.outputs.rerun_log.timing import any_timed, stage_path, timing_view
 from replay.outputs.rerun_log.tradeoff import curve_tab
@@ -68,7 +69,7 @@ def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
 
 def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
     lanes = lanes_in_view(subject, layout.result.noise is not None)
-    where = f"Where: red dots are contacts missed by {subject.label}"
+    where = f"Where: red missed by {subject.label}, pink in part"
     space = spatial(where, _contents(layout, subject, f"/{subject.missed}/eye"), layout.eye)
     lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))
     shares = [LOW_POINTS - lane_share - BOTTOM_POINTS, lane_share, BOTTOM_POINTS]
@@ -107,7 +108,7 @@ def _contents(layout: BlueprintInput, subject: Subject, *hidden: str) -> list[st
 
 
 def _close_up(layout: BlueprintInput, subject: Subject) -> Any:
-    hidden = (f"/{subject.missed}/{part}" for part in ("pins", "numbers", "flag/**"))
+    hidden = (f"/{subject.missed}/{part}" for part in ON_POLES)
     contents = _contents(layout, subject, *hidden)
     return spatial("Close-up: the miss nearest to the cursor", contents, subject.camera, overrides=layout.faded)
 

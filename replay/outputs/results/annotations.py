@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 
 from replay.base.constants import BLOCK_FRAMES
 from replay.errors import OutputError, RunFolderError
-from replay.outputs.report.markup import page_section, page_table
+from replay.outputs.report.markup import page_section
 from replay.outputs.results.run_folder import ANNOTATIONS, EPISODES, FALSE_CONTACTS, FRAMES, MISSES, REPORT, RunFolder
 from replay.outputs.results.seal import SEAL
 from replay.outputs.tables import Table, table
@@ -192,7 +192,7 @@ def show_in_report(run: RunFolder) -> None:
         return
     page = _SECTION.sub("", path.read_text(encoding="utf-8"))
     if said:
-        section = page_section("Annotations", page_table(annotation_table(run, said)))
+        section = page_section("Annotations", annotation_table(run, said))
         marked = f"<!-- annotations -->{section}<!-- end of annotations -->\n"
         page = page.replace("</main>", f"{marked}</main>", 1)
     with whole_file(path, OutputError) as stream:

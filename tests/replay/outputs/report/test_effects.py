@@ -5,8 +5,9 @@ from support.small_worlds import cubes
 
 from replay.effects.effect_summary import happened_words
 from replay.outputs.report.charts import titration_pictures
+from replay.outputs.report.markup import rendered
 from replay.outputs.report.page import report_html
-from replay.outputs.report.tables import EVENT_ROWS, effect_section
+from replay.outputs.report.tables import EVENT_ROWS, effect_parts
 from replay.pipeline.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
@@ -36,7 +37,7 @@ def test_the_page_says_what_ran_why_at_what_price_and_what_did_not(result):
 
 def test_events_stand_in_order_of_time_and_a_long_list_is_cut_and_says_so():
     flicker = run(([0.9] * 2 + [3.0] * 2) * (EVENT_ROWS + 5), SceneEffect("contact", BETWEEN))
-    section = effect_section(flicker)
+    section = "".join(map(rendered, effect_parts(flicker)))
     assert (
         f"the first {EVENT_ROWS} of {EVENT_ROWS + 5}" in section
         and section.count('<td class="word">a touches b') == EVENT_ROWS

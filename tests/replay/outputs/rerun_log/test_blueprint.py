@@ -12,8 +12,8 @@ from rerun.chunk import RrdReader
 from cdcore import Motion
 from replay.outputs.camera import Eye
 from replay.outputs.rerun_log import blueprint
-from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.layout import LANES_IN_VIEW, BlueprintInput, Subject, lanes_in_view
+from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.timing import cost_of, timing_view
 from replay.outputs.rerun_log.views import faded_meshes
@@ -70,7 +70,7 @@ def test_there_is_one_layout_and_it_has_a_tab_per_question(layout):
 
 
 def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes(layout, recording, read):
-    place = max(read_misses(recording), key=lambda one: one.cut_length)
+    place = next(one for one in read_moments(recording) if one.kind == "miss")
     entities = [entity for entity in read.entities if not entity.startswith("/__")]
     for name, query in layout.views().items():
         shown = selected(query, entities)
