@@ -22,10 +22,9 @@ def test_the_list_has_each_miss_at_its_deepest_frame(demo, read):
     assert sorted(listed) == [miss.number for miss in demo.misses[SUBJECT]]
     for miss in demo.misses[SUBJECT]:
         row = listed[miss.number]
-        words = row[2][0].split()
-        assert row[1] == miss.deepest
-        assert f"{miss.body_a}-{miss.body_b}" in words
-        assert miss.kind in row[2][0]
+        frames, name = len(range(miss.first, miss.last + 1)), f"{miss.body_a}-{miss.body_b}"
+        assert row[2][0].split()[1:6] == [f"{miss.seconds:.2f}", "s", str(frames), "fr", name]
+        assert row[1] == miss.deepest and miss.kind in row[2][0] and row[2][0].endswith(miss.cause)
 
 
 def test_whole_misses_are_red_and_partial_ones_paler(demo, read):
