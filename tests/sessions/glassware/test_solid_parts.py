@@ -5,7 +5,7 @@ from support.surface_rays import distances_along_rays, points_on_faces
 from sessions.geometry.solids import box
 from sessions.glassware import solid_parts
 from sessions.glassware.furniture import bench, stand, test_tube_rack, tripod
-from sessions.glassware.hands import hand_left, hand_right
+from sessions.glassware.hands import FINGERS, _joints, hand_left, hand_right
 from sessions.glassware.instrument import Instrument, Part, mass_of
 from sessions.glassware.tools import alcohol_lamp, delivery_tube, stirring_rod, tongs
 from sessions.glassware.tubes import test_tube
@@ -202,6 +202,8 @@ def test_there_are_four_fingers_to_cross_in_front():
     assert met.any()
     front = mesh.vertices[mesh.vertices[:, 2] < -0.030]
     assert np.ptp(front[:, 1]) > 0.06
+    knuckles, *_, tips = np.transpose([_joints(finger, 0.03, 1.0) for finger in FINGERS], (1, 0, 2))
+    assert np.ptp(tips[:, 1]) < np.ptp(knuckles[:, 1]), "the tips of a closed hand draw together"
 
 
 def test_a_hand_is_the_size_of_a_hand():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from replay.cli.demo import DETECTORS
 from replay.outputs.palette import MISSED, SERIES, WHITE
 from replay.outputs.rerun_log.columns import packed
 from replay.outputs.rerun_log.pipeline import ROOM, budget_words, pipeline_path, stage_ms
+from replay.outputs.rerun_log.pipeline_frame import _remarks
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.search_picture import shaded_faces
 from replay.outputs.watched_run import ALL, CONTACT, LOST, NEAR, watched_runs
@@ -83,6 +85,16 @@ def test_the_funnel_counts_what_the_run_counted(run, watched, read):
     assert sum(told["searched"]) == detection.work["looks"] > 0
     assert told["confirmed"] == (detection.verdict == 1).sum(axis=1).tolist()
     assert (np.array(told["boxes meet"]) <= told["spheres meet"]).all()
+
+
+def test_words_after_a_count_name_what_stands_as_before_and_what_is_confirmed():
+    counts = {"spheres meet": np.array([3, 3, 3]), "boxes meet": np.array([2, 3, 3]), "searched": np.array([2, 2, 1])}
+    verdicts = np.array([[0, 0, 0], [0, 1, 0], [1, 1, 1]], np.int8)
+    run = SimpleNamespace(counts=counts, detection=SimpleNamespace(verdict=verdicts))
+    assert _remarks(run, SimpleNamespace(pair_name=("a-b", "c-d", "e-f").__getitem__)) == {
+        "searched": ["", "   the other stands as before", "   the other 2 stand as before"],
+        "confirmed": ["", "   c-d", "   a-b and 2 more"],
+    }
 
 
 def test_a_look_stands_in_its_frame_alone_with_all_its_faces_and_ends_in_the_colour_of_its_verdict(run, watched, read):
