@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from support.motions import KINDS, grid_plate, motion_of, placed
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, merged, moved
 
-from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.protocol import detect_live
@@ -49,15 +49,6 @@ def test_settings_change_no_answer(settings):
     other = create_detector("exact", bodies, **settings).detect(motion, faces=True)
     assert other.digest == plain.digest
     assert other.faces_digest == plain.faces_digest
-
-
-@pytest.mark.parametrize("block", [1, 3, 17])
-def test_a_stream_in_blocks_has_the_digests_of_the_whole(block):
-    _, bodies, motion = scene("degenerate")
-    detector = create_detector("exact", bodies)
-    whole, joined = detector.detect(motion, faces=True), join(detector.stream(motion.blocks(block), faces=True))
-    assert joined.digest == whole.digest
-    assert joined.faces_digest == whole.faces_digest
 
 
 def test_threads_below_one_are_refused():
