@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation
 from support.motions import KINDS, grid_plate, motion_of, placed
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, merged, moved
 
-from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.protocol import detect_live
