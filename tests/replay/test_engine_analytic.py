@@ -20,11 +20,6 @@ HOW = [
 ]
 
 
-def runs_of(mask):
-    change = np.diff(mask.astype(np.int8), prepend=0, append=0)
-    return list(zip(np.flatnonzero(change == 1).tolist(), (np.flatnonzero(change == -1) - 1).tolist(), strict=True))
-
-
 @pytest.mark.parametrize("how", HOW)
 @pytest.mark.parametrize("name", ANALYTIC)
 def test_no_frame_contradicts_the_closed_form(name, how):
