@@ -1,6 +1,5 @@
 """Detections and misses agree with formulas: sessions whose every contact is known in closed form."""
 
-import numpy as np
 import pytest
 
 from cdcore.detectors import detector_names

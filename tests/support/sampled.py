@@ -30,7 +30,6 @@ SAMPLED = {
     "test_a_search_cut_short_says_not_found_and_invents_nothing": 2,
     "test_faces_equal_the_exhaustive_test": 3,
     "test_counts_and_faces_are_those_of_a_recursive_search": 6,
-    "test_a_decided_pair_is_decided_rightly": 3,
     "test_exact_decision_equals_integers_on_a_lattice": 3,
     "test_cross_sign_is_exact_for_nearly_parallel_segments": 3,
     "test_sign_of_four_nearly_coplanar_points_is_exact": 2,
