@@ -79,10 +79,10 @@ def pytest_collection_modifyitems(items):
     """What needs no kernel comes first; else the order of the folders stays. Of ``SAMPLED`` most cases are slow."""
     seen = Counter()
     for item in items:
-        function = item.nodeid.partition("[")[0]
-        if seen[function] % SAMPLED.get(function, 1):
+        name = item.nodeid.partition("::")[2].partition("[")[0]
+        if seen[name] % SAMPLED.get(name, 1):
             item.add_marker(pytest.mark.slow)
-        seen[function] += 1
+        seen[name] += 1
     items.sort(key=lambda item: not item.nodeid.startswith(WITHOUT_KERNELS))
 
 

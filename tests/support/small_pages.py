@@ -3,11 +3,7 @@
 import sys
 
 SMALL = (300, 173)
-LOOKED_AT = (
-    "tests/replay/outputs/report/test_charts.py",
-    "tests/replay/outputs/report/test_page.py",
-    "tests/replay/studies/class_study/test_page.py",
-)
+LOOKED_AT = ("tests/replay/outputs/report/test_charts.py", "tests/replay/studies/class_study/test_page.py")
 """Tests of what pictures and plots show; slow tests look at pages in a browser."""
 WHOLE = {}
 
