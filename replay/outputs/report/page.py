@@ -23,7 +23,7 @@ from replay.outputs.report.charts import timeline, timing, titration_pictures
 from replay.outputs.report.faults import fault_sections, link_to
 from replay.outputs.report.markup import Markup, Part, contents, element, page_html, page_section, picture
 from replay.outputs.run_tables import cost_table, ranking_table, stage_table
-from replay.outputs.words import NOT_LOOKED_FOR, counted
+from replay.outputs.words import NOT_LOOKED_FOR, counted, tallied
 from replay.pipeline.headline import beside, doubts, headlines, price
 from replay.pipeline.run_result import RunResult
 
@@ -63,7 +63,7 @@ def _headlines(result: RunResult) -> list[str]:
         counts = [f"{counted(len(found), 'contact')} found by {label}" for label, found in result.episodes.items()]
         return [", ".join(counts)]
     events = Counter(event.name for _, event in happened(result.effects))
-    return [", ".join(f"{count} {name}" for name, count in events.items()) or NOT_LOOKED_FOR]
+    return [tallied(events) or NOT_LOOKED_FOR]
 
 
 def _beside(result: RunResult) -> list[str]:
@@ -90,7 +90,7 @@ def _sections(result: RunResult, worst: FocusMoment | None) -> Iterator[tuple[st
     yield from fault_sections(result)
     if pictures := _close_ups(result, worst):
         yield "Close-ups", [element("div", *pictures, class_="pictures")]
-    yield from ((f"When: {label}", [timeline(result, label)]) for label in result.comparisons)
+    yield from ((f"When: {label}", [timeline(result, label)]) for label in worst_first(result))
     if result.detections:
         yield "Contacts", tables.contact_tables(result)
         yield COSTS, [timing(result), cost_table(result), stage_table(result)]

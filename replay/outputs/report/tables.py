@@ -7,6 +7,7 @@ from typing import Final
 
 from replay.effects.effect_summary import EVENT_ROWS, happened
 from replay.outputs import run_tables
+from replay.outputs.moments import worst_first
 from replay.outputs.report.markup import Part
 from replay.outputs.tables import Table, table
 from replay.outputs.words import CONTACT_WORDS, NOTHING_SUSPICIOUS, counted
@@ -62,7 +63,7 @@ def contact_tables(result: RunResult) -> list[Part]:
     """A row per pair that touched, or was said to; in an audit the most missed first, as in the lanes."""
     if not result.comparisons:
         return [run_tables.contact_table(result, label) for label in result.episodes]
-    return [run_tables.pair_table(result, label).only(*PAIR_HEAD) for label in result.comparisons]
+    return [run_tables.pair_table(result, label).only(*PAIR_HEAD) for label in worst_first(result)]
 
 
 def count_tables(result: RunResult) -> Iterator[Part]:

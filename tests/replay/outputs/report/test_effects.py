@@ -61,7 +61,7 @@ def test_without_a_detector_the_page_begins_with_what_happened():
     page = report_html(result)
     first = page[: page.index("</header>")]
     one, two = happened_words(result.effects, 5)
-    assert f"<h1>2 {result.effects['hazard-proximity'].events[0].name}</h1>" in first
+    assert f"<h1>{result.effects['hazard-proximity'].events[0].name}: 2</h1>" in first
     assert first.index(one) < first.index(two) < first.index("No contact was looked for")
 
 
