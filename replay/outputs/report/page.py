@@ -13,7 +13,8 @@ from replay.base.constants import CAVEAT
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Miss
-from replay.effects.effect_summary import happened, happened_words
+from replay.effects.effect_summary import RESULTS, happened, happened_words
+from replay.effects.effect_summary import leading as leading_event
 from replay.outputs.camera import Eye, Obstacles, framing, overview, standing, towards_user
 from replay.outputs.moments import FocusMoment, key_moments, leading, to_do, worst_first
 from replay.outputs.palette import INVENTED, MISSED, hex_of
@@ -62,8 +63,10 @@ def _headlines(result: RunResult) -> list[str]:
     if result.detections:
         counts = [f"{counted(len(found), 'contact')} found by {label}" for label, found in result.episodes.items()]
         return [", ".join(counts)]
-    events = Counter(event.name for _, event in happened(result.effects))
-    return [tallied(events) or NOT_LOOKED_FOR]
+    best = leading_event(result.effects)
+    if best is not None and best.name in RESULTS:
+        return [f"{best.text[:1].upper()}{best.text[1:]}"]
+    return [tallied(Counter(event.name for _, event in happened(result.effects))) or NOT_LOOKED_FOR]
 
 
 def _beside(result: RunResult) -> list[str]:

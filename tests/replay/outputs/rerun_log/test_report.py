@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from support.small_tables import made
 
+from replay.base.constants import CAVEAT
 from replay.comparison.clusters import MANY, clusters
 from replay.comparison.outcome import Outcome
 from replay.outputs.moments import key_moments
@@ -52,7 +53,7 @@ def test_the_report_gives_the_counts_of_the_comparison(demo, read):
     assert all(line in text for line in (*headlines(demo), *price(demo))) and len(headlines(demo)) == 1
     comparison = demo.comparisons[SUBJECT]
     assert f"| {comparison.count(Outcome.BOTH):,} | {comparison.count(Outcome.MISSED):,} |" in text
-    assert "Exact about the recorded poses" in text
+    assert CAVEAT in text
     assert "rod-hand" in text
 
 
