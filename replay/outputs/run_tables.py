@@ -14,7 +14,16 @@ from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Episode, Miss
 from replay.effects.recorded import CURVES
 from replay.outputs.tables import CODE, FAINT, FOUND, IN_RED, INVENTED, PARTLY, STRONG, Cell, Marked, Table, table
-from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, bound_words, counted, depth_words, span_words
+from replay.outputs.words import (
+    FRAME_ROWS,
+    OUTCOME_WORDS,
+    WITHIN,
+    bound_words,
+    counted,
+    depth_words,
+    span_words,
+    tallied,
+)
 from replay.pipeline.gates import figure, percent
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
@@ -226,7 +235,7 @@ def cost_table(result: RunResult) -> Table:
         if label in result.comparisons and not figures["online"]:
             notes.append(f"{label} cannot be asked live")
         if (busy := 1 - seconds.get("processor_share", 1.0)) > BUSY:
-            others.append(f"{busy:.0%} of the clock of {label}")
+            others.append(f"{figure(100 * busy)} % of the clock of {label}")
         share = f"{longest['stage']} {100 * longest['share']:.0f} %" if longest else ""
         each = [_ms(frame[key]) if frame else "" for key in QUANTILES]
         late = f"{figure(100 * frame['over_budget'])} %" if frame else ""
@@ -266,8 +275,7 @@ def effect_table(result: RunResult) -> Table:
     rows = []
     for kind, figures in result.summary["effects"].items():
         curves = figures["counters"].get(CURVES, 0)
-        found = ", ".join(f"{count} {name}" for name, count in figures["events"].items())
-        found = found or (counted(curves, "curve") if curves else "nothing")
+        found = tallied(figures["events"]) or (counted(curves, "curve") if curves else "nothing")
         work = ", ".join(f"{name} {count:,}" for name, count in figures["counters"].items())
         skipped = 1.0 - figures["frames_run"] / max(1, figures["frames"])
         shares = (f"{1e3 * figures['seconds']:.1f}", f"{100 * figures['share']:.1f}", f"{100 * skipped:.1f}")

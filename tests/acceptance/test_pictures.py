@@ -122,7 +122,7 @@ def seek(viewer, result, frame):
 
 
 SHOWN = {
-    "Where: red missed by mesh50": 100, "Close-up: the miss": 300,
+    "Where: red missed by mesh50": 100, "Close-up: the nearest miss": 300,
     "When and which pair    red: missed by mesh50": 1000, "0.6 s around": 60,
     "mesh50 missed ": 500,
 }  # fmt: skip

@@ -11,10 +11,11 @@ from replay.comparison.clusters import MANY, seen_and_between
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Miss
 from replay.outputs import run_tables
-from replay.outputs.moments import LOOK, TO_DO, worst_first
+from replay.outputs.moments import LOOK, TO_DO
 from replay.outputs.report.markup import Markup, Part, element, page_table
 from replay.outputs.tables import STRONG, Column, Marked, Table
 from replay.outputs.words import address
+from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import LISTED, MOST_CARDS, cost_of_mending
 
@@ -76,16 +77,15 @@ def _select(name: str, values: Mapping[str, str]) -> Markup:
 
 
 def fault_sections(result: RunResult) -> Iterator[tuple[str, list[Part]]]:
-    """A part of the page for what each detector missed, and one for what it reports falsely."""
+    """A part of the page for what each detector missed, and one for what it reports falsely; the larger comes first."""
     offered = choices(result)
     first = chooser(offered)
-    for label in worst_first(result):
-        if result.misses[label]:
-            yield f"Every miss of {label}", [*first, *miss_cards(result, label, offered)]
-            first = []
-        if result.false.get(label):
-            yield f"Every false contact of {label}", [*first, *false_cards(result, label, offered)]
-            first = []
+    for rank in ranking(result.summary)[:-1]:
+        kinds = [("miss", result.misses, miss_cards), ("false contact", result.false, false_cards)]
+        for what, found, cards in reversed(kinds) if rank.leads_false else kinds:
+            if found.get(rank.label):
+                yield f"Every {what} of {rank.label}", [*first, *cards(result, rank.label, offered)]
+                first = []
 
 
 def miss_cards(result: RunResult, label: str, offered: Choices) -> list[Part]:

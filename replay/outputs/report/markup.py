@@ -87,14 +87,12 @@ def page_table(made: Table, cards: Sequence[Mapping[str, object]] = ()) -> Marku
     def part(name: str, role: str, *content: object, **more: object) -> Markup:
         return element(name, *content, **({"role": role} if cards else {}), **more)
 
-    kinds = ["word" if column.words else "number" for column in made.columns]
-    named = [{"data_name": column.name} if cards else {} for column in made.columns]
-    columns = zip(made.columns, kinds, strict=True)
-    head = (part("th", "columnheader", column.name, scope="col", class_=kind) for column, kind in columns)
+    columns = [(column.name, "word" if column.words else "number") for column in made.columns]
+    head = (part("th", "columnheader", name, scope="col", class_=kind) for name, kind in columns)
     rows = (
         part("tr", "row", *(
-            part("td", "cell", _cell(cell), class_=kind, **name)
-            for kind, name, cell in zip(kinds, named, row, strict=True)
+            part("td", "cell", _cell(cell), class_=kind, **(_said(name, cell) if cards else {}))
+            for (name, kind), cell in zip(columns, row, strict=True)
         ), **about)
         for row, about in zip(made.rows, cards or [{}] * len(made.rows), strict=True)
     )  # fmt: skip
@@ -103,6 +101,16 @@ def page_table(made: Table, cards: Sequence[Mapping[str, object]] = ()) -> Marku
     if not cards:
         whole = element("div", whole, class_="wide", tabindex="0", role="region", aria_label=made.title)
     return joined([whole, *(element("p", note) for note in made.notes)])
+
+
+UNITS: Final = {"at s": ("at", "s"), "cut mm": ("cut", "mm"), "mm apart": ("", "mm apart")}
+"""Heading of a column -> what a card says before the number, and behind it."""
+
+
+def _said(name: str, cell: Cell) -> dict[str, str]:
+    """What a card says around a cell; a remark below a number would come before its unit."""
+    before, behind = UNITS.get(name, (name, "")) if not (isinstance(cell, Marked) and cell.below) else (name, "")
+    return {"data_name": before} | ({"data_unit": behind} if behind else {})
 
 
 MARKS: Final = {STRONG: "b", CODE: "code"}

@@ -13,7 +13,8 @@ from replay.base.constants import CAVEAT
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Miss
-from replay.effects.effect_summary import happened, happened_words
+from replay.effects.effect_summary import RESULTS, happened, happened_words
+from replay.effects.effect_summary import leading as leading_event
 from replay.outputs.camera import Eye, Obstacles, framing, overview, standing, towards_user
 from replay.outputs.moments import FocusMoment, key_moments, leading, to_do, worst_first
 from replay.outputs.palette import INVENTED, MISSED, hex_of
@@ -23,7 +24,7 @@ from replay.outputs.report.charts import timeline, timing, titration_pictures
 from replay.outputs.report.faults import fault_sections, link_to
 from replay.outputs.report.markup import Markup, Part, contents, element, page_html, page_section, picture
 from replay.outputs.run_tables import cost_table, ranking_table, stage_table
-from replay.outputs.words import NOT_LOOKED_FOR, counted
+from replay.outputs.words import NOT_LOOKED_FOR, counted, tallied
 from replay.pipeline.headline import beside, doubts, headlines, price
 from replay.pipeline.run_result import RunResult
 
@@ -62,8 +63,10 @@ def _headlines(result: RunResult) -> list[str]:
     if result.detections:
         counts = [f"{counted(len(found), 'contact')} found by {label}" for label, found in result.episodes.items()]
         return [", ".join(counts)]
-    events = Counter(event.name for _, event in happened(result.effects))
-    return [", ".join(f"{count} {name}" for name, count in events.items()) or NOT_LOOKED_FOR]
+    best = leading_event(result.effects)
+    if best is not None and best.name in RESULTS:
+        return [f"{best.text[:1].upper()}{best.text[1:]}"]
+    return [tallied(Counter(event.name for _, event in happened(result.effects))) or NOT_LOOKED_FOR]
 
 
 def _beside(result: RunResult) -> list[str]:
@@ -90,7 +93,7 @@ def _sections(result: RunResult, worst: FocusMoment | None) -> Iterator[tuple[st
     yield from fault_sections(result)
     if pictures := _close_ups(result, worst):
         yield "Close-ups", [element("div", *pictures, class_="pictures")]
-    yield from ((f"When: {label}", [timeline(result, label)]) for label in result.comparisons)
+    yield from ((f"When: {label}", [timeline(result, label)]) for label in worst_first(result))
     if result.detections:
         yield "Contacts", tables.contact_tables(result)
         yield COSTS, [timing(result), cost_table(result), stage_table(result)]

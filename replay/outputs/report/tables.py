@@ -7,6 +7,7 @@ from typing import Final
 
 from replay.effects.effect_summary import EVENT_ROWS, happened
 from replay.outputs import run_tables
+from replay.outputs.moments import worst_first
 from replay.outputs.report.markup import Part
 from replay.outputs.tables import Table, table
 from replay.outputs.words import CONTACT_WORDS, NOTHING_SUSPICIOUS, counted
@@ -62,7 +63,7 @@ def contact_tables(result: RunResult) -> list[Part]:
     """A row per pair that touched, or was said to; in an audit the most missed first, as in the lanes."""
     if not result.comparisons:
         return [run_tables.contact_table(result, label) for label in result.episodes]
-    return [run_tables.pair_table(result, label).only(*PAIR_HEAD) for label in result.comparisons]
+    return [run_tables.pair_table(result, label).only(*PAIR_HEAD) for label in worst_first(result)]
 
 
 def count_tables(result: RunResult) -> Iterator[Part]:
@@ -121,7 +122,7 @@ def finding_parts(result: RunResult) -> list[Part]:
     if result.treatment is None:
         return ["The recording was not examined."]
     findings, sums = result.treatment.findings, dict[tuple[str, str, str], Counter[str]]()
-    parts: list[Part] = [trust(findings)]
+    parts: list[Part] = [trust(findings, verdicts=bool(result.detections))]
     if findings:
         parts.append(run_tables.finding_table(findings[:MOST_FINDINGS]))
     head = ("kind", "body", "policy", "spans", "samples", "dropped", "held", "interpolated")
@@ -142,11 +143,12 @@ def finding_parts(result: RunResult) -> list[Part]:
     return parts
 
 
-def trust(findings: tuple[Finding, ...]) -> str:
-    """One sentence: how much was found; that nothing was proves nothing."""
+def trust(findings: tuple[Finding, ...], *, verdicts: bool = True) -> str:
+    """One sentence: how much was found, and what it means for ``verdicts``; that nothing was proves nothing."""
     count = Counter(finding.severity for finding in findings)
     bad = [counted(count[one], one.name.lower()) for one in (Severity.ERROR, Severity.WARNING) if count[one]]
-    return f"{' and '.join(bad)}: verdicts on these spans carry a flag." if bad else f"{NOTHING_SUSPICIOUS}."
+    flagged = ": verdicts on these spans carry a flag" * verdicts
+    return f"{' and '.join(bad)}{flagged}." if bad else f"{NOTHING_SUSPICIOUS}."
 
 
 def settings_table(result: RunResult) -> Table:

@@ -15,6 +15,7 @@ from replay.outputs.report.tradeoff_picture import growth_picture, picture
 from replay.outputs.results.parquet import write_rows
 from replay.outputs.tradeoff_table import AT_PHASE, HEAD, growth_table, how_measured, quickest_first, tradeoff_table
 from replay.outputs.words import counted
+from replay.pipeline.gates import figure
 from replay.pipeline.run_result import Tradeoff
 
 TABLE: Final = "tradeoff.parquet"
@@ -54,7 +55,8 @@ def tradeoff_parts(done: Tradeoff) -> Iterator[Part]:
     if done.cut:
         count = f"{counted(len(done.cut), 'setting')} not tried, for want of time"
         yield element("details", element("summary", count), element("p", f"{', '.join(done.cut)}."))
-    share = f"This process had {min(1.0, done.about['processor_share']):.0%} of the time on the clocks."
+    busy = figure(min(100.0, 100 * done.about["processor_share"]))
+    share = f"This process had {busy} % of the time on the clocks."
     yield listed((*subtitle(done), *how_measured(done), share, f"In % of pair-frames: {AT_PHASE}."))
     yield tradeoff_table("Every setting that was tried", quickest_first(done.rows)).only(*HEAD[1:])
     if done.growth:

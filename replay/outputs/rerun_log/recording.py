@@ -56,7 +56,6 @@ from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.report import (
     answer_text,
     log_cluster_list,
-    log_worst,
     report_text,
 )
 from replay.outputs.rerun_log.search_picture import log_searches
@@ -187,7 +186,6 @@ def _log_subject(
         none = rr.TextLog.columns(text=[f"nothing missed by {subject.label}"], level=["none"], color=packed([WHITE]))
         writer.rows(listed, [0], none)
     log_cluster_list(writer, f"{subject.words}/clusters", misses, {one.number: one for one in own})
-    log_worst(writer, f"{subject.words}/longest_cuts", subject.label, misses)
 
 
 def _spoken_of(result: RunResult) -> list[int]:

@@ -1,4 +1,4 @@
-"""Words beside the picture: the answer, the report, the longest cuts and clusters of misses."""
+"""Words beside the picture: the answer, the report, and clusters of misses."""
 
 from __future__ import annotations
 
@@ -12,23 +12,19 @@ import rerun as rr
 from replay.base.constants import CAVEAT
 from replay.base.shown import shown
 from replay.base.wilson import OVER_CONTACTS
-from replay.comparison.clusters import MANY, Cluster, clusters, seen_and_between
+from replay.comparison.clusters import MANY, Cluster, clusters
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Miss
 from replay.effects.effect_summary import happened_words
 from replay.outputs.moments import FocusMoment, to_do
 from replay.outputs.palette import MISSED, PARTLY_MISSED
 from replay.outputs.rerun_log.columns import RecordingWriter, packed
-from replay.outputs.run_tables import cluster_table, miss_table, ranking_table
+from replay.outputs.run_tables import ranking_table
 from replay.outputs.tables import markdown, table, text_of
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words
 from replay.pipeline.headline import beside, doubts, headlines, price, undecided
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
-
-WORST: Final = MANY
-"""Misses in the table of the worst; the list beside it has all."""
-
 
 RANK_COLUMNS: Final = ("detector", "missed", "in part", "undecided", "false", "p99 ms", "what to do", "asked")
 
@@ -89,7 +85,7 @@ def report_text(result: RunResult) -> str:
         parts.append(markdown(ranking_table(result.summary)))
     parts += [*beside(result), *price(result)]
     if not result.detections:
-        parts += [f"- {line}" for line in happened_words(result.effects, WORST)]
+        parts += [f"- {line}" for line in happened_words(result.effects, MANY)]
     parts.append(_outcome_table(result))
     if assembly.proxies:
         parts.append(f"Proxy meshes stand in for: {', '.join(assembly.proxies)}.")
@@ -108,24 +104,6 @@ def _outcome_table(result: RunResult) -> str:
     head = (f"pair-frames against {result.oracle}", *(OUTCOME_WORDS[kind].lower() for kind in FRAME_ROWS))
     rows = [(label, *(one.count(kind) for kind in FRAME_ROWS)) for label, one in result.comparisons.items()]
     return markdown(table("", head, rows))
-
-
-def log_worst(writer: RecordingWriter, path: str, label: str, misses: Sequence[Miss]) -> None:
-    """Send the misses with the longest cuts, the longest first, then those that no frame shows, in order of time."""
-    seen, between = seen_and_between(misses)
-    tables = [cluster_table(label, misses).only(*CLUSTER_HEAD)] if len(misses) > MANY else []
-    if seen:
-        title = f"The {len(seen[:WORST])} longest of {counted(len(seen), 'cut')}"
-        tables.append(miss_table(title, seen[:WORST]).only(*MISS_HEAD, "frames", "cut mm", "face pairs"))
-    if between:
-        made = miss_table(f"{len(between)} missed between frames", between[:WORST]).only(*MISS_HEAD, "after frame")
-        tables.append(made.titled(made.title, "No frame shows them, so they have no depth."))
-    text = "\n\n".join(markdown(one, level=3) for one in tables) or "### Nothing missed"
-    writer.markdown(path, text)
-
-
-MISS_HEAD: Final = ("miss", "at s", "pair", "what")
-CLUSTER_HEAD: Final = ("pair", "misses", "frames", "s", "miss", "longest cut mm")
 
 
 def log_cluster_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], at: Mapping[int, FocusMoment]) -> None:

@@ -148,10 +148,10 @@ def test_what_a_hand_holds_is_counted_apart_and_said():
     outcome[1:4] = Outcome.HELD
     run.comparisons = {"slow": Comparison("slow", "exact", outcome)}
     run.detections["exact"] = SimpleNamespace(verdict=np.zeros_like(run.detections["exact"].verdict))
-    assert held(run) == ["Counted apart, of a hand with what it holds, slow reports 3 pair-frames of false contact."]
+    assert held(run) == ["Counted apart, of a hand with what it holds, slow reports 3 false frames."]
     run.episodes = {"exact": run.holdings}
     run.detections["exact"] = run.detections["slow"]
-    assert held(run) == ["Counted apart, of a hand with what it holds, slow misses 0 of 1 contacts."]
+    assert held(run) == ["Counted apart, of a hand with what it holds, slow misses 0 of 1 contact."]
 
 
 def test_page_picture_and_terminal_say_the_same_beside_the_headline():

@@ -9,9 +9,12 @@ from support.small_worlds import cubes, jumping
 
 from replay.outputs.report import faults
 from replay.outputs.report.faults import choices
+from replay.outputs.report.markup import page_table
 from replay.outputs.report.page import report_html
 from replay.outputs.results.run_folder import FALSE_CONTACTS, MISSES
+from replay.outputs.tables import Marked, table
 from replay.pipeline.engine import compute
+from replay.pipeline.ranking import ranking
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 PLACES = {"a": [0.0] * 8, "b": [3, 0.9, 3, 3, 3, 3, 3, 3], "c": [-3, -3, -3, -0.9, -3, -0.9, -0.9, -3]}
@@ -58,6 +61,33 @@ def test_what_a_card_can_be_chosen_by_is_what_it_shows(result, page):
         assert list(offered) == ["detector", "kind", "pair", "cause"]
         assert [values[int(card[f"data-{name}"]) - 1] for name, values in offered.items()] == [*shown]
         assert f"--time:{round(1000 * one.start)};" in card["style"]
+
+
+def test_the_larger_fault_of_a_detector_and_the_worst_detector_come_first(result, page):
+    apart = cubes({"a": [0.0] * 18, "b": [3, 0.9, 3, 3, 0.9, 0.9, 0.9, 3, *[1.02] * 8, 3, 3]})
+    asked = "few=discrete[rate_hz=50],box=collider[shape=box,skin_m=0.05]"
+    for made in (result, compute(apart, detectors=asked, oracle="exact")):
+        ranks, text = ranking(made.summary)[:-1], report_html(made)
+        kinds = [("false contact", "miss") if one.leads_false else ("miss", "false contact") for one in ranks]
+        named = {"miss": made.misses, "false contact": made.false}
+        asked = [f"Every {kind} of {one.label}" for one, two in zip(ranks, kinds, strict=True) for kind in two
+                 if named[kind][one.label]]  # fmt: skip
+        asked += [f"When: {one.label}" for one in ranks]
+        titles = [title for title in re.findall("<h2>([^<]*)</h2>", text) if title.startswith(("Every", "When"))]
+        assert titles == asked and len(asked) >= 4
+        made_of = [one for one in Cells(text).tables if " made of them" in one]
+        assert [one.split("what ")[1].split(" made")[0] for one in made_of] == [one.label for one in ranks]
+    assert ranks[0].leads_false and next(iter(made.comparisons)) != ranks[0].label
+
+
+def test_a_card_says_the_unit_behind_its_number(page):
+    said = {f"{before} {number} {unit}".strip() for before, unit, number in re.findall(
+        '<td role="cell" class="number" data-name="([^"]*)" data-unit="([^"]*)">([^<]*)</td>', page
+    )}  # fmt: skip
+    assert "at 0.010 s" in said and any(re.fullmatch(r"cut \d+\.\d mm", one) for one in said)
+    assert any(re.fullmatch(r"\d+\.\d mm apart", one) for one in said)
+    unknown = table("t", ("at s",), [(Marked("1.5", below="within 2 microseconds"),)], words=0)
+    assert 'data-name="at s">1.5' in page_table(unknown, [{}]), "the unit would come after the remark"
 
 
 def test_what_has_one_value_cannot_be_chosen_and_a_page_without_a_fault_has_no_choice():

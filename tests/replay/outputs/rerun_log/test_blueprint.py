@@ -134,7 +134,7 @@ def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(demo, 
     assert len(views) == 2
     for name, query in views:
         assert ("/timing/budget" in query) == drawn
-        assert f"worst {share * 1e3 / 90:.2f}: {share:.0%} of a " in name and "90 Hz" in name
+        assert f"worst {share * 1e3 / 90:.2f}: {100 * share:.0f} % of a " in name and "90 Hz" in name
 
 
 def test_what_hides_a_contact_is_translucent_in_the_close_up_and_the_ground_is_not(demo):
@@ -153,7 +153,7 @@ def test_one_look_that_the_machine_held_up_is_cut_off_and_the_title_says_so(demo
     seconds[7] = 0.05
     costs = {"it": cost_of(replace(slow, seconds={"meshes": seconds}))}
     view = timing_view(costs, rrb.TimeAxis(), short=True)
-    assert "worst 50.00, cut off: 450% of a 90 Hz frame" in view.name
+    assert "worst 50.00, cut off: 450 % of a 90 Hz frame" in view.name
 
 
 @pytest.mark.slow
