@@ -176,3 +176,28 @@ def test_what_fits_nothing_is_refused_with_the_nearest_name(settings, acid, word
     told = {"solute": "HCl", "molar": 0.1, **acid}
     with pytest.raises(PlanError, match=words):
         run_in([0.0, 0.0], MIX, ("reaction", {**NEUTRAL[1], **settings}), acid=glass("flask", 0.5, **told))
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [({"equation": "HCl + NaOH -> NaCl + H2O"}, "acids and bases meet at once"),
+     ({"equation": "CH3COOH + NaOH -> CH3COONa + H2O"}, "acids and bases meet at once"),
+     ({"equation": "NH3 + HCl -> NH4Cl"}, "acids and bases meet at once"),
+     ({"equation": "AgNO3 + NaCl -> AgCl + NaNO3"}, "a solid of an effect precipitation falls out at once")],
+)  # fmt: skip
+def test_a_rate_that_would_change_nothing_is_refused(settings, words):
+    there = dict.fromkeys(("HCl", "NaOH", "CH3COOH", "NH3", "AgNO3", "NaCl"), 0.1)
+    silver = ("precipitation", {"solid": "AgCl", "ksp": 1.77e-10, "molar_mass": 143.32, "colour": "white"})
+    more = (silver,) if "Ag" in settings["equation"] else ()
+    reaction = ("reaction", {**settings, "rate_per_s": 0.5})
+    with pytest.raises(PlanError, match=f"rate_per_s: {words}; leave it out"):
+        run_in(OPEN, MIX, reaction, *more, acid=glass("flask", 5.0, solutes=there))
+
+
+def test_an_acid_has_one_pka():
+    told = [{"equation": f"CH3COOH + {one}OH -> CH3COO{one} + H2O", "acids": {"CH3COOH": [pka]}}
+            for one, pka in (("Na", 4.756), ("K", 3.0))]  # fmt: skip
+    acid, base = glass("flask", 0.5, solute="CH3COOH", molar=0.1), {"NaOH": 0.1, "KOH": 0.1}
+    with pytest.raises(PlanError, match=r"acids.CH3COOH is \[3.0\] and another table says \[4.756\]; give it once"):
+        run_in(OPEN, MIX, *(("reaction", one) for one in told), acid=acid,
+               base=glass("burette", 50.0, solutes=base, cavity=COLUMN))  # fmt: skip
