@@ -92,7 +92,9 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
         changes = _changes(equation, phases, chemistry)
         rate = one.values["rate_per_s"]
         product = _product(one, changes, tables)
-        process = Process(one.text("equation"), changes, None if rate is None else float(rate), product)
+        several = (part for part, many in changes.items() if changes.get("H+", 0.0) <= 2.0 * many < 0.0)
+        bound = next((part for part in several if chemistry.pka.get(part)), "")
+        process = Process(one.text("equation"), changes, None if rate is None else float(rate), bound, product)
         place = next((k for k, known in enumerate(processes) if _same(known, process)), len(processes))
         if not changes and not any("H+" in dissolved(chemistry, formula) for formula in equation.reagents):
             raise one.fail("equation: nothing happens, all of it stays dissolved; mark what falls out with (s)")
