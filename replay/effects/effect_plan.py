@@ -123,7 +123,11 @@ def _declared(
             except PlanError as error:
                 faults += error.faults
                 continue
-            found[effect.kind] = (*found.get(effect.kind, ()), declaration)
+            before = found.get(effect.kind, ())
+            faults += _clashes(declaration, before, spec)
+            # A table that stands there twice asks for nothing more.
+            if all(one.values != declaration.values for one in before):
+                found[effect.kind] = (*before, declaration)
         elif effect.kind in NOT_BUILT:
             not_built[effect.kind] = None
         else:
@@ -132,6 +136,17 @@ def _declared(
         not_built[kind] = None
         del found[kind]
     return found, tuple(not_built)
+
+
+def _clashes(new: Declaration, before: tuple[Declaration, ...], spec: EffectSpec) -> list[str]:
+    """Where a table says of one thing what another one of its kind says otherwise."""
+    same = [one for one in before if spec.single and one.values[spec.single] == new.values[spec.single]]
+    return [
+        str(new.fail(f"{key} is {new.values[key]!r} and {one.place} says {one.values[key]!r}; one {spec.kind} has one"))
+        for one in same[:1]
+        for key, field_ in spec.fields.items()
+        if field_.kind not in ("bodies", "pairs") and new.values[key] != one.values[key]
+    ]
 
 
 def _lacks(

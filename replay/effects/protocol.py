@@ -85,6 +85,7 @@ class EffectSpec:
     detector: str = ""
     trigger: str = ""  # what gates it, in words; ``""``: it runs in every frame
     sources: tuple[str, ...] = ()  # citations
+    single: str = ""  # field by which tables are of one thing: then they may differ in bodies and pairs alone
     check: Callable[[Declaration, Scene], None] | None = None  # refuses a combination of fields
     # refuses what tables of several kinds, and the bodies, do not make together; ``str``: the scene's file
     check_all: Callable[[Mapping[str, tuple[Declaration, ...]], Scene, str], None] | None = None

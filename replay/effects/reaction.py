@@ -95,7 +95,12 @@ def _end_points(matter: Matter, one: Reaction, vessel: str) -> list[EffectEvent]
     The volume is that which came from where the flow came from that did it: the titrant, rinses left out.
     """
     acids = [formula for formula in one.equation.reagents if one.chemistry.is_acid(formula)]
-    bases = [formula for formula in one.equation.reagents if one.chemistry.is_base(formula) and formula not in acids]
+    bases = [formula for formula in one.equation.reagents if one.chemistry.is_base(formula)]
+    # What is both, such as hydrogen carbonate, is a base to an acid and an acid to a base.
+    if set(acids) < set(bases):
+        bases = [formula for formula in bases if formula not in acids]
+    else:
+        acids = [formula for formula in acids if formula not in bases]
     if len(acids) != 1 or len(bases) != 1:
         return []
     history, (part, many) = matter.histories[vessel], _takers(one)

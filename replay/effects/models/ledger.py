@@ -158,7 +158,12 @@ class Ledger:
 
     def _limit(self, row: int, amounts: FloatArray) -> FloatArray:
         used = np.flatnonzero(self.changes[row] < 0.0)
-        return np.asarray(np.maximum(0.0, (amounts[..., used] / -self.changes[row, used]).min(axis=-1)))
+        limit = (amounts[..., used] / -self.changes[row, used]).min(axis=-1)
+        if anion := self.processes[row].bound:
+            kept = self.processes[row].changes["H+"] / self.processes[row].changes[anion] - 1.0
+            free = amounts[..., self.column["H+"]] - kept * amounts[..., self.column[anion]]
+            limit = np.minimum(limit, free)
+        return np.asarray(np.maximum(0.0, limit))
 
     def _apply(self, row: int, amounts: FloatArray, extent: FloatArray) -> None:
         """Change amounts in place; what limits ends at exactly nothing where all of it is used."""

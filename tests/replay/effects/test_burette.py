@@ -145,3 +145,13 @@ def test_a_burette_filled_in_the_session_runs_out():
 
     solved = solve_ivp(falling, (2.005, 2.5), [0.15 + 0.2], rtol=1e-10, max_step=0.05).y[0, -1]
     assert gone[:251].sum() == pytest.approx((0.35 - solved) * 1e-4, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [({"joint": "burette"}, "joint is 'burette' and so is body; name two bodies"),
+     ({"into": ["flask", "burette"]}, "into: 'burette' runs into itself; name what stands below")],
+)  # fmt: skip
+def test_a_burette_that_is_its_own_tap_or_flask_is_refused(more, words):
+    with pytest.raises(PlanError, match=words):
+        run_in(OPEN, settings=more)

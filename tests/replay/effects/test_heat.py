@@ -214,3 +214,10 @@ def test_what_is_heated_turns_once_at_its_temperature_and_is_drawn_so():
 def test_what_cannot_turn_is_refused(more, properties, words):
     with pytest.raises(PlanError, match=words):
         plan(salted(more, properties).scene)
+
+
+def test_liquids_have_one_heat_and_a_dish_one_flame():
+    with pytest.raises(PlanError, match=r"loss_w_per_k is .* and \[\[effect\]\] 2 \('heat'\) says"):
+        plan(bench(POUR, ("heat", DILUTION), ("heat", {**DILUTION, "loss_w_per_k": 7.0})).scene)
+    with pytest.raises(PlanError, match=r"power_w is 7.0 and \[\[effect\]\] 1 \('heat'\) says .*; one heat has one"):
+        plan(bench(("heat", FLAME), ("heat", {**FLAME, "power_w": 7.0})).scene)

@@ -103,3 +103,12 @@ def test_a_solid_that_no_reaction_makes_is_refused():
 def test_a_colour_nobody_knows_is_refused():
     with pytest.raises(PlanError, match="colour is 'whitish'"):
         run(colour="whitish")
+
+
+def test_a_solid_has_one_solubility_product_and_a_table_that_stands_twice_counts_once():
+    bodies = (glass("a", 60.0, solute="AgNO3", molar=0.1), glass("b", 40.0, solute="NaCl", molar=0.1))
+    first = ("precipitation", FALLS)
+    once = poured([0.0, 60.0, 60.0], bodies, MIX, SILVER, first, first)["precipitation"]
+    assert len(once.events) == 1
+    with pytest.raises(PlanError, match=r"ksp is 1e-05 and \[\[effect\]\] 4 \('precipitation'\) says 1.77e-10"):
+        poured([0.0, 60.0], bodies, MIX, SILVER, first, ("precipitation", {**FALLS, "ksp": 1e-5}))
