@@ -39,9 +39,3 @@ def test_a_proof_without_a_file_or_a_run_folder_is_refused(tmp_path):
     for given, out in ((cubes(PLACES), tmp_path / "run"), (tmp_path / "s.mcap", None)):
         with pytest.raises(ProofError, match="name both"):
             replay.run(given, detectors="sphere", proof=True, out=out)
-
-
-def test_the_package_says_what_it_has():
-    assert {"run", "plan", "RunResult"} <= set(dir(replay))
-    with pytest.raises(AttributeError, match=r"it has: .*run"):
-        _ = replay.rum
