@@ -80,11 +80,14 @@ def test_tables_that_say_something_else_are_rejected_though_sealed_anew(copy, ca
     rewritten("frames.parquet", lambda rows: rows[-1].update({"verdict/exact": "CLEAR"}))
     rewritten("frames.parquet", lambda rows: rows.pop())
     rewritten("episodes.parquet", lambda rows: [row.update(last=row["last"] - 1) for row in rows])
-    summary = json.loads((copy / "summary.json").read_text())
-    summary["detectors"]["exact"]["verdicts"]["CONTACT"] += 1
-    (copy / "summary.json").write_text(json.dumps(summary))
-    write_seal(copy, copy.parent / "s.mcap")
-    rejected(copy, capsys, "summary.json")
+    right = (copy / "summary.json").read_text()
+    for wrong in ("other verdicts", "other pairs"):
+        summary = json.loads(right)
+        changed = summary["pairs"][0] if wrong == "other pairs" else summary["detectors"]["exact"]["verdicts"]
+        changed |= {"name": "b-a", "CONTACT": 1}
+        (copy / "summary.json").write_text(json.dumps(summary))
+        write_seal(copy, copy.parent / "s.mcap")
+        rejected(copy, capsys, wrong)
 
 
 def test_another_recording_is_rejected_though_sealed_anew(copy, capsys):

