@@ -30,7 +30,7 @@ def compile_exact() -> None:
     margins.near((0, 1), turns[1:2], places[1:2])
     margins.shallow((0, 1), faces, turns[0], places[0])
     exact = create_detector("exact", [large, small])
-    exact.detect(Motion(np.arange(3) / 90, places, turns), faces=True)
+    exact.detect(Motion([0.0, 1.0, 2.0], places, turns), faces=True)
     places[0, 1] = [0.2, 0.2, -0.1]  # a corner in the plane of a face: decided in exact arithmetic
     exact.detect(Motion([0.0], places[:1], turns[:1]), faces=True)
 
