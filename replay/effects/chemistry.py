@@ -32,6 +32,7 @@ class Reaction:
     equation: Equation
     chemistry: AcidBase
     process: int  # its place among the ledger's processes; -1: it only takes or gives protons
+    per: float  # mol of the process in one mol of the equation
 
     @property
     def acid_base(self) -> bool:
@@ -89,7 +90,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     reactions = []
     for one, equation in zip(declared, equations, strict=True):
         phases = {**dict.fromkeys(SOLIDS | solids, "s"), **dict.fromkeys(GASES | gases, "g"), **equation.phases}
-        changes = _changes(equation, phases, chemistry)
+        changes, per = _left_over(_changes(equation, phases, chemistry))
         rate = one.values["rate_per_s"]
         product = _product(one, changes, tables)
         several = (part for part, many in changes.items() if changes.get("H+", 0.0) <= 2.0 * many < 0.0)
@@ -105,7 +106,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
             what = "acids and bases meet" if product is None else "a solid of an effect precipitation falls out"
             raise one.fail(f"rate_per_s: {what} at once; leave it out")
         own = AcidBase(chemistry.acids, chemistry.bases, one.number("pkw"))
-        reactions.append(Reaction(one, equation, own, place if changes else -1))
+        reactions.append(Reaction(one, equation, own, place if changes else -1, per))
     return Recipe(tuple(reactions), tuple(processes), contents, chemistry)
 
 
@@ -171,6 +172,17 @@ def _changes(equation: Equation, phases: Mapping[str, str], chemistry: AcidBase)
             for part, many in parts.items():
                 found[part] = found.get(part, 0.0) + sign * coefficient * many
     return {part: many for part, many in found.items() if many != 0.0}
+
+
+def _left_over(changes: dict[str, float]) -> tuple[dict[str, float], float]:
+    """What an equation does beside neutralisation, which happens anyway; where that is all, neutralisation so often."""
+    often = min(-changes.get(part, 0.0) for part in ("H+", "OH-"))
+    if often <= 0.0:
+        return changes, 1.0
+    anyway = NEUTRALISATION.changes
+    rest = {part: changes.get(part, 0.0) - often * anyway.get(part, 0.0) for part in {**changes, **anyway}}
+    rest = {part: many for part, many in rest.items() if many != 0.0}
+    return (rest, 1.0) if rest else (dict(anyway), often)
 
 
 def _same(known: Process, new: Process) -> bool:

@@ -235,3 +235,17 @@ def test_carbonate_gives_no_gas_before_each_of_it_has_one_proton():
     came = np.interp(extent.times, volume.times, volume.values) - 10.0
     assert extent.values == pytest.approx(np.clip(came - 10.0, 0.0, 10.0) * 1e-4, abs=1e-12)
     assert effects["reaction"].events[0].values["volume_ml"] == pytest.approx(20.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("formula", "titrant", "equation", "mol"),
+    [("H2SO4", "NaOH", "H2SO4 + 2 NaOH -> Na2SO4 + 2 H2O", 1e-3),
+     ("H2SO4", "Ba(OH)2", "H2SO4 + Ba(OH)2 -> BaSO4 + 2 H2O", 1e-3),
+     ("Na2HPO4", "HCl", "Na2HPO4 + HCl -> NaH2PO4 + NaCl", 1e-3)],
+)  # fmt: skip
+def test_the_extent_counts_the_equation_as_it_is_written(formula, titrant, equation, mol):
+    acid = glass("flask", 10.0, solute=formula, molar=0.1)
+    base = glass("burette", 50.0, solute=titrant, molar=0.1, cavity=COLUMN)
+    run = run_in([0.0, 0.0, *([90.0] * 2500), 0.0], MIX, ("reaction", {"equation": equation}), acid=acid, base=base)
+    extent = run["reaction"].series["flask/extent"].values
+    assert extent[[0, -1]] == pytest.approx([0.0, mol], rel=1e-6, abs=1e-9)
