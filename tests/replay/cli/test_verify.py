@@ -139,13 +139,6 @@ def test_without_a_proof_a_sentence_says_how_to_make_one(copy, capsys):
     assert "make one with `replay run --proof`" in capsys.readouterr().err
 
 
-def test_a_proof_is_of_exact_and_of_a_file(run, tmp_path, capsys):
-    session = str(run.parent / "s.mcap")
-    asked = ["run", session, "-o", str(tmp_path / "r"), "--detector", "sphere", "--oracle", "none", "--proof", "-q"]
-    assert main(asked) == 1
-    assert "make it the oracle" in capsys.readouterr().err
-
-
 def test_a_run_with_another_scene_is_verified_with_that_scene_and_not_without(tmp_path, capsys):
     write_session(cubes(PLACES), tmp_path / "s.mcap")
     (tmp_path / "small.toml").write_text('[[body]]\nid = "b"\nshape = "box"\nsize = [0.5, 0.5, 0.5]\n')

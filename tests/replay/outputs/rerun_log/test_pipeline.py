@@ -12,7 +12,7 @@ from cdcore.bounding.sphere import sphere_best
 from replay.cli.demo import DETECTORS
 from replay.outputs.palette import MISSED, SERIES, WHITE
 from replay.outputs.rerun_log.columns import packed
-from replay.outputs.rerun_log.pipeline import ROOM, budget_words, pipeline_path, stage_ms
+from replay.outputs.rerun_log.pipeline import budget_words, pipeline_path, stage_ms
 from replay.outputs.rerun_log.pipeline_frame import _remarks
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.search_picture import shaded_faces
@@ -187,7 +187,7 @@ def test_a_detector_without_a_search_has_no_pipeline(demo):
 
 
 @pytest.mark.slow
-def test_the_recording_of_the_demo_holds_every_frame_of_all_detectors_and_the_search_at_its_work(write):
+def test_the_recording_of_the_demo_holds_every_frame_of_all_detectors_and_counts_of_every_stage(write):
     result = compute(synthetic_session("bench-bumps", 0, None)[0], detectors=DETECTORS)
     seen, frames = write(result), list(range(len(result.assembly.motion)))
     assert list(result.detections) == ["paper", "hull50", "mesh50", "exact"]
@@ -201,14 +201,3 @@ def test_the_recording_of_the_demo_holds_every_frame_of_all_detectors_and_the_se
         rows = seen.column(pipeline_path("paper", "pairs", f"{rank}_{stage}"), "Scalars:scalars")
         at = np.searchsorted([row[1] for row in rows], frames, side="right") - 1
         assert [rows[k][2][0] for k in at] == count.tolist(), stage
-    assert watched.moments
-    for moment in watched.moments:
-        trace, root = watched.trace(moment), "pipeline/paper/search"
-        faces = sum(len(np.unique(trace.faces[:, side])) for side in range(2))
-        assert len(seen.at(f"{root}/faces", "Mesh3D:vertex_positions", moment.frame)) == 3 * faces
-        assert len(seen.at(f"{root}/best", "LineStrips3D:strips", moment.frame)[0]) == len(trace.best())
-        bodies = [result.assembly.bodies[body] for body in result.assembly.pairs[moment.pair].tolist()]
-        if all(sphere_best(body.mesh).radius <= ROOM for body in bodies):
-            for body in bodies:
-                path = f"world/{body.name}/sphere_of_paper"
-                assert len(seen.at(path, "Ellipsoids3D:half_sizes", moment.frame)) == 1
