@@ -93,7 +93,7 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
 
     def watch(self, motion: Motion) -> Watched:
         """Search the whole motion again and keep what each stage did."""
-        seen = watched(self.bodies, self.pairs, self.settings, motion, self._broad.by_stage(motion))
+        seen = watched(self.bodies, self.pairs, self.settings, motion, self._broad.by_stage(motion), self._search.empty)
         return seen if self._meshes is None else replace(seen, face_sets=None)
 
     def live(self) -> Live:

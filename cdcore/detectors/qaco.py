@@ -71,7 +71,7 @@ class QacoDetector(PairDetector[QacoSettings]):
     def watch(self, motion: Motion) -> Watched:
         """Search the whole motion again and keep what each stage did; there are no boxes."""
         near = self._spheres.candidates(motion).verdict == Verdict.CANDIDATE
-        return watched(self.bodies, self.pairs, self.settings, motion, (near, near))
+        return watched(self.bodies, self.pairs, self.settings, motion, (near, near), self._search.empty)
 
     def _fresh_memory(self) -> SearchMemory:
         return self._search.fresh_memory()

@@ -102,7 +102,8 @@ class PairSearch:
         self._flow(lambda: sow(seeds, self._found, *self._rows(), self._pose, count, self._table))
         near = (self.first.near, self.second.near, self.first.links, self.second.links)
         self._flow(lambda: flood(self._found, *self._rows(), *near, self._pose, count, self._table))
-        return np.unique(self._found[: count[state.FOUND_COUNT]], axis=0)
+        first, second = self._found[: count[state.FOUND_COUNT]].T
+        return np.stack(np.divmod(np.unique(first * len(self.second) + second), len(self.second)), axis=1)
 
     @property
     def flood_tests(self) -> int:

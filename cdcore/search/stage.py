@@ -28,7 +28,14 @@ NO_SEEDS: IntArray = readonly(np.zeros((0, 2), dtype=np.int64))
 CONTAINMENT_REFUSED = "refused: a search that finds nothing does not know that surfaces are disjoint"
 """What a detector that ends with a search says about containment."""
 
+NOTED_LOOKS = 100_000
+"""Looks without a contact that a stage remembers: 40 MB; more than an audit that is watched makes of an hour."""
+
 COUNTERS = ("looks", "reused", "short", "evaluations", "exact_tests", "flood_tests", "restarts", "iterations", "broken")
+
+
+LookKey = tuple[int, float, int, Pair | None, int]
+"""Column, stamp, hash of the poses, start and budget: with the settings all that a look depends on."""
 
 
 @dataclass(eq=False)
@@ -45,7 +52,7 @@ class PairMemory:
     seen: FloatArray | None = None
     """Relative pose (13,) of the look before."""
     number: int = -1
-    """Of the face set, in this block; -1: not in this block yet."""
+    """Of the face set, in this block; -1: none yet."""
 
 
 @dataclass(eq=False)
@@ -96,12 +103,13 @@ class SearchStage:
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in ordered.tolist()]
         features: dict[int, Features] = {k: features_of(bodies[k].mesh) for k in np.unique(pairs).tolist()}
         names = [(bodies[a].name, bodies[b].name) for a, b in self._ends]
-        self._searches = [
-            search(features[a], features[b], name, settings) for (a, b), name in zip(self._ends, names, strict=True)
-        ]
+        ends = zip(self._ends, names, strict=True)
+        self._searches = [search(features[a], features[b], name, settings) for (a, b), name in ends]
         self._rests = [RestingContact(features[a], features[b], settings.rest) for a, b in self._ends]
         self._samples = self._draw(bodies, features)
         self._order = np.array(sorted(range(len(names)), key=names.__getitem__), dtype=np.int64)
+        # What looks gave that found nothing: who asks the same again need not search.
+        self.empty: dict[LookKey, SearchResult] = {}
 
     def fresh_memory(self) -> SearchMemory:
         """What is known before the first frame: nothing."""
@@ -146,13 +154,11 @@ class SearchStage:
                 continue
             search = self._searches[column]
             search.use(*self._samples[column][0])
-            look = self._look(motion, frame, column, memory.pairs[column], min(PROBE, share), found)
-            looks[column] = look
+            looks[column] = look = self._look(motion, frame, column, memory.pairs[column], min(PROBE, share), found)
             left -= look.evaluations if look else 0
             if look is not None and look.hit is None:
                 apart.append((_gap(search, look), column))
-        apart.sort()
-        for done, (gap, column) in enumerate(apart):
+        for done, (gap, column) in enumerate(sorted(apart)):
             before, band = looks[column], band_of(gap)
             extra = control.allowance(band, left, len(apart) - done)
             if before is None or extra <= 0:
@@ -164,7 +170,7 @@ class SearchStage:
             left -= spent
             control.learn(level, band, spent, look.hit is not None)
             looks[column] = look
-        self._run_on(control, [column for _, column in apart if memory.pairs[column].hit], looks)
+        self._run_on(control, [column for _, column in sorted(apart) if memory.pairs[column].hit], looks)
         for column, one in looks.items():
             self._finish(frame, column, one, memory.pairs[column], found)
 
@@ -181,8 +187,7 @@ class SearchStage:
 
     def _relative(self, motion: Motion, near: BoolArray) -> dict[int, Iterator[FloatArray]] | None:
         """Relative poses of each pair that is near; ``None`` where every frame gets the whole budget."""
-        s = self._settings
-        if s.rest == 0.0 or not s.warm_start or s.budget_seconds is not None:
+        if (s := self._settings).rest == 0.0 or not s.warm_start or s.budget_seconds is not None:
             return None
         return {column: iter(poses) for column, poses in relative_of(motion, near, self._ends).items()}
 
@@ -215,16 +220,20 @@ class SearchStage:
             return None
         found.work["looks"] += 1
         known.poses = poses
-        start = known.start if self._settings.warm_start else None
-        return self._searches[column].look(pose_a, pose_b, float(motion.times[frame]), start=start, budget=budget)
+        start, stamp = known.start if self._settings.warm_start else None, float(motion.times[frame])
+        return self._search((column, stamp, hash(poses), start, budget), pose_a, pose_b)
+
+    def _search(self, key: LookKey, pose_a: Pose, pose_b: Pose) -> SearchResult:
+        column, stamp, _, start, budget = key
+        look = self._searches[column].look(pose_a, pose_b, stamp, start=start, budget=budget)
+        if look.hit is None and len(self.empty) < NOTED_LOOKS:
+            self.empty[key] = look
+        return look
 
     def _poses(self, motion: Motion, frame: int, column: int) -> tuple[Pose, Pose]:
         """Poses of both bodies of a pair, in the order of the search."""
-        a, b = self._ends[column]
-        return (
-            (motion.rotations[frame, a], motion.translations[frame, a]),
-            (motion.rotations[frame, b], motion.translations[frame, b]),
-        )
+        one, other = ((motion.rotations[frame, body], motion.translations[frame, body]) for body in self._ends[column])
+        return one, other
 
     def _finish(
         self, frame: int, column: int, look: SearchResult | None, known: PairMemory, found: SearchAnswer
@@ -232,8 +241,7 @@ class SearchStage:
         """Write down a look, with its faces if they are asked for; ``None``: repeat the answer of the look before."""
         if look is not None:
             known.hit, known.start, known.number = look.hit is not None, look.hit or look.closest, -1
-            if found.faces:
-                look = self._collect(column, look, known)
+            look = self._collect(column, look, known) if found.faces else look
             found.count(look, self._searches[column].flood_tests)
         found.hits[frame, column] = known.hit
         if found.faces and known.hit:
@@ -280,8 +288,7 @@ class SearchStage:
         """Places as face numbers, first and second as the pair was asked for, sorted."""
         search = self._searches[column]
         faces = np.stack([search.first.face[pairs[:, 0]], search.second.face[pairs[:, 1]]], axis=1)
-        if self._turned[column]:
-            faces = faces[:, ::-1]
+        faces = faces[:, ::-1] if self._turned[column] else faces
         return faces[np.lexsort((faces[:, 1], faces[:, 0]))].astype(np.int32)
 
 

@@ -8,11 +8,11 @@ there is no second version of the search to keep alike.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from types import FunctionType, SimpleNamespace
-from typing import Any, Final, Protocol, runtime_checkable
+from typing import Any, Final, Protocol, cast, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,11 +21,11 @@ from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import Body, FaceSets, Motion
 from cdcore.search import advance, descent, state, swarm
 from cdcore.search.features import Features
-from cdcore.search.pair_search import PairSearch
+from cdcore.search.pair_search import PairSearch, Pose
 from cdcore.search.result import Pair, SearchResult
 from cdcore.search.samples import Sample
 from cdcore.search.settings import SearchSettings
-from cdcore.search.stage import PairMemory, SearchAnswer, SearchStage
+from cdcore.search.stage import LookKey, PairMemory, SearchAnswer, SearchStage
 
 ASKED_BY: Final = {"follow": "start", "iterate": "ant", "closest_around": "walk", "local_round": "draw"}
 """Kernel that evaluates -> word for it in a trace; any other draws at random."""
@@ -83,21 +83,18 @@ class LookTrace:
 
 
 class NotedSearch(PairSearch):
-    """A search that remembers the steps of its last look."""
+    """A search that remembers its samples, and the steps of its last look."""
+
+    steps: list[Step]
 
     def use(self, first: Sample, second: Sample) -> None:
         """Search these samples, and remember which."""
         super().use(first, second)
-        self._samples = first, second
-
-    def look(self, *poses: Any, start: Pair | None = None, budget: int | None = None) -> SearchResult:
-        """Search, and remember how it began."""
-        self.steps = [Step(self._samples, start, budget)]
-        return super().look(*poses, start=start, budget=budget)
+        self.samples = first, second
 
     def look_longer(self, budget: int) -> SearchResult:
         """Search on, and remember that."""
-        self.steps.append(Step(self._samples, None, budget))
+        self.steps.append(Step(self.samples, None, budget))
         return super().look_longer(budget)
 
 
@@ -184,10 +181,18 @@ def _interpreted(
 
 
 class NotingStage(SearchStage):
-    """The search of a run once more, with a note of every look: ``noted[frame, column]``."""
+    """The search of a run once more, with a note of every look: ``noted[frame, column]``.
 
-    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings) -> None:
+    ``known``: looks of that run that found nothing; they are not searched again.
+    """
+
+    def __init__(
+        self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings, known: Mapping[LookKey, SearchResult]
+    ) -> None:
         super().__init__(bodies, pairs, settings, search=NotedSearch)
+        self._noting = cast(list[NotedSearch], self._searches)
+        # With samples that change a search goes on from a look that found nothing.
+        self._known = {} if settings.samples == "auto" else known
         self.noted: dict[tuple[int, int], NotedLook] = {}
         self._traced: dict[int, TracedSearch] = {}
 
@@ -206,12 +211,16 @@ class NotingStage(SearchStage):
         sides = zip((search.first, search.second), pair, poses, strict=True)
         return np.array([turn @ side.rows[place, :3] + move for side, place, (turn, move) in sides])
 
+    def _search(self, key: LookKey, pose_a: Pose, pose_b: Pose) -> SearchResult:
+        search = self._noting[key[0]]
+        search.steps = [Step(search.samples, *key[3:])]
+        return self._known.get(key) or super()._search(key, pose_a, pose_b)
+
     def _finish(
         self, frame: int, column: int, look: SearchResult | None, known: PairMemory, found: SearchAnswer
     ) -> None:
-        search = self._searches[column]
-        if look is not None and isinstance(search, NotedSearch):
-            self.noted[frame, column] = NotedLook(tuple(search.steps), look)
+        if look is not None:
+            self.noted[frame, column] = NotedLook(tuple(self._noting[column].steps), look)
         super()._finish(frame, column, look, known, found)
 
 
@@ -241,10 +250,13 @@ class Watchable(Protocol):
 
 
 def watched(
-    bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings, motion: Motion, near: tuple[BoolArray, BoolArray]
-) -> Watched:
-    """Search where spheres and boxes met; ``near``: those of the spheres, and of the boxes too."""
-    stage = NotingStage(bodies, pairs, settings)
+    bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings, motion: Motion,
+    near: tuple[BoolArray, BoolArray], known: Mapping[LookKey, SearchResult],
+) -> Watched:  # fmt: skip
+    """Search where spheres and boxes met; ``near``: those of the spheres, and of the boxes too; ``known``: what a run
+    of these bodies, pairs and settings looked at and found nothing.
+    """
+    stage = NotingStage(bodies, pairs, settings, known)
     found = stage.decide(motion, near[1], stage.fresh_memory(), faces=True)
     searched = np.zeros_like(near[0])
     for frame, column in stage.noted:

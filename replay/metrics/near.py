@@ -35,14 +35,17 @@ HALF_DIAGONAL: Final = 0.8661
 """Of a cube with edge 1, rounded up."""
 
 
+SEEN_M: Final = CLOSE_M + 0.005
+"""A look that finds nothing so near spares the looks until the two have come nearer by what is left."""
+
+
 @dataclass(frozen=True)
 class NearMiss:
-    """One near miss: the pair (column of ``assembly.pairs``), when, and the least distance seen, metres."""
+    """One near miss: the pair (column of ``assembly.pairs``), and when."""
 
     pair: int
     start: float
     end: float
-    distance: float
 
 
 def close_stretches(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]:
@@ -55,8 +58,8 @@ def close_stretches(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]
     found = []
     for pair in pairs.tolist():
         a, b = assembly.pairs[pair].tolist()
-        distance = _distances(assembly, a, b, rows, clouds)
-        found += [NearMiss(pair, *span) for span in _stretches(assembly.motion.times[rows], distance)]
+        times = assembly.motion.times[rows[_close(assembly, a, b, rows, clouds)]]
+        found += [NearMiss(pair, *span) for span in _stretches(times)]
     return tuple(sorted(found, key=lambda one: (one.start, one.pair)))
 
 
@@ -78,17 +81,44 @@ class _Cloud:
     """Points of a surface sorted into cubes, so that those far from everything are never moved one by one."""
 
     def __init__(self, points: FloatArray) -> None:
-        cell, self._cell = np.unique(np.floor(points / CELL_M), axis=0, return_inverse=True)
-        self.points, self._middle = points, (cell + 0.5) * CELL_M
+        cell, self.cell = np.unique(np.floor(points / CELL_M), axis=0, return_inverse=True)
+        self.points, self.middle = points, (cell + 0.5) * CELL_M
+        self.reach = float(np.linalg.norm(points, axis=1).max())
 
-    def least_distance(self, turn: FloatArray, move: FloatArray, tree: "cKDTree") -> float:
-        """Least distance of a moved point to one of the tree's, inf where it is not below ``CLOSE_M``."""
-        middle, around = self._middle @ turn.T + move, CLOSE_M + HALF_DIAGONAL * CELL_M
-        box = ((middle >= tree.mins - around) & (middle <= tree.maxes + around)).all(axis=1)
-        near = np.zeros(len(middle), dtype=np.bool_)
-        near[box] = np.isfinite(tree.query(middle[box], distance_upper_bound=around)[0])
-        points = self.points[near[self._cell]] @ turn.T + move
-        return float(tree.query(points, distance_upper_bound=CLOSE_M)[0].min(initial=np.inf))
+
+class _Looks:
+    """Looks at two bodies, one after the other; ``tree`` holds the points of the second."""
+
+    def __init__(self, cloud: _Cloud, tree: "cKDTree") -> None:
+        self._cloud, self._tree = cloud, tree
+        self._points = np.zeros(3), np.full(3, np.inf)  # that were close last
+        self._turn, self._move, self._spare = np.eye(3), np.zeros(3), 0.0  # of the last search, and what it left
+
+    def close(self, turn: FloatArray, move: FloatArray) -> bool:
+        """Whether a point of the cloud, moved, is closer than ``CLOSE_M`` to one of the tree."""
+        one, other = self._points
+        if np.linalg.norm(turn @ one + move - other) < CLOSE_M:
+            return True
+        way = np.linalg.norm(turn - self._turn) * self._cloud.reach + np.linalg.norm(move - self._move)
+        if way >= self._spare:
+            self._turn, self._move, self._spare = turn, move, self._search(turn, move) - CLOSE_M
+        return self._spare < 0.0
+
+    def _search(self, turn: FloatArray, move: FloatArray) -> float:
+        """Metres that the points keep from the tree's at least; below ``CLOSE_M`` the two that are close are kept."""
+        cloud, tree, half = self._cloud, self._tree, HALF_DIAGONAL * CELL_M
+        middle, reach = cloud.middle @ turn.T + move, SEEN_M + half
+        box = ((middle >= tree.mins - reach) & (middle <= tree.maxes + reach)).all(axis=1)
+        apart = np.full(len(middle), reach)
+        apart[box] = np.minimum(tree.query(middle[box], distance_upper_bound=reach)[0], reach)
+        if apart.min() >= CLOSE_M + half:
+            return float(apart.min()) - half
+        points = cloud.points[(apart < CLOSE_M + half)[cloud.cell]]
+        apart, place = tree.query(points @ turn.T + move, distance_upper_bound=CLOSE_M)
+        least = int(apart.argmin())
+        if apart[least] < CLOSE_M:
+            self._points = points[least], tree.data[place[least]]
+        return min(float(apart[least]), CLOSE_M)
 
 
 def spread_points(body: Body) -> FloatArray:
@@ -107,26 +137,24 @@ def spread_points(body: Body) -> FloatArray:
     return np.unique(np.concatenate(points), axis=0)
 
 
-def _distances(assembly: Assembly, a: int, b: int, rows: IntArray, clouds: dict[int, _Cloud]) -> FloatArray:
-    """Least distance at each look, inf where the bounding boxes are farther apart than ``CLOSE_M`` or a pose lacks."""
+def _close(assembly: Assembly, a: int, b: int, rows: IntArray, clouds: dict[int, _Cloud]) -> BoolArray:
+    """Whether two bodies are closer than ``CLOSE_M`` at each look; False where a pose lacks."""
     from scipy.spatial import cKDTree
 
-    motion = assembly.motion
-    distance = np.full(len(rows), np.inf)
-    near = np.flatnonzero(_boxes_near(assembly, a, b, rows))
-    if not len(near):
-        return distance
+    motion, close = assembly.motion, _boxes_near(assembly, a, b, rows)
+    if not close.any():
+        return close
     for body in (a, b):
         if body not in clouds:
             clouds[body] = _Cloud(spread_points(assembly.bodies[body]))
     if len(clouds[a].points) > len(clouds[b].points):
         a, b = b, a
-    tree = cKDTree(clouds[b].points)
-    for k in near.tolist():
+    looks = _Looks(clouds[a], cKDTree(clouds[b].points))
+    for k in np.flatnonzero(close).tolist():
         back, row = motion.rotations[rows[k], b].T, rows[k]
         move = back @ (motion.translations[row, a] - motion.translations[row, b])
-        distance[k] = clouds[a].least_distance(back @ motion.rotations[row, a], move, tree)
-    return distance
+        close[k] = looks.close(back @ motion.rotations[row, a], move)
+    return close
 
 
 def _boxes_near(assembly: Assembly, a: int, b: int, rows: IntArray) -> BoolArray:
@@ -142,10 +170,7 @@ def _boxes_near(assembly: Assembly, a: int, b: int, rows: IntArray) -> BoolArray
     return known & (np.maximum(apart_a, apart_b).max(axis=1) <= CLOSE_M)
 
 
-def _stretches(times: FloatArray, distance: FloatArray) -> list[tuple[float, float, float]]:
-    at = np.flatnonzero(distance < CLOSE_M)
-    if not len(at):
-        return []
-    cuts = np.flatnonzero(np.diff(times[at]) > APART_S) + 1
-    parts = np.split(at, cuts)
-    return [(float(times[part[0]]), float(times[part[-1]]), float(distance[part].min())) for part in parts]
+def _stretches(times: FloatArray) -> list[tuple[float, float]]:
+    """Of times at which two were close."""
+    parts = np.split(times, np.flatnonzero(np.diff(times) > APART_S) + 1)
+    return [(float(part[0]), float(part[-1])) for part in parts if len(part)]
