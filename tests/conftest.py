@@ -16,7 +16,7 @@ from support.sampled import SAMPLED
 from support.small_pages import pages_of
 
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("without slow tests", settings.get_profile("any machine"), max_examples=25)
+settings.register_profile("without slow tests", settings.get_profile("any machine"), max_examples=15)
 settings.load_profile("any machine")
 
 TOGETHER = (
@@ -50,7 +50,7 @@ os.environ["COLUMNS"] = "160"
 
 
 def pytest_configure(config):
-    """A property that asks for no number of examples gets 100, and 25 where slow tests are left out.
+    """A property that asks for no number of examples gets 100, and 15 where slow tests are left out.
 
     Under ``-n`` kernels are compiled in a process of their own while the workers begin: otherwise each worker
     compiles them all. And what pytest makes of the test files is written down, or each worker makes it again.

@@ -58,6 +58,7 @@ def test_the_steps_of_trust_stand_in_their_order_with_what_each_adds(file, capsy
     assert lost["exact"] == lost["containment"] == lost["faces"] == 0
 
 
+@pytest.mark.slow
 def test_growth_is_timed_when_asked_for_and_its_picture_is_written(file, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(growth, "SIZES", {"bodies": (1, 2)})
     out = tmp_path / "costs"

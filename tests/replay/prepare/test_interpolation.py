@@ -71,7 +71,7 @@ def test_a_held_pose_is_the_latest_sample_before():
     st.lists(st.integers(1, 60), min_size=30, max_size=30),
     st.integers(1, 8),
 )
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_block_borders_change_no_bit(status, steps, block):
     stamps = np.cumsum(steps[: len(status)]) * MS
     rng = np.random.default_rng(len(status))

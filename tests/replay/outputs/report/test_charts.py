@@ -178,7 +178,7 @@ def test_a_false_contact_shows_in_yellow_what_invents_it_and_the_whole_pair():
 
 def test_a_triangle_covers_the_pixels_whose_rays_meet_it_at_their_depth():
     rng = np.random.default_rng(3)
-    local = rng.uniform([-1, -0.6, -3], [1, 0.6, -0.5], (20, 3, 3))
+    local = rng.uniform([-1, -0.6, -3], [1, 0.6, -0.5], (8, 3, 3))
     found = [np.concatenate(one) for one in zip(*_covered(local), strict=True)]
     y, x = np.divmod(np.arange(WIDE * HIGH), WIDE)
     focus = HIGH / 2 / np.tan(FIELD_OF_VIEW / 2)
