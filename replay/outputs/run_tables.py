@@ -23,7 +23,7 @@ from replay.outputs.words import (
     depth_words,
     span_words,
     tallied,
-)
+)  # fmt: skip
 from replay.pipeline.gates import figure, percent
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
@@ -114,8 +114,7 @@ def pair_table(result: RunResult, label: str) -> Table:
 
     Pairs of a hand and what it holds come last. Only where anything is within tolerance there is a column for it.
     """
-    rows: list[tuple[Any, ...]] = []
-    apart: list[tuple[Any, ...]] = []
+    rows, apart = list[tuple[Any, ...]](), list[tuple[Any, ...]]()
     for one in result.summary["pairs"]:
         own = one.get("audit", {}).get(label)
         if own is None:

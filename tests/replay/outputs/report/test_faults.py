@@ -8,7 +8,6 @@ from support.page_cells import NUMBER, Cells, said_in, shown_as, values_of
 from support.small_worlds import cubes, jumping
 
 from replay.outputs.report import faults
-from replay.outputs.report import page as page_module
 from replay.outputs.report.faults import choices
 from replay.outputs.report.markup import page_table
 from replay.outputs.report.page import report_html
@@ -119,10 +118,21 @@ STATES = pytest.mark.parametrize(
 )
 
 
+SHOWN = {}
+
+
+def shown_once(session, asked):
+    """The result of a state and its page, made once for all tests of it."""
+    if id(session) not in SHOWN:
+        result = compute(session, **asked)
+        SHOWN[id(session)] = result, report_html(result)
+    return SHOWN[id(session)]
+
+
 @STATES
 def test_every_number_of_a_card_is_in_the_summary(session, asked):
-    result = compute(session, **asked)
-    page, count = Cells(report_html(result)).tables, 0
+    result, made = shown_once(session, asked)
+    page, count = Cells(made).tables, 0
     for caption, rows in page.items():
         for label, listed in result.summary["faults"].items():
             kind = {f"What {label} missed": "misses", f"What {label} reports falsely": "false"}
@@ -140,8 +150,8 @@ def test_every_number_of_a_card_is_in_the_summary(session, asked):
 
 @STATES
 def test_every_number_of_a_pair_is_in_the_summary(session, asked):
-    result = compute(session, **asked)
-    told, page = {one["name"]: one for one in result.summary["pairs"]}, Cells(report_html(result)).tables
+    result, made = shown_once(session, asked)
+    told, page = {one["name"]: one for one in result.summary["pairs"]}, Cells(made).tables
     for label in result.comparisons:
         (rows,) = (rows for caption, rows in page.items() if caption.endswith(f"what {label} made of them"))
         for pair, count, seconds, longest, *cells in rows:
@@ -160,10 +170,9 @@ HEADS = {90.0, 95.0, 99.0, 1000 / 90}
 
 
 @STATES
-def test_every_number_of_the_page_is_in_the_summary(session, asked, monkeypatch):
-    monkeypatch.setattr(page_module, "bench_picture", lambda *_: b"")
-    result = compute(session, **asked)
-    text, told = said_in(report_html(result)), result.summary
+def test_every_number_of_the_page_is_in_the_summary(session, asked):
+    result, made = shown_once(session, asked)
+    text, told = said_in(made), result.summary
     contacts = told["detectors"].get(told["oracle"], {"contacts": 0})["contacts"]
     phases = (one.get("phases", {}) for one in told["audit"].values())
     ends = [kind[end] * contacts for one in phases for kind in one.values() for end in ("low", "high")]
@@ -174,8 +183,8 @@ def test_every_number_of_the_page_is_in_the_summary(session, asked, monkeypatch)
 
 @STATES
 def test_events_clusters_and_stages_are_rows_of_the_summary(session, asked):
-    result = compute(session, **asked)
-    told, page = result.summary, Cells(report_html(result)).tables
+    result, made = shown_once(session, asked)
+    told, page = result.summary, Cells(made).tables
     listed = page.get("What the effects found", ())
     assert len(listed) == len(told["events"]) == (3 if session.scene is EFFECTS else 0)
     for row, one in zip(listed, told["events"], strict=True):
