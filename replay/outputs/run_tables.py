@@ -11,7 +11,7 @@ from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import clusters
 from replay.comparison.contact_duration import PHASES
 from replay.comparison.false_contacts import FalseContact
-from replay.comparison.outcome import Episode, Miss
+from replay.comparison.outcome import Miss
 from replay.effects.recorded import CURVES
 from replay.outputs.tables import CODE, FAINT, FOUND, IN_RED, INVENTED, PARTLY, STRONG, Cell, Marked, Table, table
 from replay.outputs.words import (
@@ -140,11 +140,11 @@ def _lengths(pair: Mapping[str, Any], kind: str, label: str) -> tuple[int, str, 
 
 def contact_table(result: RunResult, label: str) -> Table:
     """Contacts that a detector found, a row per pair."""
-    found = result.episodes[label]
-    rows = [
-        _contacts(result, found, pair, " (held)" * bool(result.assembly.held[pair]))
-        for pair in sorted({one.pair for one in found})
-    ]
+    rows, found = [], result.episodes[label]
+    for pair in sorted({one.pair for one in found}):
+        own = [one.end - one.start for one in found if one.pair == pair]
+        name = result.assembly.pair_name(pair) + " (held)" * bool(result.assembly.held[pair])
+        rows.append((name, len(own), f"{sum(own):.3f}", f"{max(own):.3f}"))
     notes = containment_notes(result, label)
     return table(f"Contacts found by {label}", ("pair", "contacts", "seconds", "longest s"), rows, notes=notes)
 
@@ -156,11 +156,6 @@ def containment_notes(result: RunResult, label: str) -> list[str]:
     more = f"; {len(why) - MOST_REASONS} more in summary.json" * (len(why) > MOST_REASONS)
     of = f"{len(refused)} of {counted(len(result.assembly.pairs), 'pair')}"
     return [f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}"] if refused else []
-
-
-def _contacts(result: RunResult, found: Sequence[Episode], pair: int, held: str = "") -> tuple[str, int, str, str]:
-    own = [episode.end - episode.start for episode in found if episode.pair == pair]
-    return result.assembly.pair_name(pair) + held, len(own), f"{sum(own):.3f}", f"{max(own, default=0.0):.3f}"
 
 
 def miss_table(title: str, misses: Sequence[Miss], by: str = "") -> Table:

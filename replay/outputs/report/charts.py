@@ -15,7 +15,7 @@ from replay.effects.output import FloatArray
 from replay.outputs.lanes import number_boxes, ranked_pairs
 from replay.outputs.palette import OUTCOMES, SERIES, hex_of
 from replay.outputs.report.drawing import INK, svg_in_page
-from replay.outputs.report.markup import Markup, element
+from replay.outputs.report.markup import Markup, element, figure, joined
 from replay.outputs.words import counted
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import frame_seconds
@@ -64,8 +64,7 @@ def timeline(result: RunResult, label: str) -> Markup:
     svg = element("svg", *parts, viewBox=f"0 0 {WIDTH} {height}", role="img", aria_label=words)
     keys = (element("span", element("i", style=f"background:{hex_of(colour)}"), name)
             for name, colour in (OUTCOMES[one] for one in SPOKEN))  # fmt: skip
-    figure = (element("p", *keys, class_="legend"), svg, element("figcaption", words + "." + more))
-    return element("figure", *figure, tabindex=0)
+    return figure(joined([element("p", *keys, class_="legend"), svg]), f"{words}.{more}")
 
 
 def _bar(title: str, x: float, y: float, width: float, height: float, **more: object) -> Markup:
@@ -140,8 +139,7 @@ def lane_bars(outcome: NDArray[np.uint8], times: NDArray[np.float64], y: int) ->
 def timing(result: RunResult) -> Markup:
     """Milliseconds of every frame on a log axis, most of each stretch kept; detectors of the whole motion as lines."""
     svg = svg_in_page(11, 3.4, "Time per frame", lambda axes: _draw_timing(axes, result))
-    words = element("figcaption", "What each frame took, in milliseconds on a log axis.")
-    return element("figure", svg, words, tabindex=0)
+    return figure(svg, "What each frame took, in milliseconds on a log axis.")
 
 
 def _draw_timing(axes: "Axes", result: RunResult) -> None:
@@ -181,4 +179,4 @@ def _titration(vessel: str, added: FloatArray, ph: FloatArray, end: float | None
 
     words = f"The pH in {vessel} over what came in"
     told = f"{words}; the line is its end point, {end:.2f} mL." if end is not None else f"{words}."
-    return element("figure", svg_in_page(7, 3.4, words, draw), element("figcaption", told), tabindex=0)
+    return figure(svg_in_page(7, 3.4, words, draw), told)

@@ -129,6 +129,11 @@ def _cell(cell: Cell) -> Markup:
     return joined([text, element("small", cell.below)]) if cell.below else text
 
 
+def figure(drawn: object, words: str) -> Markup:
+    """Something drawn, with words below it; a keyboard can move a wide one."""
+    return element("figure", drawn, element("figcaption", words), tabindex=0)
+
+
 def picture(png: bytes, words: str) -> Markup:
     """A picture that lies in the page itself, with what it shows in words."""
     source = "data:image/png;base64," + b64encode(png).decode()

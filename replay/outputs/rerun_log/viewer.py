@@ -82,24 +82,20 @@ class OpenViewer:
 
     def _open(self, recording: Path) -> None:
         before = len(self.state().recordings)
-        self._client.open(str(recording.resolve()))
-        deadline = time.monotonic() + LOAD_SECONDS
-        while True:
-            state = self.state()
-            if not state.loading and len(state.recordings) > before and state.recordings[-1].timelines:
-                return
-            if time.monotonic() > deadline:
-                late = f"the viewer did not load {recording} in {LOAD_SECONDS:.0f} s"
-                raise ViewerError(f"{late}; try `rerun {recording}`")
-            time.sleep(PAUSE_SECONDS)
+        if not self.add(recording, before + 1):
+            late = f"the viewer did not load {recording} in {LOAD_SECONDS:.0f} s"
+            raise ViewerError(f"{late}; try `rerun {recording}`")
 
-    def add(self, layer: Path) -> None:
-        """Load a layer over the recording, and wait until it is there."""
-        self._client.open(str(layer.resolve()))
-        time.sleep(PAUSE_SECONDS)
+    def add(self, file: Path, recordings: int = 1) -> bool:
+        """Load a recording, or a layer over one, and wait until so many are there whole; whether they are."""
+        self._client.open(str(file.resolve()))
         deadline = time.monotonic() + LOAD_SECONDS
-        while self.state().loading and time.monotonic() < deadline:
+        while time.monotonic() < deadline:
             time.sleep(PAUSE_SECONDS)
+            state = self.state()
+            if not state.loading and len(state.recordings) >= recordings and state.recordings[-1].timelines:
+                return True
+        return False
 
     def seek(self, session_ns: int) -> None:
         """Put the cursor at a time of the session and pause there."""
