@@ -3,6 +3,7 @@
 from typing import Final
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.fitting import settled_runs, velocities
@@ -78,35 +79,11 @@ def centre_of_mass(mesh: MeshData) -> FloatArray:
 
 def margin_over(point: FloatArray, places: FloatArray) -> float:
     """How far (metres) a point (2,) lies inside the convex hull of places (n, 2); negative outside."""
-    hull = _hull(places)
-    if len(hull) < 3:
+    try:
+        return -float((ConvexHull(places).equations @ [*point, 1.0]).max())
+    except (QhullError, ValueError):  # fewer than three, or all on a line
         away = places - point
         return -float(np.sqrt((away * away).sum(axis=1)).min())
-    following = np.roll(hull, -1, axis=0)
-    edge = following - hull
-    length = np.sqrt((edge * edge).sum(axis=1))
-    across = (edge[:, 0] * (point - hull)[:, 1] - edge[:, 1] * (point - hull)[:, 0]) / length
-    return float(across.min())
-
-
-def _hull(places: FloatArray) -> FloatArray:
-    """Convex hull of points (n, 2), anticlockwise. Source: Andrew, monotone chain, 1979."""
-    points = sorted(set(map(tuple, places.tolist())))
-    if len(points) < 3:
-        return np.array(points)
-    halves = []
-    for row in (points, points[::-1]):
-        half: list[tuple[float, ...]] = []
-        for one in row:
-            while len(half) >= 2 and _turn(half[-2], half[-1], one) <= 0.0:
-                half.pop()
-            half.append(one)
-        halves.append(half[:-1])
-    return np.array(halves[0] + halves[1])
-
-
-def _turn(a: tuple[float, ...], b: tuple[float, ...], c: tuple[float, ...]) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
 
 
 OURS: Final = "project specification, section 8.1 (chosen by us: above a resting tracker's noise)"
@@ -125,5 +102,5 @@ SPEC = EffectSpec(
         "tilt_deg": number("tilted further than this it is tipped", "deg", above=0.0, most=180.0),
     },
     trigger="contact with the support",
-    sources=(OURS, "tilt: the scene's author", "convex hull: Andrew, monotone chain, 1979"),
+    sources=(OURS, "tilt: the scene's author", "convex hull: Qhull (Barber, Dobkin and Huhdanpaa, 1996)"),
 )

@@ -19,7 +19,6 @@ RACK_AT = (0.36, -0.10)
 
 def perform(lab: Lab) -> None:
     """Dilute as one should, then spill, pour in the wrong order, and drop a beaker."""
-    volumes = {"water": WATER_ML, "acid": ACID_ML, "rinse": RINSE_ML}
     lab.stage("virtual reality")
     with lab.task("look at the bench"):
         for x in (0.15, 0.0, -0.25):
@@ -28,25 +27,23 @@ def perform(lab: Lab) -> None:
     lab.stage("perceptual interaction")
     with lab.task("pour acid into water in two portions"):
         lab.grasp("right", "acid", (0.0, 0.05, 0.0))
-        pour(lab, volumes, "right", "water", 8.0, seconds=6.0)
+        pour(lab, "right", "water", 8.0, seconds=6.0)
         lab.hands["right"].wait(1.5)
-        pour(lab, volumes, "right", "water", 7.0, seconds=6.0)
+        pour(lab, "right", "water", 7.0, seconds=6.0)
         lab.put_back("right")
     with lab.task("stir"):
         lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
         stir(lab, "right", "water", 15.0, touches=(0.02, 0.3))
-        lab.put_back("right", 1.16, 0.05)
-        lab.rest("right")
+        lab.put_back("right", 1.16, 0.05, rest=True)
     lab.stage("embodied cognition")
     with lab.task("pour a third portion and spill"):
         lab.grasp("right", "acid", (0.0, 0.05, 0.0))
-        pour(lab, volumes, "right", "water", 3.0, seconds=3.0, beside=0.06)
-        lab.put_back("right")
-        lab.rest("right")
+        pour(lab, "right", "water", 3.0, seconds=3.0, beside=0.06)
+        lab.put_back("right", rest=True)
     with lab.task("pour water into acid, the wrong order"):
         away = lab.where["rinse"][0]
         lab.grasp("left", "rinse", (0.0, 0.05, 0.0))
-        pour(lab, volumes, "left", "acid", 5.0, seconds=3.0)
+        pour(lab, "left", "acid", 5.0, seconds=3.0)
         wrong = max((fact for fact in lab.facts if fact.kind == "pour"), key=lambda fact: fact.start)
         lab.note("wrong_order", wrong.start, wrong.end, ("acid", "rinse"), water_ml=5.0)
         lab.hands["left"].wait(0.5)

@@ -43,8 +43,7 @@ def perform(lab: Lab) -> None:
     with lab.task("stir while it dries"):
         lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
         stir(lab, "right", "dish", 20.0, radius=0.01)
-        lab.put_back("right", BENCH_TOP + 0.36, 0.1)
-        lab.rest("right")
+        lab.put_back("right", BENCH_TOP + 0.36, 0.1, rest=True)
         lab.wait(8.0)
     lab.stage("embodied cognition")
     with lab.task("look at the white salt"):
@@ -59,8 +58,7 @@ def perform(lab: Lab) -> None:
     with lab.task("take the dish off with the bare hand"):
         lab.grasp("right", "dish", (0.0, GRIP_HEIGHT, 0.0))
         lab.note("heat", begun, lab.last("grasp").start, ("dish", "lamp"), salt_g=SALT_G)
-        lab.put_back("right", BENCH_TOP + 0.34)
-        lab.rest("right")
+        lab.put_back("right", BENCH_TOP + 0.34, rest=True)
         lab.wait(3.0)
 
 

@@ -41,8 +41,7 @@ def perform(lab: Lab) -> None:
     with lab.task("put the wire back"):
         home = np.array(lab.layout.placed["wire"].position)
         lab.carry("right", home + 0.2 * UP, high=BENCH_TOP + 0.25, quaternion=(0.0, 0.0, 0.0, 1.0))
-        lab.put_back("right", BENCH_TOP + 0.2, 0.05)
-        lab.rest("right")
+        lab.put_back("right", BENCH_TOP + 0.2, 0.05, rest=True)
         come_close(lab, "left", "copper", 0.05, 0.005)
         lab.rest("left")
         lab.wait(9.0)

@@ -27,7 +27,6 @@ LOWER_BY, LOWER_S, INSIDE_BY = 0.12, 1.8, 0.09
 
 def perform(lab: Lab) -> None:
     """Pour, set the tube on, hold the jar over it, carry the jar away."""
-    volumes = {"acid": ACID_ML, "flask": 0.0}
     lab.stage("virtual reality")
     with lab.task("look at the zinc"):
         lab.look(lab.layout.at("flask"), after=4.0)
@@ -35,7 +34,7 @@ def perform(lab: Lab) -> None:
     lab.stage("perceptual interaction")
     with lab.task("pour acid on the zinc"):
         lab.grasp("right", "acid", (0.0, 0.052, 0.0))
-        pour(lab, volumes, "right", "flask", POURED_ML, seconds=5.0)
+        pour(lab, "right", "flask", POURED_ML, seconds=5.0)
         lab.put_back("right")
     begun = max(fact.start for fact in lab.facts if fact.kind == "pour")
     with lab.task("set the tube on the flask"):
@@ -85,8 +84,7 @@ def _collect(lab: Lab, begun: float) -> None:
         "collect", entered, left, ("jar", "tube"),
         collected_mol=evolved[1] - evolved[0], leaked_before_mol=evolved[0], begun=begun, zinc_mol=moles,
     )  # fmt: skip
-    lab.put_back("right", float(over[1]))
-    lab.rest("right")
+    lab.put_back("right", float(over[1]), rest=True)
 
 
 GAS_COLLECTION = Experiment(

@@ -54,6 +54,8 @@ class Lab:
         self.stages: list[tuple[float, str]] = []
         self.joints: dict[str, Path] = {}  # parts that move on what they belong to, on the recorded clock
         self._since: dict[str, float] = {}
+        liquids = {body: (item.properties or {}).get("liquid", {}) for body, item in layout.placed.items()}
+        self.volumes: dict[str, float] = {body: held.get("volume_ml", 0.0) for body, held in liquids.items()}
         for body, item in layout.placed.items():
             self.where[body] = (item.position, item.quaternion)
             if item.moves and item.instrument.split("_")[0] not in ("hand", "proxy"):
@@ -149,10 +151,12 @@ class Lab:
         self._settle(thing, self._let_go(side), point(np.asarray(position) - SNAP * UP), quaternion)
         self.hands[side].wait(0.25)
 
-    def put_back(self, side: str, high: float | None = None, by: float = 0.12) -> None:
-        """Put the held thing where it stood at first, and lift the empty hand off it by ``by`` metres."""
+    def put_back(self, side: str, high: float | None = None, by: float = 0.12, *, rest: bool = False) -> None:
+        """Put the held thing where it stood at first; lift the empty hand off it by ``by`` metres, or bring it home."""
         self.place(side, self.layout.placed[self.held[side]].position, high=self.travel - 0.1 if high is None else high)
         self.leave(side, by)
+        if rest:
+            self.rest(side)
 
     def leave(self, side: str, by: float = 0.12) -> None:
         """Lift the empty hand straight up off what it held."""

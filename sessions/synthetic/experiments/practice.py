@@ -33,8 +33,7 @@ def make_practice(
         lab.stage("practice")
         with lab.task("take the beaker and put it back"):
             lab.grasp("right", "beaker", (0.0, 0.05, 0.0))
-            lab.put_back("right")
-            lab.rest("right")
+            lab.put_back("right", rest=True)
         with lab.task("read the scale of a standing glass"):
             for _ in range(near):
                 come_close(lab, "left", "glass", HEIGHT_M, CLEARANCE_M)

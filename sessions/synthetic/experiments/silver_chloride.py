@@ -18,7 +18,6 @@ RACK_AT = (0.34, -0.08)
 
 def perform(lab: Lab) -> None:
     """Look, pour, stir, come too close."""
-    volumes = {"silver-nitrate": NITRATE_ML, "sodium-chloride": CHLORIDE_ML}
     lab.stage("virtual reality")
     with lab.task("look at the bench"):
         lab.look((0.1, 0.95, 0.0), after=4.0)
@@ -27,7 +26,7 @@ def perform(lab: Lab) -> None:
     lab.stage("perceptual interaction")
     with lab.task("pour silver nitrate into sodium chloride"):
         lab.grasp("right", "silver-nitrate", (0.0, 0.05, 0.0))
-        pour(lab, volumes, "right", "sodium-chloride", POURED_ML, seconds=5.0)
+        pour(lab, "right", "sodium-chloride", POURED_ML, seconds=5.0)
         start = max(fact.start for fact in lab.facts if fact.kind == "pour")
         lab.put_back("right")
     moles = POURED_ML * 1e-3 * MOLAR
@@ -37,8 +36,7 @@ def perform(lab: Lab) -> None:
     with lab.task("stir"):
         lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
         stir(lab, "right", "sodium-chloride", 12.0, radius=0.009, touches=(0.022, 0.25, 0.024))
-        lab.put_back("right", 1.15, 0.05)
-        lab.rest("right")
+        lab.put_back("right", 1.15, 0.05, rest=True)
     lab.stage("embodied cognition")
     with lab.task("look at the precipitate"):
         lab.look((-0.05, 0.95, 0.02))

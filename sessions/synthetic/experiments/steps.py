@@ -22,27 +22,18 @@ POUR_FROM = 0.03
 HOLD_S = 0.6
 
 
-def pour(
-    lab: Lab,
-    volumes: dict[str, float],
-    side: str,
-    target: str,
-    millilitres: float,
-    *,
-    seconds: float = 4.0,
-    beside: float = 0.0,
-) -> None:
+def pour(lab: Lab, side: str, target: str, millilitres: float, *, seconds: float = 4.0, beside: float = 0.0) -> None:
     """Tilt the held vessel about its lip until ``millilitres`` have left it, then right it again.
 
-    ``volumes`` (body -> millilitres) is brought up to date; ``beside`` is how far, in metres, the lip is from the
-    middle of the target's opening: farther than its radius the liquid is spilled.
+    ``beside`` is how far, in metres, the lip is from the middle of the target's opening: farther than its radius the
+    liquid is spilled.
 
     Truth: quasi-statically the vessel keeps what its tilt allows, so the liquid runs from the tilt that keeps all of
     it (``start``) to the greatest tilt (``end``).
     """
     source, script = lab.held[side], lab.hands[side]
     cavity, into = lab.layout.cavity(source), lab.layout.cavity(target).opening
-    before = volumes[source]
+    before = lab.volumes[source]
     onset, greatest = (tilt_keeping(cavity, kept) for kept in (before, before - millilitres))
     turn = lab.where[source][1]
     forward = rotated(turn, cavity.opening.pour_direction)
@@ -65,12 +56,11 @@ def pour(
     tilt(1.0 - minimum_jerk(share), script.now + share * (0.6 * seconds))
     begins = start + seconds * minimum_jerk_inverse(onset / greatest) + lab.late
     missed = abs(beside) > float(into.radius)
-    volumes[source] -= millilitres
-    if not missed:
-        volumes[target] = volumes.get(target, 0.0) + millilitres
+    lab.volumes[source] -= millilitres
+    lab.volumes[target] += 0.0 if missed else millilitres
     lab.note(
         "spill" if missed else "pour", begins, start + seconds + lab.late, (source,) if missed else (source, target),
-        volume_ml=millilitres, source=source, target="" if missed else target, left_ml=volumes[source],
+        volume_ml=millilitres, source=source, target="" if missed else target, left_ml=lab.volumes[source],
         onset_tilt_deg=float(np.degrees(onset)), greatest_tilt_deg=float(np.degrees(greatest)),
     )  # fmt: skip
 
