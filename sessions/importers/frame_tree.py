@@ -75,7 +75,8 @@ class FrameTree:
         root_of = {name: self._links[chain[-1]].parent for name, chain in chains.items()}
         roots = sorted({*root_of.values()} - {""})
         if len(roots) > 1:  # Of those, a tree that stands still tells nothing about what moves.
-            roots = sorted({root_of[name] for name, chain in chains.items() if any(map(self._moves, chain))} - {""})
+            moved = {root_of[name] for name, chain in chains.items() if any(map(self._moves, chain))}
+            roots = sorted(moved - {""}) or roots
         if len(roots) > 1:
             raise self._error(
                 f"frames hang from {len(roots)} roots ({', '.join(map(repr, roots[:5]))}) and no transform joins them; "
