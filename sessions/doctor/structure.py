@@ -99,12 +99,9 @@ def _data_checksum(stream: BinaryIO, end: int) -> Iterator[Finding]:
     stated = int.from_bytes(record[HEAD.size :], "little")
     if record[:1] != bytes([Opcode.DATA_END]) or not stated:
         return
-    crc, left = 0, start
+    crc = 0
     stream.seek(0)
-    while left > 0:
-        part = stream.read(min(READ_BYTES, left))
-        if not part:
-            return
-        crc, left = zlib.crc32(part, crc), left - len(part)
+    for size in [READ_BYTES] * (start // READ_BYTES) + [start % READ_BYTES]:
+        crc = zlib.crc32(stream.read(size), crc)
     if crc != stated:
         yield Finding("data-crc", Severity.ERROR, f"the first {start} bytes fail the checksum of the file", count=start)

@@ -3,6 +3,7 @@
 Besides poses: collisions, triggers, events, gaze, numbers. Rows left out are counted.
 """
 
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -230,7 +231,7 @@ def unknown_kinds(table: CsvTable, plan: CsvMapping) -> list[str]:
     """A sentence about the rows whose kind the mapping does not know."""
     kinds = plan.kinds
     known = {kinds.pose, kinds.enter, kinds.exit, kinds.trigger, kinds.event, kinds.scalar, kinds.gaze}
-    counts = table.counts(kinds.column) if kinds.column else {}
+    counts = Counter(table.texts(kinds.column).tolist() if kinds.column else ())
     others = {word: count for word, count in counts.items() if word not in known}
     if not others:
         return []

@@ -116,10 +116,6 @@ class CsvTable:
         """The different texts in some rows of a column, in the order they come in."""
         return self._chosen(column, rows).unique().to_pylist()
 
-    def counts(self, column: str) -> dict[str, int]:
-        """The different texts of a column and how many rows have each."""
-        return {one["values"]: one["counts"] for one in self.column(column).value_counts().to_pylist()}
-
     def rows_of(self, column: str, word: str) -> Rows:
         """Which rows have exactly this text in a column, (n,)."""
         import pyarrow.compute as pc

@@ -75,8 +75,8 @@ class FrameTree:
         root_of = {name: self._links[chain[-1]].parent for name, chain in chains.items()}
         roots = sorted({*root_of.values()} - {""})
         if len(roots) > 1:  # Of those, a tree that stands still tells nothing about what moves.
-            moving = {root_of[name] for name, chain in chains.items() if any(map(self._moves, chain))} - {""}
-            roots = sorted(moving) or roots
+            moved = {root_of[name] for name, chain in chains.items() if any(map(self._moves, chain))}
+            roots = sorted(moved - {""}) or roots
         if len(roots) > 1:
             raise self._error(
                 f"frames hang from {len(roots)} roots ({', '.join(map(repr, roots[:5]))}) and no transform joins them; "
@@ -84,8 +84,8 @@ class FrameTree:
             )
         still = [name for name, root in root_of.items() if roots and root not in ("", *roots)]
         chains = {name: chain for name, chain in chains.items() if name not in still}
-        stamps = [self._tables[name][0] for name in self._links if self._moves(name)]
-        everywhen = np.unique(np.concatenate(stamps)) if stamps else None
+        moving = [self._tables[name][0] for name in self._links if self._moves(name)]
+        everywhen = np.unique(np.concatenate(moving)) if moving else None
         found = {name: self._composed(chain, everywhen) for name, chain in chains.items()}
         words = [f"poses in the root frame {root!r}" for root in roots]
         if still:

@@ -136,6 +136,11 @@ class _Rows:
     stamps: "array[int]" = field(default_factory=lambda: array("q"))
     values: "array[float]" = field(default_factory=lambda: array("d"))
 
+    def add(self, at: tuple[int, int], values: list[float]) -> None:
+        self.logged.append(at[0])
+        self.stamps.append(at[1])
+        self.values.extend(values)
+
 
 class Readings:
     """Numbers, rays and texts, as they come in; ``put_into`` brings their stamps onto the clock of the poses."""
@@ -143,7 +148,7 @@ class Readings:
     def __init__(self) -> None:
         self._scalars: dict[str, _Rows] = {}
         self._rays: dict[str, _Rows] = {}
-        self._texts: list[tuple[int, int, str, str]] = []
+        self._texts, self._words = _Rows(), list[tuple[str, str]]()
         self._logged, self._ahead = array("d"), array("d")
 
     def pose(self, log_ns: int, stamp_ns: int) -> None:
@@ -160,40 +165,34 @@ class Readings:
             return
         words = next((text(getattr(message, name, None)) for name in TEXTS if text(getattr(message, name, None))), "")
         if words:
-            self._texts.append((*at, text(getattr(message, "name", None)) or topic, words))
+            self._texts.add(at, [])
+            self._words.append((text(getattr(message, "name", None)) or topic, words))
             return
         ray = numbers_of(part(message, "origin"), "xyz") + numbers_of(part(message, "direction"), "xyz")
         if np.isfinite(ray).all():
-            _put(self._rays, topic, "", at, ray)
+            self._rays.setdefault(topic, _Rows()).add(at, ray)
             return
         found = {name: value for name in _names(message) if np.isfinite(value := number(getattr(message, name, None)))}
         for name, value in found.items():
             alone = name in ALONE and len(found) == 1
-            _put(self._scalars, topic if alone else f"{topic}/{name}", text(part(message, "unit")), at, [value])
+            rows = _Rows(text(part(message, "unit")))
+            self._scalars.setdefault(topic if alone else f"{topic}/{name}", rows).add(at, [value])
 
     def put_into(self, samples: Imported, frame: SourceFrame) -> Imported:
         """What was read, with these beside it; what bears no stamp is brought onto the clock of the poses."""
         beside = BesidePoses()
         fit = ClockFit.of(self._logged, self._ahead) if self._logged else ClockFit(0, 0.0, 0.0, 0.0, 0.0)
-        unstamped = [not all(rows.stamps) for rows in (*self._scalars.values(), *self._rays.values())]
-        if (any(unstamped) or not all(stamp for _, stamp, *_ in self._texts)) and fit.readings:
+        every = (*self._scalars.values(), *self._rays.values(), self._texts)
+        if fit.readings and not all(all(rows.stamps) for rows in every):
             beside.notes.append(f"what bears no stamp: log times moved onto the clock of the poses by {fit.words}")
         for name, rows in self._scalars.items():
             beside.scalar(name, _stamps(rows, fit), np.array(rows.values), rows.unit)
         for name, rows in self._rays.items():
             rays = frame.axes.points(np.array(rows.values).reshape(-1, 2, 3))
             beside.looked(name, _stamps(rows, fit), rays[:, 0], rays[:, 1], np.ones(len(rays), dtype=np.bool_))
-        texts = _Rows("", array("q", [row[0] for row in self._texts]), array("q", [row[1] for row in self._texts]))
-        at = _stamps(texts, fit).tolist()
-        events = [Event(time, name, said) for time, (_, _, name, said) in zip(at, self._texts, strict=True)]
+        at = _stamps(self._texts, fit).tolist()
+        events = [Event(time, *words) for time, words in zip(at, self._words, strict=True)]
         return replace(beside.put_into(samples, stated=False), events=sorted(events, key=lambda event: event.time_ns))
-
-
-def _put(rows_of: dict[str, _Rows], name: str, unit: str, at: tuple[int, int], values: list[float]) -> None:
-    rows = rows_of.setdefault(name, _Rows(unit))
-    rows.logged.append(at[0])
-    rows.stamps.append(at[1])
-    rows.values.extend(values)
 
 
 def _stamps(rows: _Rows, fit: ClockFit) -> Any:

@@ -7,12 +7,11 @@ from sessions.errors import ImportFileError
 from sessions.importers.csv_table import DELIMITERS
 from sessions.importers.optitrack import FIRST
 from sessions.importers.uxf import TRACKER, TRIALS
-from sessions.importers.xdf import GZIP
 
 STARTS: Final = (
     (b"\x89MCAP0\r\n", "mcap", "it is an MCAP file"),
     (b"XDF:", "xdf", "it begins with XDF:"),
-    (GZIP, "xdf", "it is compressed by gzip, as .xdfz files are"),
+    (b"\x1f\x8b", "xdf", "it is compressed by gzip, as .xdfz files are"),
     (FIRST.encode(), "optitrack", f"line 1 begins with {FIRST}, as Motive's exports do"),
     (b"{", "aframe", "it is JSON"),
 )

@@ -28,10 +28,8 @@ from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event
 
 MAGIC: Final = b"XDF:"
-GZIP: Final = b"\x1f\x8b"
 MOST_UNPACKED, UNPACKED_PER_BYTE = 100_000_000, 50
 """What a compressed file may unpack to: bytes, and as many more for each of its own; recordings shrink to a third."""
-READ_BYTES: Final = 1 << 22
 ASSUMED: Final = "openxr"
 ROLES: Final = {
     "positionx": 0, "positiony": 1, "positionz": 2, "orientationb": 3, "orientationc": 4, "orientationd": 5,
@@ -143,15 +141,12 @@ def _streams(source: Path) -> tuple[list[dict[str, Any]], list[str]]:
 
 def _check_size(source: Path) -> None:
     """Refuse a compressed file of a megabyte that would be read for hours."""
-    most, size = MOST_UNPACKED + UNPACKED_PER_BYTE * source.stat().st_size, 0
-    with source.open("rb") as file, suppress(OSError, EOFError, zlib.error):  # what is damaged the reader names
-        if file.read(len(GZIP)) == GZIP:
-            with gzip.open(source) as unpacked:
-                while part := unpacked.read(READ_BYTES):
-                    size += len(part)
-                    if size > most:
-                        what = f"{source} unpacks to more than {most:,} bytes, as no recording does"
-                        raise ImportFileError(f"{what}; unpack it with gzip -d to import it all the same")
+    most = MOST_UNPACKED + UNPACKED_PER_BYTE * source.stat().st_size
+    # What is not compressed, or damaged, the reader of the format names.
+    with suppress(OSError, EOFError, zlib.error), gzip.open(source) as unpacked:
+        if unpacked.seek(most + 1) > most:
+            what = f"{source} unpacks to more than {most:,} bytes, as no recording does"
+            raise ImportFileError(f"{what}; unpack it with gzip -d to import it all the same")
 
 
 def _is_whole(source: Path) -> bool:

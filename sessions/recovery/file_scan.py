@@ -204,24 +204,25 @@ def unpacked_start(packed: bytes, region: Region) -> bytes:
 
 def trusted(table: MessageTable, catalogue: Catalogue) -> MessageTable:
     """Messages without a checksum; poses and validity that are not what their schema says are left out."""
-    keep = np.ones(len(table.channel), dtype=np.bool_)
-    for topic in POSES:
-        for row in table.of_channels(catalogue.ids(topic)).tolist():
-            keep[row] = parsed(topic, table.payload(row)) is not None
-    return table if keep.all() else table.part(np.flatnonzero(keep))
+    rows = ((topic, row) for topic in POSES for row in table.of_channels(catalogue.ids(topic)).tolist())
+    return _without(table, [row for topic, row in rows if parsed(topic, table.payload(row)) is None])
 
 
 def readable(table: MessageTable, catalogue: Catalogue) -> MessageTable:
     """Messages but those, other than poses, that a reader of sessions refuses."""
-    keep = np.ones(len(table.channel), dtype=np.bool_)
+    wrong = []
     for number in set(table.channel.tolist()) & catalogue.channels.keys():
         topic = catalogue.channels[number].topic
         for row in table.of_channels({number}).tolist() if is_part(topic) else ():
             try:
                 read_part(catalogue.path, topic, [(int(table.publish_ns[row]), table.payload(row))])
             except SessionFileError:
-                keep[row] = False
-    return table if keep.all() else table.part(np.flatnonzero(keep))
+                wrong.append(row)
+    return _without(table, wrong)
+
+
+def _without(table: MessageTable, rows: list[int]) -> MessageTable:
+    return table.part(np.delete(np.arange(len(table.channel)), rows)) if rows else table
 
 
 def parsed(topic: str, payload: bytes) -> Any:

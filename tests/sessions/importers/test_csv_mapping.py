@@ -117,7 +117,6 @@ def test_a_whole_last_line_without_a_line_break_may_be_cut_short(tmp_path, text,
 
 def test_words_and_counts_of_a_column(tmp_path):
     cells = table(tmp_path, "a,b\nx,1\ny,2\nx,3\n")
-    assert cells.counts("a") == {"x": 2, "y": 1}
     assert cells.words("a", np.array([False, True, True])) == ["y", "x"]
     assert cells.rows_of("a", "x").tolist() == [True, False, True]
     assert not cells.rows_of("a", "X").any()
