@@ -11,6 +11,9 @@ import click
 
 from replay.cli.console import People
 
+LARGEST = 1e9
+"""The largest number that an option takes: of seconds, 32 years."""
+
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
@@ -61,13 +64,19 @@ class Target(click.Path):
 
 
 class Number(click.FloatRange):
-    """A number within limits; nan, which is within any, is refused."""
+    """A number within limits; nan, which is within any, and what no recording has are refused."""
+
+    name = "number"
+
+    def _describe_range(self) -> str:
+        """Nothing for the help where there are no limits; click writes ``x<=None``."""
+        return super()._describe_range() if (self.min, self.max) != (None, None) else ""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The number."""
         number = super().convert(value, param, ctx)
-        if not isfinite(number):
-            self.fail(f"{value} is no number", param, ctx)
+        if not abs(number) <= LARGEST:
+            self.fail(f"{value} is no number" if not isfinite(number) else f"{value} is too large", param, ctx)
         return number
 
 

@@ -205,12 +205,12 @@ def compute(
 def _called_for(
     planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, reported: bool, live: bool
 ) -> Lineup:
-    """The detectors to run: those asked for, else the usual ones if the plan needs contacts, and those effects name.
+    """The detectors to run: those asked for, else the usual ones if the plan or an oracle needs them, and the effects'.
 
     Unasked, what an engine ``reported`` comes first. Live are those asked for; an oracle that is not among them, and
     whom only effects ask, see the whole motion.
     """
-    if detectors is None and not planned.detection:
+    if detectors is None and oracle in (None, "none") and not planned.detection:
         return Lineup((), "")
     lineup = line_up(detectors, oracle)
     if detectors is None and reported and lineup.oracle not in ("", RECORDED):

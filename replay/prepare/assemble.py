@@ -27,11 +27,14 @@ from sessions import Session
 from sessions.doctor.pose_pass import look_through
 from sessions.doctor.pose_spans import Jumps, teleports
 from sessions.doctor.timing import gap_rows
+from sessions.importers.pose_table import LARGEST_SECONDS
 from sessions.model.event import LiveContact
 from sessions.model.scene import absent_bodies
 
 RESIDUAL_FACT: Final = "contacts_clock_residual_s"
 """Fact of a session whose reported contacts came from another clock."""
+
+GIVE_MESHES: Final = "import it again with --mesh BODY=FILE, or name meshes in a scene (replay scene new)"
 
 Pairs = Sequence[tuple[str, str]]
 
@@ -104,7 +107,7 @@ def lay_out(
     names = [body.name for body in bodies]
     if not bodies:
         tracked = shown(", ".join(session.names))
-        raise AssemblyError(f"no body has a mesh; there are tracks of: {tracked}; give meshes with --mesh")
+        raise AssemblyError(f"no body has a mesh; there are tracks of: {tracked}; {GIVE_MESHES}")
     Kinematics(session.scene, session.names, names)
     moves = dict(zip(session.names, seen.moves.tolist(), strict=True))
     rows = chosen_pairs(session.scene, names, moves, pairs)
@@ -127,7 +130,7 @@ def _why_no_pair(session: Session, names: list[str], moves: dict[str, bool], ask
     without = f"{bare[0]} has no mesh" if len(bare) == 1 else f"{len(bare)} bodies have no mesh"
     if len(names) == 1:
         only = names[0]
-        return f"{without}, only {only} has one; give meshes with --mesh" if bare else f"{only} is the only body"
+        return f"{without}, only {only} has one; {GIVE_MESHES}" if bare else f"{only} is the only body"
     why = f"none of {', '.join(names)} moves against another"
     if asked is not None or len(set(rest_frames(session.scene, names, moves).values())) > 1:
         why = "the scene, or what was asked for, leaves no pair of bodies with a mesh"
@@ -200,6 +203,9 @@ def window_frames(seen: SessionScan, start: float | None, end: float | None) -> 
 def _window(seen: SessionScan, start: float | None, end: float | None) -> tuple[int, int]:
     """First and last stamp asked for."""
     zero, last = int(seen.stamp_ns[0]), int(seen.stamp_ns[-1])
+    for one in (start, end):
+        if one is not None and not abs(one) <= LARGEST_SECONDS:
+            raise AssemblyError(f"{one:g} s is no time of a recording; give seconds from its first frame")
     low = zero if start is None else zero + round(start * 1e9)
     high = last if end is None else zero + round(end * 1e9)
     if not ((seen.stamp_ns >= low) & (seen.stamp_ns <= high)).any():

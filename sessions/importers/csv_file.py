@@ -64,7 +64,7 @@ def read_csv(
             source, plan.delimiter, plan.decimal, plan.skip_lines, plan.header_lines, plan.columns, plan.rate_hz, True
         )
     else:
-        table = CsvTable(source, UNITY.delimiter, UNITY.decimal)
+        table = CsvTable(source)
         plan = _preset(table, preset)
     if not (convention or plan.convention):
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
@@ -84,9 +84,10 @@ def _preset(table: CsvTable, name: str | None) -> CsvMapping:
         if plan.body is not None and {plan.time, plan.name, *plan.body.numbers} <= {*table.columns}:
             says = plan.body.valid in table.columns
             return plan if says else replace(plan, body=replace(plan.body, valid=""))
-    if name is None and plans[0].time not in table.columns:
+    missing = [column for column in (UNITY.time, UNITY.kinds.column, UNITY.name) if column not in table.columns]
+    if name is None and missing:
         raise ImportFileError(
-            f"{table.source}: line 1: no column {plans[0].time!r}, so this is not the CSV of the Unity script; "
+            f"{table.source}: line 1: no column {missing[0]!r}, so this is not the CSV of the Unity script; "
             "say with --mapping FILE what its columns are"
         )
     return plans[0]

@@ -23,6 +23,9 @@ TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year
 
 LONGEST_LINE: Final = 1_000_000  # Letters of a line that are read; a header of 12 bodies has a thousand
 
+DELIMITERS: Final = ",;\t"
+"""What may part the cells of a file that no mapping describes: the one its header has most."""
+
 TRUE_WORDS: Final = ("1", "1.0", "true", "True", "TRUE", "yes", "valid")
 
 
@@ -32,20 +35,25 @@ Rows = NDArray[np.bool_]
 class CsvTable:
     """The cells of one file; every column is text until it is asked for.
 
+    Without a ``delimiter`` the header tells it, and beside semicolons and tabs numbers may have decimal commas.
     ``skip_lines`` come before the header; of several ``header_lines`` a column's name is all its words. A file without
     a header gets ``columns``, one without a clock a column ``ROW_TIME`` by its rows at ``rate_hz``. Errors name
     keys of the mapping where the file is ``mapped``.
     """
 
     def __init__(
-        self, source: Path, delimiter: str, decimal: str, skip_lines: int = 0, header_lines: int = 1,
+        self, source: Path, delimiter: str = "", decimal: str = ".", skip_lines: int = 0, header_lines: int = 1,
         columns: Sequence[str] = (), rate_hz: float = 0.0, mapped: bool = False,
     ) -> None:  # fmt: skip
         import pyarrow as pa
         from pyarrow import csv as arrow_csv
 
         self.source, self.skipped, self._mapped = source, 0, mapped
+        self._widest = 0
         header_lines = 0 if columns else header_lines
+        if not delimiter:
+            delimiter = _delimiter(source)
+            decimal = "." if delimiter == "," else ","
         self._delimiter, self._decimal, self._above = delimiter, decimal, skip_lines + header_lines
         self.heads = [list(columns)] if columns else _heads(source, delimiter, skip_lines, header_lines)
         header = _names(self.heads)
@@ -65,6 +73,12 @@ class CsvTable:
         except (pa.ArrowInvalid, pa.ArrowKeyError, UnicodeDecodeError) as error:
             why = str(error).splitlines()[0][:160] if str(error) else type(error).__name__
             raise ImportFileError(f"{source}: this is no CSV ({why}); save it again as UTF-8") from None
+        if not len(self) and 1 < len(header) < self._widest:
+            cure = "export numbers with decimal points, or semicolons between the cells"
+            cure = "check delimiter and skip_lines of the mapping" if mapped else cure
+            raise ImportFileError(
+                f"{source}: every row has more cells than line {self._above}, which has {len(header)}; {cure}"
+            )
         self.columns = tuple(header)
         if rate_hz > 0.0:
             clock = [format(row / rate_hz, ".9f").replace(".", decimal) for row in range(len(self))]
@@ -73,9 +87,10 @@ class CsvTable:
         self.every: Rows = np.ones(len(self), dtype=np.bool_)
         self.cut_short = _is_cut_short(source, delimiter, len(header))
 
-    def _skip(self, _row: Any) -> str:
+    def _skip(self, row: Any) -> str:
         """A row with too few or too many cells, such as a last line cut short, is counted and left out."""
         self.skipped += 1
+        self._widest = max(self._widest, row.actual_columns)
         return "skip"
 
     def __len__(self) -> int:
@@ -85,10 +100,9 @@ class CsvTable:
         """The cells of a column as Arrow text."""
         if name not in self.columns:
             if len(self.columns) == 1 and (other := [letter for letter in ",;\t|" if letter in self.columns[0]]):
-                cure = f"write delimiter = {json.dumps(other[0])} into the mapping"
                 raise ImportFileError(
                     f"{self.source}: line {self._above}: no column {name!r}, for nothing stands between "
-                    f"{self._delimiter!r}; {cure if self._mapped else 'export it with commas between the cells'}"
+                    f"{self._delimiter!r}; write delimiter = {json.dumps(other[0])} into the mapping"
                 )
             raise ImportFileError(f"{self.source}: line {self._above}: no column {name!r}{nearest(name, self.columns)}")
         return self._table.column(name)
@@ -201,6 +215,11 @@ class CsvTable:
 
         cells = pc.utf8_trim_whitespace(self._chosen(column, rows))
         return pc.is_in(cells, pa.array(TRUE_WORDS)).to_numpy(zero_copy_only=False).astype(np.bool_)
+
+
+def _delimiter(source: Path) -> str:
+    with source.open(encoding="utf-8-sig", errors="replace") as file:
+        return max(DELIMITERS, key=file.readline(LONGEST_LINE).count)
 
 
 def _heads(source: Path, delimiter: str, skip_lines: int, header_lines: int) -> list[list[str]]:

@@ -72,16 +72,24 @@ class FrameTree:
         """Every frame's poses in the root, and what was assumed for them."""
         self._tables = {name: link.table() for name, link in self._links.items()}
         chains = {name: self._chain(name) for name in self._links}
-        roots = sorted({self._links[chain[-1]].parent for chain in chains.values()} - {""})
+        root_of = {name: self._links[chain[-1]].parent for name, chain in chains.items()}
+        roots = sorted({*root_of.values()} - {""})
+        if len(roots) > 1:  # Of those, a tree that stands still tells nothing about what moves.
+            moving = {root_of[name] for name, chain in chains.items() if any(map(self._moves, chain))} - {""}
+            roots = sorted(moving) or roots
         if len(roots) > 1:
             raise self._error(
                 f"frames hang from {len(roots)} roots ({', '.join(map(repr, roots[:5]))}) and no transform joins them; "
                 "choose by --topic"
             )
-        moving = [self._tables[name][0] for name in self._links if self._moves(name)]
-        everywhen = np.unique(np.concatenate(moving)) if moving else None
+        still = [name for name, root in root_of.items() if roots and root not in ("", *roots)]
+        chains = {name: chain for name, chain in chains.items() if name not in still}
+        stamps = [self._tables[name][0] for name in self._links if self._moves(name)]
+        everywhen = np.unique(np.concatenate(stamps)) if stamps else None
         found = {name: self._composed(chain, everywhen) for name, chain in chains.items()}
         words = [f"poses in the root frame {root!r}" for root in roots]
+        if still:
+            words.append(f"frames left out that stand still and that no transform joins to it: {_named(still)}")
         apart = [name for name, table in found.items() if not len(table.times_ns)]
         if apart:
             words.append(f"frames left out that never have stamps together with those above: {_named(apart)}")

@@ -4,13 +4,15 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
+from sessions.importers.csv_table import DELIMITERS
 from sessions.importers.optitrack import FIRST
 from sessions.importers.uxf import TRACKER, TRIALS
+from sessions.importers.xdf import GZIP
 
 STARTS: Final = (
     (b"\x89MCAP0\r\n", "mcap", "it is an MCAP file"),
     (b"XDF:", "xdf", "it begins with XDF:"),
-    (b"\x1f\x8b", "xdf", "it is compressed by gzip, as .xdfz files are"),
+    (GZIP, "xdf", "it is compressed by gzip, as .xdfz files are"),
     (FIRST.encode(), "optitrack", f"line 1 begins with {FIRST}, as Motive's exports do"),
     (b"{", "aframe", "it is JSON"),
 )
@@ -20,7 +22,6 @@ ANOTHER_BAG: Final = (
 BAGS: Final = ((b"#ROSBAG", "it is a bag of ROS 1"), (b"SQLite format 3", "it is an SQLite file, as bags of ROS 2 are"))
 """First bytes of bags that are no MCAP files, and what they are."""
 FIRST_BYTES: Final = 4096
-DELIMITERS: Final = ",;\t"
 
 
 def recognised(source: Path) -> tuple[str, str]:
@@ -29,6 +30,8 @@ def recognised(source: Path) -> tuple[str, str]:
         return _recognised_folder(source)
     if source.name == TRIALS:
         return "uxf", f"its name is {TRIALS}"
+    if TRACKER.fullmatch(source.name):
+        raise ImportFileError(f"{source} is one file of a UXF session; name the session's folder")
     with source.open("rb") as file:
         head = file.read(FIRST_BYTES).removeprefix(b"\xef\xbb\xbf")
     for start, name, why in STARTS:

@@ -7,7 +7,9 @@ Source: Brookes et al., "Studying human behavior with virtual reality: The Unity
 Research Methods 52 (2020); its wiki, page *Output files*.
 """
 
+import os
 import re
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -58,14 +60,15 @@ def read_uxf(source: Path, *, convention: str = "unity") -> Imported:
         if not (_begins_with(path, TIME) or _begins_with(path, PLACE[0])):
             notes.append(f"{path.name} left out: its first line names neither {TIME} nor {PLACE[0]}")
             continue
-        table = CsvTable(path, ",", ".")
+        table = CsvTable(path)
         if _begins_with(path, PLACE[0]):
             found.setdefault(body, []).append(_poses(table))
         for column, times, values in _numbers(table):
             numbers.setdefault(f"{body}/{column}", []).append((times, values))
-        notes += [f"{path.name}: {table.skipped} rows left out that have too few or too many cells"] * bool(
-            table.skipped
-        )
+        if table.skipped:
+            notes.append(f"{path.name}: {table.skipped} rows left out that have too few or too many cells")
+        if table.cut_short:
+            notes.append(f"{path.name}: the last line may be cut short: its pose is flagged as lost")
     tables = {body: _joined(parts) for body, parts in found.items()}
     axes = convention_named(convention)
     assumed = ("lengths in m", "clock in s since the start of the program (Unity's Time.time)")
@@ -74,19 +77,24 @@ def read_uxf(source: Path, *, convention: str = "unity") -> Imported:
     for name, parts in numbers.items():
         times, values = (np.concatenate(column) for column in zip(*parts, strict=True))
         beside.scalar(name, times, values)
+    trials, unended = _trials(folder)
+    notes += [f"{unended} trials left out that did not end"] * (unended > 0)
     samples = beside.put_into(imported(tables, frame, notes))
-    return replace(samples, intervals=tuple(_trials(folder)), facts={"source_file": folder.name, **samples.facts})
+    return replace(samples, intervals=trials, facts={"source_file": folder.name, **samples.facts})
 
 
 def _trackers(folder: Path) -> Iterator[tuple[Path, str]]:
     """Every tracker's file, by trial, and the body it follows."""
-    sessions = sorted(folder.rglob(TRIALS))
-    if len(sessions) > 1:
-        raise ImportFileError(
-            f"{folder}: {len(sessions)} sessions are in it; name one, for example {sessions[0].parent}"
-        )
-    named = ((TRACKER.fullmatch(path.name), path) for path in folder.rglob("*.csv"))
+    named = ((TRACKER.fullmatch(path.name), path) for path in sorted(folder.rglob("*.csv")))
     trackers = [(match, path) for match, path in named if match]
+    # A session holds one file of its trials, which may be missing, and one file of a tracker in a trial.
+    name_of = Counter(path.name for _, path in trackers).most_common(1)
+    alike = [path for _, path in trackers if path.name == name_of[0][0]]
+    sessions = max(sorted(folder.rglob(TRIALS)), alike, key=len)
+    if len(sessions) > 1:
+        parted = len(Path(os.path.commonpath(sessions)).parts) + 1
+        example = Path(*sessions[0].parts[:parted])
+        raise ImportFileError(f"{folder}: {len(sessions)} sessions are in it; name one, for example {example}")
     if not any(_begins_with(path, PLACE[0]) for _, path in trackers):
         raise ImportFileError(
             f"{folder}: no file OBJECT_movement_T001.csv with columns {', '.join(PLACE)}; "
@@ -122,14 +130,17 @@ def _joined(parts: list[PoseTable]) -> PoseTable:
     return PoseTable(*(np.concatenate(column) for column in columns))
 
 
-def _trials(folder: Path) -> Iterator[Interval]:
-    """Every trial that began and ended, with the other columns of its row."""
+def _trials(folder: Path) -> tuple[list[Interval], int]:
+    """Every trial that began and ended, with the other columns of its row; and how many others there are."""
+    found, rows = list[Interval](), 0
     for path in folder.rglob(TRIALS):
-        table = CsvTable(path, ",", ".")
+        table = CsvTable(path)
+        rows += len(table)
         spans = table.numbers(("start_time", "end_time"), table.every)
         cells = {name: table.texts(name).tolist() for name in table.columns if name not in ("start_time", "end_time")}
         for row, (start, end) in enumerate(spans.tolist()):
             if 0.0 <= start <= end < LARGEST_SECONDS:
                 data = {name: column[row] for name, column in cells.items() if column[row]}
                 name = f"trial {data.get('trial_num', row + 1)}"
-                yield Interval(round(start * 1e9), round(end * 1e9), "task", name, data)
+                found.append(Interval(round(start * 1e9), round(end * 1e9), "task", name, data))
+    return found, rows - len(found)

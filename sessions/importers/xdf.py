@@ -8,8 +8,11 @@ smoothed. A quaternion is OrientationA (scalar), B, C, D; Confidence 0 means tha
 Source: XDF specification, and its wiki, pages *MoCap Meta Data* and *Gaze Meta-Data*.
 """
 
+import gzip
 import logging
+import zlib
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -25,6 +28,10 @@ from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event
 
 MAGIC: Final = b"XDF:"
+GZIP: Final = b"\x1f\x8b"
+MOST_UNPACKED, UNPACKED_PER_BYTE = 100_000_000, 50
+"""What a compressed file may unpack to: bytes, and as many more for each of its own; recordings shrink to a third."""
+READ_BYTES: Final = 1 << 22
 ASSUMED: Final = "openxr"
 ROLES: Final = {
     "positionx": 0, "positiony": 1, "positionz": 2, "orientationb": 3, "orientationc": 4, "orientationd": 5,
@@ -118,6 +125,7 @@ def _streams(source: Path) -> tuple[list[dict[str, Any]], list[str]]:
         from pyxdf import load_xdf
     except ImportError:
         raise ImportFileError('XDF needs pyxdf; install it: pip install -e ".[formats]"') from None
+    _check_size(source)
     heard = _Heard(logging.WARNING)
     logger = logging.getLogger("pyxdf")
     logger.addHandler(heard)
@@ -131,6 +139,19 @@ def _streams(source: Path) -> tuple[list[dict[str, Any]], list[str]]:
         logger.removeHandler(heard)
         logger.propagate = before
     return streams, [f"{heard.count} places of the file could not be read and were skipped"] * (heard.count > 0)
+
+
+def _check_size(source: Path) -> None:
+    """Refuse a compressed file of a megabyte that would be read for hours."""
+    most, size = MOST_UNPACKED + UNPACKED_PER_BYTE * source.stat().st_size, 0
+    with source.open("rb") as file, suppress(OSError, EOFError, zlib.error):  # what is damaged the reader names
+        if file.read(len(GZIP)) == GZIP:
+            with gzip.open(source) as unpacked:
+                while part := unpacked.read(READ_BYTES):
+                    size += len(part)
+                    if size > most:
+                        what = f"{source} unpacks to more than {most:,} bytes, as no recording does"
+                        raise ImportFileError(f"{what}; unpack it with gzip -d to import it all the same")
 
 
 def _is_whole(source: Path) -> bool:

@@ -174,8 +174,13 @@ def stream_messages(prefix: str, key: str, stream: Any) -> Iterator[Message]:
 
 def read_stream(prefix: str, payloads: Iterable[bytes]) -> Any:
     """A stream in order of time; repeats of a stamp are dropped."""
-    if prefix == schemas.HANDS_PREFIX:
-        return read_hand(payloads)
+    stream = read_hand(payloads) if prefix == schemas.HANDS_PREFIX else _read_batches(prefix, payloads)
+    if len(stream.times_ns) and stream.times_ns[0] < 0:  # no writer can; the span of such stamps may exceed int64
+        raise SessionFileError("a sample is stamped before 0; run `replay doctor` on it")
+    return stream
+
+
+def _read_batches(prefix: str, payloads: Iterable[bytes]) -> Any:
     made, columns = _STREAMS[prefix]
     message = schemas.channel_spec(prefix).message
     batches = [message.FromString(payload) for payload in payloads]

@@ -40,7 +40,7 @@ class RecordBlock:
     """m message records in g groups; a group (a frame with its validity) always lies in one chunk.
 
     ``starts`` (m,): where each record begins in ``data``; ``group_ends`` (g,): byte offsets after each group, the last
-    is ``len(data)``; ``group_counts`` (g,): number of records up to the end of each group.
+    is ``len(data)``.
     """
 
     data: bytes
@@ -48,22 +48,16 @@ class RecordBlock:
     channel: NDArray[np.int64]
     log_ns: NDArray[np.int64]
     group_ends: NDArray[np.int64]
-    group_counts: NDArray[np.int64]
 
     def split(self, groups: int) -> "tuple[RecordBlock, RecordBlock]":
         """The first groups, and the rest."""
         if groups >= len(self.group_ends):
             return self, RecordBlock.of([])
-        cut, count = int(self.group_ends[groups - 1]), int(self.group_counts[groups - 1])
-        head = RecordBlock(
-            self.data[:cut], self.starts[:count], self.channel[:count], self.log_ns[:count],
-            self.group_ends[:groups], self.group_counts[:groups],
-        )  # fmt: skip
-        rest = RecordBlock(
-            self.data[cut:], self.starts[count:] - cut, self.channel[count:], self.log_ns[count:],
-            self.group_ends[groups:] - cut, self.group_counts[groups:] - count,
-        )  # fmt: skip
-        return head, rest
+        cut = int(self.group_ends[groups - 1])
+        count = int(np.searchsorted(self.starts, cut))
+        head = (self.data[:cut], self.starts[:count], self.channel[:count], self.log_ns[:count])
+        rest = (self.data[cut:], self.starts[count:] - cut, self.channel[count:], self.log_ns[count:])
+        return RecordBlock(*head, self.group_ends[:groups]), RecordBlock(*rest, self.group_ends[groups:] - cut)
 
     @classmethod
     def join(cls, blocks: "list[RecordBlock]") -> "RecordBlock":
@@ -71,29 +65,31 @@ class RecordBlock:
         if len(blocks) == 1:
             return blocks[0]
         bytes_before = np.cumsum([0, *(len(block.data) for block in blocks)])
-        count_before = np.cumsum([0, *(len(block.starts) for block in blocks)])
         return cls(
             b"".join(block.data for block in blocks),
             np.concatenate([block.starts + at for block, at in zip(blocks, bytes_before, strict=False)]),
             np.concatenate([block.channel for block in blocks]),
             np.concatenate([block.log_ns for block in blocks]),
             np.concatenate([block.group_ends + at for block, at in zip(blocks, bytes_before, strict=False)]),
-            np.concatenate([block.group_counts + at for block, at in zip(blocks, count_before, strict=False)]),
         )
 
     @classmethod
-    def of(cls, messages: Iterable[tuple[int, int, int, int, bytes]]) -> "RecordBlock":
-        """One group per message (channel, sequence, log_ns, publish_ns, payload)."""
-        records, channels, logs = [], [], []
+    def of(cls, messages: Iterable[tuple[int, int, int, int, bytes]], *, grouped: bool = False) -> "RecordBlock":
+        """Of messages (channel, sequence, log_ns, publish_ns, payload), each a group.
+
+        ``grouped``: those of one sequence, which follow each other, are one.
+        """
+        records, channels, sequences, logs = [], [], [], []
         for channel, sequence, log_ns, publish_ns, payload in messages:
             length = LENGTH_BEFORE_DATA + len(payload)
             records.append(MESSAGE_HEADER.pack(Opcode.MESSAGE, length, channel, sequence, log_ns, publish_ns) + payload)
             channels.append(channel)
+            sequences.append(sequence)
             logs.append(log_ns)
         ends = np.cumsum([len(record) for record in records], dtype=np.int64)
         starts = np.concatenate([np.zeros(1, np.int64), ends])[: len(records)]
-        counts = np.arange(1, len(records) + 1, dtype=np.int64)
-        return cls(b"".join(records), starts, np.array(channels, np.int64), np.array(logs, np.int64), ends, counts)
+        group_ends = ends[np.diff(sequences, append=-1) != 0] if grouped else ends
+        return cls(b"".join(records), starts, np.array(channels, np.int64), np.array(logs, np.int64), group_ends)
 
 
 class ContainerWriter:
@@ -181,7 +177,7 @@ class ContainerWriter:
         if self._chunk_ns is None:
             return len(block.group_ends)
         begun = int(self._open[0].log_ns[0]) if self._open else int(block.log_ns[0])
-        first = np.concatenate([np.zeros(1, dtype=np.int64), block.group_counts[:-1]])
+        first = np.searchsorted(block.starts, np.concatenate([[0], block.group_ends[:-1]]))
         late = np.flatnonzero(np.abs(block.log_ns[first] - begun) >= self._chunk_ns)
         return int(late[0]) if len(late) else len(block.group_ends)
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 
 from replay.base.constants import BLOCK_FRAMES
 from replay.errors import OutputError, RunFolderError
-from replay.outputs.report.markup import page_section, page_table
+from replay.outputs.report.markup import page_section
 from replay.outputs.results.parquet import read_table
 from replay.outputs.results.run_folder import ANNOTATIONS, EPISODES, FALSE_CONTACTS, FRAMES, MISSES, REPORT, RunFolder
 from replay.outputs.results.seal import SEAL
@@ -190,7 +190,7 @@ def show_in_report(run: RunFolder) -> None:
         return
     page = _SECTION.sub("", path.read_text(encoding="utf-8"))
     if said:
-        section = page_section("Annotations", page_table(annotation_table(run, said)))
+        section = page_section("Annotations", annotation_table(run, said))
         marked = f"<!-- annotations -->{section}<!-- end of annotations -->\n"
         page = page.replace("</main>", f"{marked}</main>", 1)
     with whole_file(path, OutputError) as stream:

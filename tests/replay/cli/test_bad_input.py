@@ -157,6 +157,7 @@ def test_a_scene_that_says_something_unknown_names_file_table_and_key(text, word
         (["--detectors", "hybrid["], ("names no detector",)),
         (["--detectors", "hybrid,hybrid"], ("two detectors are called 'hybrid'",)),
         (["--detectors", "hybrid", "--start", "99"], ("no frame lies between 99 and",)),
+        (["--detectors", "hybrid", "--end", "-1"], ("no frame lies between 0 and -1 s",)),
         (["--detectors", "hybrid", "--oracle", "nobody"], ("no detector 'nobody'",)),
     ],
 )

@@ -79,6 +79,10 @@ def test_run_audit_and_tradeoff_share_their_options_and_what_is_said_of_them():
         assert run[flag].to_info_dict() == audit[flag].to_info_dict(), flag
 
 
+def test_no_help_names_a_limit_that_is_none():
+    assert [verb for verb in COMMANDS if "None" in CliRunner().invoke(cli, [verb, "--help"]).output] == []
+
+
 def test_every_verb_that_reports_takes_a_format():
     silent = {"guide", "mesh", "scene", "share", "study", "view"}
     assert {verb for verb in COMMANDS if "--format" not in options_of(verb)} == silent

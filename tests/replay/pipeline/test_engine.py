@@ -4,6 +4,7 @@ from support.small_worlds import cubes
 
 from cdcore import Verdict
 from cdcore.detectors import detector_names
+from cdcore.errors import CollisionCoreError
 from replay.comparison.outcome import Outcome
 from replay.detection.detector_spec import ORACLES
 from replay.errors import DetectorSpecError
@@ -46,6 +47,14 @@ def test_asking_for_no_detector_runs_none_not_even_an_oracle():
 def test_without_a_wish_the_usual_ones_run():
     lineup = line_up(None, None)
     assert lineup.oracle == TRUSTED and lineup.specs
+
+
+def test_an_oracle_that_is_named_is_asked_where_the_scene_needs_no_contacts():
+    session = cubes(BUMP, scene=Scene(effects=()))
+    assert compute(session).oracle == compute(session, oracle="none").oracle == ""
+    assert "hybrid" in compute(session, oracle="hybrid").episodes
+    with pytest.raises(CollisionCoreError, match="no detector 'nobody'"):
+        compute(session, oracle="nobody")
 
 
 def test_an_oracle_whose_name_is_a_label_of_something_else_is_refused():

@@ -165,10 +165,16 @@ def test_an_empty_cut_is_refused_with_the_length_of_the_session(start, end):
         assemble(session, start=start, end=end)
 
 
+@pytest.mark.parametrize("cut", [{"start": np.nan}, {"start": 1e308}, {"end": -np.inf}, {"end": 1e10}])
+def test_a_cut_that_is_no_time_is_one_sentence(cut):
+    with pytest.raises(AssemblyError, match="s is no time of a recording; give seconds from its first frame"):
+        assemble(cubes({"a": range(11), "b": [50] * 11}), **cut)
+
+
 def test_a_session_that_offers_nothing_to_look_at_is_refused_and_told_why():
     with pytest.raises(AssemblyError, match="no frames"):
         assemble(framed(np.zeros(0), np.zeros((0, 1))))
-    with pytest.raises(AssemblyError, match="no body has a mesh; there are tracks of: a"):
+    with pytest.raises(AssemblyError, match="no body has a mesh; there are tracks of: a; import it again with --mesh"):
         assemble(Session.from_arrays([0, 1], {"a": along_x([0, 1])}))
     with pytest.raises(AssemblyError, match="none of a, b moves against another; name pairs"):
         assemble(cubes({"a": [0, 0], "b": [1, 1]}))
@@ -181,15 +187,19 @@ def test_a_session_that_offers_nothing_to_look_at_is_refused_and_told_why():
 @pytest.mark.parametrize(
     ("meshed", "bare", "why"),
     [
-        (["a"], 1, "b0 has no mesh, only a has one; give meshes with --mesh"),
-        (["main_camera"], 25, "25 bodies have no mesh, only main_camera has one; give meshes with --mesh"),
+        (["a"], 1, "b0 has no mesh, only a has one; import it again with --mesh BODY=FILE, or"),
+        (
+            ["main_camera"],
+            25,
+            "25 bodies have no mesh, only main_camera has one; import it again with --mesh",
+        ),
         (["a", "c"], 2, "none of a, c moves against another; 2 bodies have no mesh; name pairs in the scene"),
     ],
 )
 def test_bodies_without_a_mesh_are_why_there_is_no_pair(meshed, bare, why):
     names = [*meshed, *(f"b{k}" for k in range(bare))]
     moving = {name: along_x([0, 0] if len(meshed) > 1 else [0, 1]) for name in names}
-    with pytest.raises(AssemblyError, match=f"no pair to look at: {why}$"):
+    with pytest.raises(AssemblyError, match=f"^no pair to look at: {why}"):
         assemble(Session.from_arrays([0, 1], moving, {name: cube() for name in meshed}))
 
 

@@ -179,7 +179,7 @@ BROKEN = [
     ([HEADER, "trigger,0.005,left,,,,,,,,,,0.75"], "there is no pose in it"),
     ([HEADER, "pose,0", "pose,1"], "there is no pose in it"),
     ([HEADER, '"pose,0,left'], "there is no pose in it"),
-    ([HEADER.replace(",", "\t"), LEFT], "so this is not the CSV of the Unity script; say with --mapping FILE"),
+    ([HEADER.replace(",", "|"), LEFT], "so this is not the CSV of the Unity script; say with --mapping FILE"),
     ([LEFT], "line 1: column '' occurs twice; rename one"),
     ([HEADER, LEFT, "enter,x,left,,,,,,,,,cup,"], "line 3, column 'time': 'x' is no number"),
     ([HEADER, LEFT, "scalar,0,,,,,,,,,,hr,much"], "line 3, column 'value': 'much' is no number"),
@@ -294,6 +294,9 @@ def test_no_rows_end_in_anything_but_a_session_or_one_named_error(tmp_path_facto
     ("text", "mapping", "words"),
     [
         ("t,x\n1,2\n", None, "no column 'time', so this is not the CSV of the Unity script; say with --mapping FILE"),
+        ("time,px\n1,2\n", None, "no column 'kind', so this is not the CSV of the Unity script; say with --mapping"),
+        (f"{HEADER}\npose,0,1,a,0,5,1,0,0,0,0,1,1,,\n", None, "every row has more cells than line 1, which has 13"),
+        ("sep=,\nt,x,y\n", "", "every row has more cells than line 1, which has 2; check delimiter and skip_lines"),
         ("t;x;y\n1;2;3\n", "", 'no column .x., for nothing stands between .,.; write delimiter = ";" into the mapping'),
         ('t,x,y\n0,"1,5",2\n', "", 'line 2, column .x.: .1,5. is no number; write decimal = "," into the mapping'),
     ],
@@ -306,6 +309,16 @@ def test_an_error_names_the_cure(tmp_path, text, mapping, words):
     )
     with pytest.raises(SessionError, match=words):
         import_session("csv", tmp_path / "take.csv", mapping=None if mapping is None else tmp_path / "m.toml")
+
+
+@pytest.mark.parametrize(("delimiter", "decimal"), [(";", "."), (";", ","), ("\t", ",")])
+def test_the_script_of_unity_is_read_whatever_the_language_of_its_computer(tmp_path, delimiter, decimal):
+    rows = [HEADER, *(unity_row(0.011 * k, "left", (0.25 * k, 1.5, 0), (0, 0, 0, 1)) for k in range(5))]
+    expected = import_session("csv", written(tmp_path, rows)).tracks["left"]
+    other = [row.replace(",", delimiter).replace(".", decimal) for row in rows]
+    found = import_session("csv", written(tmp_path, other)).tracks["left"]
+    assert found.times_ns.tolist() == expected.times_ns.tolist()
+    np.testing.assert_array_equal(found.positions, expected.positions)
 
 
 @pytest.mark.filterwarnings("error::pytest.PytestUnraisableExceptionWarning")

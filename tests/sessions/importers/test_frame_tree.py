@@ -167,10 +167,21 @@ def damaged(change):
     return write
 
 
+def test_a_tree_that_stands_still_and_hangs_from_nothing_else_is_left_out(tmp_path):
+    path = tmp_path / "bag.mcap"
+    tf(at("map", "a"), at("room", "lamp"), at("lamp", "bulb"), at("map", "a", 2))(path)
+    session = import_session("ros2", path)
+    assert session.names == ("a",)
+    said = "frames left out that stand still and that no transform joins to it: 'lamp', 'bulb'"
+    assert f"poses in the root frame 'map'; {said}" in session.facts["conversions"]
+
+
 WHOLE, UNREAD, OTHER = "is no whole MCAP file", "/tf: a tf2_msgs/msg/TFMessage cannot be read", "no message of poses"
 BROKEN = {
     "two parents": (tf(at("map", "a"), at("odom", "a", 2)), "frame 'a' hangs from 'map' and from 'odom'"),
-    "two roots": (tf(at("map", "a"), at("odom", "b")), "frames hang from 2 roots"),
+    "two roots": (
+        tf(at("map", "a"), at("odom", "b"), at("map", "a", 2), at("odom", "b", 2)), "frames hang from 2 roots",
+    ),
     "a loop": (tf(at("b", "a"), at("a", "b")), "hangs from itself"),
     "itself": (tf(at("a", "a")), "hangs from itself"),
     "a long loop": (tf(at("c", "a"), at("a", "b"), at("b", "c")), "hangs from itself"),

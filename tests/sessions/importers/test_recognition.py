@@ -27,6 +27,8 @@ def test_a_folder_of_uxf_is_known_by_its_files_and_any_other_refused(tmp_path):
     (tmp_path / "trackers").mkdir()
     (tmp_path / "trackers" / "hand_movement_T001.csv").write_text("time,pos_x\n")
     assert recognised(tmp_path)[0] == "uxf"
+    with pytest.raises(ImportFileError, match="is one file of a UXF session; name the session's folder"):
+        import_session("auto", tmp_path / "trackers" / "hand_movement_T001.csv")
 
 
 @pytest.mark.parametrize("data", [b"", b"\x00\x01,\x02", b"hello", b"\xff,\xfe\n"])

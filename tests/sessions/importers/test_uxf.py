@@ -63,6 +63,7 @@ def test_trials_that_ended_are_intervals_with_their_results(folder):
     assert (first.start_ns, first.end_ns, first.kind, first.name) == (4_100_000_000, 5_250_000_000, "task", "trial 1")
     assert first.data["score"] == "7" and first.data["ppid"] == "p01"
     assert "score" not in second.data and second.name == "trial 2"
+    assert "1 trials left out that did not end" in import_session("uxf", folder).facts["conversions"]
 
 
 def test_other_columns_of_trackers_are_scalars_over_all_trials(folder):
@@ -90,8 +91,25 @@ def test_two_sessions_below_a_folder_are_not_mixed(folder):
     other = folder.parent / "S002"
     other.mkdir()
     (other / "trial_results.csv").write_text("start_time,end_time\n")
-    with pytest.raises(ImportFileError, match=r"2 sessions are in it; name one, for example .*S001"):
+    said = r"2 sessions are in it; name one, for example .*S001$"
+    with pytest.raises(ImportFileError, match=said):
         import_session("uxf", folder.parent)
+    (other / "trial_results.csv").unlink()
+    (folder / "trial_results.csv").unlink()
+    (other / "head_movement_T001.csv").write_bytes((folder / HEAD).read_bytes())
+    with pytest.raises(ImportFileError, match=said):
+        import_session("uxf", folder.parent)
+
+
+def test_files_of_a_program_that_writes_decimal_commas_are_the_same_session(folder):
+    expected = import_session("uxf", folder)
+    for path in folder.rglob("*.csv"):
+        path.write_text(path.read_text().replace(",", ";").replace(".", ","))
+    found = import_session("uxf", folder)
+    assert found.intervals == expected.intervals and found.facts == expected.facts
+    for name, track in expected.tracks.items():
+        for field, values in vars(track).items():
+            np.testing.assert_array_equal(vars(found.tracks[name])[field], values)
 
 
 HEAD = "trackers/head_movement_T001.csv"
@@ -125,8 +143,8 @@ BROKEN = [
     (replaced(b"4.1234,", b"1e300,"), "a time is outside the years"), (replaced(b"4.1234", b"4.\x001"), "is no number"),
     (replaced(b"\n4.1234,", b"\n4.1234,here"), "line 2, column 'pos_x': 'here.*' is no number"),
     (replaced(b"pos_x", b"pos_x\xff"), "this is not UTF-8 text"),
-    (lambda folder: (folder / HEAD).write_text((folder / HEAD).read_text().replace(",", ";")),
-     "nothing stands between ','; export it with commas between the cells"),
+    (lambda folder: (folder / HEAD).write_text((folder / HEAD).read_text().replace(".", ",")),
+     "every row has more cells than line 1, which has 7; export numbers with decimal points, or semicolons between"),
     (replaced(b"start_time", b"start", "trial_results.csv"), "trial_results.csv: line 1: no column 'start_time'"),
     (replaced(b"end_time", b"end", "trial_results.csv"), "line 1: no column 'end_time'"),
     (replaced(b"4.1,", b"soon,", "trial_results.csv"), "line 2, column 'start_time': 'soon' is no number"),
@@ -157,7 +175,9 @@ def test_a_last_line_cut_short_costs_one_pose_or_row_and_no_more(folder):
     path = folder / "trackers" / "head_movement_T002.csv"
     text = path.read_text().rstrip("\n")
     path.write_text(text[:-1])
-    assert import_session("uxf", folder).tracks["head"].valid.tolist() == [True] * (2 * COUNT - 1) + [False]
+    session = import_session("uxf", folder)
+    assert session.tracks["head"].valid.tolist() == [True] * (2 * COUNT - 1) + [False]
+    assert f"{path.name}: the last line may be cut short: its pose is flagged as lost" in session.facts["conversions"]
     path.write_text(text[: text.rindex(",")])
     assert "head_movement_T002.csv: 1 rows left out" in import_session("uxf", folder).facts["conversions"]
 

@@ -1,5 +1,6 @@
 """Files are written to the XDF specification, chunk by chunk; pyxdf only reads them."""
 
+import gzip
 import struct
 import sys
 
@@ -9,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from support.import_mutants import MUTANTS, survive
 
 from sessions.errors import ImportFileError
-from sessions.importers import import_session
+from sessions.importers import import_session, xdf
 
 pytest.importorskip("pyxdf")
 
@@ -260,6 +261,21 @@ def test_a_broken_file_is_refused_in_one_sentence(tmp_path, name):
     with pytest.raises(ImportFileError, match=words) as raised:
         import_session("xdf", path)
     assert str(path) in str(raised.value) and "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("ending", [".xdfz", ".xdf.gz"])
+def test_a_compressed_file_is_read_and_one_that_unpacks_without_end_refused(tmp_path, ending, monkeypatch):
+    path = written(tmp_path, *take())
+    expected, packed = import_session("xdf", path), path.with_suffix(ending)
+    packed.write_bytes(gzip.compress(path.read_bytes()))
+    found = import_session("auto", packed)
+    for name, track in expected.tracks.items():
+        assert found.tracks[name].times_ns.tolist() == track.times_ns.tolist()
+        np.testing.assert_array_equal(found.tracks[name].positions, track.positions)
+    packed.write_bytes(gzip.compress(path.read_bytes() + bytes(1_000_000)))
+    monkeypatch.setattr(xdf, "MOST_UNPACKED", 1000)
+    with pytest.raises(ImportFileError, match=r"unpacks to more than [0-9,]+ bytes, as no .*; unpack it with gzip -d"):
+        import_session("auto", packed)
 
 
 def test_another_file_and_a_missing_library_are_one_sentence(tmp_path, monkeypatch):

@@ -94,6 +94,16 @@ def test_samples_of_unequal_length_are_refused(kind, prefix):
         a.read_stream(prefix, [broken.SerializeToString()])
 
 
+def test_samples_stamped_before_zero_are_refused():
+    """The span of such stamps may exceed 64 bits, and `replay info` prints it."""
+    scalar = message_class("ScalarSamples")(sample_ns=[-(2**62), 0, 2**63 - 1], value=[1, 2, 3])
+    hand = message_class("Hand")()
+    hand.timestamp.seconds = -1
+    for prefix, message in (("/scalars/", scalar), ("/hands/", hand)):
+        with pytest.raises(SessionFileError, match="a sample is stamped before 0"):
+            a.read_stream(prefix, [message.SerializeToString()])
+
+
 def test_nothing_is_stamped_before_zero():
     for message in (
         lambda: a.event_message(Event(-1, "x")),

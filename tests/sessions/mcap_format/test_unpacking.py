@@ -110,7 +110,7 @@ messages = st.lists(message, max_size=8)
 def parts(block):
     return (
         block.data,
-        *(getattr(block, n).tolist() for n in ("starts", "channel", "log_ns", "group_ends", "group_counts")),
+        *(getattr(block, n).tolist() for n in ("starts", "channel", "log_ns", "group_ends")),
     )
 
 
