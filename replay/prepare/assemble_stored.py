@@ -122,7 +122,7 @@ class StoredMotion(Motion):
             raise ValueError("there is no block to store; give at least one motion")
         self._set(
             np.concatenate(times), translations, rotations, np.concatenate(valid), np.concatenate(linked),
-            renormalised, worst, np.zeros(translations.shape[1], dtype=np.bool_),
+            renormalised, worst, np.zeros(translations.shape[1], dtype=np.bool_), None,
         )  # fmt: skip
 
 
