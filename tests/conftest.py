@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 from support.sampled import SAMPLED
+from support.small_pages import pages_of
 
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("without slow tests", settings.get_profile("any machine"), max_examples=25)
@@ -78,15 +79,20 @@ def pytest_collection_modifyitems(items):
     """What needs no kernel comes first; else the order of the folders stays. Of ``SAMPLED`` most cases are slow."""
     seen = Counter()
     for item in items:
-        function = item.nodeid.partition("[")[0]
-        if seen[function] % SAMPLED.get(function, 1):
+        name = item.nodeid.partition("::")[2].partition("[")[0]
+        if seen[name] % SAMPLED.get(name, 1):
             item.add_marker(pytest.mark.slow)
-        seen[function] += 1
+        seen[name] += 1
     items.sort(key=lambda item: not item.nodeid.startswith(WITHOUT_KERNELS))
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item):
-    """No test of a worker begins before the kernels that it needs are there; a compiler that died is not waited for."""
+    """No test of a worker begins before the kernels that it needs are there; a compiler that died is not waited for.
+
+    And pages are whole or small, as the test needs them.
+    """
+    pages_of(item)
     said = item.config.stash.get(KERNELS_ARE_THERE, None)
     if said and not item.nodeid.startswith(WITHOUT_KERNELS):
         while said.parent.exists() and not said.exists():

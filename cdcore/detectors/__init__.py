@@ -46,8 +46,9 @@ def detector_names() -> list[str]:
 def load_detector(name: str) -> type[Any]:
     """The class behind a name, or behind ``module:Class``; UnknownDetectorError with the names there are."""
     rows = DETECTORS | OPTIONAL
-    outside = [name] if ":" in name else [point.value for point in entry_points(group=ENTRY_POINT_GROUP, name=name)]
-    entry = rows.get(name) or next(iter(outside), None)
+    entry = name if ":" in name else rows.get(name)
+    if entry is None:  # reading what is installed takes longer than most detectors take to be made
+        entry = next((point.value for point in entry_points(group=ENTRY_POINT_GROUP, name=name)), None)
     if entry is None:
         near = get_close_matches(name, detector_names(), n=1)
         hint = f"did you mean {near[0]!r}? There" if near else "there"

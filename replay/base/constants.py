@@ -20,7 +20,7 @@ VERDICT_FRAMES: Final = 65536
 """Frames whose verdicts are processed together: some 20 MB for 66 pairs, however long the session."""
 
 CAVEAT: Final = (
-    "Exact about the recorded poses and these meshes; tracker noise (VIVE: 0.14-0.77 mm frame to frame) is larger than "
-    "most margins."
+    "This is about the recorded poses and these meshes; tracker noise (VIVE: 0.14-0.77 mm frame to frame) is larger "
+    "than most margins."
 )
 """Stands below every result that is read by people."""

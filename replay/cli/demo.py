@@ -56,7 +56,8 @@ def command(session_only: bool, out: Path | None, force: bool, as_json: bool, pe
     folder = out or FOLDER
     result = _demo(folder, force or out is None, people, **made)
     code = report_run(result, people, as_json=as_json)
-    people.say("", "six words:", *(f"  {word}: {meaning}" for word, meaning in FIRST_WORDS.items()))
+    if result.detections:
+        people.say("", "six words:", *(f"  {word}: {meaning}" for word, meaning in FIRST_WORDS.items()))
     people.say("", f"the recorded session is {folder / SESSION}", *where_to_look(result))
     return code
 

@@ -69,7 +69,7 @@ def where_to_look(result: RunResult, *, picture: bool = True) -> list[str]:
     lines = [f"wrote {result.out}; read {result.out / 'report.html'}"]
     if not picture:
         return lines
-    lines.append(f"open the picture:       replay view {result.out}")
+    lines.append(f"open the picture:      replay view {result.out}")
     worst = [(label, by_depth(found)[0]) for label, found in result.misses.items() if found]
     if worst:
         label, longest = max(worst, key=lambda one: one[1].cut_length)

@@ -14,6 +14,7 @@ from replay.cli.terminal import STYLES, line, terminal
 from replay.comparison.contact_counts import contact_counts
 from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import happened_words
+from replay.outputs.moments import worst_first
 from replay.outputs.run_tables import (
     AUDIT_MARKS,
     LATE,
@@ -53,7 +54,7 @@ def run_tables(result: RunResult) -> Group:
     """Everything a terminal shows of a run."""
     first = [*first_words(result)]
     parts: list[Table | RenderableType] = [Text(), *first] if first else []
-    for label in result.comparisons:
+    for label in worst_first(result):
         pairs = pair_table(result, label).only("pair", "contacts", *AUDIT_MARKS)
         parts.append(pairs.first(PAIR_ROWS, "… and {} more").titled(f"contacts, and what {label} made of them"))
     parts += fault_tables([result])
@@ -108,7 +109,7 @@ def fault_tables(results: Sequence[RunResult]) -> list[Table]:
     """
     where = " in {}.parquet" if all(result.out for result in results) else " with --format json"
     tables = []
-    for label in dict.fromkeys(label for result in results for label in result.comparisons):
+    for label in dict.fromkeys(label for result in results for label in worst_first(result)):
         found = [(result, miss) for result in results for miss in result.misses.get(label, ())]
         found.sort(key=lambda one: one[1].kind != NEVER_FOUND)
         made = miss_table(f"missed by {label}", [miss for _, miss in found]).only(*MISS_HEAD)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from replay.cli.console import People
 from replay.outputs.tables import Table
+from replay.pipeline.gates import figure
 from replay.tradeoffs.settings import STEP
 
 if TYPE_CHECKING:
@@ -28,7 +29,11 @@ def pareto_table(done: "Tradeoff", *, everything: bool = False) -> Table:
     about = done.about
     counts = f"{len(done.rows)} settings, {len(done.front)} on the front; {about['contacts']} contacts"
     at_work = about["processor_share"]
-    busy = [f"The machine was busy with other work for {1 - at_work:.0%} of the time."] if at_work <= BUSY else []
+    busy = (
+        [f"The machine was busy with other work for {figure(100 * (1 - at_work))} % of the time."]
+        if at_work <= BUSY
+        else []
+    )
     marks = ("front", "front_online", "oracle", "complete")
     rows = [row for row in quickest_first(done.rows) if everything or any(row[mark] for mark in marks)]
     shown = tradeoff_table("", rows).only(*COLUMNS)

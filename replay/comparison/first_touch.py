@@ -22,7 +22,7 @@ NO_GAP: Final = 1e-9
 
 def first_touch(assembly: Assembly, pair: int, frame: int) -> FirstTouch | None:
     """When a pair first touches between ``frame`` and the next; ``None`` where no touch is known."""
-    from cdcore import Impact, time_of_impact  # with its compiler: only an oracle of intervals needs it
+    from cdcore import time_of_impact  # with its compiler: only an oracle of intervals needs it
 
     ends, motion = assembly.pairs[pair], assembly.motion
     a, b = ends.tolist()
@@ -32,7 +32,7 @@ def first_touch(assembly: Assembly, pair: int, frame: int) -> FirstTouch | None:
     meshes = [assembly.bodies[body].mesh for body in (a, b)]
     times = float(motion.times[frame]), float(motion.times[frame + 1])
     found = time_of_impact(meshes[0], _matrices(motion, rows, a), meshes[1], _matrices(motion, rows, b), times=times)
-    if found.verdict is not Impact.HIT or found.toi is None or found.faces is None:
+    if found.toi is None or found.faces is None:  # a hit alone has faces
         return None
     # At ``free`` they are still apart, by what they move in a microsecond: there the gap has a direction.
     there = poses_between(motion, ends, np.array([found.toi[0]]))

@@ -18,24 +18,12 @@ if TYPE_CHECKING:
     from replay.effects.protocol import EffectSpec
 
 EFFECTS: Final[dict[str, str]] = {
-    "contact": "replay.effects.contact:SPEC",
-    "sweep": "replay.effects.sweep:SPEC",
-    "grasp": "replay.effects.grasp:SPEC",
-    "placement": "replay.effects.placement:SPEC",
-    "hazard-proximity": "replay.effects.hazard_proximity:SPEC",
-    "breakage": "replay.effects.breakage:SPEC",
-    "burn-exposure": "replay.effects.burn_exposure:SPEC",
-    "pour": "replay.effects.pour:SPEC",
-    "spill": "replay.effects.spill:SPEC",
-    "burette": "replay.effects.burette:SPEC",
-    "mixing": "replay.effects.mixing:SPEC",
-    "reaction": "replay.effects.reaction:SPEC",
-    "precipitation": "replay.effects.precipitation:SPEC",
-    "colour": "replay.effects.colour:SPEC",
-    "gas": "replay.effects.gas:SPEC",
-    "heat": "replay.effects.heat:SPEC",
-    "flame-test": "replay.effects.flame_test:SPEC",
-}
+    kind: f"replay.effects.{kind.replace('-', '_')}:SPEC"
+    for kind in (
+        "contact", "sweep", "grasp", "placement", "hazard-proximity", "breakage", "burn-exposure", "pour", "spill",
+        "burette", "mixing", "reaction", "precipitation", "colour", "gas", "heat", "flame-test",
+    )
+}  # fmt: skip
 """Kind -> ``module:SPEC``; the kinds are the words of ``kind = `` in a scene."""
 
 ENTRY_POINT_GROUP: Final = "vrlab_replay.effects"

@@ -115,18 +115,20 @@ def _events(
 def _judgement(declared: Declaration, speed: float, energy: float | int | str | bool | None) -> dict[str, float | bool]:
     if declared.values["speed_m_s"] is not None:
         return {"threshold_m_s": declared.number("speed_m_s"), "broken": speed > declared.number("speed_m_s")}
-    if declared.values["energy_j"] is not None:
-        if energy is None:
-            raise declared.fail("energy_j needs the mass of the body that may break; give it `mass` in kg")
+    if energy is not None and declared.values["energy_j"] is not None:
         return {"threshold_j": declared.number("energy_j"), "broken": float(energy) > declared.number("energy_j")}
     share = -math.expm1(-((speed / declared.number("scale_m_s")) ** declared.number("shape")))
     return {"probability": share, "broken": share > declared.number("probability")}
 
 
-def _check(declared: Declaration, _scene: Scene) -> None:
+def _check(declared: Declaration, scene: Scene) -> None:
     given = [key for key in THRESHOLDS if declared.values[key] is not None]
     if len(given) != 1:
         raise declared.fail(f"it has {' and '.join(given) or 'no threshold'}; give one of {', '.join(THRESHOLDS)}")
+    for name in dict.fromkeys(pair[0] for pair in declared.pairs()) if given == ["energy_j"] else ():
+        found = scene.body(name)
+        if found is None or found.extra.get("mass") is None:
+            raise declared.fail(f"energy_j needs the mass of {name!r}; give it `mass` in kg")
     if given == ["scale_m_s"] and None in (declared.values["shape"], declared.values["probability"]):
         raise declared.fail("scale_m_s needs shape and probability; give both")
 

@@ -1,7 +1,5 @@
 """Liquid runs out of a burette as far as its stopcock is turned, and falls into what stands below."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
 from replay.effects.declaring import Declaration, bodies, body, number, vector
@@ -57,16 +55,8 @@ def _shown(inputs: EffectInputs, flowing: BoolArray, values: FloatArray) -> Seri
 def _check(declared: Declaration, _scene: Scene) -> None:
     if not any(declared.vector("axis")):
         raise declared.fail("axis is (0, 0, 0); give the direction about which the stopcock turns")
-
-
-def _check_all(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file: str) -> None:
-    check_vessels(tables, scene, file)
-    first: dict[str, Declaration] = {}
-    for one in tables["burette"]:
-        known = first.setdefault(one.body("body"), one)
-        for key, value in one.values.items():
-            if key != "into" and value != known.values[key]:
-                raise one.fail(f"{key} is {value!r} and {known.place} says {known.values[key]!r}; one burette has one")
+    if declared.body("body") in declared.bodies("into"):
+        raise declared.fail(f"into: {declared.body('body')!r} runs into itself; name what stands below")
 
 
 SPEC = EffectSpec(
@@ -93,5 +83,6 @@ SPEC = EffectSpec(
         "the body's origin is the tip unless the scene says otherwise; drops fall straight down",
     ),
     check=_check,
-    check_all=_check_all,
+    check_all=check_vessels,
+    single="body",
 )  # fmt: skip

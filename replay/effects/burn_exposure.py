@@ -1,5 +1,6 @@
 """A hand on a hot part for too long is a burn; the threshold is the author's, from ISO 13732-1."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Final
 
@@ -35,16 +36,13 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 
 
 def surface(inputs: EffectInputs, declared: Declaration, part: str, touch: EffectContact) -> FloatArray:
-    """Temperature (n,) of the part during a contact: declared, else what ``heat`` says of it.
-
-    Raises EffectError: nobody says how hot it is.
-    """
+    """Temperature (n,) of the part during a contact: declared, else what ``heat`` says, at first that of the room."""
     times = inputs.times[touch.first : touch.stop]
     if declared.values["surface_c"] is not None:
         return np.full(len(times), declared.number("surface_c"))
     heat = inputs.output("heat").series.get(f"{part}/temperature")
     if heat is None or not len(heat.times):
-        raise declared.unmet(f"nothing says how hot {part!r} is; give surface_c or an effect heat")
+        return np.full(len(times), inputs.tables["heat"][0].number("ambient_c"))
     return np.asarray(np.interp(times, heat.times, heat.values))
 
 
@@ -88,6 +86,19 @@ def _check(declared: Declaration, _scene: Scene) -> None:
         raise declared.fail(f"{given[0]} is given and {missing} is not; the damage integral needs {', '.join(DAMAGE)}")
 
 
+def _check_all(tables: Mapping[str, tuple[Declaration, ...]], _scene: Scene, _file: str) -> None:
+    heats = tables.get("heat", ())
+    hot = {one.body("heats") for one in heats}
+    if any(one.text("of") != "flame" for one in heats):
+        from replay.effects.vessels import vessel_names  # a flame alone loads no vessel
+
+        hot |= set(vessel_names(tables))
+    for declared in tables["burn-exposure"]:
+        for _, part in declared.pairs() if declared.values["surface_c"] is None else ():
+            if part not in hot:
+                raise declared.fail(f"nothing says how hot {part!r} is; give surface_c or an effect heat")
+
+
 SPEC = EffectSpec(
     kind="burn-exposure",
     about="A hand touches a hot part.",
@@ -111,4 +122,5 @@ SPEC = EffectSpec(
         "gas constant: CODATA 2018",
     ),
     check=_check,
+    check_all=_check_all,
 )

@@ -3,8 +3,9 @@
 Raised are PlanErrors of the table concerned, with the nearest name: at the plan already, not in the run.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, Final
 
 from replay.effects.contents import WATER, Contents, contents_of_scene
 from replay.effects.declaring import Declaration
@@ -13,8 +14,12 @@ from replay.effects.models.equation import COMMON, Equation, equation_of
 from replay.effects.models.history import NEUTRALISATION, Process
 from replay.effects.models.ledger import BROUGHT, SOLID, Ledger
 from replay.effects.models.species import GASES, IONS, SOLIDS
+from replay.effects.vessels import check_vessels, vessel_names
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
+
+WATCHED: Final = (("colour", "in"), ("gas", "from"))
+"""Kinds that look at one vessel, and the field that names it."""
 
 Tables = Mapping[str, tuple[Declaration, ...]]
 
@@ -27,6 +32,7 @@ class Reaction:
     equation: Equation
     chemistry: AcidBase
     process: int  # its place among the ledger's processes; -1: it only takes or gives protons
+    per: float  # mol of the process in one mol of the equation
 
     @property
     def acid_base(self) -> bool:
@@ -75,7 +81,7 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     """
     declared = tables.get("reaction", ())
     equations = [_read(one) for one in declared]
-    acids, bases = ({k: v for one in declared for k, v in one.mapping(key).items()} for key in ("acids", "bases"))
+    acids, bases = (_together(declared, key) for key in ("acids", "bases"))
     chemistry = AcidBase({k: tuple(map(float, v)) for k, v in acids.items()}, bases)
     solids = {f for one in contents.values() for f in one.solids}
     solids |= {one.text("solid") for one in tables.get("precipitation", ())}
@@ -84,22 +90,29 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     reactions = []
     for one, equation in zip(declared, equations, strict=True):
         phases = {**dict.fromkeys(SOLIDS | solids, "s"), **dict.fromkeys(GASES | gases, "g"), **equation.phases}
-        changes = _changes(equation, phases, chemistry)
+        changes, per = _left_over(_changes(equation, phases, chemistry))
         rate = one.values["rate_per_s"]
         product = _product(one, changes, tables)
-        process = Process(one.text("equation"), changes, None if rate is None else float(rate), product)
+        several = (part for part, many in changes.items() if changes.get("H+", 0.0) <= 2.0 * many < 0.0)
+        bound = next((part for part in several if chemistry.pka.get(part)), "")
+        process = Process(one.text("equation"), changes, None if rate is None else float(rate), bound, product)
         place = next((k for k, known in enumerate(processes) if _same(known, process)), len(processes))
         if not changes and not any("H+" in dissolved(chemistry, formula) for formula in equation.reagents):
             raise one.fail("equation: nothing happens, all of it stays dissolved; mark what falls out with (s)")
         if changes and place == len(processes):
             processes.append(process)
+        # Protons meet hydroxide at once, and what has a solubility product falls out at once.
+        if rate is not None and (changes == NEUTRALISATION.changes or not changes or product is not None):
+            what = "acids and bases meet" if product is None else "a solid of an effect precipitation falls out"
+            raise one.fail(f"rate_per_s: {what} at once; leave it out")
         own = AcidBase(chemistry.acids, chemistry.bases, one.number("pkw"))
-        reactions.append(Reaction(one, equation, own, place if changes else -1))
+        reactions.append(Reaction(one, equation, own, place if changes else -1, per))
     return Recipe(tuple(reactions), tuple(processes), contents, chemistry)
 
 
 def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
     """Raises PlanError: a table, or a formula in a vessel, that fits nothing else in the scene."""
+    check_vessels(tables, scene, file)
     contents = contents_of_scene(scene, file)
     recipe = recipe_of(tables, contents)
     equations = [one.equation for one in recipe.reactions]
@@ -110,6 +123,11 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
     for declared in tables.get("colour", ()):
         if not any(one.acid_base for one in recipe.reactions):
             raise declared.fail(f"no reaction of an acid or base gives {declared.body('in')!r} a pH; declare one")
+    followed = vessel_names(tables)
+    for declared, key in [(one, key) for kind, key in WATCHED for one in tables.get(kind, ())]:
+        if declared.body(key) not in followed:
+            words = f"{key}: nothing is mixed in {declared.body(key)!r}; name it in an effect mixing, pour or burette"
+            raise declared.fail(words + nearest(declared.body(key), followed))
     for declared in tables.get("heat", ()):
         if declared.text("solute"):
             _check_diluted(declared, contents)
@@ -125,6 +143,16 @@ def _check_diluted(declared: Declaration, contents: Mapping[str, Contents]) -> N
                 f"nothing says how much water is with the {solute} in {name!r}; "
                 "give liquid.water_molar, mol of water per litre of the solution"
             )
+
+
+def _together(declared: Sequence[Declaration], key: str) -> dict[str, Any]:
+    """What all tables say of acids or bases; of one formula they say the same."""
+    found: dict[str, Any] = {}
+    for one in declared:
+        for formula, value in one.mapping(key).items():
+            if found.setdefault(formula, value) != value:
+                raise one.fail(f"{key}.{formula} is {value!r} and another table says {found[formula]!r}; give it once")
+    return found
 
 
 def _read(declared: Declaration) -> Equation:
@@ -144,6 +172,17 @@ def _changes(equation: Equation, phases: Mapping[str, str], chemistry: AcidBase)
             for part, many in parts.items():
                 found[part] = found.get(part, 0.0) + sign * coefficient * many
     return {part: many for part, many in found.items() if many != 0.0}
+
+
+def _left_over(changes: dict[str, float]) -> tuple[dict[str, float], float]:
+    """What an equation does beside neutralisation, which happens anyway; where that is all, neutralisation so often."""
+    often = min(-changes.get(part, 0.0) for part in ("H+", "OH-"))
+    if often <= 0.0:
+        return changes, 1.0
+    anyway = NEUTRALISATION.changes
+    rest = {part: changes.get(part, 0.0) - often * anyway.get(part, 0.0) for part in {**changes, **anyway}}
+    rest = {part: many for part, many in rest.items() if many != 0.0}
+    return (rest, 1.0) if rest else (dict(anyway), often)
 
 
 def _same(known: Process, new: Process) -> bool:

@@ -7,7 +7,6 @@ import numpy as np
 
 from replay.effects.declaring import Declaration, body, number, text
 from replay.effects.inputs import EffectInputs
-from replay.effects.matter import matter_of
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
@@ -24,17 +23,15 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         vessel = declared.body("in")
         ph = inputs.output("reaction").series.get(f"{vessel}/pH")
         if ph is None or not len(ph.times):
-            history = matter_of(inputs).histories.get(vessel)
-            if history is not None and not history.added_ml[-1].any():
-                inputs.count("vessels nothing came into")
-                continue
-            raise declared.unmet(f"no reaction of an acid or base gives {vessel!r} a pH; declare one")
+            inputs.count("vessels without a pH: nothing came in, or neither acid nor base")
+            continue
         low, high = declared.number("from_ph"), declared.number("to_ph")
         share = np.clip((ph.values - low) / (high - low), 0.0, 1.0)
         found.ran |= np.isin(inputs.times, ph.times)
         found.series[f"{vessel}/{declared.text('indicator')}"] = Series(ph.times, share, "share")
         found.events += _changes(declared, ph.times, share)
-        found.lanes[vessel] = _lane(declared, ph.times, share)
+        lane = vessel if vessel not in found.lanes else f"{vessel} {declared.text('indicator')}"
+        found.lanes[lane] = _lane(declared, ph.times, share)
         clear = inputs.output("mixing").liquids.get(vessel)
         if clear is not None:
             acid, base = (COLOURS[declared.text(key)] for key in WORDS)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final, cast
 
-from replay.errors import EffectError, PlanError
+from replay.errors import PlanError
 from sessions.errors import SessionError
 from sessions.model.scene import Scene, SceneEffect
 from sessions.scene_files.scene_toml import bodies_by_selector
@@ -78,10 +78,6 @@ class Declaration:
         """The error to raise: file, table, message."""
         return PlanError(f"{self.file}: {self.place}: {message}")
 
-    def unmet(self, message: str) -> EffectError:
-        """The error to raise when the recording does not hold what this table asks for."""
-        return EffectError(f"{self.file}: {self.place}: {message}")
-
     def pairs(self, key: str = "between") -> tuple[Pair, ...]:
         """Pairs of names."""
         return cast("tuple[Pair, ...]", self.values[key])
@@ -126,6 +122,11 @@ def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: S
             values[key] = reading.read(key, fields[key], effect)
         except PlanError as error:
             faults += error.faults
+    one_of: dict[str, str] = {}
+    for key in (key for key, field in fields.items() if field.kind == "body" and values.get(key)):
+        known = one_of.setdefault(values[key], key)
+        if known != key:
+            faults.append(str(reading.fail(f"{key} is {values[key]!r} and so is {known}; name two bodies")))
     if faults:
         raise PlanError(*faults)
     return Declaration(effect.kind, file, place, values)

@@ -6,7 +6,7 @@ Every item carries its reasons, so that a plan can be read: ``contact: because b
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
-from typing import Final
+from typing import Any, Final
 
 from replay.effects import EFFECTS, effect_kinds, load_effect
 from replay.effects.declaring import Declaration, Pair, body_faults, declare
@@ -74,7 +74,14 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
     if scene.effects is None:
         return Plan({}, scene.pairs, detection=True, not_run=effect_kinds(table))
     specs, because = _closure(declared, table)
-    _check_together({kind: declared.get(kind, ()) for kind in specs}, specs, scene, file)
+    for spec in specs.values():
+        try:
+            if spec.check_all is not None:
+                spec.check_all({kind: declared.get(kind, ()) for kind in specs}, scene, file)
+        except PlanError as error:
+            faults += error.faults
+    if faults:
+        raise PlanError(*dict.fromkeys(faults))
     inputs = {
         kind: tuple(dict.fromkeys((*spec.needed(declared.get(kind, ())), *(one for one in spec.uses if one in specs))))
         for kind, spec in specs.items()
@@ -87,20 +94,6 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
     }
     left = tuple(kind for kind in effect_kinds(table) if kind not in steps and kind not in not_built)
     return _whole(scene, steps, not_built, left)
-
-
-def _check_together(
-    tables: Mapping[str, tuple[Declaration, ...]], specs: Mapping[str, EffectSpec], scene: Scene, file: str
-) -> None:
-    faults: list[str] = []
-    for spec in specs.values():
-        try:
-            if spec.check_all is not None:
-                spec.check_all(tables, scene, file)
-        except PlanError as error:
-            faults += error.faults
-    if faults:
-        raise PlanError(*dict.fromkeys(faults))
 
 
 def plan_faults(scene: Scene, file: str = "scene.toml") -> tuple[str, ...]:
@@ -130,7 +123,11 @@ def _declared(
             except PlanError as error:
                 faults += error.faults
                 continue
-            found[effect.kind] = (*found.get(effect.kind, ()), declaration)
+            before = found.get(effect.kind, ())
+            faults += _clashes(declaration, before, spec)
+            # A table that stands there twice asks for nothing more.
+            if all(one.values != declaration.values for one in before):
+                found[effect.kind] = (*before, declaration)
         elif effect.kind in NOT_BUILT:
             not_built[effect.kind] = None
         else:
@@ -139,6 +136,17 @@ def _declared(
         not_built[kind] = None
         del found[kind]
     return found, tuple(not_built)
+
+
+def _clashes(new: Declaration, before: tuple[Declaration, ...], spec: EffectSpec) -> list[str]:
+    """Where a table says of one thing what another one of its kind says otherwise."""
+    same = [one for one in before if spec.single and one.values[spec.single] == new.values[spec.single]]
+    return [
+        str(new.fail(f"{key} is {new.values[key]!r} and {one.place} says {one.values[key]!r}; one {spec.kind} has one"))
+        for one in same[:1]
+        for key, field_ in spec.fields.items()
+        if field_.kind not in ("bodies", "pairs") and new.values[key] != one.values[key]
+    ]
 
 
 def _lacks(
@@ -163,7 +171,7 @@ def _closure(
             continue
         specs[kind] = load_effect(kind, table)
         for needed in specs[kind].needed(declared.get(kind, ())):
-            because[needed] = (*because.get(needed, ()), f"{kind} needs it")
+            _note(because, needed, f"{kind} needs it")
             waiting.append(needed)
     return specs, because
 
@@ -181,41 +189,42 @@ def _asked(
     """For each effect the pairs it speaks of, and who asks for each: its own tables, and the effects that need it."""
     asked: dict[str, dict[Pair, tuple[str, ...]]] = {kind: {} for kind in order}
     for kind in reversed(order):
-        keys = [key for key, field in specs[kind].fields.items() if field.kind == "pairs"]
         for declaration in declared.get(kind, ()):
-            for pair in (pair for key in keys for pair in declaration.pairs(key)):
-                _ask(asked[kind], pair, (kind,))
+            for key, one in specs[kind].fields.items():
+                for pair in declaration.pairs(key) if one.kind == "pairs" else ():
+                    _ask(asked[kind], pair, kind)
         for needed in specs[kind].needed(declared.get(kind, ())):
             for pair, who in asked[kind].items():
-                _ask(asked[needed], pair, who)
+                _ask(asked[needed], pair, *who)
     return asked
 
 
-def _ask(asked: dict[Pair, tuple[str, ...]], pair: Pair, who: tuple[str, ...]) -> None:
-    known = pair if pair in asked or pair[::-1] not in asked else pair[::-1]
-    asked[known] = tuple(dict.fromkeys((*asked.get(known, ()), *who)))
+def _ask(asked: dict[Pair, tuple[str, ...]], pair: Pair, *who: str) -> None:
+    _note(asked, pair[::-1] if pair not in asked and pair[::-1] in asked else pair, *who)
+
+
+def _note(reasons: dict[Any, tuple[str, ...]], key: Pair | str, *who: str) -> None:
+    reasons[key] = tuple(dict.fromkeys((*reasons.get(key, ()), *who)))
 
 
 def _whole(scene: Scene, steps: Mapping[str, Step], not_built: tuple[str, ...], not_run: tuple[str, ...]) -> Plan:
     pairs: dict[Pair, tuple[str, ...]] = {}
-    bodies: dict[str, tuple[str, ...]] = {}
-    topics: dict[str, tuple[str, ...]] = {}
-    detectors: dict[str, tuple[str, ...]] = {}
+    bodies, topics, detectors = (dict[str, tuple[str, ...]]() for _ in range(3))
     for pair in scene.pairs or ():
-        _ask(pairs, pair, ("the scene's own pairs",))
+        _ask(pairs, pair, "the scene's own pairs")
     for kind, step in steps.items():
         for topic in (POSES, *step.spec.reads):
-            topics[topic] = (*topics.get(topic, ()), kind)
+            _note(topics, topic, kind)
         for name in _named(step):
-            bodies[name] = tuple(dict.fromkeys((*bodies.get(name, ()), kind)))
+            _note(bodies, name, kind)
         if step.spec.detector:
-            detectors[step.spec.detector] = (*detectors.get(step.spec.detector, ()), kind)
+            _note(detectors, step.spec.detector, kind)
             for pair in step.pairs:
-                _ask(pairs, pair, (kind,))
+                _ask(pairs, pair, kind)
     return Plan(steps, tuple(pairs), bool(pairs), bodies, topics, detectors, pairs, not_built, not_run)
 
 
-def _named(step: Step) -> tuple[str, ...]:
+def _named(step: Step) -> list[str]:
     """Bodies that the tables of an effect name."""
     names = [name for pair in step.pairs for name in pair]
     for declaration in step.declared:
@@ -224,4 +233,4 @@ def _named(step: Step) -> tuple[str, ...]:
                 names += declaration.bodies(key)
             elif one.kind == "body" and declaration.body(key):
                 names.append(declaration.body(key))
-    return tuple(dict.fromkeys(names))
+    return names

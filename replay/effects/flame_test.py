@@ -10,7 +10,7 @@ from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import BoolArray, Span, steadied
-from replay.effects.vessels import Vessel, inside
+from replay.effects.vessels import Vessel, check_vessels, inside
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
 
@@ -86,7 +86,8 @@ def _check(declared: Declaration, _scene: Scene) -> None:
             raise declared.fail(f"colours: no vessel of dips holds {salt!r}{nearest(salt, salts)}")
 
 
-def _check_all(_tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file: str) -> None:
+def _check_all(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file: str) -> None:
+    check_vessels(tables, scene, file)
     contents_of_scene(scene, file)
 
 

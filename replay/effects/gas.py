@@ -10,7 +10,7 @@ from replay.effects.models.ledger import GAS
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import BoolArray, Span, spans_of
-from replay.effects.vessels import Vessel, inside, vessels_of
+from replay.effects.vessels import Vessel, check_vessels, inside, vessels_of
 from replay.errors import EffectError
 from sessions.model.scene import Scene
 
@@ -105,6 +105,7 @@ SPEC = EffectSpec(
             "A, B, C of log10(P/mmHg) = A - B/(C + T/degC) of water, where it is collected over water", "", default=None
         ),
     },
+    single="jar",
     trigger="a reaction that is giving gas",
     sources=(
         "ideal gas, V = n R T / (P - P_H2O); gas constant: CODATA 2018",
@@ -112,4 +113,5 @@ SPEC = EffectSpec(
         "no delay in the tube; a light gas stays in a jar that stands on its mouth",
     ),
     check=_check,
+    check_all=check_vessels,
 )

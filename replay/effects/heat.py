@@ -196,6 +196,7 @@ SPEC = EffectSpec(
         "half_water": number("mol of water per mol of acid that give half of it", "", default=None, above=0.0),
         "heat_capacity_j_per_ml_k": number("of the liquids", "J/(mL K)", default=None, above=0.0),
     },
+    single="heats",
     trigger="the body over the flame and the time after, or liquid that is mixed and the time after",
     sources=(
         "m c dT/dt = P - k (T - Ta), closed form from frame to frame; constants: the scene's author",

@@ -114,7 +114,8 @@ class _Bench:
         poses, vessel = self.poses[name], self.vessels[name]
         # A frame reached by a jump or a loss is no evidence of a tilt: a glitch of one frame would empty the glass.
         known = poses.valid & poses.linked
-        known[:1] |= poses.valid[:1]
+        # Of the first frame the next one tells.
+        known[:1] |= poses.valid[:1] & poses.linked[1:2].all()
         kept = np.full(len(known), np.inf)
         kept[known] = vessel.shape.kept_ml(_down(poses, known))
         self.inputs.count("tilts compared", int(known.sum()))

@@ -60,6 +60,7 @@ SPEC = EffectSpec(
         "colour": text("of the solid, for the picture", among=tuple(COLOURS)),
         "ions": mapping("not needed any more: ions follow from the formulas; read and left alone", default={}),
     },
+    single="solid",
     trigger="all reagents of a reaction that makes the solid in one vessel",
     sources=(
         "solubility product and molar mass: the scene's author",

@@ -25,7 +25,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         for vessel, history in matter.histories.items():
             times = _times(inputs, matter, one, vessel)
             amounts, extents, volume_ml = matter.states(vessel, times)
-            extent = extents[:, one.process] if one.process >= 0 else _protonated(matter, one, amounts)
+            extent = extents[:, one.process] / one.per if one.process >= 0 else _protonated(matter, one, amounts)
             if (extent > 0.0).any():
                 found.ran |= np.isin(inputs.times, times)
                 inputs.count("rows reacted", len(times))
@@ -86,7 +86,9 @@ def _protonated(matter: Matter, one: Reaction, amounts: FloatArray) -> FloatArra
     """Mol (n,) of a base that holds a proton, for an equation that does nothing but hand it over."""
     part, many = _takers(one)
     free, base = (amounts[:, matter.ledger.column[name]] for name in ("H+", part))
-    return np.asarray(np.minimum(free / max(many, 1.0), base))
+    sources = [parts for formula in one.equation.reagents if part in (parts := dissolved(one.chemistry, formula))]
+    own = max(parts.get("H+", 0) / parts[part] for parts in sources)
+    return np.clip((free - own * base) / max(many - own, 1.0), 0.0, base)
 
 
 def _end_points(matter: Matter, one: Reaction, vessel: str) -> list[EffectEvent]:
@@ -95,7 +97,12 @@ def _end_points(matter: Matter, one: Reaction, vessel: str) -> list[EffectEvent]
     The volume is that which came from where the flow came from that did it: the titrant, rinses left out.
     """
     acids = [formula for formula in one.equation.reagents if one.chemistry.is_acid(formula)]
-    bases = [formula for formula in one.equation.reagents if one.chemistry.is_base(formula) and formula not in acids]
+    bases = [formula for formula in one.equation.reagents if one.chemistry.is_base(formula)]
+    # What is both, such as hydrogen carbonate, is a base to an acid and an acid to a base.
+    if set(acids) < set(bases):
+        bases = [formula for formula in bases if formula not in acids]
+    else:
+        acids = [formula for formula in acids if formula not in bases]
     if len(acids) != 1 or len(bases) != 1:
         return []
     history, (part, many) = matter.histories[vessel], _takers(one)

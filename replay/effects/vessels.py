@@ -153,8 +153,8 @@ class Vessel:
 
     @property
     def volume_ml(self) -> float:
-        """What stands in it at first."""
-        return self.amount("liquid", "volume_ml", 0.0)
+        """What stands in it at first; a liquid that is told has a volume."""
+        return self.amount("liquid", "volume_ml", None if self.contents("liquid") else 0.0)
 
     @property
     def floor(self) -> float:
@@ -244,9 +244,11 @@ def _sliced(instrument: str, faces: int, options: tuple[tuple[str, Any], ...]) -
 
 
 def check_vessels(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file: str) -> None:
-    """Raises PlanError: a vessel that the tables of liquids name lacks something, or cannot hold what it is said to."""
+    """Raises PlanError: a vessel that the tables of liquids name lacks something."""
     faults, poured = [], {name for one in tables.get("pour", ()) for name in one.bodies("from")}
-    for name in vessel_names(tables):
+    others = [one.body("jar") for one in tables.get("gas", ())]
+    others += [name for one in tables.get("flame-test", ()) for name in one.bodies("vessels")]
+    for name in dict.fromkeys((*vessel_names(tables), *others)):
         try:
             vessel = Vessel(scene.body(name) or SceneBody(name))
             # Asked for, so that what is missing is named.

@@ -197,12 +197,10 @@ def contact_frames(result: RunResult) -> int | None:
 
 
 def session_digest(result: RunResult) -> str:
-    """What tells this session from others without naming its file: the first 16 hex digits over its clock and poses."""
-    motion = result.assembly.motion
-    digest = hashlib.sha256(np.ascontiguousarray(result.assembly.stamp_ns).tobytes())
-    digest.update(np.ascontiguousarray(motion.translations[-1]).tobytes())
-    digest.update(np.ascontiguousarray(motion.translations[len(motion.times) // 2]).tobytes())
-    return digest.hexdigest()[:16]
+    """What tells this session from others without naming its file: 16 hex digits over every pose and the stretch."""
+    poses = "" if result.treatment is None else result.treatment.pose_digest
+    stretch = result.assembly.stamp_ns[[0, -1]].tolist()
+    return hashlib.sha256(f"{poses} {stretch}".encode()).hexdigest()[:16]
 
 
 def settings_digest(result: RunResult, label: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Final
 
@@ -45,6 +45,7 @@ class FocusMoment:
     size : metres of the longest cut, or of the gap between the meshes; nan: not measured.
     kind : of the miss or the false contact; ``""`` of a contact.
     said : Markdown about it.
+    of : the fault itself; ``None`` of a contact.
     """
 
     frame: int
@@ -59,6 +60,7 @@ class FocusMoment:
     size: float
     kind: str
     said: str
+    of: Miss | FalseContact | None = field(default=None, compare=False)
 
     @property
     def colour(self) -> Rgba:
@@ -126,15 +128,15 @@ def pair_in_focus(moments: Sequence[FocusMoment], frames: int) -> IntArray:
 def _faults(result: RunResult) -> Iterator[FocusMoment]:
     contacts = len(result.episodes[result.oracle])
     for label, misses in result.misses.items():
-        for one in by_depth(misses)[:LISTED]:
+        for one in by_depth(misses):
             yield FocusMoment(
                 *one.shown, one.pair, one.point, label, one.number, Outcome.MISSED, one.first, one.last, one.cut_length,
-                one.kind, miss_note(one, len(misses), contacts, label, result.oracle),
+                one.kind, miss_note(one, len(misses), contacts, label, result.oracle), one,
             )  # fmt: skip
         for no in sorted(result.false.get(label, ()), key=lambda one: -one.frames)[:LISTED]:
             yield FocusMoment(
                 no.widest, 0, no.pair, no.point, label, no.number, Outcome.INVENTED, no.first, no.last, no.gap, no.kind,
-                false_note(no, len(result.false.get(label, ())), label, result.oracle),
+                false_note(no, len(result.false.get(label, ())), label, result.oracle), no,
             )  # fmt: skip
 
 
@@ -170,7 +172,8 @@ def moment_line(moment: FocusMoment, name: str, widths: tuple[int, int]) -> str:
     size = f"{moment.size * 1e3:.1f} mm" if moment.label and moment.size > 0 else ""
     frames = counted(moment.last - moment.first + 1, "frame")
     # In a narrow view the end is cut: what tells moments apart comes first.
-    return f"{moment.label:<{widths[0]}} {moment.words:<8} {size:>8}  {name:<{widths[1]}} {frames:>10}".rstrip()
+    line = f"{moment.label:<{widths[0]}} {moment.words:<8} {size:>8}  {name:<{widths[1]}} {frames:>10}"
+    return (f"{line}  {moment.kind:<11}  {moment.of.cause}" if moment.of else line).rstrip()
 
 
 def miss_note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:

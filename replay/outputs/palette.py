@@ -58,7 +58,6 @@ FAINT: Final[Rgba] = (40, 42, 48, 255)
 WHITE: Final[Rgba] = (235, 235, 240, 255)
 BACKGROUND: Final[Rgba] = (17, 20, 26, 255)
 BUDGET: Final[Rgba] = (150, 152, 160, 255)
-GRID: Final[Rgba] = (58, 62, 70, 255)
 TICKS: Final[Rgba] = (190, 194, 200, 255)
 
 SERIES: Final[tuple[Rgba, ...]] = (

@@ -1,4 +1,4 @@
-"""What accuracy costs as two plots, live and offline, laid out once in the unit square: page and recording draw them.
+"""What accuracy costs as two plots, live and offline, laid out in the unit square.
 
 x is a time on a logarithmic axis; y are contacts missed, 0 on top. Every curve is named beside it, so there is no
 legend; what invents more than it finds is a ring apart from the curves.
@@ -72,9 +72,9 @@ class Plot:
     words: tuple[Words, ...]
 
 
-def plots_of(done: Tradeoff) -> tuple[Plot, Plot]:
-    """The live plot and the offline one; they share no axis."""
-    return _Layout(done, LIVE).plot(), _Layout(done, WHOLE).plot()
+def plots_of(done: Tradeoff, letters: float = 1.0) -> tuple[Plot, Plot]:
+    """The live plot and the offline one, for letters so many times as large; they share no axis."""
+    return _Layout(done, LIVE).plot(letters), _Layout(done, WHOLE).plot(letters)
 
 
 def subtitle(done: Tradeoff) -> tuple[str, str]:
@@ -108,12 +108,12 @@ class _Layout:
         self._best = best_of(self._rows, time, budget_ms(HEADSET_HZ) if time == LIVE else inf)
         self._lines = dict(zip(CURVES, _lines(self._rows), strict=False))
 
-    def plot(self) -> Plot:
+    def plot(self, letters: float) -> Plot:
         """Everything in its place; words last, where nothing is."""
         title, x_words = TITLES[self._time]
         kinds = [(self._kind(row), row) for row in self._rows]
         marks = tuple(self._mark(row, kind) for kind, row in kinds)
-        placed = _Placed(marks)
+        placed = _Placed(marks, letters)
         for kind, line in self._lines.items():
             name = f"{line[0]['detector']}, {WORDS.get(line[0]['axis'], line[0]['axis'])}"
             placed.add(self._mark(line[len(line) // 2], kind), name, strong=True)
@@ -158,18 +158,19 @@ def _lines(rows: Iterable[Row]) -> list[list[Row]]:
 class _Placed:
     """Words beside their marks: each where neither words nor marks are yet; what finds no room stays out."""
 
-    def __init__(self, marks: Sequence[Mark]) -> None:
+    def __init__(self, marks: Sequence[Mark], letters: float) -> None:
+        self._letter, self._line = LETTER * letters, LINE * letters
         self.words: list[Words] = []
         self._taken = [(one.x - 0.008, one.y - 0.012, one.x + 0.008, one.y + 0.012) for one in marks]
 
     def add(self, mark: Mark, text: str, *, strong: bool = False) -> None:
         """Words of a mark: right or left of it, then further and further away."""
-        wide = LETTER * len(text) * (1.15 if strong else 1.0)
+        wide = self._letter * len(text) * (1.15 if strong else 1.0)
         for step in range(8):
             for side in (0.5, -0.5, 0.0):
                 x = mark.x + side * (wide + 0.03)
-                for y in (mark.y - step * LINE, mark.y + step * LINE):
-                    box = (x - wide / 2, y - LINE / 2, x + wide / 2, y + LINE / 2)
+                for y in (mark.y - step * self._line, mark.y + step * self._line):
+                    box = (x - wide / 2, y - self._line / 2, x + wide / 2, y + self._line / 2)
                     # Above 0 is room for the names of what misses nothing.
                     inside = box[0] >= 0.0 and box[2] <= 1.0 and box[1] >= -0.17 and box[3] <= 1.0
                     if inside and not any(_meet(box, other) for other in self._taken):

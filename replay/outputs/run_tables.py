@@ -14,7 +14,16 @@ from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Episode, Miss
 from replay.effects.recorded import CURVES
 from replay.outputs.tables import CODE, FAINT, FOUND, IN_RED, INVENTED, PARTLY, STRONG, Cell, Marked, Table, table
-from replay.outputs.words import FRAME_ROWS, OUTCOME_WORDS, WITHIN, bound_words, counted, depth_words, span_words
+from replay.outputs.words import (
+    FRAME_ROWS,
+    OUTCOME_WORDS,
+    WITHIN,
+    bound_words,
+    counted,
+    depth_words,
+    span_words,
+    tallied,
+)  # fmt: skip
 from replay.pipeline.gates import figure, percent
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
@@ -105,8 +114,7 @@ def pair_table(result: RunResult, label: str) -> Table:
 
     Pairs of a hand and what it holds come last. Only where anything is within tolerance there is a column for it.
     """
-    rows: list[tuple[Any, ...]] = []
-    apart: list[tuple[Any, ...]] = []
+    rows, apart = list[tuple[Any, ...]](), list[tuple[Any, ...]]()
     for one in result.summary["pairs"]:
         own = one.get("audit", {}).get(label)
         if own is None:
@@ -155,12 +163,13 @@ def _contacts(result: RunResult, found: Sequence[Episode], pair: int, held: str 
     return result.assembly.pair_name(pair) + held, len(own), f"{sum(own):.3f}", f"{max(own, default=0.0):.3f}"
 
 
-def miss_table(title: str, misses: Sequence[Miss]) -> Table:
-    """A row per miss, in the order given, with everything there is to say of one."""
+def miss_table(title: str, misses: Sequence[Miss], by: str = "") -> Table:
+    """A row per miss, in the order given, with everything there is to say of one; ``by``: whose, to look at it."""
+    asked = f" --by {by}" if by else ""
     rows = [
         (
             Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
-            Marked(f"replay view RUN --miss {one.number}", CODE), _moment(one), one.frames,
+            Marked(f"replay view RUN --miss {one.number}{asked}", CODE), _moment(one), one.frames,
             depth_words(one), one.face_pairs, one.shown[0],
             "" if one.touch is None else "{} and {}".format(*one.touch.faces),
         )
@@ -204,7 +213,8 @@ def cluster_table(label: str, misses: Sequence[Miss]) -> Table:
     """Hundreds of misses in a few dozen rows, the one with the longest cut first."""
     rows = [
         (
-            f"{one.body_a} - {one.body_b}", cluster.causes, Marked(f"replay view RUN --miss {one.number}", CODE),
+            f"{one.body_a} - {one.body_b}", cluster.causes,
+            Marked(f"replay view RUN --miss {one.number} --by {label}", CODE),
             Marked(str(one.number), STRONG), len(cluster.misses), cluster.frames,
             "{:.2f} to {:.2f}".format(*cluster.span), depth_words(one),
         )
@@ -224,7 +234,7 @@ def cost_table(result: RunResult) -> Table:
         if label in result.comparisons and not figures["online"]:
             notes.append(f"{label} cannot be asked live")
         if (busy := 1 - seconds.get("processor_share", 1.0)) > BUSY:
-            others.append(f"{busy:.0%} of the clock of {label}")
+            others.append(f"{figure(100 * busy)} % of the clock of {label}")
         share = f"{longest['stage']} {100 * longest['share']:.0f} %" if longest else ""
         each = [_ms(frame[key]) if frame else "" for key in QUANTILES]
         late = f"{figure(100 * frame['over_budget'])} %" if frame else ""
@@ -264,8 +274,7 @@ def effect_table(result: RunResult) -> Table:
     rows = []
     for kind, figures in result.summary["effects"].items():
         curves = figures["counters"].get(CURVES, 0)
-        found = ", ".join(f"{count} {name}" for name, count in figures["events"].items())
-        found = found or (counted(curves, "curve") if curves else "nothing")
+        found = tallied(figures["events"]) or (counted(curves, "curve") if curves else "nothing")
         work = ", ".join(f"{name} {count:,}" for name, count in figures["counters"].items())
         skipped = 1.0 - figures["frames_run"] / max(1, figures["frames"])
         shares = (f"{1e3 * figures['seconds']:.1f}", f"{100 * figures['share']:.1f}", f"{100 * skipped:.1f}")

@@ -110,10 +110,11 @@ def held(result: RunResult) -> list[str]:
     lines = []
     for label in result.comparisons:
         apart = held_counts(result, label)
-        missed = f"misses {apart['contacts_missed']} of {apart['contacts']} contacts" if apart["contacts"] else ""
-        false = f"reports {apart['invented']:,} pair-frames of false contact" if apart["invented"] else ""
-        if missed or false:
-            words = " and ".join(one for one in (missed, false) if one)
+        contacts, frames = apart["contacts"], apart["invented"]
+        said = [f"misses {apart['contacts_missed']} of {contacts} contact" + "s" * (contacts != 1)] * bool(contacts)
+        said += [f"reports {frames:,} false frame" + "s" * (frames != 1)] * bool(frames)
+        if said:
+            words = " and ".join(said)
             lines.append(f"Counted apart, of a hand with what it holds, {label} {words}.")
     return lines
 

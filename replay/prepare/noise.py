@@ -209,7 +209,7 @@ def still_stretches(
             if len(out) or rows.stop == len(times):
                 last = first + int(out[0]) - 1 if len(out) else rows.stop - 1
                 break
-            reach = min(2 * reach - first, len(times))
+            reach = 2 * reach - first
         if last > first and times[last] - times[first] >= STILL_S:
             yield first, last
         first = max(last, first) + 1

@@ -189,7 +189,7 @@ class Repair:
     policy : the rules.
     findings : everything the doctor says of it, the worst first.
     spans : what was in doubt, and what was done about it.
-    digest : of the recording, before any repair.
+    digest, pose_digest : of the recording, before any repair, as ``PosePass`` has them.
     jumps : teleports of ``session``; ``None`` where it is not as recorded and they are to be sought in it.
     """
 
@@ -198,6 +198,7 @@ class Repair:
     findings: tuple[Finding, ...]
     spans: tuple[FlagSpan, ...]
     digest: str
+    pose_digest: str
     jumps: Jumps | None = None
 
     def as_json(self) -> dict[str, Any]:
@@ -230,7 +231,7 @@ def repair_session(session: Session, policy: Policy, needed: Collection[str] | N
     gaps = [_span(looked, "gap", "", row, row, 1, policy) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
     as_recorded = not replaced and bool((np.diff(looked.stamp_ns) > 0).all())
     jumps = teleports(looked, spans) if as_recorded else None
-    return Repair(repaired, policy, findings, (*flagged, *gaps), looked.digest, jumps)
+    return Repair(repaired, policy, findings, (*flagged, *gaps), looked.digest, looked.pose_digest, jumps)
 
 
 def _flagged(looked: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None) -> FlagSpan:

@@ -7,7 +7,7 @@ import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import chain, pairwise
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,7 @@ class PosePass:
     steps : (T, N) float32, metres from the sample before; NaN where there is none.
     position (S, N, 3), quaternion (S, N, 4) : poses of some frames spread over the session; NaN where there is none.
     worst_norm : (N,) the norm furthest off 1 among samples marked non-unit or off unit.
+    pose_digest : SHA-256 over names, stamps and every usable pose; equal for two copies of one recording alone.
     """
 
     names: tuple[str, ...]
@@ -53,6 +54,7 @@ class PosePass:
     position: NDArray[np.float64]
     quaternion: NDArray[np.float64]
     worst_norm: NDArray[np.float64]
+    pose_digest: str
 
     def has(self, mark: Mark) -> NDArray[np.bool_]:
         """(T, N) where any of these marks is set."""
@@ -109,6 +111,7 @@ class _RunningPass:
         self.worst = np.zeros(0)
         self.poses = [np.zeros((0, 0, 7))]
         self.watches: list[TrackWatch] = []
+        self.hashes: list[Any] = []
 
     def add(self, frames: Frames, *, last: bool) -> None:
         """Take one block in."""
@@ -124,13 +127,17 @@ class _RunningPass:
         with np.errstate(over="ignore", invalid="ignore"):
             self.marks[first : self.count] |= self._alone(frames)
             for column, watch in enumerate(self.watches):
-                watch.add(self._track(frames, first, column), self.marks[:, column], self.steps[:, column], last=last)
+                track = self._track(frames, first, column)
+                # Row by row and body by body, so that it does not depend on blocks.
+                self.hashes[column].update(np.column_stack([track.rows, track.position, track.quaternion]).tobytes())
+                watch.add(track, self.marks[:, column], self.steps[:, column], last=last)
 
     def _grow(self) -> None:
         wider = len(self.names) - len(self.watches)
         # Doubling keeps the copying linear in the number of frames.
         taller = max(self.count, 2 * len(self.marks)) - len(self.marks) if self.count > len(self.marks) else 0
         self.watches += [TrackWatch(self.least_step) for _ in range(wider)]
+        self.hashes += [hashlib.sha256() for _ in range(wider)]
         self.worst = np.pad(self.worst, (0, wider), constant_values=1.0)
         if wider or taller:
             self.marks = np.pad(self.marks, ((0, taller), (0, wider)))
@@ -180,9 +187,11 @@ class _RunningPass:
             np.pad(part, ((0, 0), (0, width - part.shape[1]), (0, 0)), constant_values=np.nan) for part in self.poses
         ]
         position, quaternion = np.split(np.concatenate(poses), [3], axis=2)
+        stamps = np.concatenate([none, *self.stamps])
+        poses_of = [repr(self.names).encode(), stamps.tobytes(), *(one.digest() for one in self.hashes)]
         return PosePass(
-            self.names, np.concatenate([none, *self.stamps]), np.concatenate([none, *self.logs]),
-            self.marks[: self.count], self.steps[: self.count], position, quaternion, self.worst,
+            self.names, stamps, np.concatenate([none, *self.logs]), self.marks[: self.count], self.steps[: self.count],
+            position, quaternion, self.worst, hashlib.sha256(b"".join(poses_of)).hexdigest(),
         )  # fmt: skip
 
 

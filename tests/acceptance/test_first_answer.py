@@ -87,3 +87,10 @@ def test_the_first_answer_and_all_kernels_compile_in_time_and_later_starts_load(
     first, _, families, _ = started(tmp_path / "all")
     assert first < 1
     assert families == 0
+
+
+@pytest.mark.slow
+def test_what_a_process_beside_a_first_run_compiles_is_what_exact_needs(tmp_path):
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    subprocess.run([sys.executable, "-m", "cdcore.detectors.compile_beside"], env=environment, check=True)
+    assert started(tmp_path)[2] == 0, "families left to compile"

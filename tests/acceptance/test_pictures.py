@@ -20,7 +20,6 @@ from replay.cli.main import main
 from replay.comparison.clusters import by_depth
 from replay.outputs.palette import SERIES
 from replay.outputs.report.page import report_html
-from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.viewer import start_viewer
@@ -123,7 +122,7 @@ def seek(viewer, result, frame):
 
 
 SHOWN = {
-    "Where: red dots are contacts missed by mesh50": 100, "Close-up: the miss": 300,
+    "Where: red missed by mesh50": 100, "Close-up: the nearest miss": 300,
     "When and which pair    red: missed by mesh50": 1000, "0.6 s around": 60,
     "mesh50 missed ": 500,
 }  # fmt: skip
@@ -249,7 +248,7 @@ def test_the_pictures_of_the_readme_are_what_the_demo_looks_like_today(demo):
 
 def test_a_miss_between_frames_is_red_at_its_moment_and_not_before(tmp_path):
     write_recording(compute(jumping(), detectors="exact", oracle="continuous"), tmp_path / "run.rrd")
-    (miss,) = read_misses(tmp_path / "run.rrd")
+    (miss,) = (one for one in read_moments(tmp_path / "run.rrd") if one.kind == "miss")
     with viewer_or_skip(opened, tmp_path, 1) as viewer:
         there = red(view(viewer, "Close-up: the moment"))
         viewer.seek(miss.session_ns - 1)

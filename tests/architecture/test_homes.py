@@ -178,16 +178,25 @@ def copies(found):
     ]
 
 
+@cache
+def imports():
+    """Name -> who imports it, and from where."""
+    found = {}
+    for module, tree in trees().items():
+        for row in of(tree, ast.ImportFrom):
+            for alias in row.names:
+                found.setdefault(alias.name, []).append((module, row.module))
+    return found
+
+
 @pytest.mark.parametrize("fact", HOMES)
 def test_every_user_of_a_fact_holds_the_object_of_its_home(fact):
     home, _, name = HOMES[fact].partition(":")
     kept = getattr(importlib.import_module(home), name)
     users = 0
-    for module, tree in trees().items():
-        for row in of(tree, ast.ImportFrom):
-            if any(alias.name == name for alias in row.names):
-                users += 1
-                assert getattr(importlib.import_module(row.module), name) is kept, module
+    for module, source in imports().get(name, ()):
+        users += 1
+        assert getattr(importlib.import_module(source), name) is kept, module
     users += sum(one.id == name and isinstance(one.ctx, ast.Load) for one in of(trees()[home], ast.Name))
     assert users, "nobody uses it"
 

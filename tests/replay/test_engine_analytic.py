@@ -1,6 +1,5 @@
 """Detections and misses agree with formulas: sessions whose every contact is known in closed form."""
 
-import numpy as np
 import pytest
 
 from cdcore.detectors import detector_names
@@ -18,11 +17,6 @@ HOW = [
     pytest.param({"noise": "vive", "jitter": "steady", "seed": 3}, id="vive"),
     pytest.param({"noise": "vive", "jitter": "browser", "seed": 5}, id="browser"),
 ]
-
-
-def runs_of(mask):
-    change = np.diff(mask.astype(np.int8), prepend=0, append=0)
-    return list(zip(np.flatnonzero(change == 1).tolist(), (np.flatnonzero(change == -1) - 1).tolist(), strict=True))
 
 
 @pytest.mark.parametrize("how", HOW)

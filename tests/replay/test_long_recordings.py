@@ -9,7 +9,6 @@ import pytest
 from support.rows import ROWS
 from support.small_worlds import along_x, cube
 
-from cdcore import DETECTORS
 from replay.base.constants import HELD_FRAMES
 from replay.cli.main import main
 from replay.comparison.first_touch import poses_between
@@ -39,11 +38,11 @@ def answers(result):
 
 
 QUICK = ("exact", "discrete")
-OTHERS = (*(name for name in DETECTORS if name not in QUICK), "continuous as oracle")
+OTHERS = (*(name for name in ROWS if name not in QUICK), "continuous as oracle")
 SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in OTHERS]
 
 
-@pytest.mark.parametrize("name", [*QUICK, *SLOW, *ROWS[len(DETECTORS) :]])
+@pytest.mark.parametrize("name", [*QUICK, *SLOW])
 def test_a_detector_answers_alike_on_both_sides_of_the_limit(name, monkeypatch):
     frames = 100 if name == "image-space" else FRAMES  # it draws every frame
     asked = {"oracle": "continuous"} if name.startswith("continuous") else {"detectors": name, "oracle": "exact"}

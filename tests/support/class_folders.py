@@ -3,7 +3,6 @@
 import json
 
 import numpy as np
-import pyarrow as pa
 import pyarrow.parquet as pq
 
 from replay.outputs.results.data_set import DATA_SET, SAID
@@ -89,7 +88,3 @@ class Session:
         for row in self.rows["misses"]:
             by = "" if row["detector"] == first else f"&amp;by={row['detector']}"
             yield f'<p id="miss={row["number"]}{by}">{row["body_a"]} - {row["body_b"]} {row["cut_length"]}</p>'
-
-
-def metrics_of(folder):
-    return pa.concat_tables([pq.read_table(file) for file in sorted(folder.glob("*/metrics.parquet"))])

@@ -50,7 +50,11 @@ def bodies():
             made = {"glass", "vessel", "open"} if "bench" not in placed.instrument else set()
             tags.setdefault(name, set()).update(made, placed.tags)
     made = {name: placed.instrument for experiment in EXPERIMENTS for name, placed in experiment.placed.items()}
-    there = [SceneBody(name, instrument=made.get(name, ""), tags=tuple(sorted(words))) for name, words in tags.items()]
+    warm = {"dish": {"properties": {"heat_capacity_j_per_k": 60.0}}}
+    there = [
+        SceneBody(name, instrument=made.get(name, ""), tags=tuple(sorted(words)), extra=warm.get(name, {}))
+        for name, words in tags.items()
+    ]
     return (*there, SceneBody("shelf", instrument="beaker_250", extra={"properties": SHELF}))
 
 
@@ -69,13 +73,22 @@ MAKING = {
 }  # fmt: skip
 """Kind -> the reaction without which it is refused."""
 
+FLASK = SceneEffect("mixing", {"in": ["flask"]})
+FLAME = SceneEffect("heat", {
+    "of": "flame", "source": "lamp", "heats": "dish", "base": [0.0, 0.1, 0.0], "within": 0.02, "power_w": 160.0,
+    "loss_w_per_k": 0.4, "ambient_c": 20.0,
+})  # fmt: skip
+WITH = {"colour": FLASK, "gas": FLASK, "burn-exposure": FLAME}
+"""Kind -> the table without which it is refused."""
+
 
 def scene_of(kinds):
     """A scene that declares these kinds, one table each, and what they are refused without."""
     there = declarations()
     makes = (SceneEffect("reaction", {"equation": MAKING[kind]}) for kind in kinds if kind in MAKING)
     pours = (there["pour"],) if "spill" in kinds and "pour" not in kinds else ()
-    return Scene(bodies=bodies(), effects=(*(there[kind] for kind in kinds), *makes, *pours))
+    more = (WITH[kind] for kind in kinds if kind in WITH)
+    return Scene(bodies=bodies(), effects=(*(there[kind] for kind in kinds), *makes, *pours, *more))
 
 
 LAMP = {"of": ["hand-left"], "hazard": "lamp", "distance": 0.3}

@@ -43,7 +43,11 @@ by at most 8.1 u times its permanent, which is at most 6 |w| |e| |f| in largest 
 
 from __future__ import annotations
 
-from typing import Final
+from typing import Final, TypeVar
+
+from cdcore.numerics import FloatArray
+
+Real = TypeVar("Real", float, FloatArray)
 
 ROUNDOFF: Final = 2.0**-53
 POSITION_ULPS: Final = 512.0
@@ -69,6 +73,6 @@ LARGEST_SKEW: Final = 1e-6
 """Rotations further off orthonormal than this do not reach the kernels."""
 
 
-def position_pad(size: float, skew: float) -> float:
+def position_pad(size: Real, skew: Real) -> Real:
     """The distance, metres, that a dismissal keeps for bodies of joint size S and joint skew delta_A + delta_B."""
     return (POSITION_ULPS * ROUNDOFF + SKEW_FACTOR * skew) * size

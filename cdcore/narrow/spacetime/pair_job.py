@@ -19,7 +19,7 @@ from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, LARGEST_SKEW, SMALLEST_
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.certificates import count_verified
 from cdcore.narrow.spacetime.far_poses import certainly_apart
-from cdcore.narrow.spacetime.pose_lanes import PoseLanes, pose_lanes
+from cdcore.narrow.spacetime.pose_lanes import PoseLanes, Tracks, pose_lanes
 from cdcore.narrow.spacetime.time_spans import SPAN_TESTS, first_near_of
 from cdcore.narrow.spacetime.traverse import Workspace
 from cdcore.narrow.spacetime.undecided import decide_undecided
@@ -69,7 +69,7 @@ class PairJob:
     """Answers any stretch of the distinct frames of one pair, independently of every other stretch."""
 
     def __init__(
-        self, trees: Sequence[BoxTree], i: int, j: int, poses: Poses, shared: Sequence[PoseLanes | None], *,
+        self, trees: Sequence[BoxTree], i: int, j: int, poses: Poses, shared: Tracks | Sequence[PoseLanes | None], *,
         faces: bool, verify: bool, slack: float = 0.0,
     ) -> None:  # fmt: skip
         """``slack``: how much more a dismissal keeps than rounding asks for, as a share of the size of both."""
@@ -117,7 +117,7 @@ class PairJob:
         a, b = self._lanes
         return pad_between(self._trees, a.size + b.size, a.skew + b.skew, self._slack)
 
-    def _lanes_of(self, body: int, shared: Sequence[PoseLanes | None]) -> PoseLanes:
+    def _lanes_of(self, body: int, shared: Tracks | Sequence[PoseLanes | None]) -> PoseLanes:
         known = shared[body]
         if known is not None and (known.step == 0 or len(self._asked) == len(self._poses.valid)):
             return known
@@ -133,10 +133,15 @@ class PairJob:
             return self._dismissed(stop - start)
         if not isfinite(self._pad):
             return self._exhaustive(start, stop, marks)
-        work = np.zeros(COUNTERS + 1, dtype=np.int64)
-        clock = [perf_counter()]
-        keys, later, dismissed = self._searched(start, stop, workspace, self._verify, marks, work)
-        clock.append(perf_counter())
+        work, begin = np.zeros(COUNTERS + 1, dtype=np.int64), perf_counter()
+        found = self._searched(start, stop, workspace, self._verify, marks, work)
+        return self.finished(found, start, marks, work, begin)
+
+    def finished(
+        self, found: list[IntArray], start: int, marks: ByteArray, work: IntArray, begin: float
+    ) -> FramesAnswer:
+        """The answer of frames from ``start`` on, from the lists that their search, begun then, left."""
+        (keys, later, dismissed), clock = found, [begin, perf_counter()]
         if len(later):
             keys = np.concatenate([keys, self._settled(later, start, marks[0], work)])
         clock.append(perf_counter())
@@ -232,7 +237,12 @@ class PairJob:
 
 def bits_of(trees: tuple[BoxTree, BoxTree]) -> tuple[int, int]:
     """Bits that the number of a face takes, for both bodies."""
-    return (len(trees[0].faces) - 1).bit_length(), (len(trees[1].faces) - 1).bit_length()
+    return face_bits(trees[0]), face_bits(trees[1])
+
+
+def face_bits(tree: BoxTree) -> int:
+    """Bits that the number of a face takes."""
+    return (len(tree.faces) - 1).bit_length()
 
 
 def pad_between(trees: tuple[BoxTree, BoxTree], away: float, skew: float, slack: float = 0.0) -> float:
@@ -244,7 +254,7 @@ def pad_between(trees: tuple[BoxTree, BoxTree], away: float, skew: float, slack:
 
 
 def _distinct_frames(
-    poses: Poses, i: int, j: int, shared: Sequence[PoseLanes | None]
+    poses: Poses, i: int, j: int, shared: Tracks | Sequence[PoseLanes | None]
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Frames with both poses (K,), those to ask (D,), and which of these answers each of the K.
 

@@ -5,13 +5,16 @@ The path bounds how far any point of the body moves between two frames; it errs 
 
 from __future__ import annotations
 
-from typing import Final, NamedTuple
+from collections.abc import Sequence
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
-from cdcore.kernels.memory import Memory, doubles_of, fetch_early, row_of
+from cdcore.kernels.memory import Memory, address_of, bytes_at, doubles_at, doubles_of, fetch_early
 from cdcore.narrow.spacetime.bounds import ROUNDOFF
+from cdcore.narrow.spacetime.box_tree import BoxTree
+from cdcore.narrow.spacetime.memory import POSE_WORDS
 from cdcore.narrow.spacetime.simd import (
     LANES,
     above,
@@ -28,7 +31,7 @@ from cdcore.narrow.spacetime.simd import (
     times,
 )
 from cdcore.narrow.spacetime.time_spans import fill_ranges, span_count
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 STEP_ULPS = 32.0
 """Placing two centres rounds each by at most 7 u of the body's size and distance; taken twice."""
@@ -38,12 +41,14 @@ AHEAD: Final = 24
 """Frames by which memory is asked early: the poses of one body lie too far apart for the machine to guess the next."""
 
 
-def stride_of(count: int) -> int:
+def stride_of(count: Any) -> Any:
     """Numbers in a row of entries for so many frames: eight from any of them lie in the row, and whole vectors."""
     return (count + 3 * LANES - 2) // LANES * LANES
 
 
 ONE_POSE: Final = stride_of(1)
+TRACK_WORDS: Final = POSE_WORDS + 1
+"""Words of a track as a kernel reads it, and the address of ``changed``."""
 
 
 class PoseLanes(NamedTuple):
@@ -109,13 +114,12 @@ def copy_poses(
 
 
 @hot_kernel
-def place_centres(entries: Memory, stride: int, centre: FloatArray, lanes: Memory) -> tuple[float, float]:
-    """Fill the last three rows; returns the largest squared translation and squared skew, infinity if not finite.
+def place_centres(entries: Memory, stride: int, x: float, y: float, z: float, lanes: Memory) -> tuple[float, float]:
+    """Fill the last three rows, of a root box centred there; returns the largest squared translation and squared skew.
 
-    ``lanes`` (2 LANES,) is scratch.
+    Both are infinity if a number is not finite. ``lanes`` (2 LANES,) is scratch.
     """
     stay_one_function()
-    x, y, z = centre[0], centre[1], centre[2]
     far, skew = splat8(0.0), splat8(0.0)
     unknown = 0
     for f in range(0, stride, LANES):
@@ -150,7 +154,7 @@ def place_centres(entries: Memory, stride: int, centre: FloatArray, lanes: Memor
 
 @hot_kernel
 def fill_path(  # noqa: C901 - vector loop, then sum
-    entries: Memory, stride: int, count: int, radius: float, size: float, path: Memory, changed: ByteArray
+    entries: Memory, stride: int, count: int, radius: float, size: float, path: Memory, changed: Memory
 ) -> bool:
     """Fill ``path`` and ``changed`` (count,) for a root box of this half diagonal and a body of this size.
 
@@ -176,11 +180,11 @@ def fill_path(  # noqa: C901 - vector loop, then sum
     path[0] = 0.0
     for f in range(1, count):
         # rounding of the sum so far is below 2 u of it: growing by 4 u keeps every difference an upper bound
-        changed[f] = path[f] > 0.0
-        if changed[f]:
+        changed[f] = 1
+        if path[f] > 0.0:
             total = total * (1.0 + 4.0 * ROUNDOFF) + path[f]
         else:
-            restless = False
+            changed[f], restless = 0, False
         path[f] = total
     return restless
 
@@ -195,26 +199,79 @@ def moves(entries: Memory, stride: int, frame: int) -> bool:
 
 
 @kernel
-def fill_lanes(
-    rotations: FloatArray, translations: FloatArray, body: int, frames: IntArray, box: FloatArray,
-    reach: float, entries: FloatArray, path: FloatArray, changed: ByteArray, ranges: FloatArray, scratch: FloatArray,
-) -> tuple[bool, bool, float, float]:  # fmt: skip
-    """Fill the arrays of a body that moves; of one that does not, their beginning with its one pose.
+def fill_tracks(
+    rotations: FloatArray, translations: FloatArray, bodies: IntArray, frames: IntArray, rows: IntArray,
+    ends: FloatArray, lanes: FloatArray, found: FloatArray,
+) -> None:  # fmt: skip
+    """Fill the memory that ``rows`` (n, TRACK_WORDS) name for these bodies, and ``found`` (n, 3): size, skew, restless.
 
-    ``scratch`` (2 LANES,). Returns whether it stays put, and ``restless``, ``size`` and ``skew`` of ``PoseLanes``.
+    ``ends`` (n, 17): root box and reach; ``lanes`` (2 LANES,) is scratch. The row of a body that stays put changes to
+    one pose.
     """
-    bodies, row, lanes = rotations.shape[1], doubles_of(entries), doubles_of(scratch)
-    turns, places = doubles_of(rotations), doubles_of(translations)
-    still = stays_put(turns, places, bodies, body, frames)
-    count, stride = (1, ONE_POSE) if still else (len(frames), len(entries) // ROWS)
-    copy_poses(turns, places, bodies, body, frames, count, row, stride)
-    far, skew = place_centres(row, stride, box, lanes)
-    size, restless = np.sqrt(far) * (1.0 + 1e-12), False
-    path[0] = 0.0
-    if not still:
-        restless = fill_path(row, stride, count, box[15], size + reach, doubles_of(path), changed)
-    fill_ranges(row, stride, count, doubles_of(ranges), lanes)
-    return still, restless, size, np.sqrt(skew) + 16.0 * ROUNDOFF
+    turns, places, scratch = doubles_of(rotations), doubles_of(translations), doubles_of(lanes)
+    for k in range(len(bodies)):
+        row, body, many = rows[k], bodies[k], rotations.shape[1]
+        if row[5] > 1 and stays_put(turns, places, many, body, frames):
+            row[1], row[2], row[5] = ONE_POSE, 0, 1
+        entries, stride, path, count = doubles_at(row[0]), row[1], doubles_at(row[3]), row[5]
+        copy_poses(turns, places, many, body, frames, count, entries, stride)
+        far, skew = place_centres(entries, stride, ends[k, 0], ends[k, 1], ends[k, 2], scratch)
+        size = np.sqrt(far) * (1.0 + 1e-12)
+        path[0], found[k, 0], found[k, 1], found[k, 2] = 0.0, size, np.sqrt(skew) + 16.0 * ROUNDOFF, 0.0
+        if count > 1:
+            found[k, 2] = fill_path(entries, stride, count, ends[k, 15], size + ends[k, 16], path, bytes_at(row[6]))
+        fill_ranges(entries, stride, count, doubles_at(row[4]), scratch)
+
+
+class Tracks:
+    """The poses of some bodies at some frames, laid out by one call in one block of memory.
+
+    ``bodies`` (n,) ascending; ``ends`` (n, 17): root box, and how far corners reach from the origin; ``still`` (n,):
+    bodies known to keep one pose. ``rows`` (n, POSE_WORDS) and ``found`` (n, 3), size, skew and restless, of each.
+    """
+
+    def __init__(
+        self, rotations: FloatArray, translations: FloatArray, bodies: IntArray, frames: IntArray, ends: FloatArray,
+        still: BoolArray | None = None,
+    ) -> None:  # fmt: skip
+        count = np.full(len(bodies), len(frames))
+        if still is not None:
+            count[still] = 1
+        stride, spans = stride_of(count), np.where(count > 1, span_count(len(frames)), 1)
+        length = (ROWS + 1) * stride + 6 * spans
+        self.bodies, self.ends, self._start = bodies, ends, np.cumsum(length) - length
+        self._room, self._changed = np.empty(length.sum()), np.ones((len(bodies), len(frames)), dtype=np.uint8)
+        memory, self._words = address_of(self._room) + 8 * self._start, np.empty((len(bodies), TRACK_WORDS), np.int64)
+        self._path = (ROWS * stride).tolist(), ((ROWS + 1) * stride).tolist()
+        changed = address_of(self._changed) + len(frames) * np.arange(len(bodies))
+        path, ranges = memory + 8 * ROWS * stride, memory + 8 * (ROWS + 1) * stride
+        for k, words in enumerate((memory, stride, count > 1, path, ranges, count, changed)):
+            self._words[:, k] = words
+        self.rows, self._lanes = self._words[:, :POSE_WORDS], np.empty(2 * LANES)
+        self.found: FloatArray = np.empty((len(bodies), 3))
+        self.fill(np.ascontiguousarray(rotations), np.ascontiguousarray(translations), bodies, frames)
+
+    def fill(self, rotations: FloatArray, translations: FloatArray, bodies: IntArray, frames: IntArray) -> None:
+        """Lay out other poses, as many as before."""
+        fill_tracks(rotations, translations, bodies, frames, self._words, self.ends, self._lanes, self.found)
+
+    def __getitem__(self, body: int) -> PoseLanes:
+        """The poses of one body of these."""
+        k = int(np.searchsorted(self.bodies, body))
+        room, path, ranges = self._room[self._start[k] :], self._path[0][k], self._path[1][k]
+        _, stride, step, _, _, count = self.rows[k].tolist()
+        size, skew, restless = self.found[k].tolist()
+        return PoseLanes(
+            room[: ROWS * stride], stride, step, room[path : path + count], self._changed[k].view(np.bool_),
+            room[ranges : ranges + 6 * span_count(count)], count, restless > 0.0, size, skew, self.rows[k],
+        )  # fmt: skip
+
+
+def ends_of(trees: Sequence[BoxTree]) -> FloatArray:
+    """Root boxes and reaches of trees as ``Tracks`` takes them."""
+    ends = np.empty((len(trees), 17))
+    ends[:, :16], ends[:, 16] = [tree.boxes[0] for tree in trees], [tree.reach for tree in trees]
+    return ends
 
 
 def pose_lanes(
@@ -222,18 +279,5 @@ def pose_lanes(
     reach: float,
 ) -> PoseLanes:  # fmt: skip
     """Poses of one body at these frames, for a root box (16,) and corners within ``reach`` of the origin."""
-    count = len(frames)
-    stride = stride_of(count)
-    entries, path, ranges = np.empty(ROWS * stride), np.empty(stride), np.empty(6 * span_count(count))
-    changed = np.ones(count, dtype=np.uint8)
-    turns, places = np.ascontiguousarray(rotations), np.ascontiguousarray(translations)
-    still, restless, size, skew = fill_lanes(
-        turns, places, body, frames, root_box, reach, entries, path, changed, ranges, np.empty(2 * LANES)
-    )
-    if still:
-        count, stride = 1, ONE_POSE
-        entries, path, ranges = entries[: ROWS * stride].copy(), path[:1].copy(), ranges[:6].copy()
-    path = path[:count]
-    step = 0 if still else 1
-    row = row_of([entries, stride, step, path, ranges, count])
-    return PoseLanes(entries, stride, step, path, changed.view(np.bool_), ranges, count, restless, size, skew, row)
+    ends = np.append(root_box, reach)[None]
+    return Tracks(rotations, translations, np.array([body]), frames, ends)[body]

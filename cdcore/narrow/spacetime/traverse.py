@@ -6,6 +6,7 @@ the list longer, and the kernel continues from the same frame.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
@@ -16,7 +17,6 @@ from cdcore.narrow.spacetime.block import (
     BLOCKS,
     BY_PATH,
     BY_SPAN,
-    COUNTERS,
     GAP_TESTS,
     MOST_AT_ONCE,
     NEAR_LANES,
@@ -36,7 +36,7 @@ from cdcore.narrow.spacetime.motion_bounds import first_unsafe, root_gap
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes
 from cdcore.narrow.spacetime.simd import LANES, dot, fused, load8, minus, splat8, store
 from cdcore.narrow.spacetime.time_spans import SPAN_BITS, first_near
-from cdcore.numerics import ByteArray, IntArray
+from cdcore.numerics import ByteArray, FloatArray, IntArray
 
 SHORTEST_SKIP = 4
 """Frames: a shorter skip saves less than the half-used block after it costs."""
@@ -60,6 +60,9 @@ ROOM_DOUBLES: Final = EDGES + EDGE_ROOM
 AT_FRAME, IN_BLOCK, NEXT_SPAN = 3, 4, 5
 """Places of ``Scratch.state`` after the three of a block: the frame to continue from, whether that is inside its block,
 and the first frame whose span is not yet tested."""
+STATES: Final = 6
+
+NOTHING: IntArray = np.zeros(0, dtype=np.int64)
 
 
 @hot_kernel
@@ -137,9 +140,10 @@ def largest_chord(relative: Memory, lane: int, lanes: int, middle: Memory, squar
     return chord
 
 
-@kernel
+@hot_kernel
 def traverse_frames(row: IntArray, pad: float) -> bool:
     """Decide the frames of a row's question; False when it stopped because a list was full."""
+    stay_one_function()
     tree_a, tree_b = tree_memory(row, runtime_int(0)), tree_memory(row, runtime_int(TREE_B))
     pose_a, pose_b = pose_memory(row, runtime_int(POSE_A)), pose_memory(row, runtime_int(POSE_B))
     scratch = scratch_memory(row)
@@ -175,7 +179,29 @@ def traverse_frames(row: IntArray, pad: float) -> bool:
             near[f + k] = state[NEAR_LANES] >> k & 1
         state[IN_BLOCK] = 0
         f += lanes
+    state[AT_FRAME] = stop
     return True
+
+
+@kernel
+def traverse_pairs(rows: IntArray, pads: FloatArray, first: int) -> int:
+    """Decide one row's question after the other from ``first`` on, whose state the caller has made ready.
+
+    Stops at a row that leaves something in the lists or fills one, and returns its number; else that of all rows.
+    """
+    for pair in range(first, len(rows)):
+        row = rows[pair]
+        if pair > first:
+            state = words_at(row[STATE])
+            for k in range(STATES):
+                state[k] = 0
+            state[AT_FRAME] = row[QUESTION]
+        done, held = traverse_frames(row, pads[pair]), runtime_int(0)
+        for k in range(LISTS, QUESTION, 2):
+            held += words_at(row[k])[0]
+        if not done or held > 0:
+            return pair
+    return len(rows)
 
 
 class Workspace:
@@ -183,56 +209,71 @@ class Workspace:
 
     def __init__(self) -> None:
         self._room, self._found = np.empty(ROOM_DOUBLES), np.empty(4 * 64, dtype=np.int64)
-        self._state, self._stack = np.zeros(NEXT_SPAN + 1, dtype=np.int64), np.empty(0, dtype=np.int64)
+        self._state, self._stack = np.zeros(STATES, dtype=np.int64), np.empty(0, dtype=np.int64)
         self._lists = [np.zeros(length, dtype=np.int64) for length in (4096, 2 * MOST_AT_ONCE, 2 * MOST_AT_ONCE)]
-        self._row, self._work = np.zeros(QUESTION + 6, dtype=np.int64), np.zeros(COUNTERS, dtype=np.int64)
-        own = self._room, self._found, self._state, self._work
-        self._row[ROOM], self._row[FOUND], self._row[STATE], self._row[WORK] = map(address_of, own)
+        self._row, self._pad = np.zeros(QUESTION + 6, dtype=np.int64), np.empty(1)
+        self._row[ROOM], self._row[FOUND], self._row[STATE] = map(address_of, (self._room, self._found, self._state))
         self._place_lists()
 
     def traverse(
         self, tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, question: BlockQuestion,
         marks: ByteArray, work: IntArray,
     ) -> list[IntArray]:  # fmt: skip
-        """Decide the frames of a question; ``work`` is added to.
+        """Decide the frames of a question about one pair; ``work`` is added to, ``marks`` (2, n) as in ``rows_of``.
 
-        ``marks`` (2, n) are set to 1 where there is contact, and where no bounding volume keeps the bodies apart.
-
-        Returns ``Lists`` without the counts in front: face pairs that meet, those left open, dismissals. They hold
-        until the next traversal.
+        Returns what ``traverse_all`` yields.
         """
-        row = self.row_of_pair(tree_a, pose_a.row, tree_b, pose_b.row, question, marks)
-        self._work[:] = 0
-        self.start(question.start)
-        while not traverse_frames(row, question.pad):
-            self._lists = [_longer(one) for one in self._lists]
-            self._place_lists()
-        work[:COUNTERS] += self._work
-        return [one[1 : one[0] + 1] for one in self._lists]
+        self.make_room((tree_a, tree_b))
+        rows = self.rows_of((tree_a.row, tree_b.row), (pose_a.row, pose_b.row), question, marks[None], work)
+        return next((found for _, found in self.traverse_all(rows, np.array([question.pad]))), [NOTHING] * 3)
 
-    def make_room(self, tree_a: BoxTree, tree_b: BoxTree) -> None:
-        """Make the stack long enough for two trees; a longer one has another address."""
-        nodes = 3 * (len(tree_a.links) + len(tree_b.links) + 2)
+    def traverse_all(self, rows: IntArray, pads: FloatArray) -> Iterator[tuple[int, list[IntArray]]]:
+        """Decide the questions of P rows.
+
+        Yields the number of a row that leaves something in ``Lists``, and these without the counts in front: face pairs
+        that meet, those left open, dismissals. They hold until the next row.
+        """
+        first = 0
+        while first < len(rows):
+            self._start(rows[first, QUESTION])
+            while (first := traverse_pairs(rows, pads, first)) < len(rows):
+                if self._state[AT_FRAME] == rows[first, QUESTION + 1]:
+                    yield first, [one[1 : one[0] + 1] for one in self._lists]
+                    break
+                self._lists = [_longer(one) for one in self._lists]
+                self._place_lists()
+                rows[:, LISTS:QUESTION] = self._row[LISTS:QUESTION]
+            first += 1
+
+    def make_room(self, trees: Sequence[BoxTree]) -> None:
+        """Make the stack long enough for any two of some trees; a longer one has another address."""
+        nodes = 6 * (max(len(tree.links) for tree in trees) + 1)
         if len(self._stack) < nodes:
             self._stack = np.empty(nodes, dtype=np.int64)
             self._row[STACK] = address_of(self._stack)
 
-    def row_of_pair(
-        self, tree_a: BoxTree, pose_a: IntArray, tree_b: BoxTree, pose_b: IntArray, question: BlockQuestion,
-        marks: ByteArray,
+    def rows_of(
+        self, trees: tuple[IntArray, IntArray], poses: tuple[IntArray, IntArray], question: BlockQuestion,
+        marks: ByteArray, work: IntArray,
     ) -> IntArray:  # fmt: skip
-        """The kernel's row; it holds until the next one is made, and its address of the stack until room is made."""
-        self.make_room(tree_a, tree_b)
-        row = self._row
-        row[:TREE_B], row[TREE_B:POSE_A], row[POSE_A:POSE_B], row[POSE_B:ROOM] = tree_a.row, tree_b.row, pose_a, pose_b
-        # numpy takes 4 us to tell an address
-        row[HITS] = address_of(marks)
-        row[NEAR] = row[HITS] + marks.shape[1]
-        start, stop, _, *rest = question
-        row[QUESTION:] = start, stop, *rest
-        return row
+        """The kernel's rows of P pairs, which hold until more room is made; ``work`` is added to.
 
-    def start(self, frame: int) -> None:
+        ``trees`` and ``poses``: rows (P, n) of A and of B. A word of the question may stand for all pairs.
+
+        ``marks`` (P, 2, n) are set to 1 where there is contact, and where no bounding volume keeps the bodies apart.
+        """
+        rows = np.empty((len(marks), QUESTION + 6), dtype=np.int64)
+        rows[:] = self._row
+        rows[:, :TREE_B], rows[:, TREE_B:POSE_A] = trees
+        rows[:, POSE_A:POSE_B], rows[:, POSE_B:ROOM] = poses
+        rows[:, HITS] = address_of(marks) + 2 * marks.shape[2] * np.arange(len(marks))
+        rows[:, NEAR], rows[:, WORK] = rows[:, HITS] + marks.shape[2], address_of(work)
+        start, stop, _, *rest = question
+        for word, value in enumerate((start, stop, *rest), QUESTION):
+            rows[:, word] = value
+        return rows
+
+    def _start(self, frame: int) -> None:
         """Make ready for a traversal that begins at this frame."""
         self._state[:] = 0
         self._state[AT_FRAME] = frame
@@ -240,9 +281,10 @@ class Workspace:
             one[0] = 0
 
     def traverse_one(self, row: IntArray, pad: float) -> bool:
-        """Decide the one frame of a copied row; whether that needs neither longer lists nor exact arithmetic."""
-        self.start(0)
-        return traverse_frames(row, pad) and self._lists[1][0] == 0
+        """Decide the one frame of a row (1, n); whether that needs neither longer lists nor exact arithmetic."""
+        self._start(0)
+        self._pad[0] = pad
+        return traverse_pairs(row, self._pad, 0) == 1
 
     def _place_lists(self) -> None:
         self._row[LISTS:QUESTION:2] = [address_of(one) for one in self._lists]

@@ -19,7 +19,8 @@ from cdcore.narrow.spacetime.block import COUNTERS
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.far_poses import FAR, asked_apart, far_poses, without
 from cdcore.narrow.spacetime.pair_job import NO_FACES, NO_FRAMES, FramesAnswer, PairJob, Poses
-from cdcore.narrow.spacetime.pose_lanes import PoseLanes, pose_lanes
+from cdcore.narrow.spacetime.pose_lanes import Tracks, ends_of
+from cdcore.narrow.spacetime.together import search_together
 from cdcore.narrow.spacetime.traverse import Workspace
 from cdcore.numerics import BoolArray, ByteArray, IntArray
 
@@ -30,8 +31,10 @@ COUNTER_NAMES = (
 """Names of the kernel's counters, in its order, and of what the debug mode asked again."""
 STAGES = ("poses", "search", "exact", "faces")
 """Reading poses; planning pairs, spheres and trees; what only exact arithmetic decides; sorting and collecting."""
-_Tracks = tuple[list[PoseLanes | None], float]
-"""The poses of every body, ``None`` where they are read pair by pair, and the seconds that reading them took."""
+_Read = tuple[Tracks | None, float]
+"""The tracks of all bodies of pairs, ``None`` where they are read pair by pair, and the seconds that it took."""
+_Done = tuple[int, PairJob, list[FramesAnswer]]
+"""Column of a pair, and the answers of its stretches."""
 FRAMES_AT_ONCE = 16384
 """Bounds the list of face pairs left to exact arithmetic: 500 a frame, as in resting contact, make 65 MB."""
 FRAMES_PER_TASK = 4096
@@ -68,10 +71,10 @@ def decide_motion(
     ``faces``: list all face pairs that meet. ``threads``: workers; the answer does not depend on it. ``verify``: ask
     everything that was dismissed again, face by face, in exact arithmetic, which is very slow.
     """
-    reaches, tracks = np.array([tree.reach for tree in trees]), _read(trees, pairs, poses)
-    far = None if _all_near(trees, tracks[0]) else far_poses(poses.translations, poses.valid, reaches)
+    reaches, read = np.array([tree.reach for tree in trees]), _read(trees, pairs, poses)
+    far = None if _all_near(read[0]) else far_poses(poses.translations, poses.valid, reaches)
     if far is None:
-        return _decide(trees, pairs, poses, tracks, faces, threads, verify)
+        return _decide(trees, pairs, poses, read, faces, threads, verify)
     near = Poses(without(poses.rotations, far, poses.valid), without(poses.translations, far, poses.valid), poses.valid)
     found = _decide(trees, pairs, near, _read(trees, pairs, near), faces, threads, verify)
     answers = [(found, poses.everywhere, np.arange(len(pairs)))]
@@ -79,28 +82,26 @@ def decide_motion(
     for column, rows, asked in asked_apart(far, poses.valid, poses.translations, pairs, reaches):
         kept[rows, column] = False
         alone = Poses(poses.rotations[asked], poses.translations[asked], poses.valid[asked])
-        tracks = _read(trees, pairs[[column]], alone)
-        answers.append((_decide(trees, pairs[[column]], alone, tracks, faces, 1, verify), asked, np.array([column])))
+        one = pairs[[column]]
+        found = _decide(trees, one, alone, _read(trees, one, alone), faces, 1, verify)
+        answers.append((found, asked, np.array([column])))
     return _together(answers, kept)
 
 
-def _read(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses) -> _Tracks:
-    """The track of every body of a pair, if poses are known everywhere."""
-    begin, everywhere = perf_counter(), poses.everywhere
-    tracks: list[PoseLanes | None] = [None] * len(trees)
-    whole = len(everywhere) > 0 and bool(poses.valid.all())
-    for body in set(pairs.ravel().tolist()) if whole else ():
-        tree, frames = trees[body], everywhere
-        if poses.still is not None and poses.still[body]:
-            frames = everywhere[:1]
-        tracks[body] = pose_lanes(poses.rotations, poses.translations, body, frames, tree.boxes[0], tree.reach)
+def _read(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses) -> _Read:
+    """The tracks of all bodies of pairs, if poses are known everywhere."""
+    begin, tracks = perf_counter(), None
+    if len(poses.everywhere) > 0 and len(pairs) > 0 and bool(poses.valid.all()):
+        bodies = np.unique(pairs)
+        still = None if poses.still is None else poses.still[bodies]
+        ends = ends_of([trees[body] for body in bodies.tolist()])
+        tracks = Tracks(poses.rotations, poses.translations, bodies, poses.everywhere, ends, still)
     return tracks, perf_counter() - begin
 
 
-def _all_near(trees: Sequence[BoxTree], tracks: Sequence[PoseLanes | None]) -> bool:
+def _all_near(tracks: Tracks | None) -> bool:
     """Whether all poses are read and none is far from the origin."""
-    known = [(track, tree) for track, tree in zip(tracks, trees, strict=True) if track is not None]
-    return len(known) > 0 and all(track.size <= FAR * tree.reach for track, tree in known)
+    return tracks is not None and bool((tracks.found[:, 0] <= FAR * tracks.ends[:, 16]).all())
 
 
 def _together(answers: list[tuple[MotionAnswer, IntArray, IntArray]], kept: BoolArray) -> MotionAnswer:
@@ -127,21 +128,35 @@ def _together(answers: list[tuple[MotionAnswer, IntArray, IntArray]], kept: Bool
 
 
 def _decide(
-    trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, tracks: _Tracks, faces: bool, threads: int, verify: bool
+    trees: Sequence[BoxTree], pairs: IntArray, poses: Poses, read: _Read, faces: bool, threads: int, verify: bool
 ) -> MotionAnswer:
     """``decide_motion`` of poses none of which is far."""
-    clock, (shared, reading) = [perf_counter()], tracks
-    jobs = [PairJob(trees, i, j, poses, shared, faces=faces, verify=verify) for i, j in pairs.tolist()]
+    clock, (tracks, reading) = [perf_counter()], read
+    shared: Tracks | list[None] = [None] * len(trees) if tracks is None else tracks
+    marks, work = np.zeros((len(pairs), 2, len(poses.valid)), dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
+
+    def job(column: int) -> PairJob:
+        i, j = pairs[column].tolist()
+        return PairJob(trees, i, j, poses, shared, faces=faces, verify=verify)
+
+    left, done = np.ones(len(pairs), dtype=np.bool_), list[_Done]()
+    if tracks is not None and threads <= 1 and not verify and len(poses.valid) <= FRAMES_AT_ONCE:
+        columns, found = search_together(trees, pairs, tracks, faces, marks, work)
+        left[columns] = False
+        for column, lists in found:
+            one, own = job(column), np.zeros_like(work)
+            done.append((column, one, [one.finished(lists, 0, marks[column], own, perf_counter())]))
+    quick = sum(sum(part.seconds) for _, _, some in done for part in some)
+    jobs = [(column, job(column)) for column in np.flatnonzero(left).tolist()]
     clock.append(perf_counter())
-    marks = np.zeros((len(jobs), 2, len(poses.valid)), dtype=np.uint8)
-    answers = _answered(jobs, threads, marks)
+    done += _answered(jobs, threads, marks)
     clock.append(perf_counter())
-    found = _collected(jobs, answers, marks, faces)
-    parts = [part.seconds for some in answers for part in some]
+    answer = _collected(done, marks, work, faces)
+    parts = [part.seconds for _, _, some in done for part in some]
     spent = [reading, *(sum(stage) for stage in zip((0.0, 0.0, 0.0), *parts, strict=True))]
-    spent[1] += clock[1] - clock[0]
+    spent[1] += clock[1] - clock[0] - quick
     spent[3] += perf_counter() - clock[2]
-    return replace(found, seconds=dict(zip(STAGES, spent, strict=True)))
+    return replace(answer, seconds=dict(zip(STAGES, spent, strict=True)))
 
 
 def _stretches(job: PairJob, frames: int) -> Iterator[tuple[int, int]]:
@@ -154,12 +169,14 @@ def _stretches(job: PairJob, frames: int) -> Iterator[tuple[int, int]]:
         start = stop
 
 
-def _answered(jobs: list[PairJob], threads: int, marks: ByteArray) -> list[list[FramesAnswer]]:
+def _answered(jobs: list[tuple[int, PairJob]], threads: int, marks: ByteArray) -> list[_Done]:
     """The answers of all stretches of each pair, which leave their ``marks`` (P, 2, T) at distinct frames."""
-    asked = list(zip(jobs, marks, strict=True))
     if threads <= 1:
         workspace = Workspace()
-        return [[job.stretch(*part, workspace, own) for part in _stretches(job, FRAMES_AT_ONCE)] for job, own in asked]
+        return [
+            (column, job, [job.stretch(*part, workspace, marks[column]) for part in _stretches(job, FRAMES_AT_ONCE)])
+            for column, job in jobs
+        ]
     here = local()
 
     def answer(job: PairJob, start: int, stop: int, own: ByteArray) -> FramesAnswer:
@@ -169,15 +186,17 @@ def _answered(jobs: list[PairJob], threads: int, marks: ByteArray) -> list[list[
 
     with ThreadPoolExecutor(threads) as pool:
         parts = [
-            [pool.submit(answer, job, *part, own) for part in _stretches(job, FRAMES_PER_TASK)] for job, own in asked
+            [pool.submit(answer, job, *part, marks[column]) for part in _stretches(job, FRAMES_PER_TASK)]
+            for column, job in jobs
         ]
-        return [[part.result() for part in some] for some in parts]
+        answers = [[part.result() for part in some] for some in parts]
+    return [(column, job, some) for (column, job), some in zip(jobs, answers, strict=True)]
 
 
-def _collected(jobs: list[PairJob], answers: list[list[FramesAnswer]], marks: ByteArray, faces: bool) -> MotionAnswer:
-    total, row_count = np.zeros(COUNTERS + 1, dtype=np.int64), 0
-    entries, rows = [(NO_FRAMES,) * 4], [NO_FACES]
-    for column, (job, parts, own) in enumerate(zip(jobs, answers, marks, strict=True)):
+def _collected(done: list[_Done], marks: ByteArray, total: IntArray, faces: bool) -> MotionAnswer:
+    entries, rows, row_count = [(NO_FRAMES,) * 4], [NO_FACES], 0
+    for column, job, parts in done:
+        own = marks[column]
         for part in parts:
             total += part.work
         if job.which is not job.everywhere:
@@ -195,7 +214,7 @@ def _collected(jobs: list[PairJob], answers: list[list[FramesAnswer]], marks: By
     hits, near = marks.transpose(1, 0, 2).view(np.bool_)
     column, close = divmod(np.flatnonzero(near > hits), max(1, hits.shape[1]))
     frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
-    order, reused = np.lexsort((pair, frame)), sum(len(job.frames) - job.count for job in jobs)
+    order, reused = np.lexsort((pair, frame)), sum(len(job.frames) - job.count for _, job, _ in done)
     work = dict(zip(COUNTER_NAMES, total.tolist(), strict=True)) | {"reused": reused}
     return MotionAnswer(
         np.ascontiguousarray(hits.T), frame[order], pair[order], start[order], stop[order], np.concatenate(rows),

@@ -27,10 +27,10 @@ class AcidBase(Chemistry):
         return "H+" in (self.parts(formula) or ())
 
     def is_base(self, formula: str) -> bool:
-        """Whether it takes protons: it has hydroxide or the anion of a weak acid, or is a base of the tables."""
+        """Whether it takes protons: it has hydroxide, an anion of a weak acid with room for one, or is a told base."""
         parts = self.parts(formula) or {}
-        weak = any(self.pka.get(part) for part in parts) and "H+" not in parts
-        return "OH-" in parts or weak or self.molecule_base(formula) is not None
+        room = sum(many * len(self.pka.get(part, ())) for part, many in parts.items())
+        return "OH-" in parts or room > parts.get("H+", 0) or self.molecule_base(formula) is not None
 
     def ph(self, concentrations: Mapping[str, FloatArray]) -> FloatArray:
         """pH (n,) of mol/L (n,) of each formula; others are spectators. Activities are taken as concentrations."""

@@ -16,6 +16,7 @@ class Process:
     text: str
     changes: Mapping[str, float]  # column -> mol made by one mol of reaction, negative where it is used up
     rate: float | None = None  # first-order, 1/s; ``None``: at once
+    bound: str = ""  # anion that keeps all protons but the last: carbonate, of which only H2CO3 gives gas
     product: float | None = None  # solubility product: it goes both ways, and makes its one solid
 
 

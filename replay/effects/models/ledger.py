@@ -90,77 +90,50 @@ class Ledger:
 
     def step(self, frame: int, time: float, moves: Sequence[tuple[str, str, float]]) -> None:
         """Transfers (source, target, mL) of one step, all from the state before it, and what then reacts."""
-        places = sorted({self.at[name] for source, target, _ in moves for name in (source, target)})
-        for place in places:
-            self.advance(place, frame, time)
-        before_ml, before = self.volume_ml.copy(), self.amounts.copy()
-        carried = []
-        for source, target, volume in moves:
-            a, b = self.at[source], self.at[target]
-            # Amounts fall to exactly nothing with the last drop: no share of a rounded rest stays behind.
-            share = min(1.0, volume / before_ml[a]) if before_ml[a] > 0.0 else 0.0
-            part = np.minimum(share * self.moving * before[a], self.amounts[a])
-            if self.volume_ml[a] - volume <= SPENT * before_ml[a]:
-                part, volume = np.where(self.moving == 1.0, self.amounts[a], part), float(self.volume_ml[a])
-            self.amounts[a] -= part
-            self.amounts[b] += part
-            self.volume_ml[a] -= volume
-            self.volume_ml[b] += volume
-            self.added_ml[b, a] += volume
-            carried.append(part)
-        extents = self.extents.copy()
-        for place in places:
-            if place != self.at[""]:
-                self._react_here(place)
-                self._note(place, frame, time)
-        for (source, target, volume), part in zip(moves, carried, strict=True):
-            b = self.at[target]
-            reacted = self.extents[b] - extents[b]
-            extents[b] = self.extents[b]  # booked once where several flows meet
-            self.loads.append(
-                Load(frame, time, time, source, target, volume, before_ml[b], part, before[b].copy(), reacted)
-            )
-            before_ml[b] += volume
-            before[b] += part
+        volumes = np.array([[volume for *_, volume in moves]])
+        self.flow(np.array([frame]), np.array([time]), [(a, b) for a, b, _ in moves], volumes)
 
     def flow(
         self, frames: IntArray, times: FloatArray, pairs: Sequence[tuple[str, str]], volume_ml: FloatArray
     ) -> None:
         """Flows (source, target) over frames (m,) with millilitres (m, pairs): each frame is a step, all at once.
 
-        No source may be a target. Where something reacts slowly the flow goes in `LUMPS` steps.
+        In more than one frame no source may be a target. Where something reacts slowly it goes in `LUMPS` steps.
         """
-        cuts = np.unique(np.linspace(0, len(frames), min(len(frames), LUMPS) + 1).astype(np.int64))
-        places = {self.at[name] for pair in pairs for name in pair}
+        cuts = np.unique(np.linspace(0, len(frames), min(len(frames), LUMPS) + 1).astype(np.int64)).tolist()
+        ends = [(self.at[source], self.at[target]) for source, target in pairs]
+        places = sorted({place for both in ends for place in both})
+        # Row 0 of everything below is the state before.
         total = np.concatenate([np.zeros((1, len(pairs))), np.cumsum(volume_ml, axis=0)])
-        if len(frames) == 1 or (self.slow and any(self._reacts_slowly(place, pairs) for place in places)):
-            for first, stop in pairwise(cuts.tolist()):
-                part = total[stop] - total[first]
-                moves = [(*pair, float(one)) for pair, one in zip(pairs, part, strict=True) if one > 0.0]
-                self.step(int(frames[stop - 1]), float(times[stop - 1]), moves)
+        if len(frames) > 1 and self.slow and any(self._reacts_slowly(place, ends) for place in places):
+            for first, stop in pairwise(cuts):
+                last = slice(stop - 1, stop)
+                self.flow(frames[last], times[last], pairs, total[stop : stop + 1] - total[first : first + 1])
             return
-        was_ml, was, before = self.volume_ml.copy(), self.amounts.copy(), self.extents.copy()
-        for place in sorted(places):
-            volume, amounts = np.full(len(frames), was_ml[place]), np.tile(was[place], (len(frames), 1))
-            added = np.tile(self.added_ml[place], (len(frames), 1))
-            for column, (source, target) in enumerate(pairs):
-                a, gone = self.at[source], total[1:, column]
-                part = (gone / was_ml[a])[:, None] * (self.moving * was[a])
-                if place == a:
-                    volume, amounts = volume - gone, amounts - part
-                if place == self.at[target]:
-                    volume, amounts = volume + gone, amounts + part
-                    added[:, a] += gone
-            spent = volume <= SPENT * was_ml[place]
-            volume = np.where(spent, 0.0, volume)
-            amounts = np.where(spent[:, None] & (self.moving == 1.0), 0.0, np.maximum(0.0, amounts))
-            extents = np.tile(before[place], (len(frames), 1))
+        for place in places:
+            self.advance(place, int(frames[-1]), float(times[-1]))
+        volume, amounts, added, extents = state = [
+            {place: np.repeat(one[place : place + 1], len(total), axis=0) for place in places}
+            for one in (self.volume_ml, self.amounts, self.added_ml, self.extents)
+        ]
+        carried = [self._move(*both, gone, state) for both, gone in zip(ends, total.T, strict=True)]
+        for place in places:
             if place != self.at[""]:
-                extents = extents + self._react(amounts, volume * 1e-3)
-                self._blocks[place].append((times, frames, volume, amounts, extents, np.zeros_like(extents), added))
-            self.volume_ml[place], self.amounts[place] = volume[-1], amounts[-1]
-            self.extents[place], self.added_ml[place], self.clock[place] = extents[-1], added[-1], times[-1]
-        self._note_loads(cuts, frames, times, pairs, total, (was_ml, was, before))
+                rows = [one[place][1:] for one in (volume, amounts, extents, added)]
+                rows[2] += self._react(rows[1], rows[0] * 1e-3)
+                self._blocks[place].append((times, frames, *rows[:3], self.pending(rows[1]), rows[3]))
+            self.volume_ml[place], self.amounts[place] = volume[place][-1], amounts[place][-1]
+            self.extents[place], self.added_ml[place] = extents[place][-1], added[place][-1]
+        for first, stop in pairwise(cuts):
+            met: dict[int, tuple[float, FloatArray, FloatArray]] = {}
+            for pair, (_, b), gone, part in zip(pairs, ends, total.T, carried, strict=True):
+                more, more_ml = part[stop] - part[first], float(gone[stop] - gone[first])
+                now = float(volume[b][first]), amounts[b][first], extents[b][stop] - extents[b][first]
+                before_ml, before, reacted = met.get(b, now)
+                span = int(frames[stop - 1]), float(times[first]), float(times[stop - 1])
+                self.loads.append(Load(*span, *pair, more_ml, before_ml, more, before, reacted))
+                # Of several flows that meet the later finds the earlier there, and what reacted is booked once.
+                met[b] = before_ml + more_ml, before + more, np.zeros_like(reacted)
 
     def pending(self, amounts: FloatArray) -> FloatArray:
         """Mol (..., processes) that slow processes would go on for; 0 for the others."""
@@ -185,7 +158,12 @@ class Ledger:
 
     def _limit(self, row: int, amounts: FloatArray) -> FloatArray:
         used = np.flatnonzero(self.changes[row] < 0.0)
-        return np.asarray(np.maximum(0.0, (amounts[..., used] / -self.changes[row, used]).min(axis=-1)))
+        limit = (amounts[..., used] / -self.changes[row, used]).min(axis=-1)
+        if anion := self.processes[row].bound:
+            kept = self.processes[row].changes["H+"] / self.processes[row].changes[anion] - 1.0
+            free = amounts[..., self.column["H+"]] - kept * amounts[..., self.column[anion]]
+            limit = np.minimum(limit, free)
+        return np.asarray(np.maximum(0.0, limit))
 
     def _apply(self, row: int, amounts: FloatArray, extent: FloatArray) -> None:
         """Change amounts in place; what limits ends at exactly nothing where all of it is used."""
@@ -223,6 +201,21 @@ class Ledger:
         amounts[:, ions] = np.where(dry[:, None], amounts[:, ions], left)
         return np.asarray((amounts[:, solids] - there) / made)
 
+    def _move(self, a: int, b: int, gone: FloatArray, state: list[dict[int, FloatArray]]) -> FloatArray:
+        """Take from one place what is gone (m + 1,) mL, and give it to another; mol (m + 1, columns) that go along."""
+        volume, amounts, added, _ = state
+        share = np.minimum(1.0, gone / self.volume_ml[a]) if self.volume_ml[a] > 0.0 else np.zeros(len(gone))
+        part = np.minimum(share[:, None] * (self.moving * self.amounts[a]), amounts[a])
+        # Amounts fall to exactly nothing with the last drop: no share of a rounded rest stays behind.
+        last = (gone > 0.0) & (volume[a] - gone <= SPENT * self.volume_ml[a])
+        part = np.where(last[:, None] & (self.moving == 1.0), amounts[a], part)
+        moved = np.where(last, volume[a], gone)
+        for place, sign in ((a, -1.0), (b, 1.0)):
+            volume[place] += sign * moved
+            amounts[place] += sign * part
+        added[b][:, a] += moved
+        return part
+
     def _react_here(self, place: int) -> None:
         amounts = self.amounts[place : place + 1]
         self.extents[place] += self._react(amounts, self.volume_ml[place : place + 1] * 1e-3)[0]
@@ -236,9 +229,9 @@ class Ledger:
             self.extents[place, row] += extent
         self._react_here(place)
 
-    def _reacts_slowly(self, place: int, pairs: Sequence[tuple[str, str]]) -> bool:
+    def _reacts_slowly(self, place: int, ends: Sequence[tuple[int, int]]) -> bool:
         """Whether a slow process goes on in a vessel, or could with what comes."""
-        together = self.amounts[place] + sum(self.amounts[self.at[a]] for a, b in pairs if self.at[b] == place)
+        together = self.amounts[place] + sum(self.amounts[a] for a, b in ends if b == place)
         return place != self.at[""] and bool(self.pending(together).any())
 
     def _note(self, place: int, frame: int, time: float) -> None:
@@ -247,31 +240,6 @@ class Ledger:
             np.array([time]), np.array([frame]), self.volume_ml[place : place + 1].copy(), amounts,
             self.extents[place : place + 1].copy(), self.pending(amounts), self.added_ml[place : place + 1].copy(),
         ))  # fmt: skip
-
-    def _note_loads(
-        self, cuts: IntArray, frames: IntArray, times: FloatArray, pairs: Sequence[tuple[str, str]],
-        total: FloatArray, was: tuple[FloatArray, FloatArray, FloatArray],
-    ) -> None:  # fmt: skip
-        """The parts of a flow that went all at once, each with what its target was like."""
-        was_ml, amounts, extents = was
-        for first, stop in pairwise(cuts.tolist()):
-            for column, (source, target) in enumerate(pairs):
-                a, b = self.at[source], self.at[target]
-                volume = float(total[stop, column] - total[first, column])
-                if volume <= 0.0:
-                    continue
-                part = volume / was_ml[a] * self.moving * amounts[a]
-                before_ml, before, reacted = 0.0, np.zeros(len(part)), np.zeros(len(self.processes))
-                if target:
-                    block = self._blocks[b][-1]
-                    before_ml = float(block[2][first - 1]) if first else float(was_ml[b])
-                    before = block[3][first - 1] if first else amounts[b]
-                    reacted = block[4][stop - 1] - (block[4][first - 1] if first else extents[b])
-                end = stop - 1
-                self.loads.append(Load(
-                    int(frames[end]), float(times[first]), float(times[end]), source, target, volume, before_ml, part,
-                    before, reacted,
-                ))  # fmt: skip
 
 
 def along_of(column: str, along: float) -> float:

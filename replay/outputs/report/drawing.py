@@ -39,7 +39,7 @@ PAPER: Final = "#fdfcfb"
 """What is drawn in these colours has the page's colour of words, and its background."""
 
 
-def saved(draw: "Callable[[], Figure]", theme: Theme, kind: str, behind: str = "") -> bytes:
+def saved(draw: "Callable[[], Figure]", theme: Theme, kind: str, behind: str = "", dpi: float = 110) -> bytes:
     """A figure as ``png`` or ``svg``, on the paper of its theme or what is ``behind`` it."""
     from matplotlib import rc_context
 
@@ -48,7 +48,7 @@ def saved(draw: "Callable[[], Figure]", theme: Theme, kind: str, behind: str = "
     style: dict[Any, Any] = {"svg.hashsalt": "vrlab-replay", "svg.fonttype": "none", "font.size": 10}
     style |= dict.fromkeys(inked, theme.faint) | {"text.color": theme.ink, "grid.color": theme.grid}
     style |= {"axes.facecolor": "none", "legend.facecolor": theme.paper}
-    how: dict[str, Any] = {"metadata": {"Date": None, "Creator": None}} if kind == "svg" else {"dpi": 110}
+    how: dict[str, Any] = {"metadata": {"Date": None, "Creator": None}} if kind == "svg" else {"dpi": dpi}
     out = io.BytesIO()
     with rc_context(style):
         draw().savefig(out, format=kind, facecolor=behind or theme.paper, **how)

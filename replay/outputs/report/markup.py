@@ -6,10 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from string import Template
-from typing import Any, Final
+from typing import Final
 
 from replay.base.shown import shown
-from replay.outputs import tables
 from replay.outputs.tables import CODE, STRONG, Cell, Marked, Table
 
 ALLOWED: Final = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
@@ -50,23 +49,35 @@ def page_html(title: str, top: Iterable[object], sections: Iterable[object], cav
     )  # fmt: skip
 
 
-def page_section(title: str, *content: object, fold: bool = False) -> Markup:
+Part = Table | str
+"""What a section holds: a table, a piece of HTML, or a paragraph of plain text."""
+
+
+def page_section(title: str, *parts: Part, fold: bool = False) -> Markup:
     """A part of a page below its heading; ``fold``: only the heading is seen until it is opened."""
     name, heading = re.sub(r"\W+", "-", title.lower()), element("h2", title)
+    content = [rendered(part) for part in parts]
     inside = element("details", element("summary", heading), *content) if fold else joined([heading, *content])
     return element("section", inside, id=name)
+
+
+def rendered(part: Part) -> Markup:
+    """A part of a section as HTML."""
+    if isinstance(part, Table):
+        return page_table(part)
+    return part if isinstance(part, Markup) else element("p", part)
+
+
+def listed(lines: Iterable[object]) -> Markup:
+    """A list of these lines."""
+    return element("ul", *(element("li", line) for line in lines))
 
 
 def contents(sections: Iterable[Markup]) -> Markup:
     """Links to the parts of a page."""
     found = re.findall('<section id="([^"]*)">.*?<h2>(.*?)</h2>', "".join(sections))
-    links = (element("li", element("a", Markup(title), href=f"#{name}")) for name, title in found)
-    return element("nav", element("ul", *links), aria_label="Contents")
-
-
-def table(caption: str, head: Sequence[str], rows: Iterable[Sequence[Any]], *, words: int = 1) -> Markup:
-    """A table whose first ``words`` columns hold words and whose others hold numbers."""
-    return page_table(tables.table(caption, head, rows, words=words))
+    links = (element("a", Markup(title), href=f"#{name}") for name, title in found)
+    return element("nav", listed(links), aria_label="Contents")
 
 
 def page_table(made: Table, cards: Sequence[Mapping[str, object]] = ()) -> Markup:
@@ -76,14 +87,12 @@ def page_table(made: Table, cards: Sequence[Mapping[str, object]] = ()) -> Marku
     def part(name: str, role: str, *content: object, **more: object) -> Markup:
         return element(name, *content, **({"role": role} if cards else {}), **more)
 
-    kinds = ["word" if column.words else "number" for column in made.columns]
-    named = [{"data_name": column.name} if cards else {} for column in made.columns]
-    columns = zip(made.columns, kinds, strict=True)
-    head = (part("th", "columnheader", column.name, scope="col", class_=kind) for column, kind in columns)
+    columns = [(column.name, "word" if column.words else "number") for column in made.columns]
+    head = (part("th", "columnheader", name, scope="col", class_=kind) for name, kind in columns)
     rows = (
         part("tr", "row", *(
-            part("td", "cell", _cell(cell), class_=kind, **name)
-            for kind, name, cell in zip(kinds, named, row, strict=True)
+            part("td", "cell", _cell(cell), class_=kind, **(_said(name, cell) if cards else {}))
+            for (name, kind), cell in zip(columns, row, strict=True)
         ), **about)
         for row, about in zip(made.rows, cards or [{}] * len(made.rows), strict=True)
     )  # fmt: skip
@@ -92,6 +101,16 @@ def page_table(made: Table, cards: Sequence[Mapping[str, object]] = ()) -> Marku
     if not cards:
         whole = element("div", whole, class_="wide", tabindex="0", role="region", aria_label=made.title)
     return joined([whole, *(element("p", note) for note in made.notes)])
+
+
+UNITS: Final = {"at s": ("at", "s"), "cut mm": ("cut", "mm"), "mm apart": ("", "mm apart")}
+"""Heading of a column -> what a card says before the number, and behind it."""
+
+
+def _said(name: str, cell: Cell) -> dict[str, str]:
+    """What a card says around a cell; a remark below a number would come before its unit."""
+    before, behind = UNITS.get(name, (name, "")) if not (isinstance(cell, Marked) and cell.below) else (name, "")
+    return {"data_name": before} | ({"data_unit": behind} if behind else {})
 
 
 MARKS: Final = {STRONG: "b", CODE: "code"}

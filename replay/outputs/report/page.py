@@ -1,8 +1,9 @@
 """``report.html``: what was missed, where and at what price, on one self-contained page."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Final
 
 import numpy as np
 
@@ -11,18 +12,19 @@ from cdcore.numerics import FloatArray, place_points
 from replay.base.constants import CAVEAT
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.misses import NEVER_FOUND
-from replay.comparison.outcome import Miss, Outcome
-from replay.effects.effect_summary import happened, happened_words
+from replay.comparison.outcome import Miss
+from replay.effects.effect_summary import RESULTS, happened, happened_words
+from replay.effects.effect_summary import leading as leading_event
 from replay.outputs.camera import Eye, Obstacles, framing, overview, standing, towards_user
 from replay.outputs.moments import FocusMoment, key_moments, leading, to_do, worst_first
 from replay.outputs.palette import INVENTED, MISSED, hex_of
 from replay.outputs.report import tables
 from replay.outputs.report.bench_picture import bench_picture
 from replay.outputs.report.charts import timeline, timing, titration_pictures
-from replay.outputs.report.faults import fault_sections, first_of
-from replay.outputs.report.markup import Markup, contents, element, page_html, page_section, page_table, picture
+from replay.outputs.report.faults import fault_sections, link_to
+from replay.outputs.report.markup import Markup, Part, contents, element, page_html, page_section, picture
 from replay.outputs.run_tables import cost_table, ranking_table, stage_table
-from replay.outputs.words import NOT_LOOKED_FOR, address, counted
+from replay.outputs.words import NOT_LOOKED_FOR, counted, tallied
 from replay.pipeline.headline import beside, doubts, headlines, price
 from replay.pipeline.run_result import RunResult
 
@@ -41,15 +43,16 @@ def write_report(result: RunResult, path: Path) -> None:
 def report_html(result: RunResult) -> str:
     """The page as text."""
     name = result.session.scene.name or Path(result.session.origin).stem or "session"
-    lines = [element("p", f"Replay of {name}"), *(element("p", line, class_="doubt") for line in doubts(result))]
-    lines += [element("h1", line) for line in _headlines(result)]
-    lines += [element("p", line, class_="price") for line in [*_beside(result), *_next_step(result)]]
-    moments = key_moments(result) if result.comparisons else []
+    answers, moments = _headlines(result), key_moments(result) if result.comparisons else []
     worst = moments[leading(result, moments)] if moments else None
-    sections = _sections(result, _close_ups(result, worst))
+    said = [f"To do for {label}: {to_do(result, label)}." for label in worst_first(result)[:1]]
+    lines = [element("p", f"Replay of {name}"), *(element("p", line, class_="doubt") for line in doubts(result))]
+    lines += [element("h1", line) for line in answers]
+    lines += [element("p", line, class_="price") for line in [*_beside(result), *said]]
+    sections = [page_section(title, *parts, fold=title in FOLDED) for title, parts in _sections(result, worst) if parts]
     top = [element("div", *lines), _worst_picture(result, worst), contents(sections)]
     red = f":root {{ --missed: {hex_of(MISSED)}; --false: {hex_of(INVENTED)}; }}\n"
-    return page_html(f"{name}: {_headlines(result)[0]}", top, sections, CAVEAT, red)
+    return page_html(f"{name}: {answers[0]}", top, sections, CAVEAT, red)
 
 
 def _headlines(result: RunResult) -> list[str]:
@@ -60,8 +63,10 @@ def _headlines(result: RunResult) -> list[str]:
     if result.detections:
         counts = [f"{counted(len(found), 'contact')} found by {label}" for label, found in result.episodes.items()]
         return [", ".join(counts)]
-    events = Counter(event.name for _, event in happened(result.effects))
-    return [", ".join(f"{count} {name}" for name, count in events.items()) or NOT_LOOKED_FOR]
+    best = leading_event(result.effects)
+    if best is not None and best.name in RESULTS:
+        return [f"{best.text[:1].upper()}{best.text[1:]}"]
+    return [tallied(Counter(event.name for _, event in happened(result.effects))) or NOT_LOOKED_FOR]
 
 
 def _beside(result: RunResult) -> list[str]:
@@ -71,87 +76,75 @@ def _beside(result: RunResult) -> list[str]:
     return [*happened_words(result.effects, EVENTS_FIRST), f"{NOT_LOOKED_FOR}."]
 
 
-def _next_step(result: RunResult) -> list[str]:
-    """What mends most of what the worst detector does wrong."""
-    return [f"To do for {label}: {to_do(result, label)}." for label in worst_first(result)[:1]]
+COSTS, COUNTS, RATES = "What it cost in time", "Counts and causes", "Which step rate would have missed it"
+SESSION, AGAIN = "The session", "How to get the same again"
+FOLDED: Final = frozenset({COSTS, COUNTS, RATES, SESSION, AGAIN})
+"""Sections that few read."""
 
 
-def _sections(result: RunResult, pictures: list[Markup]) -> list[Markup]:
-    """What was missed, then when and why, then at what price; what few read is folded, facts and settings come last."""
-    parts = []
+def _sections(result: RunResult, worst: FocusMoment | None) -> Iterator[tuple[str, Iterable[Part]]]:
+    """What was missed, then when and why, then at what price; facts and settings come last. None without a part."""
     if result.tradeoff is not None:
-        from replay.outputs.report.tradeoff import tradeoff_section
+        from replay.outputs.report.tradeoff import tradeoff_parts
 
-        parts.append(page_section("What accuracy costs", tradeoff_section(result.tradeoff)))
+        yield "What accuracy costs", tradeoff_parts(result.tradeoff)
     if len(result.comparisons) > 1:
-        parts.append(page_section("Detectors", page_table(ranking_table(result.summary))))
-    parts += fault_sections(result)
-    if pictures:
-        parts.append(page_section("Close-ups", element("div", *pictures, class_="pictures")))
-    parts += [page_section(f"When: {label}", timeline(result, label)) for label in result.comparisons]
+        yield "Detectors", [ranking_table(result.summary)]
+    yield from fault_sections(result)
+    if pictures := _close_ups(result, worst):
+        yield "Close-ups", [element("div", *pictures, class_="pictures")]
+    yield from ((f"When: {label}", [timeline(result, label)]) for label in worst_first(result))
     if result.detections:
-        parts.append(page_section("Contacts", tables.contact_table(result)))
-        costs = [timing(result), page_table(cost_table(result)), page_table(stage_table(result))]
-        parts.append(page_section("What it cost in time", *costs, fold=True))
+        yield "Contacts", tables.contact_tables(result)
+        yield COSTS, [timing(result), cost_table(result), stage_table(result)]
     if result.comparisons:
-        causes = [tables.cause_table(result)] if result.causes else []
-        parts.append(page_section("Counts and causes", tables.count_tables(result), *causes, fold=True))
-        if (steps := tables.duration_table(result)) is not None:
-            parts.append(page_section("Which step rate would have missed it", steps, fold=True))
+        yield COUNTS, tables.count_tables(result)
+        yield RATES, tables.duration_tables(result)
     if result.effects or result.summary["plan"]["not_built"]:
-        parts.append(
-            page_section("Effects that the scene calls for", *titration_pictures(result), tables.effect_section(result))
-        )
-    parts.append(page_section("What is suspicious about the recording", tables.finding_tables(result)))
-    parts.append(page_section("The session", tables.fact_table(result), fold=True))
-    parts.append(page_section("How to get the same again", tables.settings_table(result), fold=True))
-    return parts
+        yield "Effects that the scene calls for", [*titration_pictures(result), *tables.effect_parts(result)]
+    yield "What is suspicious about the recording", tables.finding_parts(result)
+    yield SESSION, [tables.fact_table(result)]
+    yield AGAIN, [tables.settings_table(result)]
 
 
 def _worst_picture(result: RunResult, worst: FocusMoment | None) -> Markup:
     """The worst fault, a link to its card; the bench where there is none."""
     assembly, scene = result.assembly, result.session.scene
-    if worst is None or not worst.label:
+    if worst is None or worst.of is None:
         frame = len(assembly.motion) // 2
         eye = _from_farther(overview(assembly, scene, np.zeros((0, 3)), frame))
         return picture(bench_picture(assembly, scene, frame, eye), f"The bench at {assembly.motion.times[frame]:.2f} s")
-    found: Sequence[Miss | FalseContact] = result.false.get(worst.label, ())
-    if worst.outcome == Outcome.MISSED:
-        found = result.misses[worst.label]
-    (one,) = (one for one in found if one.number == worst.number)
-    return _fault_picture(result, Obstacles(assembly, scene), worst.label, one)
+    return _fault_picture(result, Obstacles(assembly, scene), worst.label, worst.of)
 
 
 def _close_ups(result: RunResult, worst: FocusMoment | None) -> list[Markup]:
     """Pictures of misses that tell most, without the worst, which stands at the top."""
-    shown = [(label, miss) for label, found in result.misses.items() for miss in found]
-    top = (worst.label, worst.number) if worst and worst.outcome == Outcome.MISSED else ()
-    obstacles = Obstacles(result.assembly, result.session.scene)
-    rest = [(label, miss) for label, miss in _telling(shown) if (label, miss.number) != top]
+    obstacles, top = Obstacles(result.assembly, result.session.scene), None if worst is None else worst.of
+    found = _telling([(label, miss) for label, found in result.misses.items() for miss in found])
+    rest = [(label, miss) for label, miss in found if miss is not top]
     return [_fault_picture(result, obstacles, label, miss) for label, miss in rest[:CLOSE_UPS]]
 
 
 def _fault_picture(result: RunResult, obstacles: Obstacles, label: str, one: Miss | FalseContact) -> Markup:
     """A picture that is a link to the card of its fault: of a miss its faces, of a false contact what invents it."""
-    missed = isinstance(one, Miss)
     there, row = standing(result.assembly, one) if isinstance(one, Miss) else (result.assembly, one.widest)
-    side = towards_user(there, result.session.scene, row, one.point)
-    eye = obstacles.close_up(row, one.point, side, there.motion)
+    eye = obstacles.close_up(row, one.point, towards_user(there, result.session.scene, row, one.point), there.motion)
+    marked, solids = {}, dict[int, TriangleMesh]()
     if isinstance(one, Miss):
-        eye, marked, solids = _from_farther(eye), _marked(result, one), {}
+        title, eye, marked = "Miss", _from_farther(eye), _marked(result, one)
         red = "the faces that meet"
         if one.touch is not None:
             red = f"the faces that touch first, between frames {one.touch.frame} and {one.touch.frame + 1}"
         what = f"{one.body_a} and {one.body_b} at {there.motion.times[row]:.3f} s, {one.kind}: {one.cause}; red: {red}"
     else:
-        marked, solids = {}, _solids(result, label, one)
+        title, solids = "False contact", _solids(result, label, one)
         eye = framing(_of_pair(result, one, solids), np.subtract(eye.position, eye.target))
         name, frames = there.pair_name(one.pair), counted(one.frames, "frame")
         what = f"{name} for {frames} from {one.start:.3f} s: {one.cause}" + "; yellow: the solids" * bool(solids)
     png = bench_picture(there, result.session.scene, row, eye, marked, solids)
-    made = picture(png, f"{'Miss' if missed else 'False contact'} {one.number} of {label}: {what}")
-    by = "" if label == first_of(result) else label
-    return element("a", made, href="#" + address("miss" if missed else "false", one.number, by))
+    return element(
+        "a", picture(png, f"{title} {one.number} of {label}: {what}"), href=f"#{link_to(result, label, one)}"
+    )
 
 
 def _solids(result: RunResult, label: str, one: FalseContact) -> dict[int, TriangleMesh]:

@@ -1,4 +1,4 @@
-"""The tables of the report; every number in them stands in the result."""
+"""The tables of the report, and the sentences around them; every number in them stands in the result."""
 
 import json
 from collections import Counter
@@ -7,7 +7,9 @@ from typing import Final
 
 from replay.effects.effect_summary import EVENT_ROWS, happened
 from replay.outputs import run_tables
-from replay.outputs.report.markup import Markup, element, joined, page_table, table
+from replay.outputs.moments import worst_first
+from replay.outputs.report.markup import Part
+from replay.outputs.tables import Table, table
 from replay.outputs.words import CONTACT_WORDS, NOTHING_SUSPICIOUS, counted
 from replay.pipeline.run_result import RunResult
 from sessions import Finding, Severity
@@ -30,7 +32,7 @@ CONTACT_NOTE: Final = (
 )
 
 
-def fact_table(result: RunResult) -> Markup:
+def fact_table(result: RunResult) -> Table:
     """What was recorded, and what was done to it: stand-ins, and bodies and frames that were left out, before all."""
     return table("Facts of the session", ("what", "value"), _facts(result), words=2)
 
@@ -57,22 +59,23 @@ def _facts(result: RunResult) -> Iterator[tuple[str, object]]:
         yield "withheld", f"{counted(withheld, 'fact')} withheld; the session file holds all"
 
 
-def contact_table(result: RunResult) -> Markup:
+def contact_tables(result: RunResult) -> list[Part]:
     """A row per pair that touched, or was said to; in an audit the most missed first, as in the lanes."""
     if not result.comparisons:
-        return joined(page_table(run_tables.contact_table(result, label)) for label in result.episodes)
-    return joined(page_table(run_tables.pair_table(result, label).only(*PAIR_HEAD)) for label in result.comparisons)
+        return [run_tables.contact_table(result, label) for label in result.episodes]
+    return [run_tables.pair_table(result, label).only(*PAIR_HEAD) for label in worst_first(result)]
 
 
-def count_tables(result: RunResult) -> Markup:
-    """Pair-frames and contacts of every audited detector, matched and unmatched."""
+def count_tables(result: RunResult) -> Iterator[Part]:
+    """Pair-frames and contacts of every audited detector, matched and unmatched, and why contacts were missed."""
     audit = result.summary["audit"]
-    frames = run_tables.pair_frame_table("Pair-frames", audit)
-    contacts = run_tables.matched_table("Contacts matched one to one", audit, CONTACT_WORDS)
-    return joined([element("p", FRAME_WORDS), page_table(frames), element("p", CONTACT_NOTE), page_table(contacts)])
+    yield from (FRAME_WORDS, run_tables.pair_frame_table("Pair-frames", audit))
+    yield from (CONTACT_NOTE, run_tables.matched_table("Contacts matched one to one", audit, CONTACT_WORDS))
+    if result.causes:
+        yield cause_table(result)
 
 
-def cause_table(result: RunResult) -> Markup:
+def cause_table(result: RunResult) -> Table:
     """Why contacts were missed: misses, and pair-frames decided again, by the stage that lost them."""
     found = {label: one["causes"] for label, one in result.summary["audit"].items() if "causes" in one}
     rows = [
@@ -85,19 +88,19 @@ def cause_table(result: RunResult) -> Markup:
     return table("Causes: misses (pair-frames decided again)", ("cause", *found), rows)
 
 
-def duration_table(result: RunResult) -> Markup | None:
+def duration_tables(result: RunResult) -> list[Part]:
     """Which step rate would have missed how many of the contacts."""
     steps = result.summary.get("dwell")
     if not steps or not steps["contacts"]:
-        return None
+        return []
     each = zip(steps["rates_hz"], steps["missed_at_this_phase"], steps["expected_misses"], strict=True)
     safe, rows = steps["none_missed_from_hz"], [(f"{rate:g} Hz", str(now), f"{mean:.2f}") for rate, now, mean in each]
     rows.append(("none is missed from", "", "no rate" if safe is None else f"{safe:.1f} Hz"))
     title = f"Contacts of {steps['contacts']} that looks at fixed steps miss, at frames of this recording"
-    return table(title, ("step rate", "missed at this run's phase", "missed, mean over phases"), rows)
+    return [table(title, ("step rate", "missed at this run's phase", "missed, mean over phases"), rows)]
 
 
-def effect_section(result: RunResult) -> Markup:
+def effect_parts(result: RunResult) -> list[Part]:
     """Tables of effects and events, then what nobody asked for and what this version does not compute."""
     found, planned = happened(result.effects), result.summary["plan"]
     rows = [
@@ -111,18 +114,17 @@ def effect_section(result: RunResult) -> Markup:
         "No collision query was made.": not planned["detection"],
         f"Declared, and not computed by this version: {', '.join(planned['not_built'])}.": planned["not_built"],
     }
-    said = (element("p", line) for line, holds in lines.items() if holds)
-    return joined([page_table(run_tables.effect_table(result)), events, *said])
+    return [run_tables.effect_table(result), events, *(line for line, holds in lines.items() if holds)]
 
 
-def finding_tables(result: RunResult) -> Markup:
+def finding_parts(result: RunResult) -> list[Part]:
     """What the doctor found, worst first, and what the policy made of it; one sentence where nothing was wrong."""
     if result.treatment is None:
-        return element("p", "The recording was not examined.")
+        return ["The recording was not examined."]
     findings, sums = result.treatment.findings, dict[tuple[str, str, str], Counter[str]]()
-    parts = [element("p", trust(findings))]
+    parts: list[Part] = [trust(findings, verdicts=bool(result.detections))]
     if findings:
-        parts.append(page_table(run_tables.finding_table(findings[:MOST_FINDINGS])))
+        parts.append(run_tables.finding_table(findings[:MOST_FINDINGS]))
     head = ("kind", "body", "policy", "spans", "samples", "dropped", "held", "interpolated")
     for span in result.treatment.spans:
         count = sums.setdefault((span.kind, span.body or "all", span.action), Counter())
@@ -138,17 +140,18 @@ def finding_tables(result: RunResult) -> Markup:
     if rows:
         caption = "Verdicts that rest on a pose in doubt (pair-frames)"
         parts.append(table(caption, ("detector", "verdicts"), rows, words=2))
-    return joined(parts)
+    return parts
 
 
-def trust(findings: tuple[Finding, ...]) -> str:
-    """One sentence: how much was found; that nothing was proves nothing."""
+def trust(findings: tuple[Finding, ...], *, verdicts: bool = True) -> str:
+    """One sentence: how much was found, and what it means for ``verdicts``; that nothing was proves nothing."""
     count = Counter(finding.severity for finding in findings)
     bad = [counted(count[one], one.name.lower()) for one in (Severity.ERROR, Severity.WARNING) if count[one]]
-    return f"{' and '.join(bad)}: verdicts on these spans carry a flag." if bad else f"{NOTHING_SUSPICIOUS}."
+    flagged = ": verdicts on these spans carry a flag" * verdicts
+    return f"{' and '.join(bad)}{flagged}." if bad else f"{NOTHING_SUSPICIOUS}."
 
 
-def settings_table(result: RunResult) -> Markup:
+def settings_table(result: RunResult) -> Table:
     """Settings, digests and machine: what it takes to get the same figures again."""
     told = result.summary
     rows: list[tuple[object, object]] = [("session", told["session"]["origin"] or "in memory"), ("seed", told["seed"])]

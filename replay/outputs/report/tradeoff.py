@@ -10,11 +10,12 @@ from typing import Final
 
 from replay.outputs.price_plot import subtitle
 from replay.outputs.report.drawing import DARK, LIGHT, Theme
-from replay.outputs.report.markup import Markup, element, joined, page_table
+from replay.outputs.report.markup import Markup, Part, element, listed
 from replay.outputs.report.tradeoff_picture import growth_picture, picture
 from replay.outputs.results.parquet import write_rows
 from replay.outputs.tradeoff_table import AT_PHASE, HEAD, growth_table, how_measured, quickest_first, tradeoff_table
 from replay.outputs.words import counted
+from replay.pipeline.gates import figure
 from replay.pipeline.run_result import Tradeoff
 
 TABLE: Final = "tradeoff.parquet"
@@ -44,22 +45,22 @@ def tradeoff_files(done: Tradeoff) -> Iterator[dict[str, Path]]:
         yield {path.name: path for path in sorted(Path(folder).iterdir())}
 
 
-def tradeoff_section(done: Tradeoff) -> Markup:
-    """Picture, advice and table; the picture is SVG inside the page, for light pages and for dark ones."""
+def tradeoff_parts(done: Tradeoff) -> Iterator[Part]:
+    """Advice, picture and table; the picture is SVG inside the page, for light pages and for dark ones."""
+    yield listed(done.advice)
     dark = element("source", srcset=_drawn(done, DARK), media="(prefers-color-scheme: dark)")
     light = element("img", src=_drawn(done, LIGHT), alt=done.answer, style="width:100%")
     image = element("picture", Markup(dark.removesuffix("</source>")), Markup(light.removesuffix("</img>")))
-    advice = element("ul", *(element("li", sentence) for sentence in done.advice))
-    cut = []
+    yield element("figure", image, tabindex=0)
     if done.cut:
         count = f"{counted(len(done.cut), 'setting')} not tried, for want of time"
-        cut = [element("details", element("summary", count), element("p", f"{', '.join(done.cut)}."))]
-    share = f"This process had {min(1.0, done.about['processor_share']):.0%} of the time on the clocks."
-    notes = (*subtitle(done), *how_measured(done), share, f"In % of pair-frames: {AT_PHASE}.")
-    measured = element("ul", *(element("li", one) for one in notes))
-    whole = tradeoff_table("Every setting that was tried", quickest_first(done.rows)).only(*HEAD[1:])
-    grown = [page_table(growth_table(done.growth))] if done.growth else []
-    return joined([advice, element("figure", image, tabindex=0), *cut, measured, page_table(whole), *grown])
+        yield element("details", element("summary", count), element("p", f"{', '.join(done.cut)}."))
+    busy = figure(min(100.0, 100 * done.about["processor_share"]))
+    share = f"This process had {busy} % of the time on the clocks."
+    yield listed((*subtitle(done), *how_measured(done), share, f"In % of pair-frames: {AT_PHASE}."))
+    yield tradeoff_table("Every setting that was tried", quickest_first(done.rows)).only(*HEAD[1:])
+    if done.growth:
+        yield growth_table(done.growth)
 
 
 def _drawn(done: Tradeoff, theme: Theme) -> str:

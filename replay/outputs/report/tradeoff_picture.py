@@ -15,14 +15,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SIZE: Final = (15.0, 7.6)
+BESIDE: Final = 1.4
+"""So many times smaller is a picture with words beside it: with the same letters it is read in less room."""
 
 ABOVE: Final = 0.18
 """Room over the line of 0, in shares of the plot, for the names of what misses nothing."""
 
 
-def picture(done: Tradeoff, kind: str = "png", theme: Theme = LIGHT) -> bytes:
-    """The picture as ``png`` or ``svg``."""
-    return saved(lambda: _drawn(done, theme), theme, kind)
+def picture(done: Tradeoff, kind: str = "png", theme: Theme = LIGHT, *, beside_words: bool = False) -> bytes:
+    """The picture as ``png`` or ``svg``; ``beside_words``: smaller, and without the title that stands there."""
+    dpi = 110 * (BESIDE if beside_words else 1.0)
+    return saved(lambda: _drawn(done, theme, beside_words=beside_words), theme, kind, dpi=dpi)
 
 
 def growth_picture(rows: Sequence[dict[str, Any]], theme: Theme = DARK) -> bytes:
@@ -30,16 +33,18 @@ def growth_picture(rows: Sequence[dict[str, Any]], theme: Theme = DARK) -> bytes
     return saved(lambda: _grown(rows, theme), theme, "png")
 
 
-def _drawn(done: Tradeoff, theme: Theme) -> "Figure":
+def _drawn(done: Tradeoff, theme: Theme, *, beside_words: bool = False) -> "Figure":
     from matplotlib.figure import Figure
 
-    drawn = Figure(figsize=SIZE)
-    drawn.text(0.05, 0.95, done.answer, fontsize=17, fontweight="bold", va="center")
-    for place, line in zip((0.915, 0.887), subtitle(done), strict=True):
-        drawn.text(0.05, place, drawable(line), fontsize=10, color=theme.faint, va="center")
-    for axes, plot in zip(drawn.subplots(1, 2, gridspec_kw={"wspace": 0.14}), plots_of(done), strict=True):
+    small = BESIDE if beside_words else 1.0
+    drawn = Figure(figsize=(SIZE[0] / small, SIZE[1] / small))
+    if not beside_words:
+        drawn.text(0.05, 0.95, done.answer, fontsize=17, fontweight="bold", va="center")
+        for place, line in zip((0.915, 0.887), subtitle(done), strict=True):
+            drawn.text(0.05, place, drawable(line), fontsize=10, color=theme.faint, va="center")
+    for axes, plot in zip(drawn.subplots(1, 2, gridspec_kw={"wspace": 0.14}), plots_of(done, small), strict=True):
         _panel(axes, plot, theme)
-    drawn.subplots_adjust(left=0.05, right=0.985, top=0.83, bottom=0.09)
+    drawn.subplots_adjust(left=0.05 * small, right=0.985, top=0.94 if beside_words else 0.83, bottom=0.09 * small)
     return drawn
 
 

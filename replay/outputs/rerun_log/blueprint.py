@@ -19,6 +19,7 @@ from replay.outputs.rerun_log.layout import (
     Subject,
     lanes_in_view,
 )
+from replay.outputs.rerun_log.overview import ON_POLES
 from replay.outputs.rerun_log.tabs import answer_tab, pipeline_tab
 from replay.outputs.rerun_log.timing import any_timed, stage_path, timing_view
 from replay.outputs.rerun_log.tradeoff import curve_tab
@@ -42,8 +43,9 @@ EFFECT_PLOTS: Final = 4
 def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
     """The blueprint that is embedded in the recording; it opens on the tab that answers what was asked for."""
     result = layout.result
-    names = ["Audit", *(f"Audit: {subject.label}" for subject in layout.subjects[1:])]
-    tabs = [_audit(layout, *one) for one in zip(layout.subjects, names, strict=False)] or [_plain(layout)]
+    several = len(layout.subjects) > 1
+    tabs = [_audit(layout, one, f"Audit: {one.label}" if several else "Audit") for one in layout.subjects]
+    tabs = tabs or [_plain(layout)]
     tabs += [pipeline_tab(layout, run, f"Pipeline: {run.label}" if k else "Pipeline")
              for k, run in enumerate(layout.watched)]  # fmt: skip
     first = 0
@@ -68,7 +70,7 @@ def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
 
 def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
     lanes = lanes_in_view(subject, layout.result.noise is not None)
-    where = f"Where: red dots are contacts missed by {subject.label}"
+    where = f"Where: red missed by {subject.label}, pink in part"
     space = spatial(where, _contents(layout, subject, f"/{subject.missed}/eye"), layout.eye)
     lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))
     shares = [LOW_POINTS - lane_share - BOTTOM_POINTS, lane_share, BOTTOM_POINTS]
@@ -88,8 +90,7 @@ def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
 def _words(subject: Subject) -> Any:
     clusters = [text_list(f"{subject.words}/clusters", subject.headline)] if subject.many else []
     listed = text_list(f"{subject.words}/missed", "All" if subject.many else subject.headline)
-    worst = text_view(f"{subject.words}/longest_cuts", "Longest cuts")
-    return rrb.Tabs(*clusters, listed, worst, _report(), active_tab=0)
+    return rrb.Tabs(*clusters, listed, _report(), active_tab=0)
 
 
 def _report() -> Any:
@@ -107,9 +108,9 @@ def _contents(layout: BlueprintInput, subject: Subject, *hidden: str) -> list[st
 
 
 def _close_up(layout: BlueprintInput, subject: Subject) -> Any:
-    hidden = (f"/{subject.missed}/{part}" for part in ("pins", "numbers", "flag/**"))
+    hidden = (f"/{subject.missed}/{part}" for part in ON_POLES)
     contents = _contents(layout, subject, *hidden)
-    return spatial("Close-up: the miss nearest to the cursor", contents, subject.camera, overrides=layout.faded)
+    return spatial("Close-up: the nearest miss", contents, subject.camera, overrides=layout.faded)
 
 
 def _lanes(layout: BlueprintInput, subject: Subject, lanes: Sequence[str]) -> Any:

@@ -40,7 +40,7 @@ class Subject:
     ----------
     lanes : paths of its lanes and the pair's column each speaks of, numbers (``None``) first.
     longest : column of the pair of the longest cut that was missed, ``None`` without a miss.
-    words : root of its lists: of misses, of clusters where they are ``many``, of the worst, words on the current one.
+    words : root of its lists: of misses, of clusters where they are ``many``, words on the current one.
     missed : root of pins and flags, and of the eye of the close-up.
     faces : its red faces below each body.
     """

@@ -6,8 +6,8 @@ lanes, close-up, solids and words there are those of the moment's pair.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import astuple, dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import astuple, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,18 +23,28 @@ from replay.outputs.palette import FAINT, OUTCOMES, WITHIN_TOLERANCE
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.focus import log_eyes, read_static
 from replay.outputs.rerun_log.lanes import log_lane, log_with_numbers, send_lane, session_lanes, word_changes
-from replay.outputs.rerun_log.missed import LINGER, POLE, UP
 from replay.pipeline.run_result import RunResult
 
 ROOT: Final = "focus"
 SPACE: Final = "world/focus"
 EYE: Final = f"{SPACE}/eye"
+ON_POLES: Final = ("pins", "flag", "pole")
+"""What points at faults in the room; a close-up needs none of it."""
 MOMENTS: Final = f"{ROOT}/moments"
 NOTE: Final = f"{ROOT}/note"
 ANSWER: Final = "answer"
 TABLE: Final = f"{SPACE}/table"
 
 CONTACT: Final = ": contact"
+
+LINGER: Final = 0.6
+"""Seconds a flag stands after its fault: nobody sees a flash of 54 ms. Faces and curves never linger."""
+
+POLE: Final = np.array([0.0, 0.075, 0.0], dtype=np.float32)
+"""Metres from a contact up to its words: a label hangs below its point and would cover the contact."""
+
+COUNTED: Final = 500
+"""Misses, those of the longest cuts, whose close-up is chosen by counting crossings: five milliseconds each."""
 
 LANES: Final = 4
 """Lanes at most: as many as a screen of 800 lines shows, the oracle's among them."""
@@ -72,21 +82,32 @@ def overview_lanes(result: RunResult, order: Sequence[str]) -> OverviewLanes:
     return OverviewLanes(near, whole, [*session_lanes(result)][: LANES - len(labels)])
 
 
-def log_overview(
-    writer: RecordingWriter, result: RunResult, order: Sequence[str], moments: Sequence[FocusMoment],
-    eyes: Sequence[Eye],
-) -> None:  # fmt: skip
-    """Send lanes, moments, flags and the camera; ``moments`` in order of time, one at least, and the eye of each."""
-    _log_lanes(writer, result, order, moments)
-    _log_texts(writer, result, moments)
-    _log_flags(writer, result, moments)
-    at = [(frame, later) for frame, later, _ in focus_rows(moments)]
-    log_eyes(writer, EYE, at, eyes)
+def log_moments(
+    writer: RecordingWriter, result: RunResult, paths: tuple[str, str, str], moments: Mapping[FocusMoment, Eye]
+) -> None:
+    """Send list, words, flags and camera; ``moments`` in order of time, one at least, and the eye of each.
+
+    ``paths`` are those of the list, of the words, and of what stands in the room.
+    """
+    listed, note, space = paths
+    names = [result.assembly.pair_name(one.pair) for one in moments]
+    widths = max(len(one.label) for one in moments), max(map(len, names))
+    texts = [moment_line(one, name, widths) for one, name in zip(moments, names, strict=True)]
+    colours, levels = packed(one.colour for one in moments), [KINDS[one.outcome] for one in moments]
+    columns = rr.TextLog.columns(text=texts, level=levels, color=colours)
+    writer.rows_later(listed, [(one.frame, one.later) for one in moments], columns)
+    rows = focus_rows([*moments])
+    kinds = [rr.MediaType.MARKDOWN] * len(rows)
+    notes = rr.TextDocument.columns(text=[one.said for *_, one in rows], media_type=kinds)
+    writer.rows_later(note, [(frame, later) for frame, later, _ in rows], notes)
+    _log_flags(writer, result, space, rows)
+    log_eyes(writer, f"{space}/eye", [(frame, later) for frame, later, _ in rows], [*moments.values()])
 
 
-def _log_lanes(
+def log_overview_lanes(
     writer: RecordingWriter, result: RunResult, order: Sequence[str], moments: Sequence[FocusMoment]
 ) -> None:
+    """Send the lanes of the pair in focus, and of all pairs."""
     lanes, assembly = overview_lanes(result, order), result.assembly
     frames = np.arange(len(assembly.motion))
     pair = pair_in_focus(moments, len(frames))
@@ -111,35 +132,16 @@ def _log_lanes(
         log_with_numbers(writer, whole, worst, LOOKS, result.misses[label])
 
 
-def _log_texts(writer: RecordingWriter, result: RunResult, moments: Sequence[FocusMoment]) -> None:
-    """The list, in which a click moves the cursor, and what is said about the moment in focus."""
-    names = [result.assembly.pair_name(one.pair) for one in moments]
-    widths = max(len(one.label) for one in moments), max(map(len, names))
-    texts = [moment_line(one, name, widths) for one, name in zip(moments, names, strict=True)]
-    colours = packed(one.colour for one in moments)
-    levels = [KINDS[one.outcome] for one in moments]
-    columns = rr.TextLog.columns(text=texts, level=levels, color=colours)
-    writer.rows_later(MOMENTS, [(one.frame, one.later) for one in moments], columns)
-    rows = focus_rows(moments)
-    kinds = [rr.MediaType.MARKDOWN] * len(rows)
-    notes = rr.TextDocument.columns(text=[one.said for *_, one in rows], media_type=kinds)
-    writer.rows_later(NOTE, [(frame, later) for frame, later, _ in rows], notes)
-    lead = leading(result, moments)
-    places = [
-        MomentPlace(one.label, kind, one.number, int(writer.clock.ns[one.frame]) + one.later, k == lead)
-        for k, (one, kind) in enumerate(zip(moments, levels, strict=True))
-    ]
-    log_moment_table(writer, places)
-
-
-def _log_flags(writer: RecordingWriter, result: RunResult, moments: Sequence[FocusMoment]) -> None:
+def _log_flags(
+    writer: RecordingWriter, result: RunResult, space: str, rows: Sequence[tuple[int, int, FocusMoment]]
+) -> None:
     """A dot at all times where somebody is wrong, and words on a pole while the fault in focus lasts."""
-    wrong = [one for one in moments if one.label]
+    wrong = [one for *_, one in rows if one.label]
     dots = np.array([one.point for one in wrong], dtype=np.float32).reshape(-1, 3)
     colours = packed(one.colour for one in wrong)
-    writer.static(f"{SPACE}/pins", rr.Points3D(dots, colors=colours, radii=rr.Radius.ui_points(4.0)))
+    writer.static(f"{space}/pins", rr.Points3D(dots, colors=colours, radii=rr.Radius.ui_points(4.0)))
     shown: dict[int, list[FocusMoment]] = {0: []}
-    rows, last = focus_rows(moments), len(writer.clock.ns) - 1
+    last = len(writer.clock.ns) - 1
     for (frame, _, one), after in zip(rows, [*(frame for frame, *_ in rows[1:]), last], strict=True):
         begin = max(frame, min(one.first, one.frame))
         end = min(after, writer.clock.frame_at(float(result.assembly.motion.times[one.last]) + LINGER))
@@ -150,31 +152,34 @@ def _log_flags(writer: RecordingWriter, result: RunResult, moments: Sequence[Foc
     flat = [one for frame in frames for one in shown[frame]]
     counts = [len(shown[frame]) for frame in frames]
     feet = np.array([one.point for one in flat], dtype=np.float32).reshape(-1, 3)
-    tops = feet + np.float32(POLE) * UP.astype(np.float32)
+    tops = feet + POLE
     colours, labels = packed(one.colour for one in flat), [f"{one.label}: {one.words}" for one in flat]
-    writer.rows(f"{SPACE}/flag", frames, rr.Points3D.columns(positions=tops, labels=labels, colors=colours), counts)
+    writer.rows(f"{space}/flag", frames, rr.Points3D.columns(positions=tops, labels=labels, colors=colours), counts)
     poles = rr.LineStrips3D.columns(strips=np.stack([feet, tops], axis=1), colors=colours)
-    writer.rows(f"{SPACE}/pole", frames, poles, counts)
+    writer.rows(f"{space}/pole", frames, poles, counts)
     radius = rr.Radius.ui_points(1.4)
-    writer.static(f"{SPACE}/flag", rr.Points3D.from_fields(radii=radius, show_labels=True))
-    writer.static(f"{SPACE}/pole", rr.LineStrips3D.from_fields(radii=radius))
+    writer.static(f"{space}/flag", rr.Points3D.from_fields(radii=radius, show_labels=True))
+    writer.static(f"{space}/pole", rr.LineStrips3D.from_fields(radii=radius))
 
 
-def moment_eyes(result: RunResult, moments: Sequence[FocusMoment]) -> tuple[list[Eye], set[str]]:
+def moment_eyes(result: RunResult, moments: Sequence[FocusMoment]) -> tuple[dict[FocusMoment, Eye], set[str]]:
     """An eye for each moment, and the bodies that stand between any of them and what it looks at.
 
     It stands before the contact that was missed; farther off where there is none, so that the bodies are seen.
     """
     assembly, scene = result.assembly, result.session.scene
-    obstacles, eyes, hiding = Obstacles(assembly, scene), [], set()
+    obstacles, unseen = Obstacles(assembly, scene), Obstacles(replace(assembly, bodies=()), scene)
+    missed = sorted((one for one in moments if one.outcome == Outcome.MISSED), key=lambda one: -one.size)
+    beyond, hiding = {*missed[COUNTED:]}, set[int]()
+    eyes: dict[FocusMoment, Eye] = {}
     for one in moments:
         user = towards_user(assembly, scene, one.frame, one.point)
-        eye = obstacles.close_up(one.frame, one.point, user)
+        eyes[one] = eye = (unseen if one in beyond else obstacles).close_up(one.frame, one.point, user)
         if one.outcome != Outcome.MISSED:
             back = np.subtract(eye.position, eye.target) * (BACK / CLOSE_UP)
-            eye = Eye(vector_of(np.asarray(eye.target) + back), eye.target)
-        eyes.append(eye)
-        hiding |= obstacles.hiding(one.frame, eye)
+            eyes[one] = eye = Eye(vector_of(np.asarray(eye.target) + back), eye.target)
+        if one not in beyond:
+            hiding |= obstacles.hiding(one.frame, eye)
     return eyes, {assembly.names[body] for body in hiding}
 
 
@@ -190,6 +195,16 @@ class MomentPlace:
 
 
 MOMENT_COLUMNS: Final = tuple(one.name for one in fields(MomentPlace))
+
+
+def moment_places(writer: RecordingWriter, result: RunResult, moments: Sequence[FocusMoment]) -> list[MomentPlace]:
+    """The moments in the order of their detectors."""
+    lead, order = leading(result, moments), [*result.comparisons, ""]
+    places = [
+        MomentPlace(one.label, KINDS[one.outcome], one.number, int(writer.clock.ns[one.frame]) + one.later, k == lead)
+        for k, one in enumerate(moments)
+    ]
+    return sorted(places, key=lambda one: order.index(one.label))
 
 
 def log_moment_table(writer: RecordingWriter, places: Sequence[MomentPlace]) -> None:

@@ -17,6 +17,7 @@ from replay.outputs.palette import BUDGET, MISSED, SERIES, WITHIN_TOLERANCE, Rgb
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed, send_moments
 from replay.outputs.rerun_log.world import body_path
 from replay.outputs.watched_run import ALL, BOXES, CONFIRMED, LOST, SEARCHED, SPHERES, Moment, WatchedRun
+from replay.pipeline.gates import figure
 from replay.prepare.assembly import Assembly
 
 ROOT: Final = "pipeline"
@@ -179,7 +180,7 @@ def budget_words(run: WatchedRun) -> str:
     """How a frame's time stands to the budget."""
     total = np.sum(list(stage_ms(run).values()), axis=0)
     what, ms = ("p99", float(np.percentile(total, 99))) if is_timed(run) else ("mean of all at once", float(total[0]))
-    return f"{what} {ms:.2f} = {ms / BUDGET_MS:.1%} of a {HEADSET_HZ:g} Hz frame ({BUDGET_MS:.1f} ms)"
+    return f"{what} {ms:.2f} = {figure(100 * ms / BUDGET_MS)} % of a {HEADSET_HZ:g} Hz frame ({BUDGET_MS:.1f} ms)"
 
 
 def _log_times(writer: RecordingWriter, run: WatchedRun) -> None:

@@ -2,30 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Final
 from uuid import uuid4
 
 import numpy as np
+import rerun as rr
 from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray
 from cdcore.protocol import counts_as_contact
 from replay.comparison.clusters import MANY, by_depth
 from replay.comparison.contact_counts import contact_counts
+from replay.comparison.outcome import Outcome
 from replay.effects.effect_summary import happened
 from replay.outputs.camera import Eye, overview
 from replay.outputs.lanes import noise_states, ranked_pairs
 from replay.outputs.moments import FocusMoment, key_moments, pair_in_focus, worst_first
-from replay.outputs.palette import NOISES, OUTCOMES, is_ghost, tags_of
+from replay.outputs.palette import NOISES, OUTCOMES, WHITE, is_ghost, tags_of
 from replay.outputs.rerun_log.blueprint import build_blueprint
-from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity
+from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity, packed
 from replay.outputs.rerun_log.contacts import log_contacts
 from replay.outputs.rerun_log.effects import log_effects, log_happened
 from replay.outputs.rerun_log.findings import log_findings
-from replay.outputs.rerun_log.focus import eyes_of, focus, log_eye, log_miss_table
 from replay.outputs.rerun_log.lanes import (
     audit_lanes,
     log_detector_lanes,
@@ -36,17 +37,25 @@ from replay.outputs.rerun_log.lanes import (
     session_lanes,
 )
 from replay.outputs.rerun_log.layout import BlueprintInput, Subject
-from replay.outputs.rerun_log.missed import log_missed_faces, log_pins
-from replay.outputs.rerun_log.overview import ANSWER, log_overview, moment_eyes, overview_lanes
+from replay.outputs.rerun_log.missed import log_missed_faces
+from replay.outputs.rerun_log.overview import (
+    ANSWER,
+    MOMENTS,
+    NOTE,
+    SPACE,
+    log_moment_table,
+    log_moments,
+    log_overview_lanes,
+    moment_eyes,
+    moment_places,
+    overview_lanes,
+)
 from replay.outputs.rerun_log.pipeline import log_pipeline
 from replay.outputs.rerun_log.pipeline_frame import log_frame
 from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.report import (
     answer_text,
     log_cluster_list,
-    log_missed_list,
-    log_notes,
-    log_worst,
     report_text,
 )
 from replay.outputs.rerun_log.search_picture import log_searches
@@ -62,9 +71,6 @@ APPLICATION: Final = "vrlab-replay"
 
 DETECTOR_LANES: Final = 40
 """Pairs with lanes per detector at most: beyond it nobody scrolls, and every lane costs the viewer a row."""
-
-CLUSTER_ANGLE: Final = 0.11
-"""Pins nearer to each other than this share of the overview's distance share their numbers: words would overlap."""
 
 SMALL: Final = 0.5
 """Metres: the overview frames bodies up to this size; a bench would push the glasses into a corner."""
@@ -84,22 +90,21 @@ def write_recording(result: RunResult, path: Path, *, log_search: bool = False) 
     clock = RecordingClock.of(result.assembly, spans)
     subjects = [_subject(result, label, k) for k, label in enumerate(result.comparisons)]
     watched = watched_runs(result, all_looks=log_search)
-    moments = key_moments(result) if result.comparisons and result.summary else []
-    eyes, hiding = moment_eyes(result, moments)
+    moments, hiding = moment_eyes(result, key_moments(result) if result.comparisons else [])
     lanes = overview_lanes(result, worst_first(result)) if moments else None
     eye, spoken_of = _eye(result), _spoken_of(result)
     layout = BlueprintInput(result, subjects, eye, bool(spoken_of), watched, lanes, hiding)
     with recording_file(f"{APPLICATION}-{uuid4().hex}", path, build_blueprint(layout)) as stream:
         stream.send_recording_name(result.session.scene.name or "Session")
         writer = RecordingWriter(stream, clock)
-        _log_all(writer, result, subjects, eye)
+        _log_all(writer, result, subjects, moments)
         log_detector_lanes(writer, "detectors", result.assembly, result.detections, spoken_of)
         for run in watched:
             log_pipeline(writer, run, result.assembly)
             log_searches(writer, run, result.assembly, result.session.scene, eye)
             log_frame(writer, run, result.assembly)
         if moments:
-            _log_overview(writer, result, moments, eyes)
+            _log_overview(writer, result, moments)
 
 
 def _subject(result: RunResult, label: str, number: int) -> Subject:
@@ -121,7 +126,9 @@ def _subject(result: RunResult, label: str, number: int) -> Subject:
     )
 
 
-def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subject], eye: Eye) -> None:
+def _log_all(
+    writer: RecordingWriter, result: RunResult, subjects: Sequence[Subject], moments: Mapping[FocusMoment, Eye]
+) -> None:
     assembly, scene = result.assembly, result.session.scene
     # A run of effects alone needs the bodies that they name, and no other is drawn.
     named = result.summary["plan"]["bodies"] if scene.effects is not None and not result.detections else {}
@@ -131,9 +138,8 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     for label, detection in result.detections.items():
         against = result.comparisons.get(label if label != result.oracle else first)
         log_contacts(writer, label, assembly, detection, against, curves=label == result.oracle or not result.oracle)
-    reach = CLUSTER_ANGLE * float(np.linalg.norm(np.subtract(eye.position, eye.target)))
     for subject in subjects:
-        _log_subject(writer, result, subject, reach)
+        _log_subject(writer, result, subject, moments)
     counts = {subject.label: contact_counts(result, subject.label) for subject in subjects}
     remarks = {label: contact_words(one) if one.contacts else "" for label, one in counts.items()}
     log_timing(writer, result.detections, remarks)
@@ -148,17 +154,19 @@ def _log_all(writer: RecordingWriter, result: RunResult, subjects: Sequence[Subj
     log_findings(writer, result)
 
 
-def _log_overview(
-    writer: RecordingWriter, result: RunResult, moments: Sequence[FocusMoment], eyes: Sequence[Eye]
-) -> None:  # fmt: skip
-    log_overview(writer, result, worst_first(result), moments, eyes)
+def _log_overview(writer: RecordingWriter, result: RunResult, moments: Mapping[FocusMoment, Eye]) -> None:
+    log_overview_lanes(writer, result, worst_first(result), [*moments])
+    log_moments(writer, result, (MOMENTS, NOTE, SPACE), moments)
+    log_moment_table(writer, moment_places(writer, result, [*moments]))
     writer.markdown(ANSWER, answer_text(result))
-    pair = pair_in_focus(moments, len(result.assembly.motion))
+    pair = pair_in_focus([*moments], len(result.assembly.motion))
     for label in with_solids(result):
         log_solids(writer, result, label, pair)
 
 
-def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, reach: float) -> None:
+def _log_subject(
+    writer: RecordingWriter, result: RunResult, subject: Subject, moments: Mapping[FocusMoment, Eye]
+) -> None:
     assembly, misses = result.assembly, result.misses.get(subject.label, ())
     oracle = result.detections[result.oracle]
     for path, column in subject.lanes.items():
@@ -170,15 +178,14 @@ def _log_subject(writer: RecordingWriter, result: RunResult, subject: Subject, r
                 states = noise_states(result.noise, result.episodes[result.oracle], column, len(assembly.motion))
                 log_lane(writer, noise_lane(path), states, NOISES)
     log_missed_faces(writer, subject.faces, assembly, oracle, misses)
-    log_pins(writer, subject.missed, misses, reach)
-    log_missed_list(writer, f"{subject.words}/missed", misses, f"nothing missed by {subject.label}")
-    log_cluster_list(writer, f"{subject.words}/clusters", misses)
-    log_worst(writer, f"{subject.words}/longest_cuts", subject.label, misses)
-    log_miss_table(writer, f"{subject.missed}/table", misses)
-    if misses:
-        shown = focus(misses)
-        log_eye(writer, subject.camera, shown, eyes_of(assembly, result.session.scene, misses))
-        log_notes(writer, f"{subject.words}/nearest_miss", shown, result, subject.label)
+    listed, note = f"{subject.words}/missed", f"{subject.words}/nearest_miss"
+    own = {one: eye for one, eye in moments.items() if one.label == subject.label and one.outcome == Outcome.MISSED}
+    if own:
+        log_moments(writer, result, (listed, note, subject.missed), own)
+    else:
+        none = rr.TextLog.columns(text=[f"nothing missed by {subject.label}"], level=["none"], color=packed([WHITE]))
+        writer.rows(listed, [0], none)
+    log_cluster_list(writer, f"{subject.words}/clusters", misses, {one.number: one for one in own})
 
 
 def _spoken_of(result: RunResult) -> list[int]:

@@ -1,4 +1,4 @@
-"""Words beside the picture: a headline that says what was missed, the numbered list, a note on the current miss."""
+"""Words beside the picture: the answer, the report, and clusters of misses."""
 
 from __future__ import annotations
 
@@ -12,63 +12,19 @@ import rerun as rr
 from replay.base.constants import CAVEAT
 from replay.base.shown import shown
 from replay.base.wilson import OVER_CONTACTS
-from replay.comparison.clusters import MANY, Cluster, clusters, seen_and_between
+from replay.comparison.clusters import MANY, Cluster, clusters
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Miss
 from replay.effects.effect_summary import happened_words
-from replay.outputs.moments import miss_note, to_do
-from replay.outputs.palette import MISSED, PARTLY_MISSED, WHITE
+from replay.outputs.moments import FocusMoment, to_do
+from replay.outputs.palette import MISSED, PARTLY_MISSED
 from replay.outputs.rerun_log.columns import RecordingWriter, packed
-from replay.outputs.rerun_log.focus import Focus, moments
-from replay.outputs.run_tables import cluster_table, miss_table, ranking_table
+from replay.outputs.run_tables import ranking_table
 from replay.outputs.tables import markdown, table, text_of
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words
 from replay.pipeline.headline import beside, doubts, headlines, price, undecided
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
-
-WORST: Final = MANY
-"""Misses in the table of the worst; the list beside it has all."""
-
-
-def log_missed_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], empty: str) -> None:
-    """Send one line per miss at its deepest frame: a click on it moves the cursor to where there is most to see."""
-    if not misses:
-        writer.rows(path, [0], rr.TextLog.columns(text=[empty], level=["none"], color=packed([WHITE])))
-        return
-    width = max(len(f"{miss.body_a}-{miss.body_b}") for miss in misses)
-    digits = len(str(max(miss.number for miss in misses)))
-    lines = {one.number: (_line(one, width, digits), one.kind, one.kind == NEVER_FOUND) for one in misses}
-    _log_lines(writer, path, misses, lines)
-
-
-def _log_lines(
-    writer: RecordingWriter, path: str, misses: Sequence[Miss], lines: Mapping[int, tuple[str, str, bool]]
-) -> None:
-    """Send lines where the cursor meets their misses: number -> words, level, whether the contact was never found."""
-    at = moments(misses)
-    numbers = sorted(lines, key=lambda number: at[number])
-    texts, levels, whole = zip(*(lines[number] for number in numbers), strict=True)
-    colours = packed(MISSED if one else PARTLY_MISSED for one in whole)
-    columns = rr.TextLog.columns(
-        text=[*map(shown, texts)], level=[level.replace(" ", "_") for level in levels], color=colours
-    )
-    writer.rows_later(path, [at[number] for number in numbers], columns)
-
-
-def _line(miss: Miss, width: int, digits: int) -> str:
-    when = f"{miss.seconds:7.2f} s {miss.last - miss.first + 1:4} fr"
-    name, depth = f"{miss.body_a}-{miss.body_b}", depth_words(miss, " mm", 5)
-    return f"{miss.number:>{digits}}  {when}  {name:<{width}}  {miss.kind:<11}  {depth}  {miss.cause}"
-
-
-def log_notes(writer: RecordingWriter, path: str, shown: Sequence[Focus], result: RunResult, label: str) -> None:
-    """Send what is to be said about the miss in the close-up, a row where it changes."""
-    count, contacts = len(result.misses[label]), len(result.episodes[result.oracle])
-    texts = [miss_note(one.miss, count, contacts, label, result.oracle) for one in shown]
-    columns = rr.TextDocument.columns(text=texts, media_type=["text/markdown"] * len(texts))
-    writer.rows_later(path, [(one.frame, one.later) for one in shown], columns)
-
 
 RANK_COLUMNS: Final = ("detector", "missed", "in part", "undecided", "false", "p99 ms", "what to do", "asked")
 
@@ -129,7 +85,7 @@ def report_text(result: RunResult) -> str:
         parts.append(markdown(ranking_table(result.summary)))
     parts += [*beside(result), *price(result)]
     if not result.detections:
-        parts += [f"- {line}" for line in happened_words(result.effects, WORST)]
+        parts += [f"- {line}" for line in happened_words(result.effects, MANY)]
     parts.append(_outcome_table(result))
     if assembly.proxies:
         parts.append(f"Proxy meshes stand in for: {', '.join(assembly.proxies)}.")
@@ -150,35 +106,19 @@ def _outcome_table(result: RunResult) -> str:
     return markdown(table("", head, rows))
 
 
-def log_worst(writer: RecordingWriter, path: str, label: str, misses: Sequence[Miss]) -> None:
-    """Send the misses with the longest cuts, the longest first, then those that no frame shows, in order of time."""
-    seen, between = seen_and_between(misses)
-    tables = [cluster_table(label, misses).only(*CLUSTER_HEAD)] if len(misses) > MANY else []
-    if seen:
-        title = f"The {len(seen[:WORST])} longest of {counted(len(seen), 'cut')}"
-        tables.append(miss_table(title, seen[:WORST]).only(*MISS_HEAD, "frames", "cut mm", "face pairs"))
-    if between:
-        made = miss_table(f"{len(between)} missed between frames", between[:WORST]).only(*MISS_HEAD, "after frame")
-        tables.append(made.titled(made.title, "No frame shows them, so they have no depth."))
-    text = "\n\n".join(markdown(one, level=3) for one in tables) or "### Nothing missed"
-    writer.markdown(path, text)
-
-
-MISS_HEAD: Final = ("miss", "at s", "pair", "what")
-CLUSTER_HEAD: Final = ("pair", "misses", "frames", "s", "miss", "longest cut mm")
-
-
-def log_cluster_list(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
-    """Send one line per cluster at its deepest moment, where there are too many misses for a line each."""
+def log_cluster_list(writer: RecordingWriter, path: str, misses: Sequence[Miss], at: Mapping[int, FocusMoment]) -> None:
+    """Send one line per cluster at its deepest moment, ``at`` of a number, where there are too many for a line each."""
     if len(misses) <= MANY:
         return
-    found = clusters(misses)
-    width = max(len(f"{cluster.deepest.body_a}-{cluster.deepest.body_b}") for cluster in found)
-    lines = {
-        one.deepest.number: (_cluster_line(one, width), "cluster", all(miss.kind == NEVER_FOUND for miss in one.misses))
-        for one in found
-    }
-    _log_lines(writer, path, misses, lines)
+    found = sorted(clusters(misses), key=lambda one: (at[one.deepest.number].frame, at[one.deepest.number].later))
+    moments = [at[one.deepest.number] for one in found]
+    width = max(len(f"{one.deepest.body_a}-{one.deepest.body_b}") for one in found)
+    whole = (all(miss.kind == NEVER_FOUND for miss in one.misses) for one in found)
+    columns = rr.TextLog.columns(
+        text=[shown(_cluster_line(one, width)) for one in found], level=["cluster"] * len(found),
+        color=packed(MISSED if one else PARTLY_MISSED for one in whole),
+    )  # fmt: skip
+    writer.rows_later(path, [(one.frame, one.later) for one in moments], columns)
 
 
 def _cluster_line(cluster: Cluster, width: int) -> str:

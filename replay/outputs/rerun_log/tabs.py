@@ -9,7 +9,7 @@ import rerun.blueprint as rrb
 
 from replay.comparison.outcome import Outcome
 from replay.outputs.rerun_log.layout import LANE_POINTS, LOW_POINTS, RULER_POINTS, BlueprintInput
-from replay.outputs.rerun_log.overview import ANSWER, EYE, MOMENTS, NOTE, SPACE, OverviewLanes
+from replay.outputs.rerun_log.overview import ANSWER, EYE, MOMENTS, NOTE, ON_POLES, SPACE, OverviewLanes
 from replay.outputs.rerun_log.pipeline import budget_words, near_path, pipeline_path, sphere_path, stage_ms
 from replay.outputs.rerun_log.pipeline_frame import WIDTH
 from replay.outputs.rerun_log.timing import clipped, timing_view
@@ -47,7 +47,7 @@ def answer_tab(layout: BlueprintInput, lanes: OverviewLanes) -> Any:
     contents = ["/world/**", *layout.crowding, *(f"- /{one.missed}/**" for one in layout.subjects)]
     answer = text_view(ANSWER, "Answer: what is wrong, why, and what being right costs")
     where = spatial("Where: red missed, pink in part, yellow false", [*contents, f"- /{EYE}"], layout.eye)
-    hidden = [f"- /{SPACE}/{part}" for part in ("pins", "flag", "pole")]
+    hidden = [f"- /{SPACE}/{part}" for part in ON_POLES]
     wires = f"wires: what {next(iter(layout.solids))} asks" if layout.solids else ""
     name = f"Close-up    {wires}" if wires else "Close-up: the moment nearest to the cursor"
     close = spatial(name, [*contents, *hidden], EYE, overrides=layout.faded)

@@ -129,7 +129,7 @@ def timing_view(costs: Mapping[str, Cost], whole: rrb.TimeAxis, *, short: bool =
     # A budget far above everything would press the curves to the floor: then the title says how far.
     budget = ["timing/budget"] if top > BUDGET_SHOWN * BUDGET_MS and not (short and len(costs) > LEGEND) else []
     top = max(top, 1.15 * BUDGET_MS if budget else 0.0)
-    worst = f"worst {slowest:.2f}{cut if slowest > top else ''}: {slowest / BUDGET_MS:.0%} of a "
+    worst = f"worst {slowest:.2f}{cut if slowest > top else ''}: {100 * slowest / BUDGET_MS:.0f} % of a "
     worst += f"{HEADSET_HZ:g} Hz frame" if short else f"frame at {HEADSET_HZ:g} Hz ({BUDGET_MS:.1f} ms)"
     totals = {label: stage_path(label, TOTAL) for label in costs}
     more: dict[str, Any] = {"axis_y": rrb.ScalarAxis(range=(0.0, top))}

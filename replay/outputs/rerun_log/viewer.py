@@ -21,8 +21,7 @@ import rerun_cli
 from rerun.experimental import View, ViewerClient, ViewerState
 
 from replay.errors import ReplayError, RunFolderError
-from replay.outputs.rerun_log.columns import SESSION, entity
-from replay.outputs.rerun_log.focus import read_misses
+from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.recording_file import write_layer
 from replay.outputs.results.run_folder import ANNOTATIONS, read_run_folder
@@ -166,24 +165,12 @@ def _target(recording: Path, miss: int | None, false: int | None, by: str) -> in
     if miss is None and false is None:
         return next((one.session_ns for one in moments if one.leads and by in (one.label, "")), 0)
     kind, number, plural = ("miss", miss, "misses") if miss is not None else ("false", false, "false contacts")
-    found: list[dict[int, int]] = []
-    for label in [by] if by or not moments else dict.fromkeys(one.label for one in moments):
-        listed = {one.number: one.session_ns for one in moments if (one.kind, one.label) == (kind, label)}
-        own = {one.number: one.session_ns for one in read_misses(recording, miss_table_of(label))} if miss else {}
-        # the misses of the detector that is audited first have no folder of their own
-        first = miss is not None and not own and bool(listed or not moments)
-        all_of_it = {one.number: one.session_ns for one in read_misses(recording)} if first else own
-        found.insert(0 if first else len(found), listed | all_of_it)
-    there = {key: ns for one in reversed(found) for key, ns in one.items()}
+    own = [one for one in moments if one.kind == kind and by in (one.label, "")]
+    there = {one.number: one.session_ns for one in reversed(own)}
     if number not in there:
         most = f"its {plural} are numbered 1 to {max(there)}" if there else "it has none"
         raise RunFolderError(f"there is no {kind} {number} in {recording}; {most}")
     return there[number]
-
-
-def miss_table_of(label: str) -> str:
-    """Where a recording has the misses of a detector that is not the first."""
-    return f"{entity('world', f'missed_by_{label}')}/table"
 
 
 def start_viewer(*, headless: bool = False, size: tuple[int, int] = (1920, 1080)) -> OpenViewer:

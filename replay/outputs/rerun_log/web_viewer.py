@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import Final
 from urllib.request import urlopen
 
-from replay.outputs.rerun_log.columns import SESSION, entity
-from replay.outputs.rerun_log.focus import read_misses
+from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.viewer import (
     LOOPBACK,
@@ -75,9 +74,6 @@ def moment_commands(recording: Path, labels: Sequence[str]) -> dict[str, bytes]:
     ``labels`` are the audited detectors in their order; an address without one means the first.
     """
     at: dict[str, int] = {}
-    for number, label in enumerate(labels):
-        by, space = (label, entity("world", f"missed_by_{label}")) if number else ("", "world/missed")
-        at |= {address("miss", one.number, by): one.session_ns for one in read_misses(recording, f"{space}/table")}
     for one in read_moments(recording):
         if one.number:
             at[address(one.kind, one.number, "" if one.label == labels[0] else one.label)] = one.session_ns

@@ -96,8 +96,7 @@ def shaded(mesh: TriangleMesh) -> tuple[NDArray[np.float32], NDArray[np.float32]
     corner = mesh.faces.reshape(-1).astype(np.int64)
     # Corners of one vertex whose normals agree to 1/100 become one vertex again: a third of the size.
     key = np.concatenate([corner[:, None], np.round(normals * 100).astype(np.int64)], axis=1)
-    packed = ((key[:, 0] * 256 + key[:, 1] + 128) * 256 + key[:, 2] + 128) * 256 + key[:, 3] + 128
-    _, first, number = np.unique(packed, return_index=True, return_inverse=True)
+    _, first, number = np.unique(key @ [256**3, 256**2, 256, 1], return_index=True, return_inverse=True)
     vertices = mesh.vertices[corner[first]].astype(np.float32)
     return vertices, normals[first].astype(np.float32), number.reshape(-1, 3).astype(np.uint32)
 

@@ -11,11 +11,10 @@ from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Final
 
-import pyarrow.parquet as pq
-
 from replay.base.constants import BLOCK_FRAMES
 from replay.errors import OutputError, RunFolderError
-from replay.outputs.report.markup import page_section, page_table
+from replay.outputs.report.markup import page_section
+from replay.outputs.results.parquet import read_table
 from replay.outputs.results.run_folder import ANNOTATIONS, EPISODES, FALSE_CONTACTS, FRAMES, MISSES, REPORT, RunFolder
 from replay.outputs.results.seal import SEAL
 from replay.outputs.tables import Table, table
@@ -81,11 +80,10 @@ def faults_of(run: RunFolder) -> list[Fault]:
     found = [("miss", row, _whole(row, oracle)) for row in run.rows(MISSES)]
     if (run.path / FALSE_CONTACTS).is_file():
         found += [("false", row, row) for row in run.rows(FALSE_CONTACTS)]
-    ends = sorted({contact[end] for *_, contact in found for end in ("first", "last")})
-    if not ends:
+    if not found:
         return []
-    frames = pq.read_table(run.path / FRAMES, columns=["frame", "stamp_ns"], filters=[("frame", "in", ends)])
-    stamp = dict(zip(frames["frame"].to_pylist(), frames["stamp_ns"].to_pylist(), strict=True))
+    frames = read_table(run.path / FRAMES, ["frame", "stamp_ns"])
+    stamp = dict(zip(*(one.to_pylist() for one in frames.columns), strict=True))
     session = run.summary["session"]["digest"]
     return [
         Fault(row["number"], Annotation(
@@ -192,7 +190,7 @@ def show_in_report(run: RunFolder) -> None:
         return
     page = _SECTION.sub("", path.read_text(encoding="utf-8"))
     if said:
-        section = page_section("Annotations", page_table(annotation_table(run, said)))
+        section = page_section("Annotations", annotation_table(run, said))
         marked = f"<!-- annotations -->{section}<!-- end of annotations -->\n"
         page = page.replace("</main>", f"{marked}</main>", 1)
     with whole_file(path, OutputError) as stream:

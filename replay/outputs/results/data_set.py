@@ -33,7 +33,7 @@ def read(folder: Path | str) -> dict[str, pa.Table]:
     """Read all run folders at or below a folder, of any age, as tables to ask questions of.
 
     The tables are ``episodes`` (contacts), ``misses``, ``false_contacts``, ``events`` and ``metrics``. Every row has
-    ``run`` (the run folder below ``folder``, with ``/``), ``session`` (16 hex digits over clock and poses), ``student``
+    ``run`` (the run folder below ``folder``, with ``/``), ``session`` (16 hex digits over every pose), ``student``
     (the pseudonym, ``""``: none stated), ``task`` and ``stage``; those of metrics have ``oracle`` and ``vr_type`` too.
     What an older version did not write is null. A session that was run twice is there twice. Raises
     ``RunFolderError``: there is no run folder, a table cannot be read, or a newer version wrote it.

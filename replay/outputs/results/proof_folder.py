@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.outputs.results.parquet import UNREADABLE, read_columns
+from replay.errors import RunFolderError
+from replay.outputs.results.parquet import read_table
 from replay.outputs.results.run_folder import EPISODES, FRAMES, SUMMARY, RunFolder, read_run_folder
 from replay.outputs.results.seal import PROOF, file_hash, read_seal
 from replay.proof.claims import KINDS, Kind, Proof, WrongRecord
@@ -72,7 +73,7 @@ def _check_tables(run: RunFolder, proof: Proof, table: NDArray[np.uint8]) -> Non
     column = {frozenset((bodies[i], bodies[j])): k for k, (i, j, _) in enumerate(proof.header["pairs"])}
     contact = np.isin(table, (Kind.CONTACT, Kind.CONTAINED))
     try:
-        rows = read_columns(run.path / FRAMES)
+        rows = read_table(run.path / FRAMES).to_pydict()
         pair = _columns(rows, column)
         frame = np.array(rows["frame"], dtype=np.int64)
         words = np.array([KINDS.get(kind, "") for kind in range(max(KINDS) + 1)])
@@ -85,11 +86,11 @@ def _check_tables(run: RunFolder, proof: Proof, table: NDArray[np.uint8]) -> Non
         if (contact & ~contact_rows).any():
             t, p = (int(k[0]) for k in np.nonzero(contact & ~contact_rows))
             raise WrongRecord(f"{FRAMES}: frame {t} of pair {p} is in contact and has no row")
-        rows = read_columns(run.path / EPISODES)
+        rows = read_table(run.path / EPISODES).to_pydict()
         pair = _columns(rows, column)
         mine = [k for k, one in enumerate(rows["detector"]) if one == label]
         found = sorted((int(pair[k]), rows["first"][k], rows["last"][k]) for k in mine)
-    except (*UNREADABLE, KeyError, ValueError, TypeError, IndexError) as error:
+    except (RunFolderError, KeyError, ValueError, TypeError, IndexError) as error:
         raise WrongRecord(f"{FRAMES} or {EPISODES} cannot be read ({error})") from error
     proven = [(p, *row) for p in range(contact.shape[1]) for row in runs(contact[:, p]).tolist()]
     if found != proven:

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 from replay.base.machine import versions
 from replay.errors import OutputError, RunFolderError
-from replay.outputs.report.markup import ALLOWED, element, page_html, page_table
+from replay.outputs.report.markup import ALLOWED, element, page_html, rendered
 from replay.outputs.results.run_folder import (
     PICTURE,
     REPORT,
@@ -159,4 +159,4 @@ def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
         rows.append((Marked(name, to=f"{name}.html"), who, titles[name]))
     made = table("Runs", ("run", "who", "session and answer"), rows, words=3)
     title = counted(len(pages), "run")
-    return page_html(title, [element("h1", title)], [page_table(made)])
+    return page_html(title, [element("h1", title)], [rendered(made)])

@@ -11,8 +11,8 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
-from replay.errors import StudyError
-from replay.outputs.results.parquet import UNREADABLE, read_columns
+from replay.errors import RunFolderError, StudyError
+from replay.outputs.results.parquet import read_table
 from replay.studies.class_study.codebook import Codebook, Item
 from replay.studies.class_study.refusals import StudyRefusedError
 
@@ -148,9 +148,9 @@ class Metrics:
 def read_metrics(path: Path) -> Metrics:
     """Read ``metrics.parquet``; raises ``StudyError`` for another table and ``StudyRefusedError`` ``ids``."""
     try:
-        columns = read_columns(path)
-    except UNREADABLE as error:
-        raise StudyError(f"{path} cannot be read as a table of metrics: {error}") from error
+        columns = read_table(path).to_pydict()
+    except RunFolderError as error:
+        raise StudyError(f"{path} cannot be read as a table of metrics: {error.__cause__}") from error
     for name in (STUDENT, DETECTOR, RECALL, CONTACT_FRAMES):
         if name not in columns:
             raise StudyError(f"{path.name} lacks the column {name!r}; make it with `replay study collect`")

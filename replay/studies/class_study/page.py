@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from replay.base.shown import drawable
 from replay.outputs.report.drawing import PAPER, svg_in_page
-from replay.outputs.report.markup import ALLOWED, Markup, contents, element, page_html, page_section, page_table
+from replay.outputs.report.markup import ALLOWED, Markup, Part, contents, element, listed, page_html, page_section
 from replay.outputs.tables import table
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns
@@ -94,54 +94,50 @@ def refuse_causal_words(texts: Sequence[str]) -> None:
 
 
 def _sessions(made: ClassTables, where: Mapping[str, Place]) -> list[Markup]:
-    parts = [page_section("Sessions to look at first", page_table(sessions_table(made.runs, where)))]
+    parts = [page_section("Sessions to look at first", sessions_table(made.runs, where))]
     for title, found, fold in (
         ("How detectors differ", made.detectors(), False), ("Pairs missed most", made.pairs(), False),
         ("Task, stage, VR type", made.doing(), False), ("Causes", made.causes(), True),
         ("Events", made.events(), True), ("Data quality", made.quality(), False),
     ):  # fmt: skip
-        content = page_table(found) if found.rows else element("p", "There is none in the sessions with a pseudonym.")
+        content = found if found.rows else "There is none in the sessions with a pseudonym."
         parts.append(page_section(title, content, fold=fold))
     return parts
 
 
 def _sections(study: Study, here: Mapping[str, str]) -> list[Markup]:
-    parts = [page_section("What was found", _list(headlines(study)))]
+    parts = [page_section("What was found", listed(headlines(study)))]
     if study.sensitivity:
-        parts.append(page_section("Under another detector", page_table(sensitivity_table(study))))
+        parts.append(page_section("Under another detector", sensitivity_table(study)))
     if study.regressions:
-        parts.append(page_section("Every association", _forest(study), page_table(coefficient_table(study))))
-    compared = [page_table(group_table(study))] if study.groups else []
+        parts.append(page_section("Every association", _forest(study), coefficient_table(study)))
+    compared: list[Part] = [group_table(study)] if study.groups else []
     if not study.group_sizes:
-        compared = [element("p", "The codebook declares no groups, so none are compared.")]
-    parts.append(page_section("Groups, as Table II", *compared, page_table(sample_table(study, here))))
+        compared = ["The codebook declares no groups, so none are compared."]
+    parts.append(page_section("Groups, as Table II", *compared, sample_table(study, here)))
     parts.append(page_section("Questionnaire", *_questionnaire(study)))
     parts.append(page_section("Not said, and why", _refusals(study), fold=True))
     parts.append(page_section("How it was computed", _methods(study), fold=True))
     return parts
 
 
-def _list(lines: Sequence[str]) -> Markup:
-    return element("ul", *(element("li", line) for line in lines))
-
-
-def _questionnaire(study: Study) -> list[Markup]:
-    parts = [page_table(reliability_table(study))] if study.reliabilities else []
+def _questionnaire(study: Study) -> list[Part]:
+    parts: list[Part] = [reliability_table(study)] if study.reliabilities else []
     if study.kmo is not None and study.bartlett is not None:
         b = study.bartlett
         said = (
             f"All items together: KMO {study.kmo:.3f} ({kaiser_word(study.kmo)}); Bartlett's chi-square "
             f"{b.chi_square:.1f} with {b.degrees} degrees of freedom, p {p_words(b.p)}; n = {b.students}."
         )
-        parts.append(element("p", said))
-    return parts + [element("p", warning) for warning in study.warnings]
+        parts.append(said)
+    return [*parts, *study.warnings]
 
 
-def _refusals(study: Study) -> Markup:
+def _refusals(study: Study) -> Part:
     if not study.refusals:
-        return element("p", "Nothing that was asked had to be refused.")
+        return "Nothing that was asked had to be refused."
     rows = [(one.what, one.rule, one.reason, one.lift) for one in study.refusals]
-    return page_table(table("Results not given", ("result", "rule", "reason", "what lifts it"), rows, words=4))
+    return table("Results not given", ("result", "rule", "reason", "what lifts it"), rows, words=4)
 
 
 def _methods(study: Study) -> Markup:
@@ -153,7 +149,7 @@ def _methods(study: Study) -> Markup:
         "interval that leaves out zero.",
         "Every student counts once, with several sessions by their mean. Below 100 students p comes from permutations.",
     ]
-    return _list(lines)
+    return listed(lines)
 
 
 def _forest(study: Study) -> Markup:

@@ -44,7 +44,7 @@ def write_diff(
     first, second = (read_run_folder(one) for one in runs)
     parts = ("digest", "first_stamp_ns", "frames")
     if len({tuple(one.summary["session"].get(name) for name in parts) for one in (first, second)}) > 1:
-        raise RunFolderError(f"{runs[0]} and {runs[1]} hold other frames, so one picture cannot show both")
+        raise RunFolderError(f"{runs[0]} and {runs[1]} hold other frames, which no picture shows; leave out --out")
     rows = [one.rows(EPISODES) for one in (first, second)]
     detectors = [
         DiffedDetector(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from replay.outputs.paper_table import Cell, PaperTable
-from replay.outputs.report.markup import element, page_html, page_section, page_table, picture
+from replay.outputs.report.markup import element, listed, page_html, page_section, picture
 from replay.outputs.rerun_log.paper_recording import record
 from replay.studies.paper.calibration import put, write_calibration
 from replay.studies.paper.experiment import PaperResult
@@ -46,11 +46,10 @@ def as_json(result: PaperResult) -> dict[str, Any]:
 
 def page(result: PaperResult, drawn: Mapping[str, tuple[str, bytes]]) -> str:
     """The page as text: what the tables say, then every table below its picture."""
-    said = element("ul", *(element("li", sentence) for sentence in verdict_of(result.tables)))
-    parts = [page_section("What the tables say", said)]
+    parts = [page_section("What the tables say", listed(verdict_of(result.tables)))]
     for one in result.tables:
         shape = [picture(drawn[one.key][1], one.title)] if one.key in drawn else []
-        cells = page_table(replace(one.plain, title=one.note, notes=()))
+        cells = replace(one.plain, title=one.note, notes=())
         parts.append(page_section(f"{one.key}: {one.title}", *shape, cells))
     return page_html(TITLE, [element("p", _preamble(result)), element("h1", TITLE)], parts)
 

@@ -51,15 +51,6 @@ def test_settings_change_no_answer(settings):
     assert other.faces_digest == plain.faces_digest
 
 
-@pytest.mark.parametrize("block", [1, 3, 17])
-def test_a_stream_in_blocks_has_the_digests_of_the_whole(block):
-    _, bodies, motion = scene("degenerate")
-    detector = create_detector("exact", bodies)
-    whole, joined = detector.detect(motion, faces=True), join(detector.stream(motion.blocks(block), faces=True))
-    assert joined.digest == whole.digest
-    assert joined.faces_digest == whole.faces_digest
-
-
 def test_threads_below_one_are_refused():
     with pytest.raises(InvalidSettingError, match="threads"):
         create_detector("exact", [body_of("a", grid_plate(1))], threads=0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.shapes import lab
 
-from cdcore import FrameDetector, Verdict, create_detector, join
+from cdcore import Verdict, create_detector, join
 from cdcore.errors import InvalidPoseError
 from cdcore.protocol import Detector, Explains, Explanation, PairDetector
 
@@ -54,28 +54,6 @@ def test_a_detector_of_a_fixed_step_looked_exactly_where_its_answer_may_change()
         changes = np.flatnonzero((np.diff(detector.detect(motion).verdict.astype(int), axis=0) != 0).any(axis=1)) + 1
         known = motion.valid.all(axis=1)
         assert all(looked[frame] for frame in changes if known[frame] and known[frame - 1])
-
-
-class Near(FrameDetector):
-    """Pairs whose origins are within 0.3 m, in two frames running."""
-
-    def prepare(self):
-        self.before = np.zeros(len(self.pairs), dtype=bool)
-
-    def look(self, rotations, translations):
-        away = np.linalg.norm(translations[self.pairs[:, 0]] - translations[self.pairs[:, 1]], axis=1)
-        now, self.before = (away < 0.3) & self.before, away < 0.3
-        return now
-
-
-class Wrong(FrameDetector):
-    def look(self, rotations, translations):
-        return [True]
-
-
-def made(kind, bodies):
-    pairs = create_detector("sphere", bodies).pairs
-    return kind(bodies, pairs)
 
 
 class Parity(PairDetector[str]):

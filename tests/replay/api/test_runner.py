@@ -2,7 +2,7 @@ import pytest
 from support.small_worlds import cubes
 
 import replay
-from replay.errors import OutputError
+from replay.errors import OutputError, ProofError
 from sessions import write_session
 from sessions.errors import SessionFileError
 
@@ -34,7 +34,8 @@ def test_a_folder_in_the_way_is_refused_before_any_work(tmp_path):
         replay.run(tmp_path / "missing.mcap")
 
 
-def test_the_package_says_what_it_has():
-    assert {"run", "plan", "RunResult"} <= set(dir(replay))
-    with pytest.raises(AttributeError, match=r"it has: .*run"):
-        _ = replay.rum
+def test_a_proof_without_a_file_or_a_run_folder_is_refused(tmp_path):
+    write_session(cubes(PLACES), tmp_path / "s.mcap")
+    for given, out in ((cubes(PLACES), tmp_path / "run"), (tmp_path / "s.mcap", None)):
+        with pytest.raises(ProofError, match="name both"):
+            replay.run(given, detectors="sphere", proof=True, out=out)

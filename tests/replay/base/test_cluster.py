@@ -4,6 +4,7 @@ import sys
 import time
 from functools import partial
 from importlib.metadata import version
+from types import SimpleNamespace
 
 import pytest
 
@@ -46,6 +47,13 @@ def test_a_worker_with_other_versions_or_without_the_tool_is_named_with_both():
         _require_same("tcp://a:1", {name: one for name, one in here.items() if name != "numba"})
     with pytest.raises(WorkerError, match=r"cannot load vrlab-replay .*No module named 'replay'.*install it there"):
         _require_same("tcp://a:1", ModuleNotFoundError("No module named 'replay'"))
+
+
+def test_a_scheduler_elsewhere_may_have_fewer_workers_than_were_asked_for():
+    pool = object.__new__(Dask)
+    pool._cluster, pool._jobs, pool._alike = None, 2, set()
+    pool._client = SimpleNamespace(nthreads=lambda: {"tcp://a:1": 1}, run=lambda *_, **__: {"tcp://a:1": versions()})
+    assert pool.places() == ["tcp://a:1"]
 
 
 def test_without_dask_and_without_a_scheduler_it_is_one_sentence(monkeypatch):

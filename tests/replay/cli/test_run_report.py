@@ -58,6 +58,9 @@ def test_where_to_look_names_the_page_the_picture_and_the_deepest_miss(tmp_path)
     written = replace(result, out=tmp_path)
     deepest = max(result.misses["slow"], key=lambda miss: miss.cut_length)
     assert where_to_look(written)[-1] == f"or at the longest cut: replay view {tmp_path} --miss {deepest.number}"
+    assert len({line.index("replay view") for line in where_to_look(written)[1:]}) == 1, (
+        "commands stand below each other"
+    )
     assert where_to_look(written)[0].endswith(str(tmp_path / "report.html"))
     assert len(where_to_look(written, picture=False)) == 1, "without a picture there is nothing to view"
 

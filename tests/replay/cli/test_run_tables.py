@@ -58,12 +58,6 @@ def test_long_lists_say_how_much_they_leave_out(monkeypatch):
     assert "… and 1 more in misses.parquet" in text(replace(result, out=Path("run")))
 
 
-def test_a_detector_that_misses_nothing_is_told_so():
-    assert "hybrid missed none of 2 contacts" in text(
-        compute(cubes(PLACES), detectors="hybrid", oracle="best=hybrid[skip=false]")
-    )
-
-
 def test_without_an_oracle_contacts_are_counted_per_detector():
     shown = text(compute(cubes(PLACES), detectors="sphere,hybrid", oracle="none"))
     assert "missed" not in shown.split("Exact about")[0]

@@ -42,7 +42,7 @@ def test_the_machine_is_named_and_that_it_did_other_work_only_where_it_did(done)
     quiet, busy = (replace(done, about={**done.about, "processor_share": share}) for share in (0.98, 0.4))
     said = [" ".join(printed(pareto_table(one)).split()) for one in (quiet, busy)]
     assert all(done.about["machine"]["processor"] in one for one in said)
-    assert ["busy with other work for 60% of the time" in one for one in said] == [False, True]
+    assert ["busy with other work for 60 % of the time" in one for one in said] == [False, True]
     assert "other work" not in said[0]
 
 

@@ -14,7 +14,8 @@ from support.small_worlds import cubes
 
 import replay
 from replay.cli.run_tables import run_tables
-from replay.outputs.report.tables import contact_table
+from replay.outputs.report.markup import rendered
+from replay.outputs.report.tables import contact_tables
 
 RIGHT = [0.4e-6, 0.9e-6, 2.5e-6, 1e-3, 1e-3, 1e-3, 0.9e-6, 0.4e-6, -1e-3, -1e-3]
 """How deep b is in a; below 0 apart."""
@@ -33,7 +34,7 @@ def audited(**changed):
 def both_tables(result):
     stream = io.StringIO()
     Console(file=stream, width=160).print(run_tables(result))
-    return stream.getvalue(), Cells(contact_table(result)).tables
+    return stream.getvalue(), Cells("".join(map(rendered, contact_tables(result)))).tables
 
 
 def test_what_rounding_by_less_than_tau_changed_is_excused_frame_by_frame():

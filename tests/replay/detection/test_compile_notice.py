@@ -1,9 +1,31 @@
 """People hear once what is being compiled; who cannot speak hears nothing."""
 
+import os
+
+import pytest
 from numba import njit
 
 from replay.base.progress import Silent
+from replay.detection import compile_notice
 from replay.detection.compile_notice import compiling_announced
+
+
+@pytest.fixture(autouse=True)
+def started(monkeypatch):
+    """Commands of the processes that were started, none of which runs."""
+    commands = []
+
+    class Process:
+        def __init__(self, command, **_):
+            commands.append(command)
+
+        def kill(self):
+            pass
+
+    monkeypatch.setattr(compile_notice.subprocess, "Popen", Process)
+    compile_notice.compile_beside.cache_clear()
+    yield commands
+    compile_notice.compile_beside.cache_clear()
 
 
 class Heard:
@@ -22,27 +44,34 @@ def fresh_kernel(module):
     return njit(increased)
 
 
-def test_each_family_is_announced_once_and_the_end_says_what_it_took():
+def test_each_family_is_announced_once_and_the_end_says_what_it_took(started):
     heard = Heard()
     with compiling_announced(heard):
         assert fresh_kernel("cdcore.narrow.spacetime.traverse")(1) == 2
         assert fresh_kernel("cdcore.narrow.spacetime.block")(1) == 2
         assert fresh_kernel("cdcore.narrow.sections.triangle_sections")(1) == 2
         assert fresh_kernel("elsewhere")(1) == 2
-    assert [one.split(" (")[0] for one in heard.sentences[:-1]] == [
-        "compiling for this machine, once: the search over the whole motion",
-        "compiling for this machine, once: intersection segments",
-    ]
-    assert heard.sentences[-1].startswith("compiled in ")
+    first, second, end = heard.sentences
+    assert first == "compiling for this machine, once: the search over the whole motion"
+    assert second.startswith("compiling for this machine, once: intersection segments") and "compiled in " in end
+    assert len(started) == (os.cpu_count() > 1), "a second process compiles beside this one, once"
 
 
-def test_nothing_is_said_when_nothing_compiles_or_afterwards():
+def test_nothing_is_said_when_nothing_compiles_or_afterwards(started):
     heard, known = Heard(), fresh_kernel("cdcore.narrow.sections.triangle_sections")
     known(1)
     with compiling_announced(heard):
         known(2)
     fresh_kernel("cdcore.narrow.sections.triangle_sections")(1)
-    assert heard.sentences == []
+    assert heard.sentences == [] and started == []
+
+
+@pytest.mark.parametrize("alone", [{"cpu_count": lambda: 1}, {"cpu_count": lambda: None}])
+def test_on_one_core_no_process_is_started(alone, started, monkeypatch):
+    for name, value in alone.items():
+        monkeypatch.setattr(compile_notice.os, name, value)
+    compile_notice.compile_beside()
+    assert started == []
 
 
 def test_a_listener_without_a_voice_is_left_alone():

@@ -150,3 +150,9 @@ def test_thresholds_of_energy_and_of_probability():
 def test_a_threshold_is_declared_once_and_whole(limits, said):
     with pytest.raises(PlanError, match=said):
         plan(scene(**limits))
+
+
+def test_an_energy_without_a_mass_is_refused_before_the_run():
+    bodies = (SceneBody("cup"), SceneBody("top"))
+    with pytest.raises(PlanError, match="energy_j needs the mass of 'cup'; give it `mass` in kg"):
+        plan(replace(scene(energy_j=0.1), bodies=bodies))

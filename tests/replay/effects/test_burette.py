@@ -7,6 +7,7 @@ from scipy.spatial.transform import Rotation
 from support.liquid_worlds import COLUMN, MIX, RADIUS, glass, run_in
 
 from replay.effects.models.outflow import run_out, twist, volume_run_out
+from replay.effects.spill import SPEC as SPILL
 from replay.errors import PlanError
 
 OPEN = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]
@@ -45,7 +46,7 @@ def test_it_never_gives_more_than_it_holds_and_an_empty_one_gives_nothing():
 
 def test_what_runs_beside_the_flask_is_spilled():
     (event,) = run_in(OPEN, place=(2 * RADIUS, 0.0, 0.0))["burette"].events
-    assert event.name == "spill" and event.level == "warning" and event.point[1] == pytest.approx(0.0)
+    assert event.name == SPILL.kind == "spill" and event.level == "warning" and event.point[1] == pytest.approx(0.0)
 
 
 def test_a_tap_or_flask_lost_for_a_moment_stays_as_it_was():
@@ -145,3 +146,13 @@ def test_a_burette_filled_in_the_session_runs_out():
 
     solved = solve_ivp(falling, (2.005, 2.5), [0.15 + 0.2], rtol=1e-10, max_step=0.05).y[0, -1]
     assert gone[:251].sum() == pytest.approx((0.35 - solved) * 1e-4, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [({"joint": "burette"}, "joint is 'burette' and so is body; name two bodies"),
+     ({"into": ["flask", "burette"]}, "into: 'burette' runs into itself; name what stands below")],
+)  # fmt: skip
+def test_a_burette_that_is_its_own_tap_or_flask_is_refused(more, words):
+    with pytest.raises(PlanError, match=words):
+        run_in(OPEN, settings=more)

@@ -8,7 +8,7 @@ from replay.effects.burn_exposure import SPEC, damage, surface
 from replay.effects.declaring import declare
 from replay.effects.effect_plan import plan
 from replay.effects.output import EffectOutput, Series
-from replay.errors import EffectError, PlanError
+from replay.errors import PlanError
 from replay.pipeline.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
@@ -49,10 +49,18 @@ def test_without_a_contact_nothing_is_computed():
 def test_the_temperature_of_the_effect_heat_is_followed_through_the_contact():
     declared = declare(scene().effects[0], 1, SPEC.fields, scene(), "lab.toml")
     heat = EffectOutput(series={"pot/temperature": Series(np.array([0.0, 10.0]), np.array([20.0, 120.0]), "degC")})
-    inputs = SimpleNamespace(times=np.arange(0.0, 5.0), output=lambda kind: {"heat": heat}[kind])
+    room = SimpleNamespace(number={"ambient_c": 21.0}.get)
+    inputs = SimpleNamespace(
+        times=np.arange(0.0, 5.0), output=lambda kind: {"heat": heat}[kind], tables={"heat": [room]}
+    )
     assert surface(inputs, declared, "pot", SimpleNamespace(first=2, stop=4)).tolist() == [40.0, 50.0]
-    with pytest.raises(EffectError, match="nothing says how hot 'cup' is"):
-        surface(inputs, declared, "cup", SimpleNamespace(first=2, stop=4))
+    # A glass nothing has been mixed in yet is as warm as the room: what a student leaves out ends no run.
+    assert surface(inputs, declared, "cup", SimpleNamespace(first=2, stop=4)).tolist() == [21.0, 21.0]
+
+
+def test_a_part_that_nothing_heats_is_refused_before_the_run():
+    with pytest.raises(PlanError, match="nothing says how hot 'pot' is; give surface_c or an effect heat"):
+        plan(scene())
 
 
 def test_the_damage_at_a_constant_temperature_is_rate_times_time():

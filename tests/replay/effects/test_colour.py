@@ -1,14 +1,16 @@
 import numpy as np
 import pytest
-from support.liquid_worlds import COLUMN, MIX, NEUTRAL, glass, run_in
+from support.liquid_worlds import COLUMN, MIX, NEUTRAL, glass, poured, run_in
 
 from replay.effects.vessels import COLOURS
 from replay.errors import PlanError
+from sessions.model.scene import SceneBody
 
 PINK = {
     "in": "flask", "indicator": "phenolphthalein", "from_ph": 8.2, "to_ph": 10.0, "acid_colour": "colourless",
     "base_colour": "pink",
 }  # fmt: skip
+ACID, BASE = glass("a", 20.0, solute="HCl", molar=0.1), glass("b", 20.0, solute="NaOH", molar=0.1)
 OPEN = [0.0, 0.0, *([90.0] * 100), 0.0, 0.0]
 
 
@@ -54,3 +56,24 @@ def test_a_vessel_without_a_ph_and_a_range_that_falls_are_refused():
         )
     with pytest.raises(PlanError, match="from_ph is not below to_ph"):
         run(from_ph=10.0, to_ph=8.2)
+
+
+def test_where_only_water_came_there_is_no_colour_and_the_run_goes_on():
+    shelf = glass("cup", 20.0, solutes={"HCl": 0.1, "NaOH": 0.1})
+    bodies, more = (glass("a", 60.0), glass("b"), shelf), (NEUTRAL, ("colour", {**PINK, "in": "b"}))
+    effects = poured([0.0, 60.0, 60.0], bodies, *more)
+    assert effects["pour"].events and effects["colour"].events == () and "b/pH" not in effects["reaction"].series
+
+
+@pytest.mark.parametrize("vessel", ["tap", "cup"])
+def test_a_vessel_that_nothing_is_mixed_in_is_refused_before_the_run(vessel):
+    with pytest.raises(
+        PlanError, match=rf"\('colour'\): in: nothing is mixed in '{vessel}'; name it in an effect mixing"
+    ):
+        poured([0.0, 60.0], (ACID, BASE, glass("cup"), SceneBody("tap")), NEUTRAL, ("colour", {**PINK, "in": vessel}))
+
+
+def test_two_indicators_in_one_flask_have_a_lane_each():
+    orange = {**PINK, "indicator": "methyl orange", "from_ph": 3.1, "to_ph": 4.4, "acid_colour": "red"}
+    lanes = run_in(OPEN, MIX, NEUTRAL, ("colour", PINK), ("colour", orange))["colour"].output.lanes
+    assert lanes["flask"][0].word == "colourless" and lanes["flask methyl orange"][0].word == "red"

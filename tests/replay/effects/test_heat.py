@@ -145,7 +145,8 @@ def test_into_an_empty_glass_it_brings_its_own_warmth_and_loses_it_to_the_room()
     assert effects["heat"].series["b/temperature"].values == pytest.approx(20.0, abs=1e-9)
     warm = mixed((acid("a", 60.0), glass("b", 60.0)), [0.0, 60.0, *([0.0] * 500)], loss_w_per_k=20.0)
     told = warm["heat"].series["b/temperature"].values
-    assert told[0] == told.max() and told[-1] < 0.8 * (told[0] - 20.0) + 20.0
+    per_frame = 20.0 * 0.01 / (4.0 * (60.0 + warm["pour"].events[0].values["volume_ml"]))
+    assert told[0] > 25.0 and told - 20.0 == pytest.approx((told[0] - 20.0) * np.exp(-per_frame * np.arange(len(told))))
 
 
 def test_upright_nothing_is_computed():
@@ -212,3 +213,10 @@ def test_what_is_heated_turns_once_at_its_temperature_and_is_drawn_so():
 def test_what_cannot_turn_is_refused(more, properties, words):
     with pytest.raises(PlanError, match=words):
         plan(salted(more, properties).scene)
+
+
+def test_liquids_have_one_heat_and_a_dish_one_flame():
+    with pytest.raises(PlanError, match=r"loss_w_per_k is .* and \[\[effect\]\] 2 \('heat'\) says"):
+        plan(bench(POUR, ("heat", DILUTION), ("heat", {**DILUTION, "loss_w_per_k": 7.0})).scene)
+    with pytest.raises(PlanError, match=r"power_w is 7.0 and \[\[effect\]\] 1 \('heat'\) says .*; one heat has one"):
+        plan(bench(("heat", FLAME), ("heat", {**FLAME, "power_w": 7.0})).scene)

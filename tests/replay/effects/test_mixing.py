@@ -4,7 +4,7 @@ from support.liquid_worlds import MIX, glass, poured, run_in
 
 from replay.effects.contents import WATER_MOLAR, contents_of
 from replay.effects.vessels import Vessel
-from replay.errors import EffectError
+from replay.errors import EffectError, PlanError
 from sessions.model.scene import SceneBody
 
 
@@ -54,3 +54,12 @@ def test_a_concentration_that_cannot_be_is_named(molar):
 def test_a_body_that_holds_nothing_may_have_no_properties():
     cavity = glass("a").extra["cavity"]
     assert contents_of(Vessel(SceneBody("a", extra={"cavity": cavity}))).volume_ml == 0.0
+
+
+def test_what_is_no_vessel_and_a_liquid_without_a_volume_are_refused_before_the_run():
+    with pytest.raises(PlanError, match="body 'tap' has no cavity"):
+        run_in([0.0, 0.0], ("mixing", {"in": ["tap"]}))
+    acid = glass("flask", solute="HCl", molar=0.1)
+    del acid.extra["properties"]["liquid"]["volume_ml"]
+    with pytest.raises(PlanError, match=r"body 'flask' has liquid\.volume_ml = None; give a finite number"):
+        run_in([0.0, 0.0], MIX, acid=acid)

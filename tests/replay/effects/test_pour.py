@@ -202,3 +202,10 @@ def test_a_flask_pours_over_its_neck():
     run = poured([*np.arange(0.0, 76.0, 1.0), *([75.0] * 50)], (flask, glass("b")))["pour"]
     # 194.4 mL are below the rim by slices of the cavity's mesh with another library.
     assert run.series["a/volume"].values[-1] == pytest.approx(194.4, rel=0.02) and run.output.data.streams
+
+
+@pytest.mark.parametrize("at", [0, 50, 99])
+def test_a_tilt_that_is_gone_in_the_next_frame_empties_no_glass(at):
+    degrees = np.zeros(100)
+    degrees[at] = 95.0
+    assert poured(degrees, place=(1.0, 0.0, 0.0))["pour"].series["a/volume"].values[-1] == 60.0

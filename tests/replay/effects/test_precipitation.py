@@ -103,3 +103,20 @@ def test_a_solid_that_no_reaction_makes_is_refused():
 def test_a_colour_nobody_knows_is_refused():
     with pytest.raises(PlanError, match="colour is 'whitish'"):
         run(colour="whitish")
+
+
+def test_a_solid_has_one_solubility_product_and_a_table_that_stands_twice_counts_once():
+    bodies = (glass("a", 60.0, solute="AgNO3", molar=0.1), glass("b", 40.0, solute="NaCl", molar=0.1))
+    first = ("precipitation", FALLS)
+    once = poured([0.0, 60.0, 60.0], bodies, MIX, SILVER, first, first)["precipitation"]
+    assert len(once.events) == 1
+    with pytest.raises(PlanError, match=r"ksp is 1e-05 and \[\[effect\]\] 4 \('precipitation'\) says 1.77e-10"):
+        poured([0.0, 60.0], bodies, MIX, SILVER, first, ("precipitation", {**FALLS, "ksp": 1e-5}))
+
+
+def test_what_falls_out_while_acid_meets_base_falls_out_too():
+    barium = {"solid": "BaSO4", "ksp": 1.08e-10, "molar_mass": 233.39, "colour": "white"}
+    bodies = (glass("a", 60.0, solute="Ba(OH)2", molar=0.1), glass("b", 10.0, solute="H2SO4", molar=0.1))
+    equation = {"equation": "Ba(OH)2 + H2SO4 -> BaSO4 + 2 H2O"}
+    run_ = poured([0.0, *([60.0] * 60)], bodies, MIX, ("reaction", equation), ("precipitation", barium))
+    assert run_["precipitation"].series["b/BaSO4"].values[-1] == pytest.approx(0.23339, rel=1e-3)

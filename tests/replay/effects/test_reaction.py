@@ -176,3 +176,76 @@ def test_what_fits_nothing_is_refused_with_the_nearest_name(settings, acid, word
     told = {"solute": "HCl", "molar": 0.1, **acid}
     with pytest.raises(PlanError, match=words):
         run_in([0.0, 0.0], MIX, ("reaction", {**NEUTRAL[1], **settings}), acid=glass("flask", 0.5, **told))
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [({"equation": "HCl + NaOH -> NaCl + H2O"}, "acids and bases meet at once"),
+     ({"equation": "CH3COOH + NaOH -> CH3COONa + H2O"}, "acids and bases meet at once"),
+     ({"equation": "NH3 + HCl -> NH4Cl"}, "acids and bases meet at once"),
+     ({"equation": "AgNO3 + NaCl -> AgCl + NaNO3"}, "a solid of an effect precipitation falls out at once")],
+)  # fmt: skip
+def test_a_rate_that_would_change_nothing_is_refused(settings, words):
+    there = dict.fromkeys(("HCl", "NaOH", "CH3COOH", "NH3", "AgNO3", "NaCl"), 0.1)
+    silver = ("precipitation", {"solid": "AgCl", "ksp": 1.77e-10, "molar_mass": 143.32, "colour": "white"})
+    more = (silver,) if "Ag" in settings["equation"] else ()
+    reaction = ("reaction", {**settings, "rate_per_s": 0.5})
+    with pytest.raises(PlanError, match=f"rate_per_s: {words}; leave it out"):
+        run_in(OPEN, MIX, reaction, *more, acid=glass("flask", 5.0, solutes=there))
+
+
+def test_an_acid_has_one_pka():
+    told = [{"equation": f"CH3COOH + {one}OH -> CH3COO{one} + H2O", "acids": {"CH3COOH": [pka]}}
+            for one, pka in (("Na", 4.756), ("K", 3.0))]  # fmt: skip
+    acid, base = glass("flask", 0.5, solute="CH3COOH", molar=0.1), {"NaOH": 0.1, "KOH": 0.1}
+    with pytest.raises(PlanError, match=r"acids.CH3COOH is \[3.0\] and another table says \[4.756\]; give it once"):
+        run_in(OPEN, MIX, *(("reaction", one) for one in told), acid=acid,
+               base=glass("burette", 50.0, solutes=base, cavity=COLUMN))  # fmt: skip
+
+
+def ph_of_hydrogen_carbonate(molar, sodium):
+    """By its own bisection of the charge balance: pKa 6.35 and 10.33, ion product 13.995."""
+    low, high = 0.0, 14.0
+    for _ in range(60):
+        ph = 0.5 * (low + high)
+        h = 10.0**-ph
+        gas, alone = h * 10.0**6.35, 10.0 ** (ph - 10.33)  # H2CO3 and CO3^2- for each HCO3-
+        charge = sodium + h - 10.0 ** (ph - 13.995) - molar * (1.0 + 2.0 * alone) / (1.0 + alone + gas)
+        low, high = (ph, high) if charge > 0.0 else (low, ph)
+    return ph
+
+
+def test_baking_soda_keeps_its_gas_until_acid_comes_and_ends_where_all_is_gone():
+    soda, gas = glass("flask", 10.0, solute="NaHCO3", molar=0.1), "NaHCO3 + HCl -> NaCl + H2O + CO2"
+    acid = glass("burette", 50.0, solute="HCl", molar=0.1, cavity=COLUMN)
+    degrees = [0.0, 0.0, *([90.0] * 1500), 0.0]
+    run = run_in(degrees, MIX, ("reaction", {"equation": gas}), acid=soda, base=acid)["reaction"]
+    assert run.series["flask/pH"].values[0] == pytest.approx(ph_of_hydrogen_carbonate(0.1, 0.1), abs=1e-9)
+    assert run.series["flask/extent"].values[0] == 0.0
+    assert run.series["flask/extent"].values[-1] == pytest.approx(1e-3, rel=1e-9)
+    (event,) = run.events
+    assert event.values["volume_ml"] == pytest.approx(10.0, rel=1e-9) and "HCl and NaHCO3 are" in event.text
+
+
+def test_carbonate_gives_no_gas_before_each_of_it_has_one_proton():
+    soda, gas = glass("flask", 10.0, solute="Na2CO3", molar=0.1), "Na2CO3 + 2 HCl -> 2 NaCl + H2O + CO2"
+    acid = glass("burette", 50.0, solute="HCl", molar=0.1, cavity=COLUMN)
+    effects = run_in([0.0, 0.0, *([90.0] * 2500), 0.0], MIX, ("reaction", {"equation": gas}), acid=soda, base=acid)
+    extent, volume = effects["reaction"].series["flask/extent"], effects["mixing"].series["flask/volume"]
+    came = np.interp(extent.times, volume.times, volume.values) - 10.0
+    assert extent.values == pytest.approx(np.clip(came - 10.0, 0.0, 10.0) * 1e-4, abs=1e-12)
+    assert effects["reaction"].events[0].values["volume_ml"] == pytest.approx(20.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("formula", "titrant", "equation", "mol"),
+    [("H2SO4", "NaOH", "H2SO4 + 2 NaOH -> Na2SO4 + 2 H2O", 1e-3),
+     ("H2SO4", "Ba(OH)2", "H2SO4 + Ba(OH)2 -> BaSO4 + 2 H2O", 1e-3),
+     ("Na2HPO4", "HCl", "Na2HPO4 + HCl -> NaH2PO4 + NaCl", 1e-3)],
+)  # fmt: skip
+def test_the_extent_counts_the_equation_as_it_is_written(formula, titrant, equation, mol):
+    acid = glass("flask", 10.0, solute=formula, molar=0.1)
+    base = glass("burette", 50.0, solute=titrant, molar=0.1, cavity=COLUMN)
+    run = run_in([0.0, 0.0, *([90.0] * 2500), 0.0], MIX, ("reaction", {"equation": equation}), acid=acid, base=base)
+    extent = run["reaction"].series["flask/extent"].values
+    assert extent[[0, -1]] == pytest.approx([0.0, mol], rel=1e-6, abs=1e-9)

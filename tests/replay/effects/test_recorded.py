@@ -157,7 +157,7 @@ def test_numbers_come_with_the_time_of_the_session_and_those_of_another_time_do_
 def test_the_table_says_how_many_curves_there_are(world):
     _, result, _ = world
     found = {row[0]: row[1:] for row in effect_table(result).only("effect", "because", "found").rows}
-    assert found == {"scalars": ("it was recorded", "1 curve"), "gaze": ("it was recorded", "1 looked-at")}
+    assert found == {"scalars": ("it was recorded", "1 curve"), "gaze": ("it was recorded", "looked-at: 1")}
 
 
 def test_a_window_cuts_them_and_a_recording_without_has_none(world):

@@ -1,6 +1,7 @@
 """Moments of all detectors stand in one order, no two in one place, and their words are true."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -41,8 +42,11 @@ def test_red_is_missed_and_nothing_else(outcome, kind, colour):
 
 
 def test_a_line_says_who_what_and_how_long_and_no_size_that_was_not_measured():
-    assert moment_line(ONE, "a-b", (4, 3)) == "slow miss 7    12.0 mm  a-b   4 frames"
-    assert moment_line(replace(ONE, size=float("nan")), "a-b", (4, 3)) == "slow miss 7             a-b   4 frames"
-    free = replace(ONE, label="", number=0, outcome=Outcome.BOTH, size=0.0)
+    line = "slow miss 7    12.0 mm  a-b   4 frames  never found  between looks"
+    fault = replace(ONE, of=SimpleNamespace(cause="between looks"))
+    assert moment_line(fault, "a-b", (4, 3)) == line
+    unknown = moment_line(replace(fault, size=float("nan")), "a-b", (4, 3))
+    assert unknown == "slow miss 7             a-b   4 frames  never found  between looks"
+    free = replace(ONE, label="", number=0, outcome=Outcome.BOTH, size=0.0, kind="")
     assert moment_line(free, "a-b", (4, 3)).split() == ["contact", "a-b", "4", "frames"]
     assert np.isclose(ONE.size, 0.012)

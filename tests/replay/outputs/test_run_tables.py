@@ -11,7 +11,7 @@ from support.small_worlds import cube, cubes, grazing, jumping
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
 from replay.guide.pages import page
-from replay.outputs.rerun_log.report import miss_note
+from replay.outputs.moments import miss_note
 from replay.outputs.results.fault_tables import miss_table as parquet_misses
 from replay.outputs.run_tables import (
     LATE,
@@ -109,7 +109,7 @@ def test_the_table_of_times_says_how_each_was_asked_and_who_cannot_be_asked_live
     ]
 
 
-@pytest.mark.parametrize(("share", "said"), [(1.0, ""), (0.96, ""), (0.94, "6%"), (0.3, "70%")])
+@pytest.mark.parametrize(("share", "said"), [(1.0, ""), (0.96, ""), (0.94, "6 %"), (0.3, "70 %")])
 def test_other_work_on_the_machine_is_told_below_the_times_it_made_longer(run, share, said):
     made = run.summary["detectors"]["slow"]
     assert 0.0 < made["seconds"]["processor_share"] <= 1.0

@@ -81,8 +81,6 @@ def expected_in_picture(state):
     yield f"{0.01 * (len(truth) - 1):.1f} s, {len(truth)} frames, 2 bodies, 1 pair."
     counts = [outcome.count(word) for word in ("both", "MISSED", "false", "within tolerance", "left out")]
     yield f"| it | {' | '.join(map(str, counts))} |"
-    many = f"{len(lost)} cuts" if len(lost) > 1 else "1 cut"
-    yield f"### The {min(len(lost), 40)} longest of {many}" if lost else "### Nothing missed"
     for number, (contact, first, count) in enumerate(lost, 1):
         yield f"#### Miss {number} of {len(lost)}: a-b"
         frames = f"{count} frame" + "s" * (count > 1)

@@ -30,12 +30,7 @@ def told(*contacts):
         (["mm", "mb", *["b"] * 7], "slow missed 1 of 9 contacts and part of 1 more"),
         (["mbmbm", *["b"] * 4], "slow missed part of 1 of 5 contacts"),
         (["b", "bb", "w"], "slow missed none of 3 contacts"),
-        (["m"], "slow missed 1 of 1 contact"),
-        (["b"], "slow found the one contact"),
-        ([], "No contact found by exact, so none for slow to miss"),
-        (["uu"] * 8, "slow left 8 of 8 contacts undecided"),
         (["u", "b", "b"], "slow left 1 of 3 contacts undecided; missed none where it decided"),
-        (["ub", "b"], "slow left part of 1 of 2 contacts undecided; missed none where it decided"),
         (
             ["u", "ub", "m", "bm"],
             "slow left 1 of 4 contacts undecided and part of 1 more; missed 1 of 4 contacts and part of 1 more",
@@ -44,13 +39,6 @@ def told(*contacts):
 )
 def test_the_headline_counts_contacts_and_says_first_what_was_not_decided(contacts, words):
     assert headline(told(*contacts), "slow") == words
-
-
-def test_the_headline_of_two_that_decided_nothing_says_that_nothing_was_compared():
-    run = told()
-    nothing = Comparison("slow", "exact", np.full((5, 2), Outcome.LEFT_OUT, dtype=np.uint8))
-    run.comparisons = {"slow": nothing}
-    assert headline(run, "slow") == "Nothing compared: exact and slow both decided none of 10 pair-frames"
 
 
 def took(seconds, *, live=True, name="discrete", faces=False, **more):
@@ -160,10 +148,10 @@ def test_what_a_hand_holds_is_counted_apart_and_said():
     outcome[1:4] = Outcome.HELD
     run.comparisons = {"slow": Comparison("slow", "exact", outcome)}
     run.detections["exact"] = SimpleNamespace(verdict=np.zeros_like(run.detections["exact"].verdict))
-    assert held(run) == ["Counted apart, of a hand with what it holds, slow reports 3 pair-frames of false contact."]
+    assert held(run) == ["Counted apart, of a hand with what it holds, slow reports 3 false frames."]
     run.episodes = {"exact": run.holdings}
     run.detections["exact"] = run.detections["slow"]
-    assert held(run) == ["Counted apart, of a hand with what it holds, slow misses 0 of 1 contacts."]
+    assert held(run) == ["Counted apart, of a hand with what it holds, slow misses 0 of 1 contact."]
 
 
 def test_page_picture_and_terminal_say_the_same_beside_the_headline():

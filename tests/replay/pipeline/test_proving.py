@@ -88,5 +88,3 @@ def test_only_what_exact_says_of_the_recording_itself_is_proven():
     other = cubes({"a": [0.0] * 3, "b": [3.0, 2.0, 1.5]})
     with pytest.raises(ProofError, match="not consecutive ones of the recording"):
         prove(run(session, detectors="sphere", oracle="exact"), other)
-    with pytest.raises(ProofError, match="of a recording in a file"):
-        run(session, detectors="sphere", proof=True)

@@ -1,9 +1,11 @@
 """What a recording tells about its scene: who comes near, who is held, what stands on what."""
 
 import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
 from support.small_worlds import cube
 
-from replay.prepare.scene_draft import draft_text, drafted
+from replay.prepare.scene_draft import _turned, draft_text, drafted
 from sessions import Session
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
@@ -39,6 +41,8 @@ def test_near_pairs_what_is_held_and_what_stands_are_found():
     assert {*map(frozenset, draft.near)} == {frozenset(p) for p in (("cup", "top"), ("cup", "lamp"))}
     assert draft.held == (("hand-right", "rod"),)
     assert [*draft.stands] == [("cup", "top")] and draft.stands["cup", "top"] > 0.9
+    turns = Rotation.from_rotvec([[0.3, 0.0, 0.0], [0.0, 0.0, 2.5]]).as_matrix()
+    assert _turned(turns, np.eye(3)) == pytest.approx(np.degrees([0.3, 2.5]))
 
 
 def test_the_text_is_a_scene_that_says_the_same():

@@ -64,10 +64,11 @@ def test_a_mark_stands_where_its_time_and_its_misses_are_and_its_bar_is_over_con
     assert steps == pytest.approx([steps[0]] * len(steps))
 
 
-def test_no_two_words_overlap_and_none_leaves_the_plot():
+@pytest.mark.parametrize("letters", [1.0, 1.4])
+def test_no_two_words_overlap_and_none_leaves_the_plot(letters):
     many = tried(*(price_row(f"a long name {k}", 0.1 + k / 1000, 0, live=0.1, complete=True) for k in range(30)))
-    for plot in plots_of(many):
-        boxes = [(word.x, word.y, LETTER * len(word.text), LINE) for word in plot.words]
+    for plot in plots_of(many, letters):
+        boxes = [(word.x, word.y, letters * LETTER * len(word.text), letters * LINE) for word in plot.words]
         assert len(boxes) > 5
         for k, (x, y, wide, high) in enumerate(boxes):
             assert x - wide / 2 >= 0 and x + wide / 2 <= 1

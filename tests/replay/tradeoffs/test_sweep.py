@@ -74,6 +74,7 @@ def test_counts_on_the_demo_are_those_of_its_audit_with_what_a_hand_holds_apart(
     assert [counted(row) for row in done.rows] == [audited(run, row["label"]) for row in done.rows]
 
 
+@pytest.mark.slow
 def test_two_runs_give_the_same_recalls_and_only_times_differ(bumped):
     one, two = (tradeoff(bumped, detectors=[*DETECTORS], repeats=1, time_limit=None) for _ in range(2))
     assert {row["detector"] for row in one.rows} == set(DETECTORS)

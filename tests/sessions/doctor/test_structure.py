@@ -6,7 +6,7 @@ from support.mcap_samples import assert_same_frames
 from support.planted_faults import clean, unknown_frame
 
 from sessions import Frames, read_session
-from sessions.doctor.examine import examine
+from sessions.doctor.examine import _unknown_frames, examine
 from sessions.doctor.structure import structure_findings
 from sessions.doctor.tolerant_frames import TolerantFrames
 from sessions.mcap_format import writer
@@ -119,6 +119,11 @@ def test_bodies_of_other_frames_and_bodies_that_are_not_listed_are_read_and_note
     seen = tolerant.noted.frames["attic", "hand-left"]
     stamps = draft.arrays["stamp_ns"]
     assert (seen.first_ns, seen.last_ns, seen.count) == (stamps[300], stamps[349], 50)
+    assert {(one.body, one.count): one.message for one in _unknown_frames(tolerant.noted, ("flask",), 0)} == {
+        ("hand-left", 50): "50 samples are given in frame 'attic', the others in 'world'",
+        ("hand-left", 850): "850 samples of a body that the file does not list",
+        ("tray", 900): "900 samples of a body that the file does not list",
+    }
 
 
 def test_a_damaged_chunk_is_noted_and_the_others_are_read(tmp_path):

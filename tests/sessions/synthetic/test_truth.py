@@ -116,6 +116,7 @@ def test_an_unknown_scene_is_refused_with_what_there_is():
         make_scene_session("bench-lumps")
 
 
+@pytest.mark.slow
 def test_a_scene_is_made_by_name_with_its_settings():
     session, truth = make_scene_session("bench-bumps", seed=3, noise="off", jitter="even", faces=600)
     assert (truth.name, truth.seed, truth.noise) == ("bench-bumps", 3, "off")

@@ -84,6 +84,26 @@ def test_threads_blocks_and_the_order_of_pairs_change_nothing(monkeypatch):
         assert np.array_equal(faces_at(answer, frame, 0), swapped[np.lexsort((swapped[:, 1], swapped[:, 0]))])
 
 
+@pytest.mark.parametrize("faces", [False, True])
+@pytest.mark.parametrize("kind", KINDS)
+def test_all_pairs_in_one_call_find_what_each_pair_alone_finds(kind, faces, monkeypatch):
+    meshes, turn, move = scene(kind, 6)
+    move = move + 2.0**-20 * np.arange(len(move))[:, None, None]  # no pose repeats
+    searched, search = [], whole_motion.search_together
+
+    def spied(*given):
+        columns, found = search(*given)
+        searched.extend(columns.tolist())
+        return columns, found
+
+    monkeypatch.setattr(whole_motion, "search_together", spied)
+    together, alone = (ask(meshes, turn, move, faces=faces, threads=threads) for threads in (1, 2))
+    assert searched == list(range(len(PAIRS)))
+    assert together.work == alone.work and np.array_equal(together.near, alone.near)
+    for name in ("hits", "frame", "pair", "start", "stop", "faces"):
+        assert np.array_equal(getattr(together, name), getattr(alone, name)), name
+
+
 def test_frames_without_a_pose_are_not_asked_and_do_not_disturb_others():
     meshes, turn, move = scene("soup", 5)
     valid = np.random.default_rng(0).random((FRAMES, 3)) > 0.2

@@ -101,3 +101,14 @@ def test_what_is_brought_is_followed_and_never_changed():
     book.begin(0.0)
     book.step(1, 0.1, [("a", "b", 5.0)])
     assert book.history("b").amounts[-1].tolist() == [0.0, 1.5, 0.5, 0.5]
+
+
+def test_what_two_flows_that_meet_make_react_is_booked_once():
+    book = Ledger(["a", "b", "c"], ["H+", "OH-", "H2O"], [NEUTRALISATION])
+    for name, there in (("a", {"H+": 1.0}), ("b", {"H+": 1.0}), ("c", {"OH-": 5.0})):
+        book.fill(name, 10.0, there)
+    book.begin(0.0)
+    frames = np.arange(1, 101)
+    book.flow(frames, frames * 0.01, [("a", "c"), ("b", "c")], np.full((100, 2), 0.05))
+    assert sum(one.reacted[0] for one in book.loads) == pytest.approx(1.0, rel=1e-12)
+    assert [one.before_ml for one in book.loads[:2]] == [10.0, 10.0 + book.loads[0].volume_ml]

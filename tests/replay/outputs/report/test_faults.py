@@ -8,11 +8,13 @@ from support.page_cells import NUMBER, Cells, said_in, shown_as, values_of
 from support.small_worlds import cubes, jumping
 
 from replay.outputs.report import faults
-from replay.outputs.report import page as page_module
 from replay.outputs.report.faults import choices
+from replay.outputs.report.markup import page_table
 from replay.outputs.report.page import report_html
 from replay.outputs.results.run_folder import FALSE_CONTACTS, MISSES
+from replay.outputs.tables import Marked, table
 from replay.pipeline.engine import compute
+from replay.pipeline.ranking import ranking
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 PLACES = {"a": [0.0] * 8, "b": [3, 0.9, 3, 3, 3, 3, 3, 3], "c": [-3, -3, -3, -0.9, -3, -0.9, -0.9, -3]}
@@ -61,6 +63,33 @@ def test_what_a_card_can_be_chosen_by_is_what_it_shows(result, page):
         assert f"--time:{round(1000 * one.start)};" in card["style"]
 
 
+def test_the_larger_fault_of_a_detector_and_the_worst_detector_come_first(result, page):
+    apart = cubes({"a": [0.0] * 18, "b": [3, 0.9, 3, 3, 0.9, 0.9, 0.9, 3, *[1.02] * 8, 3, 3]})
+    asked = "few=discrete[rate_hz=50],box=collider[shape=box,skin_m=0.05]"
+    for made in (result, compute(apart, detectors=asked, oracle="exact")):
+        ranks, text = ranking(made.summary)[:-1], report_html(made)
+        kinds = [("false contact", "miss") if one.leads_false else ("miss", "false contact") for one in ranks]
+        named = {"miss": made.misses, "false contact": made.false}
+        asked = [f"Every {kind} of {one.label}" for one, two in zip(ranks, kinds, strict=True) for kind in two
+                 if named[kind][one.label]]  # fmt: skip
+        asked += [f"When: {one.label}" for one in ranks]
+        titles = [title for title in re.findall("<h2>([^<]*)</h2>", text) if title.startswith(("Every", "When"))]
+        assert titles == asked and len(asked) >= 4
+        made_of = [one for one in Cells(text).tables if " made of them" in one]
+        assert [one.split("what ")[1].split(" made")[0] for one in made_of] == [one.label for one in ranks]
+    assert ranks[0].leads_false and next(iter(made.comparisons)) != ranks[0].label
+
+
+def test_a_card_says_the_unit_behind_its_number(page):
+    said = {f"{before} {number} {unit}".strip() for before, unit, number in re.findall(
+        '<td role="cell" class="number" data-name="([^"]*)" data-unit="([^"]*)">([^<]*)</td>', page
+    )}  # fmt: skip
+    assert "at 0.010 s" in said and any(re.fullmatch(r"cut \d+\.\d mm", one) for one in said)
+    assert any(re.fullmatch(r"\d+\.\d mm apart", one) for one in said)
+    unknown = table("t", ("at s",), [(Marked("1.5", below="within 2 microseconds"),)], words=0)
+    assert 'data-name="at s">1.5' in page_table(unknown, [{}]), "the unit would come after the remark"
+
+
 def test_what_has_one_value_cannot_be_chosen_and_a_page_without_a_fault_has_no_choice():
     one = report_html(compute(cubes({"a": PLACES["a"], "b": PLACES["b"]}), detectors="slow=discrete[rate_hz=50]"))
     assert 'id="miss=1"' in one and "<select" not in one
@@ -89,10 +118,21 @@ STATES = pytest.mark.parametrize(
 )
 
 
+SHOWN = {}
+
+
+def shown_once(session, asked):
+    """The result of a state and its page, made once for all tests of it."""
+    if id(session) not in SHOWN:
+        result = compute(session, **asked)
+        SHOWN[id(session)] = result, report_html(result)
+    return SHOWN[id(session)]
+
+
 @STATES
 def test_every_number_of_a_card_is_in_the_summary(session, asked):
-    result = compute(session, **asked)
-    page, count = Cells(report_html(result)).tables, 0
+    result, made = shown_once(session, asked)
+    page, count = Cells(made).tables, 0
     for caption, rows in page.items():
         for label, listed in result.summary["faults"].items():
             kind = {f"What {label} missed": "misses", f"What {label} reports falsely": "false"}
@@ -110,8 +150,8 @@ def test_every_number_of_a_card_is_in_the_summary(session, asked):
 
 @STATES
 def test_every_number_of_a_pair_is_in_the_summary(session, asked):
-    result = compute(session, **asked)
-    told, page = {one["name"]: one for one in result.summary["pairs"]}, Cells(report_html(result)).tables
+    result, made = shown_once(session, asked)
+    told, page = {one["name"]: one for one in result.summary["pairs"]}, Cells(made).tables
     for label in result.comparisons:
         (rows,) = (rows for caption, rows in page.items() if caption.endswith(f"what {label} made of them"))
         for pair, count, seconds, longest, *cells in rows:
@@ -130,10 +170,9 @@ HEADS = {90.0, 95.0, 99.0, 1000 / 90}
 
 
 @STATES
-def test_every_number_of_the_page_is_in_the_summary(session, asked, monkeypatch):
-    monkeypatch.setattr(page_module, "bench_picture", lambda *_: b"")
-    result = compute(session, **asked)
-    text, told = said_in(report_html(result)), result.summary
+def test_every_number_of_the_page_is_in_the_summary(session, asked):
+    result, made = shown_once(session, asked)
+    text, told = said_in(made), result.summary
     contacts = told["detectors"].get(told["oracle"], {"contacts": 0})["contacts"]
     phases = (one.get("phases", {}) for one in told["audit"].values())
     ends = [kind[end] * contacts for one in phases for kind in one.values() for end in ("low", "high")]
@@ -144,8 +183,8 @@ def test_every_number_of_the_page_is_in_the_summary(session, asked, monkeypatch)
 
 @STATES
 def test_events_clusters_and_stages_are_rows_of_the_summary(session, asked):
-    result = compute(session, **asked)
-    told, page = result.summary, Cells(report_html(result)).tables
+    result, made = shown_once(session, asked)
+    told, page = result.summary, Cells(made).tables
     listed = page.get("What the effects found", ())
     assert len(listed) == len(told["events"]) == (3 if session.scene is EFFECTS else 0)
     for row, one in zip(listed, told["events"], strict=True):

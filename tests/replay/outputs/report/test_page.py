@@ -16,8 +16,9 @@ from support.small_worlds import cubes, jumping
 
 from replay.outputs.price_plot import subtitle
 from replay.outputs.report.drawing import DARK, LIGHT
+from replay.outputs.report.markup import rendered
 from replay.outputs.report.page import _telling, report_html, write_report
-from replay.outputs.report.tradeoff import tradeoff_section
+from replay.outputs.report.tradeoff import tradeoff_parts
 from replay.outputs.results.run_folder import write_run_folder
 from replay.outputs.tradeoff_table import AT_PHASE, how_measured
 from replay.pipeline.engine import compute
@@ -164,7 +165,7 @@ def test_every_detector_that_missed_something_has_a_picture_before_any_has_a_sec
 def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run, tmp_path):
     tried = [Setting("hybrid", "as it comes", ""), Setting("discrete", "step rate", "20 Hz", {"rate_hz": 20.0})]
     done = replace(tradeoff(run.session, settings=tried, repeats=1), cut=("image-space",))
-    part = str(tradeoff_section(done))
+    part = "\n".join(map(rendered, tradeoff_parts(done)))
     assert (
         "data:image/svg+xml;base64," in part
         and "<summary>1 setting not tried, for want of time</summary><p>image-space.</p>" in part

@@ -12,8 +12,8 @@ from rerun.chunk import RrdReader
 from cdcore import Motion
 from replay.outputs.camera import Eye
 from replay.outputs.rerun_log import blueprint
-from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.layout import LANES_IN_VIEW, BlueprintInput, Subject, lanes_in_view
+from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.timing import cost_of, timing_view
 from replay.outputs.rerun_log.views import faded_meshes
@@ -65,12 +65,13 @@ def selected(query, entities):
 
 def test_there_is_one_layout_and_it_has_a_tab_per_question(layout):
     assert len(layout.stores) == 1
-    names = [v.get("ContainerBlueprint:display_name", [""])[0] for v in layout.values.values()]
+    names = {v.get("ContainerBlueprint:display_name", [""])[0]: v for v in layout.values.values()}
     assert set(names) - {""} == {"Answer", "Audit", "What accuracy costs", "Detectors"}
+    assert sum(names["Answer"]["ContainerBlueprint:row_shares"]) == pytest.approx(1.0)
 
 
 def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes(layout, recording, read):
-    place = max(read_misses(recording), key=lambda one: one.cut_length)
+    place = next(one for one in read_moments(recording) if one.kind == "miss")
     entities = [entity for entity in read.entities if not entity.startswith("/__")]
     for name, query in layout.views().items():
         shown = selected(query, entities)
@@ -133,7 +134,7 @@ def test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down(demo, 
     assert len(views) == 2
     for name, query in views:
         assert ("/timing/budget" in query) == drawn
-        assert f"worst {share * 1e3 / 90:.2f}: {share:.0%} of a " in name and "90 Hz" in name
+        assert f"worst {share * 1e3 / 90:.2f}: {100 * share:.0f} % of a " in name and "90 Hz" in name
 
 
 def test_what_hides_a_contact_is_translucent_in_the_close_up_and_the_ground_is_not(demo):
@@ -152,7 +153,7 @@ def test_one_look_that_the_machine_held_up_is_cut_off_and_the_title_says_so(demo
     seconds[7] = 0.05
     costs = {"it": cost_of(replace(slow, seconds={"meshes": seconds}))}
     view = timing_view(costs, rrb.TimeAxis(), short=True)
-    assert "worst 50.00, cut off: 450% of a 90 Hz frame" in view.name
+    assert "worst 50.00, cut off: 450 % of a 90 Hz frame" in view.name
 
 
 @pytest.mark.slow

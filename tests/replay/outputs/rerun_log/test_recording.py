@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rerun.chunk import RrdReader
+from support.sentences import recording_text
 
 from cdcore import Verdict
 from replay.comparison.outcome import Outcome
@@ -54,6 +55,7 @@ def test_two_audited_detectors_share_one_recording(demo, write):
     both = {part: demo.summary[part] for part in ("audit", "detectors")}
     figures = demo.summary | {part: {**held, "15Hz": held[SUBJECT]} for part, held in both.items()}
     seen = write(replace(demo, comparisons={**demo.comparisons, "15Hz": second}, summary=figures, **twice))
+    assert {f"Audit: {SUBJECT}", "Audit: 15Hz"} <= set(recording_text(seen.path).splitlines())
     assert seen.lane("audit/15Hz/lanes/2_beaker-rod") == seen.lane("lanes/2_beaker-rod")
     for first, other in (
         ("report/missed", "audit/15Hz/missed"),

@@ -12,7 +12,6 @@ from support.headless import pixels, viewer_or_skip
 
 from replay.errors import RunFolderError
 from replay.outputs.rerun_log import viewer as module
-from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.viewer import ViewerError, open_viewer, start_viewer
 
@@ -23,7 +22,7 @@ def test_a_folder_without_a_recording_is_one_sentence(tmp_path):
 
 
 def test_a_miss_that_is_not_there_is_one_sentence_and_starts_nothing(recording):
-    count = len(read_misses(recording))
+    count = sum(one.kind == "miss" for one in read_moments(recording))
     with pytest.raises(RunFolderError, match=f"there is no miss 999 in .*; its misses are numbered 1 to {count}"):
         open_viewer(recording.parent, 999)
 
@@ -127,9 +126,10 @@ LEFT_OUT = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("what", LEFT_OUT)
-def test_the_picture_changes_when_and_only_when_something_is_left_out(opened, recording, tmp_path, what):
+def test_the_picture_changes_when_and_only_when_something_is_left_out(opened, demo, recording, tmp_path, what):
     entities, title = LEFT_OUT[what]
-    place = max(read_misses(recording), key=lambda miss: miss.cut_length)
+    longest = max(demo.misses["22.5Hz"], key=lambda one: one.cut_length)
+    place = next(one for one in read_moments(recording) if (one.kind, one.number) == ("miss", longest.number))
     store = RrdReader(recording).recordings()[0]
     pictures = []
     for number, dropped in enumerate(([], entities)):

@@ -1,10 +1,13 @@
 """Many runs as one data set: every row says whose it is, and the guide's questions give what a recount gives."""
 
+import io
 import json
 import re
+import threading
 from collections import Counter
 from dataclasses import replace
 from statistics import mean, median
+from typing import ClassVar
 
 import duckdb
 import numpy as np
@@ -19,7 +22,7 @@ from replay.errors import RunFolderError
 from replay.guide.pages import page
 from replay.metrics.row import metric_rows
 from replay.outputs.results.data_set import DATA_SET, SAID
-from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES
+from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, read_table
 from replay.outputs.results.run_folder import write_run_folder
 from replay.pipeline.engine import compute
 from sessions import Event, Interval
@@ -286,3 +289,24 @@ def test_a_single_run_is_a_data_set_and_a_half_written_one_is_none(results, tmp_
     with pytest.raises(RunFolderError, match="holds no run folders"):
         read(tmp_path)
     assert set(read(out)["metrics"]["run"].to_pylist()) == {"."}
+
+
+class Watched(io.BytesIO):
+    """A file, and the path of one, that notes which threads read it."""
+
+    readers: ClassVar[set[int]] = set()
+
+    def open(self, mode):
+        return self
+
+    def read(self, *size):
+        self.readers.add(threading.get_ident())
+        return super().read(*size)
+
+
+def test_no_thread_but_the_own_reads_a_table():
+    """One of Arrow's that held a file of Python while the interpreter ended aborted it, once in sixty programs."""
+    whole = io.BytesIO()
+    pq.write_table(pa.table({f"column {k}": [1.0, 2.0] for k in range(20)}), whole)
+    assert read_table(Watched(whole.getvalue())).num_columns == 20
+    assert Watched.readers == {threading.get_ident()}

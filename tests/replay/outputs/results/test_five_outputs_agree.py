@@ -9,7 +9,7 @@ from rerun.chunk import RrdReader
 from support.page_cells import Cells
 
 from replay.api.auditor import audit
-from replay.outputs.rerun_log.focus import read_misses
+from replay.outputs.rerun_log.overview import read_moments
 from sessions.synthetic import make_analytic
 
 LABELS = ("slow", "collider-sphere")
@@ -142,7 +142,7 @@ def test_misses_between_frames_are_the_same_in_all_five(between):
     step = summary["session"]["median_step"]
     assert round(sum((b[0] - a[0]) / 1e9 / step for a, b in pairwise(lane) if a[1] == "MISSED")) == len(lost)
 
-    places = {place.number: place.session_ns for place in read_misses(between / "run.rrd")}
+    places = {one.number: one.session_ns for one in read_moments(between / "run.rrd") if one.kind == "miss"}
     rows = {int(row[0]): row for caption in page if caption.startswith("What exact missed") for row in page[caption]}
     assert sorted(places) == sorted(rows) == [row["number"] for row in misses]
     stamps = dict(

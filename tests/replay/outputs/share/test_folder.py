@@ -21,7 +21,6 @@ from replay.base.machine import versions
 from replay.cli.demo import DETECTORS as DEMO
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.rerun_log import web_viewer as module
-from replay.outputs.rerun_log.focus import read_misses
 from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.viewer import ViewerError
 from replay.outputs.results.run_folder import read_run_folder
@@ -89,14 +88,15 @@ def control(name):
 
 def test_every_moment_has_a_message_with_its_time(run, shared):
     read, sent = control("Request"), moment_messages(shared)
-    places = {"misses": read_misses(run / "run.rrd"), "moments": read_moments(run / "run.rrd")}
+    places = read_moments(run / "run.rrd")
     times = {name: read.FromString(one).cursor for name, one in sent.items() if name != "layout"}
     assert {one.timeline.name for one in times.values()} == {"session"} and not any(one.play for one in times.values())
-    for one in places["misses"]:
-        assert times[f"miss={one.number}"].moment.time == one.session_ns
-    others = [one for one in places["moments"] if one.label == "late"]
+    for one in places:
+        if one.label == "slow":
+            assert times[f"{one.kind}={one.number}"].moment.time == one.session_ns
+    others = [one for one in places if one.label == "late"]
     assert others and all(times[f"{one.kind}={one.number}&by=late"].moment.time == one.session_ns for one in others)
-    assert times[""].moment.time == next(one.session_ns for one in places["moments"] if one.leads)
+    assert times[""].moment.time == next(one.session_ns for one in places if one.leads)
     assert read.FromString(sent["layout"]).command.id == "recording.reset_blueprint_to_default"
     for ns in (0, 1, 127, 128, 31_877_273_761, 2**62, -5):
         assert read.FromString(module.cursor_at(ns)).cursor.moment.time == ns

@@ -4,7 +4,7 @@ from scipy import stats
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.studies.class_study.analysis import analyse
-from replay.studies.class_study.groups import compare_groups
+from replay.studies.class_study.groups import _welch, compare_groups
 from replay.studies.class_study.tables import group_table, sample_table
 
 NAMES = ("first", "second")
@@ -39,6 +39,8 @@ def test_p_is_that_of_permuting_welchs_statistic_among_few_and_welchs_among_many
     def welch(a, b, axis):
         return stats.ttest_ind(a, b, axis=axis, equal_var=False).statistic
 
+    sizes = _welch(np.concatenate([first, second]), np.arange(25)[None] >= 16)
+    assert sizes == pytest.approx([abs(welch(first, second, 0))])
     other = stats.permutation_test((second, first), welch, vectorized=True, n_resamples=20000, random_state=0).pvalue
     assert one.p_from == "permutation" and one.p == pytest.approx(other, abs=0.02)
     first, second = two(60, 0.4, spread=2.0)

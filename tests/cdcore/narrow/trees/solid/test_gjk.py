@@ -81,6 +81,7 @@ def searched(corners):
     return np.sqrt(found.fun)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2, 3, 4])
 def test_the_distance_is_that_of_a_search_over_all_weights(count):
     rng = np.random.default_rng(count)
