@@ -11,8 +11,7 @@ import click
 
 from replay.cli.console import People
 
-LARGEST = 1e9
-"""The largest number that an option takes: of seconds, 32 years."""
+LARGEST = 1e9  # Of the numbers that an option takes; so many seconds are 32 years
 
 Command = TypeVar("Command", bound=Callable[..., Any])
 

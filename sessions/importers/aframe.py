@@ -102,9 +102,10 @@ def _events(name: str, events: object, source: Path) -> list[tuple[Event, object
 def _hand(name: str, device: dict[str, Any], happened: list[tuple[Event, object]]) -> dict[str, HandTrack]:
     """What the device's buttons were after each press and release; nothing where none was ever pressed."""
     presses = [
-        (event.time_ns, detail["id"], event.name == "buttondown")
+        (event.time_ns, button, event.name == "buttondown")
         for event, detail in happened
-        if event.name in ("buttondown", "buttonup") and isinstance(detail, dict) and _is_button(detail.get("id"))
+        if event.name in ("buttondown", "buttonup") and isinstance(detail, dict)
+        if type(button := detail.get("id")) is int and 0 <= button < MOST_BUTTONS
     ]
     if not presses:
         return {}
@@ -120,7 +121,3 @@ def _hand(name: str, device: dict[str, Any], happened: list[tuple[Event, object]
     pressed = np.array(list(states.values()))
     trigger = pressed[:, labels.index("trigger")].astype(np.float64) if is_vive else None
     return {f"student/{side_of(name)}": HandTrack(list(states), trigger, None, names, pressed)}
-
-
-def _is_button(value: object) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < MOST_BUTTONS

@@ -23,8 +23,7 @@ TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year
 
 LONGEST_LINE: Final = 1_000_000  # Letters of a line that are read; a header of 12 bodies has a thousand
 
-DELIMITERS: Final = ",;\t"
-"""What may part the cells of a file that no mapping describes: the one its header has most."""
+DELIMITERS: Final = ",;\t"  # Of a file that no mapping describes the one that its header has most
 
 TRUE_WORDS: Final = ("1", "1.0", "true", "True", "TRUE", "yes", "valid")
 

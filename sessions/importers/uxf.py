@@ -69,7 +69,7 @@ def read_uxf(source: Path, *, convention: str = "unity") -> Imported:
             notes.append(f"{path.name}: {table.skipped} rows left out that have too few or too many cells")
         if table.cut_short:
             notes.append(f"{path.name}: the last line may be cut short: its pose is flagged as lost")
-    tables = {body: _joined(parts) for body, parts in found.items()}
+    tables = {body: PoseTable(*map(np.concatenate, zip(*parts, strict=True))) for body, parts in found.items()}
     axes = convention_named(convention)
     assumed = ("lengths in m", "clock in s since the start of the program (Unity's Time.time)")
     frame = SourceFrame(axes, "m", 1.0, "Unity's Time.time, s", assumed=assumed)
@@ -123,11 +123,6 @@ def _poses(table: CsvTable) -> PoseTable:
     valid = table.every.copy()
     valid[-1:] &= not table.cut_short
     return PoseTable(table.stamps(TIME, "s", table.every), numbers[:, :3], turns, valid)
-
-
-def _joined(parts: list[PoseTable]) -> PoseTable:
-    columns = zip(*parts, strict=True)
-    return PoseTable(*(np.concatenate(column) for column in columns))
 
 
 def _trials(folder: Path) -> tuple[list[Interval], int]:

@@ -28,8 +28,7 @@ from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event
 
 MAGIC: Final = b"XDF:"
-MOST_UNPACKED, UNPACKED_PER_BYTE = 100_000_000, 50
-"""What a compressed file may unpack to: bytes, and as many more for each of its own; recordings shrink to a third."""
+MOST_UNPACKED, UNPACKED_PER_BYTE = 100_000_000, 50  # Bytes; recordings shrink to a third, zeros to a thousandth
 ASSUMED: Final = "openxr"
 ROLES: Final = {
     "positionx": 0, "positiony": 1, "positionz": 2, "orientationb": 3, "orientationc": 4, "orientationd": 5,

@@ -1,4 +1,4 @@
-"""The metadata records of a session file, and how those of an older version are brought up to date.
+"""The metadata records of a session file.
 
 ``vrlab.session`` holds the metadata of the session and the SHA-256 of every mesh attachment. ``vrlab.bodies`` holds
 the names of the tracked bodies in the order of the frames' columns; a recorder writes it again for every new body, and
@@ -7,11 +7,11 @@ the last record counts.
 
 import json
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 from sessions.mcap_format.refusals import refused
-from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY
+from sessions.mcap_format.schemas import PROFILE
 
 SESSION_RECORD, BODIES_RECORD = "vrlab.session", "vrlab.bodies"
 MESH_HASH = "mesh.sha256/"
@@ -34,11 +34,6 @@ DECLARED = {
 MAX_BODIES = 4096  # More than any laboratory has; what a hostile file lists is bounded by it
 
 Record = dict[str, str]
-
-MIGRATIONS: dict[int, Callable[[Record], Record]] = {}
-"""Version n -> the function from a session record of version n to one of version n + 1; none yet."""
-
-VERSION = int(PROFILE.removeprefix(PROFILE_FAMILY))
 
 
 def session_record(metadata: Mapping[str, str], mesh_hashes: Mapping[str, str]) -> Record:
@@ -97,13 +92,7 @@ def names_of(record: Mapping[str, str] | None, where: Path | str = "a file") -> 
     return tuple(names)
 
 
-def migrated(record: Record, profile: str, where: Path | str = "a file") -> Record:
-    """A session record of any known version as one of the current version; a refusal of the file for an unknown one."""
-    word = profile.removeprefix(PROFILE_FAMILY)
-    version = int(word) if word.isascii() and word.isdigit() and len(word) < 10 else -1
-    while version in MIGRATIONS and version < VERSION:
-        record = MIGRATIONS[version](record)
-        version += 1
-    if version != VERSION:
+def check_version(profile: str, where: Path | str = "a file") -> None:
+    """Refuse a file of our profile that is of another version."""
+    if profile != PROFILE:
         raise refused(where, "unknown-version", f"it is of profile {profile!r} and this program reads {PROFILE!r}")
-    return record

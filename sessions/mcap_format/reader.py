@@ -81,9 +81,8 @@ def session_facts(file: McapFile) -> tuple[dict[str, str], dict[str, str]]:
     profile = file.catalogue.profile
     if not file.own:
         return {"format": "foreign", "profile": profile or "none", **metadata.DECLARED}, {}
-    return metadata.metadata_of(
-        metadata.migrated(file.catalogue.metadata_record(metadata.SESSION_RECORD) or {}, profile, file.path)
-    )
+    metadata.check_version(profile, file.path)
+    return metadata.metadata_of(file.catalogue.metadata_record(metadata.SESSION_RECORD) or {})
 
 
 def listed_names(file: McapFile) -> tuple[str, ...]:

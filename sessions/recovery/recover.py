@@ -123,7 +123,7 @@ def _profile(found: FileScan, session: dict[str, str] | None, *, own: bool) -> s
         return declared.profile
     # The head may be what is damaged: the facts repeat the profile.
     if session is None or session.get(metadata.FORMAT) != PROFILE:
-        metadata.migrated(session or {}, declared.profile, declared.path)
+        metadata.check_version(declared.profile, declared.path)
     return PROFILE
 
 

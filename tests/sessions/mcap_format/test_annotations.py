@@ -6,8 +6,7 @@ from hypothesis import strategies as st
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format import annotations as a
-from sessions.mcap_format import metadata as module
-from sessions.mcap_format.metadata import bodies_record, metadata_of, migrated, names_of, session_record
+from sessions.mcap_format.metadata import bodies_record, check_version, metadata_of, names_of, session_record
 from sessions.mcap_format.schemas import message_class
 from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.track import HandTrack, Track
@@ -138,17 +137,8 @@ def test_a_list_of_names_is_bounded():
         names_of(bodies_record(tuple(map(str, range(4097)))))
 
 
-def test_a_file_of_an_older_version_takes_every_step_to_today(monkeypatch):
-    monkeypatch.setattr(module, "VERSION", 3)
-    monkeypatch.setattr(module, "MIGRATIONS", {1: lambda r: r | {"one": "1"}, 2: lambda r: r | {"two": r["one"]}})
-    assert migrated({}, "vrlab/1") == {"one": "1", "two": "1"}
-    assert migrated({}, "vrlab/3") == {}
-    for unknown in ("vrlab/0", "vrlab/4"):
-        with pytest.raises(SessionFileError, match=unknown):
-            migrated({}, unknown)
-
-
-@pytest.mark.parametrize("profile", ["vrlab/", "vrlab/1.0", "vrlab/²", "vrlab/" + "9" * 5000])
-def test_a_version_that_is_no_number_is_refused(profile):
-    with pytest.raises(SessionFileError, match="this program reads"):
-        migrated({}, profile)
+@pytest.mark.parametrize("profile", ["vrlab/0", "vrlab/2", "vrlab/", "vrlab/1.0", "vrlab/²", "vrlab/" + "9" * 5000])
+def test_a_file_of_another_version_is_refused(profile):
+    with pytest.raises(SessionFileError, match="this program reads 'vrlab/1'; install a newer"):
+        check_version(profile)
+    check_version("vrlab/1")
