@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 from replay.effects.models.equation import COMMON, atoms, ion_of
 from replay.effects.models.species import IONS
@@ -47,12 +47,7 @@ def contents_of(vessel: Vessel) -> Contents:
     """
     liquid, litres = vessel.contents("liquid"), vessel.volume_ml * 1e-3
     amounts: dict[str, float] = {}
-    told = liquid.get("solutes") or {}
-    if not isinstance(told, Mapping):
-        raise vessel.fail(f"has liquid.solutes = {told!r}; give a table: formula = mol/L")
-    solutes = {str(key): vessel.amount("liquid", str(key), within=told) for key in told}
-    if liquid.get("solute"):
-        solutes[str(liquid["solute"])] = vessel.amount("liquid", "molar")
+    solutes = _solutes(vessel, liquid)
     for formula, molar in solutes.items():
         amounts[_formula(vessel, formula)] = litres * molar
     if "water_molar" in liquid:
@@ -66,6 +61,20 @@ def contents_of(vessel: Vessel) -> Contents:
             raise vessel.fail("has solid.molar_mass = 0; give it in g/mol")
         solids[_formula(vessel, str(vessel.contents("solid").get("formula")))] = mass / weight
     return Contents(vessel.volume_ml, amounts, solids)
+
+
+def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
+    """Formula, as written -> mol/L."""
+    told = liquid.get("solutes") or {}
+    if not isinstance(told, Mapping):
+        raise vessel.fail(f"has liquid.solutes = {told!r}; give a table: formula = mol/L")
+    solutes = {str(key): vessel.amount("liquid", str(key), within=told) for key in told}
+    solute = liquid.get("solute", "")
+    if not isinstance(solute, str) or (liquid.get("molar") and not solute):
+        raise vessel.fail(f"has liquid.solute = {solute!r}; give the formula of what liquid.molar is of")
+    if solute:
+        solutes[solute] = vessel.amount("liquid", "molar")
+    return solutes
 
 
 def _formula(vessel: Vessel, text: str) -> str:

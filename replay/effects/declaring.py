@@ -20,7 +20,7 @@ REQUIRED: Final = object()
 class Field:
     """One key of an ``[[effect]]`` table."""
 
-    kind: str  # ``pairs``, ``bodies``, ``body``, ``number``, ``text``, ``flag``, ``vector`` or ``mapping``
+    kind: str  # ``pairs``, ``bodies``, ``body``, ``number``, ``text``, ``flag``, ``vector``, ``mapping`` or ``words``
     about: str  # its meaning, for the plan and the documentation
     unit: str = ""  # of a number or vector
     # value when absent; ``REQUIRED``: must be given; ``None``: may be absent, and is then ``None``
@@ -61,6 +61,8 @@ flag = partial(Field, "flag")
 """True or false."""
 mapping = partial(Field, "mapping")
 """A table of the author's own keys."""
+words = partial(Field, "words")
+"""A table of the author's own keys and of words."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,6 +209,8 @@ SIMPLE: Final[dict[str, tuple[Callable[[Any], bool], str, Callable[[Any], Any]]]
     "flag": (lambda value: isinstance(value, bool), "true or false", bool),
     "vector": (lambda value: isinstance(value, list | tuple) and len(value) == 3 and all(map(is_number, value)),
                "three finite numbers", lambda value: tuple(map(float, value))),
+    "words": (lambda value: isinstance(value, Mapping) and all(isinstance(one, str) for one in value.values()),
+              "a table of words", dict),
     "mapping": (lambda value: isinstance(value, Mapping), "a table", dict),
 }  # fmt: skip
 """Kind of a field -> whether a value is of it, what is asked for, and what is made of it."""

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from replay.effects.contents import contents_of_scene
-from replay.effects.declaring import Declaration, bodies, body, mapping, number, vector
+from replay.effects.declaring import Declaration, bodies, body, number, vector, words
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray
 from replay.effects.protocol import EffectSpec
@@ -103,9 +103,9 @@ SPEC = EffectSpec(
         "wire": body("the wire"),
         "tip": vector("its tip in its own frame"),
         "seconds": number("a tip that stays for this long shows its colour", "s", least=0.0),
-        "colours": mapping("salt = colour of the flame"),
+        "colours": words("salt = colour of the flame"),
         "vessels": bodies("vessels with salts"),
-        "dips": mapping("vessel = salt that the wire takes up there"),
+        "dips": words("vessel = salt that the wire takes up there"),
     },
     trigger="the wire's tip in a declared vessel's liquid or in the flame",
     sources=("colours, cone and time: the scene's author", "the salt of the last dip is on the wire"),

@@ -145,9 +145,12 @@ def _check_turn(declared: Declaration, scene: Scene) -> None:
         raise declared.fail(f"{given[0]} is given: what turns over a flame needs {', '.join(TURN)}")
     try:
         vessel = Vessel(scene.body(declared.body("heats")) or SceneBody(declared.body("heats")))
-        if not vessel.contents("solid").get("formula"):
+        formula = vessel.contents("solid").get("formula")
+        if not formula or not isinstance(formula, str):
             raise vessel.fail("holds nothing that turns; give it properties.solid with its formula and mass_g")
         vessel.amount("solid", "mass_g")
+        if vessel.amount("solid", "density_g_ml", SOLID_G_ML) <= 0.0:
+            raise vessel.fail("has solid.density_g_ml = 0; give it in g/mL")
     except EffectError as error:
         raise declared.fail(str(error).removeprefix("scene: ")) from error
 

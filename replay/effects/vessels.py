@@ -139,8 +139,10 @@ class Vessel:
         return EffectError(f"scene: body {self.body.id!r} {words}")
 
     def contents(self, kind: str) -> Mapping[str, Any]:
-        """``properties.liquid`` or ``properties.solid`` as written, empty where there is none."""
-        return (self.body.extra.get("properties") or {}).get(kind) or {}
+        """``properties.liquid`` or ``properties.solid`` as written, empty where there is no such table."""
+        properties = self.body.extra.get("properties")
+        found = properties.get(kind) if isinstance(properties, Mapping) else None
+        return found if isinstance(found, Mapping) else {}
 
     def amount(
         self, kind: str, key: str, default: float | None = None, within: Mapping[str, Any] | None = None

@@ -77,3 +77,5 @@ def test_salts_and_vessels_go_together():
         run([AWAY] * 3, dips={})
     with pytest.raises(PlanError, match="colours: no vessel of dips holds 'NaCL'"):
         run([AWAY] * 3, colours={"NaCL": "yellow"})
+    with pytest.raises(PlanError, match=r"colours is \{'NaCl': 3\}; give a table of words"):
+        run([AWAY] * 3, colours={"NaCl": 3})

@@ -208,7 +208,10 @@ def test_what_is_heated_turns_once_at_its_temperature_and_is_drawn_so():
 @pytest.mark.parametrize(
     ("more", "properties", "words"),
     [({"turns_c": 23.0}, SALT, "turns_c is given: what turns over a flame needs turns_c, from_colour, to_colour"),
-     (TURNS, {"heat_capacity_j_per_k": 60.0}, "body 'dish' holds nothing that turns; give it properties.solid")],
+     (TURNS, {"heat_capacity_j_per_k": 60.0}, "body 'dish' holds nothing that turns; give it properties.solid"),
+     (TURNS, {**SALT, "solid": "salt"}, "body 'dish' holds nothing that turns; give it properties.solid"),
+     (TURNS, {**SALT, "solid": {**SALT["solid"], "density_g_ml": 0.0}}, "body 'dish' has solid.density_g_ml = 0"),
+     (TURNS, {**SALT, "solid": {**SALT["solid"], "density_g_ml": "x"}}, "body 'dish' has solid.density_g_ml = 'x'")],
 )  # fmt: skip
 def test_what_cannot_turn_is_refused(more, properties, words):
     with pytest.raises(PlanError, match=words):

@@ -63,3 +63,13 @@ def test_what_is_no_vessel_and_a_liquid_without_a_volume_are_refused_before_the_
     del acid.extra["properties"]["liquid"]["volume_ml"]
     with pytest.raises(PlanError, match=r"body 'flask' has liquid\.volume_ml = None; give a finite number"):
         run_in([0.0, 0.0], MIX, acid=acid)
+
+
+@pytest.mark.parametrize("told", [{"molar": 3.0}, {"solute": [], "molar": 0.0}, {"solute": "", "molar": "x"}])
+def test_a_concentration_of_nothing_is_refused_before_the_run(told):
+    acid = glass("flask", 5.0)
+    acid.extra["properties"]["liquid"] = {"volume_ml": 5.0, **told}
+    with pytest.raises(
+        PlanError, match=r"body 'flask' has liquid\.solute = .*; give the formula of what liquid.molar is"
+    ):
+        run_in([0.0, 0.0], MIX, acid=acid)
