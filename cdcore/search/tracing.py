@@ -55,24 +55,14 @@ class NotedLook:
 
 @dataclass(frozen=True, eq=False)
 class LookTrace:
-    """Every evaluation of one look, in order.
+    """Every evaluation of one look, in order."""
 
-    Parameters
-    ----------
-    faces : (n, 2) face numbers, in the order of the pair.
-    distance : (n,) of their centroids, metres.
-    iteration : (n,) of the colony; 0 before its first.
-    asked_by : (n,) "start", "ant", "walk" (local search) or "draw".
-    pheromone : (n,) of the ant at the end of its iteration; nan where no ant asked.
-    result : what the look gave.
-    """
-
-    faces: IntArray
-    distance: FloatArray
-    iteration: IntArray
-    asked_by: NDArray[np.str_]
-    pheromone: FloatArray
-    result: SearchResult
+    faces: IntArray  # (n, 2) face numbers, in the order of the pair
+    distance: FloatArray  # (n,) of their centroids, metres
+    iteration: IntArray  # (n,) of the colony; 0 before its first
+    asked_by: NDArray[np.str_]  # (n,) "start", "ant", "walk" (local search) or "draw"
+    pheromone: FloatArray  # (n,) of the ant at the end of its iteration; nan where no ant asked
+    result: SearchResult  # what the look gave
 
     def best(self) -> IntArray:
         """Evaluations that came closer than all before, and last the hit, in order."""

@@ -33,34 +33,21 @@ DECIDE: Final = "decide by meshes"
 
 @dataclass(frozen=True)
 class FocusMoment:
-    """Where the cursor meets a fault, or a contact.
+    """Where the cursor meets a fault, or a contact."""
 
-    Parameters
-    ----------
-    frame, later : a frame, and nanoseconds after it; no two moments have the same.
-    pair, point : column of the pair in focus, and where in the world.
-    label, number : the detector and its number of the fault; ``""`` and 0 where nobody is at fault.
-    outcome : ``MISSED``, ``INVENTED`` or ``BOTH``.
-    first, last : frames of the stretch.
-    size : metres of the longest cut, or of the gap between the meshes; nan: not measured.
-    kind : of the miss or the false contact; ``""`` of a contact.
-    said : Markdown about it.
-    of : the fault itself; ``None`` of a contact.
-    """
-
-    frame: int
+    frame: int  # no two moments have the same frame and the same nanoseconds ``later``
     later: int
-    pair: int
-    point: Vector
-    label: str
-    number: int
-    outcome: Outcome
-    first: int
+    pair: int  # column of the pair in focus
+    point: Vector  # where in the world
+    label: str  # the detector; ``""`` where nobody is at fault
+    number: int  # its number of the fault, or 0
+    outcome: Outcome  # ``MISSED``, ``INVENTED`` or ``BOTH``
+    first: int  # frames of the stretch
     last: int
-    size: float
-    kind: str
-    said: str
-    of: Miss | FalseContact | None = field(default=None, compare=False)
+    size: float  # metres of the longest cut, or of the gap between the meshes; nan: not measured
+    kind: str  # of the miss or the false contact; ``""`` of a contact
+    said: str  # Markdown about it
+    of: Miss | FalseContact | None = field(default=None, compare=False)  # the fault itself; ``None`` of a contact
 
     @property
     def colour(self) -> Rgba:

@@ -35,38 +35,24 @@ LOST, CONTACT, NEAR = "missed", "contact", "near pass"
 
 @dataclass(frozen=True)
 class Moment:
-    """A frame that matters, and the look that led to its verdict.
+    """A frame that matters, and the look that led to its verdict."""
 
-    Parameters
-    ----------
-    frame, pair : row and column of the verdict.
-    looked : frame of the look; earlier where the pair was not searched again since.
-    kind : ``LOST``, ``CONTACT`` or ``NEAR``.
-    """
-
-    frame: int
-    pair: int
-    looked: int
-    kind: str
+    frame: int  # row of the verdict
+    pair: int  # its column
+    looked: int  # frame of the look; earlier where the pair was not searched again since
+    kind: str  # ``LOST``, ``CONTACT`` or ``NEAR``
 
 
 @dataclass(frozen=True, eq=False)
 class WatchedRun:
-    """One audited detector at its work.
-
-    Parameters
-    ----------
-    counts : stage -> (T,) pairs that it left.
-    seen : what each stage did.
-    moments : at most one per frame, in order of time.
-    """
+    """One audited detector at its work."""
 
     label: str
     detection: Detection
     motion: Motion
-    counts: Mapping[str, IntArray]
-    seen: Watched
-    moments: Sequence[Moment]
+    counts: Mapping[str, IntArray]  # stage -> (T,) pairs that it left
+    seen: Watched  # what each stage did
+    moments: Sequence[Moment]  # at most one per frame, in order of time
 
     def trace(self, moment: Moment) -> LookTrace:
         """Everything that the look of a moment evaluated."""

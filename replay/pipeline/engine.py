@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cdcore import Detection
 from cdcore.detectors import detector_names
@@ -49,9 +49,6 @@ from replay.prepare.noise import COPIES, parse_noise
 from replay.prepare.policy import Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
 from sessions import Session
-
-if TYPE_CHECKING:
-    pass
 
 SUBJECTS: Final = ("hybrid-qaco", "hybrid")
 """What a run audits by default: the paper's pipeline, or those of its detectors that are installed."""

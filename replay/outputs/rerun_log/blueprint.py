@@ -76,10 +76,7 @@ def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
     shares = [LOW_POINTS - lane_share - BOTTOM_POINTS, lane_share, BOTTOM_POINTS]
     beside = [_close_up(layout, subject)] if subject.camera else []
     widths = [0.42, 0.26, 0.32] if beside else [0.66, 0.34]
-    rows = [
-        rrb.Horizontal(space, *beside, _words(subject), column_shares=widths),
-        _lanes(layout, subject, lanes),
-    ]
+    rows = [rrb.Horizontal(space, *beside, _words(subject), column_shares=widths), _lanes(layout, subject, lanes)]
     bottom = [timing_view(layout.costs, layout.whole)] if any_timed(layout.costs) else []
     bottom += [text_view(f"{subject.words}/nearest_miss", "The miss in the close-up")] if beside else []
     if bottom:

@@ -34,25 +34,16 @@ LANES_IN_VIEW: Final = 5
 
 @dataclass(frozen=True)
 class Subject:
-    """Entities and words of one audited detector; ``headline`` says what it missed.
-
-    Parameters
-    ----------
-    lanes : paths of its lanes and the pair's column each speaks of, numbers (``None``) first.
-    longest : column of the pair of the longest cut that was missed, ``None`` without a miss.
-    words : root of its lists: of misses, of clusters where they are ``many``, words on the current one.
-    missed : root of pins and flags, and of the eye of the close-up.
-    faces : its red faces below each body.
-    """
+    """Entities and words of one audited detector; ``headline`` says what it missed."""
 
     label: str
     headline: str
-    lanes: Mapping[str, int | None]
-    longest: int | None
-    words: str
+    lanes: Mapping[str, int | None]  # paths of its lanes and the pair's column each speaks of, numbers (``None``) first
+    longest: int | None  # column of the pair of the longest cut that was missed, ``None`` without a miss
+    words: str  # root of its lists: of misses, of clusters where they are ``many``, words on the current one
     many: bool
-    missed: str
-    faces: str
+    missed: str  # root of pins and flags, and of the eye of the close-up
+    faces: str  # its red faces below each body
 
     @property
     def camera(self) -> str:
@@ -73,24 +64,15 @@ def lanes_in_view(subject: Subject, noisy: bool = False) -> list[str]:
 
 @dataclass(frozen=True)
 class BlueprintInput:
-    """What is laid out.
-
-    Parameters
-    ----------
-    eye : of the overview.
-    detector_lanes : whether there are lanes per detector.
-    watched : audited detectors that are shown at their work.
-    overview : lanes of the screen of all detectors, ``None`` without a moment to show.
-    hiding : bodies that stand before what a close-up shows: translucent there.
-    """
+    """What is laid out."""
 
     result: RunResult
     subjects: Sequence[Subject]
-    eye: Eye
-    detector_lanes: bool
-    watched: Sequence[WatchedRun] = ()
-    overview: OverviewLanes | None = None
-    hiding: Collection[str] = ()
+    eye: Eye  # of the overview
+    detector_lanes: bool  # whether there are lanes per detector
+    watched: Sequence[WatchedRun] = ()  # audited detectors that are shown at their work
+    overview: OverviewLanes | None = None  # lanes of the screen of all detectors, ``None`` without a moment to show
+    hiding: Collection[str] = ()  # bodies that stand before what a close-up shows: translucent there
 
     @cached_property
     def costs(self) -> dict[str, Cost]:

@@ -53,11 +53,7 @@ from replay.outputs.rerun_log.overview import (
 from replay.outputs.rerun_log.pipeline import log_pipeline
 from replay.outputs.rerun_log.pipeline_frame import log_frame
 from replay.outputs.rerun_log.recording_file import recording_file
-from replay.outputs.rerun_log.report import (
-    answer_text,
-    log_cluster_list,
-    report_text,
-)
+from replay.outputs.rerun_log.report import answer_text, log_cluster_list, report_text
 from replay.outputs.rerun_log.search_picture import log_searches
 from replay.outputs.rerun_log.solids import log_solids, with_solids
 from replay.outputs.rerun_log.timing import cost_text, log_timing
