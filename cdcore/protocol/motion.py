@@ -96,18 +96,20 @@ class Motion:
         def __getattr__(self, name: str) -> FloatArray:
             if name not in ("rotations", "translations") or self.__dict__.get("lanes") is None:
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            turn, place = self.poses_at(np.arange(len(self)), np.arange(self.body_count))
+            turn, place, *_ = self.poses_at(self.everywhere, range(self.body_count))
             object.__setattr__(self, "translations", place)
             object.__setattr__(self, "rotations", turn)
             return self.__dict__[name]
 
-    def poses_at(self, frames: IntArray, bodies: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Rotations (K, n, 3, 3) and translations (K, n, 3) of bodies (n,) at frames (K,)."""
+    def poses_at(
+        self, frames: IntArray, bodies: Sequence[int]
+    ) -> tuple[FloatArray, FloatArray, IntArray, dict[int, int]]:
+        """Rotations and translations that hold those of some bodies at frames (K,), in which rows, in which columns."""
         if self.lanes is None:
-            return self.rotations[frames[:, None], bodies], self.translations[frames[:, None], bodies]
+            return self.rotations, self.translations, frames, {body: body for body in bodies}
         turn, place = np.empty((len(frames), len(bodies), 3, 3)), np.empty((len(frames), len(bodies), 3))
-        _kernels().take_poses(self.lanes, self.still, frames, bodies, place, turn)
-        return readonly(turn), readonly(place)
+        _kernels().take_poses(self.lanes, self.still, frames, np.array(bodies), place, turn)
+        return readonly(turn), readonly(place), np.arange(len(frames)), {body: k for k, body in enumerate(bodies)}
 
     @classmethod
     def of_rigid(
