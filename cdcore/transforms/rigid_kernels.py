@@ -78,18 +78,6 @@ def settled(place: Memory, turn: Memory, k: int, valid: bool, keep: float, rejec
 
 
 @hot_kernel
-def cut(given: Memory, place: Memory, turn: Memory, k: int) -> bool:
-    """Take pose ``k`` apart into ``place`` and ``turn``; whether its last row is 0 0 0 1."""
-    become_part_of_caller()
-    p = 16 * k
-    for i in range(3):
-        place[3 * k + i] = given[p + 4 * i + 3]
-        for j in range(3):
-            turn[9 * k + 3 * i + j] = given[p + 4 * i + j]
-    return bool(given[p + 12] == 0.0 and given[p + 13] == 0.0 and given[p + 14] == 0.0 and given[p + 15] == 1.0)
-
-
-@hot_kernel
 def same_pose(place: Memory, turn: Memory, k: int, other: int) -> bool:
     """Whether two poses agree in every number; what is not finite agrees with nothing."""
     become_part_of_caller()
@@ -103,29 +91,23 @@ def same_pose(place: Memory, turn: Memory, k: int, other: int) -> bool:
 
 @kernel
 def check_poses(
-    place: FloatArray, turn: FloatArray, valid: BoolArray, given: FloatArray, keep: float, reject: float,
-    scratch: FloatArray, still: BoolArray,
+    place: FloatArray, turn: FloatArray, valid: BoolArray, keep: float, reject: float, scratch: FloatArray,
+    still: BoolArray,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Check N poses, repair what is within ``reject``, put identity where nothing is ``valid`` (N,).
 
-    ``place`` (N, 3) and ``turn`` (N, 3, 3), contiguous, are changed in place; ``given`` (N, 4, 4): matrices that are
-    cut into them first, their last row checked, or none; ``scratch`` (18,). ``still`` (M,): of M bodies, frame after
-    frame, set to False where one moves; a pose that repeats that of the first frame was checked there. Returns the
-    number of the first bad pose or GOOD, how many were repaired, and the worst error among the valid.
+    ``place`` (N, 3) and ``turn`` (N, 3, 3), contiguous, are changed in place; ``scratch`` (18,). ``still`` (M,): of M
+    bodies, frame after frame, set to False where one moves; a pose that repeats that of the first frame was checked
+    there. Returns the number of the first bad pose or GOOD, how many were repaired, and the worst error of a valid one.
     """
-    places, turns, matrices, room = doubles_of(place), doubles_of(turn), doubles_of(given), doubles_of(scratch)
-    whole, repaired, worst = len(given) > 0, 0, 0.0
+    places, turns, room, repaired, worst = doubles_of(place), doubles_of(turn), doubles_of(scratch), 0, 0.0
     bodies, body = len(still), -1
     for k in range(len(valid)):
-        if whole:
-            fetch_early(matrices, 16 * (k + AHEAD))
-            fetch_early(matrices, 16 * (k + AHEAD) + 8)
-        affine = cut(matrices, places, turns, k) if whole else True
         body = body + 1 if body + 1 < bodies else 0
-        if k >= bodies and valid[k] and affine and same_pose(places, turns, k, body):
+        if k >= bodies and valid[k] and same_pose(places, turns, k, body):
             continue
         error = settled(places, turns, k, valid[k], keep, reject, room)
-        if (valid[k] and not affine) or not error <= reject:
+        if not error <= reject:
             return k, repaired, worst
         if error > worst:
             worst = error

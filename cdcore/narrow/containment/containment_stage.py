@@ -74,12 +74,11 @@ class ContainmentStage:
         """Whether a part of one body of the pair is inside the other, (K,) for K pair-frames without contact."""
         inside = np.zeros(len(frames), dtype=np.bool_)
         for column, rows in rows_of_columns(columns) if self._asked else ():
-            ends = self.pairs[column]
-            turn, place = motion.poses_at(frames[rows], np.array(ends))
+            turn, place, at, side = motion.poses_at(frames[rows], self.pairs[column])
             for inner, outer, parts in self.nestings[column]:
                 left = np.flatnonzero(~inside[rows])
-                poses = turn, place, ends.index(inner), ends.index(outer)
-                inside[rows[left]] = self.inside(poses, inner, outer, parts, left)
+                poses = turn, place, side[inner], side[outer]
+                inside[rows[left]] = self.inside(poses, inner, outer, parts, at[left])
         return inside
 
     @property

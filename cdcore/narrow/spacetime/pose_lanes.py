@@ -217,13 +217,8 @@ def fill_tracks(
         row, body, many = rows[k], bodies[k], rotations.shape[1]
         if not laid and row[5] > 1 and stays_put(turns, places, many, body, frames):
             row[1], row[2], row[5] = ONE_POSE, 0, 1
-        entries, stride, path, count, centres = (
-            doubles_at(row[0]),
-            row[1],
-            doubles_at(row[3]),
-            row[5],
-            doubles_at(row[6]),
-        )
+        entries, path, centres = doubles_at(row[0]), doubles_at(row[3]), doubles_at(row[6])
+        stride, count = row[1], row[5]
         length = stride if count > 1 else runtime_int(ONE_POSE)
         if not laid:
             copy_poses(turns, places, many, body, frames, count, entries, stride)
@@ -277,13 +272,11 @@ class Tracks:
         (centres, path, ranges, _), (_, stride, step, _, _, count, _) = self._borders[k].tolist(), self.rows[k].tolist()
         room = self._room[centres - self._own[k] :] if self._laid is None else self._laid[body].reshape(-1)
         size, skew, restless = self.found[k].tolist()
-        own, spans = (
-            self._room[centres : centres + CENTRES * stride],
-            self._room[ranges : ranges + 6 * span_count(count)],
-        )
+        lengths = (centres, CENTRES * stride), (path, count), (ranges, 6 * span_count(count))
+        own, way, spans = (self._room[start : start + length] for start, length in lengths)
         return PoseLanes(
-            room[: ROWS * stride], own, stride, step, self._room[path : path + count], self._changed[k].view(np.bool_),
-            spans, count, restless > 0.0, size, skew, self.rows[k],
+            room[: ROWS * stride], own, stride, step, way, self._changed[k].view(np.bool_), spans, count,
+            restless > 0.0, size, skew, self.rows[k],
         )  # fmt: skip
 
 

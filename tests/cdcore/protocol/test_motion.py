@@ -64,9 +64,12 @@ def test_matrices_laid_out_side_by_side_are_the_poses_of_the_arrays(frames):
     )
     poses[:] = 0.0
     assert laid.lanes is not None and laid.body_count == 4
-    some, two = np.arange(frames)[::3], np.array([2, 1])
-    for given, want in zip(laid.poses_at(some, two), plain.poses_at(some, two), strict=True):
-        assert np.array_equal(given, want)
+    some, columns = np.arange(frames)[::3], [2, 1]
+    for motion in (laid, plain):
+        turns, places, rows, column = motion.poses_at(some, columns)
+        for body in columns:
+            assert np.array_equal(turns[rows, column[body]], turn[some, body])
+            assert np.array_equal(places[rows, column[body]], place[some, body])
     rows = laid.lanes[0].T
     assert np.array_equal(rows[:frames, :9].reshape(-1, 3, 3), turn[:, 0]) and (rows[frames:] == rows[frames - 1]).all()
     for name in ("translations", "rotations"):

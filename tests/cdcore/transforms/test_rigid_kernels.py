@@ -7,13 +7,12 @@ from support.shapes import nearest_rotation, orthonormality_error, random_rotati
 
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of
-from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT
+from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, row_length
 from cdcore.transforms.matrices import apply_row, row_rotation, row_scale, row_translation
 from cdcore.transforms.rigid import rotation_from_quaternion
-from cdcore.transforms.rigid_kernels import GOOD, check_poses, matrix_error, turns_of_quaternions
+from cdcore.transforms.rigid_kernels import GOOD, check_poses, lay_poses, matrix_error, turns_of_quaternions
 
 COUNT = 300
-NO_MATRICES = np.empty((0, 4, 4))
 
 
 @kernel
@@ -21,9 +20,9 @@ def error_of(matrix):
     return matrix_error(doubles_of(matrix), 0)
 
 
-def check(place, turn, valid, given=NO_MATRICES):
+def check(place, turn, valid):
     still = np.ones(len(valid), dtype=bool)
-    return check_poses(place, turn, valid, given, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), still)
+    return check_poses(place, turn, valid, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), still)
 
 
 def spoiled(size, seed=0):
@@ -79,30 +78,10 @@ def matrices(size=0.0):
     return poses
 
 
-def split(poses, valid=None):
-    place, turn = np.empty((len(poses), 3)), np.empty((len(poses), 3, 3))
-    valid = np.ones(len(poses), dtype=bool) if valid is None else valid
-    return place, turn, check(place, turn, valid, poses)
-
-
-def test_matrices_are_cut_without_touching_a_bit():
-    poses = matrices()
-    place, turn, (bad, repaired, _) = split(poses)
-    assert (bad, repaired) == (GOOD, 0)
-    assert np.array_equal(place, poses[:, :3, 3])
-    assert np.array_equal(turn, poses[:, :3, :3])
-
-
-@pytest.mark.parametrize("size", [0, 1e-8, 5e-5])
-def test_cutting_and_checking_at_once_gives_the_bits_of_one_after_the_other(size):
-    poses = matrices(size)
-    poses[7] = np.nan
-    valid = np.arange(COUNT) != 7
-    place, turn, found = split(poses, valid)
-    apart, turned = poses[:, :3, 3].copy(), poses[:, :3, :3].copy()
-    assert check(apart, turned, valid) == found
-    assert place.tobytes() == apart.tobytes()
-    assert turn.tobytes() == turned.tobytes()
+def are_good(poses):
+    lanes, still = np.empty((1, 12, row_length(COUNT))), np.ones(1, dtype=bool)
+    given = poses[:, None].copy()
+    return lay_poses(given, given.view(np.int64), lanes, ORTHONORMAL_KEEP, still, np.empty(12))[0]
 
 
 @pytest.mark.parametrize("entry", [(0, 0), (1, 3), (2, 2), (3, 0), (3, 3)])
@@ -110,10 +89,7 @@ def test_cutting_and_checking_at_once_gives_the_bits_of_one_after_the_other(size
 def test_a_spoiled_entry_anywhere_makes_the_pose_bad(entry, value):
     poses = matrices()
     poses[(23, *entry)] = value
-    if entry == (1, 3) and np.isfinite(value):
-        assert split(poses)[2][0] == GOOD
-    else:
-        assert split(poses)[2][0] == 23
+    assert are_good(poses) == (entry == (1, 3) and np.isfinite(value))
 
 
 def test_a_translation_that_is_not_finite_is_bad():
@@ -127,9 +103,10 @@ def test_a_translation_that_is_not_finite_is_bad():
 def test_translations_as_large_as_doubles_go_are_good():
     poses = matrices()
     poses[3, :3, 3] = [1.7e308, 1.7e308, -1.7e308]
-    place, _, (bad, _, worst) = split(poses)
+    place = poses[:, :3, 3].copy()
+    bad, _, worst = check(place, poses[:, :3, :3].copy(), np.ones(COUNT, dtype=bool))
     assert bad == GOOD and worst < 1e-14
-    assert np.array_equal(place[3], poses[3, :3, 3])
+    assert np.array_equal(place[3], poses[3, :3, 3]) and are_good(poses)
 
 
 RNG = np.random.default_rng(0)
