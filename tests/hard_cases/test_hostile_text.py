@@ -20,6 +20,7 @@ from support.small_worlds import cube, cubes
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
 import replay
+from replay.base.shown import shown
 from replay.cli.main import main
 from replay.outputs.report.page import report_html
 from replay.outputs.results.annotations import add_annotation, fault_of
@@ -242,6 +243,10 @@ def test_every_verb_is_among_the_calls():
 
     files = dict.fromkeys(("mcap", "torn", "csv", "toml", "obj"), "file")
     assert {words(files, Path())[0] for words in CALLS.values()} >= VERBS.keys()
+
+
+def test_a_text_is_shown_without_its_commands_and_else_as_it_is():
+    assert shown("\\\x1b\n") == "\\\\x1b\\n" and shown("\x1b\n", lines=True) == "\\x1b\n"
 
 
 @pytest.mark.slow

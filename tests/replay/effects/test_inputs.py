@@ -27,7 +27,7 @@ def inputs(**more):
 def test_a_point_and_a_direction_of_a_body_follow_its_pose():
     cup = inputs().poses("cup")
     assert np.allclose(cup.point((0.0, 2.0, 0.0)), [[-2, 0, 0], [-1, 0, 0], [0, 0, 0]])
-    assert np.allclose(cup.direction((0.0, 1.0, 0.0)), [-1, 0, 0])
+    assert np.allclose(cup.direction((1.0, 2.0, 3.0)), [-2, 1, 3])
     assert np.allclose(cup.tilt(), np.pi / 2)
 
 

@@ -112,7 +112,6 @@ def test_a_page_keeps_numbers_plain():
     text = page_table(made(words=("body",)))
     assert Cells(text).tables == {"a title": [["cup|lid", "1234", "7"], ["rod", "0", "x\nwhy"]]}
     assert "<b>7</b>" in text and "<code>x</code>" in text and "<p>a note</p>" in text
-    assert '<td class="word">rod</td><td class="number">0</td>' in text
 
 
 def test_counts_in_the_page_are_those_of_the_summary(run, page):

@@ -89,8 +89,7 @@ def test_the_funnel_counts_what_the_run_counted(run, watched, read):
 
 def test_words_after_a_count_name_what_stands_as_before_and_what_is_confirmed():
     counts = {"spheres meet": np.array([3, 3, 3]), "boxes meet": np.array([2, 3, 3]), "searched": np.array([2, 2, 1])}
-    verdicts = np.array([[0, 0, 0], [0, 1, 0], [1, 1, 1]], np.int8)
-    run = SimpleNamespace(counts=counts, detection=SimpleNamespace(verdict=verdicts))
+    run = SimpleNamespace(counts=counts, detection=SimpleNamespace(verdict=np.array([[0, 0, 0], [0, 1, 0], [1, 1, 1]])))
     assert _remarks(run, SimpleNamespace(pair_name=("a-b", "c-d", "e-f").__getitem__)) == {
         "searched": ["", "   the other stands as before", "   the other 2 stand as before"],
         "confirmed": ["", "   c-d", "   a-b and 2 more"],
