@@ -16,8 +16,8 @@ and its kind in ``replay.effects.EFFECTS``. ``replay/effects/contact.py`` is a w
 
 What the spec does not name (`EffectSpec`, field by field) cannot be had. Keys of its ``[[effect]]`` table are made with
 ``pairs bodies body number text flag vector mapping words`` of ``replay.effects.declaring``; ``Declaration`` hands them
-out checked, with defaults and with ids and ``tag:WORD`` as names of bodies. A constant is a field without a default (the
-author's) or a default whose ``source`` stands beside it. What one effect tells another goes through
+out checked, with defaults and with ids and ``tag:WORD`` as names of bodies. A constant is a field without a default
+(the author's) or a default whose ``source`` stands beside it. What one effect tells another goes through
 ``EffectOutput.data``. Effects of liquids are views of one account: `replay.effects.movement.movement_of` (who gave whom
 how much, when) and `replay.effects.matter.matter_of` (what is in each vessel).
 
