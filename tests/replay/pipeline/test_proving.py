@@ -11,7 +11,7 @@ from support.small_worlds import cube, cubes, jumping
 from cdcore import Body, Motion, TriangleMesh
 from replay import run
 from replay.errors import ProofError
-from replay.pipeline.proving import prove
+from replay.pipeline.proving import EVERY_FACE, _far_front, prove
 from replay.proof.claims import Kind, Proof
 from replay.proof.loading import load
 from replay.proof.verifier import verify
@@ -75,6 +75,7 @@ def test_two_faces_witness_a_contact_for_as_long_as_they_can():
     places = np.zeros((count, 2, 3))
     places[:, 1, 0] = np.linspace(0.9, 0.8, count)
     motion = Motion(np.arange(count) / 90, places, np.tile(np.eye(3), (count, 2, 1, 1)))
+    assert _far_front(np.full((2, 3), 1e9), 1.0) == EVERY_FACE, "where a metre is below rounding nothing is apart"
     proof, meshes, poses, _ = proven([Body("a", mesh), Body("b", mesh)], motion)
     assert proof["claims"][:, :4].tolist() == [[0, 0, count - 1, Kind.CONTACT]]
     assert verify(proof, meshes, poses)["face_pairs"] == count
