@@ -1,18 +1,4 @@
-"""Every error the collision core raises on purpose, in one tree; each message says what to do.
-
-::
-
-    CollisionCoreError
-    ├── InvalidMeshError          a mesh that is not one: empty, a bad index, a coordinate that is not finite
-    ├── InvalidTrianglesError     triangles handed to a predicate that are not finite or not (n, 2, 3, 3)
-    ├── InvalidPoseError          a pose that is not finite or not rigid; names frame and body
-    ├── InvalidPairError          a pair that names no body, or a body twice
-    ├── InvalidSettingError       a setting a detector does not have, or a value outside its range
-    ├── UnknownDetectorError      a name that is in no table
-    ├── MissingEngineError        an optional engine that is not installed
-    ├── OwnDetectorError          a detector from outside the table failed, or answered with what is no verdict
-    └── NotRecordedError          a result that was not asked for, such as face pairs without ``faces=True``
-"""
+"""Every error the collision core raises on purpose, in one tree; each message says what to do."""
 
 
 class CollisionCoreError(Exception):

@@ -1,29 +1,4 @@
-"""Every error the tool raises on purpose, in one tree; each message is one sentence that says what to do.
-
-::
-
-    ReplayError
-    ├── DetectorSpecError     text or value that names no detector, or a label that cannot be one
-    ├── AssemblyError         a session that offers a detector nothing to look at, or whose scene contradicts itself
-    ├── PlanError             a scene that declares an effect, field, body or tag there is not
-    ├── EffectError           an effect that cannot be loaded, or asks for what its spec does not name
-    ├── AuditError            detections that cannot be compared
-    ├── PolicyError           words that name no policy
-    ├── RefusedError          a recording with a fault that the policy refuses
-    ├── NoiseError            noise asked for in words that mean nothing, or that cannot be measured
-    ├── ProofError            a proof of what is none: verdicts not of `exact`, frames that are not the recording's
-    ├── OutputError           a run folder or file that cannot be written
-    ├── PlaceError            a URL that nobody here can read or write
-    ├── RunFolderError        a folder that holds no run, or a run of another version
-    ├── TradeoffError         settings whose price cannot be measured: nothing to miss, no grid
-    ├── WorkerError           a process of several that ended without an answer, or workers that cannot be used
-    ├── CalibrationError      wall times that cannot be read or are of another experiment
-    ├── FixtureError          a number of faces in which no pose of two meshes meets
-    ├── ShrinkError           a wrong answer that there is not, or that does not happen again
-    ├── StressError           hard cases asked for in words or files that mean nothing
-    └── StudyError            metrics, questionnaire or codebook that cannot be analysed
-        └── StudyRefusedError a result that a rule of the study forbids (replay.studies.class_study.refusals)
-"""
+"""Every error the tool raises on purpose, in one tree; each message is one sentence that says what to do."""
 
 from sessions.errors import first_of
 

@@ -1,12 +1,4 @@
-"""Every error of `sessions` is a `SessionError`, and its text is one sentence that ends in what to do.
-
-SessionError
-  MeshFileError      a mesh file or array that cannot be used
-  SceneError         a scene that says something impossible; names file, table and key
-  ImportFileError    a recording of another program that cannot be imported; names file, line and column
-  SessionFileError   a session file that cannot be read or written
-    TornFileError    it ends without its index: the recording was cut short
-"""
+"""Every error of `sessions` is a `SessionError`, and its text is one sentence that ends in what to do."""
 
 from collections.abc import Sequence
 
