@@ -26,6 +26,7 @@ SKEW_NS: Final = 500_000_000
 
 LOOKS_PER_BLOCK: Final = 512  # Frames of a block whose poses are kept to judge scale and axes by
 
+MOST_LOOKS: Final = 131_072  # Of a whole recording; of one that is longer fewer frames of a block are kept
 JOINED_FRAMES: Final = 1024  # Frames examined together; smaller blocks are joined first
 
 MOST_DECIMALS: Final = 7  # Numbers printed with more decimals than float32 holds are not called rounded
@@ -109,7 +110,7 @@ class _RunningPass:
         # Rows and columns grow while blocks come; the watches write into rows of earlier blocks.
         self.marks, self.steps = np.zeros((0, 0), dtype=np.uint32), np.zeros((0, 0), dtype=np.float32)
         self.worst = np.zeros(0)
-        self.poses = [np.zeros((0, 0, 7))]
+        self.poses, self.thinned = [np.zeros((0, 0, 7))], 1
         self.watches: list[TrackWatch] = []
         self.hashes: list[Any] = []
 
@@ -123,7 +124,9 @@ class _RunningPass:
         self._grow()
         self.stamps.append(frames.stamp_ns)
         self.logs.append(frames.log_ns)
-        self.poses.append(sampled_poses(frames))
+        self.poses.append(sampled_poses(frames)[:: self.thinned])
+        if sum(map(len, self.poses)) > MOST_LOOKS:
+            self.poses, self.thinned = [one[::2] for one in self.poses], 2 * self.thinned
         with np.errstate(over="ignore", invalid="ignore"):
             self.marks[first : self.count] |= self._alone(frames)
             for column, watch in enumerate(self.watches):

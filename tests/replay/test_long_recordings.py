@@ -39,7 +39,12 @@ def answers(result):
 
 QUICK = ("exact", "discrete")
 OTHERS = (*(name for name in ROWS if name not in QUICK), "continuous as oracle")
-SLOW = [pytest.param(name, marks=pytest.mark.slow) for name in OTHERS]
+SLOW = [
+    pytest.param(*name.values, marks=[*name.marks, pytest.mark.slow])
+    if hasattr(name, "values")
+    else pytest.param(name, marks=pytest.mark.slow)
+    for name in OTHERS
+]
 
 
 @pytest.mark.parametrize("name", [*QUICK, *SLOW])

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from support.planted_faults import FAULTS, clean
 
 from sessions import Frames, Scene, Severity, Status, examine
+from sessions.doctor import pose_pass
 from sessions.doctor.pose_pass import LOOKS_PER_BLOCK, look_through, sampled_poses
 from sessions.doctor.pose_spans import MOST_OF_A_KIND, pose_findings, pose_spans, rest_spans
 from sessions.doctor.runs import runs
@@ -66,6 +67,15 @@ def test_the_poses_kept_are_few_and_none_is_lost():
     kept = sampled_poses(frames)
     assert len(kept) <= LOOKS_PER_BLOCK and kept[0, 0, :3].tolist() == frames.position[0, 0].tolist()
     assert np.isnan(kept[:, 1]).any() and np.isfinite(frames.position[:, 1]).all()
+
+
+def test_of_a_long_recording_fewer_poses_are_kept_from_its_beginning_to_its_end(monkeypatch):
+    monkeypatch.setattr(pose_pass, "MOST_LOOKS", 600)
+    monkeypatch.setattr(pose_pass, "JOINED_FRAMES", 100)
+    frames = clean().session().frames
+    long = look_through(frames.blocks(100))
+    at = [int(np.flatnonzero((frames.position[:, 0] == place).all(axis=1))[0]) for place in long.position[:, 0]]
+    assert 300 <= len(at) <= 600 and at == sorted(at) and at[0] == 0 and at[-1] >= 896 and max(np.diff(at)) <= 4
 
 
 def findings(draft, code):

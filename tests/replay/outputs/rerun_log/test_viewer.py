@@ -86,7 +86,7 @@ def settled(opened, title):
 
 @pytest.mark.slow
 def test_no_view_reports_an_error_and_one_recording_is_open(opened):
-    settled(opened, "Where: red missed")
+    settled(opened, "Where: red missed,")
     state = opened.state()
     assert len(state.recordings) == 1
     assert not [(view.name, report.summary) for view in state.views for report in view.reports]
@@ -117,8 +117,8 @@ def test_the_viewer_listens_on_the_loopback_interface_alone(opened):
 LEFT_OUT = {
     "nothing": ([], "Close-up: the moment"), "contacts": (["/world/contacts/**"], "Close-up: the moment"),
     "red faces": (["/world/beaker/missed_faces", "/world/rod/missed_faces"], "Close-up: the moment"),
-    "pins and flags": (["/world/focus/pins", "/world/focus/flag", "/world/focus/pole"], "Where: red missed"),
-    "meshes": ([f"/world/{body}/mesh" for body in ("bench", "beaker", "rod", "hand", "headset")], "Where: red missed"),
+    "pins and flags": (["/world/focus/pins", "/world/focus/flag", "/world/focus/pole"], "Where: red missed,"),
+    "meshes": ([f"/world/{body}/mesh" for body in ("bench", "beaker", "rod", "hand", "headset")], "Where: red missed,"),
     "numbers in lanes": (["/focus/all/2_22\\.5Hz"], "When    red"), "the list": (["/focus/moments"], "Moments"),
     "lanes of the pair": (["/focus/pair/**"], "The pair in focus"), "the answer": (["/answer"], "Answer"),
 }  # fmt: skip
