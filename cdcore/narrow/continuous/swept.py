@@ -130,7 +130,7 @@ def boxes_stay_apart(
     wide = margin + chord * box_a[15]
     centre_ways(box_a, box_b, before, after, scratch)
     for k in range(3):
-        x, y, z = box_b[3 + 3 * k], box_b[4 + 3 * k], box_b[5 + 3 * k]
+        x, y, z = box_b[3 + k], box_b[6 + k], box_b[9 + k]
         reach = box_b[12 + k] + wide
         for n in range(3):
             m = 6 + 3 * n
@@ -141,8 +141,7 @@ def boxes_stay_apart(
         x, y, z = scratch[6 + 3 * n], scratch[7 + 3 * n], scratch[8 + 3 * n]
         reach = box_a[12 + n] + wide
         for k in range(3):
-            m = 3 + 3 * k
-            reach += box_b[12 + k] * abs(x * box_b[m] + y * box_b[m + 1] + z * box_b[m + 2])
+            reach += box_b[12 + k] * abs(x * box_b[3 + k] + y * box_b[6 + k] + z * box_b[9 + k])
         if apart_along(x, y, z, reach, scratch):
             return True
     return False
@@ -157,9 +156,8 @@ def centre_ways(box_a: FloatArray, box_b: FloatArray, before: FloatArray, after:
         ways[k], ways[3 + k] = c - box_b[k], d - box_b[k]
     for n in range(3):
         for k in range(3):
-            axis = 3 + 3 * n
             ways[6 + 3 * n + k] = (
-                before[3 * k] * box_a[axis] + before[3 * k + 1] * box_a[axis + 1] + before[3 * k + 2] * box_a[axis + 2]
+                before[3 * k] * box_a[3 + n] + before[3 * k + 1] * box_a[6 + n] + before[3 * k + 2] * box_a[9 + n]
             )
 
 

@@ -111,7 +111,7 @@ class Boxes(NamedTuple):
 def boxes_of(tree: BoxTree) -> Boxes:
     """The boxes of a tree."""
     boxes = tree.boxes
-    parts = boxes[:, :3], boxes[:, 3:12].reshape(-1, 3, 3), boxes[:, 12:15], boxes[:, 15]
+    parts = boxes[:, :3], boxes[:, 3:12].reshape(-1, 3, 3).swapaxes(1, 2), boxes[:, 12:15], boxes[:, 15]
     return Boxes(*(np.ascontiguousarray(part) for part in parts))
 
 

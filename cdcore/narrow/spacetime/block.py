@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int, stay_one_function
-from cdcore.kernels.memory import Memory
+from cdcore.kernels.memory import Memory, fetch_early
 from cdcore.narrow.spacetime.bounds import EDGE_SLACK
 from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
 from cdcore.narrow.spacetime.memory import PoseMemory, TreeMemory
@@ -122,6 +122,17 @@ def step_below(boxes_a: Memory, a: int, leaf_a: int, boxes_b: Memory, b: int, le
 
 
 @hot_kernel
+def first_child(tree: TreeMemory, node: int) -> int:
+    """The first child of a node; memory is asked early for its sibling too."""
+    become_part_of_caller()
+    child = runtime_int(tree.links[2 * node])
+    fetch_early(tree.links, 2 * child)
+    for k in range(16 * child, 16 * child + 32, 8):
+        fetch_early(tree.boxes, k)
+    return child
+
+
+@hot_kernel
 def have_room(lists: Lists) -> bool:
     """Whether every list can take what one step may add."""
     become_part_of_caller()
@@ -231,12 +242,12 @@ def traverse_block(
                 scratch,
             )  # fmt: skip
         elif kind == OPEN_A:
-            child = runtime_int(links_a[2 * a])
+            child = first_child(tree_a, a)
             stack[depth], stack[depth + 1], stack[depth + 2] = child, b, mask
             stack[depth + 3], stack[depth + 4], stack[depth + 5] = child + 1, b, mask
             depth += 6
         else:
-            child = runtime_int(links_b[2 * b])
+            child = first_child(tree_b, b)
             stack[depth], stack[depth + 1], stack[depth + 2] = a, child, mask
             stack[depth + 3], stack[depth + 4], stack[depth + 5] = a, child + 1, mask
             depth += 6

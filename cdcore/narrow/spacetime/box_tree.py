@@ -22,7 +22,8 @@ BINS = 16
 LEAF_FACES = 4
 """Most faces of a leaf."""
 BOX_WIDTH = 16
-"""Doubles of a node: centre 3, axes 9 (rows), half extents 3, half diagonal 1."""
+"""Doubles of a node: centre 3, axes 9 (x of all three, then y, z, so that one vector loads it), half extents 3, half
+diagonal 1."""
 ROOM_DOUBLES = 24 + 7 * BINS + 1 + 6 + 2
 """Scratch of a split: axes 9, extent 6, covariance 9, the bins' boxes and costs, one box, the choice."""
 SMALLEST_SCALED = 1e-300
@@ -188,7 +189,7 @@ def write_box(fit: FitMemory, box: Memory, at: int) -> None:
         low, high = 0.5 * extent[2 * k], 0.5 * extent[2 * k + 1]
         for i in range(3):
             box[at + i] += (low + high) * axes[3 * k + i]
-            box[at + 3 + 3 * k + i] = axes[3 * k + i]
+            box[at + 3 + 3 * i + k] = axes[3 * k + i]
         box[at + 12 + k] = high - low
         diagonal += (high - low) * (high - low)
     box[at + 15] = np.sqrt(diagonal)

@@ -74,8 +74,8 @@ def fill_leaves(row: IntArray, count: int) -> int:
                 z = placed[12 * face + 8 + c] - boxes[box + 2]
                 local[3 * c], local[3 * c + 1], local[3 * c + 2] = x, y, z
                 for k in range(3):
-                    axis = box + 3 + 3 * k
-                    boxed[9 * face + 3 * c + k] = boxes[axis] * x + boxes[axis + 1] * y + boxes[axis + 2] * z
+                    axis = box + 3 + k
+                    boxed[9 * face + 3 * c + k] = boxes[axis] * x + boxes[axis + 3] * y + boxes[axis + 6] * z
                 pick = pick_of(corners, total, known, x, y, z)
                 picks[3 * face + c] = pick
                 if pick == known:

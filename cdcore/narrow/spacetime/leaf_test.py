@@ -15,8 +15,8 @@ def enter_box_frame(box: Memory, b: int, relative: Memory, turned: Memory) -> No
     """The rotation of A as seen in box b, in ``turned`` (72,)."""
     become_part_of_caller()
     for i in range(3):
-        row = 16 * b + 3 + 3 * i
-        x, y, z = box[row], box[row + 1], box[row + 2]
+        row = 16 * b + 3 + i
+        x, y, z = box[row], box[row + 3], box[row + 6]
         for j in range(3):
             p, q, r = load8(relative, 8 * j), load8(relative, 24 + 8 * j), load8(relative, 48 + 8 * j)
             store(turned, 24 * i + 8 * j, dot(x, y, z, p, q, r))

@@ -22,7 +22,7 @@ def distance_to_box(pose: PoseMemory, frame: int, box: Memory, x: float, y: floa
     bz = entries[2 * stride + frame] * x + entries[5 * stride + frame] * y + entries[8 * stride + frame] * z
     squared = 0.0
     for k in range(3):
-        over = abs(box[3 + 3 * k] * bx + box[4 + 3 * k] * by + box[5 + 3 * k] * bz) - box[12 + k]
+        over = abs(box[3 + k] * bx + box[6 + k] * by + box[9 + k] * bz) - box[12 + k]
         if over > 0.0:
             squared += over * over
     distance: float = np.sqrt(squared)

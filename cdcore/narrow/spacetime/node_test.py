@@ -8,7 +8,23 @@ from __future__ import annotations
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel
 from cdcore.kernels.memory import Memory
-from cdcore.narrow.spacetime.simd import above, dot, excess, fused, load8, minus, moved, outside, row16, store, turn
+from cdcore.narrow.spacetime.simd import (
+    above,
+    dot,
+    excess,
+    first3,
+    fused,
+    load4,
+    load8,
+    minus,
+    moved,
+    outside,
+    plus,
+    row16,
+    size,
+    store,
+    turn,
+)
 
 
 @hot_kernel
@@ -23,8 +39,8 @@ def lanes_that_may_meet(
     cost more than they cull.
     """
     become_part_of_caller()
-    cx, cy, cz, a00, a01, a02, a10, a11, a12, a20, a21, a22, ha0, ha1, ha2, radius_a = row16(boxes_a, a)
-    bx, by, bz, b00, b01, b02, b10, b11, b12, b20, b21, b22, hb0, hb1, hb2, _ = row16(boxes_b, b)
+    cx, cy, cz, _, _, _, _, _, _, _, _, _, ha0, ha1, ha2, radius_a = row16(boxes_a, a)
+    bx, by, bz, b00, b10, b20, b01, b11, b21, b02, b12, b22, hb0, hb1, hb2, _ = row16(boxes_b, b)
     x = moved(minus(load8(relative, 72), bx), cx, cy, cz, load8(relative, 0), load8(relative, 8), load8(relative, 16))
     y = moved(minus(load8(relative, 80), by), cx, cy, cz, load8(relative, 24), load8(relative, 32), load8(relative, 40))
     z = moved(minus(load8(relative, 88), bz), cx, cy, cz, load8(relative, 48), load8(relative, 56), load8(relative, 64))
@@ -34,39 +50,26 @@ def lanes_that_may_meet(
     mask &= ~above(dot(e0, e1, e2, e0, e1, e2), radius * radius)
     if mask == 0:
         return 0
-    m00, m01, m02 = middle[0], middle[1], middle[2]
-    m10, m11, m12 = middle[3], middle[4], middle[5]
-    m20, m21, m22 = middle[6], middle[7], middle[8]
-    w00 = dot(b00, b01, b02, m00, m10, m20)
-    w01 = dot(b00, b01, b02, m01, m11, m21)
-    w02 = dot(b00, b01, b02, m02, m12, m22)
-    w10 = dot(b10, b11, b12, m00, m10, m20)
-    w11 = dot(b10, b11, b12, m01, m11, m21)
-    w12 = dot(b10, b11, b12, m02, m12, m22)
-    w20 = dot(b20, b21, b22, m00, m10, m20)
-    w21 = dot(b20, b21, b22, m01, m11, m21)
-    w22 = dot(b20, b21, b22, m02, m12, m22)
-    u00 = dot(w00, w01, w02, a00, a01, a02)
-    u01 = dot(w00, w01, w02, a10, a11, a12)
-    u02 = dot(w00, w01, w02, a20, a21, a22)
-    u10 = dot(w10, w11, w12, a00, a01, a02)
-    u11 = dot(w10, w11, w12, a10, a11, a12)
-    u12 = dot(w10, w11, w12, a20, a21, a22)
-    u20 = dot(w20, w21, w22, a00, a01, a02)
-    u21 = dot(w20, w21, w22, a10, a11, a12)
-    u22 = dot(w20, w21, w22, a20, a21, a22)
-    f00, f01, f02 = abs(u00), abs(u01), abs(u02)
-    f10, f11, f12 = abs(u10), abs(u11), abs(u12)
-    f20, f21, f22 = abs(u20), abs(u21), abs(u22)
+    # entry j (the fourth is not read): axis j of A in the middle frame, then its component along each axis of B
+    p, q, r = load4(boxes_a, 16 * a + 3), load4(boxes_a, 16 * a + 6), load4(boxes_a, 16 * a + 9)
+    p, q, r = (
+        dot(middle[0], middle[1], middle[2], p, q, r), dot(middle[3], middle[4], middle[5], p, q, r),
+        dot(middle[6], middle[7], middle[8], p, q, r),
+    )  # fmt: skip
+    p, q, r = dot(b00, b01, b02, p, q, r), dot(b10, b11, b12, p, q, r), dot(b20, b21, b22, p, q, r)
     widening = fused(chord, radius_a, pad)
+    (u00, u01, u02), (u10, u11, u12), (u20, u21, u22) = first3(p), first3(q), first3(r)
+    p, q, r = size(p), size(q), size(r)
+    (f00, f01, f02), (f10, f11, f12), (f20, f21, f22) = first3(p), first3(q), first3(r)
     mask &= ~outside(t0, hb0 + widening + dot(f00, f01, f02, ha0, ha1, ha2))
     mask &= ~outside(t1, hb1 + widening + dot(f10, f11, f12, ha0, ha1, ha2))
     mask &= ~outside(t2, hb2 + widening + dot(f20, f21, f22, ha0, ha1, ha2))
     if mask == 0:
         return 0
-    mask &= ~outside(dot(t0, t1, t2, u00, u10, u20), ha0 + widening + dot(f00, f10, f20, hb0, hb1, hb2))
-    mask &= ~outside(dot(t0, t1, t2, u01, u11, u21), ha1 + widening + dot(f01, f11, f21, hb0, hb1, hb2))
-    mask &= ~outside(dot(t0, t1, t2, u02, u12, u22), ha2 + widening + dot(f02, f12, f22, hb0, hb1, hb2))
+    r0, r1, r2 = first3(moved(plus(load4(boxes_a, 16 * a + 12), widening), hb0, hb1, hb2, p, q, r))
+    mask &= ~outside(dot(t0, t1, t2, u00, u10, u20), r0)
+    mask &= ~outside(dot(t0, t1, t2, u01, u11, u21), r1)
+    mask &= ~outside(dot(t0, t1, t2, u02, u12, u22), r2)
     if mask == 0 or not leaves:
         return mask
     store(offset, 0, t0)

@@ -207,10 +207,21 @@ def _row16(_context: Any, array: Any, row: Any) -> Any:
     return many(types.float64, 16)(array, types.intp), generate
 
 
+def _first3(_context: Any, lanes: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        values = [builder.extract_element(arguments[0], ir.Constant(ir.IntType(32), k)) for k in range(3)]
+        return context.make_tuple(builder, signature.return_type, values)
+
+    many: Any = types.UniTuple
+    return many(types.float64, 3)(lanes), generate
+
+
 load8, load4 = _load(eight), _load(four)
 """``load8(array, index)``: consecutive doubles of a contiguous array or an address, index in doubles from its start."""
 row16: Callable[..., Any] = machine_operation(_row16)
 """``row16(array, i)``: row i of a contiguous array (n, 16) as sixteen doubles."""
+first3: Callable[[Lanes], Any] = machine_operation(_first3)
+"""The first three lanes as doubles."""
 store: Callable[..., None] = machine_operation(_store)
 """``store(array, index, value)``."""
 splat8: Callable[[float], Lanes] = machine_operation(_splat8)

@@ -71,17 +71,17 @@ def boxes_apart(box_a, box_b, before, after, margin):
 def box(rng, spread):
     half = rng.uniform(0.01, 0.3, 3)
     axes = random_rotations(rng)
-    return np.concatenate([rng.normal(size=3) * spread, axes.ravel(), half, [np.linalg.norm(half)]])
+    return np.concatenate([rng.normal(size=3) * spread, axes.T.ravel(), half, [np.linalg.norm(half)]])
 
 
 def inside(box_, points):
-    return (np.abs((points - box_[:3]) @ box_[3:12].reshape(3, 3).T) <= box_[12:15]).all(axis=1)
+    return (np.abs((points - box_[:3]) @ box_[3:12].reshape(3, 3)) <= box_[12:15]).all(axis=1)
 
 
 def sampled(rng, box_, count=400):
     along = rng.uniform(-1, 1, (count, 3))
     along[: count // 2] = np.sign(along[: count // 2])
-    return box_[:3] + (along * box_[12:15]) @ box_[3:12].reshape(3, 3)
+    return box_[:3] + (along * box_[12:15]) @ box_[3:12].reshape(3, 3).T
 
 
 def test_boxes_said_to_stay_apart_share_no_point_along_the_chords():

@@ -33,7 +33,7 @@ def test_every_box_covers_the_corners_below_it_to_a_few_roundings(name):
     triangles = MESHES[name]
     tree = build_box_tree(triangles)
     for node in range(len(tree.boxes)):
-        centre, axes, half = tree.boxes[node, :3], tree.boxes[node, 3:12].reshape(3, 3), tree.boxes[node, 12:15]
+        centre, axes, half = tree.boxes[node, :3], tree.boxes[node, 3:12].reshape(3, 3).T, tree.boxes[node, 12:15]
         assert np.abs(axes @ axes.T - np.eye(3)).max() < 4e-15
         offset = (triangles[faces_below(tree, node)].reshape(-1, 3) - centre) @ axes.T
         assert (np.abs(offset) - half).max() <= 40 * 2**-53 * tree.reach + 1e-300
@@ -47,7 +47,7 @@ def test_leaf_data_repeat_the_faces_in_their_frames(name):
     leaf_nodes = np.flatnonzero(tree.links[:, 1] >= 0)
     for node in leaf_nodes:
         first, count, corner, corners = tree.leaves[tree.links[node, 1]]
-        axes = tree.boxes[node, 3:12].reshape(3, 3)
+        axes = tree.boxes[node, 3:12].reshape(3, 3).T
         for row in range(first, first + count):
             face = triangles[tree.faces[row]]
             assert np.array_equal(tree.placed[row].reshape(3, 4).T, face[[0, 1, 2, 0]])
@@ -96,7 +96,7 @@ def test_a_needle_has_a_plane_that_bounds_it_whatever_its_direction():
 
 def fitted(triangles):
     box = build_box_tree(triangles).boxes[0]
-    axes, middle, half = box[3:12].reshape(3, 3), box[:3], box[12:15]
+    axes, middle, half = box[3:12].reshape(3, 3).T, box[:3], box[12:15]
     return axes, np.stack([axes @ middle - half, axes @ middle + half], axis=1)
 
 
