@@ -117,7 +117,7 @@ class _Book:
             # within a node that is not opened, in the order of the mesh: that packs better
             tables[f"faces/{k}"] = tree.faces[np.lexsort((tree.faces, np.cumsum(group)))].astype("<i4")
             tables[f"nodes/{k}"] = kept.astype("<i4")
-            tables[f"axes/{k}"] = tree.boxes[rows, 3:9].astype("<f4")
+            tables[f"axes/{k}"] = tree.boxes[rows][:, [3, 6, 9, 4, 7, 10]].astype("<f4")
         return tables
 
 
