@@ -72,12 +72,7 @@ class ExactDetector(PairDetector[ExactSettings]):
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         answer = decide_motion(
-            self._trees,
-            self.pairs,
-            motion,
-            faces=faces,
-            threads=self.settings.threads,
-            verify=self.settings.verify,
+            self._trees, self.pairs, motion, faces=faces, threads=self.settings.threads, verify=self.settings.verify
         )
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
         start, asked = perf_counter(), 0

@@ -62,7 +62,7 @@ def command(
     if absent:
         people.say(f'not installed, so not in the race: {", ".join(absent)}; pip install -e ".[peers]"')
     progress, many = TerminalProgress(people), frames or (QUICK_FRAMES if quick else FULL_FRAMES)
-    with compiling_announced(progress):
+    with compiling_announced(progress, alone=True):
         rows = _race(progress, quick, many, seed)
         spent = _stages(progress, quick, many, seed)
         growth = _growth(progress, quick, seed)

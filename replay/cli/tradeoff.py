@@ -55,12 +55,12 @@ def command(
     if out is not None:
         check_target(out, force=force)
     held = read_session(session, scene=scene)
-    with compiling_announced(people), ParetoBar(people) as bar:
+    with compiling_announced(people, alone=True), ParetoBar(people) as bar:
         listed = steps_of_trust() if steps else None
         done = tradeoff(held, settings=listed, repeats=repeats, time_limit=time_limit, watch=bar.watch, **asked)
     if growth:
         where = {name: asked[name] for name in ("start", "end", "policy")}
-        with compiling_announced(people):
+        with compiling_announced(people, alone=True):
             done = replace(done, growth=grow(held, time_limit=time_limit, **where))
     if out is not None:
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")

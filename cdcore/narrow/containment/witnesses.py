@@ -16,10 +16,8 @@ def corners_inside(stage: ContainmentStage, motion: Motion, column: int) -> IntA
     """
     found, left = np.full((len(motion), 2), -1, dtype=np.int64), np.arange(len(motion))
     for inner, outer, parts in stage.nestings[column]:
-        poses, corners = (
-            (motion.rotations, motion.translations, inner, outer),
-            stage.solids[inner].mesh.triangles.reshape(-1, 3),
-        )
+        poses = motion.rotations, motion.translations, inner, outer
+        corners = stage.solids[inner].mesh.triangles.reshape(-1, 3)
         for part in parts:
             inside = left[stage.inside(poses, inner, outer, (part,), left)]
             found[inside] = inner != stage.pairs[column][0], np.flatnonzero((corners == part.probes[0]).all(axis=1))[0]

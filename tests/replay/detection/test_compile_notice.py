@@ -66,6 +66,12 @@ def test_nothing_is_said_when_nothing_compiles_or_afterwards(started):
     assert heard.sentences == [] and started == []
 
 
+def test_beside_who_compares_clocks_no_process_compiles(started):
+    with compiling_announced(Heard(), alone=True):
+        fresh_kernel("cdcore.narrow.spacetime.traverse")(1)
+    assert started == []
+
+
 @pytest.mark.parametrize("alone", [{"cpu_count": lambda: 1}, {"cpu_count": lambda: None}])
 def test_on_one_core_no_process_is_started(alone, started, monkeypatch):
     for name, value in alone.items():
