@@ -200,26 +200,3 @@ def take_poses(
                 turns[9 * pose + i] = rows[at + i * stride]
             for i in range(3):
                 places[3 * pose + i] = rows[at + (9 + i) * stride]
-
-
-@kernel
-def turns_of_quaternions(q: FloatArray, valid: BoolArray, reject: float, turn: FloatArray) -> int:
-    """Rotations of N quaternions (N, 4), xyzw; number of the first valid one whose norm is off by ``reject``."""
-    for k in range(len(valid)):
-        if not valid[k]:
-            continue
-        x, y, z, w = q[k, 0], q[k, 1], q[k, 2], q[k, 3]
-        norm = np.sqrt(((x * x + y * y) + z * z) + w * w)
-        if not abs(norm - 1.0) <= reject:
-            return k
-        x, y, z, w = x / norm, y / norm, z / norm, w / norm
-        turn[k, 0, 0] = 1 - 2 * (y * y + z * z)
-        turn[k, 0, 1] = 2 * (x * y - z * w)
-        turn[k, 0, 2] = 2 * (x * z + y * w)
-        turn[k, 1, 0] = 2 * (x * y + z * w)
-        turn[k, 1, 1] = 1 - 2 * (x * x + z * z)
-        turn[k, 1, 2] = 2 * (y * z - x * w)
-        turn[k, 2, 0] = 2 * (x * z - y * w)
-        turn[k, 2, 1] = 2 * (y * z + x * w)
-        turn[k, 2, 2] = 1 - 2 * (x * x + y * y)
-    return GOOD
