@@ -44,6 +44,8 @@ WITHOUT_KERNELS = (
     "tests/sessions/scene_files",
 )
 """Folders whose tests compile nothing: they run first, while the kernels compile."""
+LAST = ("tests/bench", "tests/cdcore", "tests/contracts", "tests/hard_cases")
+"""Folders whose tests ask every detector: they run when the kernels of all are compiled."""
 COMPILING = pytest.StashKey[subprocess.Popen]()
 KERNELS_ARE_THERE = pytest.StashKey[Path]()
 
@@ -105,7 +107,7 @@ def pytest_collection_modifyitems(items):
         if seen[name] % SAMPLED.get(name, 1):
             item.add_marker(pytest.mark.slow)
         seen[name] += 1
-    items.sort(key=lambda item: not item.nodeid.startswith(WITHOUT_KERNELS))
+    items.sort(key=lambda item: item.nodeid.startswith(LAST) - item.nodeid.startswith(WITHOUT_KERNELS))
 
 
 @pytest.hookimpl(tryfirst=True)
