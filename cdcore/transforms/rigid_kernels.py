@@ -130,8 +130,18 @@ def laid_error(given: Memory, p: int, pose: Memory) -> float:
     return error if affine else np.nan
 
 
+@hot_kernel
+def same_words(words: Memory, a: int, b: int) -> bool:
+    """Whether sixteen words at two places are equal."""
+    become_part_of_caller()
+    same = True
+    for i in range(16):
+        same &= words[a + i] == words[b + i]
+    return same
+
+
 @kernel
-def lay_poses(  # noqa: C901 - one pass over all poses
+def lay_poses(
     given: FloatArray, bits: IntArray, lanes: FloatArray, keep: float, still: BoolArray, scratch: FloatArray
 ) -> tuple[bool, float]:  # fmt: skip
     """Lay out matrices (T, N, 4, 4), ``bits`` the same as integers: equal entries of consecutive frames side by side.
@@ -148,11 +158,9 @@ def lay_poses(  # noqa: C901 - one pass over all poses
             p += 16
             fetch_early(matrices, p + 16 * AHEAD)
             fetch_early(matrices, p + 16 * AHEAD + 8)
-            row, same = 12 * stride * body, True
-            for i in range(16):
-                same &= words[p + i] == words[16 * body + i]
+            row = 12 * stride * body
             if f > 0 and still[body]:
-                if same:
+                if same_words(words, p, 16 * body):
                     continue
                 still[body] = False
                 repeat_pose(rows, row, stride, runtime_int(1), f)
