@@ -9,7 +9,7 @@ from typing import BinaryIO
 from sessions.errors import SceneError, SessionFileError
 from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
-from sessions.mcap_format.container import ContainerWriter, RecordBlock
+from sessions.mcap_format.container import ContainerWriter
 from sessions.mcap_format.metadata import (
     BODIES_RECORD,
     SESSION_RECORD,
@@ -114,8 +114,7 @@ class SessionWriter(ContainerWriter):
 
     def logged(self, messages: Iterable[tuple[int, Message]]) -> None:
         """Messages with their log times."""
-        records = ((self.channel(topic), 0, log_ns, time_ns, data) for log_ns, (topic, time_ns, data) in messages)
-        self.messages(RecordBlock.of(records))
+        self.messages([(self.channel(topic), 0, log_ns, time_ns, data)] for log_ns, (topic, time_ns, data) in messages)
 
     def frames(self, frames: Frames) -> None:
         """The next frames."""

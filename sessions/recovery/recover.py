@@ -13,7 +13,7 @@ from mcap.records import Channel, Schema
 from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format import metadata
 from sessions.mcap_format.catalogue import check_magic, opened
-from sessions.mcap_format.container import ContainerWriter, RecordBlock
+from sessions.mcap_format.container import ContainerWriter
 from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, STREAMS, TF
@@ -142,7 +142,8 @@ def _messages(found: FileScan, stream: BinaryIO, writer: ContainerWriter) -> tup
         part = table.part(rows)
         channels = [numbers[channel] for channel in part.channel.tolist()]
         stamps = (column.tolist() for column in (part.sequence, part.log_ns, part.publish_ns))
-        writer.messages(RecordBlock.of(zip(channels, *stamps, map(table.payload, rows.tolist()), strict=True)))
+        payloads = map(table.payload, rows.tolist())
+        writer.messages([record] for record in zip(channels, *stamps, payloads, strict=True))
     return kept, unknown
 
 

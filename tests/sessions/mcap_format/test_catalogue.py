@@ -9,7 +9,7 @@ from support.mcap_samples import protobuf_messages, random_frames, session_of, t
 from sessions.errors import SessionFileError
 from sessions.mcap_format import catalogue as module
 from sessions.mcap_format.catalogue import read_catalogue
-from sessions.mcap_format.container import MAGIC, ContainerWriter, RecordBlock
+from sessions.mcap_format.container import MAGIC, ContainerWriter
 from sessions.mcap_format.writer import write_session
 
 
@@ -101,7 +101,7 @@ def written(chunk_bytes, cuts=(100,)):
     records = [(channel, k, 1000 - k, k, bytes([k])) for k in range(100)]
     start = 0
     for stop in (*cuts, 100):
-        writer.messages(RecordBlock.of(records[start:stop]))
+        writer.messages([record] for record in records[start:stop])
         start = stop
     writer.finish()
     return stream.getvalue()
@@ -149,9 +149,7 @@ def test_chunks_end_by_time_too_wherever_blocks_end(cuts):
     writer = ContainerWriter(stream, "p", 1 << 20, chunk_ns=1_000_000_000)
     channel, at = writer.channel("/tf"), 0
     for count in cuts:
-        writer.messages(
-            RecordBlock.of((channel, k, k * 300_000_000, k * 300_000_000, b"x") for k in range(at, at + count))
-        )
+        writer.messages([(channel, k, k * 300_000_000, k * 300_000_000, b"x")] for k in range(at, at + count))
         at += count
     writer.finish()
     summary = make_reader(io.BytesIO(stream.getvalue())).get_summary()
@@ -165,6 +163,6 @@ def test_a_clock_that_jumps_back_closes_the_chunk():
     stream = io.BytesIO()
     writer = ContainerWriter(stream, "p", 1 << 20, chunk_ns=1_000_000_000)
     channel = writer.channel("/tf")
-    writer.messages(RecordBlock.of((channel, k, t, t, b"x") for k, t in enumerate([5 * 10**9, 10**9, 10**9 + 5])))
+    writer.messages([(channel, k, t, t, b"x")] for k, t in enumerate([5 * 10**9, 10**9, 10**9 + 5]))
     writer.finish()
     assert len(make_reader(io.BytesIO(stream.getvalue())).get_summary().chunk_indexes) == 2

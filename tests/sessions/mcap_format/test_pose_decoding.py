@@ -14,7 +14,7 @@ from support.reference_reader import read_frames_plainly
 from sessions.errors import SessionFileError
 from sessions.mcap_format import pose_decoding
 from sessions.mcap_format.catalogue import Catalogue, ChannelInfo, Region
-from sessions.mcap_format.container import MESSAGE_HEADER, RecordBlock
+from sessions.mcap_format.container import packed
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES, FrameEncoder
 from sessions.mcap_format.schemas import message_class
@@ -22,8 +22,12 @@ from sessions.mcap_format.unpacking import listed
 from sessions.model.frames import Frames, Status
 
 
-def table(block):
-    return listed(block.data, Region(0, 0, "", 0, 0, None), Catalogue(None))
+def table(*records):
+    return listed(b"".join(map(packed, records)), Region(0, 0, "", 0, 0, None), Catalogue(None))
+
+
+def encoded(frames):
+    return [record for group in FrameEncoder(1, 2).encode(frames) for record in group]
 
 
 def decoder(names=None):
@@ -42,18 +46,15 @@ def decoded(tables, names=None):
 @settings(deadline=None)
 @given(any_frames(), st.integers(1, 4))
 def test_frames_survive_wherever_a_chunk_ends_even_between_a_note_and_its_frame(frames, every):
-    block = FrameEncoder(1, 2).encode(frames)
-    cuts = [*block.starts.tolist(), len(block.data)][::every]
-    cuts = [0, *cuts, len(block.data)] if cuts else [0, 0]
-    pieces = [block.data[a:b] for a, b in pairwise(cuts)]
-    tables = [listed(piece, Region(0, 0, "", 0, 0, None), Catalogue(None)) for piece in pieces]
+    records = encoded(frames)
+    tables = [table(*records[start : start + every]) for start in range(0, len(records), every)]
     assert_same_frames(decoded(tables, frames.names), frames)
 
 
 def test_parts_of_a_region_are_bounded_in_size(monkeypatch):
     monkeypatch.setattr(pose_decoding, "CELLS_AT_ONCE", 20)
     frames = random_frames(3, 100, 4, absent=0.3, odd=0.3)
-    parts = list(decoder(frames.names).decode(table(FrameEncoder(1, 2).encode(frames))))
+    parts = list(decoder(frames.names).decode(table(*encoded(frames))))
     assert len(parts) == 20
     assert_same_frames(Frames.join(parts), frames)
 
@@ -64,7 +65,7 @@ def test_columns_are_added_in_the_order_in_which_bodies_first_appear():
     for row in range(len(frames)):
         expected += [frames.names[k] for k in np.flatnonzero(frames.status[row]) if frames.names[k] not in expected]
     one = decoder()
-    list(one.decode(table(FrameEncoder(1, 2).encode(frames))))
+    list(one.decode(table(*encoded(frames))))
     assert one.names == tuple(expected)
 
 
@@ -77,31 +78,31 @@ def note(status, **header):
 @pytest.mark.parametrize(("sequence", "log", "publish"), [(8, 6, 5), (7, 9, 5), (7, 6, 9)])
 def test_a_note_whose_sequence_or_stamps_are_those_of_no_frame_changes_nothing(sequence, log, publish):
     payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
-    good = RecordBlock.of([(2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, payload)])
-    wrong = RecordBlock.of([(2, sequence, log, publish, note(Status.LOST)), (1, 7, 6, 5, payload)])
-    assert decoded([table(good)]).status.tolist() == [[Status.LOST]]
-    assert decoded([table(wrong)]).status.tolist() == [[Status.VALID]]
+    good = [(2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, payload)]
+    wrong = [(2, sequence, log, publish, note(Status.LOST)), (1, 7, 6, 5, payload)]
+    assert decoded([table(*good)]).status.tolist() == [[Status.LOST]]
+    assert decoded([table(*wrong)]).status.tolist() == [[Status.VALID]]
 
 
 def test_a_note_never_makes_up_a_sample_or_an_unknown_status():
     payload = protobuf_messages(random_frames(0, 1, 1))[0][2]
     for status in (0, 1, 9):
-        block = RecordBlock.of([(2, 7, 6, 5, note(status)), (1, 7, 6, 5, payload)])
-        assert decoded([table(block)]).status.tolist() == [[Status.VALID]]
-    block = RecordBlock.of([(2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, b"")])
-    assert decoded([table(block)], ("body 0",)).status.tolist() == [[Status.ABSENT]]
+        records = (2, 7, 6, 5, note(status)), (1, 7, 6, 5, payload)
+        assert decoded([table(*records)]).status.tolist() == [[Status.VALID]]
+    records = (2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, b"")
+    assert decoded([table(*records)], ("body 0",)).status.tolist() == [[Status.ABSENT]]
 
 
 def test_hostile_messages_are_one_sentence(monkeypatch):
     payload = protobuf_messages(random_frames(0, 1, 3))[0][2]
     monkeypatch.setattr(pose_decoding, "MAX_BODIES", 2)
     with pytest.raises(SessionFileError, match="more than 2 bodies"):
-        decoded([table(RecordBlock.of([(1, 0, 0, 0, payload)]))])
+        decoded([table((1, 0, 0, 0, payload))])
     monkeypatch.setattr(pose_decoding, "MESSAGE_BYTES", 10)
     with pytest.raises(SessionFileError, match="more than the 10 allowed"):
-        decoded([table(RecordBlock.of([(1, 0, 0, 0, payload)]))])
+        decoded([table((1, 0, 0, 0, payload))])
     with pytest.raises(SessionFileError, match=r"no vrlab.Tracking"):
-        decoded([table(RecordBlock.of([(2, 7, 6, 5, b"\xff"), (1, 7, 6, 5, b"")]))])
+        decoded([table((2, 7, 6, 5, b"\xff"), (1, 7, 6, 5, b""))])
 
 
 def test_it_reads_what_the_protobuf_library_wrote(tmp_path):
@@ -110,25 +111,17 @@ def test_it_reads_what_the_protobuf_library_wrote(tmp_path):
     assert_same_frames(read_frames_plainly(path, frames.names), frames)
 
 
-def test_it_shares_no_code_with_the_fast_reader():
+def test_the_plain_reader_shares_no_code_with_this_one():
     tree = ast.parse(Path(reference_reader.__file__).read_text(encoding="utf-8"))
     modules = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module}
     ours = {name for name in modules if name.startswith("sessions")}
     assert ours == {"sessions.model.frames", "sessions.mcap_format.schemas"}
 
 
-def records(block):
-    for start, channel in zip(block.starts.tolist(), block.channel.tolist(), strict=True):
-        _, length, number, sequence, log, publish = MESSAGE_HEADER.unpack_from(block.data, start)
-        assert number == channel
-        yield channel, sequence, log, publish, block.data[start + MESSAGE_HEADER.size : start + 9 + length]
-
-
 @settings(deadline=None)
 @given(any_frames())
 def test_the_protobuf_library_decodes_the_numbers_that_went_in(frames):
-    block = FrameEncoder(1, 2).encode(frames)
-    found = [record for record in records(block) if record[0] == 1 or record[4] == FRAME_WITHOUT_SAMPLES]
+    found = [record for record in encoded(frames) if record[0] == 1 or record[4] == FRAME_WITHOUT_SAMPLES]
     assert [(r[1], r[2], r[3]) for r in found] == list(
         zip(range(len(frames)), frames.log_ns.tolist(), frames.stamp_ns.tolist(), strict=True)
     )
@@ -148,12 +141,10 @@ def test_the_protobuf_library_decodes_the_numbers_that_went_in(frames):
 
 def test_the_note_stands_just_before_its_frame_and_only_where_something_is_not_valid():
     frames = random_frames(4, 300, 3, odd=0.1)
-    block = FrameEncoder(1, 2).encode(frames)
+    groups = list(FrameEncoder(1, 2).encode(frames))
     odd = (frames.status > Status.VALID).any(axis=1)
-    assert block.channel.tolist() == [channel for bad in odd for channel in ([2, 1] if bad else [1])]
-    assert np.searchsorted(block.starts, block.group_ends).tolist() == np.cumsum(odd + 1).tolist()
-    listed = list(records(block))
-    for note, frame in pairwise(listed):
+    assert [[record[0] for record in group] for group in groups] == [[2, 1] if bad else [1] for bad in odd]
+    for note, frame in pairwise(encoded(frames)):
         if note[0] == 2:
             assert note[1:4] == frame[1:4]
             names = {body.name: body.status for body in message_class("Tracking").FromString(note[4]).bodies}
@@ -164,5 +155,5 @@ def test_the_note_stands_just_before_its_frame_and_only_where_something_is_not_v
 def test_frames_are_numbered_on_from_block_to_block():
     frames = random_frames(4, 10)
     encoder = FrameEncoder(1, 2)
-    sequences = [r[1] for part in frames.blocks(3) for r in records(encoder.encode(part))]
+    sequences = [r[1] for part in frames.blocks(3) for (r,) in encoder.encode(part)]
     assert sequences == list(range(10))

@@ -12,25 +12,25 @@ from mcap.records import Message
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, Region
-from sessions.mcap_format.container import MESSAGE_HEADER, RecordBlock
+from sessions.mcap_format.container import MESSAGE_HEADER, packed
 from sessions.mcap_format.recording_file import RecordedFrame, frames_of, nanoseconds
 from sessions.mcap_format.unpacking import read_region
 from sessions.model.frames import Status
 
-BLOCK = RecordBlock.of([(1, 7, 3, 4, b"hello"), (2, 8, 5, 6, b"")])
+DATA = packed((1, 7, 3, 4, b"hello")) + packed((2, 8, 5, 6, b""))
 PACK = {"zstd": zstandard.compress, "lz4": lz4.frame.compress, "": bytes}
 
 
-def unpacked(packed, compression, size=None, crc=None):
-    size = len(BLOCK.data) if size is None else size
-    crc = zlib.crc32(BLOCK.data) if crc is None else crc
-    region = Region(0, len(packed), compression, size, crc, None)
-    return read_region(io.BytesIO(packed), region, Catalogue("file"))
+def unpacked(given, compression, size=None, crc=None):
+    size = len(DATA) if size is None else size
+    crc = zlib.crc32(DATA) if crc is None else crc
+    region = Region(0, len(given), compression, size, crc, None)
+    return read_region(io.BytesIO(given), region, Catalogue("file"))
 
 
 @pytest.mark.parametrize("compression", PACK)
 def test_messages_are_listed_with_their_stamps_and_payloads(compression):
-    table = unpacked(PACK[compression](BLOCK.data), compression)
+    table = unpacked(PACK[compression](DATA), compression)
     assert [table.payload(row) for row in range(2)] == [b"hello", b""]
     assert (table.channel.tolist(), table.sequence.tolist()) == ([1, 2], [7, 8])
     assert (table.log_ns.tolist(), table.publish_ns.tolist()) == ([3, 5], [4, 6])
@@ -39,9 +39,9 @@ def test_messages_are_listed_with_their_stamps_and_payloads(compression):
 
 @pytest.mark.parametrize("compression", PACK)
 def test_a_chunk_that_holds_more_or_less_than_it_declares_is_damaged(compression):
-    for size in (0, 1, len(BLOCK.data) - 1, len(BLOCK.data) + 1):
+    for size in (0, 1, len(DATA) - 1, len(DATA) + 1):
         with pytest.raises(SessionFileError, match=r"damaged \(it declares"):
-            unpacked(PACK[compression](BLOCK.data), compression, size)
+            unpacked(PACK[compression](DATA), compression, size)
 
 
 def test_a_decompression_bomb_is_refused_without_being_unpacked():
@@ -66,11 +66,11 @@ def test_noise_is_damaged_whatever_it_says(compression):
 
 def test_a_wrong_checksum_an_unknown_compression_and_impossible_lengths_are_damage():
     with pytest.raises(SessionFileError, match="checksum is wrong"):
-        unpacked(BLOCK.data, "", crc=1)
+        unpacked(DATA, "", crc=1)
     with pytest.raises(SessionFileError, match="'br' is none of: zstd, lz4, none"):
-        unpacked(BLOCK.data, "br")
+        unpacked(DATA, "br")
     short = b"\x05" + (3).to_bytes(8, "little") + bytes(3)
-    for data in (BLOCK.data[:-1], BLOCK.data + b"\x05", short):
+    for data in (DATA[:-1], DATA + b"\x05", short):
         with pytest.raises(SessionFileError, match="impossible length"):
             unpacked(data, "", len(data), 0)
     late = MESSAGE_HEADER.pack(5, 22, 1, 0, 2**63, 0)
@@ -78,61 +78,16 @@ def test_a_wrong_checksum_an_unknown_compression_and_impossible_lengths_are_dama
         unpacked(late, "", len(late), 0)
 
 
-def test_small_regions_together_are_the_same_messages_in_the_same_order(monkeypatch):
-    import sessions.mcap_format.unpacking as unpacking
-
-    def table(first, count):
-        block = RecordBlock.of((1 + k % 2, k, 10 * k, 5 * k, bytes([k]) * (k % 7)) for k in range(first, first + count))
-        return unpacking.listed(block.data, Region(0, 0, "", 0, 0, None), Catalogue(None))
-
-    monkeypatch.setattr(unpacking, "JOINED_BYTES", 400)
-    tables = [table(0, 3), table(3, 9), table(12, 1), table(13, 20), table(33, 2)]
-    joined = list(unpacking.together(tables))
-    assert 1 < len(joined) < len(tables)
-
-    def told(some):
-        names = ("channel", "sequence", "log_ns", "publish_ns")
-        return [
-            (*(int(getattr(one, name)[row]) for name in names), one.payload(row))
-            for one in some
-            for row in range(len(one.channel))
-        ]
-
-    assert told(joined) == told(tables)
-    assert [row[1] for row in told(joined)] == list(range(35))
-
-
 times = st.integers(0, 2**62)
 message = st.tuples(st.integers(0, 9), st.integers(0, 2**32 - 1), times, times, st.binary(max_size=40))
-messages = st.lists(message, max_size=8)
 
 
-def parts(block):
-    return (
-        block.data,
-        *(getattr(block, n).tolist() for n in ("starts", "channel", "log_ns", "group_ends")),
-    )
-
-
-@given(messages)
-def test_the_records_are_those_of_the_mcap_library(given_messages):
+@given(st.lists(message, max_size=8))
+def test_the_records_are_those_of_the_mcap_library(messages):
     builder = RecordBuilder()
-    starts = []
-    for channel, sequence, log, publish, payload in given_messages:
-        starts.append(builder.count)
+    for channel, sequence, log, publish, payload in messages:
         Message(channel, log, payload, publish, sequence).write(builder)
-    block = RecordBlock.of(given_messages)
-    assert block.data == builder.end() and block.starts.tolist() == starts
-    assert block.log_ns.tolist() == [message[2] for message in given_messages]
-
-
-@given(messages.filter(bool), st.integers(1, 9))
-def test_parts_joined_again_are_the_whole(given_messages, groups):
-    whole = RecordBlock.of(given_messages)
-    head, rest = whole.split(groups)
-    assert len(head.group_ends) == min(groups, len(given_messages))
-    assert parts(RecordBlock.join([head, rest])) == parts(whole)
-    assert np.array_equal(head.group_ends[-1:], [len(head.data)])
+    assert b"".join(map(packed, messages)) == builder.end()
 
 
 def test_frames_hold_what_was_added_and_nothing_else():
