@@ -31,8 +31,8 @@ _Identity = tuple[int, int, int]
 class FrameDecoder:
     """Decodes regions in file order; remembers layouts, and the validity note that waits for its frame.
 
-    ``names`` are the bodies, one per column; ``None``: columns are added as bodies appear. More frames times bodies
-    than the file has room for are refused.
+    ``names`` are the bodies, one per column; ``None``: columns are added as bodies appear. More frames times bodies, or
+    more bodies that messages repeat or note, than the file has room for are refused.
     """
 
     def __init__(self, catalogue: Catalogue, names: tuple[str, ...] | None) -> None:
@@ -106,9 +106,16 @@ class FrameDecoder:
             single = part.without(before) if before[part.rows].any() else part
             if len(single.rows) < len(part.rows):
                 self.doubled[part.child] += len(part.rows) - len(single.rows)
+                self._count(len(part.rows) - len(single.rows))
             before[part.rows] = True
             kept += [single] if len(single.rows) else []
         return sorted(kept, key=lambda part: (part.rows[0], part.step))
+
+    def _count(self, more: int) -> None:
+        """Count what messages hold beyond a sample of each body."""
+        self._samples_left -= more
+        if self._samples_left < 0:
+            raise self._refused("its messages hold more bodies than those of a file of its size", "too-much")
 
     def _column(self, parent: str, name: str) -> int:
         self._parent = parent if self._parent is None else self._parent
@@ -146,6 +153,7 @@ class FrameDecoder:
             if len(self._notes) >= MAX_BODIES:
                 self._notes.clear()
             self._notes[payload] = [(one.name, one.status) for one in message.bodies]
+        self._count(max(0, len(self._notes[payload]) - len(self._columns)))
         for name, value in self._notes[payload]:
             column = self._columns.get(name)
             if column is not None and status[column] != Status.ABSENT and value in _NOTED:

@@ -105,6 +105,20 @@ def test_hostile_messages_are_one_sentence(monkeypatch):
         decoded([table((2, 7, 6, 5, b"\xff"), (1, 7, 6, 5, b""))])
 
 
+def test_a_body_that_fills_a_message_is_refused_before_it_fills_the_hours():
+    poses, notes = FrameTransforms(), message_class("Tracking")()
+    for _ in range(4000):
+        poses.transforms.add(child_frame_id="body 0")
+        notes.bodies.add(name="body 0")
+    pose, note = poses.SerializeToString(), notes.SerializeToString()
+    for records in (
+        [(1, 0, k, k, pose) for k in range(63)],
+        [(2 - k % 2, 0, 0, 0, b"" if k % 2 else note) for k in range(126)],
+    ):
+        with pytest.raises(SessionFileError, match="more bodies than those of a file of its size"):
+            decoded([table(*records)])
+
+
 def test_it_reads_what_the_protobuf_library_wrote(tmp_path):
     frames = random_frames(1, 60, 3, absent=0.2)
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames))
