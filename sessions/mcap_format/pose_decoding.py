@@ -12,7 +12,7 @@ from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Catalogue
 from sessions.mcap_format.metadata import MAX_BODIES
 from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES
-from sessions.mcap_format.refusals import refused
+from sessions.mcap_format.refusals import TOO_MANY, refused
 from sessions.mcap_format.schemas import TF, TRACKING, message_class
 from sessions.mcap_format.transform_reading import BodySamples, TransformReader
 from sessions.mcap_format.unpacking import MessageTable
@@ -97,7 +97,8 @@ class FrameDecoder:
 
         Of several samples of a body in one message the first is taken; the others are counted in ``doubled``.
         """
-        samples = [part for part in self._reader.read(table.data, table.start[rows], end) if len(part.rows)]
+        found = self._reader.read(table.data, table.start[rows], end, self._samples_left)
+        samples = [part for part in found if len(part.rows)]
         samples.sort(key=lambda part: (part.step, part.rows[0]))
         kept: list[BodySamples] = []
         taken: dict[str, NDArray[np.bool_]] = {}
@@ -115,7 +116,7 @@ class FrameDecoder:
         """Count what messages hold beyond a sample of each body."""
         self._samples_left -= more
         if self._samples_left < 0:
-            raise self._refused("its messages hold more bodies than those of a file of its size", "too-much")
+            raise self._refused(TOO_MANY, "too-much")
 
     def _column(self, parent: str, name: str) -> int:
         self._parent = parent if self._parent is None else self._parent

@@ -32,6 +32,8 @@ CURES: Final = {
     ),
 }
 """Code of a refusal, which is the doctor's, too -> the cure."""
+TOO_MANY: Final = "its messages hold more bodies than those of a file of its size"
+"""Of what is too much, the one sentence of all who count bodies in messages."""
 
 
 def refused(path: Path | str, code: str, what: str) -> SessionFileError:

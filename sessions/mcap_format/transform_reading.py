@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from sessions.mcap_format.annotations import stamp_ns
 from sessions.mcap_format.pose_encoding import SECOND_NS, column_view
+from sessions.mcap_format.refusals import TOO_MANY
 from sessions.mcap_format.unpacking import rows_at
 
 # Layouts learnt per length of a transform before the rest goes to the protobuf library. A session has one per body, a
@@ -205,9 +206,9 @@ class TransformReader:
         self._error = error
         self._layouts: dict[int, _Layouts] = {}
 
-    def read(self, data: bytes, start: NDArray[np.int64], end: NDArray[np.int64]) -> list[BodySamples]:
-        """Every sample of the messages that lie at ``data[start:end]``; a message is named by its number."""
-        samples, irregular = self._regular(np.frombuffer(data, dtype=np.uint8), start, end)
+    def read(self, data: bytes, start: NDArray[np.int64], end: NDArray[np.int64], most: int) -> list[BodySamples]:
+        """Every sample of the messages at ``data[start:end]``, by their number; more than ``most`` are refused."""
+        samples, irregular = self._regular(np.frombuffer(data, dtype=np.uint8), start, end, most)
         if irregular.any():
             samples = [part.without(irregular) for part in samples]
             for row in np.flatnonzero(irregular).tolist():
@@ -215,7 +216,7 @@ class TransformReader:
         return samples
 
     def _regular(
-        self, buffer: NDArray[np.uint8], start: NDArray[np.int64], end: NDArray[np.int64]
+        self, buffer: NDArray[np.uint8], start: NDArray[np.int64], end: NDArray[np.int64], most: int
     ) -> tuple[list[BodySamples], NDArray[np.bool_]]:
         """Samples read through layouts, and which messages must be read by the protobuf library."""
         irregular = np.zeros(len(start), dtype=np.bool_)
@@ -225,6 +226,9 @@ class TransformReader:
         while len(alive) and step < STEPS:
             if len(samples) > LAYOUTS_AT_ONCE:
                 raise self._error("messages on /tf hold too many bodies", "too-much")
+            most -= len(alive)
+            if most < 0:
+                raise self._error(TOO_MANY, "too-much")
             body, after = _next_transform(buffer, cursor[alive], end[alive])
             good = after >= 0
             if not good.all():

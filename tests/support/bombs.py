@@ -85,9 +85,6 @@ def _topics(data: bytes, count: int) -> bytes:
 
 BOMBS: dict[str, Callable[[bytes], bytes]] = {
     "a million names": lambda data: _many_names(data, 1_000_000, 5000),
-    "a body four thousand times in every message": lambda data: _chunks(
-        data, *([[_tf((1, 0, 5, 5), b"\x0a\x03\x1a\x01b" * 4000)] * 500] * 4)
-    ),
     "a million listed names": lambda data: _with_records(data, _listed([f"n{k}" for k in range(1_000_000)])),
     "4,000 names in 20,000 empty frames": lambda data: _empty(
         _with_records(data, _listed(["body 0", "body 1", *(f"n{k}" for k in range(4000))])), 1, 20_000

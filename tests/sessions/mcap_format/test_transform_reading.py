@@ -43,7 +43,7 @@ def counted(monkeypatch):
 
 
 def read(messages, reader=None):
-    return (reader or TransformReader(ValueError)).read(*laid_out(messages))
+    return (reader or TransformReader(ValueError)).read(*laid_out(messages), 10**9)
 
 
 def test_any_order_and_choice_of_bodies_is_read_without_the_protobuf_library(monkeypatch):
