@@ -9,7 +9,8 @@ import numpy as np
 from cdcore import Detection, Motion
 from cdcore.numerics import FloatArray, IntArray
 from replay.comparison.first_touch import first_touch
-from replay.comparison.outcome import FirstTouch, Vector, as_vector
+from replay.comparison.outcome import FirstTouch
+from replay.effects.output import Vector, vector_of
 from replay.prepare.assembly import Assembly
 
 Place = tuple[int, int, int]
@@ -114,7 +115,7 @@ class Evidence:
         if len(segments):
             point, normal = _point(segments, length), _normal(segments, toward)
         kept = None if isinstance(self._faces, Detection) else np.array(faces, dtype=np.int64)
-        return Cut(frame, as_vector(point), as_vector(normal), len(faces), float(length.sum()), faces=kept)
+        return Cut(frame, vector_of(point), vector_of(normal), len(faces), float(length.sum()), faces=kept)
 
     def _centres(self, pair: int, frame: int) -> tuple[FloatArray, FloatArray]:
         motion = self._assembly.motion

@@ -13,8 +13,9 @@ from replay.comparison.contact_counts import REPORTED
 from replay.comparison.episodes import column_runs
 from replay.comparison.evidence import looks
 from replay.comparison.misses import kind_within
-from replay.comparison.outcome import Comparison, Outcome, Vector, as_vector
+from replay.comparison.outcome import Comparison, Outcome
 from replay.detection.recorded import RecordedDetector
+from replay.effects.output import Vector, vector_of
 from replay.prepare.assembly import Assembly
 from sessions.doctor.runs import runs
 
@@ -111,10 +112,10 @@ def _widest(
     """The largest gap, the frame that shows it, and the middle of the gap."""
     if meshes is None:
         ends = assembly.motion.translations[frames[0], assembly.pairs[pair]]
-        return float("nan"), frames[0], as_vector(ends.mean(axis=0))
+        return float("nan"), frames[0], vector_of(ends.mean(axis=0))
     gaps = [(meshes.gap(assembly.motion, frame, pair), frame) for frame in frames]
     (gap, ends), frame = max(gaps, key=lambda one: one[0][0])
-    return gap, frame, as_vector(ends.mean(axis=0))
+    return gap, frame, vector_of(ends.mean(axis=0))
 
 
 def _cause(detector: object, assembly: Assembly, one: FalseContact) -> str:

@@ -7,7 +7,8 @@ import numpy as np
 
 from cdcore import Motion
 from cdcore.numerics import FloatArray, IntArray, place_points
-from replay.comparison.outcome import FirstTouch, as_vector
+from replay.comparison.outcome import FirstTouch
+from replay.effects.output import vector_of
 from replay.prepare.assembly import Assembly
 
 PARALLEL: Final = 1e-9
@@ -48,7 +49,7 @@ def first_touch(assembly: Assembly, pair: int, frame: int) -> FirstTouch | None:
     normal = _direction(other - here, across, middles[1] - middles[0])
     later = round((found.toi[1] - times[0]) * 1e9)
     return FirstTouch(
-        frame, found.toi[0], found.toi[1], later, found.faces, as_vector((here + other) / 2), as_vector(normal)
+        frame, found.toi[0], found.toi[1], later, found.faces, vector_of((here + other) / 2), vector_of(normal)
     )
 
 

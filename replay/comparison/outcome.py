@@ -8,16 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from cdcore.numerics import ByteArray, FloatArray, IntArray
+from cdcore.numerics import ByteArray, IntArray
 from replay.base.constants import VERDICT_FRAMES
-
-Vector = tuple[float, float, float]
-
-
-def as_vector(array: FloatArray) -> Vector:
-    """Three plain floats of an array (3,)."""
-    x, y, z = array.tolist()
-    return x, y, z
+from replay.effects.output import Vector
 
 
 class Outcome(IntEnum):

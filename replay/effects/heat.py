@@ -136,23 +136,20 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return found.output() if inputs.declared else EffectOutput()
 
 
-def _check_turn(declared: Declaration, scene: Scene) -> None:
+def _check_turn(declared: Declaration, heats: SceneBody) -> None:
     """What turns is a solid in a vessel over a flame, and its three fields are given together."""
     given = [key for key in TURN if declared.values[key] is not None]
     if not given:
         return
     if len(given) < len(TURN) or declared.text("of") != "flame":
         raise declared.fail(f"{given[0]} is given: what turns over a flame needs {', '.join(TURN)}")
-    try:
-        vessel = Vessel(scene.body(declared.body("heats")) or SceneBody(declared.body("heats")))
-        formula = vessel.contents("solid").get("formula")
-        if not formula or not isinstance(formula, str):
-            raise vessel.fail("holds nothing that turns; give it properties.solid with its formula and mass_g")
-        vessel.amount("solid", "mass_g")
-        if vessel.amount("solid", "density_g_ml", SOLID_G_ML) <= 0.0:
-            raise vessel.fail("has solid.density_g_ml = 0; give it in g/mL")
-    except EffectError as error:
-        raise declared.fail(str(error).removeprefix("scene: ")) from error
+    vessel = Vessel(heats)
+    formula = vessel.contents("solid").get("formula")
+    if not formula or not isinstance(formula, str):
+        raise vessel.fail("holds nothing that turns; give it properties.solid with its formula and mass_g")
+    vessel.amount("solid", "mass_g")
+    if vessel.amount("solid", "density_g_ml", SOLID_G_ML) <= 0.0:
+        raise vessel.fail("has solid.density_g_ml = 0; give it in g/mL")
 
 
 def _check(declared: Declaration, scene: Scene) -> None:
@@ -164,12 +161,13 @@ def _check(declared: Declaration, scene: Scene) -> None:
         for key in set(WANTED[other]) - set(WANTED[kind]):
             if declared.values[key] is not None:
                 raise declared.fail(f"{key} belongs to heat of a {other}, and this is of a {kind}; leave it out")
-    _check_turn(declared, scene)
-    if kind == "flame":
-        try:
-            _capacity(scene.body(declared.body("heats")) or SceneBody(declared.body("heats")))
-        except EffectError as error:
-            raise declared.fail(str(error).removeprefix("scene: ")) from error
+    heats = scene.body(declared.body("heats")) or SceneBody(declared.body("heats"))
+    try:
+        _check_turn(declared, heats)
+        if kind == "flame":
+            _capacity(heats)
+    except EffectError as error:
+        raise declared.fail(str(error).removeprefix("scene: ")) from error
 
 
 SPEC = EffectSpec(

@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,23 +53,9 @@ SLICED: Final = "cavity"
 """``cavity.shape`` of a vessel whose form is that of its instrument's cavity, not the cylinder declared."""
 
 
-class VesselShape(Protocol):
-    """What a vessel does with liquid by its form alone; directions of gravity are given in the body's frame."""
-
-    @property
-    def brim_ml(self) -> float:
-        """What it holds upright."""
-
-    def kept_ml(self, down: FloatArray) -> FloatArray:
-        """Millilitres (n,) that an overfull vessel keeps with gravity along unit ``down`` (n, 3)."""
-
-    def exit(self, down: FloatArray) -> FloatArray:
-        """Where (n, 3) in the body's frame the stream leaves."""
-
-
 @dataclass(frozen=True, eq=False)
 class Cylinder:
-    """A round vessel in closed form (`replay.effects.models.sliced`)."""
+    """A round vessel in closed form (`replay.effects.models.sliced`); ``down`` (n, 3): gravity in its frame."""
 
     radius: float
     height: float
@@ -83,13 +69,13 @@ class Cylinder:
         return math.pi * self.radius**2 * self.height / ML
 
     def kept_ml(self, down: FloatArray) -> FloatArray:
-        """By its tilt alone."""
+        """Millilitres (n,) that it keeps when overfull, by its tilt alone."""
         # The arc tangent keeps its digits near 0 and pi, where the arc cosine of a rounded cosine loses half of them.
         tilt = np.arctan2(np.hypot(down[:, 0], down[:, 2]), -down[:, 1])
         return volume_kept(tilt, self.radius, self.height) / ML
 
     def exit(self, down: FloatArray) -> FloatArray:
-        """The lip, or the lowest point of the rim where that is lower."""
+        """Where (n, 3) the stream leaves: the lip, or the lowest point of the rim where that is lower."""
         along = down * np.array([1.0, 0.0, 1.0])
         length = np.sqrt((along * along).sum(axis=1, keepdims=True))
         lowest = self.opening + self.opening_radius * along / np.where(length > 0.0, length, 1.0)
@@ -170,7 +156,7 @@ class Vessel:
         return np.asarray(self.floor + volume_ml * ML / self.section_m2)
 
     @property
-    def shape(self) -> VesselShape:
+    def shape(self) -> Cylinder | SlicedCavity:
         """Its form: its instrument's own, or the cylinder which the scene declares. Raises EffectError: it has none."""
         cavity = self.cavity
         if cavity.get("shape") == SLICED:

@@ -16,7 +16,8 @@ from replay.comparison.causes import Cause
 from replay.comparison.clusters import by_depth
 from replay.comparison.false_contacts import SOLIDS, FalseContact
 from replay.comparison.misses import NEVER_FOUND
-from replay.comparison.outcome import Episode, Miss, Outcome, Vector, as_vector
+from replay.comparison.outcome import Episode, Miss, Outcome
+from replay.effects.output import Vector, vector_of
 from replay.outputs.palette import FOUND, INVENTED, MISSED, PARTLY_MISSED, Rgba
 from replay.outputs.words import bound_words, counted
 from replay.pipeline.ranking import ranking
@@ -150,7 +151,7 @@ def _contact(result: RunResult, pair: int, one: Episode) -> FocusMoment:
         counts.append(f"- {label}: {counted(missed, 'frame')} missed, {invented:,} false{apart}")
     lines = [f"#### {result.assembly.pair_name(pair)}, in the whole session", "", *counts]
     return FocusMoment(
-        frame, 0, pair, as_vector(point), "", 0, Outcome.BOTH, one.first, one.last, 0.0, "", "\n".join(lines)
+        frame, 0, pair, vector_of(point), "", 0, Outcome.BOTH, one.first, one.last, 0.0, "", "\n".join(lines)
     )
 
 

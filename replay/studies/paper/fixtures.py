@@ -177,9 +177,9 @@ def _typical_faces(bodies: tuple[Body, Body], family: str, seed: int) -> float:
     return 0.75 * float(np.median(most))
 
 
-def torus(sections: int, large: float = 0.05, small: float = 0.02) -> TriangleMesh:
+def torus(sections: int) -> TriangleMesh:
     """A closed torus about +Y of ``sections`` by half as many quads, two faces each; metres."""
-    around, tube = sections, max(3, sections // 2)
+    large, small, around, tube = 0.05, 0.02, sections, max(3, sections // 2)
     u = 2 * np.pi * np.arange(around)[:, None] / around
     v = 2 * np.pi * np.arange(tube)[None] / tube
     ring = large + small * np.cos(v)

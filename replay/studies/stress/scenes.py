@@ -53,9 +53,9 @@ def meeting(bodies: tuple[Body, Body], motion: Motion, frame: int) -> NDArray[np
     return meeting_faces_exhaustive(*(posed(bodies[k], motion, frame, k) for k in range(2)))
 
 
-def in_worlds(rng: Generator, count: int, world: float = 1.0) -> Motion:
+def in_worlds(rng: Generator, count: int) -> Motion:
     """Both bodies in the same random pose, ``count`` times; the first time as they stand."""
-    turn, place = random_rotations(rng, count), rng.normal(size=(count, 3)) * world
+    turn, place = random_rotations(rng, count), rng.normal(size=(count, 3))
     turn[0], place[0] = np.eye(3), 0.0
     return Motion(np.arange(count) / HEADSET_HZ, np.repeat(place[:, None], 2, 1), np.repeat(turn[:, None], 2, 1))
 
