@@ -7,7 +7,7 @@ asked again. Dask itself would blame a dead worker on all tasks that it had in s
 import logging
 import time
 from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from typing import Any, Final
 
 from replay.base.machine import PACKAGES, versions
@@ -27,7 +27,7 @@ PATIENCE_S: Final = 300.0
 """How long a batch waits for a first worker, or for one to come back: a queue, or a busy machine, takes minutes."""
 
 
-class Dask:
+class Dask(AbstractContextManager["Dask"]):
     """Workers of a scheduler; those that come later work too, when they have the same versions.
 
     Raises ``WorkerError``: Dask is not installed, no scheduler, no worker, or other versions there.
@@ -51,9 +51,6 @@ class Dask:
             raise WorkerError(f"no scheduler of Dask answers at {scheduler} ({error}); {todo}") from error
         self._alike: set[str] = set()
         self._seen = time.monotonic()
-
-    def __enter__(self) -> "Dask":
-        return self
 
     def __exit__(self, *error: object) -> None:
         self._client.close()

@@ -8,6 +8,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, as_completed, wait
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import AbstractContextManager
 from importlib import import_module
 from typing import Any, Final, Protocol
 
@@ -34,12 +35,8 @@ LOST: Final = object()
 """In place of the answer of a worker that ended without one."""
 
 
-class Pool(Protocol):
+class Pool(AbstractContextManager["Pool"], Protocol):
     """Workers, each at a place of its own: where one dies, only its task is asked again."""
-
-    def __enter__(self) -> "Pool": ...
-
-    def __exit__(self, *error: object) -> None: ...
 
     def places(self) -> Iterable[Any]:
         """Where a worker is now."""
@@ -136,14 +133,11 @@ def _pooled(
     return lost
 
 
-class Processes:
+class Processes(AbstractContextManager["Processes"]):
     """Processes of this machine, each in a pool of one, which breaks alone."""
 
     def __init__(self, jobs: int, _: str | None = None) -> None:
         self._pools = [_pool(1) for _ in range(jobs)]
-
-    def __enter__(self) -> "Processes":
-        return self
 
     def __exit__(self, *error: object) -> None:
         for pool in self._pools:
@@ -171,14 +165,11 @@ def _pool(jobs: int) -> ProcessPoolExecutor:
     return ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn"), initializer=_end_with_parent)
 
 
-class Crew:
+class Crew(AbstractContextManager["Crew"]):
     """``jobs`` processes (1: this one) that stay for several rounds, so that each compiles once."""
 
     def __init__(self, jobs: int) -> None:
         self._pool = _pool(jobs) if jobs > 1 else None
-
-    def __enter__(self) -> "Crew":
-        return self
 
     def __exit__(self, *error: object) -> None:
         if self._pool is not None:

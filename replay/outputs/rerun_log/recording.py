@@ -60,7 +60,7 @@ def write_recording(result: RunResult, path: Path, *, log_search: bool = False) 
 
     The application id is new for every recording, because a viewer keeps the first layout it meets per application.
     The file appears under its name when it is complete; ``OSError`` where it cannot be written. Above one hour at 90 Hz
-    poses, contacts and timings are strided except near misses (see ``columns.KEPT_FRAMES``); lanes and misses never
+    poses, contacts and timings are strided except near misses (see ``columns.KEPT_AROUND``); lanes and misses never
     are.
     """
     spans = [(miss.start, miss.end) for misses in result.misses.values() for miss in misses]

@@ -13,6 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import IO, Final
 
@@ -55,7 +56,7 @@ class ViewerError(ReplayError, RuntimeError):
     """The viewer cannot be started, or does not open the recording."""
 
 
-class OpenViewer:
+class OpenViewer(AbstractContextManager["OpenViewer"]):
     """A viewer process (ended by this handle and no other) and the line to it, on a port of the loopback interface.
 
     It ends with ``close``, or by itself when its window is closed.
@@ -66,9 +67,6 @@ class OpenViewer:
         self.port = port
         self._client = client
         self._words = words
-
-    def __enter__(self) -> OpenViewer:
-        return self
 
     def __exit__(self, *problem: object) -> None:
         self.close()
