@@ -35,8 +35,7 @@ def relative_poses(
         for i in range(3):  # assigned as slices, arrays took three times as long to compile (2026-11)
             for j in range(3):
                 out[k, 3 * i + j] = turn[i, j]
-            out[k, 9 + i] = move[i]
-            out[k, 12] = max(out[k, 12], abs(place_a[i]), abs(place_b[i]))
+            out[k, 9 + i], out[k, 12] = move[i], max(out[k, 12], abs(place_a[i]), abs(place_b[i]))
 
 
 @kernel
