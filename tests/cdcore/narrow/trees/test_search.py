@@ -90,13 +90,6 @@ def test_a_counter_has_a_column_and_an_unlimited_search_is_not_truncated(kind):
     assert (np.diff(searched.found[:, 0]) >= 0).all()
 
 
-def test_all_kinds_find_the_same_faces():
-    corners, poses = SCENES["ball and beaker"]()
-    found = [TreeSearch(kind, corners).search(0, 1, poses, every=True, budget=UNLIMITED).found for kind in TREE_KINDS]
-    rows = [sorted(map(tuple, one[:, :3].tolist())) for one in found]
-    assert rows[0] and all(one == rows[0] for one in rows)
-
-
 @each_kind
 def test_the_first_hit_is_the_first_of_all_hits_at_less_work(kind):
     corners, poses = SCENES["ball and beaker"]()

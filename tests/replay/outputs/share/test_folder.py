@@ -170,7 +170,7 @@ def test_what_hands_out_no_viewer_is_one_sentence(tmp_path, monkeypatch):
     binary = tmp_path / "rerun"
     binary.write_text("#!/bin/sh\nexit 1\n")
     binary.chmod(0o755)
-    monkeypatch.setattr(module, "viewer_binary", lambda: binary)
+    monkeypatch.setattr(module.viewer, "viewer_binary", lambda: binary)
     with pytest.raises(ViewerError, match="ships no viewer for a browser"):
         module.web_viewer()
 
