@@ -66,6 +66,7 @@ def pytest_configure(config):
         sys.dont_write_bytecode = False
         config.stash[KERNELS_ARE_THERE] = Path(config.workerinput["kernels_are_there"])
     elif config.getoption("numprocesses", None) and not config.getoption("collectonly"):
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of several workers' threads each waits for the other's
         paths = [str(config.rootpath), str(config.rootpath / "tests"), os.environ.get("PYTHONPATH", "")]
         environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
         said = config.stash[KERNELS_ARE_THERE] = Path(tempfile.mkdtemp(prefix="kernels-")) / "compiled"

@@ -3,6 +3,8 @@
 import numpy as np
 from support.shapes import random_rotations
 
+from cdcore import Verdict
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.numerics import place_points
 
 
@@ -76,3 +78,16 @@ def motion_of(kind, rng, frames, bodies):
 
 def placed(triangles, turn, move):
     return place_points(triangles.reshape(-1, 3), turn, move).reshape(-1, 3, 3)
+
+
+def exhaustive(detection, meshes, motion, step):
+    """Every so many frames, verdicts and faces are held against all face pairs; (frame, column, faces of the truth)."""
+    for frame in range(0, len(motion), step):
+        world = [
+            placed(mesh, motion.rotations[frame, k], motion.translations[frame, k]) for k, mesh in enumerate(meshes)
+        ]
+        for column, (i, j) in enumerate(detection.pairs.tolist()):
+            want = meeting_faces_exhaustive(world[i], world[j])
+            assert np.array_equal(detection.faces(frame, column), want)
+            assert (detection.verdict[frame, column] == Verdict.CONTACT) == (len(want) > 0)
+            yield frame, column, want

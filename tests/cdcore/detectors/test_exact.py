@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.motions import KINDS, grid_plate, motion_of, placed
+from support.motions import KINDS, exhaustive, grid_plate, motion_of, placed
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, merged, moved
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
-from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.protocol import detect_live
 
 FRAMES = 40
@@ -43,17 +42,9 @@ def test_poses_laid_out_side_by_side_get_the_answer_of_arrays(kind):
 def test_verdicts_and_faces_equal_the_exhaustive_test(kind):
     meshes, bodies, motion = scene(kind)
     detection = create_detector("exact", bodies).detect(motion, faces=True)
-    for frame in range(0, FRAMES, 3):
-        world = [
-            placed(mesh, motion.rotations[frame, k], motion.translations[frame, k]) for k, mesh in enumerate(meshes)
-        ]
-        for column, (i, j) in enumerate(detection.pairs.tolist()):
-            want = meeting_faces_exhaustive(world[i], world[j])
-            assert np.array_equal(detection.faces(frame, column), want)
-            assert (detection.verdict[frame, column] == Verdict.CONTACT) == (len(want) > 0)
-            section = detection.section(frame, column)
-            assert section.shape == (len(want), 2, 3)
-            assert np.isfinite(section).all()
+    for frame, column, want in exhaustive(detection, meshes, motion, 3):
+        section = detection.section(frame, column)
+        assert section.shape == (len(want), 2, 3) and np.isfinite(section).all()
 
 
 @pytest.mark.parametrize("settings", [{"threads": 2}, {"verify": True}, {"containment": False}])

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from support.motions import KINDS, motion_of, placed
+from support.motions import KINDS, exhaustive, motion_of
 from support.shapes import ball_mesh, box_mesh, lab, still
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.errors import InvalidSettingError
-from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.level_tree import grow_tree
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
@@ -42,17 +41,7 @@ def scene(kind, scale, away=0.0):
 def test_faces_equal_the_exhaustive_test(name, kind, scale, away):
     meshes, bodies, motion = scene(kind, scale, away)
     detection = create_detector(name, bodies, containment=False).detect(motion, faces=True)
-    some = 0
-    for frame in range(0, FRAMES, 4):
-        world = [
-            placed(mesh, motion.rotations[frame, k], motion.translations[frame, k]) for k, mesh in enumerate(meshes)
-        ]
-        for column, (i, j) in enumerate(detection.pairs.tolist()):
-            want = meeting_faces_exhaustive(world[i], world[j])
-            assert np.array_equal(detection.faces(frame, column), want)
-            assert (detection.verdict[frame, column] == Verdict.CONTACT) == (len(want) > 0)
-            some += len(want)
-    assert some
+    assert sum(len(want) for _, _, want in exhaustive(detection, meshes, motion, 4))
     assert (detection.work["exhaustive"] > 0) == (scale > 1e75)
 
 

@@ -11,9 +11,9 @@ from replay.outputs.report.markup import rendered
 from replay.outputs.report.page import report_html
 from replay.outputs.report.tables import EVENT_ROWS, effect_parts
 from replay.pipeline.engine import compute
-from replay.studies.synthetic_sessions import synthetic_session
 from sessions import Finding, Severity
 from sessions.model.scene import Scene, SceneBody, SceneEffect
+from sessions.synthetic.scenes import make_scene_session
 
 BETWEEN = {"between": ["a", "b"]}
 
@@ -80,7 +80,7 @@ def test_a_titration_has_its_curve_in_the_page():
 
 
 def test_a_page_of_effects_begins_with_the_result_of_the_experiment_and_speaks_of_no_verdict():
-    session, _ = synthetic_session("titration", 0, None)
+    session, _ = make_scene_session("titration", faces=600)
     result = compute(session, detectors=())
     page, best = unescape(report_html(result)), leading(result.effects)
     assert best.name == "end-point" and f"<h1>{best.text[:1].upper()}{best.text[1:]}</h1>" in page

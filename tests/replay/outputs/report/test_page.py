@@ -162,6 +162,7 @@ def test_every_detector_that_missed_something_has_a_picture_before_any_has_a_sec
     assert [(who, miss.number) for who, miss in _telling(shown)][:3] == [("slow", 1), ("fast", 1), ("slow", 2)]
 
 
+@pytest.mark.slow
 def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run, tmp_path):
     tried = [Setting("hybrid", "as it comes", ""), Setting("discrete", "step rate", "20 Hz", {"rate_hz": 20.0})]
     done = replace(tradeoff(run.session, settings=tried, repeats=1), cut=("image-space",))
