@@ -139,12 +139,10 @@ def search_rows(  # noqa: C901 - one loop with its stack
             a, b = stack[depth, 0], stack[depth, 1]
             tests += 1
             counts[row, 0] += 1
-            size_a, size_b = tree_a.size[a], tree_b.size[b]
             if kind == WORLD:
                 place_box(tree_a, a, turn_a[row], move_a[row], box_a)
                 place_box(tree_b, b, turn_b[row], move_b[row], box_b)
                 apart = boxes_apart(box_a, box_b, pad[row])
-                size_a, size_b = longest_side(box_a), longest_side(box_b)
             elif kind == SOLID:
                 offset_of_centres(tree_a.centre[a], tree_b.centre[b], turn, move, d)
                 apart = apart_on_face_axes(turn, d, tree_a.half[a], tree_b.half[b], pad[row])
@@ -154,6 +152,9 @@ def search_rows(  # noqa: C901 - one loop with its stack
             if apart:
                 continue
             if tree_a.child[a] >= 0 or tree_b.child[b] >= 0:
+                size_a, size_b = tree_a.size[a], tree_b.size[b]
+                if kind == WORLD:
+                    size_a, size_b = longest_side(box_a), longest_side(box_b)
                 first_is_larger = size_a > size_b or (size_a == size_b and kind != RAPID)
                 depth = open_nodes(tree_a.child, a, tree_b.child, b, kind == OBB, first_is_larger, stack, depth)
                 continue
