@@ -3,7 +3,6 @@
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from itertools import pairwise
 from time import perf_counter
 from typing import Final, Protocol
 
@@ -93,8 +92,8 @@ class LivePairs:
     @property
     def seconds(self) -> dict[str, float]:
         """As ``Live.seconds``."""
-        spent = (after - before for before, after in pairwise(self._clock))
-        return dict(zip(("volumes", "surfaces", "containment"), spent, strict=True))
+        start, volumes, surfaces, end = self._clock
+        return {"volumes": volumes - start, "surfaces": surfaces - volumes, "containment": end - surfaces}
 
     @property
     def work(self) -> Counter[str]:

@@ -209,9 +209,14 @@ class Motion:
         return self._rows(frames, linked)
 
     def _rows(self, rows: slice | IntArray, linked: BoolArray) -> Motion:
-        part, arrays = object.__new__(Motion), (self.times, self.translations, self.rotations, self.valid)
-        checked = self.renormalised, self.worst_orthonormality, self.still
-        part._set(*(array[rows] for array in arrays), linked, *checked, None)
+        # Not field by field: live, a motion is taken apart frame by frame.
+        part = object.__new__(Motion)
+        part.__dict__.update(
+            times=readonly(self.times[rows]), translations=readonly(self.translations[rows]),
+            rotations=readonly(self.rotations[rows]), valid=readonly(self.valid[rows]), linked=readonly(linked),
+            renormalised=self.renormalised, worst_orthonormality=self.worst_orthonormality, still=self.still,
+            lanes=None,
+        )  # fmt: skip
         return part
 
     def blocks(self, frames: int) -> Iterator[Motion]:
