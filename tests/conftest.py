@@ -1,5 +1,6 @@
 """What holds for every test: slowness is no finding of a property test, and the table of effects keeps its order."""
 
+import compileall
 import gc
 import os
 import shutil
@@ -8,9 +9,11 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
+from _pytest.assertion.rewrite import PYC_TAIL, _read_pyc, _rewrite_test, _write_pyc, assertstate_key, get_cache_dir
 from hypothesis import HealthCheck, settings
 from support.sampled import SAMPLED
 from support.small_pages import pages_of
@@ -41,6 +44,8 @@ WITHOUT_KERNELS = (
     "tests/sessions/scene_files",
 )
 """Folders whose tests compile nothing: they run first, while the kernels compile."""
+LAST = ("tests/bench", "tests/cdcore", "tests/contracts", "tests/hard_cases")
+"""Folders whose tests ask every detector: they run when the kernels of all are compiled."""
 COMPILING = pytest.StashKey[subprocess.Popen]()
 KERNELS_ARE_THERE = pytest.StashKey[Path]()
 
@@ -52,8 +57,8 @@ os.environ["COLUMNS"] = "160"
 def pytest_configure(config):
     """A property that asks for no number of examples gets 100, and 15 where slow tests are left out.
 
-    Under ``-n`` kernels are compiled in a process of their own while the workers begin: otherwise each worker
-    compiles them all. And what pytest makes of the test files is written down, or each worker makes it again.
+    Under ``-n`` what each worker would make again is made once: kernels in a process of their own, and before the
+    workers begin what python and pytest make of the files.
     """
     if "not slow" in config.getoption("markexpr"):
         settings.load_profile("without slow tests")
@@ -66,6 +71,25 @@ def pytest_configure(config):
         said = config.stash[KERNELS_ARE_THERE] = Path(tempfile.mkdtemp(prefix="kernels-")) / "compiled"
         program = [sys.executable, str(Path(__file__).parent / "support" / "compile_first.py"), str(said)]
         config.stash[COMPILING] = subprocess.Popen(program, env=environment)
+        write_code(config)
+
+
+def write_code(config):
+    """Every file of the packages compiled, and every test file with its assertions rewritten, as pytest will read it.
+
+    Workers begin together and read the same files at the same time, so none would find what another wrote.
+    """
+    for package in ("cdcore", "sessions", "replay", "tests/support"):
+        compileall.compile_dir(config.rootpath / package, quiet=2)
+    gc.disable()
+    for file in (config.rootpath / "tests").rglob("test_*.py"):
+        written = get_cache_dir(file) / (file.name.removesuffix(".py") + PYC_TAIL)
+        if _read_pyc(file, written) is None:
+            with suppress(SyntaxError):  # said where the tests are collected
+                source, code = _rewrite_test(file, config)
+                written.parent.mkdir(exist_ok=True)
+                _write_pyc(config.stash[assertstate_key], code, source, written)
+    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)
@@ -83,7 +107,7 @@ def pytest_collection_modifyitems(items):
         if seen[name] % SAMPLED.get(name, 1):
             item.add_marker(pytest.mark.slow)
         seen[name] += 1
-    items.sort(key=lambda item: not item.nodeid.startswith(WITHOUT_KERNELS))
+    items.sort(key=lambda item: item.nodeid.startswith(LAST) - item.nodeid.startswith(WITHOUT_KERNELS))
 
 
 @pytest.hookimpl(tryfirst=True)

@@ -7,6 +7,7 @@ two bodies whose balls are apart do not touch.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -108,8 +109,9 @@ def sphere_best(mesh: TriangleMesh) -> Sphere:
     return sphere_in_mode(mesh, "best")
 
 
+@lru_cache(maxsize=256)
 def sphere_in_mode(mesh: TriangleMesh, mode: str) -> Sphere:
-    """The ball of a mode of ``SPHERES``: ``"paper"`` or ``"best"``."""
+    """The ball of a mode of ``SPHERES``, ``"paper"`` or ``"best"``, found once for all detectors of a mesh."""
     return min((build(mesh) for build in SPHERES[mode]), key=lambda sphere: sphere.radius)
 
 

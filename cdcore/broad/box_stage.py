@@ -63,9 +63,10 @@ class BoxStage:
         self.centres = np.array([box.centre for box in boxes]).reshape(-1, 3)
         self.axes = np.array([box.axes for box in boxes]).reshape(-1, 3, 3)
         self.halves = np.array([box.half for box in boxes]).reshape(-1, 3)
-        self.sizes = np.linalg.norm(self.centres, axis=1) + np.linalg.norm(self.halves, axis=1)
-        self._first = np.ascontiguousarray(pairs[:, 0])
-        self._second = np.ascontiguousarray(pairs[:, 1])
+        with np.errstate(over="ignore"):
+            self.sizes = np.linalg.norm(self.centres, axis=1) + np.linalg.norm(self.halves, axis=1)
+        self.first = np.ascontiguousarray(pairs[:, 0])
+        self.second = np.ascontiguousarray(pairs[:, 1])
 
     def may_meet(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
         """(K,): False only where the bodies are certainly apart.
@@ -74,7 +75,7 @@ class BoxStage:
         """
         meets = np.empty(len(frames), dtype=np.bool_)
         boxes_may_meet(
-            np.ascontiguousarray(frames), self._first[columns], self._second[columns], motion.rotations,
+            np.ascontiguousarray(frames), self.first[columns], self.second[columns], motion.rotations,
             motion.translations, self.centres, self.axes, self.halves, self.sizes, BOX_PAD_ULPS * EPS, meets,
         )  # fmt: skip
         return meets

@@ -1,5 +1,12 @@
-"""Spheres and boxes of one frame after another, as ``BroadPhase`` decides them, in one call of a kernel a frame."""
+"""Spheres and boxes of one frame after another, as ``BroadPhase`` decides them, in one call of a kernel a frame.
 
+What they leave is asked of a narrow phase, pair by pair.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from itertools import pairwise
+from time import perf_counter
 from typing import Final
 
 import numpy as np
@@ -9,7 +16,7 @@ from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, place_centres, sphere_verdicts
 from cdcore.kernels.compiling import kernel
 from cdcore.numerics import EPS, PAD_ULPS, BoolArray, ByteArray, FloatArray, IntArray
-from cdcore.protocol import Motion
+from cdcore.protocol import Motion, Verdict
 
 STEP_ULPS: Final = 64.0
 """In eps of a body's size and distance: placing a point rounds by less than 8, twice."""
@@ -18,6 +25,10 @@ FIRST_REACH, LEAST_REACH, MOST_REACH = 4.0, 1.5, 16.0
 
 Two thirds of the tree searches of the bench are left out so (2026-11): 2.6 of a python-fcl loop became 1.6 to 1.8.
 """
+
+Decide = Callable[[Motion, int, float], tuple[int, bool]]
+"""``(now, pair, margin)``: the verdict of one pair in a motion of one frame, and whether its surfaces are known to be
+apart by the margin."""
 
 
 @kernel
@@ -133,3 +144,48 @@ class BroadLooks:
         self._reach[pair] = (
             min(2.0 * self._reach[pair], MOST_REACH) if apart else max(0.25 * self._reach[pair], LEAST_REACH)
         )
+
+
+class LivePairs:
+    """Looks of volumes, then of a narrow phase pair by pair.
+
+    ``decide`` gives the verdict of a pair whose surfaces are asked about; ``inside``, whether one body of a pair that
+    is CLEAR is inside the other; ``None`` where that is not asked.
+    """
+
+    def __init__(self, broad: BroadPhase, decide: Decide, inside: Callable[[Motion, int], bool] | None) -> None:
+        self._near, self._decide, self._inside = BroadLooks(broad), decide, inside
+        self._clock = (0.0, 0.0, 0.0, 0.0)
+        self._looks = self._surfaces = self._insides = 0
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """As ``Live.seconds``."""
+        spent = (after - before for before, after in pairwise(self._clock))
+        return dict(zip(("volumes", "surfaces", "containment"), spent, strict=True))
+
+    @property
+    def work(self) -> Counter[str]:
+        """As ``Live.work``."""
+        return Counter(looks=self._looks, surface_queries=self._surfaces, containment_tests=self._insides)
+
+    def look(self, now: Motion) -> ByteArray:
+        """As ``Live.look``."""
+        start, volumes = perf_counter(), self._near
+        columns = volumes.near(now)
+        found, verdict = perf_counter(), volumes.verdict
+        for column in columns:
+            margin = volumes.margin(column)
+            verdict[column], apart = self._decide(now, column, margin)
+            volumes.keep_apart(column, margin, apart)
+        surfaces = perf_counter()
+        if self._inside is not None and columns:
+            clear = [column for column in columns if verdict[column] == CLEAR]
+            for column in clear:
+                if self._inside(now, column):
+                    verdict[column] = Verdict.CONTAINED
+            self._insides += len(clear)
+        self._looks += 1
+        self._surfaces += len(columns)
+        self._clock = start, found, surfaces, perf_counter()
+        return verdict.copy()

@@ -41,7 +41,7 @@ class BroadPhase:
         spheres = self.spheres.candidates(motion)
         columns, frames = np.nonzero(spheres.verdict.T == Verdict.CANDIDATE)
         clock.append(perf_counter())
-        work = {"sphere_tests": spheres.tests, "skipped": spheres.skipped, "box_tests": len(frames)}
+        work = spheres.work | {"box_tests": len(frames)}
         spheres.verdict[frames, columns] = Verdict.CLEAR
         if len(frames):
             meet = self.boxes.may_meet(motion, frames, columns)

@@ -120,12 +120,11 @@ def sphere_verdicts(
 
 
 @dataclass(frozen=True, eq=False)
-class SphereAnswer:
-    """Verdicts (T, P): CLEAR, CANDIDATE or NO_POSE; sphere tests done and pair-frames that needed none."""
+class VolumeAnswer:
+    """Verdicts (T, P) of volumes: CLEAR, CANDIDATE or NO_POSE; and counters of what that took."""
 
     verdict: ByteArray
-    tests: int
-    skipped: int
+    work: dict[str, int]
 
 
 class SphereStage:
@@ -143,15 +142,15 @@ class SphereStage:
         self.second = np.ascontiguousarray(pairs[:, 1])
         self._skip = skip
 
-    def candidates(self, motion: Motion) -> SphereAnswer:
-        """Answer for every frame and pair of the motion."""
+    def candidates(self, motion: Motion) -> VolumeAnswer:
+        """Answer for every frame and pair of the motion; counts sphere tests, and pair-frames that needed none."""
         frames, bodies = motion.valid.shape
         verdict = np.zeros((frames, len(self.first)), dtype=np.uint8)
         if frames == 0 or len(self.first) == 0:
-            return SphereAnswer(verdict, 0, 0)
+            return VolumeAnswer(verdict, {"sphere_tests": 0, "skipped": 0})
         world, path, size = np.empty((bodies, frames, 3)), np.empty((bodies, frames)), np.empty((bodies, frames))
         place_centres(motion.rotations, motion.translations, motion.valid, self.centres, self.radii, world, path, size)
         tests, skipped = sphere_verdicts(
             self.first, self.second, motion.valid, self.radii, world, path, size, PAD_ULPS * EPS, self._skip, verdict
         )
-        return SphereAnswer(verdict, int(tests), int(skipped))
+        return VolumeAnswer(verdict, {"sphere_tests": int(tests), "skipped": int(skipped)})

@@ -35,6 +35,23 @@ OPTIONAL: Final[dict[str, str]] = {"mujoco": "cdcore.detectors.mujoco:MujocoDete
 
 ENTRY_POINT_GROUP: Final = "vrlab_replay.detectors"
 
+PAPER: Final = (
+    "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on Unity3D"
+)
+COLONY: Final = (
+    "P. Li, S. Li, Quantum ant colony algorithm for continuous space optimization, Control Theory & Applications "
+    "25(2), 2008",
+    "P. Li, K. Song, E. Yang, ICNC 2010, on the quantum ant colony, 10.1109/ICNC.2010.5583935",
+)
+FCL: Final = (
+    "J. Pan, S. Chitta, D. Manocha, FCL: a general purpose library for collision and proximity queries, ICRA 2012"
+)
+OBB_TREE: Final = (
+    "S. Gottschalk, M. C. Lin, D. Manocha, OBBTree: a hierarchical structure for rapid interference detection, "
+    "SIGGRAPH 1996"
+)
+"""Sources that several detectors name; ``COLONY`` are two."""
+
 
 def detector_names() -> list[str]:
     """Every name that ``create_detector`` takes, the table's first, those of installed packages after them."""

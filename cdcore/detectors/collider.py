@@ -9,19 +9,18 @@ import numpy as np
 
 from cdcore.bounding.collider_shapes import SHAPES, box_collider
 from cdcore.bounding.compound import union_of
-from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.contact_offset import ContactOffset
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.frame_looks import FrameLooks
-from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import ByteArray, IntArray
 from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict, contact_or_clear, pair_has_pose
 from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of, require_rate
-from cdcore.protocol.live import Live, LiveHeld, LivePairs
+from cdcore.protocol.live import Live, LiveHeld
 
 FIRST: Final = np.zeros(1, dtype=np.int64)
 
@@ -109,7 +108,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
             near = offset.near(now, FIRST, np.array([column]))[0]
             return int(Verdict.CONTACT if near else Verdict.CLEAR), False
 
-        looks = LivePairs(BroadLooks(self._broad), decide, self._containment.question)
+        looks = LivePairs(self._broad, decide, self._containment.question)
         return LiveHeld(looks, self.pairs, self.settings.rate_hz) if self.settings.rate_hz else looks
 
     def _fresh_memory(self) -> HeldVerdicts:
@@ -124,8 +123,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     def _decide(self, motion: Motion) -> tuple[ByteArray, dict[str, int], dict[str, float]]:
         """Verdicts of the solids in every frame, counters, and seconds."""
         clock = [perf_counter()]
-        poses = Poses(motion.rotations, motion.translations, motion.valid, motion.still)
-        answer = decide_motion(self._trees, self.pairs, poses)
+        answer = decide_motion(self._trees, self.pairs, motion)
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
         if self._offset is not None:
             near = self._broad.candidates(motion)

@@ -14,7 +14,6 @@ from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLER
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
 from cdcore.narrow.continuous.time_of_impact import require_search_settings
 from cdcore.narrow.spacetime.box_tree import build_box_tree
-from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict, ordered_by_name, pair_has_pose
@@ -97,8 +96,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
         if len(block):
             memory[:] = [block.frames(len(block) - 1, len(block))]
         clock = [perf_counter()]
-        poses = Poses(motion.rotations, motion.translations, motion.valid, motion.still)
-        answer = decide_motion(self._trees, self.pairs, poses)
+        answer = decide_motion(self._trees, self.pairs, motion)
         clock.append(perf_counter())
         found = self._between(motion, answer.hits, first)
         found.work["face_tests_at_frames"] = answer.work["face_tests"]

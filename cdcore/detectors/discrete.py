@@ -9,16 +9,17 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cdcore.bounding.sphere import require_sphere_mode
-from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
+from cdcore.detectors import FCL, PAPER
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import Pose, section_of_faces
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
 from cdcore.protocol import NO_FACES, Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict
-from cdcore.protocol.blocks import looks_at, looks_of, pair_has_pose, require_rate
+from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of, pair_has_pose, require_rate
 from cdcore.protocol.detection import SectionSource
-from cdcore.protocol.live import Live, LiveHeld, LivePairs
+from cdcore.protocol.live import Live, LiveHeld
 
 STAGES: Final = ("spheres", "boxes", "meshes", "containment")
 COUNTERS: Final = ("sphere_tests", "box_tests", "mesh_queries", "containment_tests")
@@ -51,24 +52,13 @@ class _Contact:
     pose_j: Pose
 
 
-@dataclass(eq=False)
-class _DiscreteMemory:
+class _DiscreteMemory(HeldVerdicts):
     """What the detector knows from its looks so far; the only thing that passes from block to block."""
 
-    tick: float
-    verdict: ByteArray
-    contacts: list[_Contact | None]
-
-
-class _BlockLog:
-    """What one block's looks found; row 0 is what was known before the block."""
-
-    def __init__(self, memory: _DiscreteMemory) -> None:
-        self.contacts = list(memory.contacts)
-        self.verdicts = [memory.verdict]
-        self.which = [np.arange(len(memory.contacts))]
-        """Per look, (P,): number of the contact seen last, in ``contacts``."""
-        self.counts: Counter[str] = Counter()
+    def __init__(self, pairs: int) -> None:
+        super().__init__(pairs)
+        self.contacts: list[_Contact | None] = [None] * pairs
+        """Of each pair the one seen last."""
 
 
 class DiscreteDetector(PairDetector[DiscreteSettings]):
@@ -86,11 +76,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
     kind: ClassVar[str] = "engine"
     online: ClassVar[bool] = True
     Settings: ClassVar[type] = DiscreteSettings
-    sources: ClassVar[tuple[str, ...]] = (
-        "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
-        "Unity3D, Fig. 5, discrete detection",
-        "J. Pan, S. Chitta, D. Manocha, FCL: a general purpose library for collision and proximity queries, ICRA 2012",
-    )
+    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, Fig. 5, discrete detection", FCL)
     choose_when: ClassVar[str] = "you want to know what an engine of that rate misses"
     cannot: ClassVar[str] = "see what happens between its looks"
 
@@ -107,7 +93,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
 
     def live(self) -> Live:
         """A session that is asked one frame after the other."""
-        looks = LivePairs(BroadLooks(self._broad), self._meshes.decide_now, self._containment.question)
+        looks = LivePairs(self._broad, self._meshes.decide_now, self._containment.question)
         return LiveHeld(looks, self.pairs, self.settings.rate_hz) if self.settings.rate_hz else looks
 
     def faces_of(self, motion: Motion, hits: BoolArray) -> FaceSets | None:
@@ -118,64 +104,56 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         return self._meshes.decide(motion, frames, columns, faces=True).face_sets(frames, columns)
 
     def _fresh_memory(self) -> _DiscreteMemory:
-        count = len(self.pairs)
-        return _DiscreteMemory(-np.inf, np.full(count, Verdict.NO_POSE, dtype=np.uint8), [None] * count)
+        return _DiscreteMemory(len(self.pairs))
 
     def _run(self, motion: Motion, memory: _DiscreteMemory, faces: bool) -> Detection:
         known = pair_has_pose(motion, self.pairs)
         looks, memory.tick = looks_of(motion.times, self.settings.rate_hz, memory.tick)
-        seconds = np.zeros((len(STAGES), len(motion)))
-        log = _BlockLog(memory)
-        for frame in np.flatnonzero(looks).tolist():
-            seconds[:, frame] = self._look(motion.frames(frame, frame + 1), memory, log, faces)
-        row = np.cumsum(looks)
-        verdict = np.where(known, np.array(log.verdicts)[row], Verdict.NO_POSE).astype(np.uint8)
-        which = np.array(log.which)[row]
-        looked = int(known[looks].sum())
+        seconds, counts = np.zeros((len(STAGES), len(motion))), Counter[str]()
+        seen, contacts = np.empty((int(looks.sum()), len(self.pairs)), dtype=np.uint8), list(memory.contacts)
+        # Row 0 is what was known before the block; then, per look, the number of the contact seen last.
+        which = np.tile(np.arange(len(self.pairs)), (len(seen) + 1, 1))
+        for row, frame in enumerate(np.flatnonzero(looks).tolist()):
+            found, seconds[:, frame] = self._look(motion.frames(frame, frame + 1), seen[row], counts, faces)
+            which[row + 1] = which[row]
+            which[row + 1, list(found)] = len(contacts) + np.arange(len(found))
+            contacts += found.values()
+        verdict, held = memory.hold(seen, looks, known)
+        memory.contacts = [contacts[k] for k in which[-1].tolist()]
+        which = which[np.cumsum(looks)]
         return self._detection(
             motion,
             verdict,
-            face_sets=_face_sets(verdict, which, log) if faces else None,
+            face_sets=_face_sets(verdict, which, contacts) if faces else None,
             containment=self._containment.words,
-            work={name: log.counts[name] for name in COUNTERS}
-            | {"looks": int(looks.sum()), "pair_looks": looked, "held": int(known.sum()) - looked},
+            work={name: counts[name] for name in COUNTERS}
+            | {"looks": held["looks"], "pair_looks": int(known[looks].sum()), "held": held["held"]},
             seconds=dict(zip(STAGES, seconds, strict=True)),
-            section_source=self._sections(which, log.contacts) if faces else None,
+            section_source=self._sections(which, contacts) if faces else None,
         )
 
-    def _look(self, now: Motion, memory: _DiscreteMemory, log: _BlockLog, faces: bool) -> list[float]:
-        """Look at every pair in one frame, write down what is known from here on; returns seconds per stage."""
-        broad = self._broad.candidates(now)
-        near, verdict, clock, which = broad.columns, broad.verdict[0], broad.clock, log.which[-1]
+    def _look(
+        self, now: Motion, verdict: ByteArray, counts: Counter[str], faces: bool
+    ) -> tuple[dict[int, _Contact], list[float]]:
+        """Look at every pair in one frame, fill ``verdict`` (P,); contacts by pair if asked for faces, and seconds."""
+        broad, found = self._broad.candidates(now), dict[int, _Contact]()
+        near, clock = broad.columns, broad.clock
         for column in near.tolist():
-            hit, found = self._meshes.look(now, 0, column, faces=faces)
+            hit, pairs = self._meshes.look(now, 0, column, faces=faces)
             if hit:
-                verdict[column] = Verdict.CONTACT
-                which = self._see(now, column, found, which, memory, log)
+                broad.verdict[0, column] = Verdict.CONTACT
+            if hit and faces:
+                # Copies: a view would keep every pose of its block in memory for as long as the contact is remembered.
+                ends = self.pairs[column].tolist()
+                poses = ((now.rotations[0, k].copy(), now.translations[0, k].copy()) for k in ends)
+                found[column] = _Contact(pairs, *poses)
         clock.append(perf_counter())
-        apart = near[verdict[near] != Verdict.CONTACT]
+        apart = near[broad.verdict[0, near] != Verdict.CONTACT]
         asked = self._containment.mark(now, np.zeros(len(apart), dtype=np.int64), apart, broad.verdict)
         clock.append(perf_counter())
-        seen = verdict != Verdict.NO_POSE
-        memory.verdict = np.where(seen, verdict, memory.verdict).astype(np.uint8)
-        log.verdicts.append(memory.verdict)
-        log.which.append(which)
-        log.counts.update(broad.work | {"mesh_queries": len(near), "containment_tests": asked})
-        return np.diff(clock).tolist()
-
-    def _see(
-        self, now: Motion, column: int, faces: Int32Array, which: IntArray, memory: _DiscreteMemory, log: _BlockLog
-    ) -> IntArray:
-        """Remember a contact; returns the new row of contact numbers."""
-        # Copies: a view would keep every pose of its block in memory for as long as the contact is remembered.
-        i, j = self.pairs[column].tolist()
-        pose_i, pose_j = ((now.rotations[0, k].copy(), now.translations[0, k].copy()) for k in (i, j))
-        contact = _Contact(faces, pose_i, pose_j)
-        memory.contacts[column] = contact
-        changed = which.copy()
-        changed[column] = len(log.contacts)
-        log.contacts.append(contact)
-        return changed
+        verdict[:] = broad.verdict[0]
+        counts.update(broad.work | {"mesh_queries": len(near), "containment_tests": asked})
+        return found, np.diff(clock).tolist()
 
     def _sections(self, which: IntArray, contacts: list[_Contact | None]) -> SectionSource:
         """Segments at the poses of the look that found the faces, not at those of a frame that holds its verdict."""
@@ -191,7 +169,7 @@ class DiscreteDetector(PairDetector[DiscreteSettings]):
         return section
 
 
-def _face_sets(verdict: ByteArray, which: IntArray, log: _BlockLog) -> FaceSets:
+def _face_sets(verdict: ByteArray, which: IntArray, contacts: list[_Contact | None]) -> FaceSets:
     frames, columns = np.nonzero(verdict == Verdict.CONTACT)
-    sets = [NO_FACES if contact is None else contact.faces for contact in log.contacts]
+    sets = [NO_FACES if contact is None else contact.faces for contact in contacts]
     return FaceSets.from_shared(frames, columns, which[frames, columns], sets)

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
 
-from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
+from cdcore.detectors import OBB_TREE
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
@@ -14,7 +15,7 @@ from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.frame_looks import FrameLooks
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import IntArray
-from cdcore.protocol import Body, Detection, FaceSets, Live, LivePairs, Motion, PairDetector, contact_or_clear
+from cdcore.protocol import Body, Detection, FaceSets, Live, Motion, PairDetector, contact_or_clear
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -50,8 +51,7 @@ class ExactDetector(PairDetector[ExactSettings]):
     online: ClassVar[bool] = True
     Settings: ClassVar[type] = ExactSettings
     sources: ClassVar[tuple[str, ...]] = (
-        "S. Gottschalk, M. C. Lin, D. Manocha, OBBTree: a hierarchical structure for rapid interference detection, "
-        "SIGGRAPH 1996",
+        OBB_TREE,
         "J. R. Shewchuk, Adaptive precision floating-point arithmetic and fast robust geometric predicates, Discrete & "
         "Computational Geometry 18, 1997",
         "I. Wald, On fast construction of SAH-based bounding volume hierarchies, Symposium on Interactive Ray Tracing "
@@ -68,7 +68,7 @@ class ExactDetector(PairDetector[ExactSettings]):
     def live(self) -> Live:
         """A session that is asked one frame after the other."""
         broad, surfaces = BroadPhase(self.bodies, self.pairs), FrameLooks(self._trees, self.pairs)
-        return LivePairs(BroadLooks(broad), surfaces.decide, self._containment.question)
+        return LivePairs(broad, surfaces.decide, self._containment.question)
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         answer = decide_motion(

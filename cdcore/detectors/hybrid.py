@@ -8,13 +8,14 @@ from typing import ClassVar
 import numpy as np
 
 from cdcore.bounding.sphere import require_sphere_mode
-from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
+from cdcore.detectors import FCL, PAPER
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray
-from cdcore.protocol import Body, Detection, Live, LivePairs, Motion, PairDetector, Verdict
+from cdcore.protocol import Body, Detection, Live, Motion, PairDetector, Verdict
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,11 +49,7 @@ class HybridDetector(PairDetector[HybridSettings]):
     kind: ClassVar[str] = "engine"
     online: ClassVar[bool] = True
     Settings: ClassVar[type] = HybridSettings
-    sources: ClassVar[tuple[str, ...]] = (
-        "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
-        "Unity3D, section 4",
-        "J. Pan, S. Chitta, D. Manocha, FCL: a general purpose library for collision and proximity queries, ICRA 2012",
-    )
+    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, section 4", FCL)
     choose_when: ClassVar[str] = "you want contacts and faces of ordinary meshes from a widely used engine"
     cannot: ClassVar[str] = "be exact on degenerate faces and resting ties"
 
@@ -64,7 +61,7 @@ class HybridDetector(PairDetector[HybridSettings]):
 
     def live(self) -> Live:
         """A session that is asked one frame after the other."""
-        return LivePairs(BroadLooks(self._broad), self._meshes.decide_now, self._containment.question)
+        return LivePairs(self._broad, self._meshes.decide_now, self._containment.question)
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         near = self._broad.candidates(motion)

@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from cdcore.bounding.sphere import require_sphere_mode
-from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
+from cdcore.detectors import COLONY, FCL, PAPER
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import REFUSAL, ContainmentStage
 from cdcore.narrow.mesh_stage import MeshAnswer, MeshStage
@@ -60,14 +60,7 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
     kind: ClassVar[str] = "paper"
     online: ClassVar[bool] = True
     Settings: ClassVar[type] = HybridQacoSettings
-    sources: ClassVar[tuple[str, ...]] = (
-        "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
-        "Unity3D, sections 3 and 4",
-        "P. Li, S. Li, Quantum ant colony algorithm for continuous space optimization, Control Theory & Applications "
-        "25(2), 2008",
-        "P. Li, K. Song, E. Yang, ICNC 2010, on the quantum ant colony, 10.1109/ICNC.2010.5583935",
-        "J. Pan, S. Chitta, D. Manocha, FCL: a general purpose library for collision and proximity queries, ICRA 2012",
-    )
+    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, sections 3 and 4", *COLONY, FCL)
     choose_when: ClassVar[str] = (
         "you audit the paper's pipeline (what a run does unasked), or with `decide=mesh` want all contacts"
     )
@@ -98,7 +91,7 @@ class HybridQacoDetector(PairDetector[HybridQacoSettings]):
 
     def live(self) -> Live:
         """A session that is asked one frame after the other."""
-        return LiveSearch(BroadLooks(self._broad), self._search) if self._meshes is None else super().live()
+        return LiveSearch(self._broad, self._search) if self._meshes is None else super().live()
 
     def _fresh_memory(self) -> SearchMemory:
         return self._search.fresh_memory()

@@ -70,7 +70,7 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
         clock.append(perf_counter())
         verdict, reasons = near.verdict.copy(), {}
         volumes = np.where(verdict == Verdict.NO_POSE, np.nan, 0.0)
-        work = {"sphere_tests": near.tests, "skipped": near.skipped, "images": 0, "rays": 0, "layers": 0}
+        work = near.work | {"images": 0, "rays": 0, "layers": 0}
         columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
         for column, rows in rows_of_columns(columns):
             pair = self.pairs[column].tolist()

@@ -9,6 +9,7 @@ import numpy as np
 
 from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
 from cdcore.broad.sphere_stage import SphereStage
+from cdcore.detectors import COLONY, PAPER
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict
@@ -47,13 +48,7 @@ class QacoDetector(PairDetector[QacoSettings]):
     kind: ClassVar[str] = "paper"
     online: ClassVar[bool] = True
     Settings: ClassVar[type] = QacoSettings
-    sources: ClassVar[tuple[str, ...]] = (
-        "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
-        "Unity3D, equations (15) to (20)",
-        "P. Li, S. Li, Quantum ant colony algorithm for continuous space optimization, Control Theory & Applications "
-        "25(2), 2008",
-        "P. Li, K. Song, E. Yang, ICNC 2010, on the quantum ant colony, 10.1109/ICNC.2010.5583935",
-    )
+    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, equations (15) to (20)", *COLONY)
     choose_when: ClassVar[str] = "you want to see what a sampled search costs and misses"
     cannot: ClassVar[str] = "say CLEAR where spheres overlap, or promise to find a contact"
 
@@ -91,7 +86,7 @@ class QacoDetector(PairDetector[QacoSettings]):
             verdict,
             face_sets=found.face_sets() if faces else None,
             containment=(CONTAINMENT_REFUSED,) * len(self.pairs),
-            work={"sphere_tests": spheres.tests, "skipped": spheres.skipped} | found.work,
+            work=spheres.work | found.work,
             seconds=dict(zip(("spheres", "search"), np.diff(clock).tolist(), strict=True)),
             reproducible=self.settings.budget_seconds is None,
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
 from cdcore.broad.sphere_stage import SphereStage
+from cdcore.detectors import PAPER
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector
 
@@ -33,10 +34,7 @@ class SphereDetector(PairDetector[SphereSettings]):
     kind: ClassVar[str] = "paper"
     online: ClassVar[bool] = True
     Settings: ClassVar[type] = SphereSettings
-    sources: ClassVar[tuple[str, ...]] = (
-        "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
-        "Unity3D, equation (21)",
-    )
+    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, equation (21)",)
     choose_when: ClassVar[str] = "you want the cheapest answer that never misses"
     cannot: ClassVar[str] = "confirm anything"
 
@@ -50,5 +48,4 @@ class SphereDetector(PairDetector[SphereSettings]):
         answer = self._spheres.candidates(motion)
         seconds = {"spheres": perf_counter() - start}
         refused = ("refused: spheres alone cannot tell",) * len(self.pairs)
-        work = {"sphere_tests": answer.tests, "skipped": answer.skipped}
-        return self._detection(motion, answer.verdict, containment=refused, work=work, seconds=seconds)
+        return self._detection(motion, answer.verdict, containment=refused, work=answer.work, seconds=seconds)

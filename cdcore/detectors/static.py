@@ -8,16 +8,17 @@ from typing import ClassVar
 import numpy as np
 
 from cdcore.bounding.sphere import Sphere, sphere_best
-from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import SphereStage
+from cdcore.detectors import FCL, PAPER
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
 from cdcore.protocol import NO_FACES, Body, Detection, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
-from cdcore.protocol.live import Live, LivePairs
+from cdcore.protocol.live import Live
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,11 +61,7 @@ class StaticDetector(PairDetector[StaticSettings]):
     kind: ClassVar[str] = "engine"
     online: ClassVar[bool] = True
     Settings: ClassVar[type] = StaticSettings
-    sources: ClassVar[tuple[str, ...]] = (
-        "Design of Virtual Experiment Teaching of Inorganic Chemistry in Colleges and Universities Based on "
-        "Unity3D, Fig. 5, static detection",
-        "J. Pan, S. Chitta, D. Manocha, FCL: a general purpose library for collision and proximity queries, ICRA 2012",
-    )
+    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, Fig. 5, static detection", FCL)
     choose_when: ClassVar[str] = "things stand still most of the time"
     cannot: ClassVar[str] = "be fast when everything moves"
 
@@ -79,8 +76,7 @@ class StaticDetector(PairDetector[StaticSettings]):
         """A session that is asked one frame after the other."""
         if self.settings.epsilon > 0.0:
             return super().live()
-        looks = BroadLooks(BroadPhase(self.bodies, self.pairs))
-        return LivePairs(looks, self._meshes.decide_now, self._containment.question)
+        return LivePairs(BroadPhase(self.bodies, self.pairs), self._meshes.decide_now, self._containment.question)
 
     def _fresh_memory(self) -> _StaticMemory:
         count = len(self.pairs)
@@ -88,55 +84,37 @@ class StaticDetector(PairDetector[StaticSettings]):
 
     def _run(self, motion: Motion, memory: _StaticMemory, faces: bool) -> Detection:
         start = perf_counter()
-        near = self._broad.candidates(motion).verdict
+        near = self._broad.candidates(motion).verdict == Verdict.CANDIDATE
         known = pair_has_pose(motion, self.pairs)
-        verdict = np.full(known.shape, Verdict.NO_POSE, dtype=np.uint8)
-        sets: list[Int32Array] = list(memory.faces)
-        entries: list[tuple[IntArray, IntArray, IntArray]] = []
-        queries = mesh_queries = 0
+        fresh = np.zeros(known.shape, dtype=np.bool_)
         for column in range(len(self.pairs)):
             frames = np.flatnonzero(known[:, column])
-            fresh = self._fresh(motion, frames, column, memory)
-            asked = frames[fresh]
-            queries += len(asked)
-            close = near[asked, column] == Verdict.CANDIDATE
-            mesh_queries += int(close.sum())
-            answers, found = self._ask(motion, asked, close, column, faces)
-            number = np.cumsum(fresh)
-            verdict[frames, column] = np.concatenate([memory.verdict[[column]], answers])[number]
-            which = np.concatenate([[column], np.arange(len(found)) + len(sets)])
-            sets += found
-            if faces:
-                entries.append((frames, np.full(len(frames), column), which[number]))
-            if len(asked):
-                memory.verdict[column] = answers[-1]
-                memory.faces[column] = found[-1] if found else NO_FACES
+            fresh[frames, column] = self._fresh(motion, frames, column, memory)
+        # Row 0 is the query before the block; ``last`` (T, P): the row of the query that answers a frame.
+        last = np.maximum.accumulate(np.where(fresh, np.arange(1, len(motion) + 1)[:, None], 0), axis=0)
+        columns, frames = np.nonzero((fresh & near).T)
+        answer = self._meshes.decide(motion, frames, columns, faces=faces)
+        asked = np.full(known.shape, Verdict.CLEAR, dtype=np.uint8)
+        asked[frames[answer.hits], columns[answer.hits]] = Verdict.CONTACT
+        self._containment.mark(motion, frames[~answer.hits], columns[~answer.hits], asked)
+        answers = np.take_along_axis(np.concatenate([memory.verdict[None], asked]), last, axis=0)
+        sets, which = [NO_FACES, *memory.faces, *answer.sets], np.zeros((len(motion) + 1, len(self.pairs)), np.int64)
+        which[0] = 1 + np.arange(len(self.pairs))
+        if faces:
+            which[frames + 1, columns] = 1 + len(self.pairs) + answer.which
+        which = np.take_along_axis(which, last, axis=0)
+        if len(motion):
+            memory.verdict, memory.faces = answers[-1], [sets[k] for k in which[-1].tolist()]
+        queries, (frame, pair) = int(fresh.sum()), np.nonzero(known)
         return self._detection(
             motion,
-            verdict,
-            face_sets=_face_sets(entries, sets) if faces else None,
+            np.where(known, answers, np.uint8(Verdict.NO_POSE)),
+            face_sets=FaceSets.from_shared(frame, pair, which[known], sets) if faces else None,
             containment=self._containment.words,
-            work={"queries": queries, "cached": int(known.sum()) - queries, "mesh_queries": mesh_queries},
+            work={"queries": queries, "cached": int(known.sum()) - queries, "mesh_queries": len(frames)},
             seconds={"queries": perf_counter() - start},
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )
-
-    def _ask(
-        self, motion: Motion, frames: IntArray, close: BoolArray, column: int, faces: bool
-    ) -> tuple[ByteArray, list[Int32Array]]:
-        """Verdicts of the frames asked about, and their faces if wanted, one set per frame."""
-        rows = np.flatnonzero(close)
-        columns = np.full(len(rows), column)
-        answer = self._meshes.decide(motion, frames[rows], columns, faces=faces)
-        verdicts = np.full(len(frames), Verdict.CLEAR, dtype=np.uint8)
-        verdicts[rows[answer.hits]] = Verdict.CONTACT
-        apart = rows[~answer.hits]
-        inside = self._containment.contained(motion, frames[apart], columns[: len(apart)])
-        verdicts[apart[inside]] = Verdict.CONTAINED
-        found = [NO_FACES] * len(frames) if faces else []
-        for row, which in zip(rows.tolist(), answer.which.tolist(), strict=False):
-            found[row] = answer.sets[which]
-        return verdicts, found
 
     def _fresh(self, motion: Motion, frames: IntArray, column: int, memory: _StaticMemory) -> BoolArray:
         """Which frames need a query, (K,); remembers the poses of the last one."""
@@ -177,10 +155,3 @@ def _moved(poses: FloatArray, last: FloatArray | None, sphere: Sphere, epsilon: 
         if not way <= epsilon:
             fresh[k], asked = True, k
     return fresh[len(rows) - len(poses) :], rows[asked].copy()
-
-
-def _face_sets(entries: list[tuple[IntArray, IntArray, IntArray]], sets: list[Int32Array]) -> FaceSets:
-    if not entries:
-        return FaceSets.from_lists([], [], [])
-    frames, columns, which = (np.concatenate(part) for part in zip(*entries, strict=True))
-    return FaceSets.from_shared(frames, columns, which, sets)

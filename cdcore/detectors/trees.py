@@ -12,28 +12,22 @@ import numpy as np
 
 from cdcore.bounding.box import box_by_body_axes
 from cdcore.bounding.sphere import sphere_best
-from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
-from cdcore.broad.sphere_stage import SphereStage
+from cdcore.broad.sphere_stage import SphereStage, VolumeAnswer
 from cdcore.broad.sweep_stage import SweepMemory, SweepStage
+from cdcore.detectors import OBB_TREE
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 from cdcore.narrow.trees.search import TreeSearch
-from cdcore.numerics import ByteArray, IntArray
-from cdcore.protocol import Body, Detection, FaceSets, Live, LivePairs, Motion, PairDetector, Verdict, pair_has_pose
+from cdcore.numerics import IntArray
+from cdcore.protocol import Body, Detection, FaceSets, Live, Motion, PairDetector, Verdict, pair_has_pose
 
-OBB_TREE: Final = (
-    "S. Gottschalk, M. C. Lin, D. Manocha, OBBTree: a hierarchical structure for rapid interference detection, "
-    "SIGGRAPH 1996"
-)
 AABB_TREE: Final = (
     "G. van den Bergen, Efficient collision detection of complex deformable models using AABB trees, Journal of "
     "Graphics Tools 2(4), 1997"
 )
-
-Near = tuple[ByteArray, dict[str, int]]
-"""Verdicts (T, P) of a broad phase, CANDIDATE where the trees are to be asked, and its work counters."""
 
 
 class TreeDetector(PairDetector[TreeSettings]):
@@ -55,16 +49,17 @@ class TreeDetector(PairDetector[TreeSettings]):
         """
         if self.settings.budget is not None:
             return super().live()
-        looks = BroadLooks(BroadPhase(self.bodies, self.pairs))
-        return LivePairs(looks, self._trees.decide_now, self._containment.question)
+        return LivePairs(BroadPhase(self.bodies, self.pairs), self._trees.decide_now, self._containment.question)
 
-    def _near(self, motion: Motion, _memory: Any) -> Near:
+    def _near(self, motion: Motion, _memory: Any) -> VolumeAnswer:
+        """The broad phase: CANDIDATE where the trees are to be asked."""
         verdict = np.where(pair_has_pose(motion, self.pairs), Verdict.CANDIDATE, Verdict.NO_POSE)
-        return verdict.astype(np.uint8), {}
+        return VolumeAnswer(verdict.astype(np.uint8), {})
 
     def _run(self, motion: Motion, memory: Any, faces: bool) -> Detection:
         clock = [perf_counter()]
-        verdict, work = self._near(motion, memory)
+        near = self._near(motion, memory)
+        verdict = near.verdict
         columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
         clock.append(perf_counter())
         found = self._trees.decide(motion, frames, columns, every=faces and self.settings.mode == "all")
@@ -79,7 +74,7 @@ class TreeDetector(PairDetector[TreeSettings]):
             verdict,
             face_sets=FaceSets.from_shared(frames, columns, found.which, found.sets) if faces else None,
             containment=self._containment.words,
-            work=work | found.work | {"containment_tests": asked},
+            work=near.work | found.work | {"containment_tests": asked},
             seconds=dict(zip(("broad", "traversal", "containment"), np.diff(clock).tolist(), strict=True)),
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )
@@ -103,9 +98,8 @@ class AabbDetector(TreeDetector):
         super().__init__(bodies, pairs, settings)
         self._spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
 
-    def _near(self, motion: Motion, _memory: Any) -> Near:
-        near = self._spheres.candidates(motion)
-        return near.verdict, {"sphere_tests": near.tests, "skipped": near.skipped}
+    def _near(self, motion: Motion, _memory: Any) -> VolumeAnswer:
+        return self._spheres.candidates(motion)
 
 
 class ObbDetector(TreeDetector):
@@ -167,6 +161,5 @@ class SolidStyleDetector(TreeDetector):
     def _fresh_memory(self) -> SweepMemory:
         return self._sweep.fresh_memory()
 
-    def _near(self, motion: Motion, memory: SweepMemory) -> Near:
-        near = self._sweep.candidates(motion, memory)
-        return near.verdict, {"swaps": near.swaps, "pair_events": near.events}
+    def _near(self, motion: Motion, memory: SweepMemory) -> VolumeAnswer:
+        return self._sweep.candidates(motion, memory)

@@ -15,7 +15,7 @@ import fcl
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.errors import InvalidMeshError, InvalidPoseError
+from cdcore.errors import InvalidMeshError
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
@@ -62,13 +62,7 @@ class FclMeshes:
         self._all = fcl.CollisionRequest(num_max_contacts=EVERY_CONTACT, enable_contact=False)
 
     def place(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
-        """Put a body at a rigid pose; InvalidPoseError where it is not finite, to which FCL would answer *contact*."""
-        if not (np.isfinite(rotation).all() and np.isfinite(translation).all()):
-            raise InvalidPoseError(f"body {body}: the pose is not finite; flag it as not valid or repair it")
-        self.place_known(body, rotation, translation)
-
-    def place_known(self, body: int, rotation: FloatArray, translation: FloatArray) -> None:
-        """Put a body at a pose of a ``Motion``, which is finite."""
+        """Put a body at a pose of a ``Motion``; to one that is not finite FCL would answer *contact*."""
         self._bodies[body].setRotation(rotation)
         self._bodies[body].setTranslation(translation)
 
@@ -119,8 +113,8 @@ class FclMeshes:
         fcl.fcl.Contact = _Unfilled
         try:
             for ra, ta, rb, tb in zip(*poses_a, *poses_b, strict=True):
-                self.place_known(a, ra, ta)
-                self.place_known(b, rb, tb)
+                self.place(a, ra, ta)
+                self.place(b, rb, tb)
                 found.append(self.faces(a, b))
         finally:
             fcl.fcl.Contact = fcl.Contact
@@ -136,7 +130,7 @@ class FclMeshes:
         counts = np.zeros((len(rotations), len(pairs)), dtype=np.int64)
         moves = (rotations != rotations[:1]).any(axis=(0, 2, 3)) | (translations != translations[:1]).any(axis=(0, 2))
         for body in np.unique(pairs).tolist():
-            self.place_known(body, rotations[0, body], translations[0, body])
+            self.place(body, rotations[0, body], translations[0, body])
         things = [(body, self._bodies[body]) for body in np.flatnonzero(moves).tolist()]
         moving = [(body, thing.setRotation, thing.setTranslation) for body, thing in things]
         asked = [(k, self._bodies[i], self._bodies[j]) for k, (i, j) in enumerate(pairs.tolist())]

@@ -5,7 +5,6 @@ from numpy.typing import ArrayLike
 
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.spacetime.box_tree import build_box_tree
-from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import IntArray
 from cdcore.protocol import Motion
@@ -43,5 +42,4 @@ def intersecting_faces(
     poses = [np.eye(4) if pose is None else np.asarray(pose, dtype=np.float64) for pose in (pose_a, pose_b)]
     motion = Motion.from_matrices([0.0], np.array([poses]), names=("A", "B"))
     trees = [build_box_tree(mesh.triangles) for mesh in (mesh_a, mesh_b)]
-    placed = Poses(motion.rotations, motion.translations, motion.valid)
-    return decide_motion(trees, np.array([[0, 1]]), placed, faces=True).faces.astype(np.int64)
+    return decide_motion(trees, np.array([[0, 1]]), motion, faces=True).faces.astype(np.int64)

@@ -5,10 +5,13 @@ Nodes stand in order of their level, so children come after their parent and the
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Final
 
 import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
+
+MORTON_BITS: Final = 10
 
 Keys = Callable[[IntArray, IntArray, IntArray], FloatArray]
 """``(faces, node, first) -> key``: called once a level with the faces of all its nodes (E,), the node within the
@@ -67,3 +70,18 @@ def grow_tree(count: int, leaf_faces: int, keys: Keys, *, balanced: bool) -> Top
 def extents(along: FloatArray, first: IntArray) -> tuple[FloatArray, FloatArray]:
     """Least and largest coordinates (n, 3) of n nodes; ``along`` (E, c, 3): corners of their faces, node after node."""
     return np.minimum.reduceat(along.min(axis=1), first), np.maximum.reduceat(along.max(axis=1), first)
+
+
+def morton_codes(points: FloatArray) -> IntArray:
+    """Place of each point (n, 3) along a Morton curve: 10 bits per axis, scaled by the longest side of their box."""
+    low, high = points.min(axis=0), points.max(axis=0)
+    half_side = float((high / 2.0 - low / 2.0).max())
+    code = np.zeros(len(points), dtype=np.int64)
+    if half_side == 0.0:
+        return code
+    share = (points / 2.0 - low / 2.0) / half_side
+    cell = np.minimum((share * 2.0**MORTON_BITS).astype(np.int64), 2**MORTON_BITS - 1)
+    for bit in range(MORTON_BITS):
+        for axis in range(3):
+            code |= ((cell[:, axis] >> bit) & 1) << (3 * bit + axis)
+    return code

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.fcl_meshes import FclMeshes
-from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
+from cdcore.narrow.pair_frames import poses_to_ask, turned_faces
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, Verdict, ordered_by_name
 
@@ -45,18 +45,13 @@ class MeshStage:
         which = np.zeros(len(frames) if faces else 0, dtype=np.int64)
         sets: list[NDArray[np.int32]] = []
         queries = 0
-        for column, rows in rows_of_columns(columns):
-            a, b = self._pairs[column].tolist()
-            pose_a, pose_b = ((motion.rotations[frames[rows], k], motion.translations[frames[rows], k]) for k in (a, b))
-            fresh = differs_from_before(pose_a) | differs_from_before(pose_b)
-            asked = np.flatnonzero(fresh)
-            number = np.cumsum(fresh) - 1
-            queries += len(asked)
-            ask_a, ask_b = ((turn[asked], move[asked]) for turn, move in (pose_a, pose_b))
+        for column, rows, pose_a, pose_b, number in poses_to_ask(motion, self._pairs, frames, columns):
+            a, b = self._ends[column]
+            queries += len(pose_a[0])
             if not faces:
-                hits[rows] = self._meshes.touch_along(a, b, ask_a, ask_b)[number]
+                hits[rows] = self._meshes.touch_along(a, b, pose_a, pose_b)[number]
                 continue
-            found = self._meshes.faces_along(a, b, ask_a, ask_b)
+            found = self._meshes.faces_along(a, b, pose_a, pose_b)
             which[rows] = number + len(sets)
             hits[rows] = np.array([len(one) > 0 for one in found], dtype=np.bool_)[number]
             sets += [turned_faces(one) for one in found] if self._turned[column] else found
@@ -77,7 +72,7 @@ class MeshStage:
     def _placed(self, motion: Motion, frame: int, column: int) -> tuple[int, int]:
         a, b = self._ends[column]
         for body in (a, b):
-            self._meshes.place_known(body, motion.rotations[frame, body], motion.translations[frame, body])
+            self._meshes.place(body, motion.rotations[frame, body], motion.translations[frame, body])
         return a, b
 
     def decide_now(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:

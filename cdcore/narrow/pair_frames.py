@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.protocol import Motion
 
 
 def rows_of_columns(columns: IntArray) -> Iterator[tuple[int, IntArray]]:
@@ -30,6 +31,25 @@ def differs_from_before(poses: tuple[FloatArray, FloatArray]) -> BoolArray:
     differs = np.ones(len(turn), dtype=np.bool_)
     differs[1:] = (turn[1:] != turn[:-1]).any(axis=(1, 2)) | (move[1:] != move[:-1]).any(axis=1)
     return differs
+
+
+Poses = tuple[FloatArray, FloatArray]
+"""Rotations (n, 3, 3) and translations (n, 3)."""
+
+
+def poses_to_ask(
+    motion: Motion, pairs: IntArray, frames: IntArray, columns: IntArray
+) -> Iterator[tuple[int, IntArray, Poses, Poses, IntArray]]:
+    """Per column of K pair-frames: its rows, both bodies' poses without repeats, and which of these each row has (n,).
+
+    ``pairs`` (P, 2) body numbers. A repeat is a pair of poses that is bit for bit that of the row before.
+    """
+    for column, rows in rows_of_columns(columns):
+        at = frames[rows]
+        poses = [(motion.rotations[at, body], motion.translations[at, body]) for body in pairs[column].tolist()]
+        fresh = differs_from_before(poses[0]) | differs_from_before(poses[1])
+        first, second = ((turn[fresh], move[fresh]) for turn, move in poses)
+        yield column, rows, first, second, np.cumsum(fresh) - 1
 
 
 def turned_faces(faces: NDArray[np.int32]) -> NDArray[np.int32]:

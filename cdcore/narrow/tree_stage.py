@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from cdcore.errors import InvalidSettingError
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.face_pair import decided_by_integers
-from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns, turned_faces
+from cdcore.narrow.pair_frames import Poses, poses_to_ask, turned_faces
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.trees.search import UNLIMITED, PairPoses, Searched, TreeSearch
 from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
@@ -86,12 +86,9 @@ class TreeStage:
         sets: list[NDArray[np.int32]] = []
         total = np.zeros(len(self._search.counters), dtype=np.int64)
         queries = exhaustive = 0
-        for column, rows in rows_of_columns(columns):
-            a, b = self._ordered[column].tolist()
-            pose_a, pose_b = ((motion.rotations[frames[rows], k], motion.translations[frames[rows], k]) for k in (a, b))
-            fresh = differs_from_before(pose_a) | differs_from_before(pose_b)
-            number = np.cumsum(fresh) - 1
-            poses, large = self._poses(a, b, pose_a, pose_b, fresh)
+        for column, rows, pose_a, pose_b, number in poses_to_ask(motion, self._ordered, frames, columns):
+            a, b = self._ends[column]
+            poses, large = self._poses(a, b, pose_a, pose_b)
             searched = self._searched(a, b, poses, large, every)
             found = self._found(a, b, poses, searched, every)
             for k in np.flatnonzero(large).tolist():
@@ -136,14 +133,9 @@ class TreeStage:
         corners = self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles
         return (CONTACT if len(decided_by_integers(found, corners, turns, moves)) else CLEAR), False
 
-    def _poses(
-        self, a: int, b: int, pose_a: tuple[FloatArray, FloatArray], pose_b: tuple[FloatArray, FloatArray],
-        fresh: BoolArray,
-    ) -> tuple[PairPoses, BoolArray]:  # fmt: skip
+    def _poses(self, a: int, b: int, pose_a: Poses, pose_b: Poses) -> tuple[PairPoses, BoolArray]:
         """The poses to ask about, and which of them lie so far out that the pads no longer hold."""
-        (turn_a, move_a), (turn_b, move_b) = (
-            (np.ascontiguousarray(turn[fresh]), np.ascontiguousarray(move[fresh])) for turn, move in (pose_a, pose_b)
-        )
+        (turn_a, move_a), (turn_b, move_b) = pose_a, pose_b
         with np.errstate(over="ignore"):
             size = self._reach[a] + self._reach[b] + np.linalg.norm(move_a, axis=1) + np.linalg.norm(move_b, axis=1)
         large = ~(size <= LARGEST_SIZE)

@@ -15,13 +15,8 @@ from cdcore.protocol.detector import Detector
 from cdcore.protocol.motion import Motion
 from cdcore.protocol.verdict import Verdict
 
-CLEAR: Final = int(Verdict.CLEAR)
 REST: Final = "rest"
 """The stage of what a look took beside its other stages."""
-
-Decide = Callable[[Motion, int, float], tuple[int, bool]]
-"""``(now, pair, margin)``: the verdict of one pair in a motion of one frame, and whether its surfaces are known to be
-apart by the margin."""
 
 
 class Live(Protocol):
@@ -42,24 +37,6 @@ class Live(Protocol):
         ...
 
 
-class Near(Protocol):
-    """The volumes before a narrow phase; ``verdict`` (P,) is theirs where they decide."""
-
-    verdict: ByteArray
-
-    def near(self, now: Motion) -> list[int]:
-        """The pairs that are to be asked."""
-        ...
-
-    def margin(self, pair: int) -> float:
-        """A distance of surfaces that is worth to be known."""
-        ...
-
-    def keep_apart(self, pair: int, margin: float, apart: bool) -> None:
-        """Take note of what was found about it."""
-        ...
-
-
 class LiveBlocks:
     """Looks of a detector that answers any block: each frame is a block."""
 
@@ -75,51 +52,6 @@ class LiveBlocks:
         self.work.update({name: int(np.sum(count)) for name, count in found.work.items()})
         verdict: ByteArray = found.verdict[0]
         return verdict
-
-
-class LivePairs:
-    """Looks of volumes, then of a narrow phase pair by pair.
-
-    ``decide`` gives the verdict of a pair whose surfaces are asked about; ``inside``, whether one body of a pair that
-    is CLEAR is inside the other; ``None`` where that is not asked.
-    """
-
-    def __init__(self, near: Near, decide: Decide, inside: Callable[[Motion, int], bool] | None) -> None:
-        self._near, self._decide, self._inside = near, decide, inside
-        self._clock = (0.0, 0.0, 0.0, 0.0)
-        self._looks = self._surfaces = self._insides = 0
-
-    @property
-    def seconds(self) -> dict[str, float]:
-        """As ``Live.seconds``."""
-        start, volumes, surfaces, end = self._clock
-        return {"volumes": volumes - start, "surfaces": surfaces - volumes, "containment": end - surfaces}
-
-    @property
-    def work(self) -> Counter[str]:
-        """As ``Live.work``."""
-        return Counter(looks=self._looks, surface_queries=self._surfaces, containment_tests=self._insides)
-
-    def look(self, now: Motion) -> ByteArray:
-        """As ``Live.look``."""
-        start, volumes = perf_counter(), self._near
-        columns = volumes.near(now)
-        found, verdict = perf_counter(), volumes.verdict
-        for column in columns:
-            margin = volumes.margin(column)
-            verdict[column], apart = self._decide(now, column, margin)
-            volumes.keep_apart(column, margin, apart)
-        surfaces = perf_counter()
-        if self._inside is not None and columns:
-            clear = [column for column in columns if verdict[column] == CLEAR]
-            for column in clear:
-                if self._inside(now, column):
-                    verdict[column] = Verdict.CONTAINED
-            self._insides += len(clear)
-        self._looks += 1
-        self._surfaces += len(columns)
-        self._clock = start, found, surfaces, perf_counter()
-        return verdict.copy()
 
 
 class LiveHeld:

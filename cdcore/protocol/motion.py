@@ -23,6 +23,7 @@ from cdcore.numerics import (
     readonly,
     row_length,
 )
+from cdcore.transforms.rigid import rotation_from_quaternion
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -140,17 +141,17 @@ class Motion:
         clock = _times(times)
         q = _array(quaternions_xyzw, "quaternions_xyzw", (len(clock), None, 4))
         mask = _mask(valid, q.shape[:2], "valid")
-        turn = np.empty((*mask.shape, 3, 3))
-        flat = q.reshape(-1, 4)
-        bad = _kernels().turns_of_quaternions(flat, mask.reshape(-1), QUATERNION_REJECT, turn.reshape(-1, 3, 3))
-        if bad >= 0:
-            what = f"quaternion {flat[bad].tolist()} has norm {math.hypot(*flat[bad].tolist()):.6g}, not 1"
+        q[~mask] = 0.0, 0.0, 0.0, 1.0
+        with np.errstate(over="ignore"):
+            off = ~(np.abs(np.linalg.norm(q, axis=2) - 1.0) <= QUATERNION_REJECT)
+        if off.any():
+            bad = int(off.argmax())
+            given = q.reshape(-1, 4)[bad].tolist()
+            what = f"quaternion {given} has norm {math.hypot(*given):.6g}, not 1"
             what += "; flag the pose as not valid or repair it"
             raise InvalidPoseError(_where(bad, mask, clock, names) + what)
         place = _array(translations, "translations", (len(clock), mask.shape[1], 3))
-        motion = object.__new__(cls)
-        motion._take(clock, place, turn, mask, linked, names)
-        return motion
+        return cls(clock, place, rotation_from_quaternion(q), mask, linked=linked, names=names)
 
     @classmethod
     def from_matrices(

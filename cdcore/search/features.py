@@ -10,9 +10,9 @@ from typing import Final
 import numpy as np
 
 from cdcore.mesh import TriangleMesh
+from cdcore.narrow.level_tree import morton_codes
 from cdcore.numerics import FloatArray, IntArray, readonly
 
-MORTON_BITS: Final = 10
 NEIGHBOURS: Final = 14
 """Neighbours kept for local search: the three across edges, and eleven of some nine across corners."""
 FAN: Final = 3 * (NEIGHBOURS + 1)
@@ -63,21 +63,6 @@ def features_of(mesh: TriangleMesh) -> Features:
     size = float(_length(rows[:, CENTROID:RADIUS]).max() + rows[:, RADIUS].max())
     links = np.concatenate([corners.ravel(), 3 * len(face) + len(start) + start, members])
     return Features(readonly(face), readonly(rows), readonly(near), readonly(links), size)
-
-
-def morton_codes(points: FloatArray) -> IntArray:
-    """Place of each point (n, 3) along a Morton curve: 10 bits per axis, scaled by the longest side of their box."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    half_side = float((high / 2.0 - low / 2.0).max())
-    code = np.zeros(len(points), dtype=np.int64)
-    if half_side == 0.0:
-        return code
-    share = (points / 2.0 - low / 2.0) / half_side
-    cell = np.minimum((share * 2.0**MORTON_BITS).astype(np.int64), 2**MORTON_BITS - 1)
-    for bit in range(MORTON_BITS):
-        for axis in range(3):
-            code |= ((cell[:, axis] >> bit) & 1) << (3 * bit + axis)
-    return code
 
 
 def _length(vectors: FloatArray) -> FloatArray:

@@ -6,6 +6,7 @@ from time import perf_counter
 import numpy as np
 
 from cdcore.broad.broad_looks import BroadLooks
+from cdcore.broad.broad_phase import BroadPhase
 from cdcore.numerics import ByteArray
 from cdcore.protocol import Motion, Verdict
 from cdcore.search.stage import COUNTERS, SearchStage
@@ -14,8 +15,8 @@ from cdcore.search.stage import COUNTERS, SearchStage
 class LiveSearch:
     """Looks of ``search`` at the pairs that ``volumes`` leave: CONTACT where it confirms one, else NOT_FOUND."""
 
-    def __init__(self, volumes: BroadLooks, search: SearchStage) -> None:
-        self._volumes, self._search, self._memory = volumes, search, search.fresh_memory()
+    def __init__(self, volumes: BroadPhase, search: SearchStage) -> None:
+        self._volumes, self._search, self._memory = BroadLooks(volumes), search, search.fresh_memory()
         self.seconds: dict[str, float] = {}
         self.work: Counter[str] = Counter(dict.fromkeys((*COUNTERS, "mesh_queries"), 0))
 

@@ -31,8 +31,12 @@ def relative_poses(
         t = frames[k]
         place_a, place_b = translations[t, first], translations[t, second]
         pose_seen_from(rotations[t, second], place_b, rotations[t, first], place_a, turn, move)
-        out[k, :9], out[k, 9:12] = turn.ravel(), move
-        out[k, 12] = max(np.abs(place_a).max(), np.abs(place_b).max())
+        out[k, 12] = 0.0
+        for i in range(3):  # assigned as slices, arrays took three times as long to compile (2026-11)
+            for j in range(3):
+                out[k, 3 * i + j] = turn[i, j]
+            out[k, 9 + i] = move[i]
+            out[k, 12] = max(out[k, 12], abs(place_a[i]), abs(place_b[i]))
 
 
 @kernel

@@ -1,1 +1,1 @@
-"""Rigid motions, the paper's matrices and the conventions of other systems."""
+"""Rigid motions: checked, repaired, and made of quaternions."""

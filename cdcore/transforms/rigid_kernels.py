@@ -130,8 +130,18 @@ def laid_error(given: Memory, p: int, pose: Memory) -> float:
     return error if affine else np.nan
 
 
+@hot_kernel
+def same_words(words: Memory, a: int, b: int) -> bool:
+    """Whether sixteen words at two places are equal."""
+    become_part_of_caller()
+    same = True
+    for i in range(16):
+        same &= words[a + i] == words[b + i]
+    return same
+
+
 @kernel
-def lay_poses(  # noqa: C901 - one pass over all poses
+def lay_poses(
     given: FloatArray, bits: IntArray, lanes: FloatArray, keep: float, still: BoolArray, scratch: FloatArray
 ) -> tuple[bool, float]:  # fmt: skip
     """Lay out matrices (T, N, 4, 4), ``bits`` the same as integers: equal entries of consecutive frames side by side.
@@ -148,11 +158,9 @@ def lay_poses(  # noqa: C901 - one pass over all poses
             p += 16
             fetch_early(matrices, p + 16 * AHEAD)
             fetch_early(matrices, p + 16 * AHEAD + 8)
-            row, same = 12 * stride * body, True
-            for i in range(16):
-                same &= words[p + i] == words[16 * body + i]
+            row = 12 * stride * body
             if f > 0 and still[body]:
-                if same:
+                if same_words(words, p, 16 * body):
                     continue
                 still[body] = False
                 repeat_pose(rows, row, stride, runtime_int(1), f)
@@ -192,26 +200,3 @@ def take_poses(
                 turns[9 * pose + i] = rows[at + i * stride]
             for i in range(3):
                 places[3 * pose + i] = rows[at + (9 + i) * stride]
-
-
-@kernel
-def turns_of_quaternions(q: FloatArray, valid: BoolArray, reject: float, turn: FloatArray) -> int:
-    """Rotations of N quaternions (N, 4), xyzw; number of the first valid one whose norm is off by ``reject``."""
-    for k in range(len(valid)):
-        if not valid[k]:
-            continue
-        x, y, z, w = q[k, 0], q[k, 1], q[k, 2], q[k, 3]
-        norm = np.sqrt(((x * x + y * y) + z * z) + w * w)
-        if not abs(norm - 1.0) <= reject:
-            return k
-        x, y, z, w = x / norm, y / norm, z / norm, w / norm
-        turn[k, 0, 0] = 1 - 2 * (y * y + z * z)
-        turn[k, 0, 1] = 2 * (x * y - z * w)
-        turn[k, 0, 2] = 2 * (x * z + y * w)
-        turn[k, 1, 0] = 2 * (x * y + z * w)
-        turn[k, 1, 1] = 1 - 2 * (x * x + z * z)
-        turn[k, 1, 2] = 2 * (y * z - x * w)
-        turn[k, 2, 0] = 2 * (x * z - y * w)
-        turn[k, 2, 1] = 2 * (y * z + x * w)
-        turn[k, 2, 2] = 1 - 2 * (x * x + y * y)
-    return GOOD

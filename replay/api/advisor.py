@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from replay.api.auditor import audit
+from replay.api.runner import opened
 from replay.comparison.contact_counts import contact_counts, count_reports
 from replay.comparison.outcome import Outcome
 from replay.errors import TradeoffError
 from replay.pipeline.headline import contact_words
 from replay.pipeline.run_result import RunResult
 from replay.tradeoffs.engine_knobs import EXTRA, SHIPPED, Engine, advice_words, engine_named
-from sessions import Session, read_session
-from sessions.scene_files.scene_meshes import with_scene
+from sessions import Session
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +49,7 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) 
 
     Raises ``TradeoffError``: an engine that is not known or not installed; and as ``replay.audit``.
     """
-    held = session_or_path if isinstance(session_or_path, Session) else read_session(session_or_path)
-    if (scene := asked.pop("scene", None)) is not None:
-        held = with_scene(held, scene)
+    held = opened(session_or_path, asked.pop("scene", None))
     chosen = engine_named(engine)
     if not held.colliders:
         chosen = replace(chosen, choices=tuple(one for one in chosen.choices if SHIPPED not in one.setting))

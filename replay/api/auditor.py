@@ -103,7 +103,6 @@ def _origins(given: Sequence[SessionLike]) -> list[str]:
 
 
 def _folders(given: Sequence[SessionLike], out: Path | None) -> list[Path | None]:
-    """The run folder of each session."""
     if out is None or len(given) == 1:
         return [out] * len(given)
     names = [Path(origin).stem or f"session-{number}" for number, origin in enumerate(_origins(given), 1)]

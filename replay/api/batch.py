@@ -17,6 +17,7 @@ from replay.base.machine import versions
 from replay.base.processes import DONE, KEPT, OnDone, answers_of, in_processes
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.results.run_folder import METRICS, read_run_folder
+from replay.outputs.results.seal import file_hash
 from replay.pipeline.scores import pool
 from sessions.whole_files import whole_file
 
@@ -72,7 +73,7 @@ def run_batch(
     chosen, scene = dict(settings or {}), {}
     if chosen.get("scene"):
         chosen["scene"] = Path(chosen["scene"]).absolute()
-        scene = {"scene": _file_digest(chosen["scene"])}
+        scene = {"scene": file_hash(chosen["scene"])}
     # As JSON, which has no tuples: a worker that reads it makes the same marks.
     request = json.loads(json.dumps({"schema": SCHEMA, "settings": chosen | scene, "versions": versions()}))
     with reaching(folder):
@@ -152,16 +153,6 @@ def _begin(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
     return there
 
 
-def _mark(request: Any, path: Path) -> str:
-    """SHA-256 over the contents of a recording and all that is asked of it; its run folder keeps it."""
-    return hashlib.sha256(json.dumps([request, _file_digest(path)], sort_keys=True).encode()).hexdigest()
-
-
-def _file_digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def _is_whole(out: Path, mark: str) -> bool:
     try:
         return read_run_folder(out).summary.get("request") == mark
@@ -214,7 +205,8 @@ def run_one(path: Path, out: Path, settings: Mapping[str, Any], request: Any = "
 
     try:
         with near(path, out) as (file, folder):
-            mark = _mark(request, file)
+            # Over all that is asked of the recording, and its contents; its run folder keeps it.
+            mark = hashlib.sha256(json.dumps([request, file_hash(file)], sort_keys=True).encode()).hexdigest()
             if _is_whole(out, mark):
                 return KEPT
             run(file, out=folder, force=True, request=mark, **settings)

@@ -65,7 +65,7 @@ def run(
         from replay.outputs.results.run_folder import check_target
 
         check_target(target, force=force)
-    session = _opened(session_or_path, scene)
+    session = opened(session_or_path, scene)
     if proof and (target is None or not Path(session.origin).is_file()):
         raise ProofError("a proof is of a recording in a file, and goes into a run folder; name both")
     if proof:
@@ -88,7 +88,8 @@ def run(
     return result
 
 
-def _opened(given: Session | str | Path, scene: str | Path | None) -> Session:
+def opened(given: Session | str | Path, scene: str | Path | None) -> Session:
+    """A session, or the one in a file, with a scene in place of its own where one is given."""
     if not isinstance(given, Session):
         from sessions import read_session
 

@@ -41,15 +41,7 @@ def command(
     replay annotate run1 --session-out annotated.mcap
     """
     from replay.cli.terminal import terminal
-    from replay.outputs.results.annotations import (
-        add_annotation,
-        annotated_session,
-        annotation_table,
-        fault_of,
-        faults_of,
-        now_called,
-        read_annotations,
-    )
+    from replay.outputs.results import annotations
     from replay.outputs.results.run_folder import read_run_folder
 
     if miss is not None and false is not None:
@@ -60,16 +52,16 @@ def command(
             raise click.UsageError('say what it is and who says so: "hand went through the wall" --rater anna')
         if len(text) > MOST_WORDS:
             raise click.UsageError(f"the note has {len(text)} characters; {MOST_WORDS} are kept at most")
-        fault = fault_of(folder, "miss" if miss is not None else "false", miss or false or 0, by)
-        add_annotation(folder, replace(fault.where, text=text.strip(), tag=tag, rater=(rater or "").strip()))
+        fault = annotations.fault_of(folder, "miss" if miss is not None else "false", miss or false or 0, by)
+        said_now = replace(fault.where, text=text.strip(), tag=tag, rater=(rater or "").strip())
+        annotations.add_annotation(folder, said_now)
     elif text:
         raise click.UsageError("say of which contact, with --miss N or --false N")
     if session_out is not None:
-        annotated_session(folder, session, session_out, force=force)
+        annotations.annotated_session(folder, session, session_out, force=force)
         people.say(f"wrote {session_out}, a copy of the recording with what was said in it")
-    said, faults = read_annotations(run), faults_of(folder)
-    plain = [asdict(one) | {"contact": now_called(folder, one, faults)} for one in said]
-    answer(
-        as_json, plain, lambda: terminal(annotation_table(folder, said)) if said else f"nothing is said of {run} yet"
-    )
+    said, faults = annotations.read_annotations(run), annotations.faults_of(folder)
+    plain = [asdict(one) | {"contact": annotations.now_called(folder, one, faults)} for one in said]
+    none = f"nothing is said of {run} yet"
+    answer(as_json, plain, lambda: terminal(annotations.annotation_table(folder, said)) if said else none)
     return 0

@@ -63,9 +63,7 @@ def command(
         people.say(f'not installed, so not in the race: {", ".join(absent)}; pip install -e ".[peers]"')
     progress, many = TerminalProgress(people), frames or (QUICK_FRAMES if quick else FULL_FRAMES)
     with compiling_announced(progress, alone=True):
-        rows = _race(progress, quick, many, seed)
-        spent = _stages(progress, quick, many, seed)
-        growth = _growth(progress, quick, seed)
+        rows, spent, growth = _measured(progress, quick, many, seed)
     figures: dict[str, Any] = {"seed": seed, "frames": many, "machine": machine(), "versions": versions()}
     figures |= {"race": [vars(row) for row in rows], "stages": [vars(one) for one in spent]}
     figures |= {"growth": [vars(one) for one in growth]}
@@ -79,47 +77,33 @@ def command(
     return people.gate([words.format(row.wrong, row.faces) for row in wrong])
 
 
-def _race(progress: TerminalProgress, quick: bool, frames: int, seed: int) -> list[Row]:
+def _measured(
+    progress: TerminalProgress, quick: bool, frames: int, seed: int
+) -> tuple[list[Row], list[Stages], list[Growth]]:
+    """Race, stages and growth, each under a progress bar."""
     from replay.studies.bench.race import race
-
-    one = partial(race, frames=frames, repeats=REPEATS, seed=seed)
-    return [row for rows in _counted(progress, "race", "races", _questions(quick), one) for row in rows]
-
-
-def _questions(quick: bool) -> list[tuple[int, str]]:
-    return [(n, what) for n in (QUICK_FACES if quick else FULL_FACES) for what in ("bool", "faces")]
-
-
-def _stages(progress: TerminalProgress, quick: bool, frames: int, seed: int) -> list[Stages]:
-    from replay.studies.bench.stages import stages
+    from replay.studies.bench.stages import WHERE, grow, stages
     from replay.studies.bench.workload import make_resting, make_workload
 
-    def one(name: str, faces: int, what: str) -> Stages:
+    def counted(name: str, unit: str, asked: Sequence[tuple[Any, ...]], answer: Callable[..., Any]) -> list[Any]:
+        answers = []
+        with progress.stage(name, len(asked), unit) as advance:
+            for one in asked:
+                answers.append(answer(*one))
+                advance(1)
+        return answers
+
+    def staged(name: str, faces: int, what: str) -> Stages:
         load = make_resting(faces, RESTING_FRAMES) if name == "resting" else make_workload(faces, frames, seed=seed)
         return stages(name, load, what)
 
-    asked = [*(("bench", *question) for question in _questions(quick)), ("resting", RESTING_FACES, "faces")]
-    return _counted(progress, "stages", "workloads", asked, one)
-
-
-def _growth(progress: TerminalProgress, quick: bool, seed: int) -> list[Growth]:
-    from replay.studies.bench.stages import WHERE, grow
-
-    sizes = QUICK_GROWTH if quick else FULL_GROWTH
-    asked = [(where, by, size) for where in WHERE for by, some in sizes.items() for size in some]
-    return _counted(progress, "growth", "sizes", asked, lambda where, by, size: grow(where, by, size, seed=seed))
-
-
-def _counted(
-    progress: TerminalProgress, name: str, unit: str, asked: Sequence[tuple[Any, ...]], answer: Callable[..., Any]
-) -> list[Any]:
-    """Answer one after another under a progress bar."""
-    answers = []
-    with progress.stage(name, len(asked), unit) as advance:
-        for one in asked:
-            answers.append(answer(*one))
-            advance(1)
-    return answers
+    questions = [(n, what) for n in (QUICK_FACES if quick else FULL_FACES) for what in ("bool", "faces")]
+    loads = [*(("bench", *question) for question in questions), ("resting", RESTING_FACES, "faces")]
+    growing = (QUICK_GROWTH if quick else FULL_GROWTH).items()
+    sizes = [(where, by, size) for where in WHERE for by, some in growing for size in some]
+    races = counted("race", "races", questions, partial(race, frames=frames, repeats=REPEATS, seed=seed))
+    spent = counted("stages", "workloads", loads, staged)
+    return [row for rows in races for row in rows], spent, counted("growth", "sizes", sizes, partial(grow, seed=seed))
 
 
 def bench_tables(

@@ -89,13 +89,9 @@ def _changed(recording: Path, body: str, before: "MeshData", after: "MeshData") 
     for mesh in (before, after):
         session = replace(held, meshes={**held.meshes, body: mesh})
         result = run(session, detectors="exact", oracle="none", picture=False)
-        own = [body in pair for pair in _names(result)]
+        names = result.assembly.names
+        own = [body in (names[i], names[j]) for i, j in result.assembly.pairs.tolist()]
         said.append(result.detections["exact"].verdict[:, own])
     decided = ~is_undecided(said[0]) & ~is_undecided(said[1])
     first, second = (counts_as_contact(verdict) & decided for verdict in said)
     return int(decided.sum()), int((second & ~first).sum()), int((first & ~second).sum())
-
-
-def _names(result: Any) -> list[set[str]]:
-    names = result.assembly.names
-    return [{names[i], names[j]} for i, j in result.assembly.pairs.tolist()]

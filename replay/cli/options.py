@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 from functools import wraps
 from math import isfinite
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias
 
 import click
 
@@ -13,7 +13,19 @@ from replay.cli.console import People
 
 LARGEST = 1e9  # Of the numbers that an option takes; so many seconds are 32 years
 
-Command = TypeVar("Command", bound=Callable[..., Any])
+Option: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
+"""What gives a command an option, or several."""
+
+
+def together(*options: Option) -> Option:
+    """These options as one, listed in this order by ``--help``."""
+
+    def applied(command: Callable[..., Any]) -> Callable[..., Any]:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return applied
 
 
 class Existing(click.Path):
@@ -95,12 +107,11 @@ def common(command: Callable[..., int]) -> Callable[..., int]:
         del debug  # main looks for it among the arguments
         return command(people=People(quiet=quiet, verbose=verbose), **given)
 
-    return _with(
-        spoken,
+    return together(
         click.option("-v", "--verbose", is_flag=True, help="Say more: notes about the poses, settings, digests."),
         click.option("-q", "--quiet", is_flag=True, help="Say nothing on stderr but errors."),
         click.option("--debug", is_flag=True, help="Show where an error happened."),
-    )
+    )(spoken)
 
 
 def reporting(command: Callable[..., int]) -> Callable[..., int]:
@@ -111,11 +122,11 @@ def reporting(command: Callable[..., int]) -> Callable[..., int]:
         return command(as_json=as_json or format_ == "json", **given)
 
     choice, words = click.Choice(["text", "json"]), "What to print on stdout."
-    return _with(
-        common(chosen),
+    return together(
         click.option("--format", "format_", type=choice, default="text", show_default=True, help=words),
         click.option("--json", "as_json", is_flag=True, help="The same as --format json."),
-    )
+        common,
+    )(chosen)
 
 
 def require_free(*files: Path, force: bool) -> None:
@@ -148,19 +159,14 @@ proof = click.option("--proof", is_flag=True, help="Write why each verdict of th
 offline = click.option("--offline", is_flag=True, help="Ask for the whole motion at once, not frame by frame.")
 
 
-def workers(command: Command) -> Command:
-    """``--jobs --scheduler``: who works, where there are several sessions."""
-    return _with(command, jobs, scheduler)
-
-
-def noisy(command: Command) -> Command:
-    """``--noise --noise-copies``: the tracker noise in spite of which contacts are to hold."""
-    size = 'Ask noisy copies: [BODY=]vive, measured or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
-    return _with(
-        command,
-        click.option("--noise", multiple=True, metavar="SIZE", help=size),
-        click.option("--noise-copies", type=click.IntRange(min=1), default=64, show_default=True, help="How many."),
-    )
+workers = together(jobs, scheduler)
+"""Who works, where there are several sessions."""
+NOISE_WORDS = 'Ask noisy copies: [BODY=]vive, measured or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
+noisy = together(
+    click.option("--noise", multiple=True, metavar="SIZE", help=NOISE_WORDS),
+    click.option("--noise-copies", type=click.IntRange(min=1), default=64, show_default=True, help="How many."),
+)
+"""The tracker noise in spite of which contacts are to hold."""
 
 
 def specs_named(context: click.Context, option: click.Parameter, value: str | tuple[str, ...] | None) -> Any:
@@ -177,33 +183,12 @@ oracle = click.option(
 )  # fmt: skip
 
 
-def lineup(command: Command) -> Command:
-    """``--detectors --oracle --seed``: what is audited, what is trusted; ``detectors`` is ``None`` if none is named."""
-    words = "What to audit: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas."
-    detectors = click.option(
-        "--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", callback=specs_named, help=words
-    )
-    return _with(command, detectors, oracle, seed)
-
-
-def replaying(command: Callable[..., int]) -> Callable[..., int]:
-    """What every verb takes that replays a session: which part of it, what is trusted, and how the answer is said."""
-    policy = "What to do with a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
-    taken = click.option("--policy", multiple=True, metavar="KIND=ACTION", help=policy)
-    unseen = click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun.")
-    return _with(reporting(command), force, scene, window, tau, taken, unseen, cite)
-
-
-def auditing(command: Callable[..., int]) -> Callable[..., int]:
-    """What ``run`` and ``audit`` take: of whom, how and by whom, with limits."""
-    return _with(command, lineup, log_search, offline, noisy, workers, gates, replaying)
-
-
-def _with(command: Command, *options: Callable[[Command], Command]) -> Command:
-    """A command with these options, listed in this order by ``--help``."""
-    for option in reversed(options):
-        command = option(command)
-    return command
+detectors = click.option(
+    "--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", callback=specs_named,
+    help="What to audit: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas.",
+)  # fmt: skip
+lineup = together(detectors, oracle, seed)
+"""What is audited, what is trusted; ``detectors`` is ``None`` if none is named."""
 
 
 def gates(command: Callable[..., int]) -> Callable[..., int]:
@@ -217,21 +202,25 @@ def gates(command: Callable[..., int]) -> Callable[..., int]:
 
     missed, invented = "more contacts or pair-frames are missed", "more of the contact it reports is invented"
     late = "Exit 4 when the slowest 1 % of the looks take longer."
-    return _with(
-        held,
+    return together(
         click.option("--max-missed", type=SHARE, metavar="SHARE", help=f"Exit 4 when {missed}."),
         click.option("--max-invented", type=SHARE, metavar="SHARE", help=f"Exit 4 when {invented}."),
         click.option("--max-p99-ms", type=Number(min=0), metavar="MS", help=late),
-    )
+    )(held)
 
 
-def window(command: Command) -> Command:
-    """``--start --end``: which part of the session."""
-    return _with(
-        command,
-        click.option("--start", type=Number(), metavar="SECONDS", help="Leave out what comes before."),
-        click.option("--end", type=Number(), metavar="SECONDS", help="Leave out what comes after."),
-    )
+ACTIONS = "What to do with a kind of finding: drop, hold[:SECONDS], interpolate[:SECONDS], refuse, keep; repeat it."
+window = together(
+    click.option("--start", type=Number(), metavar="SECONDS", help="Leave out what comes before."),
+    click.option("--end", type=Number(), metavar="SECONDS", help="Leave out what comes after."),
+)
+replaying = together(
+    force, scene, window, tau, click.option("--policy", multiple=True, metavar="KIND=ACTION", help=ACTIONS),
+    click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun."), cite, reporting,
+)  # fmt: skip
+"""What every verb takes that replays a session: which part of it, what is trusted, and how the answer is said."""
+auditing = together(lineup, log_search, offline, noisy, workers, gates, replaying)
+"""What ``run`` and ``audit`` take: of whom, how and by whom, with limits."""
 
 
 def let_modules_here_be_found(specs: Iterable[str]) -> None:

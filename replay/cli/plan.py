@@ -69,8 +69,6 @@ def plan_lines(name: str, planned: Mapping[str, Any]) -> Iterator[str]:
 
 def _reason(why: list[str]) -> str:
     """``contact needs it, and grasp``: sentences as they are, kinds as those that need the item."""
-    if all(" " in one for one in why):
-        return ", ".join(why)
-    kinds = [one for one in why if " " not in one]
-    rest = [one for one in why if " " in one]
-    return ", ".join([*rest, f"{' and '.join(kinds)} {'needs' if len(kinds) == 1 else 'need'} it"])
+    kinds, said = [one for one in why if " " not in one], [one for one in why if " " in one]
+    said += [f"{' and '.join(kinds)} {'needs' if len(kinds) == 1 else 'need'} it"] * bool(kinds)
+    return ", ".join(said)

@@ -14,23 +14,8 @@ from replay.cli.terminal import STYLES, line, terminal
 from replay.comparison.contact_counts import contact_counts
 from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import happened_words
+from replay.outputs import run_tables as built
 from replay.outputs.moments import worst_first
-from replay.outputs.run_tables import (
-    AUDIT_MARKS,
-    LATE,
-    QUANTILES,
-    contact_table,
-    containment_notes,
-    cost_table,
-    effect_table,
-    false_table,
-    matched_table,
-    miss_table,
-    pair_frame_table,
-    pair_table,
-    ranking_table,
-    with_noise,
-)
 from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table, table
 from replay.outputs.words import CONTACT_WORDS_SHORT
 from replay.pipeline.headline import beside, doubts, headlines, price
@@ -44,7 +29,7 @@ EVENT_ROWS: Final = 20
 
 PAIR_ROWS: Final = 20
 
-COST_HEAD: Final = ("detector", "how", "mean ms", *QUANTILES.values(), LATE, "longest stage")
+COST_HEAD: Final = ("detector", "how", "mean ms", *built.QUANTILES.values(), built.LATE, "longest stage")
 
 MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cause")
 FALSE_HEAD: Final = ("false", "at s", "pair", "frames", "mm apart", "why")
@@ -55,17 +40,17 @@ def run_tables(result: RunResult) -> Group:
     first = [*first_words(result)]
     parts: list[Table | RenderableType] = [Text(), *first] if first else []
     for label in worst_first(result):
-        pairs = pair_table(result, label).only("pair", "contacts", *AUDIT_MARKS)
+        pairs = built.pair_table(result, label).only("pair", "contacts", *built.AUDIT_MARKS)
         parts.append(pairs.first(PAIR_ROWS, "… and {} more").titled(f"contacts, and what {label} made of them"))
     parts += fault_tables([result])
     if not result.comparisons and result.detections:
-        parts += [contact_table(result, label) for label in result.detections]
+        parts += [built.contact_table(result, label) for label in result.detections]
     if result.detections:
-        parts.append(cost_table(result).only(*COST_HEAD))
+        parts.append(built.cost_table(result).only(*COST_HEAD))
     else:
         parts += [Text(), line(no_detection(result))]
     if result.effects:
-        parts.append(effect_table(result).only("effect", "found", "ms", "% of the run", "% skipped"))
+        parts.append(built.effect_table(result).only("effect", "found", "ms", "% of the run", "% skipped"))
         if not result.detections:
             parts += [Text(), *(line(words) for words in happened_words(result.effects, EVENT_ROWS))]
     parts += [Text(), line(CAVEAT, FAINT)]
@@ -81,7 +66,7 @@ def first_words(result: RunResult) -> Iterator[RenderableType]:
         text = Text(words, style=STYLES[_mark(result)])
         yield text.append(f"  (oracle: {result.oracle})", style="dim")
     if len(result.comparisons) > 1:
-        yield terminal(ranking_table(result.summary))
+        yield terminal(built.ranking_table(result.summary))
     yield from (line(words, INVENTED) for words in beside(result))
     yield from (line(words, FAINT) for words in price(result))
 
@@ -112,11 +97,11 @@ def fault_tables(results: Sequence[RunResult]) -> list[Table]:
     for label in dict.fromkeys(label for result in results for label in worst_first(result)):
         found = [(result, miss) for result in results for miss in result.misses.get(label, ())]
         found.sort(key=lambda one: one[1].kind != NEVER_FOUND)
-        made = miss_table(f"missed by {label}", [miss for _, miss in found]).only(*MISS_HEAD)
-        tables += _some(with_noise(made, found), results, [result for result, _ in found], where.format("misses"))
+        made = built.miss_table(f"missed by {label}", [miss for _, miss in found]).only(*MISS_HEAD)
+        tables += _some(built.with_noise(made, found), results, [result for result, _ in found], where.format("misses"))
         wrong = [(result, one) for result in results for one in result.false.get(label, ())]
         wrong.sort(key=lambda one: -one[1].frames)
-        made = false_table(f"false contacts of {label}", [one for _, one in wrong], label).only(*FALSE_HEAD)
+        made = built.false_table(f"false contacts of {label}", [one for _, one in wrong], label).only(*FALSE_HEAD)
         tables += _some(made, results, [result for result, _ in wrong], where.format("false"))
     return tables
 
@@ -136,7 +121,7 @@ def answers(results: Sequence[RunResult]) -> Group:
     lines: list[RenderableType] = []
     for result in results:
         name = [Text(shown(result.session.origin))] if len(results) > 1 else []
-        notes = containment_notes(result, result.oracle) if result.comparisons else []
+        notes = built.containment_notes(result, result.oracle) if result.comparisons else []
         lines += [Text(), *name, *first_words(result), *(line(f"{note}.", FAINT) for note in notes)]
     return Group(*lines)
 
@@ -145,12 +130,13 @@ def audit_tables(results: Sequence[RunResult], audit: Mapping[str, Any]) -> list
     """Pair-frames and contacts with a column per detector, why contacts were missed, and of each session the times."""
     of = [f": {result.session.origin}" if len(results) > 1 else "" for result in results]
     times = [
-        (one := cost_table(result).only(*COST_HEAD)).titled(one.title + where)
+        (one := built.cost_table(result).only(*COST_HEAD)).titled(one.title + where)
         for result, where in zip(results, of, strict=True)
     ]
     contacts = "contacts: from the first frame of touching to the last, matched one to one"
-    frames = pair_frame_table("pair-frames: one pair of bodies in one frame, beside the oracle", audit)
-    return [replace(frames, notes=()), matched_table(contacts, audit, CONTACT_WORDS_SHORT), cause_table(audit), *times]
+    frames = built.pair_frame_table("pair-frames: one pair of bodies in one frame, beside the oracle", audit)
+    matched = built.matched_table(contacts, audit, CONTACT_WORDS_SHORT)
+    return [replace(frames, notes=()), matched, cause_table(audit), *times]
 
 
 def cause_table(audit: Mapping[str, Any]) -> Table:

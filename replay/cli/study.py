@@ -93,7 +93,9 @@ def analyse_files(
         metrics = read_metrics(inputs["metrics"]) if every is None else every.as_metrics()
         study = work(book, answers, metrics, detector=detector, seed=seed)
     if out is not None:
-        given = _digests(inputs, seed)
+        from replay.outputs.results.seal import file_hash
+
+        given = {name: f"sha256:{file_hash(path)}" for name, path in inputs.items()} | {"seed": str(seed)}
         folder.write_study(study, out, title=title, inputs=given, force=force, runs=every, shared=shared, seed=seed)
     told = {"sessions": len(every.metrics)} if every is not None else {}
     if study is not None:
@@ -102,13 +104,6 @@ def analyse_files(
     if out is not None:
         people.say("", f"wrote {out}", f"read it:  {out / 'study.html'}")
     return OK
-
-
-def _digests(inputs: dict[str, Path], seed: int) -> dict[str, str]:
-    import hashlib
-
-    digests = {name: f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}" for name, path in inputs.items()}
-    return {**digests, "seed": str(seed)}
 
 
 @command.command()

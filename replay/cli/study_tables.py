@@ -7,16 +7,9 @@ from rich.text import Text
 
 from replay.cli.terminal import line, terminal
 from replay.outputs.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
+from replay.studies.class_study import tables
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
-from replay.studies.class_study.tables import (
-    OBSERVED_ONLY,
-    changes,
-    coefficient_table,
-    group_table,
-    headlines,
-    reliability_table,
-)  # fmt: skip
 
 MARKS = {INCONSISTENT: WARNING, "weak": FOUND, AGREES: FAINT}
 """Kind of a remark -> its mark, the worst kind first."""
@@ -29,13 +22,14 @@ ALPHA_HEAD = ("construct", "items", "n", "Cronbach's alpha", "95 % interval")
 def study_tables(study: Study | None) -> Group:
     """Whether a conclusion changes with the detector, what was found, every coefficient, and what is not said."""
     if study is None:
-        return terminal(Text(), line(changes(study), STRONG))
-    parts = [coefficient_table(study).only(*HEAD)] if study.regressions else []
-    parts += [group_table(study).only(*GROUP_HEAD)] if study.groups else []
-    parts += [reliability_table(study).only(*ALPHA_HEAD)] if study.reliabilities else []
+        return terminal(Text(), line(tables.changes(study), STRONG))
+    parts = [tables.coefficient_table(study).only(*HEAD)] if study.regressions else []
+    parts += [tables.group_table(study).only(*GROUP_HEAD)] if study.groups else []
+    parts += [tables.reliability_table(study).only(*ALPHA_HEAD)] if study.reliabilities else []
     said = [*(f"not given: {refused}" for refused in study.refusals), *map(str, study.warnings)]
-    first = (line(one, STRONG) for one in [changes(study), *headlines(study)])
-    return terminal(Text(), *first, *parts, *(line(one, WARNING) for one in said), Text(), line(OBSERVED_ONLY, FAINT))
+    first = (line(one, STRONG) for one in [tables.changes(study), *tables.headlines(study)])
+    doubts = (line(one, WARNING) for one in said)
+    return terminal(Text(), *first, *parts, *doubts, Text(), line(tables.OBSERVED_ONLY, FAINT))
 
 
 def check_table(remarks: Sequence[Remark]) -> Group:

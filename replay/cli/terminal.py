@@ -89,7 +89,6 @@ class Fitted:
         )
 
     def _blocks(self, room: int) -> list[list[int]]:
-        """Columns of each block."""
         blocks, used = [[0]], self._least[0]
         for k in range(1, len(self.table.columns)):
             used += GAP + self._least[k]

@@ -40,7 +40,7 @@ def command(
     from replay.api.runner import write
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import terminal
-    from replay.cli.tradeoff_tables import ParetoBar, pareto_table
+    from replay.cli.tradeoff_tables import pareto_bar, pareto_table
     from replay.detection.compile_notice import compiling_announced
     from replay.outputs.report.tradeoff import tradeoff_files
     from replay.outputs.results.run_folder import check_target
@@ -55,9 +55,9 @@ def command(
     if out is not None:
         check_target(out, force=force)
     held = read_session(session, scene=scene)
-    with compiling_announced(people, alone=True), ParetoBar(people) as bar:
+    with compiling_announced(people, alone=True), pareto_bar(people) as watch:
         listed = steps_of_trust() if steps else None
-        done = tradeoff(held, settings=listed, repeats=repeats, time_limit=time_limit, watch=bar.watch, **asked)
+        done = tradeoff(held, settings=listed, repeats=repeats, time_limit=time_limit, watch=watch, **asked)
     if growth:
         where = {name: asked[name] for name in ("start", "end", "policy")}
         with compiling_announced(people, alone=True):

@@ -1,7 +1,8 @@
 """The front of a tradeoff on a terminal, and a bar that shows it while it grows."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.cli.console import People
@@ -10,9 +11,8 @@ from replay.pipeline.gates import figure
 from replay.tradeoffs.settings import STEP
 
 if TYPE_CHECKING:
-    from rich.progress import Progress
-
     from replay.pipeline.run_result import Tradeoff
+    from replay.tradeoffs.sweep import Watch
 
 SHOWN: Final = 4
 """Points of the front beside the bar."""
@@ -29,11 +29,8 @@ def pareto_table(done: "Tradeoff", *, everything: bool = False) -> Table:
     about = done.about
     counts = f"{len(done.rows)} settings, {len(done.front)} on the front; {about['contacts']} contacts"
     at_work = about["processor_share"]
-    busy = (
-        [f"The machine was busy with other work for {figure(100 * (1 - at_work))} % of the time."]
-        if at_work <= BUSY
-        else []
-    )
+    words = f"The machine was busy with other work for {figure(100 * (1 - at_work))} % of the time."
+    busy = [words] if at_work <= BUSY else []
     marks = ("front", "front_online", "oracle", "complete")
     rows = [row for row in quickest_first(done.rows) if everything or any(row[mark] for mark in marks)]
     shown = tradeoff_table("", rows).only(*COLUMNS)
@@ -52,34 +49,25 @@ def pareto_words(rows: Sequence[dict[str, Any]]) -> str:
     return ("... " if len(pareto) > SHOWN else "") + ", ".join(words)
 
 
-class ParetoBar:
+@contextmanager
+def pareto_bar(people: People) -> "Iterator[Watch]":
     """A bar on a terminal with what runs and the front so far; elsewhere nothing."""
+    if not sys.stderr.isatty() or people.quiet:
+        yield lambda *_: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.table import Column
 
-    def __init__(self, people: People) -> None:
-        self._shown = sys.stderr.isatty() and not people.quiet
-        self._bars: Progress | None = None
+    # Counts and time keep their room in a narrow terminal; the words give way.
+    words = TextColumn("{task.description}", table_column=Column(no_wrap=True, ratio=1))
+    count = MofNCompleteColumn(table_column=Column(no_wrap=True, min_width=8))
+    columns = (BarColumn(bar_width=12), count, TimeElapsedColumn(Column(no_wrap=True, min_width=7)), words)
+    with Progress(*columns, console=Console(stderr=True), expand=True) as bars:
+        task = bars.add_task("", total=None)
 
-    def __enter__(self) -> "ParetoBar":
-        if self._shown:
-            from rich.console import Console
-            from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-            from rich.table import Column
+        def watch(done: int, total: int, label: str, rows: Sequence[dict[str, Any]]) -> None:
+            said = f"{label:<26.26} front: {pareto_words(rows)} missed"
+            bars.update(task, completed=done, total=total, description=said)
 
-            # Counts and time keep their room in a narrow terminal; the words give way.
-            words = TextColumn("{task.description}", table_column=Column(no_wrap=True, ratio=1))
-            count = MofNCompleteColumn(table_column=Column(no_wrap=True, min_width=8))
-            columns = (BarColumn(bar_width=12), count, TimeElapsedColumn(Column(no_wrap=True, min_width=7)), words)
-            self._bars = Progress(*columns, console=Console(stderr=True), expand=True)
-            self._bars.start()
-            self._bars.add_task("", total=None)
-        return self
-
-    def watch(self, done: int, total: int, label: str, rows: Sequence[dict[str, Any]]) -> None:
-        """As ``replay.tradeoffs.sweep.Watch``."""
-        if self._bars is not None:
-            words = f"{label:<26.26} front: {pareto_words(rows)} missed"
-            self._bars.update(self._bars.task_ids[0], completed=done, total=total, description=words)
-
-    def __exit__(self, *problem: object) -> None:
-        if self._bars is not None:
-            self._bars.stop()
+        yield watch

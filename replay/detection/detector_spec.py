@@ -22,11 +22,9 @@ _COMMA_OUTSIDE = re.compile(r",(?![^\[]*\])")
 _WORDS = {"true": True, "false": False, "none": None}
 _HOW = "write name, name[setting=value,...] or label=name[...]"
 
-ORACLES: Final = ("exact", "hybrid")
-"""Detectors to trust, the most trusted first; the first that is there is the oracle."""
-
 TRUSTED: Final = "exact"
-"""The detector that effects name for instants; where it does not run, the oracle or the first detector replaces it."""
+"""The oracle unless another is asked for, and the detector that effects name for instants; where it does not run, the
+oracle or the first detector replaces it."""
 
 
 @dataclass(frozen=True)

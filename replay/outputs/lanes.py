@@ -1,14 +1,17 @@
 """What the lanes of page and picture have in common: which pairs have one, and where the numbers of misses stand."""
 
 from collections.abc import Sequence
-from typing import Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from replay.comparison.noisy_contacts import NoiseResult
-from replay.comparison.outcome import Comparison, Episode, Outcome
+from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
 from replay.outputs.words import NOISE_WORDS
+
+if TYPE_CHECKING:
+    from replay.studies.diff.diff_words import Change
 
 LABEL_BASE: Final = 0.011
 LABEL_DIGIT: Final = 0.0055
@@ -16,22 +19,6 @@ LABEL_DIGIT: Final = 0.0055
 
 UNDECIDED, HIDDEN, *_ = NOISE_WORDS
 STATES: Final = {word: state for state, word in NOISE_WORDS.items()}
-
-
-class Numbered(Protocol):
-    """A stretch of time, in seconds, that carries a number: a miss, or what two runs differ in."""
-
-    @property
-    def number(self) -> int:
-        """Counts from 1."""
-
-    @property
-    def start(self) -> float:
-        """Seconds."""
-
-    @property
-    def end(self) -> float:
-        """Seconds."""
 
 
 def ranked_pairs(comparison: Comparison, held: NDArray[np.bool_]) -> list[int]:
@@ -48,7 +35,7 @@ def ranked_pairs(comparison: Comparison, held: NDArray[np.bool_]) -> list[int]:
 
 
 def number_boxes(
-    misses: Sequence[Numbered], session_ns: int, base: float = LABEL_BASE, digit: float = LABEL_DIGIT
+    misses: "Sequence[Miss | Change]", session_ns: int, base: float = LABEL_BASE, digit: float = LABEL_DIGIT
 ) -> list[tuple[str, int, int]]:
     """Boxes ``(label, start, end)`` in nanoseconds that never overlap and are wide enough for their labels.
 

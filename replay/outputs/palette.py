@@ -6,7 +6,6 @@ looks like follows from its tags: glass is translucent, hands never hide a conta
 
 import re
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Final
 
 from cdcore import Verdict
@@ -82,7 +81,7 @@ Looks = Mapping[int, tuple[str, Rgba]]
 
 def looks(words: Mapping[int, str], colours: Mapping[int, Rgba]) -> Looks:
     """Words and colours of the same states in one table."""
-    return MappingProxyType({state: (word, colours[state]) for state, word in words.items()})
+    return {state: (word, colours[state]) for state, word in words.items()}
 
 
 OUTCOMES: Final = looks(

@@ -70,7 +70,6 @@ def ranking_table(summary: Mapping[str, Any]) -> Table:
 
 
 def _of_contacts(rank: Rank) -> Cell:
-    """How many contacts were missed, with the interval."""
     if rank.missed is None:
         return ""
     low, high = (f"{rank.missed[end] * rank.contacts:.2g}" for end in ("low", "high"))

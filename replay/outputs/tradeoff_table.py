@@ -39,15 +39,10 @@ def front_rows(rows: Sequence[Row]) -> list[Row]:
     return [by_label[label] for label in front_of(rows)]
 
 
-def measured_on(done: Tradeoff) -> str:
-    """The machine behind the milliseconds."""
-    made = done.about["machine"]
-    return f"{made['system']} {made['processor']}, {made['cores']} cores"
-
-
 def how_measured(done: Tradeoff) -> tuple[str, ...]:
     """Which times are live, how often they were taken, what the intervals are over, and what was asked."""
-    about, pareto = done.about, [row for row in done.rows if row["front"] or row["front_online"]]
+    about, made = done.about, done.about["machine"]
+    pareto = [row for row in done.rows if row["front"] or row["front_online"]]
     without = [row["label"] for row in pareto if not row["containment"]]
     contained = f"in, but not of {', '.join(without)}" if without else "in"
     phases = max((row["phases"] for row in done.rows), default=1)
@@ -59,7 +54,7 @@ def how_measured(done: Tradeoff) -> tuple[str, ...]:
         *(_self_check(done, kind) for kind in ("live", "offline")),
         f"Missed contacts are missed whole or in part, at 95 % over contacts{mean}.",
         f"Containment is {contained}; faces are out, but of settings that say so.",
-        f"Measured on {measured_on(done)}; compare ratios, not milliseconds.",
+        f"Measured on {made['system']} {made['processor']}, {made['cores']} cores; compare ratios, not milliseconds.",
     )
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from cdcore import Detection, Motion, Verdict
-from cdcore.numerics import BoolArray, IntArray
+from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact
 from replay.comparison.clusters import by_depth
 from replay.comparison.episodes import column_runs
@@ -129,12 +129,8 @@ def _near(result: RunResult, label: str, seen: Watched) -> list[Moment]:
     passes: list[tuple[float, Moment]] = []
     for pair, first, last in column_runs(seen.boxes.T).tolist():
         frames = np.flatnonzero(seen.searched[first : last + 1, pair]) + first
-        if len(frames) and not _any(touched, first, last, pair):
+        if len(frames) and not touched[first : last + 1, pair].any():
             distance = {frame: seen.search.noted[frame, pair].result.distance for frame in frames.tolist()}
             frame = min(distance, key=distance.__getitem__)
             passes.append((distance[frame], Moment(frame, pair, frame, NEAR)))
     return [moment for _, moment in sorted(passes, key=lambda one: one[0])[:NEAR_PASSES]]
-
-
-def _any(table: BoolArray, first: int, last: int, pair: int) -> bool:
-    return bool(table[first : last + 1, pair].any())

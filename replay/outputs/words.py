@@ -1,33 +1,24 @@
 """The words that terminal, page and picture use for the same thing, once."""
 
 from collections.abc import Iterable, Mapping
-from types import MappingProxyType
 from typing import Final
 
 from cdcore import Verdict
 from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.comparison.outcome import Miss, Outcome
 
-OUTCOME_WORDS: Final[Mapping[int, str]] = MappingProxyType(
-    {
-        Outcome.BOTH: "both",
-        Outcome.MISSED: "MISSED",
-        Outcome.INVENTED: "false",
-        Outcome.WITHIN_TOLERANCE: "within tolerance",
-        Outcome.BETWEEN_FRAMES: "between frames",
-        Outcome.LEFT_OUT: "left out",
-        Outcome.HELD: "held",
-    }
-)
+OUTCOME_WORDS: Final[Mapping[int, str]] = {
+    Outcome.BOTH: "both", Outcome.MISSED: "MISSED", Outcome.INVENTED: "false",
+    Outcome.WITHIN_TOLERANCE: "within tolerance", Outcome.BETWEEN_FRAMES: "between frames",
+    Outcome.LEFT_OUT: "left out", Outcome.HELD: "held",
+}  # fmt: skip
 """Outcome of an audit -> its word. They are true positive, false negative, false positive and the four that count as
 neither; NEITHER, the true negative, has no word: it is a gap in a lane."""
 
-VERDICT_WORDS: Final[Mapping[int, str]] = MappingProxyType({one: one.name for one in Verdict if one != Verdict.CLEAR})
+VERDICT_WORDS: Final[Mapping[int, str]] = {one: one.name for one in Verdict if one != Verdict.CLEAR}
 """Verdict -> its word of the glossary; CLEAR is a gap in a lane."""
 
-NOISE_WORDS: Final[Mapping[int, str]] = MappingProxyType(
-    dict(enumerate((UNDECIDABLE, "maybe hidden", ABSENT, HOLDS), 1))
-)
+NOISE_WORDS: Final[Mapping[int, str]] = dict(enumerate((UNDECIDABLE, "maybe hidden", ABSENT, HOLDS), 1))
 """State of a lane of noise -> its word: of two at a time the later."""
 
 FRAME_ROWS: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.LEFT_OUT)
@@ -62,13 +53,11 @@ NOT_LOOKED_FOR: Final = "No contact was looked for: the scene's effects call for
 NOTHING_SUSPICIOUS: Final = "Nothing suspicious found"
 """What is said of a recording without warning or error: not that it can be trusted, for not every fault shows."""
 
-LANE_LEGEND: Final[Mapping[int, str]] = MappingProxyType(
-    {
-        Outcome.MISSED: "red: missed", Outcome.INVENTED: "yellow: false", Outcome.BOTH: "blue: both",
-        Outcome.HELD: "green: held", Outcome.BETWEEN_FRAMES: "violet: between frames",
-        Outcome.WITHIN_TOLERANCE: "grey: within tolerance", Outcome.LEFT_OUT: "dark: left out",
-    }
-)  # fmt: skip
+LANE_LEGEND: Final[Mapping[int, str]] = {
+    Outcome.MISSED: "red: missed", Outcome.INVENTED: "yellow: false", Outcome.BOTH: "blue: both",
+    Outcome.HELD: "green: held", Outcome.BETWEEN_FRAMES: "violet: between frames",
+    Outcome.WITHIN_TOLERANCE: "grey: within tolerance", Outcome.LEFT_OUT: "dark: left out",
+}  # fmt: skip
 """What the colours of audit lanes mean, the worst first."""
 
 

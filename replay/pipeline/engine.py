@@ -9,7 +9,6 @@ from time import perf_counter
 from typing import Final
 
 from cdcore import Detection
-from cdcore.detectors import detector_names
 from replay.base.progress import Progress, Silent
 from replay.comparison.causes import examine
 from replay.comparison.compare import compare
@@ -24,7 +23,6 @@ from replay.comparison.outcome import Comparison, Episode
 from replay.comparison.tolerance import TAU, Tolerance
 from replay.detection.compile_notice import compiling_announced
 from replay.detection.detector_spec import (
-    ORACLES,
     TRUSTED,
     DetectorSpec,
     SpecLike,
@@ -50,8 +48,8 @@ from replay.prepare.policy import Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
 from sessions import Session
 
-SUBJECTS: Final = ("hybrid-qaco", "hybrid")
-"""What a run audits by default: the paper's pipeline, or those of its detectors that are installed."""
+SUBJECT: Final = "hybrid-qaco"
+"""What a run audits by default: the paper's pipeline."""
 
 NO_ORACLE: Final = "none"
 
@@ -75,15 +73,14 @@ def line_up(detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
 
     Raises ``DetectorSpecError``: words that name no detector.
     """
-    there = detector_names()
-    specs = tuple(DetectorSpec(name, name) for name in SUBJECTS if name in there)[:1]
+    specs: tuple[DetectorSpec, ...] = (DetectorSpec(SUBJECT, SUBJECT),)
     if detectors is not None:
         specs = parse_detectors(detectors)
         if not specs:
             return Lineup((), "")
     if oracle == NO_ORACLE:
         return Lineup(specs, "", frozenset(one.label for one in specs))
-    trusted = parse_detector(oracle if oracle is not None else next(name for name in ORACLES if name in there))
+    trusted = parse_detector(TRUSTED if oracle is None else oracle)
     return _with_oracle(specs, trusted)
 
 

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from cdcore import Detection, Detector, Motion
-from cdcore.detectors import detector_names
 from replay.base.progress import Progress
 from replay.comparison.compare import FaceRecall, face_recall
 from replay.comparison.outcome import Comparison, Episode
-from replay.detection.detector_spec import ORACLES, TRUSTED, DetectorSpec
+from replay.detection.detector_spec import TRUSTED, DetectorSpec
 from replay.detection.run_detector import Run, face_sets_again, make_detector
 from replay.prepare.assembly import Assembly
 
@@ -49,7 +48,6 @@ def face_source(assembly: Assembly, seed: int, oracle: Run | None) -> Callable[[
 
     @cache
     def trusted() -> Detector:
-        best = next(name for name in ORACLES if name in detector_names())
-        return make_detector(DetectorSpec("faces", best), assembly, seed)
+        return make_detector(DetectorSpec("faces", TRUSTED), assembly, seed)
 
     return lambda motion: trusted().detect(motion, faces=True)

@@ -17,28 +17,19 @@ Share = Mapping[str, Any]
 class Rank:
     """What one detector made of the oracle's contacts, without those that a hand has with what it holds.
 
-    Parameters
-    ----------
-    label, setting : what the run calls it, and the detector with its settings: ``discrete[rate_hz=50]``.
-    contacts : of the oracle.
-    missed, in_part : shares of the contacts never found, and found in part; ``None`` of the oracle itself.
-    false : share of the pair-frames it reports as contact which are none; ``None`` of the oracle itself.
-    undecided : contacts that it left undecided.
-    held : pair-frames of false contact, and contacts missed, between a hand and what it holds: counted apart.
-    p99 : seconds in which 99 of 100 frames were decided; ``None`` where it was not timed frame by frame.
-    phases : look phases that the three shares are a mean over, where a rate is audited; 1: this run's.
+    The oracle itself has no shares.
     """
 
-    label: str
-    setting: str
-    contacts: int
-    missed: Share | None
-    in_part: Share | None
-    false: Share | None
-    undecided: int
-    held: tuple[int, int]
-    p99: float | None
-    phases: int
+    label: str  # what the run calls it
+    setting: str  # the detector with its settings: ``discrete[rate_hz=50]``
+    contacts: int  # of the oracle
+    missed: Share | None  # of the contacts, never found
+    in_part: Share | None  # of the contacts, found in part
+    false: Share | None  # of the pair-frames it reports as contact, those that are none
+    undecided: int  # contacts that it left undecided
+    held: tuple[int, int]  # false pair-frames, and contacts missed, between a hand and what it holds: counted apart
+    p99: float | None  # seconds in which 99 of 100 frames were decided; ``None`` where it was not timed frame by frame
+    phases: int  # look phases that the shares are a mean over, where a rate is audited; 1: this run's
 
     @property
     def lost(self) -> bool:

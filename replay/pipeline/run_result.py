@@ -59,54 +59,29 @@ class Tradeoff:
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What a run computed: everything that its summary is made of.
+    """What a run computed: everything that its summary is made of. Mappings are by the label of a detector."""
 
-    Parameters
-    ----------
-    session : what was replayed.
-    assembly : bodies, motion and pairs that the detectors saw.
-    detections : label -> detection, in the order asked for; all on the frames of ``assembly``.
-    oracle : label of the detection the others are compared with, or ``""``.
-    comparisons : label -> comparison with the oracle.
-    episodes : label -> that detection's contact episodes.
-    misses : label -> numbered misses, in order of time.
-    false : label -> numbered false contacts, in order of time.
-    matches : label -> its episodes matched one to one with the oracle's.
-    face_recall : label -> face pairs found, where it was asked for and both list faces of instants.
-    causes : label -> why each of its misses was missed.
-    phases : label -> what a detector of a fixed rate misses and invents in the mean over look phases.
-    at_every_frame : label -> seconds a frame of such a detector where it looks at all of them, asked live.
-    holdings : when a pair is a hand and what it holds; contacts there are counted apart.
-    dwell : how long each other contact of the oracle lasted; ``None`` without an oracle.
-    effects : kind -> what the effect found and took, in running order; empty where the scene declares none.
-    noise : what holds in spite of tracker noise, where that was asked for.
-    treatment : the findings of the doctor, and what the policy did about them.
-    flags : which verdicts rest on a pose in doubt.
-    detectors : label -> the detector, ready to be asked again.
-    watched : label -> what each stage of a search did, where that came with the faces.
-    """
-
-    session: Session
-    assembly: Assembly
-    detections: Mapping[str, Detection]
-    oracle: str
-    comparisons: Mapping[str, Comparison]
-    episodes: Mapping[str, tuple[Episode, ...]]
-    misses: Mapping[str, tuple[Miss, ...]]
-    false: Mapping[str, tuple[FalseContact, ...]] = field(default_factory=dict)
-    matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)
-    face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)
-    causes: Mapping[str, Causes] = field(default_factory=dict)
-    phases: Mapping[str, Shares] = field(default_factory=dict)
-    at_every_frame: Mapping[str, float] = field(default_factory=dict)
-    holdings: tuple[Episode, ...] = ()
-    dwell: ContactDurations | None = None
-    effects: Mapping[str, EffectRun] = field(default_factory=dict)
-    noise: NoiseResult | None = None
-    treatment: Repair | None = None
-    flags: Flags | None = None
-    detectors: Mapping[str, Detector] = field(default_factory=dict)
-    watched: Mapping[str, "Watched | None"] = field(default_factory=dict)
+    session: Session  # what was replayed
+    assembly: Assembly  # bodies, motion and pairs that the detectors saw
+    detections: Mapping[str, Detection]  # in the order asked for; all on the frames of ``assembly``
+    oracle: str  # label of the detection the others are compared with, or ``""``
+    comparisons: Mapping[str, Comparison]  # with the oracle
+    episodes: Mapping[str, tuple[Episode, ...]]  # contacts of every detection
+    misses: Mapping[str, tuple[Miss, ...]]  # numbered, in order of time
+    false: Mapping[str, tuple[FalseContact, ...]] = field(default_factory=dict)  # numbered, in order of time
+    matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)  # episodes matched one to one with the oracle's
+    face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)  # where asked for and both list faces
+    causes: Mapping[str, Causes] = field(default_factory=dict)  # why each miss was missed
+    phases: Mapping[str, Shares] = field(default_factory=dict)  # of a fixed rate: faults in the mean over look phases
+    at_every_frame: Mapping[str, float] = field(default_factory=dict)  # of a fixed rate: seconds a frame at all of them
+    holdings: tuple[Episode, ...] = ()  # when a pair is a hand and what it holds; contacts there are counted apart
+    dwell: ContactDurations | None = None  # how long each other contact lasted; ``None`` without an oracle
+    effects: Mapping[str, EffectRun] = field(default_factory=dict)  # by kind, in running order
+    noise: NoiseResult | None = None  # what holds in spite of tracker noise, where that was asked for
+    treatment: Repair | None = None  # the findings of the doctor, and what the policy did about them
+    flags: Flags | None = None  # which verdicts rest on a pose in doubt
+    detectors: Mapping[str, Detector] = field(default_factory=dict)  # ready to be asked again
+    watched: Mapping[str, "Watched | None"] = field(default_factory=dict)  # what each stage did, if it came with faces
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,7 @@ laid back onto the solid. Distances are in metres, negative inside.
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from itertools import permutations
 
 import numpy as np
@@ -17,6 +18,7 @@ from sessions.meshes.mesh_files import simplified
 Points = NDArray[np.float64]
 Distance = NDArray[np.float64]
 Solid = Callable[[Points], Distance]
+Corner = tuple[float, float, float]
 
 SMOOTHING_STEPS = 6
 # A crossing is kept this share of an edge away from its ends, so that no triangle collapses at a grid point.
@@ -28,20 +30,25 @@ COUNT_TOLERANCE = 0.05
 FIRST_TOLERANCE, LAST_TOLERANCE, TOLERANCE_GROWTH = 1e-4, 0.02, 1.15
 
 
-def surface_of(solid: Solid, low: ArrayLike, high: ArrayLike, faces: int) -> MeshData:
+def surface_of(solid: Solid, low: Corner, high: Corner, faces: int) -> MeshData:
     """Return the closed surface of ``solid`` within the box ``low`` to ``high`` with about ``faces`` faces."""
-    corners = np.asarray(low, dtype=np.float64), np.asarray(high, dtype=np.float64)
+    mesh = _dense_surface(solid, low, high, max(faces, DENSE_FACES))
+    return mesh if faces >= DENSE_FACES else _thinned(mesh, faces)
+
+
+@lru_cache(maxsize=8)
+def _dense_surface(solid: Solid, low: Corner, high: Corner, faces: int) -> MeshData:
+    """Made once for meshes of any size: most of a second, and a folder of recordings asks for it again and again."""
+    corners = np.array(low), np.array(high)
     spacing = float(np.cbrt((corners[1] - corners[0]).prod())) / 30.0
-    wanted = max(faces, DENSE_FACES)
     surface = _marched(solid, *corners, spacing)
     for _ in range(5):
-        ratio = len(surface[1]) / wanted
+        ratio = len(surface[1]) / faces
         if abs(ratio - 1.0) < COUNT_TOLERANCE:
             break
         spacing *= float(np.sqrt(ratio))
         surface = _marched(solid, *corners, spacing)
-    mesh = _finished(solid, *surface, spacing)
-    return mesh if faces >= DENSE_FACES else _thinned(mesh, faces)
+    return _finished(solid, *surface, spacing)
 
 
 def capsule(points: Points, start: ArrayLike, end: ArrayLike, start_radius: float, end_radius: float) -> Distance:

@@ -10,7 +10,17 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.glassware.field import Distance, Points, blended, capsule, carved, ellipsoid, rounded_box, surface_of
+from sessions.glassware.field import (
+    Distance,
+    Points,
+    Solid,
+    blended,
+    capsule,
+    carved,
+    ellipsoid,
+    rounded_box,
+    surface_of,
+)
 from sessions.glassware.instrument import TYPICAL, Instrument, Site, weighed
 from sessions.mesh_data import MeshData
 
@@ -68,9 +78,12 @@ def _hand(name: str, faces: int, grip_radius: float, side: float) -> Instrument:
 def _right_skin(faces: int, grip: float) -> MeshData:
     """The surface of a right hand, made once: it takes a second, and the left hand is its mirror image."""
     reach = grip + 0.06
-    return surface_of(
-        lambda points: _distance(points, grip), (-reach, -0.07, -reach), (reach + 0.03, 0.075, 0.15), faces
-    )
+    return surface_of(_solid(grip), (-reach, -0.07, -reach), (reach + 0.03, 0.075, 0.15), faces)
+
+
+@lru_cache(maxsize=16)
+def _solid(grip: float) -> Solid:
+    return lambda points: _distance(points, grip)
 
 
 def _distance(points: Points, grip: float) -> Distance:

@@ -22,7 +22,6 @@ from sessions.glassware.field import (
 from sessions.glassware.instrument import Instrument, Site, weighed
 
 WAND_MASS, HEADSET_MASS = 0.2, 0.5  # kg, round figures for hollow plastic; the meshes are solid
-# Each takes most of a second, and a folder of recordings asks for it again and again.
 _surface_once = lru_cache(maxsize=8)(surface_of)
 
 

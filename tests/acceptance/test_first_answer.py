@@ -55,9 +55,8 @@ with compiling_reported(lambda family, _: families.append(family)):
         Motion.from_quaternions([0.0], np.zeros((1, 2, 3)), np.tile([0, 0, 0, 1.0], (1, 2, 1)))
 print(first, time.process_time() - start, len(families))
 from numba.core.dispatcher import Dispatcher
-others = ("cdcore.broad.sweep", *(f"cdcore.narrow.trees.{name}" for name in ("aabb", "rapid", "solid")))
 print(*sorted({f"{name}:{value.py_func.__qualname__}" for name, module in sys.modules.items()
-               if name.startswith("cdcore.") and not name.startswith(others)
+               if name.startswith("cdcore.") and not name.startswith("cdcore.broad.sweep")
                for value in vars(module).values() if isinstance(value, Dispatcher) and not value.signatures}))
 """
 

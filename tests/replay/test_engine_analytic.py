@@ -2,15 +2,13 @@
 
 import pytest
 
-from cdcore.detectors import detector_names
 from cdcore.protocol import counts_as_contact
-from replay.detection.detector_spec import ORACLES
+from replay.detection.detector_spec import TRUSTED as ORACLE
 from replay.pipeline.engine import compute
 from sessions.synthetic import ANALYTIC, make_analytic, predicted
 from sessions.synthetic.truth import CLEAR, PRESENT
 
 RATE_HZ = 22.5
-ORACLE = next(name for name in ORACLES if name in detector_names())
 
 HOW = [
     pytest.param({"noise": "off", "jitter": "even"}, id="clean"),

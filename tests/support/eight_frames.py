@@ -22,7 +22,7 @@ ARRAYS = ("boxes", "links", "leaves", "placed", "picks", "corners", "boxed", "sp
 class EightFrames:
     def __init__(self, seed, size=0.3):
         rng = np.random.default_rng(seed)
-        self.meshes = [soup(rng, 20, size), soup(rng, 30, size)]
+        self.meshes = [soup(rng, 40, size), soup(rng, 60, size)]
         self.turn, self.move = motion_of("soup", rng, 24, 2)
         self.trees = [build_box_tree(mesh) for mesh in self.meshes]
         frames = np.arange(24)

@@ -41,7 +41,7 @@ class SlowSearch:
         self.spend()
         self.leaf_tests += 1
         if triangles_intersect([[self.world_a[face_a], self.world_b[face_b]]])[0]:
-            self.found.append((face_a, face_b))
+            self.found.append((int(self.trees[0].number[face_a]), int(self.trees[1].number[face_b])))
             if not self.every:
                 raise Enough
 
@@ -51,7 +51,7 @@ class SlowSearch:
             return
         first_a, first_b = self.trees[0].child[a], self.trees[1].child[b]
         if first_a < 0 and first_b < 0:
-            self.ask_faces(int(self.trees[0].leaf[a]), int(self.trees[1].leaf[b]))
+            self.ask_faces(self.trees[0].start[a], self.trees[1].start[b])
         elif first_b < 0 or (first_a >= 0 and self.splits_first(a, b)):
             self.descend(first_a, b)
             self.descend(first_a + 1, b)

@@ -12,10 +12,11 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
-from cdcore.kernels.memory import Memory, doubles_of
+from cdcore.kernels.compiling import kernel
+from cdcore.kernels.memory import doubles_of
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.containment.closed_parts import connected_parts, parity_is_inside
+from cdcore.narrow.containment.nesting_boxes import Nesting, NestingBoxes, largest_of, may_be_inside, way_to_point
 from cdcore.narrow.containment.ray_parity import (
     INSIDE,
     UNCERTAIN,
@@ -73,7 +74,9 @@ class ContainmentStage:
     def contained(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
         """Whether a part of one body of the pair is inside the other, (K,) for K pair-frames without contact."""
         inside = np.zeros(len(frames), dtype=np.bool_)
-        for column, rows in rows_of_columns(columns) if self._asked else ():
+        near = np.flatnonzero(self._boxes.may_hold(motion, frames, columns, PAD)) if self._asked else frames[:0]
+        for column, some in rows_of_columns(columns[near]):
+            rows = near[some]
             turn, place, at, side = motion.poses_at(frames[rows], self.pairs[column])
             for inner, outer, parts in self.nestings[column]:
                 left = np.flatnonzero(~inside[rows])
@@ -102,6 +105,17 @@ class ContainmentStage:
         solids, ways = self.solids, [((i, j), (j, i)) for i, j in self.pairs]
         fitting = [[(i, j, solids[i].parts_that_fit(solids[j])) for i, j in two] for two in ways]
         return [[one for one in two if one[2]] for two in fitting]
+
+    @cached_property
+    def _boxes(self) -> NestingBoxes:
+        """The boxes that hold whatever lies inside, of all pairs."""
+        return NestingBoxes([[self._box_of(*nesting) for nesting in two] for two in self.nestings])
+
+    def _box_of(self, inner: int, outer: int, parts: Sequence[_Part]) -> Nesting:
+        a, b = self.solids[inner], self.solids[outer]
+        if len(parts) > 1:  # a body of many parts is dismissed whole where it is far away
+            return Nesting(inner, outer, a.middle, b.boxes[:1] + a.reach * BOTH_WAYS, a.size + b.size)
+        return Nesting(inner, outer, parts[0].extremes, b.boxes, a.size + b.size)
 
     def _fill_may(
         self, poses: BothPoses, inner: int, outer: int, points: FloatArray, reach: float, rows: IntArray, may: BoolArray
@@ -217,64 +231,6 @@ class _Solid:
         return build_inside_grid(self.mesh.triangles)
 
 
-@hot_kernel
-def way_to_point(
-    points: Memory, e: int, turns: Memory, places: Memory, a: int, b: int
-) -> tuple[float, float, float]:  # fmt: skip
-    """The way from the origin of a body with pose ``b`` to point ``e`` of one with pose ``a``, world axes."""
-    p, q, r = points[3 * e], points[3 * e + 1], points[3 * e + 2]
-    t, v, w = 9 * a, 3 * a, 3 * b
-    x = turns[t] * p + turns[t + 1] * q + turns[t + 2] * r + (places[v] - places[w])
-    y = turns[t + 3] * p + turns[t + 4] * q + turns[t + 5] * r + (places[v + 1] - places[w + 1])
-    z = turns[t + 6] * p + turns[t + 7] * q + turns[t + 8] * r + (places[v + 2] - places[w + 2])
-    return x, y, z
-
-
-@hot_kernel
-def box_holds(
-    boxes: Memory, box: int, points: Memory, count: int, turns: Memory, places: Memory, a: int, b: int, margin: float
-) -> bool:  # fmt: skip
-    """Whether all points of a body with pose ``a`` may lie in a box, (6,) low and high, of one with pose ``b``."""
-    stay_one_function()
-    for e in range(count):
-        x, y, z = way_to_point(points, e, turns, places, a, b)
-        for k in range(3):
-            seen = turns[9 * b + k] * x + turns[9 * b + 3 + k] * y + turns[9 * b + 6 + k] * z
-            if seen < boxes[6 * box + k] - margin or seen > boxes[6 * box + 3 + k] + margin:
-                return False
-    return True
-
-
-@hot_kernel
-def largest_of(places: Memory, pose: int) -> float:
-    """Largest absolute coordinate of the translation of one pose."""
-    x, y, z = abs(places[3 * pose]), abs(places[3 * pose + 1]), abs(places[3 * pose + 2])
-    largest: float = max(max(x, y), z)
-    return largest
-
-
-@kernel
-def may_be_inside(
-    rotation: FloatArray, translation: FloatArray, frames: IntArray, inner: int, outer: int, extremes: FloatArray,
-    boxes: FloatArray, size: float, pad: float, may: BoolArray,
-) -> None:  # fmt: skip
-    """Fill ``may`` (K,): False where no box of the outer body holds all outermost vertices of the inner one.
-
-    ``extremes`` (E, 3) of the inner body and ``boxes`` (B, 2, 3): one around the outer, then those of its parts, if
-    there are several; the margin is ``pad`` times both bodies' size.
-    """
-    turns, places, points, ends = doubles_of(rotation), doubles_of(translation), doubles_of(extremes), doubles_of(boxes)
-    bodies, count, first = rotation.shape[1], len(extremes), runtime_int(0)
-    for k in range(len(frames)):
-        a, b = frames[k] * bodies + inner, frames[k] * bodies + outer
-        margin = pad * (size + (largest_of(places, a) + largest_of(places, b)))
-        may[k] = box_holds(ends, first, points, count, turns, places, a, b, margin)
-        in_part = not may[k] or len(boxes) == 1
-        for box in range(1, len(boxes)):
-            in_part = in_part or box_holds(ends, box, points, count, turns, places, a, b, margin)
-        may[k] = may[k] and in_part
-
-
 @kernel
 def nesting_states(
     rotation: FloatArray, translation: FloatArray, frames: IntArray, inner: int, outer: int, probes: FloatArray,
@@ -288,9 +244,9 @@ def nesting_states(
     bodies, seen = rotation.shape[1], np.empty(3)
     for k in range(len(frames)):
         a, b = frames[k] * bodies + inner, frames[k] * bodies + outer
-        margin, state = pad * (size + (largest_of(places, a) + largest_of(places, b))), UNCERTAIN
+        margin, state = pad * (size + (largest_of(places, 3 * a, 1) + largest_of(places, 3 * b, 1))), UNCERTAIN
         for probe in range(len(probes)):
-            x, y, z = way_to_point(points, probe, turns, places, a, b)
+            x, y, z = way_to_point(points, probe, turns, places, 1, 9 * a, 3 * a, 3 * b)
             for i in range(3):
                 seen[i] = turns[9 * b + i] * x + turns[9 * b + 3 + i] * y + turns[9 * b + 6 + i] * z
             for axis in range(3):

@@ -4,6 +4,7 @@ from typing import Final
 
 import numpy as np
 
+from cdcore.narrow.level_tree import morton_codes
 from cdcore.numerics import FloatArray, IntArray
 
 GROUP: Final = 16
@@ -16,7 +17,6 @@ WIDER: Final = 1e-12
 """By this share of a face its edges are moved out, so that no ray slips between two of them."""
 
 ROUND: Final = 1.001
-CELLS: Final = 1 << 10
 
 
 class FirstHits:
@@ -24,7 +24,7 @@ class FirstHits:
 
     def __init__(self, triangles: FloatArray) -> None:
         """``triangles``: (f, 3, 3)."""
-        order = np.argsort(_morton(triangles.mean(axis=1)), kind="stable")
+        order = np.argsort(morton_codes(triangles.mean(axis=1)), kind="stable")
         rows = -(-len(order) // GROUP) * GROUP
         self._faces = triangles[np.resize(order, rows)].reshape(-1, GROUP, 3, 3)
         corners = self._faces.reshape(len(self._faces), -1, 3)
@@ -82,14 +82,3 @@ def crossing(triangles: FloatArray, origins: FloatArray, rays: FloatArray) -> Fl
     t = (edge_c * q).sum(axis=-1) * inverse
     inside = ~flat & (u >= -WIDER) & (v >= -WIDER) & (u + v <= 1 + WIDER) & (t >= 0)
     return np.where(inside, t, np.inf)
-
-
-def _morton(points: FloatArray) -> IntArray:
-    """A number per point (n, 3) that is near for points that are near: the bits of its cells, interleaved."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    cell = ((points - low) * (CELLS - 1) / np.where(high > low, high - low, 1.0)).astype(np.int64)
-    code = np.zeros(len(points), dtype=np.int64)
-    for bit in range(CELLS.bit_length() - 1):
-        for axis in range(3):
-            code |= ((cell[:, axis] >> bit) & 1) << (3 * bit + axis)
-    return code

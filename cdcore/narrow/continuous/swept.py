@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int, stay_one_function
+from cdcore.narrow.margins.margin_kernels import nearest_between_edges
 from cdcore.numerics import FloatArray
 
 CORNERS = 27
@@ -40,37 +41,6 @@ def along(c: FloatArray, k: int, x: float, y: float, z: float) -> float:
 
 
 @hot_kernel
-def nearest_direction(p: FloatArray, b: FloatArray, way: FloatArray) -> None:
-    """Between the nearest points of the edges of two faces, corners ``p`` (9,) and ``b[18:27]``, to ``way`` (3,).
-
-    Separates any faces that are apart and whose nearest points lie on edges, flat and pointlike faces included.
-    """
-    stay_one_function()
-    best = np.inf
-    for i in range(3):
-        i0, i1 = 3 * i, 3 * ((i + 1) % 3)
-        ux, uy, uz = p[i1] - p[i0], p[i1 + 1] - p[i0 + 1], p[i1 + 2] - p[i0 + 2]
-        uu = ux * ux + uy * uy + uz * uz
-        for j in range(3):
-            j0, j1 = 18 + 3 * j, 18 + 3 * ((j + 1) % 3)
-            vx, vy, vz = b[j1] - b[j0], b[j1 + 1] - b[j0 + 1], b[j1 + 2] - b[j0 + 2]
-            wx, wy, wz = p[i0] - b[j0], p[i0 + 1] - b[j0 + 1], p[i0 + 2] - b[j0 + 2]
-            vv, uv = vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
-            uw, vw = ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
-            spread = uu * vv - uv * uv
-            s = min(1.0, max(0.0, (uv * vw - vv * uw) / spread)) if spread > 0.0 else 0.0
-            t = (uv * s + vw) / vv if vv > 0.0 else 0.0
-            if t < 0.0 or t > 1.0 or vv == 0.0:
-                t = min(1.0, max(0.0, t))
-                s = min(1.0, max(0.0, (uv * t - uw) / uu)) if uu > 0.0 else 0.0
-            dx, dy, dz = wx + s * ux - t * vx, wy + s * uy - t * vy, wz + s * uz - t * vz
-            distance = dx * dx + dy * dy + dz * dz
-            if distance < best:
-                best = distance
-                way[0], way[1], way[2] = dx, dy, dz
-
-
-@hot_kernel
 def edge(p: FloatArray, first: int, k: int, out: FloatArray, at: int) -> None:
     """Edge ``k`` of the face whose corners start at ``p[first]``, to ``out[at:at + 3]``."""
     i, j = first + 3 * k, first + 3 * ((k + 1) % 3)
@@ -98,7 +68,8 @@ def faces_stay_apart(c: FloatArray, margin: float, scratch: FloatArray) -> bool:
             return True
     if edges_separate(c, e, margin):
         return True
-    nearest_direction(scratch, c, scratch[27:30])
+    o = runtime_int(0)
+    nearest_between_edges(scratch, o, c, o + 18, scratch[27:30])
     return bool(separates(c, e[27], e[28], e[29], margin))
 
 

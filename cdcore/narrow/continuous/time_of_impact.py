@@ -16,7 +16,6 @@ from cdcore.narrow.containment.containment_stage import any_part_inside
 from cdcore.narrow.continuous.search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, SegmentStage
 from cdcore.narrow.spacetime.box_tree import BoxTree, build_box_tree
-from cdcore.narrow.spacetime.pair_job import Poses
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.protocol import Motion
 
@@ -140,8 +139,7 @@ def _two(poses: ArrayLike, what: str) -> np.ndarray[tuple[int, ...], np.dtype[np
 
 def _touching(trees: list[BoxTree], motion: Motion) -> tuple[int, int] | None:
     """The first faces that meet at the start."""
-    poses = Poses(motion.rotations[:1], motion.translations[:1], motion.valid[:1])
-    found = decide_motion(trees, np.array([[0, 1]]), poses, faces=True).faces
+    found = decide_motion(trees, np.array([[0, 1]]), motion.frames(0, 1), faces=True).faces
     return (int(found[0, 0]), int(found[0, 1])) if len(found) else None
 
 

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.kernels.box_axes import apart_on_face_axes, box_seen_from
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
+from cdcore.kernels.memory import Memory, doubles_of
 from cdcore.numerics import EPS, BoolArray, FloatArray
 
 if TYPE_CHECKING:
@@ -166,46 +167,56 @@ def _faces_apart(
             for corner in range(3):
                 for k in range(3):
                     pair[3 + corner, k] = placed_b[m, 4 * k + corner]
-            if not _bounds(pair, axes, points)[2] > far and not (measured and _square_distance(points) > far * far):
+            if _bounds(pair, axes, points)[2] > far:
+                continue
+            if not measured or not _square_distance(points, axes[0]) > far * far:
                 return False
     return True
 
 
 @hot_kernel
-def _square_distance(points: FloatArray) -> float:
-    """Of two triangles (6, 3) that do not meet: between two edges, or a corner and a face.
+def _square_distance(points: FloatArray, way: FloatArray) -> float:
+    """Of two triangles (6, 3) that do not meet: between two edges, or a corner and a face; ``way`` (3,) is scratch.
 
     Source: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.
     """
     stay_one_function()
-    least = np.inf
-    for i in range(3):
-        for j in range(3):
-            least = min(least, _between_edges(points, i, (i + 1) % 3, 3 + j, 3 + (j + 1) % 3))
+    corners, o = doubles_of(points), runtime_int(0)
+    least = nearest_between_edges(corners, o, corners, o + 9, way)
     for corner in range(6):
         least = min(least, _above_face(points, corner, 3 if corner < 3 else 0))
     return least
 
 
 @hot_kernel
-def _between_edges(points: FloatArray, a: int, b: int, c: int, d: int) -> float:
-    """Squared, from edge a-b to edge c-d; an edge may be a point."""
+def nearest_between_edges(p: Memory, a: int, q: Memory, b: int, way: FloatArray) -> float:
+    """Between the nearest points of the edges of two faces, corners ``p[a:a + 9]`` and ``q[b:b + 9]``: ``way`` (3,) to
+    the first, and its squared length. An edge may be a point.
+    """
     stay_one_function()
-    uu, vv, uv, ur, vr = 0.0, 0.0, 0.0, 0.0, 0.0
-    for k in range(3):
-        u, v, r = points[b, k] - points[a, k], points[d, k] - points[c, k], points[a, k] - points[c, k]
-        uu, vv, uv, ur, vr = uu + u * u, vv + v * v, uv + u * v, ur + u * r, vr + v * r
-    cross = uu * vv - uv * uv
-    s = min(max((uv * vr - ur * vv) / cross, 0.0), 1.0) if cross > 0.0 else 0.0
-    t = (uv * s + vr) / vv if vv > 0.0 else 0.0
-    if t < 0.0 or t > 1.0 or not vv > 0.0:
-        t = min(max(t, 0.0), 1.0)
-        s = min(max((uv * t - ur) / uu, 0.0), 1.0) if uu > 0.0 else 0.0
-    square = 0.0
-    for k in range(3):
-        way = points[a, k] - points[c, k] + s * (points[b, k] - points[a, k]) - t * (points[d, k] - points[c, k])
-        square += way * way
-    return square
+    best = np.inf
+    for i in range(3):
+        i0, i1 = a + 3 * i, a + 3 * ((i + 1) % 3)
+        ux, uy, uz = p[i1] - p[i0], p[i1 + 1] - p[i0 + 1], p[i1 + 2] - p[i0 + 2]
+        uu = ux * ux + uy * uy + uz * uz
+        for j in range(3):
+            j0, j1 = b + 3 * j, b + 3 * ((j + 1) % 3)
+            vx, vy, vz = q[j1] - q[j0], q[j1 + 1] - q[j0 + 1], q[j1 + 2] - q[j0 + 2]
+            wx, wy, wz = p[i0] - q[j0], p[i0 + 1] - q[j0 + 1], p[i0 + 2] - q[j0 + 2]
+            vv, uv = vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
+            uw, vw = ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
+            spread = uu * vv - uv * uv
+            s = min(1.0, max(0.0, (uv * vw - vv * uw) / spread)) if spread > 0.0 else 0.0
+            t = (uv * s + vw) / vv if vv > 0.0 else 0.0
+            if t < 0.0 or t > 1.0 or vv == 0.0:
+                t = min(1.0, max(0.0, t))
+                s = min(1.0, max(0.0, (uv * t - uw) / uu)) if uu > 0.0 else 0.0
+            dx, dy, dz = wx + s * ux - t * vx, wy + s * uy - t * vy, wz + s * uz - t * vz
+            distance = dx * dx + dy * dy + dz * dz
+            if distance < best:
+                best = distance
+                way[0], way[1], way[2] = dx, dy, dz
+    return best
 
 
 @hot_kernel

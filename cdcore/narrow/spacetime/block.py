@@ -143,6 +143,29 @@ def have_room(lists: Lists) -> bool:
 
 
 @hot_kernel
+def must_wait(fills: bool, lists: Lists) -> bool:
+    """Whether a step that fills the lists finds one full: of nodes only records do, a look before each took 3 %."""
+    become_part_of_caller()
+    return fills and not have_room(lists)
+
+
+@hot_kernel
+def opened(
+    tree_a: TreeMemory, a: int, tree_b: TreeMemory, b: int, kind: int, mask: int, stack: Memory, depth: int
+) -> int:
+    """Put both children of a node of A or B, each with the other node, on the stack; returns its height."""
+    become_part_of_caller()
+    if kind == OPEN_A:
+        child = first_child(tree_a, a)
+        stack[depth], stack[depth + 1], stack[depth + 3], stack[depth + 4] = child, b, child + 1, b
+    else:
+        child = first_child(tree_b, b)
+        stack[depth], stack[depth + 1], stack[depth + 3], stack[depth + 4] = a, child, a, child + 1
+    stack[depth + 2], stack[depth + 5] = mask, mask
+    return depth + 6
+
+
+@hot_kernel
 def ask_face_pair(
     tree_a: TreeMemory, pose_a: PoseMemory, face_a: int, tree_b: TreeMemory, pose_b: PoseMemory, face_b: int,
     frame: int, asked: int, meet: int, question: BlockQuestion, lists: Lists, hits: Memory, scratch: Memory,
@@ -216,7 +239,7 @@ def traverse_block(
     stack, pad = scratch.stack, question.pad
     depth, alive = scratch.state[0], scratch.state[1]
     while depth > 0:
-        if not have_room(lists):
+        if must_wait(question.record, lists):
             scratch.state[0], scratch.state[1] = depth, alive
             return False
         depth -= 3
@@ -236,19 +259,14 @@ def traverse_block(
         kind = step_below(boxes_a, a, leaf_a, boxes_b, b, leaf_b)
         if question.record:
             note(lists, kind, frame, mask, a, b)
-        if kind == ASKED:
-            alive = ask_leaves(
-                tree_a, pose_a, leaf_a, tree_b, pose_b, b, leaf_b, frame, mask, alive, question, lists, hits, work,
-                scratch,
-            )  # fmt: skip
-        elif kind == OPEN_A:
-            child = first_child(tree_a, a)
-            stack[depth], stack[depth + 1], stack[depth + 2] = child, b, mask
-            stack[depth + 3], stack[depth + 4], stack[depth + 5] = child + 1, b, mask
-            depth += 6
-        else:
-            child = first_child(tree_b, b)
-            stack[depth], stack[depth + 1], stack[depth + 2] = a, child, mask
-            stack[depth + 3], stack[depth + 4], stack[depth + 5] = a, child + 1, mask
-            depth += 6
+        if kind != ASKED:
+            depth = opened(tree_a, a, tree_b, b, kind, mask, stack, depth)
+            continue
+        if must_wait(not question.record, lists):
+            work[NODE_TESTS] -= 1
+            scratch.state[0], scratch.state[1] = depth + 3, alive
+            return False
+        alive = ask_leaves(
+            tree_a, pose_a, leaf_a, tree_b, pose_b, b, leaf_b, frame, mask, alive, question, lists, hits, work, scratch
+        )
     return True

@@ -180,6 +180,8 @@ def _stretches(job: PairJob, frames: int) -> Iterator[tuple[int, int]]:
 
 def _answered(jobs: list[tuple[int, PairJob]], threads: int, marks: ByteArray) -> list[_Done]:
     """The answers of all stretches of each pair, which leave their ``marks`` (P, 2, T) at distinct frames."""
+    if not jobs:
+        return []
     if threads <= 1:
         workspace = Workspace()
         return [
@@ -221,7 +223,9 @@ def _collected(done: list[_Done], marks: ByteArray, total: IntArray, faces: bool
             rows += [part.faces for part in parts]
             row_count += len(found)
     hits, near = marks.transpose(1, 0, 2).view(np.bool_)
-    column, close = divmod(np.flatnonzero(near > hits), max(1, hits.shape[1]))
+    close = np.flatnonzero(near > hits)
+    column = close // max(1, hits.shape[1])  # a second quotient, of divmod, takes longer than a product
+    close -= column * hits.shape[1]
     frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
     order, reused = np.lexsort((pair, frame)), sum(len(job.frames) - job.count for _, job, _ in done)
     work = dict(zip(COUNTER_NAMES, total.tolist(), strict=True)) | {"reused": reused}

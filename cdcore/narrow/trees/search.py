@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.trees.aabb import traverse as aabb
-from cdcore.narrow.trees.obb import traverse as obb
-from cdcore.narrow.trees.rapid import traverse as rapid_style
-from cdcore.narrow.trees.solid import traverse as solid_style
+from cdcore.narrow.trees.box_trees import (
+    Built,
+    build_obb_tree,
+    build_rapid_tree,
+    build_solid_tree,
+    build_world_box_tree,
+)
+from cdcore.narrow.trees.descent import OBB, RAPID, SOLID, WORLD, search_rows
 from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 
@@ -49,24 +53,22 @@ class Searched:
 
 @dataclass(frozen=True)
 class TreeKind:
-    """A hierarchy: ``build`` makes a tree of corners (f, 3, 3) and says its depth, ``search_rows`` searches two.
+    """A hierarchy: ``build`` makes a tree of corners (f, 3, 3), ``kind`` says how two of them are searched.
 
     ``undismissed``: the counter of face pairs that no volume kept apart by the pad.
     """
 
-    build: Callable[[FloatArray], tuple[Any, int]]
-    search_rows: Callable[..., IntArray]
+    build: Callable[[FloatArray], Built]
+    kind: int
     more_counters: tuple[str, ...] = ()
     undismissed: int = 1
 
 
 TREE_KINDS: Final = {
-    "rapid-style": TreeKind(rapid_style.build_rapid_tree, rapid_style.search_rows),
-    "solid-style": TreeKind(
-        solid_style.build_solid_tree, solid_style.search_rows, ("cache_hits", "gjk_steps", "exact_tests"), 4
-    ),
-    "aabb": TreeKind(aabb.build_world_box_tree, aabb.search_rows),
-    "obb": TreeKind(obb.build_obb_tree, obb.search_rows),
+    "rapid-style": TreeKind(build_rapid_tree, RAPID),
+    "solid-style": TreeKind(build_solid_tree, SOLID, ("cache_hits", "gjk_steps", "exact_tests"), 4),
+    "aabb": TreeKind(build_world_box_tree, WORLD),
+    "obb": TreeKind(build_obb_tree, OBB),
 }
 """Detector -> its hierarchy."""
 
@@ -101,7 +103,7 @@ class TreeSearch:
         pad: FloatArray, every: bool, budget: int, counts: IntArray, truncated: ByteArray,
     ) -> IntArray:  # fmt: skip
         """``Searched.found``; ``counts`` (K, C) is added to, ``truncated`` (K,) is set."""
-        return self._kind.search_rows(
-            self.trees[a], self.trees[b], self._stack, turn_a, move_a, turn_b, move_b, pad, every, budget, self._digits,
-            counts, truncated,
+        return search_rows(
+            self._kind.kind, self.trees[a], self.trees[b], self._stack, turn_a, move_a, turn_b, move_b, pad, every,
+            budget, self._digits, counts, truncated,
         )  # fmt: skip

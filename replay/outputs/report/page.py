@@ -1,7 +1,8 @@
 """``report.html``: what was missed, where and at what price, on one self-contained page."""
 
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import count
 from pathlib import Path
 from typing import Final
 
@@ -172,12 +173,8 @@ def _of_pair(result: RunResult, one: FalseContact, solids: Mapping[int, Triangle
 def _telling(shown: list[tuple[str, Miss]]) -> list[tuple[str, Miss]]:
     """Misses in the order in which they deserve a picture: each detector's worst of each pair, then its second, ..."""
     worst = sorted(shown, key=lambda one: (one[1].kind != NEVER_FOUND, -one[1].cut_length, one[1].number))
-    seen: Counter[tuple[str, int]] = Counter()
-    turns = []
-    for place, (label, miss) in enumerate(worst):
-        turns.append((seen[label, miss.pair], place))
-        seen[label, miss.pair] += 1
-    return [worst[place] for _, place in sorted(turns)]
+    turn: defaultdict[tuple[str, int], Iterator[int]] = defaultdict(count)
+    return sorted(worst, key=lambda one: next(turn[one[0], one[1].pair]))
 
 
 def _from_farther(eye: Eye, times: float = 1.35) -> Eye:

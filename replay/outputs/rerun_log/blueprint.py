@@ -21,7 +21,7 @@ from replay.outputs.rerun_log.layout import (
 )
 from replay.outputs.rerun_log.overview import ON_POLES
 from replay.outputs.rerun_log.tabs import answer_tab, pipeline_tab
-from replay.outputs.rerun_log.timing import any_timed, stage_path, timing_view
+from replay.outputs.rerun_log.timing import stage_path, timing_view
 from replay.outputs.rerun_log.tradeoff import curve_tab
 from replay.outputs.rerun_log.views import around_cursor, plot, spatial, state_view, text_list, text_view, whole_layout
 from replay.outputs.rerun_log.world import body_path
@@ -45,7 +45,8 @@ def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
     result = layout.result
     several = len(layout.subjects) > 1
     tabs = [_audit(layout, one, f"Audit: {one.label}" if several else "Audit") for one in layout.subjects]
-    tabs = tabs or [_plain(layout)]
+    # Without anything to compare: the session, and what the one detector found.
+    tabs = tabs or [rrb.Horizontal(_room(layout), _report(), column_shares=[0.7, 0.3], name="Session")]
     tabs += [pipeline_tab(layout, run, f"Pipeline: {run.label}" if k else "Pipeline")
              for k, run in enumerate(layout.watched)]  # fmt: skip
     first = 0
@@ -77,7 +78,8 @@ def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
     beside = [_close_up(layout, subject)] if subject.camera else []
     widths = [0.42, 0.26, 0.32] if beside else [0.66, 0.34]
     rows = [rrb.Horizontal(space, *beside, _words(subject), column_shares=widths), _lanes(layout, subject, lanes)]
-    bottom = [timing_view(layout.costs, layout.whole)] if any_timed(layout.costs) else []
+    timed = any(cost.per_frame is not None for cost in layout.costs.values())
+    bottom = [timing_view(layout.costs, layout.whole)] if timed else []
     bottom += [text_view(f"{subject.words}/nearest_miss", "The miss in the close-up")] if beside else []
     if bottom:
         rows.append(rrb.Horizontal(*bottom, column_shares=[0.7, 0.3][: len(bottom)]))
@@ -119,11 +121,6 @@ def _lanes(layout: BlueprintInput, subject: Subject, lanes: Sequence[str]) -> An
         return whole
     near = state_view(root, f"{AROUND} s around the cursor", around_cursor(AROUND), lanes[1:])
     return rrb.Horizontal(whole, near, column_shares=[0.7, 0.3])
-
-
-def _plain(layout: BlueprintInput) -> Any:
-    """Without anything to compare: the session, and what the one detector found."""
-    return rrb.Horizontal(_room(layout), _report(), column_shares=[0.7, 0.3], name="Session")
 
 
 def _room(layout: BlueprintInput) -> Any:

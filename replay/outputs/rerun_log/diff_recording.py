@@ -206,7 +206,6 @@ def _log_table(writer: RecordingWriter, detectors: Sequence[DiffedDetector]) -> 
 
 
 def _overview(points: Sequence[FloatArray]) -> Eye:
-    """An eye on all changes."""
     middle = np.mean(points, axis=0) if points else np.zeros(3)
     reach = max([WIDE, *(2.0 * float(np.linalg.norm(point - middle)) for point in points)])
     eye = middle + reach * np.array(NO_HEADSET) / np.linalg.norm(NO_HEADSET)

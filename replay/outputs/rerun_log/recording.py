@@ -22,34 +22,15 @@ from replay.outputs.camera import Eye, overview
 from replay.outputs.lanes import noise_states, ranked_pairs
 from replay.outputs.moments import FocusMoment, key_moments, pair_in_focus, worst_first
 from replay.outputs.palette import NOISES, OUTCOMES, WHITE, is_ghost, tags_of
+from replay.outputs.rerun_log import lanes as lane_log
+from replay.outputs.rerun_log import overview as overview_log
 from replay.outputs.rerun_log.blueprint import build_blueprint
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity, packed
 from replay.outputs.rerun_log.contacts import log_contacts
 from replay.outputs.rerun_log.effects import log_effects, log_happened
 from replay.outputs.rerun_log.findings import log_findings
-from replay.outputs.rerun_log.lanes import (
-    audit_lanes,
-    log_detector_lanes,
-    log_lane,
-    log_number_lane,
-    log_session_lanes,
-    noise_lane,
-    session_lanes,
-)
 from replay.outputs.rerun_log.layout import BlueprintInput, Subject
 from replay.outputs.rerun_log.missed import log_missed_faces
-from replay.outputs.rerun_log.overview import (
-    ANSWER,
-    MOMENTS,
-    NOTE,
-    SPACE,
-    log_moment_table,
-    log_moments,
-    log_overview_lanes,
-    moment_eyes,
-    moment_places,
-    overview_lanes,
-)
 from replay.outputs.rerun_log.pipeline import log_pipeline
 from replay.outputs.rerun_log.pipeline_frame import log_frame
 from replay.outputs.rerun_log.recording_file import recording_file
@@ -86,15 +67,15 @@ def write_recording(result: RunResult, path: Path, *, log_search: bool = False) 
     clock = RecordingClock.of(result.assembly, spans)
     subjects = [_subject(result, label, k) for k, label in enumerate(result.comparisons)]
     watched = watched_runs(result, all_looks=log_search)
-    moments, hiding = moment_eyes(result, key_moments(result) if result.comparisons else [])
-    lanes = overview_lanes(result, worst_first(result)) if moments else None
+    moments, hiding = overview_log.moment_eyes(result, key_moments(result) if result.comparisons else [])
+    lanes = overview_log.overview_lanes(result, worst_first(result)) if moments else None
     eye, spoken_of = _eye(result), _spoken_of(result)
     layout = BlueprintInput(result, subjects, eye, bool(spoken_of), watched, lanes, hiding)
     with recording_file(f"{APPLICATION}-{uuid4().hex}", path, build_blueprint(layout)) as stream:
         stream.send_recording_name(result.session.scene.name or "Session")
         writer = RecordingWriter(stream, clock)
         _log_all(writer, result, subjects, moments)
-        log_detector_lanes(writer, "detectors", result.assembly, result.detections, spoken_of)
+        lane_log.log_detector_lanes(writer, "detectors", result.assembly, result.detections, spoken_of)
         for run in watched:
             log_pipeline(writer, run, result.assembly)
             log_searches(writer, run, result.assembly, result.session.scene, eye)
@@ -113,7 +94,7 @@ def _subject(result: RunResult, label: str, number: int) -> Subject:
     return Subject(
         label=label,
         headline=contact_words(counts, label) if counts.contacts else headline(result, label),
-        lanes=audit_lanes(lanes, result.assembly, result.comparisons[label]),
+        lanes=lane_log.audit_lanes(lanes, result.assembly, result.comparisons[label]),
         longest=misses[0].pair if misses else None,
         words=words,
         many=len(misses) > MANY,
@@ -143,18 +124,18 @@ def _log_all(
     if result.tradeoff is not None:
         log_tradeoff(writer, result.tradeoff)
     log_effects(writer, result.effects)
-    log_session_lanes(writer, result)
-    if result.effects or session_lanes(result):
+    lane_log.log_session_lanes(writer, result)
+    if result.effects or lane_log.session_lanes(result):
         log_happened(writer, result.effects, leads=not result.comparisons)
     writer.markdown("report", report_text(result))
     log_findings(writer, result)
 
 
 def _log_overview(writer: RecordingWriter, result: RunResult, moments: Mapping[FocusMoment, Eye]) -> None:
-    log_overview_lanes(writer, result, worst_first(result), [*moments])
-    log_moments(writer, result, (MOMENTS, NOTE, SPACE), moments)
-    log_moment_table(writer, moment_places(writer, result, [*moments]))
-    writer.markdown(ANSWER, answer_text(result))
+    overview_log.log_overview_lanes(writer, result, worst_first(result), [*moments])
+    overview_log.log_moments(writer, result, (overview_log.MOMENTS, overview_log.NOTE, overview_log.SPACE), moments)
+    overview_log.log_moment_table(writer, overview_log.moment_places(writer, result, [*moments]))
+    writer.markdown(overview_log.ANSWER, answer_text(result))
     pair = pair_in_focus([*moments], len(result.assembly.motion))
     for label in with_solids(result):
         log_solids(writer, result, label, pair)
@@ -167,17 +148,17 @@ def _log_subject(
     oracle = result.detections[result.oracle]
     for path, column in subject.lanes.items():
         if column is None:
-            log_number_lane(writer, path, misses)
+            lane_log.log_number_lane(writer, path, misses)
         else:
-            log_lane(writer, path, result.comparisons[subject.label].outcome[:, column], OUTCOMES)
+            lane_log.log_lane(writer, path, result.comparisons[subject.label].outcome[:, column], OUTCOMES)
             if result.noise is not None:
                 states = noise_states(result.noise, result.episodes[result.oracle], column, len(assembly.motion))
-                log_lane(writer, noise_lane(path), states, NOISES)
+                lane_log.log_lane(writer, lane_log.noise_lane(path), states, NOISES)
     log_missed_faces(writer, subject.faces, assembly, oracle, misses)
     listed, note = f"{subject.words}/missed", f"{subject.words}/nearest_miss"
     own = {one: eye for one, eye in moments.items() if one.label == subject.label and one.outcome == Outcome.MISSED}
     if own:
-        log_moments(writer, result, (listed, note, subject.missed), own)
+        overview_log.log_moments(writer, result, (listed, note, subject.missed), own)
     else:
         none = rr.TextLog.columns(text=[f"nothing missed by {subject.label}"], level=["none"], color=packed([WHITE]))
         writer.rows(listed, [0], none)
@@ -221,16 +202,11 @@ def _places(result: RunResult, misses: Sequence[tuple[float, float, float]]) -> 
 def _boxed(result: RunResult, body: int, frames: NDArray[np.int64]) -> FloatArray:
     """Corners (n, 3) of the box around a body in these frames; none of a large one, or of a hand or a headset."""
     assembly = result.assembly
-    corners = _corners(assembly.bodies[body].mesh.vertices)
+    vertices = assembly.bodies[body].mesh.vertices
+    corners = np.array([*product(*zip(vertices.min(axis=0), vertices.max(axis=0), strict=True))], dtype=np.float64)
     tags = tags_of(assembly.names[body], result.session.scene)
     if not len(frames) or np.ptp(corners, axis=0).max() >= SMALL or is_ghost(tags):
         return np.zeros((0, 3))
     turns, places = assembly.motion.rotations[frames, body], assembly.motion.translations[frames, body]
     found: FloatArray = (np.einsum("fij,kj->fki", turns, corners) + places[:, None]).reshape(-1, 3)
     return found
-
-
-def _corners(vertices: FloatArray) -> FloatArray:
-    """The eight corners of the box around vertices."""
-    ends = zip(vertices.min(axis=0), vertices.max(axis=0), strict=True)
-    return np.array(list(product(*ends)), dtype=np.float64)

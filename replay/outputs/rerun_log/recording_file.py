@@ -39,10 +39,7 @@ REPORT: Final = "report"
 def recording_file(application: str, path: Path, blueprint: rrb.Blueprint) -> Iterator[rr.RecordingStream]:
     """A stream whose messages are in the file ``path`` when the block has ended.
 
-    Raises
-    ------
-    OSError
-        The file cannot be written, or what Rerun made is no complete recording.
+    Raises ``OSError``: the file cannot be written, or what Rerun made is no complete recording.
     """
     stream = rr.RecordingStream(application, recording_id=uuid4())
     try:

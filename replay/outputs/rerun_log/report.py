@@ -40,7 +40,8 @@ def answer_text(result: RunResult) -> str:
     parts = [f"## {title}", *also * (not several), *why(result, ranks[0]), *cost]
     if several:
         parts += [_ranks(result, ranks), *also, "*missed*: never reported. *in part*: late, early, or with gaps."]
-    held = [f"A hand and what it holds are counted apart: {words}." for words in _held_words(ranks)]
+    wrong = [f"{one.label} {one.held[0]:,} false frames, {one.held[1]} missed" for one in ranks if any(one.held)]
+    held = [f"A hand and what it holds are counted apart: {'; '.join(wrong)}."] * bool(wrong)
     return "\n\n".join([*parts, *undecided(result), *held, *doubts(result), f"*{CAVEAT}*"])
 
 
@@ -64,11 +65,6 @@ def _ranks(result: RunResult, ranks: Sequence[Rank]) -> str:
     # Page and terminal have room for intervals; here they would push out what to do.
     plain = [tuple(text_of(cell).partition(" [")[0] for cell in row[:-1]) + row[-1:] for row in made.rows]
     return markdown(replace(made, title="", rows=tuple(plain)))
-
-
-def _held_words(ranks: Sequence[Rank]) -> list[str]:
-    wrong = [f"{one.label} {one.held[0]:,} false frames, {one.held[1]} missed" for one in ranks if any(one.held)]
-    return ["; ".join(wrong)] if wrong else []
 
 
 def report_text(result: RunResult) -> str:

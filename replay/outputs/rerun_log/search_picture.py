@@ -102,7 +102,6 @@ def end_words(moment: Moment, trace: LookTrace) -> str:
 
 
 def _eyes(run: WatchedRun, assembly: Assembly, scene: Scene) -> list[Eye]:
-    """An eye for each moment, before the pair that its look came to."""
     obstacles = Obstacles(assembly, scene)
     eyes = []
     for moment in run.moments:

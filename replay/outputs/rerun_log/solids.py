@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Final, Protocol, runtime_checkable
+from typing import Any, Final
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from cdcore import Body, TriangleMesh
+from cdcore import TriangleMesh
 from cdcore.numerics import FloatArray, IntArray
 from replay.comparison.outcome import Outcome
 from replay.outputs.palette import BUDGET, INVENTED
@@ -27,14 +26,6 @@ DRAWN_EDGES: Final = 40_000
 HIDDEN, SEEN, FALSE = range(3)
 
 
-@runtime_checkable
-class HasColliders(Protocol):
-    """A detector that decides about solids in place of the meshes, one a body, each of one or more convex parts."""
-
-    colliders: tuple[Body, ...]
-    parts: Mapping[str, Sequence[TriangleMesh]]
-
-
 def solid_path(body: str, label: str) -> str:
     """Entity of the solid, below the body: so it moves with it."""
     return f"{body_path(body)}/{entity(f'solid_of_{label}')}"
@@ -42,19 +33,17 @@ def solid_path(body: str, label: str) -> str:
 
 def with_solids(result: RunResult) -> list[str]:
     """Audited detectors with solids other than the meshes."""
-    found = []
-    for label in result.comparisons:
-        detector: object = result.detectors.get(label)
-        if isinstance(detector, HasColliders):
-            pairs = zip(detector.colliders, result.assembly.bodies, strict=True)
-            found += [label] if any(solid.mesh is not body.mesh for solid, body in pairs) else []
-    return found
+
+    def has_solids(label: str) -> bool:
+        solids = getattr(result.detectors.get(label), "colliders", ())
+        return any(solid.mesh is not result.assembly.bodies[k].mesh for k, solid in enumerate(solids))
+
+    return [label for label in result.comparisons if has_solids(label)]
 
 
 def log_solids(writer: RecordingWriter, result: RunResult, label: str, pair: IntArray) -> None:
     """Send the solids of one detector; ``pair`` (T,): the pair in focus."""
-    detector = result.detectors[label]
-    assert isinstance(detector, HasColliders)
+    detector: Any = result.detectors[label]  # whose solids have one or more convex parts each
     state, left = solid_states(result, label, pair), DRAWN_EDGES
     for column, solid in enumerate(detector.colliders):
         edges = np.concatenate([sharp_edges(part) for part in detector.parts[solid.name]])

@@ -117,11 +117,6 @@ def clipped(timed: Sequence[FloatArray]) -> tuple[float, float, str]:
     return 1.15 * high, slowest, ", cut off" if slowest > 1.15 * high else ""
 
 
-def any_timed(costs: Mapping[str, Cost]) -> bool:
-    """Whether a detector was timed frame by frame."""
-    return any(cost.per_frame is not None for cost in costs.values())
-
-
 def timing_view(costs: Mapping[str, Cost], whole: rrb.TimeAxis, *, short: bool = False) -> Any:
     """Times of all detectors on one axis; ``short``: curves named by their 99th percentile alone."""
     timed = [cost.per_frame for cost in costs.values() if cost.per_frame is not None and len(cost.per_frame)]

@@ -76,13 +76,10 @@ class OpenViewer:
     def open(self, recording: Path) -> None:
         """Load a recording and wait until all of it is there; ``ViewerError``: not in a minute, or the viewer ended."""
         try:
-            self._open(recording)
+            loaded = self.add(recording, len(self.state().recordings) + 1)
         except ConnectionError as error:
             raise ViewerError(_ended(self._words)) from error
-
-    def _open(self, recording: Path) -> None:
-        before = len(self.state().recordings)
-        if not self.add(recording, before + 1):
+        if not loaded:
             late = f"the viewer did not load {recording} in {LOAD_SECONDS:.0f} s"
             raise ViewerError(f"{late}; try `rerun {recording}`")
 
@@ -108,10 +105,6 @@ class OpenViewer:
     def screenshot(self, view: View | None = None) -> bytes:
         """A PNG of the viewer, or of one view."""
         return self._client.take_screenshot(None if view is None else view.view_id)
-
-    def wait(self) -> int:
-        """Wait until the window is closed; returns the exit code."""
-        return self.process.wait()
 
     def close(self) -> None:
         """End the viewer and wait until it is gone."""

@@ -13,17 +13,9 @@ from pathlib import Path
 from typing import Final
 from urllib.request import urlopen
 
+from replay.outputs.rerun_log import viewer
 from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.overview import read_moments
-from replay.outputs.rerun_log.viewer import (
-    LOOPBACK,
-    PAUSE_SECONDS,
-    START_SECONDS,
-    ViewerError,
-    free_port,
-    quiet_environment,
-    viewer_binary,
-)
 from replay.outputs.words import address
 
 SCRIPT: Final = "re_viewer.js"
@@ -41,12 +33,12 @@ def web_viewer() -> dict[str, bytes]:
 
     Raises ``ViewerError``: the installed rerun has none.
     """
-    binary, port = viewer_binary(), free_port()
-    words = ["--serve-web", "--bind", LOOPBACK, "--port", str(free_port()), "--web-viewer-port", str(port)]
-    quiet = subprocess.DEVNULL
-    process = subprocess.Popen([str(binary), *words], stdin=quiet, stdout=quiet, stderr=quiet, env=quiet_environment())
+    binary, port, other = viewer.viewer_binary(), viewer.free_port(), viewer.free_port()
+    words = ["--serve-web", "--bind", viewer.LOOPBACK, "--port", str(other), "--web-viewer-port", str(port)]
+    quiet, env = subprocess.DEVNULL, viewer.quiet_environment()
+    process = subprocess.Popen([str(binary), *words], stdin=quiet, stdout=quiet, stderr=quiet, env=env)
     try:
-        found = {name: _fetched(f"http://{LOOPBACK}:{port}/{name}", process) for name in (SCRIPT, PROGRAM)}
+        found = {name: _fetched(f"http://{viewer.LOOPBACK}:{port}/{name}", process) for name in (SCRIPT, PROGRAM)}
     finally:
         process.kill()
         process.wait()
@@ -55,17 +47,17 @@ def web_viewer() -> dict[str, bytes]:
 
 
 def _fetched(url: str, process: subprocess.Popen[bytes]) -> bytes:
-    deadline = time.monotonic() + START_SECONDS
+    deadline = time.monotonic() + viewer.START_SECONDS
     while True:
         try:
-            with urlopen(url, timeout=START_SECONDS) as answer:
+            with urlopen(url, timeout=viewer.START_SECONDS) as answer:
                 content: bytes = answer.read()
                 return content
         except OSError as error:
             # A server that answers has started: what it does not hand out now it never will.
             if process.poll() is not None or hasattr(error, "code") or time.monotonic() > deadline:
-                raise ViewerError(f"{NO_WEB_VIEWER} ({error})") from error
-            time.sleep(PAUSE_SECONDS)
+                raise viewer.ViewerError(f"{NO_WEB_VIEWER} ({error})") from error
+            time.sleep(viewer.PAUSE_SECONDS)
 
 
 def moment_commands(recording: Path, labels: Sequence[str]) -> dict[str, bytes]:

@@ -31,27 +31,17 @@ _SECTION: Final = re.compile(r"<!-- annotations -->.*<!-- end of annotations -->
 
 @dataclass(frozen=True)
 class Annotation:
-    """What one rater said of one contact.
+    """What one rater said of one contact."""
 
-    Parameters
-    ----------
-    session : hash of the recording.
-    body_a, body_b : the pair.
-    first_ns, last_ns : stamps of the first and last frame of the contact.
-    kind : ``miss`` or ``false``: what it was when it was annotated.
-    detector : label of the detector that was wrong.
-    text, tag, rater : what was said, one of ``TAGS``, and by whom.
-    """
-
-    session: str
+    session: str  # hash of the recording
     body_a: str
     body_b: str
-    first_ns: int
+    first_ns: int  # stamps of the first and last frame of the contact
     last_ns: int
-    kind: str
-    detector: str
+    kind: str  # ``miss`` or ``false``: what it was when it was annotated
+    detector: str  # label of the detector that was wrong
     text: str
-    tag: str
+    tag: str  # one of ``TAGS``
     rater: str
 
     def about(self, other: "Annotation") -> bool:

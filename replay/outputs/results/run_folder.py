@@ -51,20 +51,12 @@ Picture = Callable[[RunResult, Path], None]
 
 @dataclass(frozen=True)
 class FolderKind:
-    """A kind of folder that a command writes and, when asked, replaces.
+    """A kind of folder that a command writes and, when asked, replaces."""
 
-    Parameters
-    ----------
-    what : its name in sentences.
-    mark : the file that says what the folder is; its key ``files`` lists what was written.
-    schema : what its key ``schema`` holds, up to the version.
-    known : files of a folder whose mark has no such key.
-    """
-
-    what: str
-    mark: str
-    schema: str
-    known: tuple[str, ...]
+    what: str  # its name in sentences
+    mark: str  # the file that says what the folder is; its key ``files`` lists what was written
+    schema: str  # what its key ``schema`` holds, up to the version
+    known: tuple[str, ...]  # files of a folder whose mark has no key ``files``
 
     def listed(self, folder: Path) -> tuple[str, ...]:
         """The files that a command wrote into a folder, the mark last; ``OutputError``: it is none of this kind."""

@@ -5,7 +5,6 @@ packed in scripts; the viewer's, the largest, is there once for all runs.
 """
 
 import gzip
-import hashlib
 import json
 import shutil
 from base64 import b64encode
@@ -27,6 +26,7 @@ from replay.outputs.results.run_folder import (
     result_folder,
     write_summary,
 )
+from replay.outputs.results.seal import file_hash
 from replay.outputs.tables import Marked, table
 from replay.outputs.words import counted
 from sessions.mcap_format.metadata import SHARE
@@ -76,7 +76,7 @@ def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool 
 def run_key(run: Path) -> str:
     """By what a shared folder knows a run again, without its name: the first 16 hex digits over its summary."""
     try:
-        return hashlib.sha256((run / SUMMARY).read_bytes()).hexdigest()[:16]
+        return file_hash(run / SUMMARY)[:16]
     except OSError as error:
         raise RunFolderError(f"{run / SUMMARY} cannot be read; replay the session again") from error
 
@@ -93,7 +93,6 @@ def pages_of(shared: Path) -> dict[str, str]:
 
 
 def _viewer() -> tuple[dict[str, bytes], str]:
-    """The files of the viewer, and why there are none."""
     from replay.outputs.rerun_log.viewer import ViewerError
     from replay.outputs.rerun_log.web_viewer import PROGRAM, web_viewer
 
@@ -152,7 +151,6 @@ def _beside(report: str, name: str, run: RunFolder) -> str:
 
 
 def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
-    """The page that leads to the runs."""
     rows: list[Sequence[Any]] = []
     for name, one in pages.items():
         who = one.summary["session"]["facts"].get("pseudonym", "")

@@ -119,10 +119,10 @@ def holm(regressions: Sequence[Regression]) -> tuple[Regression, ...]:
 
 def holm_p(given: Sequence[float | None]) -> list[float | None]:
     """p-values after Holm's correction across all that are given; ``None`` stays."""
-    from statsmodels.stats.multitest import multipletests
-
-    there = [p for p in given if p is not None]
-    corrected = iter(multipletests(there, method="holm")[1].tolist() if there else [])
+    there = np.array([p for p in given if p is not None])
+    order = np.argsort(there)
+    there[order] = np.minimum(np.maximum.accumulate(there[order] * np.arange(len(there), 0, -1)), 1.0)
+    corrected = iter(there.tolist())
     return [None if p is None else next(corrected) for p in given]
 
 

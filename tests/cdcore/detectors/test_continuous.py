@@ -6,7 +6,6 @@ from support.shapes import ball_mesh, box_mesh, lab
 
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.detectors.continuous import GAP_BEFORE, LOST_BEFORE
-from cdcore.errors import InvalidSettingError
 from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_segment, pose_at
 
 BALL, PLATE = Body("ball", ball_mesh(0.01)), Body("plate", box_mesh((0.3, 0.3, 0.002)))
@@ -145,9 +144,3 @@ def test_what_cannot_be_told_is_unresolved_counted_and_explained():
     assert words(detection) == ["CLEAR", "UNRESOLVED"]
     assert detection.work["unresolved"] == 1
     assert "half a turn" in detection.reasons[1, 0]
-
-
-@pytest.mark.parametrize(("name", "value"), [("tolerance", -1.0), ("tolerance", float("nan")), ("effort", -5)])
-def test_settings_out_of_range_are_refused(name, value):
-    with pytest.raises(InvalidSettingError, match=f"{name}="):
-        create_detector("continuous", (BALL, PLATE), **{name: value})

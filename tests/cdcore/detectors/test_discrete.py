@@ -214,13 +214,6 @@ def test_a_sphere_misses_the_corner_that_sticks_out_and_says_that_its_shape_is_t
     assert told.shapes_meet is False and told.looked is True
 
 
-def test_unknown_shapes_and_rates_are_refused():
-    with pytest.raises(InvalidSettingError, match="choose one of: hull, box, sphere, capsule, mesh, compound"):
-        create_detector("collider", [BEAKER], shape="blob")
-    with pytest.raises(InvalidSettingError, match="is no rate"):
-        create_detector("collider", [BEAKER], rate_hz=0.0)
-
-
 @pytest.mark.parametrize(("setting", "value"), [("pieces", 0), ("pieces", 2.5), ("skin_m", -0.001), ("skin_m", "x")])
 def test_pieces_and_skin_out_of_range_are_refused(setting, value):
     with pytest.raises((InvalidSettingError, TypeError)):

@@ -7,7 +7,6 @@ from support.motions import KINDS, grid_plate, motion_of, placed
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, merged, moved
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
-from cdcore.errors import InvalidSettingError
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.protocol import detect_live
 
@@ -64,11 +63,6 @@ def test_settings_change_no_answer(settings):
     other = create_detector("exact", bodies, **settings).detect(motion, faces=True)
     assert other.digest == plain.digest
     assert other.faces_digest == plain.faces_digest
-
-
-def test_threads_below_one_are_refused():
-    with pytest.raises(InvalidSettingError, match="threads"):
-        create_detector("exact", [body_of("a", grid_plate(1))], threads=0)
 
 
 def test_a_small_closed_body_inside_a_large_one_is_contained():

@@ -167,3 +167,13 @@ def test_in_every_experiment_it_says_of_every_frame_what_the_exact_hull_collider
             if valid[k, i] and valid[k, j]:
                 a, b = (corners[body] @ turns[k, body].T + places[k, body] for body in (i, j))
                 assert apart(a, b) == (not engine[k, pair])
+
+
+def test_a_mesh_far_from_the_origin_of_its_body_keeps_its_digits():
+    gaps = np.array([-1e-4, 1e-4])
+    bodies, motion = hulls_at(1, gaps)
+    far = np.array([300.0, -200.0, 100.0])
+    moved = [Body(one.name, TriangleMesh(one.mesh.vertices + far, one.mesh.faces)) for one in bodies]
+    there = Motion(motion.times, motion.translations - motion.rotations @ far, motion.rotations)
+    found = create_detector("mujoco", moved).detect(there).verdict[:, 0]
+    assert (found == Verdict.CONTACT).tolist() == [True, False]

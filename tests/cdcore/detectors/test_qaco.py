@@ -8,7 +8,6 @@ from support.search_scenes import ball_of, torus_mesh
 from support.shapes import lab, still
 
 from cdcore import Body, Verdict, create_detector
-from cdcore.errors import InvalidSettingError
 
 VARIANTS = ("memetic", "corrected", "local", "random", "printed")
 
@@ -83,11 +82,6 @@ def test_a_larger_budget_finds_no_fewer_contacts_from_cold_starts():
     assert found[0].sum() < found[2].sum()
 
 
-def test_settings_are_checked_by_name():
-    with pytest.raises(InvalidSettingError, match="variant='best'"):
-        create_detector("qaco", lab(2)[0], variant="best")
-
-
 @cache
 def found(name, **settings):
     bodies, motion = lab(150)
@@ -132,8 +126,3 @@ def test_containment_is_refused_where_nothing_decides_it():
     refused = found("hybrid-qaco", decide="mesh", containment=False).containment
     assert set(refused) == {"refused: containment=False"}
     assert found("hybrid-qaco", decide="mesh").containment == found("hybrid").containment
-
-
-def test_an_unknown_way_to_decide_is_refused():
-    with pytest.raises(InvalidSettingError, match="choose one of: search, mesh"):
-        create_detector("hybrid-qaco", lab(2)[0], decide="luck")

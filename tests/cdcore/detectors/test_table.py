@@ -110,6 +110,14 @@ def test_settings_arrive_and_are_kept():
         ("discrete", {"rate_hz": 0}, "rate_hz=0 is no rate"),
         ("discrete", {"rate_hz": float("nan")}, "is no rate"),
         ("static", {"epsilon": -1.0}, "epsilon=-1.0 is no distance"),
+        ("exact", {"threads": 0}, "threads"),
+        ("qaco", {"variant": "best"}, "variant='best'"),
+        ("hybrid-qaco", {"decide": "luck"}, "choose one of: search, mesh"),
+        ("collider", {"shape": "blob"}, "choose one of: hull, box, sphere, capsule, mesh, compound"),
+        ("collider", {"rate_hz": 0.0}, "is no rate"),
+        ("continuous", {"tolerance": -1.0}, "tolerance="),
+        ("continuous", {"tolerance": float("nan")}, "tolerance="),
+        ("continuous", {"effort": -5}, "effort="),
     ],
 )
 def test_a_value_out_of_range_is_refused(name, settings, message):

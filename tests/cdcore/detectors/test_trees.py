@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, rod_mesh, still, without_faces
 
-from cdcore import Body, Verdict, create_detector, join
+from cdcore import Body, Verdict, create_detector
 from cdcore.bounding.sphere import sphere_best, sphere_by_triangle_mean
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.protocol import counts_as_contact
@@ -13,23 +13,6 @@ TREES = ["aabb", "obb", "rapid-style", "solid-style"]
 BALLS = [Body("a", ball_mesh()), Body("b", ball_mesh())]
 MEETING = still(BALLS, [(0, 0, 0), (1.5, 0.1, 0.2)])
 FAR = still(BALLS, [(0, 0, 0), (5, 0, 0)], frames=4)
-
-
-@pytest.mark.parametrize("name", TREES)
-def test_run_to_completion_it_lists_every_face_of_the_exact_detector(name):
-    want = create_detector("exact", BALLS).detect(MEETING, faces=True)
-    found = create_detector(name, BALLS).detect(MEETING, faces=True)
-    assert found.face_counts[0, 0] > 20
-    assert found.faces_digest == want.faces_digest
-
-
-@pytest.mark.parametrize("name", TREES)
-def test_the_first_hit_is_one_pair_and_a_budget_of_few_tests_finds_none(name):
-    first = create_detector(name, BALLS, mode="first").detect(MEETING, faces=True)
-    assert first.face_counts.tolist() == [[1]]
-    cut = create_detector(name, BALLS, budget=5).detect(MEETING, faces=True)
-    assert cut.verdict.tolist() == [[Verdict.NOT_FOUND]]
-    assert cut.work["node_tests"] == 5
 
 
 def test_a_broad_phase_keeps_bodies_apart_from_the_trees_of_aabb_and_solid():
@@ -51,21 +34,6 @@ def test_oriented_boxes_need_fewer_node_tests_than_world_boxes_on_turned_bodies(
     bodies, motion = lab(60)
     work = {name: create_detector(name, bodies).detect(motion, faces=True).work for name in ("aabb", "obb")}
     assert work["obb"]["node_tests"] < work["aabb"]["node_tests"]
-
-
-def test_solid_hits_its_cache_and_asks_every_meeting_pair_exactly():
-    work = create_detector("solid-style", BALLS).detect(MEETING, faces=True).work
-    assert 0 < work["cache_hits"] < work["leaf_tests"]
-    assert work["exact_tests"] > 20
-
-
-def test_a_stream_sweeps_as_the_whole_does():
-    bodies, motion = lab(60)
-    detector = create_detector("solid-style", bodies)
-    whole, parts = detector.detect(motion), join(detector.stream(motion.blocks(9)))
-    assert parts.digest == whole.digest
-    assert np.array_equal(parts.verdict, whole.verdict)
-    assert parts.work["swaps"] == whole.work["swaps"] > 0
 
 
 def test_it_invents_nothing_and_finds_most_of_what_overlaps():

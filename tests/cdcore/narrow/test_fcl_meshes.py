@@ -5,7 +5,6 @@ import pytest
 from support.shapes import ball_mesh, box_mesh, moved, random_rotations, rod_mesh
 
 from cdcore import TriangleMesh
-from cdcore.errors import InvalidPoseError
 from cdcore.narrow import fcl_meshes
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.narrow.triangles.predicates import triangles_intersect
@@ -110,17 +109,6 @@ def test_equal_meshes_share_a_tree_and_can_stand_apart(monkeypatch):
     assert pairs.touch(0, 1)
     pairs.place(1, np.eye(3), np.array([3.0, 0, 0]))
     assert not pairs.touch(0, 1)
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_a_pose_that_is_not_finite_never_reaches_fcl(value):
-    pairs = FclMeshes([box_mesh(), box_mesh()])
-    turn = np.eye(3)
-    turn[1, 2] = value
-    with pytest.raises(InvalidPoseError, match="body 0: the pose is not finite; flag it"):
-        pairs.place(0, np.eye(3), np.array([0, value, 0]))
-    with pytest.raises(InvalidPoseError, match="body 1"):
-        pairs.place(1, turn, np.zeros(3))
 
 
 def test_unreferenced_and_shared_vertices_change_no_answer():

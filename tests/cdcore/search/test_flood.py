@@ -6,7 +6,8 @@ from support.search_scenes import I3, NO_SEEDS, ball_of, colliding_poses, exact_
 from support.shapes import ball_mesh, box_mesh, rod_mesh
 
 from cdcore import TriangleMesh
-from cdcore.search.features import CORNERS, NEIGHBOURS, RADIUS, features_of, morton_codes
+from cdcore.narrow.level_tree import morton_codes
+from cdcore.search.features import CORNERS, NEIGHBOURS, RADIUS, features_of
 
 HERE = (I3, np.zeros(3))
 

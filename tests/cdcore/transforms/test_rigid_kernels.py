@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.paper_matrices import apply_row, row_rotation, row_scale, row_translation
 from support.shapes import nearest_rotation, orthonormality_error, random_rotations
 
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, row_length
-from cdcore.transforms.matrices import apply_row, row_rotation, row_scale, row_translation
 from cdcore.transforms.rigid import rotation_from_quaternion
-from cdcore.transforms.rigid_kernels import GOOD, check_poses, lay_poses, matrix_error, turns_of_quaternions
+from cdcore.transforms.rigid_kernels import GOOD, check_poses, lay_poses, matrix_error
 
 COUNT = 300
 
@@ -61,14 +61,6 @@ def test_the_first_bad_pose_is_named():
     assert check(np.zeros((COUNT, 3)), turn, valid)[0] == 17
     valid[17] = False
     assert check(np.zeros((COUNT, 3)), turn, valid)[0] == 40
-
-
-def test_quaternions_give_the_bits_of_the_plain_function():
-    q = np.random.default_rng(4).normal(size=(COUNT, 4))
-    q /= np.linalg.norm(q, axis=1, keepdims=True)
-    turn = np.empty((COUNT, 3, 3))
-    assert turns_of_quaternions(q, np.ones(COUNT, dtype=bool), 1e-3, turn) == GOOD
-    assert turn.tobytes() == rotation_from_quaternion(q).tobytes()
 
 
 def matrices(size=0.0):

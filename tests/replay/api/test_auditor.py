@@ -1,9 +1,11 @@
 import pickle
 from importlib.util import find_spec
+from types import SimpleNamespace
 
 import pytest
 from support.small_worlds import cubes
 
+from replay.api import batch
 from replay.api.auditor import AuditResult, audit
 from replay.errors import AuditError, OutputError
 from sessions import write_session
@@ -46,6 +48,19 @@ def test_what_cannot_be_audited_is_refused(tmp_path):
         audit(cubes(BUMP), oracle="none")
     with pytest.raises(AuditError, match="two sessions are called 'p'"):
         audit(["a/p.mcap", "b/p.mcap"], out=tmp_path / "x")
+
+
+@pytest.mark.parametrize(
+    ("given", "more", "elsewhere"),
+    [(2, {}, False), (2, {"jobs": 2}, True), (1, {"jobs": 2}, False), (1, {"scheduler": "local"}, True)],
+)
+def test_others_are_asked_for_several_sessions_or_where_a_scheduler_is_named(monkeypatch, given, more, elsewhere):
+    asked = []
+    alone = SimpleNamespace(summary={"audit": {}})
+    monkeypatch.setattr(batch, "run_side_by_side", lambda tasks, *_: asked.append([*tasks]) or (alone,))
+    monkeypatch.setattr(batch, "run_near", lambda *_: alone)
+    audit([cubes(BUMP)] * given, detectors=SLOW, **more)
+    assert [len(names) for names in asked] == ([given] if elsewhere else [])
 
 
 @pytest.mark.slow

@@ -107,6 +107,7 @@ def test_what_the_workers_have_is_compared_before_any_work(tmp_path, monkeypatch
 @needs_sigkill
 def test_workers_of_this_machine_that_are_killed_while_they_start_come_back():
     import psutil
+    from dask import config
 
     with Dask(1, LOCAL) as pool:
         limit, killed = time.monotonic() + 60, 0
@@ -117,3 +118,5 @@ def test_workers_of_this_machine_that_are_killed_while_they_start_come_back():
                     one.kill()
                     killed += 1
             time.sleep(0.1)
+        # a restarted one is not watched either: profiles took 0.7 MB a session
+        assert {*pool._client.run(config.get, "distributed.worker.profile.enabled").values()} == {False}

@@ -9,7 +9,7 @@ from support.small_worlds import cubes
 from replay.base.wilson import OVER_CONTACTS
 from replay.cli.console import People
 from replay.cli.terminal import terminal
-from replay.cli.tradeoff_tables import ParetoBar, pareto_table, pareto_words
+from replay.cli.tradeoff_tables import pareto_bar, pareto_table, pareto_words
 from replay.outputs.tradeoff_table import how_measured
 from replay.tradeoffs.settings import Setting
 from replay.tradeoffs.sweep import tradeoff
@@ -69,14 +69,14 @@ def test_the_front_so_far_fits_one_line(done):
 
 def test_a_bar_is_shown_on_a_terminal_only(done, monkeypatch, capsys):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    with ParetoBar(People()) as bar:
-        bar.watch(1, 4, "discrete", done.rows)
+    with pareto_bar(People()) as watch:
+        watch(1, 4, "discrete", done.rows)
     assert "discrete" in capsys.readouterr().err
     monkeypatch.setenv("COLUMNS", "80")
     monkeypatch.setenv("TERM", "xterm-256color")
-    with ParetoBar(People()) as bar:
-        bar.watch(123, 212, "hybrid-qaco samples 1920", done.rows)
+    with pareto_bar(People()) as watch:
+        watch(123, 212, "hybrid-qaco samples 1920", done.rows)
     assert "123/212" in (said := capsys.readouterr().err) and "0:00:00" in said and "hybrid-qaco samples 1920" in said
-    with ParetoBar(People(quiet=True)) as bar:
-        bar.watch(1, 4, "discrete", done.rows)
+    with pareto_bar(People(quiet=True)) as watch:
+        watch(1, 4, "discrete", done.rows)
     assert capsys.readouterr().err == ""

@@ -34,6 +34,7 @@ def test_a_salt_that_stays_shows_its_colour():
     assert (dip.name, dip.values["salt"]) == ("dip", "NaCl") and (dip.time, dip.end) == pytest.approx((0.15, 0.35))
     assert flame.values["seen"] == "yellow" and flame.values["seconds"] == pytest.approx(1.0)
     assert flame.bodies == ("wire", "lamp") and run_.frames_run == 24
+    assert flame.message == "NaCl is in the flame for 1.0 s: yellow"
     assert [span.word for span in run_.output.lanes["wire"]] == ["in b", "yellow"]
 
 

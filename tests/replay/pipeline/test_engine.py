@@ -3,18 +3,15 @@ import pytest
 from support.small_worlds import cubes
 
 from cdcore import Verdict
-from cdcore.detectors import detector_names
 from cdcore.errors import CollisionCoreError
 from replay.comparison.outcome import Outcome
-from replay.detection.detector_spec import ORACLES
+from replay.detection.detector_spec import TRUSTED
 from replay.errors import DetectorSpecError
 from replay.pipeline import engine
 from replay.pipeline.engine import compute, line_up
 from sessions import Scene
 from sessions.model.scene import SceneBody, SceneEffect
 from sessions.synthetic.scenes import make_scene_session
-
-TRUSTED = next(name for name in ORACLES if name in detector_names())
 
 BUMP = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 """Two contacts: frame 4 alone, and frames 8 to 10."""

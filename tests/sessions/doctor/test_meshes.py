@@ -5,7 +5,7 @@ from support.small_worlds import cube
 from sessions import MeshData, Severity
 from sessions.doctor.meshes import all_mesh_findings, degenerate_faces, duplicate_faces, mesh_findings
 from sessions.errors import MeshFileError
-from sessions.glassware.catalogue import make_instrument
+from sessions.glassware.catalogue import made_instrument
 
 
 def codes(mesh):
@@ -18,7 +18,7 @@ def test_a_closed_cube_has_nothing_wrong():
 
 @pytest.mark.parametrize("name", ["beaker_250", "erlenmeyer_flask", "hand_left"])
 def test_the_glass_of_the_bench_has_nothing_above_a_note(name):
-    found = [*mesh_findings(name, make_instrument(name, 1500).mesh)]
+    found = [*mesh_findings(name, made_instrument(name, 500).mesh)]
     assert [one for one in found if one.severity > Severity.NOTE] == []
 
 

@@ -78,6 +78,12 @@ def test_of_a_long_recording_fewer_poses_are_kept_from_its_beginning_to_its_end(
     assert 300 <= len(at) <= 600 and at == sorted(at) and at[0] == 0 and at[-1] >= 896 and max(np.diff(at)) <= 4
 
 
+def test_blocks_are_joined_up_to_some_thousand_frames_and_no_further(monkeypatch):
+    monkeypatch.setattr(pose_pass, "JOINED_FRAMES", 100)
+    joined = [len(one) for one in pose_pass._larger(clean().session().frames.blocks(30))]
+    assert sum(joined) == 900 and joined == [120] * 7 + [60]
+
+
 def findings(draft, code):
     return [one for one in pose_findings(look_through([draft.session().frames])) if one.code == code]
 

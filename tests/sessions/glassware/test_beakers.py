@@ -60,6 +60,8 @@ def test_a_conical_flask_has_the_neck_and_height_of_its_series(millilitres):
     assert 2 * radii[at_neck].max() == pytest.approx(neck, rel=0.01)
     assert flask.mesh.bounds[1, 1] == pytest.approx(height, abs=0.5 * wall)
     assert 2 * radii.max() == pytest.approx(body, rel=0.08)  # the corner at the floor is rounded
+    inside = neck - 2 * wall  # a hand takes the neck one inner diameter below the brim
+    assert flask.mesh.bounds[1, 1] - flask.sites["neck"].point[1] == pytest.approx(inside, abs=2 * wall)
 
 
 @pytest.mark.parametrize("faces", [500, 2000, 20_000])
@@ -94,6 +96,7 @@ def test_what_drains_is_open_from_end_to_end(make):
 
 def test_a_dropper_is_open_at_its_tip_and_closed_at_its_bulb():
     instrument = dropper(2000)
+    assert 0.9 < instrument.sites["bulb"].point[1] / (instrument.mesh.bounds[1, 1] - 0.01) < 1.0
     upwards = distances_along_rays(instrument.mesh.triangles, [[1e-5, -1, 1e-5]], [[0, 1, 0]])[0]
     assert upwards == pytest.approx([1.149, 1.150], abs=1e-4)
     assert instrument.cavity.to_mark.bounds[0, 1] < 1e-3

@@ -7,8 +7,8 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from support.surface_rays import distances_along_rays
 
-from sessions.glassware import hands, proxies
-from sessions.glassware.catalogue import INSTRUMENTS, UnknownInstrumentError, make_instrument
+from sessions.glassware import field, hands, proxies
+from sessions.glassware.catalogue import INSTRUMENTS, UnknownInstrumentError, made_instrument, make_instrument
 from sessions.glassware.proxies import proxy_headset, proxy_wand
 from sessions.mesh_data import is_closed, least_area
 from sessions.meshes.glb import mesh_to_glb
@@ -27,7 +27,7 @@ def faces(request):
 
 @pytest.fixture(scope="module", params=INSTRUMENTS)
 def made(request, faces):
-    return make_instrument(request.param, faces)
+    return made_instrument(request.param, faces)
 
 
 def closed_meshes(instrument):
@@ -94,7 +94,7 @@ def test_an_instrument_says_what_it_is(made):
 @pytest.mark.slow
 def test_the_same_call_gives_the_same_bytes(made, faces):
     if faces == 500:
-        for remembered in (hands._right_skin, proxies._surface_once):
+        for remembered in (field._dense_surface, hands._right_skin, proxies._surface_once):
             remembered.cache_clear()
         again = make_instrument(made.name, faces)
         assert mesh_to_glb(again.mesh, made.name) == mesh_to_glb(made.mesh, made.name)

@@ -195,7 +195,7 @@ def test_the_left_hand_mirrors_the_right_one():
 
 
 def test_there_are_fingers_to_cross_in_front():
-    vertices = hand_right(2000).mesh.vertices
+    vertices = hand_right(3000).mesh.vertices
     front = vertices[vertices[:, 2] < -0.030]
     assert np.ptp(front[:, 1]) > 0.06
     knuckles, *_, tips = np.transpose([_joints(finger, 0.03, 1.0) for finger in FINGERS], (1, 0, 2))

@@ -1,17 +1,14 @@
-from functools import cache
-
 import numpy as np
 import pytest
 from support.surface_rays import distances_along_rays, points_on_faces
 
 from sessions.geometry.profile import level_holding, rounded
 from sessions.glassware.catalogue import INSTRUMENTS
-from sessions.glassware.catalogue import make_instrument as make_anew
+from sessions.glassware.catalogue import made_instrument as make_instrument
 from sessions.glassware.field import blended, capsule, carved, ellipsoid, hoop, rounded_box, surface_of
 from sessions.glassware.vessel import Foot, Shape, Spout, turned_vessel
 from sessions.mesh_data import is_closed, least_area
 
-make_instrument = cache(make_anew)
 SIZES = [500, *(pytest.param(faces, marks=pytest.mark.slow) for faces in (2000, 5000, 50_000))]
 BEAKERS = [f"beaker_{millilitres}" for millilitres in (50, 100, 250, 400, 600)]
 FLASKS = ["erlenmeyer_flask", "volumetric_flask", "reagent_bottle", "alcohol_lamp"]

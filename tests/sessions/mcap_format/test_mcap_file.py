@@ -16,6 +16,7 @@ from sessions.mcap_format import scene_update as module
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
 from sessions.mcap_format.reader import LazyMapping, LazySequence, read_session
 from sessions.mcap_format.recorder import Recorder
+from sessions.mcap_format.refusals import brief, refused
 from sessions.mcap_format.scene_update import scene_update
 from sessions.mcap_format.schemas import channel_spec, message_class
 from sessions.mcap_format.writer import write_session
@@ -252,3 +253,8 @@ def test_rerun_reads_what_a_recorder_wrote_in_many_small_chunks(tmp_path):
     tf = [part.to_record_batch() for part in parts if part.entity_path == "/tf"]
     x = [row[0][0] for row in column(tf, "Transform3D:translation")]
     assert sorted(x) == [number for number in range(1200) if number % 100]
+
+
+def test_a_refusal_in_brief_leaves_out_file_and_cure():
+    error = refused("s.mcap", "torn", "it ends: early")
+    assert str(error).startswith("s.mcap: it ends: early; ") and brief(error) == "it ends: early"

@@ -79,11 +79,11 @@ def test_without_noise_the_formula_is_right_to_one_frame(made):
 @pytest.mark.parametrize("rate_hz", [10.0, 22.5, 45.0, 50.0, 60.0, 90.0])
 def test_the_bumps_fall_at_any_phase_of_any_rate(rate_hz):
     """Nothing that plants them knows when a detector looks: their middles are spread evenly between its ticks."""
-    middles = [sum(one.nominal) / 2 for seed in range(5) for one in bumps(seed)[1].episodes]
+    middles = [sum(one.nominal) / 2 for seed in range(3) for one in bumps(seed)[1].episodes]
     phase = np.sort(np.array(middles) * rate_hz % 1.0)
     steps = np.arange(len(phase) + 1) / len(phase)
     away = np.ptp(np.concatenate([steps[1:] - phase, steps[:-1] - phase]))
-    assert len(phase) == 90 and away * np.sqrt(len(phase)) < 2.0  # Kuiper: 1 of 1,000 even spreads is further off
+    assert len(phase) == 54 and away * np.sqrt(len(phase)) < 2.0  # Kuiper: 1 of 1,000 even spreads is further off
     assert not {"Blinks", "looks", "predicted"} & (vars(bump_scripts).keys() | vars(planting).keys())
 
 

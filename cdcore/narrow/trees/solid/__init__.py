@@ -1,1 +1,1 @@
-"""SOLID's tree in the body's frame, its six-axis test, and GJK at the leaves with a separating axis kept."""
+"""GJK at the leaves of SOLID's tree, with a separating axis kept."""

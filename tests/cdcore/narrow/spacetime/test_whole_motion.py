@@ -63,7 +63,7 @@ def test_every_pair_frame_equals_the_exhaustive_test(kind, seed, scale):
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_dismissal_holds_when_it_is_asked_again(kind):
     answer = ask(*scene(kind, 3), faces=True, verify=True)
-    assert answer.work["verified"] > 100
+    assert answer.work["verified"] > 50
 
 
 def test_threads_blocks_and_the_order_of_pairs_change_nothing(monkeypatch):

@@ -11,7 +11,8 @@ from manifold3d import Manifold, Mesh
 
 from replay.effects.models.sliced import SlicedCavity, volume_below, volume_kept
 from sessions.geometry.rings import turned_solid
-from sessions.glassware.catalogue import INSTRUMENTS, make_instrument
+from sessions.glassware.catalogue import INSTRUMENTS
+from sessions.glassware.catalogue import made_instrument as make_instrument
 
 FACES = 500
 VESSELS = (

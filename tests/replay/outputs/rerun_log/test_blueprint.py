@@ -67,7 +67,9 @@ def test_there_is_one_layout_and_it_has_a_tab_per_question(layout):
     assert len(layout.stores) == 1
     names = {v.get("ContainerBlueprint:display_name", [""])[0]: v for v in layout.values.values()}
     assert set(names) - {""} == {"Answer", "Audit", "What accuracy costs", "Detectors"}
-    assert sum(names["Answer"]["ContainerBlueprint:row_shares"]) == pytest.approx(1.0)
+    lanes = len(layout.views()["When    red numbers: misses"])
+    shares = names["Answer"]["ContainerBlueprint:row_shares"]
+    assert shares[1:] == pytest.approx([(64 + 40 * lanes) / 704, 0.235]) and sum(shares) == pytest.approx(1.0)
 
 
 def test_every_view_shows_something_and_all_of_it_has_rows_where_the_cursor_goes(layout, recording, read):

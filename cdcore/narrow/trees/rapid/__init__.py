@@ -1,1 +1,0 @@
-"""RAPID's tree, descent and modes, with an exact leaf test."""
