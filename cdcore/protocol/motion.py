@@ -210,14 +210,9 @@ class Motion:
         return self._rows(frames, linked)
 
     def _rows(self, rows: slice | IntArray, linked: BoolArray) -> Motion:
-        # Not field by field: live, a motion is taken apart frame by frame.
-        part = object.__new__(Motion)
-        part.__dict__.update(
-            times=readonly(self.times[rows]), translations=readonly(self.translations[rows]),
-            rotations=readonly(self.rotations[rows]), valid=readonly(self.valid[rows]), linked=readonly(linked),
-            renormalised=self.renormalised, worst_orthonormality=self.worst_orthonormality, still=self.still,
-            lanes=None,
-        )  # fmt: skip
+        part, whole = object.__new__(Motion), (self.times, self.translations, self.rotations, self.valid)
+        own = [*(readonly(one[rows]) for one in whole), readonly(linked), self.renormalised, self.worst_orthonormality]
+        part.__dict__.update(zip(self.__dataclass_fields__, (*own, self.still, None), strict=True))
         return part
 
     def blocks(self, frames: int) -> Iterator[Motion]:
