@@ -210,9 +210,9 @@ class Motion:
         return self._rows(frames, linked)
 
     def _rows(self, rows: slice | IntArray, linked: BoolArray) -> Motion:
-        part, arrays = object.__new__(Motion), (self.times, self.translations, self.rotations, self.valid)
-        checked = self.renormalised, self.worst_orthonormality, self.still
-        part._set(*(array[rows] for array in arrays), linked, *checked, None)
+        part, whole = object.__new__(Motion), (self.times, self.translations, self.rotations, self.valid)
+        own = [*(readonly(one[rows]) for one in whole), readonly(linked), self.renormalised, self.worst_orthonormality]
+        part.__dict__.update(zip(self.__dataclass_fields__, (*own, self.still, None), strict=True))
         return part
 
     def blocks(self, frames: int) -> Iterator[Motion]:
