@@ -13,7 +13,6 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from _pytest.assertion.rewrite import PYC_TAIL, _read_pyc, _rewrite_test, _write_pyc, assertstate_key, get_cache_dir
 from hypothesis import HealthCheck, settings
 from support.sampled import SAMPLED
 from support.small_pages import pages_of
@@ -82,9 +81,14 @@ def write_code(config):
     """
     for package in ("cdcore", "sessions", "replay", "tests/support"):
         compileall.compile_dir(config.rootpath / package, quiet=2)
+    try:  # names that another pytest may not have: then each worker writes its own, which takes seconds
+        from _pytest.assertion import rewrite
+        from _pytest.assertion.rewrite import PYC_TAIL, _read_pyc, _rewrite_test, _write_pyc, assertstate_key
+    except ImportError:
+        return
     gc.disable()
     for file in (config.rootpath / "tests").rglob("test_*.py"):
-        written = get_cache_dir(file) / (file.name.removesuffix(".py") + PYC_TAIL)
+        written = rewrite.get_cache_dir(file) / (file.name.removesuffix(".py") + PYC_TAIL)
         if _read_pyc(file, written) is None:
             with suppress(SyntaxError):  # said where the tests are collected
                 source, code = _rewrite_test(file, config)

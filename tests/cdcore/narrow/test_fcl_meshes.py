@@ -50,18 +50,6 @@ def test_a_hundred_thousand_face_pairs_are_not_cut_off():
     assert len(pairs.faces(0, 1)) == 400 * 300
 
 
-def test_contacts_of_others_who_ask_fcl_are_complete_after_faces_along_a_motion():
-    pairs, (pose_a, pose_b) = FclMeshes([ball_mesh(0.5, 6, 9), box_mesh((0.9, 0.7, 0.3))]), poses(1, 0.35)
-    place_a, place_b = (tuple(np.stack([one, one]) for one in pose) for pose in (pose_a, pose_b))
-    faces = pairs.faces_along(0, 1, place_a, place_b)
-    assert faces[0].tolist() == faces[1].tolist() == pairs.faces(0, 1).tolist() != []
-    with pytest.raises(ValueError, match="shorter"):
-        pairs.faces_along(0, 1, place_a, (place_b[0], place_b[1][:1]))
-    found = fcl_meshes.fcl.CollisionResult()
-    fcl_meshes.fcl.collide(*pairs._bodies, fcl_meshes.fcl.CollisionRequest(enable_contact=True), found)
-    assert type(found.contacts[0]) is fcl_meshes.fcl.Contact
-
-
 @pytest.mark.parametrize("most", [1, 10])
 def test_a_cap_leaves_so_many_of_the_face_pairs_and_invents_none(most):
     pairs = FclMeshes([ball_mesh(0.5, 6, 9), box_mesh((0.9, 0.7, 0.3))])
