@@ -81,20 +81,23 @@ def write_code(config):
     """
     for package in ("cdcore", "sessions", "replay", "tests/support"):
         compileall.compile_dir(config.rootpath / package, quiet=2)
-    try:  # names that another pytest may not have: then each worker writes its own, which takes seconds
-        from _pytest.assertion import rewrite
-        from _pytest.assertion.rewrite import PYC_TAIL, _read_pyc, _rewrite_test, _write_pyc, assertstate_key
-    except ImportError:
-        return
+    # Another pytest may not have these names, or take other arguments: then each worker writes its own, in seconds.
     gc.disable()
-    for file in (config.rootpath / "tests").rglob("test_*.py"):
-        written = rewrite.get_cache_dir(file) / (file.name.removesuffix(".py") + PYC_TAIL)
-        if _read_pyc(file, written) is None:
-            with suppress(SyntaxError):  # said where the tests are collected
-                source, code = _rewrite_test(file, config)
-                written.parent.mkdir(exist_ok=True)
-                _write_pyc(config.stash[assertstate_key], code, source, written)
+    with suppress(ImportError, AttributeError, TypeError):
+        write_rewritten(config)
     gc.enable()
+
+
+def write_rewritten(config):
+    from _pytest.assertion import rewrite
+
+    for file in (config.rootpath / "tests").rglob("test_*.py"):
+        written = rewrite.get_cache_dir(file) / (file.name.removesuffix(".py") + rewrite.PYC_TAIL)
+        if rewrite._read_pyc(file, written) is None:
+            with suppress(SyntaxError):  # said where the tests are collected
+                source, code = rewrite._rewrite_test(file, config)
+                written.parent.mkdir(exist_ok=True)
+                rewrite._write_pyc(config.stash[rewrite.assertstate_key], code, source, written)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -7,8 +7,8 @@ two bodies whose balls are apart do not touch.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Final
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -109,10 +109,16 @@ def sphere_best(mesh: TriangleMesh) -> Sphere:
     return sphere_in_mode(mesh, "best")
 
 
-@lru_cache(maxsize=256)
 def sphere_in_mode(mesh: TriangleMesh, mode: str) -> Sphere:
     """The ball of a mode of ``SPHERES``, ``"paper"`` or ``"best"``, found once for all detectors of a mesh."""
-    return min((build(mesh) for build in SPHERES[mode]), key=lambda sphere: sphere.radius)
+    spheres = _SPHERES.setdefault(mesh, {})
+    if mode not in spheres:
+        spheres[mode] = min((build(mesh) for build in SPHERES[mode]), key=lambda sphere: sphere.radius)
+    return spheres[mode]
+
+
+_SPHERES: Final[WeakKeyDictionary[TriangleMesh, dict[str, Sphere]]] = WeakKeyDictionary()
+"""Balls by mode of the meshes that are in use; it keeps no mesh of a session that is done."""
 
 
 def require_sphere_mode(mode: str) -> None:

@@ -1,5 +1,8 @@
 """No construction of a ball leaves out a vertex that a face uses, and scaling keeps it that way."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -119,3 +122,15 @@ def test_modes_are_those_of_the_table_and_others_are_refused():
 def test_a_ball_cannot_be_changed():
     with pytest.raises(ValueError, match="read-only"):
         sphere_about(box_mesh(), [0, 0, 0]).centre[0] = 1
+
+
+def test_a_ball_is_found_once_and_keeps_no_mesh_that_nobody_uses(monkeypatch):
+    asked = []
+    monkeypatch.setitem(SPHERES, "paper", (lambda mesh: asked.append(1) or sphere_by_triangle_mean(mesh),))
+    mesh = box_mesh()
+    assert sphere_in_mode(mesh, "paper") is sphere_in_mode(mesh, "paper") and asked == [1]
+    assert sphere_in_mode(mesh, "best").radius <= sphere_in_mode(mesh, "paper").radius
+    gone = weakref.ref(mesh)
+    del mesh
+    gc.collect()
+    assert gone() is None
