@@ -150,7 +150,7 @@ def place_centres(
 
 
 @hot_kernel
-def fill_path(  # noqa: C901 - vector loop, then sum
+def fill_path(
     entries: Memory,
     centres: Memory,
     stride: int,

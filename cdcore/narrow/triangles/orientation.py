@@ -41,7 +41,7 @@ def orientation_filtered(p: Memory, a: int, b: int, c: int, d: int) -> int:
 
 
 @hot_kernel
-def orientation_exact(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int:  # noqa: C901 - three rows
+def orientation_exact(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int:
     """The same sign by an exact sum, never undecided; needs moderate exponents."""
     clear_digits(w)
     for row in range(3):

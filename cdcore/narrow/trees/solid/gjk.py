@@ -60,7 +60,7 @@ def nearest_on_segment(y: FloatArray, v: FloatArray) -> int:
 
 
 @hot_kernel
-def nearest_on_triangle(y: FloatArray, v: FloatArray) -> int:  # noqa: C901 - seven regions
+def nearest_on_triangle(y: FloatArray, v: FloatArray) -> int:
     """Nearest point of rows 0, 1 and 2 in ``v``; the rows it needs, moved to the front, are counted."""
     stay_one_function()
     d1, d2, d3, d4, d5, d6 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
