@@ -16,15 +16,13 @@ import numpy as np
 import pytest
 from support import class_folders
 from support.headless import page_after_its_scripts
-from support.small_worlds import cube, cubes
+from support.small_worlds import cube
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
-import replay
 from replay.base.shown import shown
 from replay.cli.main import main
 from replay.outputs.report.page import report_html
-from replay.outputs.results.annotations import add_annotation, fault_of
-from replay.outputs.results.run_folder import RunFolder, read_run_folder
+from replay.outputs.results.run_folder import RunFolder
 from replay.outputs.share import folder
 from replay.pipeline.engine import compute
 from replay.studies.class_study.analysis import analyse
@@ -103,20 +101,8 @@ def list_of(word):
     return folder._list(dict(zip(("run1", "run2"), runs, strict=True)), {"run1": word, "run2": word})
 
 
-def annotated_of(word):
-    with TemporaryDirectory() as place:
-        session = cubes({"a": [0] * 8, "b": [3, 3, 0.9, 3, 3, 3, 0.9, 3]})
-        replay.run(session, detectors="slow=discrete[rate_hz=20]", out=Path(place) / "run", picture=False)
-        run = read_run_folder(Path(place) / "run")
-        for rater in (word, f"{word} too"):
-            said = replace(fault_of(run, "miss", 1, None).where, text=word, tag="real", rater=rater)
-            add_annotation(run, said)
-        return (run.path / "report.html").read_text(encoding="utf-8")
-
-
 PAGES = {
     "report": report_of, "study": study_of, "class": class_of, "shared": shared_of, "list of shared runs": list_of,
-    "annotated report": annotated_of,
 }  # fmt: skip
 """Page -> its HTML where everything is called so. A page to come is a row."""
 
@@ -211,7 +197,6 @@ CALLS = {
     "view": lambda f, d: ("view", d / "run\x1b[2J", "--miss", "99"),
     "diff": lambda f, d: ("diff", d / "run\x1b[2J", d / "two\x1b[2J"),
     "shrink": lambda f, d: ("shrink", d / "run\x1b[2J", "--miss", "1", "-o", d / "case\x1b[2J", "--session", f["mcap"]),
-    "annotate": lambda f, d: ("annotate", d / "run\x1b[2J", "--miss", "1", "w\x1b[2J", "--rater", "a\x1b[2J"),
     "share": lambda f, d: ("share", d / "run\x1b[2J", "--anyway", "-o", d / "shared\x1b[2J"),
     "share without consent": lambda f, d: ("share", d / "run\x1b[2J", "-o", d / "sent\x1b[2J"),
     "verify": lambda f, d: ("verify", d / "run\x1b[2J"),
@@ -234,7 +219,7 @@ CALLS = {
 
 WORKS = {
     "info", "doctor", "plan", "import", "run", "run again", "diff", "shrink", "audit", "tradeoff", "advise",
-    "study run", "study page", "scene new", "scene check", "share", "annotate", "minimise",
+    "study run", "study page", "scene new", "scene check", "share", "minimise",
 }  # fmt: skip
 
 

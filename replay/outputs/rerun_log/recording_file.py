@@ -15,13 +15,8 @@ from uuid import uuid4
 
 import rerun as rr
 import rerun.blueprint as rrb
-from rerun.chunk import RrdReader
 
 from replay.errors import OutputError
-from replay.outputs.rerun_log.focus import read_static
-from replay.outputs.results.annotations import annotation_table, read_annotations
-from replay.outputs.results.run_folder import RunFolder
-from replay.outputs.tables import markdown
 from sessions.whole_files import whole_file
 
 FOOTER: Final = struct.Struct("<QQI4s4sI")
@@ -69,22 +64,3 @@ def read_all(encoded: rr.BinaryStream) -> bytes:
         return encoded.read(flush=True, flush_timeout_sec=ENCODED_WITHIN_S) or b""
     except (RuntimeError, ValueError) as error:
         raise OSError(f"Rerun did not encode the picture within {ENCODED_WITHIN_S:g} s ({error})") from error
-
-
-def write_layer(run: RunFolder, path: Path) -> bool:
-    """Write annotations as a recording of its own, a layer that the viewer opens over the picture of a run.
-
-    It holds the text of the picture's report, the annotations at its head. Returns whether there are any.
-    """
-    said = read_annotations(run.path)
-    if not said:
-        return False
-    (store,) = RrdReader(run.picture).recordings()
-    (text,) = read_static(run.picture, REPORT)["text"]
-    words = f"{markdown(annotation_table(run, said), level=2)}\n\n{text}"
-    stream = rr.RecordingStream(store.application_id, recording_id=store.recording_id)
-    encoded = rr.binary_stream(recording=stream)
-    stream.log(REPORT, rr.TextDocument(words, media_type=rr.MediaType.MARKDOWN), static=True)
-    path.write_bytes(read_all(encoded))
-    stream.disconnect()
-    return True

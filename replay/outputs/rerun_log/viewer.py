@@ -24,8 +24,6 @@ from rerun.experimental import View, ViewerClient, ViewerState
 from replay.errors import ReplayError, RunFolderError
 from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.overview import read_moments
-from replay.outputs.rerun_log.recording_file import write_layer
-from replay.outputs.results.run_folder import ANNOTATIONS, read_run_folder
 
 LOOPBACK: Final = "127.0.0.1"
 """A recording shows people at work: it is never served to the network."""
@@ -132,10 +130,6 @@ def open_viewer(
     viewer = start_viewer(headless=headless)
     try:
         viewer.open(recording)
-        with tempfile.TemporaryDirectory() as folder:
-            layer = Path(folder) / "annotations.rrd"
-            if (run_folder / ANNOTATIONS).is_file() and write_layer(read_run_folder(run_folder), layer):
-                viewer.add(layer)
         viewer.seek(target)
     except BaseException:
         viewer.close()

@@ -35,8 +35,6 @@ SERIES: Final = "series.parquet"
 TIMING: Final = "timing.parquet"
 METRICS: Final = "metrics.parquet"
 PICTURE: Final = "run.rrd"
-ANNOTATIONS: Final = "annotations.json"
-"""Written by people and by no run: it stays where a run folder is replaced."""
 REPORT: Final = "report.html"
 
 TABLES: Final = {
@@ -140,10 +138,6 @@ def write_run_folder(
         write_summary(folder, RUN, {**result.summary, **priced})
         if proof is not None:
             write_seal(folder, Path(result.session.origin))
-    if force and (out / ANNOTATIONS).is_file():
-        from replay.outputs.results.annotations import show_in_report
-
-        show_in_report(read_run_folder(out))
     return out
 
 

@@ -228,7 +228,6 @@ OUTSIDE = {
     "viewer.py": "ends of errors: test_viewer.py", "run_folder.py": "ends of errors: test_run_folder.py",
     "focus.py": "an error: test_focus.py", "columns.py": "an error: test_columns.py",
     "web_viewer.py": "ends of errors: share/test_folder.py", "folder.py": "the shared page: share/test_folder.py",
-    "annotations.py": "cli/test_annotate.py", "annotation_layer.py": "cli/test_annotate.py",
     "proof_folder.py": "the counts of a verification: cli/verify.py",
     "paper_recording.py": "axes of the paper's plots: studies/paper/test_writing.py",
 }  # fmt: skip

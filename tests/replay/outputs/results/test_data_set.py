@@ -27,6 +27,7 @@ from replay.outputs.results.run_folder import write_run_folder
 from replay.pipeline.engine import compute
 from sessions import Event, Interval
 
+NOTES = re.search(r"## Notes of your own.*?```csv\n(.*?)```.*?```sql\n(.*?)^```$", page("data-set"), re.M | re.S)
 QUESTIONS = re.findall(r"^\d+\. ([^\n]+\?)\n\n```sql\n(.*?)^```$", page("data-set"), re.MULTILINE | re.DOTALL)
 
 STUDENTS = {"one": "S1", "two": "S1", "three": "S2", "four": ""}
@@ -201,6 +202,27 @@ def test_a_question_of_the_guide_gives_what_a_recount_of_the_runs_gives(number, 
     assert len(told) == len(counted) > 1, (told, counted)
     for got, expected in zip(told, counted, strict=True):
         assert got == tuple(pytest.approx(v, abs=1e-12) if isinstance(v, float) else v for v in expected)
+
+
+def test_a_note_is_joined_with_its_contact_in_runs_with_other_detectors(tmp_path):
+    # Contacts in frame 3 and in 7-8. Every fifth frame shows neither, every third the first, every frame both.
+    recorded = cubes({"a": [0] * 12, "b": [3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.9, 3, 3, 3]})
+    for rate in (20, 34, 100):
+        found = compute(recorded, detectors=f"slow=discrete[rate_hz={rate}]", oracle="exact")
+        write_run_folder(found, tmp_path / f"{rate:03d}")
+    tables = read(tmp_path)
+    miss = next(row for row in tables["misses"].to_pylist() if row["run"] == "020" and row["first"] == 7)
+    head, example = (line.split(",") for line in NOTES[1].splitlines())
+    values = [miss["session"], miss["body_a"], miss["body_b"], "0.08", *example[4:]]
+    (tmp_path / "notes.csv").write_text(f"{','.join(head)}\n{','.join(values)}\n", "utf-8")
+    db = duckdb.connect()
+    for name, table in tables.items():
+        db.register(name, table)
+    db.read_csv(str(tmp_path / "notes.csv")).create("notes")
+    note, tag = "hand went through the wall", "real"
+    assert db.sql(NOTES[2]).fetchall() == [
+        (note, tag, "020", "slow", 2), (note, tag, "034", "slow", 1), (note, tag, "100", None, None),
+    ]  # fmt: skip
 
 
 def test_every_row_says_its_run_session_student_task_and_stage(tables, results):
