@@ -5,7 +5,9 @@ from pathlib import Path
 import click
 
 from replay.cli.console import People, TerminalProgress, answer
-from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, reporting, scene
+from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, let_modules_here_be_found, reporting, scene
+
+WHOSE = "Whose: a label of the run, or your own module:Class; of a case any detector."
 
 
 @click.command()
@@ -15,7 +17,7 @@ from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, report
     "--false", "--invented", type=click.IntRange(min=1), metavar="N", help="The false contact of this number."
 )
 @click.option("--case", type=int, metavar="N", help="A case of `replay stress` instead of a run.")
-@click.option("--detector", "--by", "label", metavar="NAME", help="Whose: a label of the run; of a case any detector.")
+@click.option("--detector", "--by", "label", metavar="NAME", help=WHOSE)
 @click.option("--session", type=SESSION_FILE, metavar="FILE", help="The recording, where it is not found by itself.")
 @click.option("--out", "-o", type=ANY_PATH, default="case", show_default=True, metavar="DIR", help="Folder to write.")
 @scene
@@ -33,6 +35,7 @@ def command(
     \b
     replay shrink RUN --miss 4 --out case
     replay shrink RUN --false 1 --detector hull50
+    replay shrink RUN --miss 2 --detector my_lab:Detector
     replay shrink --case 29 --detector static
     """
     if sum(one is not None for one in (miss, false, case)) != 1 or (run is None) == (case is None):
@@ -44,6 +47,7 @@ def command(
     from replay.studies.shrink.writing import CASE, sentence, write_case
 
     check_target(out, force=force, kind=CASE)
+    let_modules_here_be_found([label or ""])
     if run is not None:
         found = faults.of_run(read_run_folder(run), miss=miss, false=false, label=label, session=session, scene=scene)
         source = f"miss {miss}" if miss is not None else f"false contact {false}"

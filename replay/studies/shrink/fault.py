@@ -15,7 +15,7 @@ from cdcore.detectors import load_detector
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray, place_points
 from cdcore.protocol import counts_as_contact, is_undecided
-from replay.detection.detector_spec import DetectorSpec
+from replay.detection.detector_spec import DetectorSpec, parse_detector
 from replay.detection.recorded import RECORDED
 from replay.errors import ShrinkError
 from replay.outputs.results.run_folder import FALSE_CONTACTS, MISSES, RunFolder
@@ -75,13 +75,23 @@ def of_run(
 ) -> Fault:  # fmt: skip
     """The fault of a run folder: a miss or a false contact by its number.
 
-    ``label``: the detector, where the run audited several; ``session``: the recording, where it lies neither in the run
-    folder, nor beside it, nor in the working directory; ``scene``: that of the run, where it was not the recording's.
-    Raises ``ShrinkError``: no such fault, a detector whose answers came with the recording, or a fault that does not
-    happen again; ``RunFolderError``: no recording or scene, or those of another run.
+    ``label``: the detector, where the run audited several, or ``module:Class``: a folder may come from anybody, so a
+    detector of no table is imported only where the caller names it. ``session``: the recording, where it lies neither
+    in the run folder, nor beside it, nor in the working directory; ``scene``: that of the run, where it was not the
+    recording's. Raises ``ShrinkError``: no such fault, a detector that may not be imported or whose answers came with
+    the recording, or a fault that does not happen again; ``RunFolderError``: no recording or scene, or those of another
+    run.
     """
+    allowed = parse_detector(label).name if label is not None and ":" in label else None
+    if allowed is not None:
+        label = _label_of(run, allowed)
     label, row = _row(run, miss, false, label)
     said, contact = run.summary["detectors"][label], miss is not None
+    if ":" in said["name"] and said["name"] != allowed:
+        raise ShrinkError(
+            f"{label} is {said['name']}, a class that {run.path} names and no table of this machine; "
+            f"where you trust it, say so: --detector {said['name']}"
+        )
     if said["name"] == RECORDED:
         raise ShrinkError(f"{label} is what an engine reported while it ran; it cannot be asked about less")
     if said["settings"].get("shape") == "shipped":
@@ -139,6 +149,15 @@ def _row(run: RunFolder, miss: int | None, false: int | None, label: str | None)
     if not found:
         raise ShrinkError(f"{run.path} has no {what} {number}" + (f" of {label}" if label else ""))
     return found[0]["detector"], found[0]
+
+
+def _label_of(run: RunFolder, name: str) -> str:
+    """The label of the one audited detector of this ``module:Class``."""
+    found = [label for label in run.summary["audit"] if run.summary["detectors"][label]["name"] == name]
+    if len(found) != 1:
+        what = f"audited {', '.join(found)} of {name}" if found else f"audited no {name}"
+        raise ShrinkError(f"{run.path} {what}; name a run that audited one")
+    return found[0]
 
 
 def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Assembly:

@@ -11,7 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import TriangleMesh
-from replay.base.shown import drawable
+from replay.base.shown import drawable, shown
 from replay.outputs.palette import FOUND, INVENTED, MISSED, hex_of
 from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
 from replay.outputs.words import counted
@@ -23,9 +23,9 @@ POSES: Final = "poses.csv"
 MOST_SHOWN: Final = 12
 """Faces and frames that the report prints in full."""
 
-TEST: Final = '''"""{title}
+TEST: Final = '''"""Fails while the detector of case.json answers wrongly about the last frame of poses.csv.
 
-Fails while {name} answers wrongly. Another detector: DETECTOR=exact python -m pytest test_case.py
+Another detector: DETECTOR=exact python -m pytest test_case.py
 """
 
 import csv
@@ -40,7 +40,7 @@ from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 HERE = Path(__file__).parent
 CASE = json.loads((HERE / "case.json").read_text(encoding="utf-8"))
 NAME = os.environ.get("DETECTOR", CASE["detector"])
-SETTINGS = CASE["settings"] if NAME == CASE["detector"] else {{}}
+SETTINGS = CASE["settings"] if NAME == CASE["detector"] else {}
 
 
 def body(name, file):
@@ -63,8 +63,9 @@ def test_the_last_frame_is_answered_rightly():
     detector = create_detector(NAME, bodies, pairs=CASE["pairs"], **SETTINGS)
     said = detector.detect(motion(len(bodies))).verdict[-1, 0]
     found = said in (Verdict.CONTACT, Verdict.CONTAINED, Verdict.CANDIDATE)
-    assert found is CASE["contact"], f"{{NAME}} says {{Verdict(said).name}}"
+    assert found is CASE["contact"], f"{NAME} says {Verdict(said).name}"
 '''
+"""The same for every case: names, titles and settings of a run folder are data of ``case.json``, never code."""
 
 
 def write_case(fault: Fault, before: Size, out: Path, *, source: str, force: bool = False) -> Path:
@@ -86,8 +87,7 @@ def write_case(fault: Fault, before: Size, out: Path, *, source: str, force: boo
             "contact": fault.contact, "bodies": [*zip(names, files, strict=True)], "pairs": fault.pairs.tolist(),
             "frames": len(fault.motion), "faces": Size.of(fault).faces, "before": str(before), "source": source,
         }  # fmt: skip
-        text = TEST.format(title=sentence(fault), name=fault.detector)
-        (folder / "test_case.py").write_text(text, encoding="utf-8")
+        (folder / "test_case.py").write_text(TEST, encoding="utf-8")
         (folder / "README.md").write_text("\n".join(_report(fault, case)) + "\n", encoding="utf-8")
         (folder / "picture.png").write_bytes(_picture(fault))
         write_summary(folder, CASE, case)
@@ -106,7 +106,7 @@ def sentence(fault: Fault) -> str:
 
 def _written(name: str, settings: Mapping[str, Any]) -> str:
     words = ",".join(f"{key}={value}" for key, value in settings.items())
-    return f"{name}[{words}]" if words else name
+    return shown(f"{name}[{words}]" if words else name)
 
 
 def _obj(mesh: TriangleMesh) -> Iterator[str]:
@@ -127,7 +127,7 @@ def _poses(fault: Fault) -> Iterator[list[Any]]:
 
 def _report(fault: Fault, case: Mapping[str, Any]) -> Iterator[str]:
     """A text for a bug report."""
-    first, second = (body.name for body in fault.pair)
+    first, second = (shown(body.name) for body in fault.pair)
     yield f"# {sentence(fault)}"
     yield ""
     truth = "the surfaces or solids meet" if fault.contact else "nothing meets"

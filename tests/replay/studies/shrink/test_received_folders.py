@@ -1,0 +1,74 @@
+"""A run folder that somebody else sent is data: nothing in it is imported, and nothing in it becomes code."""
+
+import json
+import sys
+
+import pytest
+from support.small_worlds import cubes
+
+from replay import run
+from replay.cli.main import main
+from sessions import write_session
+
+PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
+
+OWN = """
+from pathlib import Path
+from cdcore import FrameDetector, Verdict
+
+Path(__file__).with_suffix(".imported").touch()
+
+
+class Blind(FrameDetector):
+    name = "blind"
+
+    def look(self, rotations, translations):
+        return [Verdict.CLEAR] * len(self.pairs)
+"""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A run that audited a detector of the table, and a module beside it that tells when it is imported."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
+    write_session(cubes({"a": [0] * 10, "b": PLACES}), tmp_path / "s.mcap")
+    (tmp_path / "sent_along.py").write_text(OWN)
+    run(tmp_path / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=tmp_path / "run", picture=False)
+    yield tmp_path / "run"
+    sys.modules.pop("sent_along", None)
+
+
+def tamper(folder, **changes):
+    summary = json.loads((folder / "summary.json").read_text())
+    summary["detectors"]["slow"] |= changes
+    (folder / "summary.json").write_text(json.dumps(summary))
+
+
+@pytest.mark.parametrize("name", ["sent_along:Blind", "os:system"])
+def test_a_class_named_by_a_folder_alone_is_never_imported(folder, name, capsys):
+    tamper(folder, name=name, settings={})
+    for words in (["shrink", "run", "--miss", "1"], ["diff", "run", "run"], ["share", "run", "-o", "sent", "--anyway"]):
+        main(words)
+    said = capsys.readouterr().err
+    assert f"--detector {name}" in " ".join(said.split()) and "should not have happened" not in said
+    assert not (folder.parent / "sent_along.imported").exists() and "sent_along" not in sys.modules
+
+
+@pytest.mark.parametrize("key", ["containment", 'x"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'])
+def test_no_setting_of_a_folder_becomes_a_line_of_the_written_test(folder, key, monkeypatch):
+    attack = 'yes"""\nimport pathlib\npathlib.Path("ran").touch()\n"""'
+    tamper(folder, settings={"rate_hz": 25, key: attack})
+    main(["shrink", "run", "--miss", "1", "-o", "case"])
+    monkeypatch.chdir(folder.parent)
+    for file in folder.parent.glob("case/*.py"):
+        exec(compile(file.read_text(), str(file), "exec"), {"__file__": str(file), "__name__": "case"})
+    assert not (folder.parent / "ran").exists()
+
+
+def test_a_detector_of_ones_own_is_shrunk_when_the_user_names_it(folder, capsys):
+    run("s.mcap", detectors="mine=sent_along:Blind", out="own", picture=False)
+    assert main(["shrink", "own", "--miss", "1", "-o", "case"]) == 1
+    assert "--detector sent_along:Blind" in " ".join(capsys.readouterr().err.split())
+    assert main(["shrink", "own", "--miss", "1", "--detector", "sent_along:Blind", "-o", "case"]) == 0
+    assert json.loads((folder.parent / "case" / "case.json").read_text())["detector"] == "sent_along:Blind"
