@@ -2,19 +2,15 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Final
 
 import numpy as np
 
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.gas_laws import GAS_CONSTANT, KELVIN
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec, Need
 from replay.effects.touches import EffectContact, Touches
 from sessions.model.scene import Scene
-
-DAMAGE: Final = ("damage_rate_per_s", "damage_energy_j_mol", "skin_c", "skin_effusivity", "part_effusivity")
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
@@ -46,18 +42,6 @@ def surface(inputs: EffectInputs, declared: Declaration, part: str, touch: Effec
     return np.asarray(np.interp(times, heat.times, heat.values))
 
 
-def damage(declared: Declaration, times: FloatArray, felt: FloatArray) -> float:
-    """Damage integral: 1 is a burn that is not reversible. Source: Henriques and Moritz 1947, constants the author's.
-
-    The interface of two half spaces lies at ``(b1 T1 + b2 T2) / (b1 + b2)`` with effusivities ``b = sqrt(k rho c)``.
-    """
-    rate, energy, skin_c, skin, part = (declared.number(key) for key in DAMAGE)
-    interface = (skin * skin_c + part * felt) / (skin + part) + KELVIN
-    # The rate is of the order of 1e98 and the exponential of 1e-98: multiplied as logarithms neither overflows.
-    speed = np.exp(np.minimum(np.log(rate) - energy / (GAS_CONSTANT * interface), 700.0))
-    return float(np.trapezoid(speed, times))
-
-
 def _judged(
     inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], touch: EffectContact, felt: FloatArray
 ) -> list[EffectEvent]:
@@ -70,20 +54,11 @@ def _judged(
     values: dict[str, float | int | str | bool] = {
         "seconds": end - start, "seconds_above": above, "surface_c": hottest,
     }  # fmt: skip
-    if declared.values[DAMAGE[0]] is not None:
-        values["damage"] = damage(declared, times, felt)
     words = f"{pair[0]} is on {pair[1]} at {hottest:.0f} degC for {end - start:.2f} s"
     last = inputs.end(touch.stop)
     exposed = EffectEvent(start, "exposed", pair, last, values, words, "warning" if above else "info", touch.point)
     burn = replace(exposed, name="burn", message=f"burn: {words}", level="error")
     return [exposed] if above < declared.number("seconds") else [exposed, burn]
-
-
-def _check(declared: Declaration, _scene: Scene) -> None:
-    given = [key for key in DAMAGE if declared.values[key] is not None]
-    if given and len(given) < len(DAMAGE):
-        missing = next(key for key in DAMAGE if key not in given)
-        raise declared.fail(f"{given[0]} is given and {missing} is not; the damage integral needs {', '.join(DAMAGE)}")
 
 
 def _check_all(tables: Mapping[str, tuple[Declaration, ...]], _scene: Scene, _file: str) -> None:
@@ -109,18 +84,8 @@ SPEC = EffectSpec(
         "threshold_c": number("surface temperature that burns in that time, ISO 13732-1 by material", "degC"),
         "seconds": number("contact for this long above the threshold is a burn", "s", least=0.0),
         "surface_c": number("temperature of the part, where no effect heat computes it", "degC", default=None),
-        "damage_rate_per_s": number("A of the damage integral", "1/s", default=None, above=0.0),
-        "damage_energy_j_mol": number("E of the damage integral", "J/mol", default=None, above=0.0),
-        "skin_c": number("temperature of the skin before", "degC", default=None),
-        "skin_effusivity": number("sqrt(k rho c) of skin", "W s^0.5/(m2 K)", default=None, above=0.0),
-        "part_effusivity": number("sqrt(k rho c) of the part", "W s^0.5/(m2 K)", default=None, above=0.0),
     },
     trigger="a hand in contact with a hot part",
-    sources=(
-        "thresholds: the scene's author from ISO 13732-1",
-        "damage integral: Henriques and Moritz, Studies of thermal injury, 1947; constants the scene's author's",
-        "gas constant: CODATA 2018",
-    ),
-    check=_check,
+    sources=("thresholds: the scene's author from ISO 13732-1",),
     check_all=_check_all,
 )

@@ -1,20 +1,19 @@
 """Liquid leaves a tilted vessel as soon as the tilt keeps less than stands in it, and goes where it falls."""
 
+import numpy as np
+
 from replay.effects.declaring import Declaration, bodies, number
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.outflow import GAP_S, flows
+from replay.effects.models.outflow import GAP_S, Stream, flows
 from replay.effects.movement import movement_of
-from replay.effects.output import EffectOutput, Findings, LaneSpan
+from replay.effects.output import EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.vessels import check_vessels, flow_event
 from sessions.model.scene import Scene
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
-    """Events ``pour`` with volume and target, ``overflow``; the volume of every vessel as a series.
-
-    What misses every opening is an event ``spill`` here where no effect ``spill`` is declared to tell it.
-    """
+    """Events ``pour``, ``spill`` and ``overflow``; the volume of every vessel, and all that was spilled, as series."""
     moved = movement_of(inputs)
     sources = dict.fromkeys(name for declared in inputs.declared for name in declared.bodies("from"))
     names = dict.fromkeys((*sources, *(name for declared in inputs.declared for name in declared.bodies("into"))))
@@ -29,14 +28,24 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             found.events.append(flow_event(inputs, flow, "pour", f"are poured from {source} into {target}"))
         elif flow.over:
             found.events.append(flow_event(inputs, flow, "overflow", f"run over the brim of {source}"))
-        elif "spill" not in inputs.tables:
+        else:
             found.events.append(flow_event(inputs, flow, "spill", f"are spilled from {source}"))
         word = f"into {target}" if target else "runs over" if flow.over else "spills"
         found.lane(source, LaneSpan(float(flow.times[0]), float(flow.times[-1]), word))
     for name in names:
         found.series[f"{name}/volume"] = volume = moved.changes(inputs.times, name)
         found.liquids[name] = moved.vessels[name].drawn(volume.times, volume.values)
+    found.series["spilled/volume"] = _spilled(inputs.times, [one for one in mine if not one.target and not one.over])
     return found.output(moved)
+
+
+def _spilled(times: FloatArray, streams: list[Stream]) -> Series:
+    """All that was spilled by each time some was, from the first frame to the last."""
+    gone = np.zeros(len(times))
+    for stream in streams:
+        gone[stream.frames] += stream.volume_ml
+    rows = np.unique(np.concatenate([np.array([0, len(times) - 1][: len(times)]), np.flatnonzero(gone)]))
+    return Series(times[rows], np.cumsum(gone)[rows], "mL")
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

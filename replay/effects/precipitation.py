@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from replay.effects.declaring import Declaration, mapping, number, text
+from replay.effects.declaring import Declaration, number, text
 from replay.effects.inputs import EffectInputs
 from replay.effects.matter import matter_of
 from replay.effects.models.ledger import SOLID
@@ -58,7 +58,6 @@ SPEC = EffectSpec(
         "ksp": number("solubility product", "mol/L to the number of ions", above=0.0),
         "molar_mass": number("of the solid", "g/mol", above=0.0),
         "colour": text("of the solid, for the picture", among=tuple(COLOURS)),
-        "ions": mapping("not needed any more: ions follow from the formulas; read and left alone", default={}),
     },
     single="solid",
     trigger="all reagents of a reaction that makes the solid in one vessel",

@@ -34,7 +34,7 @@ METRICS: Final[dict[str, type]] = {
 the share of the oracle's ``contact_frames`` (pair-frames) that the detector reports, 1 for the oracle itself; null
 where there are none. ``task`` and ``stage`` are all of the session, in order of time, with `` + `` between them."""
 
-SPILLS: Final = ("spill", "spill")
+SPILLS: Final = ("pour", "spill")
 HAZARDS: Final = ("hazard-proximity", "near")
 BREAKAGES: Final = ("breakage", "broken")
 """Kind of an effect and the name of its events."""

@@ -86,9 +86,8 @@ def scene_of(kinds):
     """A scene that declares these kinds, one table each, and what they are refused without."""
     there = declarations()
     makes = (SceneEffect("reaction", {"equation": MAKING[kind]}) for kind in kinds if kind in MAKING)
-    pours = (there["pour"],) if "spill" in kinds and "pour" not in kinds else ()
     more = (WITH[kind] for kind in kinds if kind in WITH)
-    return Scene(bodies=bodies(), effects=(*(there[kind] for kind in kinds), *makes, *pours, *more))
+    return Scene(bodies=bodies(), effects=(*(there[kind] for kind in kinds), *makes, *more))
 
 
 LAMP = {"of": ["hand-left"], "hazard": "lamp", "distance": 0.3}

@@ -85,7 +85,6 @@ ACID_DILUTION = Experiment(
         SceneEffect("contact", {"between": ["tag:vessel", "tag:bench"]}),
         SceneEffect("grasp", {"between": ["tag:hand", "tag:glass"]}),
         SceneEffect("pour", {"from": ["acid", "rinse"], "into": ["water", "acid"]}),
-        SceneEffect("spill", {"from": ["acid", "rinse"]}),
         SceneEffect("mixing", {"in": ["water", "acid"]}),
         SceneEffect("heat", {
             "of": "dilution", "solute": "H2SO4", "ambient_c": 20.0, "loss_w_per_k": 0.15, "heat_j_mol": HEAT_J_MOL,

@@ -7,7 +7,6 @@ from scipy.spatial.transform import Rotation
 from support.liquid_worlds import COLUMN, MIX, RADIUS, glass, run_in
 
 from replay.effects.models.outflow import run_out, twist, volume_run_out
-from replay.effects.spill import SPEC as SPILL
 from replay.errors import PlanError
 
 OPEN = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]
@@ -46,7 +45,7 @@ def test_it_never_gives_more_than_it_holds_and_an_empty_one_gives_nothing():
 
 def test_what_runs_beside_the_flask_is_spilled():
     (event,) = run_in(OPEN, place=(2 * RADIUS, 0.0, 0.0))["burette"].events
-    assert event.name == SPILL.kind == "spill" and event.level == "warning" and event.point[1] == pytest.approx(0.0)
+    assert event.name == "spill" and event.level == "warning" and event.point[1] == pytest.approx(0.0)
 
 
 def test_a_tap_or_flask_lost_for_a_moment_stays_as_it_was():

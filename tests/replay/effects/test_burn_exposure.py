@@ -4,18 +4,13 @@ import numpy as np
 import pytest
 from support.small_worlds import cubes
 
-from replay.effects.burn_exposure import SPEC, damage, surface
+from replay.effects.burn_exposure import SPEC, surface
 from replay.effects.declaring import declare
 from replay.effects.effect_plan import plan
 from replay.effects.output import EffectOutput, Series
 from replay.errors import PlanError
 from replay.pipeline.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
-
-SKIN = {
-    "damage_rate_per_s": 3.1e98, "damage_energy_j_mol": 6.28e5, "skin_c": 34.0, "skin_effusivity": 1100.0,
-    "part_effusivity": 1600.0,
-}  # fmt: skip
 
 
 def scene(**more):
@@ -63,30 +58,7 @@ def test_a_part_that_nothing_heats_is_refused_before_the_run():
         plan(scene())
 
 
-def test_the_damage_at_a_constant_temperature_is_rate_times_time():
-    declared = declare(scene(**SKIN).effects[0], 1, SPEC.fields, scene(), "lab.toml")
-    interface = (1100.0 * 34.0 + 1600.0 * 70.0) / 2700.0 + 273.15
-    expected = 0.6 * np.exp(np.log(3.1e98) - 6.28e5 / (8.314462618 * interface))
-    assert damage(declared, np.linspace(0.0, 0.6, 61), np.full(61, 70.0)) == pytest.approx(expected, rel=1e-9)
-    values = run(60, surface_c=70.0, **SKIN)["burn-exposure"].events[0].values
-    assert values["damage"] == pytest.approx(expected, rel=0.02)
-
-
-def test_damage_grows_with_temperature_and_stays_finite_at_any():
-    declared = declare(scene(**SKIN).effects[0], 1, SPEC.fields, scene(), "lab.toml")
-    times = np.array([0.0, 1.0])
-    doses = [
-        damage(declared, times, np.full(2, temperature)) for temperature in (-200.0, 20.0, 45.0, 60.0, 500.0, 5000.0)
-    ]
-    assert np.isfinite(doses).all() and doses == sorted(doses) and doses[0] >= 0.0
-
-
 def test_heat_is_needed_exactly_where_no_temperature_is_declared():
     kinds = {True: SPEC.needed((declare(scene(surface_c=70).effects[0], 1, SPEC.fields, scene(), "f"),)),
              False: SPEC.needed((declare(scene().effects[0], 1, SPEC.fields, scene(), "f"),))}  # fmt: skip
     assert kinds == {True: ("contact",), False: ("contact", "heat")}
-
-
-def test_constants_of_the_damage_integral_come_together():
-    with pytest.raises(PlanError, match="damage_rate_per_s is given and damage_energy_j_mol is not"):
-        plan(scene(surface_c=70.0, damage_rate_per_s=3.1e98))

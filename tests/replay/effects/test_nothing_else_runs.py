@@ -196,7 +196,7 @@ drawn = {{str(chunk.entity_path) for chunk in RrdReader(str(folder / "run" / "ru
 """What a run of a whole scene touches: topics, meshes, entities, rows."""
 
 OF_KIND = {
-    "grasp": ("grasps", "grasp_attempts"), "breakage": ("breakages",), "spill": ("spilled_ml",),
+    "grasp": ("grasps", "grasp_attempts"), "breakage": ("breakages",), "pour": ("spilled_ml",),
     "hazard-proximity": ("hazard_seconds",),
 }  # fmt: skip
 """Kind -> metrics that only it measures."""

@@ -147,7 +147,7 @@ def test_what_effects_found_is_summed_and_what_nobody_looked_for_is_null():
     result = run(cubes({"a": [0.0] * 9, "b": list(np.linspace(3, 4, 9))}), detectors="hybrid", oracle="none")
     assert effect_metrics(result) == {"breakages": None, "spilled_ml": None, "hazard_seconds": None}
     effects = {
-        "spill": [EffectEvent(0.01, "spill", values={"volume_ml": volume}) for volume in (2.0, 0.5)],
+        "pour": [EffectEvent(0.01, "spill", values={"volume_ml": volume}) for volume in (2.0, 0.5)],
         "hazard-proximity": [EffectEvent(0.01, "near", end=0.04), EffectEvent(0.06, "near")],
         "breakage": [EffectEvent(0.01, "impact"), EffectEvent(0.01, "broken")],
     }
