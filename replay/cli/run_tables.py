@@ -17,7 +17,7 @@ from replay.effects.effect_summary import happened_words
 from replay.outputs import run_tables as built
 from replay.outputs.moments import worst_first
 from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table, table
-from replay.outputs.words import CONTACT_WORDS_SHORT
+from replay.outputs.words import CONTACT_WORDS_SHORT, false_thing
 from replay.pipeline.headline import beside, doubts, headlines, price
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
@@ -101,7 +101,8 @@ def fault_tables(results: Sequence[RunResult]) -> list[Table]:
         tables += _some(built.with_noise(made, found), results, [result for result, _ in found], where.format("misses"))
         wrong = [(result, one) for result in results for one in result.false.get(label, ())]
         wrong.sort(key=lambda one: -one[1].frames)
-        made = built.false_table(f"false contacts of {label}", [one for _, one in wrong], label).only(*FALSE_HEAD)
+        false = [one for _, one in wrong]
+        made = built.false_table(f"{false_thing(false)}s of {label}", false, label).only(*FALSE_HEAD)
         tables += _some(made, results, [result for result, _ in wrong], where.format("false"))
     return tables
 

@@ -11,10 +11,10 @@ from functools import cache
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Detection, Motion, Verdict
 from cdcore.protocol import Explains, Explanation, counts_as_contact
+from replay.comparison.delay import at_frame, constant_delay, reported
 from replay.comparison.evidence import Evidence, grouped, looks
 from replay.comparison.misses import FOUND_LATE, LOST_EARLY, MissedStretch, misses, stretches
 from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
@@ -30,12 +30,6 @@ LOOKS_IN_ALL: Final = 4000
 
 LOOKS_AT_ONCE: Final = 1024
 """Looks whose faces are held together."""
-
-LATEST: Final = 0.25
-"""Seconds: a report that comes later is no report of the same moment."""
-
-FEWER_WRONG: Final = 4
-"""A detector is *late* where moving its answers leaves at most a quarter of its wrong frames; steps held leave half."""
 
 
 class Cause(StrEnum):
@@ -153,7 +147,8 @@ def first_failed(
 def _causes(places: Sequence[MissedStretch], scene: MissEvidence) -> Iterator[tuple[int, Cause]]:
     """Number of a miss and the cause at one of its frames, for every frame examined."""
     instants, subject = scene.oracle.covers == "instants", scene.subject
-    shifts = cache(lambda pair: _shifted(scene, pair))
+    delay_of = cache(lambda pair: constant_delay(subject, scene.oracle, pair))
+    reported_of = cache(lambda pair: reported(subject, scene.oracle, pair))
     for group in grouped(_looks(places), lambda look: len(look[2]), LOOKS_AT_ONCE):
         frames = np.unique([frame for _, _, looked in group for frame in looked])
         if not instants:
@@ -164,11 +159,11 @@ def _causes(places: Sequence[MissedStretch], scene: MissEvidence) -> Iterator[tu
         contact = counts_as_contact(truth.verdict)
         for number, pair, looked in group:
             place = places[number]
-            reported: tuple[Cause | None, ...] = ()
+            of_engine: tuple[Cause | None, ...] = ()
             if isinstance(scene.detector, RecordedDetector):
                 first, last = scene.motion.times[[place.first, place.last]].tolist()
                 stepless = scene.detector.stepped(first, last) is False
-                reported = Cause.BETWEEN_STEPS if stepless else None, REPORTED.get(place.kind)
+                of_engine = Cause.BETWEEN_STEPS if stepless else None, REPORTED.get(place.kind)
             for frame in looked:
                 asked = (frame,) if instants else (frame, frame - 1)
                 ends = [end for end in asked if end in row and contact[row[end], pair]]
@@ -180,35 +175,15 @@ def _causes(places: Sequence[MissedStretch], scene: MissEvidence) -> Iterator[tu
                 refuses = bool(subject.containment) and subject.containment[pair].startswith("refused")
                 asks = int(truth.verdict[row[at], pair]) != Verdict.CONTAINED or not refuses
                 verdict, at_instant = int(subject.verdict[at, pair]), bool(ends) or instants
-                mask, shift = shifts(pair)
-                timing = (shift if mask[at] else None, *reported)
+                delay = delay_of(pair)
+                shifted = delay != 0 and at_frame(reported_of(pair), at + delay)
+                timing = (delay_cause(delay) if shifted else None, *of_engine)
                 yield number, first_failed(stages, verdict, at_instant=at_instant, asks_inside=asks, timing=timing)
 
 
-def _shifted(scene: MissEvidence, pair: int) -> tuple[NDArray[np.bool_], Cause]:
-    """(T,) frames in which a pair is reported the number of frames later, or earlier, by which all is."""
-    said, true = (counts_as_contact(one.verdict[:, pair]) for one in (scene.subject, scene.oracle))
-    if (scene.subject.covers, scene.oracle.covers) == ("instants", "intervals"):
-        # An interval is found when a contact is reported at either of its ends.
-        said = said | np.append(False, said[:-1])
-    late = _later(said, true, scene.motion.times)
-    if late.any():
-        return late, Cause.LATE
-    # Backwards in time what comes early comes late.
-    return _later(said[::-1], true[::-1], -scene.motion.times[::-1])[::-1], Cause.EARLY
-
-
-def _later(said: NDArray[np.bool_], true: NDArray[np.bool_], times: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """(T,) frames that are said the number of frames later by which all is; none where that is none."""
-    frames = len(said)
-    most = int(np.searchsorted(times, times[0] + LATEST)) if frames else 0
-    wrong = [int((said[by:] != true[: frames - by]).sum()) for by in range(most)]
-    by = int(np.argmin(wrong)) if wrong else 0
-    late = np.zeros(frames, dtype=np.bool_)
-    # What is only lost, and never said too long, is not late.
-    if by and wrong[by] * FEWER_WRONG <= wrong[0] and bool((said & ~true).any()):
-        late[: frames - by] = said[by:]
-    return late
+def delay_cause(delay: int) -> Cause:
+    """The word for a constant number of frames, not 0."""
+    return Cause.LATE if delay > 0 else Cause.EARLY
 
 
 Look = tuple[int, int, list[int]]

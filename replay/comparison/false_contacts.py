@@ -2,14 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from cdcore.protocol import NO_FACES, Explains
-from replay.comparison.causes import Cause
+from cdcore import Detection, Verdict
+from cdcore.protocol import NO_FACES, Explains, Explanation, counts_as_contact
+from replay.comparison.causes import Cause, delay_cause
 from replay.comparison.contact_counts import REPORTED
+from replay.comparison.delay import at_frame, constant_delay
 from replay.comparison.episodes import column_runs
 from replay.comparison.evidence import looks
 from replay.comparison.misses import kind_within
@@ -22,9 +24,12 @@ from sessions.doctor.runs import runs
 if TYPE_CHECKING:
     from cdcore.narrow.mesh_stage import MeshStage
 
-FALSE_KINDS: Final = ("nothing there", "begins early", "lasts long", "joins two")
-_, BEGINS, LASTS, JOINS = FALSE_KINDS
+FALSE_KINDS: Final = ("nothing there", "starts early", "ends late", "joins two contacts")
+_, STARTS_EARLY, ENDS_LATE, JOINS_TWO = FALSE_KINDS
 """By whether the report holds true contact after the stretch, and (two places on) before it."""
+
+VOLUMES: Final = "only bounding volumes overlap"
+"""Cause of what is *unconfirmed*: a candidate, whose triangles nobody asked."""
 
 SOLIDS: Final = "its solids meet, the meshes do not"
 HELD: Final = "held since its last look"
@@ -72,11 +77,46 @@ class FalseContact:
         """How many frames are false."""
         return self.last - self.first + 1
 
+    @property
+    def unconfirmed(self) -> bool:
+        """Whether the detector only calls it a candidate."""
+        return self.cause == VOLUMES
 
-def false_contacts(assembly: Assembly, comparison: Comparison, detector: object = None) -> tuple[FalseContact, ...]:
+
+@dataclass(frozen=True, eq=False)
+class FalseReporter:
+    """The detector whose false contacts are explained, as an object that may explain itself, and both answers."""
+
+    detector: object = None
+    subject: Detection | None = None
+    oracle: Detection | None = None
+
+    @cached_property
+    def _delays(self) -> dict[int, int]:
+        return {}
+
+    def is_candidate(self, frame: int, pair: int) -> bool:
+        """Whether only bounding volumes were asked."""
+        return self.subject is not None and int(self.subject.verdict[frame, pair]) == Verdict.CANDIDATE
+
+    def moved(self, frame: int, pair: int) -> Cause | None:
+        """``late`` or ``early`` where all that is said of the pair is so by a constant number of frames, as here."""
+        if self.subject is None or self.oracle is None:
+            return None
+        if pair not in self._delays:
+            self._delays[pair] = constant_delay(self.subject, self.oracle, pair)
+        delay = self._delays[pair]
+        moved = delay != 0 and at_frame(counts_as_contact(self.oracle.verdict[:, pair]), frame - delay)
+        return delay_cause(delay) if moved else None
+
+
+NOBODY: Final = FalseReporter()
+
+
+def false_contacts(assembly: Assembly, comparison: Comparison, by: FalseReporter = NOBODY) -> tuple[FalseContact, ...]:
     """Number the false stretches of a comparison, in order of time, then pair; what a hand holds is none.
 
-    ``detector``: the subject itself, which may explain.
+    ``by``: who reports them; without the answers no delay and no candidate is known.
     """
     outcome, times = comparison.outcome, assembly.motion.times
     found = column_runs(column == Outcome.INVENTED for column in outcome.T)
@@ -102,7 +142,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, detector: object 
                 kind_within(FALSE_KINDS, outcome[:, pair], (begin, end), first, last), frame, gap, point, "",
             )
         )  # fmt: skip
-        made[-1] = replace(made[-1], cause=_cause(detector, assembly, made[-1]))
+        made[-1] = replace(made[-1], cause=_cause(by, assembly, made[-1]))
     return tuple(made)
 
 
@@ -118,23 +158,28 @@ def _widest(
     return gap, frame, vector_of(ends.mean(axis=0))
 
 
-def _cause(detector: object, assembly: Assembly, one: FalseContact) -> str:
-    if not isinstance(detector, Explains):
-        return UNEXPLAINED
-    stages = detector.explain(assembly.motion, one.widest, one.pair, NO_FACES.astype(np.int64))
+def _cause(by: FalseReporter, assembly: Assembly, one: FalseContact) -> str:
+    if by.is_candidate(one.widest, one.pair):
+        return VOLUMES
+    stages = Explanation()
+    if isinstance(by.detector, Explains):
+        stages = by.detector.explain(assembly.motion, one.widest, one.pair, NO_FACES.astype(np.int64))
     if stages.within_clock:
         return Cause.CLOCK.value
     # Shape before rate: a look at solids that meet there would have said the same.
     if stages.shapes_meet:
         return SOLIDS
-    if isinstance(detector, RecordedDetector):
-        return _reported(detector, one)
-    return HELD if stages.looked is False else UNEXPLAINED
+    if isinstance(by.detector, RecordedDetector):
+        return _reported(by.detector, one)
+    if stages.looked is False:
+        return HELD
+    moved = by.moved(one.widest, one.pair)
+    return UNEXPLAINED if moved is None else moved.value
 
 
 def _reported(detector: RecordedDetector, one: FalseContact) -> str:
     """Why an engine's reports hold a stretch: no step came that could see its end, or they are late or early."""
-    joins = one.kind == JOINS and detector.stepped(one.start, one.end) is False
-    if joins or (one.kind == LASTS and detector.ended_at_next_step(one.pair, one.start)):
+    joins = one.kind == JOINS_TWO and detector.stepped(one.start, one.end) is False
+    if joins or (one.kind == ENDS_LATE and detector.ended_at_next_step(one.pair, one.start)):
         return Cause.BETWEEN_STEPS.value
-    return {LASTS: Cause.LATE.value, BEGINS: Cause.EARLY.value}.get(one.kind, UNEXPLAINED)
+    return {ENDS_LATE: Cause.LATE.value, STARTS_EARLY: Cause.EARLY.value}.get(one.kind, UNEXPLAINED)

@@ -14,12 +14,12 @@ import numpy as np
 from cdcore.numerics import IntArray
 from replay.comparison.causes import Cause
 from replay.comparison.clusters import by_depth
-from replay.comparison.false_contacts import SOLIDS, FalseContact
+from replay.comparison.false_contacts import SOLIDS, VOLUMES, FalseContact
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.effects.output import Vector, vector_of
 from replay.outputs.palette import FOUND, INVENTED, MISSED, PARTLY_MISSED, Rgba
-from replay.outputs.words import bound_words, counted
+from replay.outputs.words import bound_words, counted, false_thing
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import BETWEEN_LOOKS, LISTED
@@ -64,10 +64,15 @@ class FocusMoment:
 
 
 TO_DO: Final[Mapping[str, str]] = {
-    **dict.fromkeys(BETWEEN_LOOKS, LOOK), SOLIDS: PARTS, Cause.COLLIDER_SHAPE: PARTS, Cause.SEARCH: DECIDE,
-    Cause.SAMPLING: DECIDE, Cause.BUDGET: DECIDE, Cause.SPHERE_STAGE: "larger volumes", Cause.CLOCK: "a common clock",
-    Cause.BETWEEN_FRAMES: "ask between frames", Cause.LATE: "take off its delay", Cause.CONTAINMENT: "close the meshes",
-}  # fmt: skip
+    **dict.fromkeys(BETWEEN_LOOKS, LOOK),
+    **dict.fromkeys((SOLIDS, Cause.COLLIDER_SHAPE), PARTS),
+    **dict.fromkeys((VOLUMES, Cause.SEARCH, Cause.SAMPLING, Cause.BUDGET), DECIDE),
+    Cause.SPHERE_STAGE: "larger volumes",
+    Cause.CLOCK: "a common clock",
+    Cause.BETWEEN_FRAMES: "ask between frames",
+    Cause.LATE: "take off its delay",
+    Cause.CONTAINMENT: "close the meshes",
+}
 """Cause of most of a detector's wrong frames -> what mends it."""
 
 
@@ -188,8 +193,8 @@ def false_note(one: FalseContact, count: int, label: str, oracle: str) -> str:
     """What is to be said about a false contact, of ``count`` by this detector; why comes first."""
     gap = "" if np.isnan(one.gap) else f", the meshes are **{one.gap * 1e3:.1f} mm** apart"
     return (
-        f"#### False contact {one.number} of {count}: {one.body_a}-{one.body_b}\n\n"
-        f"- {label}: **CONTACT** ({one.cause})\n"
+        f"#### {false_thing([one]).capitalize()} {one.number} of {count}: {one.body_a}-{one.body_b}\n\n"
+        f"- {label}: **{'CANDIDATE' if one.unconfirmed else 'CONTACT'}** ({one.cause})\n"
         f"- {oracle}: none{gap}\n\n"
         f"**{one.start:.3f} s**, {counted(one.frames, 'frame')} ({one.first} to {one.last}), {one.kind}\n\n"
         f"`replay view RUN --false {one.number} --by {label}`"

@@ -55,7 +55,7 @@ def ranking_table(summary: Mapping[str, Any]) -> Table:
     rows = [
         (
             one.label, _of_contacts(one), one.count(one.in_part), one.undecided,
-            "" if one.false is None else _marked(percent(one.false), INVENTED, one.false),
+            _false_share(one),
             "" if one.p99 is None else _ms(one.p99), "" if one.of_frame is None else f"{figure(100 * one.of_frame)} %",
             *one.held, one.setting,
         )
@@ -74,6 +74,12 @@ def _of_contacts(rank: Rank) -> Cell:
         return ""
     low, high = (f"{rank.missed[end] * rank.contacts:.2g}" for end in ("low", "high"))
     return _marked(f"{rank.count(rank.missed)} [{low}, {high}]", IN_RED, rank.missed)
+
+
+def _false_share(rank: Rank) -> Cell:
+    if rank.false is None:
+        return ""
+    return _marked(percent(rank.false, "unconfirmed" if rank.unconfirmed else ""), INVENTED, rank.false)
 
 
 def _marked(words: str, mark: str, part: Mapping[str, Any]) -> Cell:

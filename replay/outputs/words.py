@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from cdcore import Verdict
+from replay.comparison.false_contacts import FalseContact
 from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.comparison.outcome import Miss, Outcome
 
@@ -68,6 +69,11 @@ def lane_legend(outcomes: Iterable[int], by: str = "") -> str:
         f"{text} by {by}" if by and one == Outcome.MISSED else text for one, text in LANE_LEGEND.items() if one in there
     )
     return "    ".join(words)
+
+
+def false_thing(found: Iterable[FalseContact]) -> str:
+    """What these are: an ``unconfirmed contact`` where each is a candidate of bounding volumes, else false."""
+    return "unconfirmed contact" if all(one.unconfirmed for one in found) else "false contact"
 
 
 def counted(number: int, thing: str, several: str = "") -> str:

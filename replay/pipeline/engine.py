@@ -14,7 +14,7 @@ from replay.comparison.causes import examine
 from replay.comparison.compare import compare
 from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
-from replay.comparison.false_contacts import false_contacts
+from replay.comparison.false_contacts import FalseReporter, false_contacts
 from replay.comparison.holding import holdings
 from replay.comparison.look_phases import Shares, over_phases
 from replay.comparison.matching import EpisodeMatches, match_episodes
@@ -175,7 +175,12 @@ def compute(
                 {one: runs[one] for one in matches}, assembly, trusted, loose, held, tolerance, seed
             )
         missed, causes = examine(comparisons, truth, runs, assembly, again)
-        false = {label: false_contacts(assembly, one, runs[label].detector) for label, one in comparisons.items()}
+        false = {
+            label: false_contacts(
+                assembly, one, FalseReporter(runs[label].detector, runs[label].detection, runs[one.oracle].detection)
+            )
+            for label, one in comparisons.items()
+        }
     noisy = None
     if blur:
         with progress.stage("noise", len(assembly.motion)) as advance:

@@ -104,12 +104,12 @@ def _late(audit: Mapping[str, Any], summaries: Sequence[Mapping[str, Any]], most
     return found
 
 
-def percent(part: Mapping[str, Any]) -> str:
-    """``0.3 % [0.1, 0.6]``: a share and its interval for people."""
+def percent(part: Mapping[str, Any], word: str = "") -> str:
+    """``0.3 % [0.1, 0.6]``: a share and its interval for people; ``word``: of what, before the interval."""
     if part["share"] is None:
         return "none"
     share, low, high = (figure(100 * part[name]) for name in ("share", "low", "high"))
-    return f"{share} % [{low}, {high}]"
+    return f"{share} %{' ' if word else ''}{word} [{low}, {high}]"
 
 
 def figure(percentage: float) -> str:

@@ -9,7 +9,7 @@ from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.comparison.outcome import Outcome
 from replay.detection.recorded import RECORDED
 from replay.pipeline.gates import figure
-from replay.pipeline.ranking import false_words, fault_words, ranking
+from replay.pipeline.ranking import all_unconfirmed, false_words, fault_words, ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import undecided_share
 from sessions import Finding, Severity
@@ -102,7 +102,9 @@ def invented(result: RunResult) -> list[str]:
     ranks = ranking(result.summary)
     if len(result.comparisons) != 1 or ranks[0].leads_false:
         return []
-    return [f"{words}." for words in [false_words(result.summary["audit"][ranks[0].label]["invented"])] if words]
+    audit = result.summary["audit"][ranks[0].label]
+    words = false_words(audit["invented"], all_unconfirmed(audit))
+    return [f"{words}."] if words else []
 
 
 def held(result: RunResult) -> list[str]:

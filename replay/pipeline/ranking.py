@@ -26,6 +26,7 @@ class Rank:
     missed: Share | None  # of the contacts, never found
     in_part: Share | None  # of the contacts, found in part
     false: Share | None  # of the pair-frames it reports as contact, those that are none
+    unconfirmed: bool  # whether all of these are candidates: only bounding volumes overlap there
     undecided: int  # contacts that it left undecided
     held: tuple[int, int]  # false pair-frames, and contacts missed, between a hand and what it holds: counted apart
     p99: float | None  # seconds in which 99 of 100 frames were decided; ``None`` where it was not timed frame by frame
@@ -71,7 +72,7 @@ def _rank(summary: Mapping[str, Any], label: str) -> Rank:
     setting = made.get("asked", made["name"])
     p99 = made["seconds"].get("per_frame", {}).get("p99")
     if audit is None:
-        return Rank(label, setting, made["contacts"], None, None, None, 0, (0, 0), p99, 1)
+        return Rank(label, setting, made["contacts"], None, None, None, False, 0, (0, 0), p99, 1)
     contacts, held, mean = audit["contacts"], audit.get("held", {}), audit.get("phases")
     missed, in_part, false = (
         mean[name] if mean else share(audit[name], contacts) if name != "invented" else audit[name]
@@ -79,18 +80,27 @@ def _rank(summary: Mapping[str, Any], label: str) -> Rank:
     )
     apart = held.get("invented", 0), held.get("contacts_missed", 0)
     return Rank(
-        label, setting, contacts, missed, in_part, false, audit["contacts_undecided"], apart, p99,
-        PHASES if mean else 1,
+        label, setting, contacts, missed, in_part, false, all_unconfirmed(audit), audit["contacts_undecided"], apart,
+        p99, PHASES if mean else 1,
     )  # fmt: skip
 
 
-def false_words(share: Share | None) -> str:
-    """How much of what a detector reports is false, ``""``: nothing.
+def all_unconfirmed(audit: Mapping[str, Any]) -> bool:
+    """Whether every false pair-frame of an audited detector is a candidate, which nobody confirmed on triangles."""
+    count = audit.get("unconfirmed", 0)
+    return count > 0 and count == audit["pair_frames"]["INVENTED"]
+
+
+def false_words(share: Share | None, unconfirmed: bool) -> str:
+    """How much of what a detector reports is false, or ``unconfirmed``; ``""``: nothing.
 
     Every pair-frame counts alike: it is a share of time as far as frames are evenly spaced.
     """
     false = _part(share)
-    return f"{figure(100 * false)} % of the contact time it reports is false" if false else ""
+    if not false:
+        return ""
+    what = "unconfirmed: only bounding volumes overlap" if unconfirmed else "false"
+    return f"{figure(100 * false)} % of the contact time it reports is {what}"
 
 
 def fault_words(rank: Rank) -> str:
@@ -103,7 +113,7 @@ def fault_words(rank: Rank) -> str:
     words = [
         (2.0, f"leaves {rank.undecided} {things} undecided" if rank.undecided else ""),
         (lost, misses if rank.lost else none if false else ""),
-        (false, false_words(rank.false)),
+        (false, false_words(rank.false, rank.unconfirmed)),
     ]
     told = "; ".join(text for _, text in sorted(words, key=lambda one: -one[0]) if text)
     mean = f" (mean over {rank.phases} look phases)" if rank.phases > 1 else ""

@@ -14,7 +14,7 @@ from replay.outputs import run_tables
 from replay.outputs.moments import LOOK, TO_DO
 from replay.outputs.report.markup import Markup, Part, element, page_table
 from replay.outputs.tables import STRONG, Column, Marked, Table
-from replay.outputs.words import address
+from replay.outputs.words import address, false_thing
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import LISTED, MOST_CARDS, cost_of_mending
@@ -81,7 +81,8 @@ def fault_sections(result: RunResult) -> Iterator[tuple[str, list[Part]]]:
     offered = choices(result)
     first = chooser(offered)
     for rank in ranking(result.summary)[:-1]:
-        kinds = [("miss", result.misses, miss_cards), ("false contact", result.false, false_cards)]
+        false = false_thing(result.false.get(rank.label, ()))
+        kinds = [("miss", result.misses, miss_cards), (false, result.false, false_cards)]
         for what, found, cards in reversed(kinds) if rank.leads_false else kinds:
             if found.get(rank.label):
                 yield f"Every {what} of {rank.label}", [*first, *cards(result, rank.label, offered)]
@@ -111,7 +112,9 @@ def false_cards(result: RunResult, label: str, offered: Choices) -> list[Part]:
     """A card per false contact, the longest first."""
     found = sorted(result.false[label], key=lambda one: -one.frames)
     shown = found[:LISTED]
-    made = run_tables.false_table(f"What {label} reports falsely, the longest first", shown, label).only(*FALSE_HEAD)
+    what = "unconfirmed" if all(one.unconfirmed for one in found) else "falsely"
+    title = f"What {label} reports {what}, the longest first"
+    made = run_tables.false_table(title, shown, label).only(*FALSE_HEAD)
     cards = [_cards(result, made, label, shown, offered)]
     return _folded(len(found), len(found) - len(shown), "false.parquet", cards)
 

@@ -21,7 +21,7 @@ from replay.outputs.palette import MISSED, PARTLY_MISSED
 from replay.outputs.rerun_log.columns import RecordingWriter, packed
 from replay.outputs.run_tables import ranking_table
 from replay.outputs.tables import markdown, table, text_of
-from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words
+from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words, false_thing
 from replay.pipeline.headline import beside, doubts, headlines, price, undecided
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
@@ -53,7 +53,10 @@ def why(result: RunResult, worst: Rank) -> list[str]:
     if not found:
         return [mends] * bool(mends)
     (cause, count), *_ = Counter(one.cause for one in found).most_common()
-    thing = counted(len(found), "false contact" if worst.leads_false else "miss", "" if worst.leads_false else "misses")
+    if worst.leads_false:
+        thing = counted(len(found), false_thing(result.false[worst.label]))
+    else:
+        thing = counted(len(found), "miss", "misses")
     return [f"**Why:** {cause} ({count:,} of {thing}). {mends}".rstrip()]
 
 

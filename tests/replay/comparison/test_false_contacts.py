@@ -6,7 +6,7 @@ from support.shapes import box_mesh
 
 from cdcore import Body, Motion, create_detector
 from replay.comparison import false_contacts as module
-from replay.comparison.false_contacts import HELD, SOLIDS, UNEXPLAINED, false_contacts
+from replay.comparison.false_contacts import HELD, SOLIDS, UNEXPLAINED, FalseReporter, false_contacts
 from replay.comparison.outcome import Comparison, Outcome
 from replay.detection.recorded import recorded_detector
 from replay.prepare.assembly import Assembly
@@ -31,8 +31,8 @@ def world(outcomes, gaps=None):
 @pytest.mark.parametrize(
     ("outcomes", "kinds"),
     [
-        ([N, F, F, N], ["nothing there"]), ([F, F], ["nothing there"]), ([N, F, B, N], ["begins early"]),
-        ([N, B, F, N], ["lasts long"]), ([B, F, B], ["joins two"]), ([F, B, F], ["begins early", "lasts long"]),
+        ([N, F, F, N], ["nothing there"]), ([F, F], ["nothing there"]), ([N, F, B, N], ["starts early"]),
+        ([N, B, F, N], ["ends late"]), ([B, F, B], ["joins two contacts"]), ([F, B, F], ["starts early", "ends late"]),
         ([B, N, F, N, B], ["nothing there"]), ([B, M, F, N], ["nothing there"]), ([N, B, M], []),
     ],
 )  # fmt: skip
@@ -62,11 +62,11 @@ def test_the_cause_is_the_solid_before_the_rate():
     assembly, said = world([N, F, F], [9.0, 0.5, 0.5])
     ball = create_detector("collider", assembly.bodies, pairs=assembly.pairs, shape="sphere")
     slow = create_detector("discrete", assembly.bodies, pairs=assembly.pairs, rate_hz=1.0)
-    causes = [false_contacts(assembly, said, one)[0].cause for one in (ball, slow, None)]
+    causes = [false_contacts(assembly, said, FalseReporter(one))[0].cause for one in (ball, slow, None)]
     assert causes == [UNEXPLAINED, HELD, UNEXPLAINED]
     near = world([N, F, F], [9.0, -0.01, -0.01])[0]
     box = create_detector("collider", near.bodies, pairs=near.pairs, shape="box", rate_hz=1.0)
-    assert false_contacts(near, said, box)[0].cause == SOLIDS
+    assert false_contacts(near, said, FalseReporter(box))[0].cause == SOLIDS
 
 
 STEP = "between physics steps"
@@ -90,7 +90,7 @@ def test_an_engine_reports_early_or_late_or_waits_for_its_next_step(frames, repo
     known = {} if steps is None else {"rate_hz": steps}
     engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, 0, 0.0, known)
     late = [one if steps else one.replace(STEP, "late" if "F." in frames else "unexplained") for one in causes]
-    assert [one.cause for one in false_contacts(assembly, said, engine)] == late
+    assert [one.cause for one in false_contacts(assembly, said, FalseReporter(engine))] == late
 
 
 def test_within_what_is_not_known_of_its_clock_no_report_is_late_and_a_known_solid_comes_before_time():
@@ -99,7 +99,7 @@ def test_within_what_is_not_known_of_its_clock_no_report_is_late_and_a_known_sol
 
     def cause(residual, **known):
         engine = recorded_detector(assembly.bodies, assembly.pairs, contacts, 0, residual, known)
-        return false_contacts(assembly, said, engine)[0].cause
+        return false_contacts(assembly, said, FalseReporter(engine))[0].cause
 
     assert [cause(0.0), cause(0.001), cause(0.0, shape="box")] == ["late", "clock", "late"]
     assembly, said = world([N, B, F, N], [-0.1] * 4)

@@ -1,9 +1,13 @@
 """What was planted is what is counted: contacts known in closed form, detectors with one known fault each."""
 
+from io import StringIO
+
 import numpy as np
 import pytest
+from rich.console import Console
 
 from replay.base.wilson import wilson
+from replay.cli.run_tables import run_tables
 from replay.pipeline.engine import compute
 from sessions.doctor.runs import runs
 from sessions.synthetic import make_analytic
@@ -26,6 +30,12 @@ def plate():
 def audited(session, fault):
     result = compute(session, detectors=f"it=support.planted_detectors:{fault}")
     return result, result.summary["audit"]["it"]
+
+
+def terminal_text(result):
+    console = Console(width=200, record=True, file=StringIO())
+    console.print(run_tables(result))
+    return console.export_text()
 
 
 def test_a_detector_without_a_fault_has_none(plate):
@@ -61,6 +71,17 @@ def test_a_delay_of_three_frames_is_the_onset_error_and_no_duration_error(plate)
         assert match.onset_error == pytest.approx(3 * STEP, abs=1e-7)
         assert match.duration_error == pytest.approx(0.0, abs=1e-7)
         assert match.overlap == last - first + 1 - 3
+
+
+def test_the_false_tail_of_a_late_detector_is_late_and_what_spheres_alone_say_is_unconfirmed(plate):
+    session, spans = plate
+    result, _ = audited(session, "Late")
+    false = result.false["it"]
+    assert len(false) == len(spans) and {(one.kind, one.cause) for one in false} == {("ends late", "late")}
+    ball = compute(session, detectors="ball=sphere")
+    assert {one.cause for one in ball.false["ball"]} == {"only bounding volumes overlap"}
+    printed = terminal_text(ball)
+    assert "unconfirmed" in printed and "unexplained" not in printed and "false contact" not in printed
 
 
 def test_invented_contacts_are_counted_and_match_nothing(plate):

@@ -34,7 +34,7 @@ def test_the_pair_in_focus_is_that_of_the_nearest_moment():
     ("outcome", "kind", "colour"),
     [
         (Outcome.MISSED, "never found", MISSED), (Outcome.MISSED, "found late", PARTLY_MISSED),
-        (Outcome.INVENTED, "lasts long", INVENTED), (Outcome.BOTH, "", FOUND),
+        (Outcome.INVENTED, "ends late", INVENTED), (Outcome.BOTH, "", FOUND),
     ],
 )  # fmt: skip
 def test_red_is_missed_and_nothing_else(outcome, kind, colour):

@@ -96,7 +96,7 @@ def expected_of_false(outcome):
         yield f"#### False contact {number} of {len(false)}: a-b\n\n- it: **CONTACT** (unexplained)\n- exact: none, the"
         yield f"the meshes are **{gap}.0 mm** apart\n\n**{0.01 * first:.3f} s**, {count} frame{'s' * (count > 1)} "
         after, before = (outcome[k : k + 1] == ["both"] for k in (first + count, first - 1 if first else len(outcome)))
-        where = ("nothing there", "begins early", "lasts long", "joins two")[2 * before + after]
+        where = ("nothing there", "starts early", "ends late", "joins two contacts")[2 * before + after]
         yield f"({first} to {first + count - 1}), {where}"
 
 

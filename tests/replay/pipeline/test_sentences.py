@@ -249,9 +249,9 @@ def test_no_template_is_untested():
         everything += [*advice_words("it", [knob | state, knob]), *advice_words("it", [knob | state, knob | state])]
     everything.append(str(ENGINES))
     half = {"share": 0.5, "count": 1, "of": 2}
-    rank = Rank("it", "discrete", 2, half, half, half, 1, (0, 0), None, PHASES)
+    rank = Rank("it", "discrete", 2, half, half, half, False, 1, (0, 0), None, PHASES)
     none = replace(rank, missed=None, in_part=None, false=None, undecided=0)
-    everything += map(fault_words, (rank, none, replace(none, contacts=0)))
+    everything += map(fault_words, (rank, replace(rank, unconfirmed=True), none, replace(none, contacts=0)))
     spans = (NoisySpan(0, 0, 0, 0.5),) * 2
     noise = NoiseResult(64, spans, (HOLDS, ABSENT), spans, spans, 1, 2, 3, "", {})
     firm = {"contacts": 0, "contacts_missed": 0, "missed": share(0, 0)}

@@ -13,7 +13,7 @@ from cdcore import Body, Motion, TriangleMesh, create_detector
 from replay.comparison.compare import compare
 from replay.comparison.episodes import episodes
 from replay.comparison.evidence import Evidence
-from replay.comparison.false_contacts import false_contacts
+from replay.comparison.false_contacts import FalseReporter, false_contacts
 from replay.comparison.holding import holdings
 from replay.comparison.misses import misses, stretches
 from replay.outputs.rerun_log.recording import write_recording
@@ -104,7 +104,8 @@ def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
     result = RunResult(
         session=session, assembly=assembly, detections=detections, oracle=ORACLE, comparisons={label: comparison},
         episodes=found, misses={label: misses(places, names, assembly.motion.times, evidence)},
-        detectors={label: subject}, holdings=held, false={label: false_contacts(assembly, comparison, subject)},
+        detectors={label: subject}, holdings=held,
+        false={label: false_contacts(assembly, comparison, FalseReporter(subject))},
     )  # fmt: skip
     return replace(result, summary=figures(result))
 

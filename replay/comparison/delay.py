@@ -1,0 +1,50 @@
+"""By how many frames a detector says everything late, or early: a cause of misses and of false contacts."""
+
+from typing import Final
+
+import numpy as np
+
+from cdcore import Detection
+from cdcore.numerics import BoolArray, FloatArray
+from cdcore.protocol import counts_as_contact
+
+LATEST: Final = 0.25
+"""Seconds: a report that comes later is no report of the same moment."""
+
+FEWER_WRONG: Final = 4
+"""A detector is *late* where moving its answers leaves at most a quarter of its wrong frames; steps held leave half."""
+
+
+def constant_delay(subject: Detection, oracle: Detection, pair: int) -> int:
+    """Frames by which all that is said of a pair comes late; negative: early; 0: by no constant number."""
+    said, true = reported(subject, oracle, pair), counts_as_contact(oracle.verdict[:, pair])
+    late = _frames_late(said, true, subject.times)
+    if late:
+        return late
+    # Backwards in time what comes early comes late.
+    return -_frames_late(said[::-1], true[::-1], -subject.times[::-1])
+
+
+def reported(subject: Detection, oracle: Detection, pair: int) -> BoolArray:
+    """(T,) frames in which a contact counts as reported."""
+    said = counts_as_contact(subject.verdict[:, pair])
+    if (subject.covers, oracle.covers) == ("instants", "intervals"):
+        # An interval is found when a contact is reported at either of its ends.
+        said = said | np.append(False, said[:-1])
+    return said
+
+
+def at_frame(mask: BoolArray, frame: int) -> bool:
+    """What a mask (T,) says at a frame; False before the first and after the last."""
+    return 0 <= frame < len(mask) and bool(mask[frame])
+
+
+def _frames_late(said: BoolArray, true: BoolArray, times: FloatArray) -> int:
+    """By how many frames ``said`` comes after ``true``; 0: by no constant number."""
+    frames = len(said)
+    most = int(np.searchsorted(times, times[0] + LATEST)) if frames else 0
+    # What is said in the first frames has no frame before the recording to come from: it counts as wrong.
+    wrong = [int((said[by:] != true[: frames - by]).sum() + said[:by].sum()) for by in range(most)]
+    by = int(np.argmin(wrong)) if wrong else 0
+    # What is only lost, and never said too long, is not late.
+    return by if by and wrong[by] * FEWER_WRONG <= wrong[0] and bool((said & ~true).any()) else 0
