@@ -122,6 +122,8 @@ def _absolute(given: Any) -> Any:
 def _named(sessions: Sequence[Path]) -> dict[str, Path]:
     named: dict[str, Path] = {}
     for path in sorted(sessions, key=lambda one: one.name):
+        if path.stem in ("", ".", "..") or path.stem.casefold() == BATCH:
+            raise OutputError(f"{path}: a run folder cannot be called {path.stem!r}; give the file another name")
         if named.setdefault(path.stem, path) != path:
             raise OutputError(f"{named[path.stem]} and {path} would share one run folder; give them different names")
     return named

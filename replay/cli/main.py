@@ -7,7 +7,7 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
-from errno import ENOMEM
+from errno import EBADF, EDQUOT, EFBIG, EIO, ENOMEM, ENOSPC
 from importlib import import_module
 from math import inf
 from typing import Final
@@ -18,6 +18,8 @@ from replay.cli.commands import COMMANDS, GROUPS
 from replay.cli.console import FAILURE, INTERRUPTED, OK
 
 DEBUG: Final = "--debug"
+FULL: Final = (EBADF, EDQUOT, EFBIG, EIO, ENOSPC)
+"""What a system says of a stream that takes no more; it names no file where that is standard output."""
 LEAST_BYTES: Final = (256 << 20) + (os.cpu_count() or 1) * (64 << 20)
 """Address space in which the libraries can be loaded; with less OpenBLAS hangs, or ends the process (2026-11)."""
 
@@ -75,6 +77,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit code."""
     given = list(sys.argv[1:] if arguments is None else arguments)
     _make_streams_safe()
+    if sys.stdout is None:  # closed by `>&-`: a file opened later would take its number, and what is printed
+        click.echo("error: standard output is closed; send it to a file, or to the null device", err=True)
+        return FAILURE
     if memory_allowed() < LEAST_BYTES:
         return _failure(MemoryError(), debug=False)
     try:
@@ -82,6 +87,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             # What NumPy remarks on a calculation, or a plot on a letter, is for its programmer.
             warnings.simplefilter("ignore")
             code = cli.main(args=given, prog_name="replay", standalone_mode=False)
+        sys.stdout.flush()
     except (click.exceptions.Abort, KeyboardInterrupt):
         click.echo("interrupted; nothing half-written was left behind", err=True)
         return INTERRUPTED
@@ -110,7 +116,11 @@ def _failure(error: Exception, *, debug: bool) -> int:
         import traceback
 
         traceback.print_exception(error)
-    if _memory_ran_out(error):
+    if isinstance(error, OSError) and error.filename is None and error.errno in FULL:
+        _silence_stdout()
+        words = f"writing failed ({error.strerror}); check the space left where standard output and files go"
+        click.echo(f"error: {words}", err=True)
+    elif _memory_ran_out(error):
         words = "the memory ran out; close other programs, or replay a part with --start and --end"
         click.echo(f"error: {words}", err=True)
     elif _is_known(error):
@@ -160,6 +170,8 @@ def _sentence(text: str) -> str:
 
 def _make_streams_safe() -> None:
     """A console that cannot show a character shows a question mark, instead of ending the program."""
+    if sys.stderr is None:
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115, PTH123
     for stream in (sys.stdout, sys.stderr):
         reconfigure = getattr(stream, "reconfigure", None)
         if reconfigure is not None:

@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import click
 
 from replay.cli.console import People
+from sessions.input_files import special_kind
 
 LARGEST = 1e9  # Of the numbers that an option takes; so many seconds are 32 years
 
@@ -44,6 +45,9 @@ class Existing(click.Path):
 
             return place(value)
         path = Path(value)
+        kind = special_kind(path)
+        if kind and not path.is_dir():
+            self.fail(f"{value} is {kind}; name a regular file", param, ctx)
         if path.is_dir() and not self.dir_okay:
             found = sorted(path.glob("*.mcap"))
             hint = f"name a file, like {found[0]}" if found else "name a file in it; it holds no *.mcap"
@@ -138,7 +142,7 @@ def require_free(*files: Path, force: bool) -> None:
         check_free(file, OutputError, force=force)
 
 
-FILES_OR_FOLDERS = click.Path(exists=True, path_type=Path)
+FILES_OR_FOLDERS = Existing(folder=True, file=True)
 meshes = click.option(
     "--meshes", "place", type=FILES_OR_FOLDERS, metavar="DIR|FILE.glb", help="Meshes by the names of files or nodes."
 )

@@ -80,8 +80,8 @@ def check(scene: Path, as_json: bool, people: People) -> int:
     from replay.effects.effect_plan import plan_faults
     from replay.outputs.words import counted
     from sessions.errors import SceneError
+    from sessions.input_files import read_text
     from sessions.scene_files.scene_meshes import checked_scene
-    from sessions.scene_files.toml_table import read_text
 
     text = read_text(scene, "scene", SceneError)
     declared, _, faults = checked_scene(text, scene.name, plan_faults, scene.parent)

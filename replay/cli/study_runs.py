@@ -14,7 +14,7 @@ SLOW = "22.5Hz=discrete[rate_hz=22.5]"
 """The detector whose misses the synthetic class is analysed with besides the oracle."""
 
 SESSIONS_ANYWHERE = options.Existing(folder=True, file=True, url=True)
-FOLDERS = click.Path(exists=True, file_okay=False, path_type=Path)
+FOLDERS = options.RUN_FOLDER
 
 
 def require_extra() -> None:

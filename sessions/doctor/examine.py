@@ -15,6 +15,7 @@ from sessions.doctor.session_findings import examine_session, frame_findings, sc
 from sessions.doctor.structure import structure_findings
 from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SceneError, SessionError, SessionFileError
+from sessions.input_files import opened
 from sessions.mcap_format import reader
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.refusals import brief
@@ -49,18 +50,13 @@ def examine(
             replaced = with_scene(recording, scene)
         return in_order([*examine_session(replaced), *_bad_scene(planned(replaced.scene, SCENE_FILE))])
     path = Path(recording)
-    try:
-        with path.open("rb"):
-            kind = path.suffix.lower()
+    kind = path.suffix.lower()
+    with opened(path, "file", SessionFileError):
         if kind in MESH_FILES:
             return in_order([*_mesh_file(path)])
         if kind == ".toml":
             return in_order([*_scene_file(path, planned)])
         return in_order([*_session_file(path, scene, planned)])
-    except OSError as error:
-        raise SessionFileError(
-            f"{path} cannot be read ({error.strerror or error}); check the path and who may read it"
-        ) from None
 
 
 def _mesh_file(path: Path) -> Iterator[Finding]:
@@ -82,8 +78,8 @@ Checked = tuple[Scene, dict[str, MeshData], list[str]]
 
 
 def _checked(path: Path, planned: "Planned") -> Checked:
+    from sessions.input_files import read_text
     from sessions.scene_files.scene_meshes import checked_scene
-    from sessions.scene_files.toml_table import read_text
 
     try:
         return checked_scene(read_text(path, "scene", SceneError), path.name, planned, path.parent)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from sessions.errors import ImportFileError, SessionError
+from sessions.input_files import check_regular
 from sessions.model.session import Session
 
 IMPORTERS: Final[dict[str, str]] = {
@@ -68,6 +69,8 @@ def import_session(format: str, source: str | Path | Sequence[str | Path], **opt
         if option not in known:
             raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {', '.join(known)}")
     if not is_there:
+        if not path.is_dir():
+            check_regular(path, "recording", ImportFileError)
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
     common = {name: options.pop(name) for name in COMMON if format in IMPORTERS and name in options}
     made = _read(format, path, options)

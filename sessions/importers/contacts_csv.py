@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from sessions.errors import ImportFileError
+from sessions.input_files import read_text
 from sessions.model.event import LiveContact
 
 PHASE_OF: Final = {"begin": "enter", "enter": "enter", "end": "exit", "exit": "exit", "stay": "stay"}
@@ -27,11 +28,7 @@ def read_contacts(source: str | Path) -> tuple[LiveContact, ...]:
     nothing is in it.
     """
     path = Path(source)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError:
-        raise ImportFileError(f"{path}: this is no UTF-8 text; save the CSV as UTF-8") from None
-    found = list(_rows(path, text))
+    found = list(_rows(path, read_text(path, "contact file", ImportFileError)))
     if not found:
         raise ImportFileError(f"{path} holds no contact; write rows of: time, a, b, begin or end")
     return tuple(sorted(found, key=lambda contact: contact.time_ns))

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any, Final
 
 from sessions.errors import ImportFileError
+from sessions.input_files import read_text
 from sessions.meshes.conventions import CONVENTIONS
-from sessions.scene_files.toml_table import TomlTable, parse_toml, read_text
+from sessions.scene_files.toml_table import TomlTable, parse_toml
 
 MOST_LINES: Final = 1000
 ROW_TIME: Final = "time by rows"

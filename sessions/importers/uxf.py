@@ -29,6 +29,7 @@ from sessions.importers.pose_table import (
     Stamps,
     imported,
 )
+from sessions.input_files import check_regular
 from sessions.meshes.conventions import convention as convention_named
 from sessions.meshes.conventions import quaternion_from_euler
 from sessions.model.event import Interval
@@ -87,6 +88,8 @@ def _trackers(folder: Path) -> Iterator[tuple[Path, str]]:
     """Every tracker's file, by trial, and the body it follows."""
     named = ((TRACKER.fullmatch(path.name), path) for path in sorted(folder.rglob("*.csv")))
     trackers = [(match, path) for match, path in named if match]
+    for _, path in trackers:
+        check_regular(path, "tracker file", ImportFileError)
     # A session holds one file of its trials, which may be missing, and one file of a tracker in a trial.
     name_of = Counter(path.name for _, path in trackers).most_common(1)
     alike = [path for _, path in trackers if path.name == name_of[0][0]]
@@ -129,6 +132,7 @@ def _trials(folder: Path) -> tuple[list[Interval], int]:
     """Every trial that began and ended, with the other columns of its row; and how many others there are."""
     found, rows = list[Interval](), 0
     for path in folder.rglob(TRIALS):
+        check_regular(path, "trial file", ImportFileError)
         table = CsvTable(path)
         rows += len(table)
         spans = table.numbers(("start_time", "end_time"), table.every)

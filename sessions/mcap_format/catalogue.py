@@ -6,8 +6,6 @@ without an index, or with messages outside chunks, is read the same way.
 
 import io
 import struct
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -18,6 +16,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Header, Metadata, Schema
 
 from sessions.errors import SessionFileError
+from sessions.input_files import opened
 from sessions.mcap_format.container import CHUNK_HEAD, HEAD, MAGIC
 from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import TF, channel_spec
@@ -249,7 +248,7 @@ def read_catalogue(path: Path) -> Catalogue:
 
     SessionFileError where it cannot be opened, is empty, is no MCAP, or a record in it is damaged.
     """
-    with opened(path) as stream:
+    with opened(path, "session file", SessionFileError) as stream:
         size = stream.seek(0, io.SEEK_END)
         check_magic(path, stream)
         stream.seek(0)
@@ -278,15 +277,3 @@ def check_magic(path: Path, stream: BinaryIO) -> None:
     alike = sum(a == b for a, b in zip(begin, MAGIC, strict=False))
     if 2 * alike < len(MAGIC) and stream.read(len(MAGIC)) != MAGIC:
         raise refused(path, "not-mcap", "it is not an MCAP file" if size else "it is empty")
-
-
-@contextmanager
-def opened(path: Path) -> Iterator[BinaryIO]:
-    """A session file open for reading; every error of the system becomes one sentence."""
-    try:
-        with path.open("rb") as stream:
-            yield stream
-    except OSError as error:
-        raise SessionFileError(
-            f"session file {path} cannot be read ({error.strerror or error}); check the path and who may read it"
-        ) from None

@@ -4,6 +4,7 @@ Only this module of `sessions` imports trimesh and manifold3d, and only when a f
 """
 
 import io
+import logging
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -13,8 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sessions.errors import MeshFileError
+from sessions.input_files import read_bytes
 from sessions.mesh_data import MeshData, concatenated, is_closed, least_area
 from sessions.meshes.glb_tree import read_glb
+
+# Of a damaged part that nothing here uses, such as the normals of an STL, trimesh logs a traceback; where nobody set up
+# logging, Python would print it on stderr.
+logging.getLogger("trimesh").addHandler(logging.NullHandler())
 
 FILE_TYPES = ("glb", "obj", "stl", "ply", "off")
 
@@ -46,23 +52,11 @@ def load_mesh(path: str | Path, scale: float = 1.0, node: str = "") -> MeshData:
         raise MeshFileError(
             f"mesh file {place} is of no known type; use one of: {', '.join('.' + t for t in FILE_TYPES)}"
         )
-    data = read_bytes(place)
+    data = read_bytes(place, "mesh file", MeshFileError)
     try:
         return mesh_from_bytes(data, file_type, scale, node)
     except MeshFileError as error:
         raise MeshFileError(f"mesh file {place}: {error}") from None
-
-
-def read_bytes(place: Path) -> bytes:
-    """A mesh file; one sentence where there is none."""
-    try:
-        return place.read_bytes()
-    except FileNotFoundError:
-        raise MeshFileError(f"mesh file {place} does not exist; check the path") from None
-    except OSError as error:
-        raise MeshFileError(
-            f"mesh file {place} cannot be read ({error.strerror}); check what it is and who may read it"
-        ) from None
 
 
 def mesh_from_bytes(data: bytes, file_type: str, scale: float = 1.0, node: str = "") -> MeshData:

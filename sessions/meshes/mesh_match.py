@@ -9,9 +9,10 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import MeshFileError
+from sessions.input_files import check_regular, read_bytes
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb_tree import GlbTree, read_glb, rigid_of
-from sessions.meshes.mesh_files import FILE_TYPES, hull, load_mesh, read_bytes
+from sessions.meshes.mesh_files import FILE_TYPES, hull, load_mesh
 
 UNITS: Final = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 SMALLEST_M, LARGEST_M, USUAL_M = 0.005, 5.0, 0.15
@@ -83,6 +84,8 @@ Offer = tuple[str, Path, str]
 
 
 def _offered(place: Path) -> Iterator[Offer]:
+    if not place.is_dir():
+        check_regular(place, "mesh file", MeshFileError)
     files = sorted(place.rglob("*"))[:MOST_FILES] if place.is_dir() else [place]
     for file in files:
         kind = file.suffix.lower().removeprefix(".")
@@ -140,8 +143,9 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> tuple[dict[str, t
 
     Source: Epic Games, FBX Static Mesh Pipeline, collision (the prefixes).
     """
+    data = read_bytes(path, "collider file", MeshFileError)
     try:
-        tree = read_glb(read_bytes(path))
+        tree = read_glb(data)
     except MeshFileError as error:
         raise MeshFileError(f"collider file {path}: {error}") from None
     except Exception as error:  # as in mesh files: any error means damaged

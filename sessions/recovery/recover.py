@@ -11,8 +11,9 @@ from typing import BinaryIO
 from mcap.records import Channel, Schema
 
 from sessions.errors import SessionError, SessionFileError
+from sessions.input_files import opened
 from sessions.mcap_format import metadata
-from sessions.mcap_format.catalogue import check_magic, opened
+from sessions.mcap_format.catalogue import check_magic
 from sessions.mcap_format.container import ContainerWriter
 from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.refusals import brief
@@ -45,7 +46,7 @@ def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Re
             raise SessionFileError(f"{out} is the damaged file itself; name another file to write")
         if not overwrite:
             raise SessionFileError(f"{out} is there already; name another file to write")
-    with opened(source) as stream:
+    with opened(source, "session file", SessionFileError) as stream:
         check_magic(source, stream)
         found = scan_file(source, stream)
         if not found.parts and not found.attachments:

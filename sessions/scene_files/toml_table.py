@@ -5,7 +5,6 @@ import re
 import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
-from pathlib import Path
 from typing import Any
 
 from sessions.errors import SceneError, SessionError
@@ -15,19 +14,6 @@ MOST_FAULTS, MOST_NAMED = 100, 500
 """So many faults are listed, and a nearest name is looked for among so many: both take time for each of them."""
 _DEEP_KEY = re.compile(r"""(?<![\w.-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){32}""")
 SHOWN_LETTERS = 80  # A wrong value is quoted up to here, so that a message stays one line
-
-
-def read_text(path: str | Path, what: str, error: type[SessionError]) -> str:
-    """The text of a UTF-8 file; one sentence where there is none."""
-    place = Path(path)
-    try:
-        return place.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise error(f"{what} {place} does not exist; check the path") from None
-    except OSError as reason:
-        raise error(f"{what} {place} cannot be read ({reason.strerror}); check what it is") from None
-    except UnicodeDecodeError:
-        raise error(f"{what} {place} is not UTF-8 text; save it as UTF-8") from None
 
 
 def parse_toml(text: str, file: str, error: type[SessionError], faults: list[str] | None = None) -> "TomlTable":

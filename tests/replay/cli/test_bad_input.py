@@ -1,6 +1,7 @@
 """Whatever is wrong with the input: one sentence that names it, the right exit code, no traceback, no crash."""
 
 import json
+import os
 import subprocess
 import sys
 
@@ -205,3 +206,36 @@ def test_no_text_of_a_recording_reaches_the_terminal_as_a_command(tmp_path, caps
             assert "\nnote: all is well" not in said
     assert main(["info", str(tmp_path / "no\x1b[2J")]) == 2
     assert "\x1b" not in "".join(capsys.readouterr())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="closed by `>&-`, and /dev/full, are POSIX")
+@pytest.mark.parametrize("where", (">&-", ">/dev/full", ">&- 2>&-"))
+@pytest.mark.parametrize("unbuffered", ("", "1"))
+def test_a_standard_output_that_takes_nothing_ends_a_verb_in_one_sentence(tmp_path, where, unbuffered):
+    file = session_file(tmp_path, Session.from_arrays([0, 1], {"a": along_x([0, 1])}))
+    words = f"exec {sys.executable} -m replay info {file} {where}"
+    more = {**os.environ, "PYTHONUNBUFFERED": unbuffered}
+    done = subprocess.run(["sh", "-c", words], capture_output=True, text=True, env=more)
+    assert done.returncode == FAILURE and "Traceback" not in done.stderr and "Exception" not in done.stderr
+    lines = done.stderr.splitlines()
+    assert len(lines) == (0 if "2>" in where else 1)
+    assert all(line.startswith("error: ") and "standard output" in line for line in lines)
+
+
+@pytest.mark.parametrize("name", ("...mcap", "..mcap", "batch.json.mcap", "Batch.JSON.mcap"))
+def test_a_session_whose_name_is_no_name_of_a_run_folder_is_refused_before_any_is_replayed(tmp_path, capsys, name):
+    session = Session.from_arrays([0, 1], {"a": along_x([0, 1])})
+    for file in (tmp_path / name, tmp_path / "good.mcap"):
+        write_session(session, file)
+    out = tmp_path / "runs"
+    code = main(["run", str(tmp_path / name), str(tmp_path / "good.mcap"), "--out", str(out), "--no-picture"])
+    refused(capsys, code, FAILURE, name, "another name")
+    assert not out.exists()
+
+
+def test_damaged_normals_of_an_stl_which_nobody_uses_are_no_traceback(tmp_path):
+    mesh = tmp_path / "m.stl"
+    corners = "outer loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop"
+    mesh.write_text(f"solid m\nfacet normal 0 x 1\n{corners}\nendfacet\nendsolid m\n")
+    done = subprocess.run([sys.executable, "-m", "replay", "doctor", str(mesh)], capture_output=True, text=True)
+    assert done.returncode == 0 and "Traceback" not in done.stderr

@@ -18,9 +18,9 @@ from replay.cli.main import cli, main
 from replay.effects.effect_plan import plan_faults
 from sessions import import_session, read_session, write_session
 from sessions.errors import SceneError
+from sessions.input_files import read_text
 from sessions.scene_files.scene_meshes import checked_scene
 from sessions.scene_files.scene_toml import parse_scene, read_scene, scene_to_toml, value_text
-from sessions.scene_files.toml_table import read_text
 from sessions.synthetic.scenes import SCENES, make_scene_session
 
 CAPTURES = (

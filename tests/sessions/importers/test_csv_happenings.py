@@ -134,7 +134,7 @@ def test_a_bad_file_is_named_with_its_line(tmp_path, text, words):
     with pytest.raises(ImportFileError, match=words):
         read_contacts(file(tmp_path, text))
     (tmp_path / "c.csv").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(ImportFileError, match="no UTF-8"):
+    with pytest.raises(ImportFileError, match="not UTF-8"):
         read_contacts(tmp_path / "c.csv")
 
 

@@ -128,7 +128,7 @@ def test_a_mesh_with_another_hash_is_told(tmp_path, monkeypatch):
 
 def test_no_file_an_empty_file_and_another_kind_of_file_are_one_sentence_each(tmp_path):
     for name, content, words in (
-        ("none.mcap", None, "cannot be read.*check the path"),
+        ("none.mcap", None, "does not exist.*check the path"),
         ("empty.mcap", b"", "is empty"),
         ("text.mcap", b"{}", "is not an MCAP file"),
         ("magic.mcap", b"\x89MCAP0\r\n", "cut short"),
@@ -137,7 +137,7 @@ def test_no_file_an_empty_file_and_another_kind_of_file_are_one_sentence_each(tm
             (tmp_path / name).write_bytes(content)
         with pytest.raises(SessionFileError, match=rf"{name}.*{words}"):
             read_session(tmp_path / name)
-    with pytest.raises(SessionFileError, match="cannot be read"):
+    with pytest.raises(SessionFileError, match="is a folder"):
         read_session(tmp_path)
 
 

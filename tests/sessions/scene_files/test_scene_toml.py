@@ -191,7 +191,7 @@ def test_a_missing_file_and_one_that_is_no_text_are_one_sentence(tmp_path):
     bad.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(SceneError, match="is not UTF-8 text"):
         read_scene(bad)
-    with pytest.raises(SceneError, match="cannot be read"):
+    with pytest.raises(SceneError, match="is a folder"):
         read_scene(tmp_path)
 
 
