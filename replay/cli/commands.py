@@ -36,7 +36,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "diff": CommandSpec("Audit", "Say which contacts two runs disagree about, and why.", "diff"),
     "shrink": CommandSpec("Audit", "Cut a wrong answer down to a small test.", "shrink"),
     "verify": CommandSpec("Audit", "Check the proof of a run: each verdict, the tables, the hashes.", "verify"),
-    "view": CommandSpec("Replay", "Open the picture of a run, at a miss if you like.", "view"),
+    "view": CommandSpec("Replay", "Open the pictures of runs, at a miss if you like.", "view"),
     "share": CommandSpec("Replay", "Write runs as a folder that opens in any browser, to send.", "share"),
     "study": CommandSpec("Study", "Join what students did with what they answered; check printed tables.", "study"),
     "stress": CommandSpec("Audit", "Ask detectors hard questions with known answers.", "stress"),

@@ -54,5 +54,5 @@ def command(
     if view:
         from replay.cli.view import watch
 
-        watch(out, people)
+        watch([out], people)
     return people.gate(limits.broken(result.summary["audit"], [result.summary]), code)

@@ -1,7 +1,7 @@
 """What the lanes of page and picture have in common: which pairs have one, and where the numbers of misses stand."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,9 +9,6 @@ from numpy.typing import NDArray
 from replay.comparison.noisy_contacts import NoiseResult
 from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
 from replay.outputs.words import NOISE_WORDS
-
-if TYPE_CHECKING:
-    from replay.studies.diff.diff_words import Change
 
 LABEL_BASE: Final = 0.011
 LABEL_DIGIT: Final = 0.0055
@@ -35,7 +32,7 @@ def ranked_pairs(comparison: Comparison, held: NDArray[np.bool_]) -> list[int]:
 
 
 def number_boxes(
-    misses: "Sequence[Miss | Change]", session_ns: int, base: float = LABEL_BASE, digit: float = LABEL_DIGIT
+    misses: Sequence[Miss], session_ns: int, base: float = LABEL_BASE, digit: float = LABEL_DIGIT
 ) -> list[tuple[str, int, int]]:
     """Boxes ``(label, start, end)`` in nanoseconds that never overlap and are wide enough for their labels.
 

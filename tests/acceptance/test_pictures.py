@@ -14,9 +14,7 @@ from support.headless import photographed, pixels, viewer_or_skip
 from support.sentences import recording_text
 from support.small_worlds import jumping
 
-from replay import run as replay_run
 from replay.cli.demo import DETECTORS
-from replay.cli.main import main
 from replay.comparison.clusters import by_depth
 from replay.outputs.palette import SERIES
 from replay.outputs.report.page import report_html
@@ -210,20 +208,6 @@ def test_the_effects_open_at_what_happened_with_stages_tasks_and_the_liquid(tmp_
     r, g, b = np.moveaxis(room, -1, 0)
     assert int(((r - g > 20) & (b - g > 20)).sum()) > 500, "the liquid is pink"
     assert all(laned(lanes, colour) > 300 for colour in SERIES[:5]) and lines_of(words) >= 2
-
-
-def test_a_diff_shows_red_before_and_blue_after_under_one_cursor(tmp_path):
-    session, _ = synthetic_session("bench-bumps", 0, None)
-    for name, rate in (("before", 22.5), ("after", 90)):
-        replay_run(session, detectors=f"mine=discrete[rate_hz={rate}]", end=20.0, out=tmp_path / name)
-    assert (
-        main(["diff", *(str(tmp_path / one) for one in ("before", "after")), "-o", str(tmp_path / "diff"), "-q"]) == 0
-    )
-    with viewer_or_skip(opened, tmp_path / "diff") as viewer:
-        before, after = view(viewer, "Before: before"), view(viewer, "After: after")
-        when = view(viewer, "When ")
-    assert red(before) > 100 > 20 > red(after)
-    assert laned(when, SERIES[2]) > 300, "what was gained is green"
 
 
 def small(picture):

@@ -37,7 +37,7 @@ def record_demo(folder: Path) -> Path:
 
 def opened(run_folder: Path, miss: int | None = None) -> OpenViewer:
     """A run in a headless viewer without messages."""
-    viewer = open_viewer(run_folder, miss, headless=True)
+    viewer = open_viewer(run_folder, miss=miss, headless=True)
     time.sleep(TOASTS_GONE)
     return viewer
 

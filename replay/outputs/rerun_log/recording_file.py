@@ -26,10 +26,6 @@ ENCODED_WITHIN_S: Final = 600.0
 """Seconds after which Rerun is taken to hang: ten minutes of twelve bodies are encoded in less than one."""
 
 
-REPORT: Final = "report"
-"""Entity of the report's text."""
-
-
 @contextmanager
 def recording_file(application: str, path: Path, blueprint: rrb.Blueprint) -> Iterator[rr.RecordingStream]:
     """A stream whose messages are in the file ``path`` when the block has ended.
@@ -64,3 +60,14 @@ def read_all(encoded: rr.BinaryStream) -> bytes:
         return encoded.read(flush=True, flush_timeout_sec=ENCODED_WITHIN_S) or b""
     except (RuntimeError, ValueError) as error:
         raise OSError(f"Rerun did not encode the picture within {ENCODED_WITHIN_S:g} s ({error})") from error
+
+
+def name_layer(application: str, recording: str, name: str) -> bytes:
+    """What a viewer opens over a recording, given by its ids, to list it under another name."""
+    stream = rr.RecordingStream(application, recording_id=recording)
+    try:
+        encoded = rr.binary_stream(recording=stream)
+        stream.send_recording_name(name)
+        return read_all(encoded)
+    finally:
+        stream.disconnect()

@@ -19,11 +19,13 @@ from typing import IO, Final
 
 import numpy as np
 import rerun_cli
+from rerun.chunk import RrdReader
 from rerun.experimental import View, ViewerClient, ViewerState
 
 from replay.errors import ReplayError, RunFolderError
 from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.overview import read_moments
+from replay.outputs.rerun_log.recording_file import name_layer
 
 LOOPBACK: Final = "127.0.0.1"
 """A recording shows people at work: it is never served to the network."""
@@ -72,27 +74,33 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
     def open(self, recording: Path) -> None:
         """Load a recording and wait until all of it is there; ``ViewerError``: not in a minute, or the viewer ended."""
         try:
-            loaded = self.add(recording, len(self.state().recordings) + 1)
+            self._client.open(str(recording.resolve()))
+            deadline = time.monotonic() + LOAD_SECONDS
+            while not _all_there(self.state()):
+                if time.monotonic() > deadline:
+                    late = f"the viewer did not load {recording} in {LOAD_SECONDS:.0f} s"
+                    raise ViewerError(f"{late}; try `rerun {recording}`")
+                time.sleep(PAUSE_SECONDS)
         except ConnectionError as error:
             raise ViewerError(_ended(self._words)) from error
-        if not loaded:
-            late = f"the viewer did not load {recording} in {LOAD_SECONDS:.0f} s"
-            raise ViewerError(f"{late}; try `rerun {recording}`")
 
-    def add(self, file: Path, recordings: int = 1) -> bool:
-        """Load a recording, or a layer over one, and wait until so many are there whole; whether they are."""
-        self._client.open(str(file.resolve()))
-        deadline = time.monotonic() + LOAD_SECONDS
-        while time.monotonic() < deadline:
-            time.sleep(PAUSE_SECONDS)
-            state = self.state()
-            if not state.loading and len(state.recordings) >= recordings and state.recordings[-1].timelines:
-                return True
-        return False
+    def rename(self, recording: Path, name: str) -> None:
+        """Show a recording that is open under another name in the list of recordings."""
+        (store,) = RrdReader(recording).recordings()
+        with tempfile.TemporaryDirectory() as folder:
+            layer = Path(folder) / "name.rrd"
+            layer.write_bytes(name_layer(store.application_id, store.recording_id, name))
+            self.open(layer)
+
+    def list_recordings(self) -> None:
+        """Open the list of recordings, which the layout of a run hides."""
+        self._client.run_command("ui.expand_blueprint_panel")
 
     def seek(self, session_ns: int) -> None:
-        """Put the cursor at a time of the session and pause there."""
-        self._client.set_time(SESSION, duration=np.timedelta64(int(session_ns), "ns"), play_state="paused")
+        """Put the cursor of every recording at a time of the session and pause there."""
+        when = np.timedelta64(int(session_ns), "ns")
+        for recording in self.state().recordings:
+            self._client.set_time(SESSION, duration=when, play_state="paused", recording=recording.store_id)
 
     def state(self) -> ViewerState:
         """Recordings, views and what they report."""
@@ -114,22 +122,36 @@ class OpenViewer(AbstractContextManager["OpenViewer"]):
         self._words.close()
 
 
-def open_viewer(
-    run_folder: Path, miss: int | None = None, *, false: int | None = None, by: str = "", headless: bool = False
-) -> OpenViewer:
-    """Show a run at a miss or a ``false`` contact, ``by`` a detector (else by the first that has it), or at the worst.
+def _all_there(state: ViewerState) -> bool:
+    """Whether all that was opened has been loaded: a recording without timelines has not arrived yet."""
+    return bool(state.recordings) and not state.loading and all(one.timelines for one in state.recordings)
 
-    ``run_folder`` may be a recording too; ``headless`` is without a window, for pictures made by programs. The close-up
-    needs no command: its camera is in the recording and follows the cursor. Raises ``RunFolderError``: there is no
-    recording, or no such moment in it; ``ViewerError``: the viewer cannot be started or does not load the recording.
+
+def open_viewer(
+    *runs: Path, miss: int | None = None, false: int | None = None, by: str = "", headless: bool = False
+) -> OpenViewer:
+    """Show runs at a miss or a ``false`` contact, ``by`` a detector (else by the first that has it), or at the worst.
+
+    The moment is one of the first run, which is on the screen; the cursor of every run stands there, and where there
+    are several each is listed under the name of its folder. A run may be a recording too; ``headless`` is without a
+    window, for pictures made by programs. The close-up needs no command: its camera is in the recording and follows the
+    cursor. Raises ``RunFolderError``: there is no recording, or no such moment in it; ``ViewerError``: the viewer
+    cannot be started or does not load a recording.
     """
-    recording = run_folder / RECORDING if run_folder.is_dir() else run_folder
-    if not recording.is_file():
-        raise RunFolderError(f"{run_folder} holds no {RECORDING}; replay a session into it first")
-    target = _target(recording, miss, false, by)
+    recordings = {run: run / RECORDING if run.is_dir() else run for run in runs}
+    for run, recording in recordings.items():
+        if not recording.is_file():
+            raise RunFolderError(f"{run} holds no {RECORDING}; replay a session into it first")
+    target = _target(recordings[runs[0]], miss, false, by)
     viewer = start_viewer(headless=headless)
     try:
-        viewer.open(recording)
+        # The viewer shows what was opened last.
+        for run, recording in reversed(recordings.items()):
+            viewer.open(recording)
+            if len(recordings) > 1:
+                viewer.rename(recording, run.name)
+        if len(recordings) > 1:
+            viewer.list_recordings()
         viewer.seek(target)
     except BaseException:
         viewer.close()

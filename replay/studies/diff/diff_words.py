@@ -1,4 +1,4 @@
-"""What two runs differ in, in numbers and words: the same in terminal and picture."""
+"""What two runs differ in, in numbers and words."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -26,52 +26,29 @@ TRUTH: Final[Mapping[str, str]] = {
 class Change:
     """One contact that a detector gained, lost or shifted.
 
-    ``number`` counts from 1 in order of time, over all kinds, within a detector; ``start`` and ``end`` are seconds of
-    it in both runs; ``moved`` is by how many seconds an end of it moved.
+    ``start`` is the second of its first beginning in either run; ``moved`` is by how many seconds an end of it moved.
     """
 
-    number: int
     kind: str
     start: float
-    end: float
-    body_a: str
-    body_b: str
     moved: float
     words: str
 
 
-def changes(one: "DetectorDiff") -> tuple[Change, ...]:
-    """Every contact of a detector that is not the same in both runs, in order of time."""
-    found: list[tuple[str, Mapping[str, Any], float, float, float, str]] = []
-    for kind, rows in ((GAINED, one.gained), (LOST, one.lost)):
+def changes(detector: "DetectorDiff") -> list[Change]:
+    """Every contact that is not the same in both runs: gained, then lost, each by time, then the largest shifts."""
+    listed: list[Change] = []
+    for kind, rows in ((GAINED, detector.gained), (LOST, detector.lost)):
         for row in rows:
-            words = f"{counted(row['frames'], 'frame')}{TRUTH.get(str(row.get('status')), '')}"
-            found.append((kind, row, row["start"], row["end"], 0.0, f"{_where(row)}, {words}"))
-    for shift in one.shifted:
-        moved = ", ".join(f"{word} {_moved(by)}" for word, by in (("begins", shift.start), ("ends", shift.end)))
-        ends = (*(run[name] for run in (shift.before, shift.after) for name in ("start", "end")),)
-        by = max(abs(shift.start), abs(shift.end))
-        found.append((SHIFTED, shift.before, min(ends), max(ends), by, f"{_where(shift.before)}: {moved}"))
-    found.sort(key=lambda each: (each[2], each[3], each[0]))
-    return tuple(
-        Change(number, kind, start, end, row["body_a"], row["body_b"], by, f"{kind:<7} {words}")
-        for number, (kind, row, start, end, by, words) in enumerate(found, 1)
-    )
-
-
-def most_first(found: tuple[Change, ...]) -> list[Change]:
-    """What was gained, then what was lost, each in order of time, then the largest shifts."""
-    return sorted(found, key=lambda one: (KINDS.index(one.kind), -one.moved, one.number))
-
-
-def headline(found: "RunDiff") -> str:
-    """What changed most, fit for a title."""
-    if not found.changed:
-        return "No contact changed"
-    label, one = max(found.detectors.items(), key=lambda item: len(changes(item[1])))
-    counts = ((GAINED, one.gained), (LOST, one.lost), (SHIFTED, one.shifted))
-    told = [f"{counted(len(rows), 'contact')} {kind}" for kind, rows in counts if rows]
-    return f"{label}: {', '.join(told)}; {one.same} the same"
+            frames = counted(row["frames"], "frame")
+            words = f"{kind:<7} {_where(row)}, {frames}{TRUTH.get(str(row.get('status')), '')}"
+            listed.append(Change(kind, row["start"], 0.0, words))
+    for shift in detector.shifted:
+        moved = f"begins {_moved(shift.start)}, ends {_moved(shift.end)}"
+        start = min(shift.before["start"], shift.after["start"])
+        largest = max(abs(shift.start), abs(shift.end))
+        listed.append(Change(SHIFTED, start, largest, f"{SHIFTED:<7} {_where(shift.before)}: {moved}"))
+    return sorted(listed, key=lambda change: (KINDS.index(change.kind), -change.moved, change.start))
 
 
 def settings_words(found: "RunDiff") -> Iterator[str]:

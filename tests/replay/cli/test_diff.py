@@ -13,6 +13,16 @@ def test_a_long_list_is_cut_in_the_terminal_and_says_so(tmp_path, capsys):
     assert printed.count("hybrid: lost") == 20 and "and 20 more with --format json" in printed
 
 
+def test_contacts_gained_and_lost_stand_before_the_largest_shifts_and_a_picture_is_not_asked_for(tmp_path, capsys):
+    places = {"a": [0] * 20, "b": [3, 3, 0.9, 0.9, 3, 0.9, 3, 3, 3, 3, 0.9, 0.9, 0.9, 3, 3, 3, 3, 3, 3, 3]}
+    for name, rate in (("slow", 25), ("fast", 100)):
+        run(cubes(places), detectors=f"it=discrete[rate_hz={rate}]", oracle="exact", out=tmp_path / name, picture=False)
+    assert main(["diff", str(tmp_path / "slow"), str(tmp_path / "fast")]) == 0
+    printed = capsys.readouterr()
+    kinds = [line.split()[1] for line in printed.out.splitlines() if line.startswith("it: ")]
+    assert kinds == ["gained", "gained", "shifted"] and "replay view" not in printed.err
+
+
 def test_a_folder_that_is_none_ends_in_one_sentence(tmp_path, capsys):
     assert main(["diff", str(tmp_path), str(tmp_path)]) == 1
     assert "is not a run folder" in capsys.readouterr().err

@@ -21,8 +21,8 @@ class Viewer:
 
     opened: ClassVar[list] = []
 
-    def __init__(self, run, miss, *, false, by):
-        self.opened.append((run, miss, false, by))
+    def __init__(self, *runs, miss, false, by):
+        self.opened.append((*runs, miss, false, by))
         self.process = self
 
     def __enter__(self):
@@ -44,6 +44,19 @@ def test_view_opens_the_run_at_the_miss_and_waits_for_the_window(run_folder, mon
     assert main(["view", str(run_folder), "--false", "2", "--by", "slow"]) == 0
     assert Viewer.opened[3] == (run_folder, None, 2, "slow")
     assert "at false contact 2" in capsys.readouterr().err
+
+
+def test_view_opens_several_runs_in_one_viewer(run_folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
+    monkeypatch.setattr(Viewer, "opened", [])
+    bare, other = tmp_path / "bare", tmp_path / "other"
+    for out, picture in ((bare, False), (other, True)):
+        replay.run(cubes(PLACES), detectors="sphere", oracle="none", out=out, picture=picture)
+    assert main(["view", str(run_folder), str(bare)]) == 1 and Viewer.opened == []
+    assert f"{bare} holds no picture" in capsys.readouterr().err
+    assert main(["view", str(run_folder), str(other), "--miss", "1"]) == 0
+    assert Viewer.opened == [(run_folder, other, 1, None, ""), "waited", "closed"]
+    assert f"{run_folder / 'run.rrd'} and {other / 'run.rrd'} at miss 1" in capsys.readouterr().err
 
 
 def test_a_run_opens_its_own_picture_when_asked(tmp_path, monkeypatch, capsys):

@@ -13,7 +13,7 @@ from matplotlib.text import Text
 from support.lettered_worlds import STATES, became, missed, run, stretches
 from support.page_cells import Cells
 from support.price_rows import ABOUT, CHECK, price_row
-from support.sentences import picture_text, recording_text, sources, unsaid
+from support.sentences import picture_text, sources, unsaid
 from support.small_worlds import cubes, jumping
 
 from replay.comparison.outcome import Episode, Outcome
@@ -23,13 +23,11 @@ from replay.outputs.report.drawing import DARK, LIGHT
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log import tradeoff as curve
-from replay.outputs.rerun_log.diff_recording import DiffedDetector, write_diff_recording
 from replay.outputs.rerun_log.search_picture import path_words
 from replay.outputs.words import LANE_LEGEND, NOTHING_SUSPICIOUS
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import Tradeoff
 from replay.prepare.flags import FlagSpan
-from replay.studies.diff.diff_words import Change
 from replay.studies.synthetic_sessions import make_analytic
 from replay.tradeoffs.pareto import advice_of, answer_of
 from sessions import Finding, Severity
@@ -322,12 +320,6 @@ def everything(monkeypatch, path):
     ends = run("false at both ends")
     for one in (ranked, ends, all_held(ends)):
         yield picture_text(one, path)
-    change = Change(1, "gained", 0.0, 0.01, "a", "b", 0.0, "gained  a - b")
-    about = several.summary["session"]
-    for found in ((), (change,)):
-        one = DiffedDetector("it", found, (), ())
-        write_diff_recording(path.with_name("diff.rrd"), (path, path), ("x", "y"), about, [one], "## it")
-        yield recording_text(path.with_name("diff.rrd"))
     monkeypatch.setattr(faults, "MANY", 0)
     monkeypatch.setattr(faults, "LISTED", 1)
     yield report_html(ends)

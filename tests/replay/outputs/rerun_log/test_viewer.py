@@ -9,7 +9,9 @@ import psutil
 import pytest
 from rerun.chunk import RrdReader
 from support.headless import pixels, viewer_or_skip
+from support.small_worlds import cubes
 
+import replay
 from replay.errors import RunFolderError
 from replay.outputs.rerun_log import viewer as module
 from replay.outputs.rerun_log.overview import read_moments
@@ -24,7 +26,7 @@ def test_a_folder_without_a_recording_is_one_sentence(tmp_path):
 def test_a_miss_that_is_not_there_is_one_sentence_and_starts_nothing(recording):
     count = sum(one.kind == "miss" for one in read_moments(recording))
     with pytest.raises(RunFolderError, match=f"there is no miss 999 in .*; its misses are numbered 1 to {count}"):
-        open_viewer(recording.parent, 999)
+        open_viewer(recording.parent, miss=999)
 
 
 def test_a_missing_binary_is_one_sentence(monkeypatch, tmp_path):
@@ -147,8 +149,24 @@ def test_the_picture_changes_when_and_only_when_something_is_left_out(opened, de
 
 
 @pytest.mark.slow
+def test_two_runs_are_open_side_by_side_at_one_second_under_their_own_names(tmp_path):
+    places = {"a": [0] * 8, "b": [3, 3, 3, 0.9, 3, 3, 3, 3]}
+    runs = [
+        replay.run(cubes(places), detectors=f"slow=discrete[rate_hz={rate}]", oracle="exact", out=tmp_path / name).out
+        for name, rate in (("before", 20), ("after", 100))
+    ]
+    with viewer_or_skip(open_viewer, *runs, headless=True) as viewer:
+        time.sleep(0.5)
+        state = viewer.state()
+        own = [RrdReader(run / "run.rrd").recordings()[0].recording_id for run in runs]
+        assert sorted(one.store_id.rpartition(":")[2] for one in state.recordings) == sorted(own)
+        assert str(state.active_recording).endswith(own[0])
+        assert [(one.current_timeline, one.current_time) for one in state.recordings] == [("session", 30_000_000)] * 2
+
+
+@pytest.mark.slow
 def test_closing_ends_the_process_and_frees_the_port(opened, recording):
-    with open_viewer(recording, 1, headless=True) as second:
+    with open_viewer(recording, miss=1, headless=True) as second:
         port, process = second.port, second.process
         assert port != opened.port
     assert process.poll() is not None
