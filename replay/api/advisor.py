@@ -7,11 +7,10 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from replay.api.auditor import audit
-from replay.api.runner import opened
+from replay.api.runner import opened, run
 from replay.comparison.contact_counts import contact_counts, count_reports
 from replay.comparison.outcome import Outcome
-from replay.errors import TradeoffError
+from replay.errors import AuditError, TradeoffError
 from replay.pipeline.headline import contact_words
 from replay.pipeline.run_result import RunResult
 from replay.tradeoffs.engine_knobs import EXTRA, SHIPPED, Engine, advice_words, engine_named
@@ -25,7 +24,7 @@ class Advice:
     Parameters
     ----------
     engine : with where its words are from.
-    rows : one a choice that could run, plain data: ``number``, ``knobs``, ``setting`` (as ``replay audit`` takes it),
+    rows : one a choice that could run, plain data: ``number``, ``knobs``, ``setting`` (as ``replay run`` takes it),
         ``contacts``, ``missed``, ``in_part``, ``undecided``, ``undecided_in_part``, ``false`` (share of the pair-frames
         reported), ``ms`` a frame and ``p99_ms`` of a look, ``None`` where it is not asked live.
     sentences : what to change, and what could not be tried.
@@ -45,10 +44,12 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) 
     ----------
     session_or_path : a session, or the file of one.
     engine : ``unity``, ``unreal`` or ``mujoco``.
-    asked : as ``replay.audit``, but ``detectors``.
+    asked : as ``replay.run``, but ``detectors``.
 
-    Raises ``TradeoffError``: an engine that is not known or not installed; and as ``replay.audit``.
+    Raises ``TradeoffError``: an engine that is not known or not installed; and as ``replay.run``.
     """
+    if asked.get("oracle") == "none":
+        raise AuditError("advice needs an oracle to compare with; leave oracle out for the exact one")
     held = opened(session_or_path, asked.pop("scene", None))
     chosen = engine_named(engine)
     if not held.colliders:
@@ -58,7 +59,7 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) 
     lacking = {k: module for k, one in enumerate(chosen.choices, 1) if (module := _lacks(one.setting))}
     numbers = {f"row-{k}": k for k in range(1, len(chosen.choices) + 1) if k not in lacking}
     specs = {label: chosen.choices[k - 1].setting for label, k in numbers.items()}
-    (result,) = audit(held, detectors=specs, faces=False, **asked).results
+    result = run(held, detectors=specs, **asked)
     rows = [_row(result, label, k, chosen) for label, k in numbers.items() if label in result.comparisons]
     left = [
         f'Row {k} was not tried: {module} is not installed; pip install -e ".[engines]"'

@@ -9,12 +9,11 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, Final
 
 from replay.api.places import far, near, place, reaching
 from replay.base.machine import versions
-from replay.base.processes import DONE, KEPT, OnDone, answers_of, in_processes
+from replay.base.processes import DONE, KEPT, OnDone, in_processes
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.results.run_folder import METRICS, read_run_folder
 from replay.outputs.results.seal import file_hash
@@ -160,37 +159,6 @@ def _is_whole(out: Path, mark: str) -> bool:
         return read_run_folder(out).summary.get("request") == mark
     except RunFolderError:
         return False
-
-
-def run_side_by_side(
-    asked: Mapping[str, tuple[Any, Mapping[str, Any]]], jobs: int, on_done: OnDone | None = None,
-    scheduler: str | None = None,
-) -> tuple[Any, ...]:  # fmt: skip
-    """Run sessions (name -> session or file, what ``replay.run`` is asked) in processes; a result each, in this order.
-
-    ``scheduler`` as ``run_batch``. Results come without what cannot leave a process: detectors, intersection segments,
-    the search for step rates. A run folder that is in the way is replaced. Raises as ``replay.run`` and
-    ``replay.base.processes.answers_of``.
-    """
-    tasks = {
-        name: (_absolute(session), {**settings, **{key: _absolute(settings[key]) for key in ("out", "scene")}})
-        for name, (session, settings) in asked.items()
-    }
-    results = answers_of(_portable_run, tasks, jobs, on_done, scheduler)
-    return tuple(replace(results[name], out=settings["out"]) for name, (_, settings) in asked.items())
-
-
-def _portable_run(session: Any, settings: Mapping[str, Any]) -> Any:
-    # A folder that stands now may be of this very task, whose answer was lost; others were refused before.
-    result = run_near(session, {**settings, "force": True})
-    bare = {label: replace(one, section_source=None) for label, one in result.detections.items()}
-    cut: dict[str, Any] = {
-        label: SimpleNamespace(settings=one.settings, parts=one.parts)
-        for label, one in result.detectors.items()
-        if hasattr(one, "parts")  # the pieces of compounds, which the words of a run count
-    }
-    dwell = None if result.dwell is None else replace(result.dwell, rates=None)
-    return replace(result, detections=bare, detectors=cut, dwell=dwell, watched={})
 
 
 def run_near(session: Any, settings: Mapping[str, Any]) -> Any:

@@ -74,7 +74,7 @@ def knob_table(advice: "Advice") -> "Table":
     notes = (
         "missed, in part: contacts; false: of the pair-frames reported; ms: p99 of a look, live, of this program, "
         f"empty where a whole recording is asked at once; {AT_PHASE}.",
-        f"Each row is checked by: replay audit SESSION --detectors SETTING. Words: {advice.engine.source}.",
+        f"Each row is checked by: replay run SESSION --detectors SETTING. Words: {advice.engine.source}.",
         *advice.engine.notes,
     )
     head = ("setting, and what it is there", "missed", "part", "false %", "ms")

@@ -29,8 +29,7 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "scene": CommandSpec("Record", "Write a first scene of a recording; find every fault of one.", "scene"),
     "mesh": CommandSpec("Check", "Mend a mesh, and say what that changes in a recording.", "mesh"),
     "plan": CommandSpec("Replay", "Say what a scene calls for, and why.", "plan"),
-    "run": CommandSpec("Replay", "Replay a session through detectors and write a run folder.", "run"),
-    "audit": CommandSpec("Audit", "Count what detectors missed beside an oracle; gates.", "audit"),
+    "run": CommandSpec("Replay", "Replay sessions through detectors; what each missed, why; gates.", "run"),
     "tradeoff": CommandSpec("Audit", "Measure what accuracy costs in time, and which setting to take.", "tradeoff"),
     "advise": CommandSpec("Audit", "Say which knob of an engine mends what is missed, and its price.", "advise"),
     "diff": CommandSpec("Audit", "Say which contacts two runs disagree about, and why.", "diff"),
@@ -44,3 +43,6 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "bench": CommandSpec("Audit", "Time the exact detector beside python-fcl; its growth.", "bench"),
     "guide": CommandSpec("Learn", "Print a page of the guide; without a topic, the list.", "guide"),
 }
+
+ALIASES: Final = {"audit": "run"}
+"""Names of the version before that no help shows, and the verbs they stand for."""

@@ -68,7 +68,7 @@ def command(
         imported = with_colliders(imported, ".", colliders or "") if colliders else imported
         said = list(_what(imported))
     if imported.live_contacts:
-        said.append(f"what the engine reported is in it; compare it: replay audit {out} --out runs/{out.stem}")
+        said.append(f"what the engine reported is in it; compare it: replay run {out} --out runs/{out.stem}")
     out.parent.mkdir(parents=True, exist_ok=True)
     write_session(imported, out, overwrite=force)
     people.say(*said)

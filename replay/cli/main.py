@@ -14,7 +14,7 @@ from typing import Final
 
 import click
 
-from replay.cli.commands import COMMANDS, GROUPS
+from replay.cli.commands import ALIASES, COMMANDS, GROUPS
 from replay.cli.console import FAILURE, INTERRUPTED, OK
 
 DEBUG: Final = "--debug"
@@ -35,9 +35,10 @@ class LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """The verb, its module imported now."""
         del ctx
-        if cmd_name not in COMMANDS:
+        name = ALIASES.get(cmd_name, cmd_name)
+        if name not in COMMANDS:
             return None
-        module, _, attribute = COMMANDS[cmd_name].entry.partition(":")
+        module, _, attribute = COMMANDS[name].entry.partition(":")
         return getattr(import_module(module), attribute)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -54,7 +55,7 @@ class LazyGroup(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         """Find the verb; a mistyped one is answered with its nearest neighbour."""
         name = args[0]
-        if name not in COMMANDS and not name.startswith("-"):
+        if name not in COMMANDS and name not in ALIASES and not name.startswith("-"):
             from difflib import get_close_matches
 
             near = get_close_matches(name, COMMANDS, n=1)

@@ -1,7 +1,9 @@
-"""Several sessions, a run folder each: what ``run`` and ``study run`` do with them and say of them."""
+"""Several sessions, a run folder each: what ``run`` does with them and says of them."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.cli.console import DATA_LOSS, OK, People, counting
@@ -19,23 +21,34 @@ RARE: Final = ("undecided", "frames left out", "poses left out")
 
 
 def run_many(
-    files: Sequence[Path], out: Path, people: People, *, settings: Mapping[str, Any], as_json: bool = False,
-    limits: "Gates | None" = None, **how: Any,
+    files: Sequence[Path], out: Path | None, people: People, *, settings: Mapping[str, Any], limits: "Gates",
+    as_json: bool = False, **how: Any,
 ) -> int:  # fmt: skip
-    """Run sessions as ``run_batch`` does, ``how`` it is asked; print figures over all of them; the exit code."""
+    """Run sessions as ``run_batch`` does, ``how`` it is asked; print figures over all of them; the exit code.
+
+    Without ``out`` the run folders are made where nobody looks, and are gone afterwards.
+    """
     from replay.api.batch import run_batch
     from replay.cli.run_tables import audit_tables
     from replay.cli.terminal import terminal
 
-    batch = run_batch(files, out, settings=settings, on_done=counting(people, len(files)), **how)
-    broken = limits.broken(batch.audit, [*batch.runs.values()]) if limits else []
+    with ExitStack() as kept:
+        if out is None:
+            folder, settings = Path(kept.enter_context(TemporaryDirectory(prefix="replay-"))), dict(settings)
+            settings["picture"] = False
+        else:
+            folder = out
+        batch = run_batch(files, folder, settings=settings, on_done=counting(people, len(files)), **how)
+    broken = limits.broken(batch.audit, [*batch.runs.values()])
     plain = {name: getattr(batch, name) for name in ("done", "kept", "failed", "digest", "audit")}
-    tables = audit_tables([], batch.audit) if batch.audit else []
+    tables = audit_tables(batch.audit) if batch.audit else []
     tables += [session_table(batch)] if batch.runs else []
-    lines = ["", f"{len(batch.done)} of {len(files)} sessions are in {out}"]
+    where = "were replayed; with --out DIR each gets a run folder" if out is None else f"are in {out}"
+    lines = ["", f"{len(batch.done)} of {len(files)} sessions {where}"]
     lines += [f"failed: {name}: {why}" for name, why in batch.failed.items()]
     lines.append(f"digest: {batch.digest or 'none, sessions failed'}")
-    answer_cited(as_json, {"out": str(out), **plain, "broken": broken}, lambda: terminal(*tables), {}, lines)
+    told = {"out": None if out is None else str(out), **plain, "broken": broken}
+    answer_cited(as_json, told, lambda: terminal(*tables), {}, lines)
     lost = batch.failed or any(lost_frames(one) or lost_poses(one) for one in batch.runs.values())
     return people.gate(broken, DATA_LOSS if lost else OK)
 
@@ -55,7 +68,7 @@ def session_table(batch: "Batch") -> "Table":
         marks=dict.fromkeys(missed, IN_RED) | dict.fromkeys(rare, WARNING),
         foot=("all", *(sum(row[name] for row in rows.values()) for name in names)),
     )  # fmt: skip
-    return made.first(SESSION_ROWS, f"… and {{}} more in {batch.out}")
+    return made.first(SESSION_ROWS, "… and {} more")
 
 
 def _counts(run: Mapping[str, Any], missed: Mapping[str, str]) -> dict[str, int]:

@@ -99,7 +99,7 @@ SHARE = Number(min=0.0, max=1.0)
 SESSION_FILE = Existing(folder=False)
 RUN_FOLDER = Existing(folder=True)
 ANY_PATH = Target()
-SESSION_ANYWHERE = Existing(folder=False, url=True)
+SESSIONS_ANYWHERE = Existing(folder=True, file=True, url=True)
 OUT_ANYWHERE = Target(url=True)
 
 
@@ -189,10 +189,10 @@ oracle = click.option(
 
 detectors = click.option(
     "--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", callback=specs_named,
-    help="What to audit: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas.",
+    help="Whom to ask: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas.",
 )  # fmt: skip
 lineup = together(detectors, oracle, seed)
-"""What is audited, what is trusted; ``detectors`` is ``None`` if none is named."""
+"""Who is asked, who is trusted; ``detectors`` is ``None`` if none is named."""
 
 
 def gates(command: Callable[..., int]) -> Callable[..., int]:
@@ -224,7 +224,7 @@ replaying = together(
 )  # fmt: skip
 """What every verb takes that replays a session: which part of it, what is trusted, and how the answer is said."""
 auditing = together(lineup, log_search, offline, noisy, workers, gates, replaying)
-"""What ``run`` and ``audit`` take: of whom, how and by whom, with limits."""
+"""What ``run`` takes: of whom, how and by whom, with limits."""
 
 
 def let_modules_here_be_found(specs: Iterable[str]) -> None:

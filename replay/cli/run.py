@@ -1,58 +1,76 @@
-"""``replay run``: session files through detectors, each into a run folder."""
+"""``replay run``: session files through detectors, beside one that is trusted, each into a run folder; with gates."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import OUT_ANYWHERE, SESSION_ANYWHERE, auditing, proof
+from replay.cli.options import OUT_ANYWHERE, SESSIONS_ANYWHERE, auditing, proof
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
 
 
 @click.command()
-@click.argument("sessions", type=SESSION_ANYWHERE, metavar="FILE.mcap...", nargs=-1, required=True)
-@click.option("--out", "-o", type=OUT_ANYWHERE, required=True, metavar="DIR", help="Run folder; of several, one each.")
+@click.argument("sessions", type=SESSIONS_ANYWHERE, metavar="FILE|DIR...", nargs=-1, required=True)
+@click.option("--out", "-o", type=OUT_ANYWHERE, metavar="DIR", help="Run folder; of several sessions, one each in it.")
 @click.option("--view", is_flag=True, help="Open the picture when it is written.")
 @proof
 @auditing
 def command(
-    sessions: tuple[Path, ...], out: Path, view: bool, no_picture: bool, limits: "Gates", cite: bool, as_json: bool,
-    people: People, jobs: int, scheduler: str | None, **asked: Any,
+    sessions: tuple[Path, ...], out: Path | None, view: bool, no_picture: bool, limits: "Gates", cite: bool,
+    as_json: bool, people: People, jobs: int, scheduler: str | None, **asked: Any,
 ) -> int:  # fmt: skip
-    """Replay each FILE.mcap through detectors and write what came of it to a run folder.
+    """Replay each FILE.mcap through detectors and say what each missed beside the oracle, and why.
 
-    Several go into a folder of run folders; killed, the same command goes on where it stopped.
+    Several, or a folder of them, go into a folder of run folders; killed, the same command goes on where it stopped.
 
     \b
     replay run session.mcap --out run1 --view
     replay run session.mcap --out run2 --detectors "slow=discrete[rate_hz=22.5],hybrid" --oracle exact
-    replay run session.mcap --out run3 --proof
-    replay run recordings/*.mcap --out runs --jobs 4 --no-picture
+    replay run session.mcap --detector lab.engine:Detector --max-missed 0.01 --max-p99-ms 11.1
+    replay run recordings --out runs --jobs 4 --no-picture
     """
     if view and no_picture:
         raise click.UsageError("--view shows the picture; leave out --no-picture")
-    if len(sessions) > 1 or scheduler is not None:
+    if view and out is None:
+        raise click.UsageError("--view shows the picture of a run folder; name one with --out")
+    files = session_files(sessions)
+    if len(files) > 1 or scheduler is not None or sessions[0].is_dir():
         if view or cite:
             raise click.UsageError(f"{'--view' if view else '--cite'} is for one session, replayed here; leave it out")
+        if scheduler is not None and out is None:
+            raise click.UsageError("--scheduler needs --out, a folder that all its workers reach")
         from replay.cli.many import run_many
 
         how = {"jobs": jobs, "scheduler": scheduler, "force": asked.pop("force"), "limits": limits}
-        return run_many(sessions, out, people, settings={**asked, "picture": not no_picture}, as_json=as_json, **how)
-    people.say(f"replaying {sessions[0]}")
+        return run_many(files, out, people, settings={**asked, "picture": not no_picture}, as_json=as_json, **how)
+    people.say(f"replaying {files[0]}")
     from replay.api.batch import run_near
     from replay.api.places import check_place
     from replay.cli.run_report import report_run, where_to_look
 
     check_place(out, force=asked["force"])
     asked |= {"out": out, "picture": not no_picture, "progress": TerminalProgress(people)}
-    result = run_near(sessions[0], asked)
-    code = report_run(result, people, as_json=as_json, cite=cite)
+    result = run_near(files[0], asked)
+    broken = limits.broken(result.summary["audit"], [result.summary])
+    code = report_run(result, people, broken, as_json=as_json, cite=cite)
     people.say("", *where_to_look(result, picture=not no_picture))
-    if view:
+    if view and out is not None:
         from replay.cli.view import watch
 
         watch([out], people)
-    return people.gate(limits.broken(result.summary["audit"], [result.summary]), code)
+    return people.gate(broken, code)
+
+
+def session_files(given: Sequence[Path]) -> list[Path]:
+    """The files given, and the session files in the folders given; a folder without any is a wrong use."""
+    files: list[Path] = []
+    for path in given:
+        found = sorted(path.glob("*.mcap")) if path.is_dir() else [path]
+        if not found:
+            raise click.UsageError(f"{path} holds no session files (*.mcap); name a file or another folder")
+        files += found
+    return files

@@ -18,11 +18,17 @@ Sources: TypeAlias = Mapping[str, tuple[str, ...]]
 """``detector NAME`` or ``effect KIND`` -> citations."""
 
 
-def report_run(result: RunResult, people: People, *, as_json: bool = False, cite: bool = False) -> int:
-    """Print a run, with the sources behind it if asked, and return the exit code: 3 when frames could not be used."""
+def report_run(
+    result: RunResult, people: People, broken: Sequence[str] = (), *, as_json: bool = False, cite: bool = False
+) -> int:
+    """Print a run, with the sources behind it if asked, and return the exit code: 3 when frames could not be used.
+
+    ``broken`` are the gates that failed; they stand in the JSON.
+    """
     from replay.cli.run_tables import run_tables
 
-    answer_cited(as_json, run_json(result), lambda: run_tables(result), sources_of([result]) if cite else {})
+    plain, behind = run_json(result) | {"broken": [*broken]}, sources_of([result]) if cite else {}
+    answer_cited(as_json, plain, lambda: run_tables(result, everything=people.verbose), behind)
     return close_run(result, people)
 
 

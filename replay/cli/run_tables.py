@@ -1,15 +1,13 @@
-"""What a terminal shows of a run and of an audit: the answers first, then the tables."""
+"""What a terminal shows of a run: the answers first, then the tables."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, Final
 
 from rich.console import Group, RenderableType
 from rich.text import Text
 
 from replay.base.constants import CAVEAT
-from replay.base.shown import shown
 from replay.cli.terminal import STYLES, line, terminal
 from replay.comparison.contact_counts import contact_counts
 from replay.comparison.misses import NEVER_FOUND
@@ -35,14 +33,18 @@ MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cause")
 FALSE_HEAD: Final = ("false", "at s", "pair", "frames", "mm apart", "why")
 
 
-def run_tables(result: RunResult) -> Group:
-    """Everything a terminal shows of a run."""
+def run_tables(result: RunResult, *, everything: bool = False) -> Group:
+    """What a terminal shows of a run; ``everything``: pair-frames, matched contacts and causes too."""
     first = [*first_words(result)]
+    if result.comparisons:
+        first += [line(f"{note}.", FAINT) for note in built.containment_notes(result, result.oracle)]
     parts: list[Table | RenderableType] = [Text(), *first] if first else []
     for label in worst_first(result):
         pairs = built.pair_table(result, label).only("pair", "contacts", *built.AUDIT_MARKS)
         parts.append(pairs.first(PAIR_ROWS, "… and {} more").titled(f"contacts, and what {label} made of them"))
-    parts += fault_tables([result])
+    parts += fault_tables(result)
+    if everything and result.comparisons:
+        parts += audit_tables(result.summary["audit"])
     if not result.comparisons and result.detections:
         parts += [built.contact_table(result, label) for label in result.detections]
     if result.detections:
@@ -87,57 +89,28 @@ def no_detection(result: RunResult) -> str:
     return f"No contact was looked for: the scene calls for {effects}. Ask with --detectors."
 
 
-def fault_tables(results: Sequence[RunResult]) -> list[Table]:
-    """Of each detector what it missed, over all sessions, never found ones first; then what is false, longest first.
-
-    A number is that of its session; where there are several sessions a column names it.
-    """
-    where = " in {}.parquet" if all(result.out for result in results) else " with --format json"
+def fault_tables(result: RunResult) -> list[Table]:
+    """Of each detector what it missed, never found ones first; then what is false, longest first."""
+    more = "… and {} more in {}.parquet" if result.out else "… and {} more with --format json"
     tables = []
-    for label in dict.fromkeys(label for result in results for label in worst_first(result)):
-        found = [(result, miss) for result in results for miss in result.misses.get(label, ())]
-        found.sort(key=lambda one: one[1].kind != NEVER_FOUND)
-        made = built.miss_table(f"missed by {label}", [miss for _, miss in found]).only(*MISS_HEAD)
-        tables += _some(built.with_noise(made, found), results, [result for result, _ in found], where.format("misses"))
-        wrong = [(result, one) for result in results for one in result.false.get(label, ())]
-        wrong.sort(key=lambda one: -one[1].frames)
-        false = [one for _, one in wrong]
-        made = built.false_table(f"{false_thing(false)}s of {label}", false, label).only(*FALSE_HEAD)
-        tables += _some(made, results, [result for result, _ in wrong], where.format("false"))
+    for label in worst_first(result):
+        misses = sorted(result.misses.get(label, ()), key=lambda miss: miss.kind != NEVER_FOUND)
+        if misses:
+            missed = built.miss_table(f"missed by {label}", misses).only(*MISS_HEAD)
+            missed = built.with_noise(missed, [(result, miss) for miss in misses])
+            tables.append(missed.first(FAULT_ROWS, more.format("{}", "misses")))
+        false = sorted(result.false.get(label, ()), key=lambda contact: -contact.frames)
+        if false:
+            wrong = built.false_table(f"{false_thing(false)}s of {label}", false, label).only(*FALSE_HEAD)
+            tables.append(wrong.first(FAULT_ROWS, more.format("{}", "false")))
     return tables
 
 
-def _some(made: Table, results: Sequence[RunResult], of: Sequence[RunResult], where: str) -> list[Table]:
-    """The first rows, each with its session where there are several; no table without a row."""
-    if len(results) > 1:
-        made = made.beside("session", [Path(one.session.origin).name for one in of])
-    return [made.first(FAULT_ROWS, "… and {} more" + where)] if of else []
-
-
-def answers(results: Sequence[RunResult]) -> Group:
-    """The answers before any table, under the name of their session where there are several.
-
-    Below them, of which pairs the oracle did not decide whether one body is inside the other.
-    """
-    lines: list[RenderableType] = []
-    for result in results:
-        name = [Text(shown(result.session.origin))] if len(results) > 1 else []
-        notes = built.containment_notes(result, result.oracle) if result.comparisons else []
-        lines += [Text(), *name, *first_words(result), *(line(f"{note}.", FAINT) for note in notes)]
-    return Group(*lines)
-
-
-def audit_tables(results: Sequence[RunResult], audit: Mapping[str, Any]) -> list[Table]:
-    """Pair-frames and contacts with a column per detector, why contacts were missed, and of each session the times."""
-    of = [f": {result.session.origin}" if len(results) > 1 else "" for result in results]
-    times = [
-        (one := built.cost_table(result).only(*COST_HEAD)).titled(one.title + where)
-        for result, where in zip(results, of, strict=True)
-    ]
+def audit_tables(audit: Mapping[str, Any]) -> list[Table]:
+    """Pair-frames and contacts with a column per detector, and why contacts were missed."""
     contacts = "contacts: from the first frame of touching to the last, matched one to one"
     frames = built.pair_frame_table("pair-frames: one pair of bodies in one frame, beside the oracle", audit)
-    matched = built.matched_table(contacts, audit, CONTACT_WORDS_SHORT)
-    return [replace(frames, notes=()), matched, cause_table(audit), *times]
+    return [replace(frames, notes=()), built.matched_table(contacts, audit, CONTACT_WORDS_SHORT), cause_table(audit)]
 
 
 def cause_table(audit: Mapping[str, Any]) -> Table:

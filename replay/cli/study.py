@@ -7,7 +7,7 @@ import click
 
 from replay.cli.console import GATE_FAILED, OK, People, answer
 from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, reporting
-from replay.cli.study_runs import collect_runs, demo_class, require_extra, run_sessions
+from replay.cli.study_runs import collect_runs, demo_class, require_extra
 
 
 @click.group()
@@ -18,7 +18,7 @@ def command() -> None:
     """
 
 
-for _name, _verb in {"run": run_sessions, "collect": collect_runs, "demo": demo_class}.items():
+for _name, _verb in {"collect": collect_runs, "demo": demo_class}.items():
     command.add_command(_verb, _name)
 
 

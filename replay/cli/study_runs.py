@@ -1,20 +1,14 @@
-"""``replay study run|collect|demo``: from many recordings to one table of metrics, and a whole synthetic class."""
+"""``replay study collect|demo``: from run folders to one table of metrics, and a whole synthetic class."""
 
-from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 import click
 
-from replay.cli import options
 from replay.cli.console import DATA_LOSS, OK, People, counting, print_name
-from replay.cli.options import ANY_PATH, SESSION_FILE, common, force, jobs, lineup, reporting
+from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, common, force, jobs
 
 SLOW = "22.5Hz=discrete[rate_hz=22.5]"
 """The detector whose misses the synthetic class is analysed with besides the oracle."""
-
-SESSIONS_ANYWHERE = options.Existing(folder=True, file=True, url=True)
-FOLDERS = options.RUN_FOLDER
 
 
 def require_extra() -> None:
@@ -29,32 +23,7 @@ def require_extra() -> None:
 
 
 @click.command()
-@click.argument("sessions", type=SESSIONS_ANYWHERE, nargs=-1, required=True, metavar="FILE|DIR...")
-@click.option("--out", "-o", type=options.OUT_ANYWHERE, required=True, metavar="DIR", help="For a run folder each.")
-@lineup
-@options.scene
-@click.option("--pictures", is_flag=True, help="A recording for Rerun in each run folder too.")
-@options.workers
-@reporting
-def run_sessions(
-    sessions: tuple[Path, ...], out: Path, scene: Path | None, pictures: bool, as_json: bool, people: People,
-    jobs: int, scheduler: str | None, **asked: Any,
-) -> int:  # fmt: skip
-    """Replay many sessions, each into a run folder of its own; killed, the same command goes on where it stopped.
-
-    \b
-    replay study run class/sessions --out class/runs --jobs 2
-    """
-    from replay.cli.many import run_many
-
-    settings = {**asked, **({"scene": str(scene)} if scene else {}), "picture": pictures}
-    return run_many(
-        session_files(sessions), out, people, settings=settings, as_json=as_json, jobs=jobs, scheduler=scheduler
-    )
-
-
-@click.command()
-@click.argument("runs", type=FOLDERS, nargs=-1, required=True)
+@click.argument("runs", type=RUN_FOLDER, nargs=-1, required=True)
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.parquet", help="Table to write.")
 @click.option("--students", type=SESSION_FILE, metavar="FILE.csv", help="session,student for those without pseudonym.")
 @force
@@ -104,16 +73,3 @@ def demo_class(out: Path, students: int, seed: int, jobs: int, people: People) -
     title, study = "A class that was made up", out / "study"
     analyse_files(inputs, people, runs=out / "runs", out=study, title=title, seed=seed, force=True)
     return DATA_LOSS if failed or batch.failed else OK
-
-
-def session_files(given: Sequence[Path]) -> list[Path]:
-    """The files given, and the session files in the folders given; ``StudyError`` for a folder without any."""
-    from replay.errors import StudyError
-
-    files: list[Path] = []
-    for path in given:
-        found = sorted(path.glob("*.mcap")) if path.is_dir() else [path]
-        if not found:
-            raise StudyError(f"{path} holds no session files (*.mcap)")
-        files += found
-    return files

@@ -201,10 +201,9 @@ CALLS = {
     "share without consent": lambda f, d: ("share", d / "run\x1b[2J", "-o", d / "sent\x1b[2J"),
     "verify": lambda f, d: ("verify", d / "run\x1b[2J"),
     "mesh": lambda f, d: ("mesh", "repair", f["obj"], "-o", d / "m\x1b[2J.glb"),
-    "audit": lambda f, d: ("audit", "-v", f["mcap"], *LOOK),
     "tradeoff": lambda f, d: ("tradeoff", f["mcap"], "--time-limit", "0.2", "-o", d / "t\x1b[2J", *LOOK),
     "advise": lambda f, d: ("advise", f["mcap"], "--engine", "mujoco", "--no-picture"),
-    "study run": lambda f, d: ("study", "run", f["mcap"], "-o", d / "class\x1b[2J"),
+    "runs": lambda f, d: ("run", f["mcap"], d / "less\x1b[2J.mcap", "-o", d / "class\x1b[2J", "--no-picture"),
     "study collect": lambda f, d: ("study", "collect", d / "class\x1b[2J", "-o", d / "m\x1b[2J.parquet"),
     "study page": lambda f, d: ("study", "page", d / "class\x1b[2J", "-o", d / "page\x1b[2J"),
     "study analyse": lambda f, d: ("study", "analyse", "--codebook", f["toml"], f["csv"], f["csv"]),
@@ -218,8 +217,8 @@ CALLS = {
 """In this order: a later verb reads what an earlier one wrote."""
 
 WORKS = {
-    "info", "doctor", "plan", "import", "run", "run again", "diff", "shrink", "audit", "tradeoff", "advise",
-    "study run", "study page", "scene new", "scene check", "share", "minimise",
+    "info", "doctor", "plan", "import", "run", "run again", "diff", "shrink", "tradeoff", "advise",
+    "runs", "study page", "scene new", "scene check", "share", "minimise",
 }  # fmt: skip
 
 

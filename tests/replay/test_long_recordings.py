@@ -95,8 +95,8 @@ def every_verb(folder, *, frames, tried):
     lines = [
         ["info", file], ["doctor", file], ["plan", file], ["recover", file, folder / "again.mcap"],
         ["run", file, "--out", run, *asked], ["run", file, "--out", folder / "short", *window, *asked],
-        ["audit", file, "--out", runs / "one", *asked],
-        ["audit", file, "--out", runs / "two", "--no-picture", *window, *asked],
+        ["run", file, "--out", runs / "one", *asked],
+        ["run", file, "--out", runs / "two", "--no-picture", *window, *asked],
         ["tradeoff", file, "--out", folder / "costs", "--oracle", "hybrid", *tried, "--repeats", "1", "--quiet"],
         ["diff", run, runs / "one"],
     ]  # fmt: skip

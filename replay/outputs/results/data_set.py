@@ -41,7 +41,7 @@ def read(folder: Path | str) -> dict[str, pa.Table]:
     top = Path(folder)
     runs = run_folders(top)
     if not runs:
-        raise RunFolderError(f"{top} holds no run folders; make them with `replay study run`")
+        raise RunFolderError(f"{top} holds no run folders; make them with `replay run`")
     return {name: _joined(top, runs, file, kinds) for name, (file, kinds) in DATA_SET.items()}
 
 

@@ -27,7 +27,7 @@ def collect(runs: Sequence[Path], students: Path | None = None) -> pa.Table:
     """
     files = [file for run in runs for file in metric_files(run)]
     if not files:
-        raise RunFolderError("no runs to collect; make them with `replay study run`")
+        raise RunFolderError("no runs to collect; make them with `replay run`")
     table = pa.concat_tables([read_table(file) for file in files], promote_options="default")
     if students is not None:
         named = read_students(students)

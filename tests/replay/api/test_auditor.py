@@ -1,11 +1,6 @@
-import pickle
-from importlib.util import find_spec
-from types import SimpleNamespace
-
 import pytest
 from support.small_worlds import cubes
 
-from replay.api import batch
 from replay.api.auditor import AuditResult, audit
 from replay.errors import AuditError, OutputError
 from sessions import write_session
@@ -50,50 +45,19 @@ def test_what_cannot_be_audited_is_refused(tmp_path):
         audit(["a/p.mcap", "b/p.mcap"], out=tmp_path / "x")
 
 
-@pytest.mark.parametrize(
-    ("given", "more", "elsewhere"),
-    [(2, {}, False), (2, {"jobs": 2}, True), (1, {"jobs": 2}, False), (1, {"scheduler": "local"}, True)],
-)
-def test_others_are_asked_for_several_sessions_or_where_a_scheduler_is_named(monkeypatch, given, more, elsewhere):
-    asked = []
-    alone = SimpleNamespace(summary={"audit": {}})
-    monkeypatch.setattr(batch, "run_side_by_side", lambda tasks, *_: asked.append([*tasks]) or (alone,))
-    monkeypatch.setattr(batch, "run_near", lambda *_: alone)
-    audit([cubes(BUMP)] * given, detectors=SLOW, **more)
-    assert [len(names) for names in asked] == ([given] if elsewhere else [])
-
-
-@pytest.mark.slow
-def test_sessions_side_by_side_give_what_they_give_one_by_one(tmp_path):
-    """Everything that `replay audit` prints of them, but times."""
-    from replay.cli.run_report import run_json
-    from replay.cli.run_tables import fault_tables
-    from replay.pipeline.headline import beside, headlines
-
-    for k, name in enumerate("pqr"):
-        write_session(cubes({**BUMP, "b": [x + 0.01 * k for x in BUMP["b"]]}), tmp_path / f"{name}.mcap")
-    files, told = sorted(tmp_path.glob("*.mcap")), []
-    asked = {"detectors": [SLOW, "collider[shape=compound,pieces=2]"] if find_spec("coacd") else [SLOW]}
-    alone = audit([*files, files[0]], **asked)
-    beside_it = audit([*files, files[0]], jobs=2, on_done=lambda *one: told.append(one), **asked)
-    assert sorted(told) == sorted(
-        (name, "done") for name in [f"{files[0]} (1)", *map(str, files[1:]), f"{files[0]} (4)"]
-    )
-    assert beside_it.summary == alone.summary and len(beside_it.results) == 4
-    for one, other in zip(alone.results, beside_it.results, strict=True):
-        assert headlines(one) == headlines(other) and beside(one) == beside(other)
-        assert fault_tables([one]) == fault_tables([other]) and pickle.dumps(other)
-        for key in ("digest", "faces_digest"):
-            assert [seen[key] for seen in one.summary["detectors"].values()] == [
-                seen[key] for seen in other.summary["detectors"].values()
-            ]
-        assert run_json(other)["misses"] == run_json(one)["misses"] and other.session.origin == one.session.origin
-
-
 def test_a_folder_in_the_way_of_one_of_several_is_refused_before_any_work(tmp_path):
     for name in ("p", "q"):
         write_session(cubes(BUMP), tmp_path / f"{name}.mcap")
     (tmp_path / "out" / "q").mkdir(parents=True)
     with pytest.raises(OutputError, match="q exists"):
-        audit([tmp_path / "p.mcap", tmp_path / "q.mcap"], out=tmp_path / "out", jobs=2)
+        audit([tmp_path / "p.mcap", tmp_path / "q.mcap"], out=tmp_path / "out")
     assert not (tmp_path / "out" / "p").exists()
+
+
+def test_limits_hold_for_all_sessions_together():
+    sessions = [cubes(BUMP), cubes({"a": [0] * 12, "b": [3 + k / 10 for k in range(12)]})]
+    assert audit(sessions, detectors=SLOW, max_missed=0.9, max_invented=1.0).broken == ()
+    broken = audit(sessions, detectors=SLOW, max_missed=0.4).broken
+    assert any("missed 1 of 2 contacts" in sentence for sentence in broken)
+    with pytest.raises(AuditError, match="share"):
+        audit(sessions, max_missed=50)

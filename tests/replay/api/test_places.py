@@ -90,10 +90,10 @@ def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
     words = [f"{store}/sessions/s0.mcap", "--detectors", "hybrid", "--no-picture", "-o"]
     assert main(["run", *words, f"{store}/one"]) == 0
     assert f"wrote {place(f'{store}/one')}" in capsys.readouterr().err
-    assert main(["audit", *words, f"{store}/one"]) == 1
+    assert main(["run", *words, f"{store}/one"]) == 1
     assert "replace it with --force" in capsys.readouterr().err
-    assert main(["audit", *words, f"{store}/one", "--force"]) == 0 and place(f"{store}/one/summary.json").is_file()
-    assert main(["study", "run", f"{store}/sessions", "-o", f"{store}/study", "--detectors", "hybrid"]) == 0
+    assert main(["run", *words, f"{store}/one", "--force"]) == 0 and place(f"{store}/one/summary.json").is_file()
+    assert main(["run", f"{store}/sessions", "-o", f"{store}/class", "--detectors", "hybrid", "--no-picture"]) == 0
     assert "2 of 2 sessions are in" in capsys.readouterr().out
 
 

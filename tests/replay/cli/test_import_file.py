@@ -126,5 +126,5 @@ def test_after_a_csv_with_an_engines_reports_comes_their_audit(tmp_path, capsys,
     (tmp_path / "unity.csv").write_text("\n".join([*rows, ""]))
     out = tmp_path / "s.mcap"
     assert main(["import", "csv", str(tmp_path / "unity.csv"), "-o", str(out)]) == 0
-    words = f"what the engine reported is in it; compare it: replay audit {out} --out runs/s\n"
+    words = f"what the engine reported is in it; compare it: replay run {out} --out runs/s\n"
     assert (words in capsys.readouterr().err) == reported

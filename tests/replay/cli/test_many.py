@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 from support.small_worlds import cubes, framed
 
+from replay.api.auditor import audit
 from replay.api.batch import Batch
 from replay.cli import many
 from replay.cli.main import main
@@ -51,12 +52,33 @@ def test_their_figures_and_gates_are_those_of_an_audit_of_the_same_sessions(file
     limits = ["--max-missed", "0.4", "--format", "json"]
     assert main(["run", *files, "-o", str(replayed), *SLOW, *limits]) == 4
     told, said = capsys.readouterr()
-    assert main(["audit", *files, *SLOW, "--no-faces", *limits]) == 4
-    audited = json.loads(capsys.readouterr().out)
-    told = json.loads(told)
-    assert told["audit"] == audited["audit"] and told["broken"] == audited["broken"] != []
+    told, audited = json.loads(told), audit(files, detectors="slow=discrete[rate_hz=20]", max_missed=0.4)
+    assert told["audit"] == json.loads(json.dumps(audited.summary))
+    assert told["broken"] == [*audited.broken] != []
     assert told["done"] == told["kept"] == ["apart", "missed"] and told["failed"] == {} and told["digest"]
     assert "gate: slow missed 1 of 2 contacts" in said
+
+
+def test_without_a_folder_nothing_is_written_and_the_figures_are_the_same(
+    files, replayed, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    told = {}
+    for where in ([], ["-o", str(replayed)]):
+        assert main(["run", *files, *where, *SLOW, "--format", "json"]) == 0
+        told[bool(where)] = json.loads(capsys.readouterr().out)
+    assert told[False].pop("out") is None and [*tmp_path.iterdir()] == []
+    assert told[False]["audit"] == told[True]["audit"] and told[False]["digest"] == told[True]["digest"]
+    assert main(["run", *files, *SLOW]) == 0
+    assert "with --out DIR each gets a run folder" in capsys.readouterr().out
+
+
+def test_a_folder_stands_for_the_session_files_in_it(files, tmp_path, capsys):
+    assert main(["run", str(Path(files[0]).parent), "-o", str(tmp_path / "runs"), *SLOW]) == 0
+    assert "2 of 2 sessions are in" in capsys.readouterr().out
+    (tmp_path / "empty").mkdir()
+    assert main(["run", str(tmp_path / "empty"), *SLOW]) == 2
+    assert "holds no session files" in capsys.readouterr().err
 
 
 def test_one_session_that_cannot_be_read_is_named_and_the_exit_code_is_three(files, tmp_path, capsys):
@@ -112,4 +134,4 @@ def test_columns_of_nothing_are_left_out_and_long_tables_say_how_long_they_are(m
     assert made.rows == (("b", 10, 3, 1, 0, 4), ("a", 10, 3, 0, 1, 0))
     monkeypatch.setattr(many, "SESSION_ROWS", 1)
     made = session_table(batch)
-    assert len(made.rows) == 1 and made.notes == ("… and 2 more in runs",) and made.foot == ("all", 30, 9, 4)
+    assert len(made.rows) == 1 and made.notes == ("… and 2 more",) and made.foot == ("all", 30, 9, 4)

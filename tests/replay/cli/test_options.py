@@ -70,13 +70,10 @@ def options_of(verb):
     return {flag: option for option in found for flag in option.opts if flag.startswith("--")}
 
 
-def test_run_audit_and_tradeoff_share_their_options_and_what_is_said_of_them():
-    run, audit, tradeoff = (options_of(verb) for verb in ("run", "audit", "tradeoff"))
-    assert run.keys() >= {*SHARED}
+def test_run_and_tradeoff_share_their_options_and_what_is_said_of_them():
+    run, tradeoff = (options_of(verb) for verb in ("run", "tradeoff"))
     for flag in SHARED:
-        assert run[flag].to_info_dict() == audit[flag].to_info_dict() == tradeoff[flag].to_info_dict(), flag
-    for flag in run.keys() & audit.keys() - {"--out"}:
-        assert run[flag].to_info_dict() == audit[flag].to_info_dict(), flag
+        assert run[flag].to_info_dict() == tradeoff[flag].to_info_dict(), flag
 
 
 def test_no_help_names_a_limit_that_is_none():

@@ -1,27 +1,26 @@
 import json
+from dataclasses import replace
 
 import pytest
 from support.small_worlds import cubes, framed
 
 from replay.cli.main import main
-from sessions import write_session
+from sessions import MeshData, write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+SLOW = "slow=discrete[rate_hz=20]"
 
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory):
     path = tmp_path_factory.mktemp("session") / "s.mcap"
     write_session(cubes(PLACES), path)
-    return path
+    return str(path)
 
 
 def test_run_writes_the_folder_prints_tables_and_says_how_to_look(file, tmp_path, capsys):
     out = tmp_path / "run"
-    assert (
-        main(["run", str(file), "--out", str(out), "--detectors", "slow=discrete[rate_hz=20]", "--oracle", "hybrid"])
-        == 0
-    )
+    assert main(["run", file, "--out", str(out), "--detectors", "slow=discrete[rate_hz=20]", "--oracle", "hybrid"]) == 0
     printed, said = capsys.readouterr()
     assert "missed 1 of 2 contacts here" in printed
     assert f"replay view {out}" in said and "replay view" not in printed
@@ -39,7 +38,7 @@ def test_json_on_stdout_is_the_summary_and_the_misses(file, tmp_path, capsys):
         "--oracle",
         "hybrid",
     ]
-    assert main(["run", str(file), "-o", str(tmp_path / "run"), "--no-picture", *arguments]) == 0
+    assert main(["run", file, "-o", str(tmp_path / "run"), "--no-picture", *arguments]) == 0
     report = json.loads(capsys.readouterr().out)
     assert set(report["detectors"]) == {"slow", "sphere", "hybrid"}
     assert [miss["number"] for miss in report["misses"]["slow"]] == [1, 2]
@@ -49,7 +48,7 @@ def test_json_on_stdout_is_the_summary_and_the_misses(file, tmp_path, capsys):
 def test_start_and_end_and_seed_reach_the_run(file, tmp_path, capsys):
     where = [
         "run",
-        str(file),
+        file,
         "--out",
         str(tmp_path / "run"),
         "--no-picture",
@@ -64,7 +63,7 @@ def test_start_and_end_and_seed_reach_the_run(file, tmp_path, capsys):
 
 
 def test_quiet_says_nothing_on_stderr(file, tmp_path, capsys):
-    assert main(["run", str(file), "--out", str(tmp_path / "run"), "--no-picture", "-q", "--detectors", "hybrid"]) == 0
+    assert main(["run", file, "--out", str(tmp_path / "run"), "--no-picture", "-q", "--detectors", "hybrid"]) == 0
     assert capsys.readouterr().err == ""
 
 
@@ -79,7 +78,7 @@ def test_frames_that_could_not_be_used_end_in_3_and_are_named(tmp_path, capsys):
 
 
 def test_a_folder_in_the_way_is_refused_and_force_replaces_it(file, tmp_path, capsys):
-    where = ["run", str(file), "--out", str(tmp_path / "run"), "--no-picture", "--detectors", "hybrid"]
+    where = ["run", file, "--out", str(tmp_path / "run"), "--no-picture", "--detectors", "hybrid"]
     assert main(where) == 0
     capsys.readouterr()
     assert main(where) == 1
@@ -88,7 +87,7 @@ def test_a_folder_in_the_way_is_refused_and_force_replaces_it(file, tmp_path, ca
 
 
 def test_cite_prints_the_sources_of_the_detectors_that_looked(file, tmp_path, capsys):
-    plain = ["run", str(file), "--no-picture", "--detectors", "sphere", "--oracle", "hybrid"]
+    plain = ["run", file, "--no-picture", "--detectors", "sphere", "--oracle", "hybrid"]
     assert main([*plain, "-o", str(tmp_path / "one"), "--cite"]) == 0
     printed = capsys.readouterr().out
     assert "detector sphere" in printed and "equation (21)" in printed and "FCL" in printed
@@ -97,3 +96,112 @@ def test_cite_prints_the_sources_of_the_detectors_that_looked(file, tmp_path, ca
     assert set(report["sources"]) == {"detector sphere", "detector hybrid"}
     assert main([*plain, "-o", str(tmp_path / "three")]) == 0
     assert "equation (21)" not in capsys.readouterr().out
+
+
+def test_audit_is_another_name_of_run_that_no_help_shows(file, capsys):
+    words = [file, "--detectors", SLOW, "--max-missed", "0.01", "--format", "json"]
+    told = []
+    for verb in ("audit", "run"):
+        assert main([verb, *words]) == 4
+        told.append(json.loads(capsys.readouterr().out))
+    assert told[0]["audit"] == told[1]["audit"] and told[0]["broken"] == told[1]["broken"] != []
+    assert main(["--help"]) == 0
+    assert "audit" not in [line.split()[0] for line in capsys.readouterr().out.splitlines() if line.strip()]
+
+
+def test_what_is_false_is_gated_too(file, capsys):
+    words = ["run", file, "--detector", SLOW, "--max-invented"]
+    assert main([*words, "0.1"]) == 4
+    assert "gate: slow invented " in capsys.readouterr().err
+    assert main([*words, "1"]) == 0
+
+
+def test_counts_of_every_detector_are_printed(file, capsys):
+    assert main(["run", file, "--detectors", f"{SLOW},hybrid", "-v"]) == 0
+    printed = capsys.readouterr().out
+    assert "slow" in printed and "hybrid" in printed
+    for word in ("matched", "missed", "false", "split", "merged", "not examined", "between looks 2"):
+        assert word in printed
+
+
+def test_pairs_whose_containment_is_refused_are_told_in_one_sentence_of_80_columns(tmp_path, capsys, monkeypatch):
+    session, path = cubes({name: [2 * k, 2.01 * k, 2 * k] for k, name in enumerate("abcdef")}), tmp_path / "s.mcap"
+    ajar = {name: MeshData(mesh.vertices, mesh.faces[1:]) for name, mesh in session.meshes.items() if name != "f"}
+    write_session(replace(session, meshes=session.meshes | ajar), path)
+    monkeypatch.setenv("COLUMNS", "80")
+    assert main(["run", str(path), "--detector", "hybrid"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    first = next(k for k, words in enumerate(lines) if "containment" in words)
+    assert max(map(len, lines)) <= 80
+    assert [words.rstrip() for words in lines[first : first + 3]] == [
+        "exact: containment refused for 15 of 15 pairs: a and b are open; a and c are",
+        "open; a and d are open; a and e are open; 11 more in summary.json.",
+        "",
+    ]
+
+
+def test_a_broken_gate_ends_in_4_and_says_which(file, capsys):
+    assert main(["run", file, "--detector", SLOW, "--max-missed", "0.01", "--max-p99-ms", "10000"]) == 4
+    assert "slow missed 1 of 2 contacts" in capsys.readouterr().err
+    assert main(["run", file, "--detector", "hybrid", "--max-missed", "0.01"]) == 0
+    assert main(["run", file, "--detector", "hybrid", "--offline", "--max-p99-ms", "11.1"]) == 4
+    assert "hybrid was not timed frame by frame" in capsys.readouterr().err
+
+
+def test_frames_slower_than_the_gate_end_in_4_and_both_gates_kept_in_0(file, capsys):
+    both = ["--max-missed", "0.01", "--max-p99-ms"]
+    assert main(["run", file, "--detector", "discrete", *both, "10000"]) == 0
+    capsys.readouterr()
+    assert main(["run", file, "--detector", "discrete", *both, "0.000001"]) == 4
+    told = capsys.readouterr().err
+    assert "at the 99th percentile" in told and "more than --max-p99-ms 1e-06" in told and "missed" not in told
+
+
+def test_a_detector_that_decides_nothing_is_told_so_first_and_passes_no_gate(file, capsys):
+    words = ["run", file, "--detector", "it=support.planted_detectors:Undecided", "--max-missed", "1"]
+    assert main(words) == 4
+    printed, said = capsys.readouterr()
+    assert printed.split("\n")[1].startswith("it left 2 of 2 contacts undecided ")
+    assert "12 of 12 pair-frames with a pose are undecided by exact or it: nothing is known of them." in printed
+    assert "gate: --max-missed cannot be checked: it left 4 pair-frames in contact undecided, 2 of 2 contacts" in said
+    assert main([*words[:-2], "--max-invented", "1"]) == 4
+    assert "it was compared in no pair-frame" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("detector", "what"), [("Raising", "in look, frame 4: ZeroDivisionError"),
+                                                ("Unmade", "to be made: KeyError: 'radius'")])  # fmt: skip
+def test_a_fault_of_a_users_detector_names_class_frame_file_and_line(file, capsys, detector, what):
+    assert main(["run", file, "--detector", f"support.planted_detectors:{detector}"]) == 1
+    said = capsys.readouterr().err
+    assert f"error: {detector} failed {what}" in said and "planted_detectors.py, line " in said
+    assert "please report it" not in said
+
+
+@pytest.mark.parametrize("limit", [["--max-missed", "nan"], ["--max-missed", "50"], ["--max-invented", "-0.1"],
+                                   ["--max-p99-ms", "nan"], ["--max-p99-ms", "inf"], ["--tau", "nan"],
+                                   ["--end", "1e308"], ["--start", "soon"], ["--tau", "1e99"]])  # fmt: skip
+def test_a_limit_that_is_no_limit_is_a_wrong_use(file, tmp_path, capsys, limit):
+    out = ["--out", str(tmp_path / "run")]
+    assert main(["run", file, "--detector", SLOW, *out, *limit]) == 2
+    said = capsys.readouterr().err
+    assert limit[0] in said and "range." not in said and not (tmp_path / "run").exists()
+
+
+def test_of_a_slow_rate_the_looks_are_held_to_the_limit_and_not_the_frames_between(tmp_path, capsys):
+    path = tmp_path / "long.mcap"
+    write_session(cubes({"a": [0.0] * 300, "b": [3 + k / 300 for k in range(300)]}), path)
+    words = ["run", str(path), "--detector", "rare=discrete[rate_hz=0.5]", "--max-p99-ms", "0.000001"]
+    assert main(words) == 4
+    assert "rare takes" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("verb", ["run", "tradeoff"])
+def test_a_policy_decides_what_becomes_of_doubtful_poses_under_every_verb_that_replays(tmp_path, capsys, verb):
+    status = [[1, 1]] * 6 + [[1, 2]] * 2 + [[1, 1]] * 4
+    write_session(framed([10 * k for k in range(12)], status), tmp_path / "s.mcap")
+    words = [verb, str(tmp_path / "s.mcap"), "--out", str(tmp_path / "run"), "--policy"]
+    assert main([*words, "tracking-lost=refuse"]) == 1
+    assert "the policy refuses it" in capsys.readouterr().err
+    assert main([*words, "tracking-lost=wish"]) == 1
+    assert "tracking-lost cannot be met with 'wish'" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()

@@ -14,7 +14,7 @@ from replay.api.auditor import audit
 from replay.cli import run_tables as module
 from replay.cli.console import People
 from replay.cli.run_report import close_run, where_to_look
-from replay.cli.run_tables import answers, audit_tables, cause_table, fault_tables, run_tables
+from replay.cli.run_tables import audit_tables, cause_table, fault_tables, run_tables
 from replay.cli.terminal import terminal
 from replay.cli.tradeoff_tables import pareto_table
 from replay.effects.effect_summary import happened_words
@@ -106,7 +106,7 @@ def test_counts_and_intervals_are_shown():
     places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
     found = audit([cubes(places), cubes(places)], detectors="slow=discrete[rate_hz=20],sphere")
     console = Console(width=150, record=True, file=StringIO())
-    console.print(terminal(*audit_tables(found.results, found.summary)))
+    console.print(terminal(*audit_tables(found.summary)))
     text = console.export_text()
     assert "50 % [15, 85]" in text and "not asked" in text and "not examined" in text
     rows = [line.split() for line in text.splitlines()]
@@ -126,18 +126,6 @@ def printed(shown, width):
     return console.export_text()
 
 
-def test_the_answer_comes_first_and_names_the_session_where_there_are_several():
-    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
-    one = replace(cubes(places), origin="first.mcap")
-    alone = audit([one], detectors="slow=discrete[rate_hz=20]")
-    text = printed(answers(alone.results), 200)
-    assert "missed 1 of 2 contacts here and part of 1 more" in text and "(oracle: exact)" in text
-    assert "first.mcap" not in text and "The same algorithm at every frame costs" in text
-    both = audit([one, replace(one, origin="second.mcap")], detectors="slow=discrete[rate_hz=20]")
-    lines = printed(answers(both.results), 200).split()
-    assert lines.index("first.mcap") < lines.index("missed") < lines.index("second.mcap")
-
-
 def test_a_title_stays_on_its_line_over_a_narrow_table():
     text = printed(terminal(cause_table({"a": {"causes": {"misses": {"search": 2}}}})), 100)
     assert "why it missed: the first stage that lost the contact, with the number of misses\n" in text
@@ -148,7 +136,7 @@ def test_three_detectors_with_long_names_fit_into_80_columns_whole():
     found = audit(
         [cubes(places)], detectors="collider-capsule=discrete[rate_hz=20],collider-hull=sphere,recorded=hybrid"
     )
-    text = printed(terminal(*audit_tables(found.results, found.summary)), 80)
+    text = printed(terminal(*audit_tables(found.summary)), 80)
     assert "…" not in text and "collider-capsule" in text
     rows = [line.split("  ") for line in text.splitlines() if line.strip().startswith(("false ", "starts late"))]
     assert len(rows) == 3 and all(len([cell for cell in row if cell.strip()]) >= 3 for row in rows)
@@ -164,27 +152,24 @@ def test_what_is_suspicious_about_units_comes_before_every_answer():
         assert words.index("unit-suspect") < words.rindex("hybrid missed none of 2 contacts")
 
 
-def test_an_audit_lists_every_miss_with_its_cause_in_80_columns():
+def test_every_miss_is_listed_with_its_cause_in_80_columns():
     names = {"small-beaker": [0] * 12, "hand-left": PLACES["b"]}
-    sessions = [replace(cubes(names), origin=f"recordings/{name}.mcap") for name in ("one", "two")]
-    found = audit(sessions, detectors="slow=discrete[rate_hz=20],hybrid,it=support.planted_detectors:Undecided")
-    alone = printed(terminal(*fault_tables(found.results[:1])), 80).splitlines()
-    rows = [line.split() for line in alone if "small-beaker - hand-left" in line and "held since" not in line]
-    misses = found.results[0].misses["slow"]
-    assert {(row[0], row[1]) for row in rows} == {(str(miss.number), f"{miss.start:.3f}") for miss in misses}
+    result = compute(cubes(names), detectors="slow=discrete[rate_hz=20],hybrid,it=support.planted_detectors:Undecided")
+    lines = printed(terminal(*fault_tables(result)), 80).splitlines()
+    rows = [line.split() for line in lines if "small-beaker - hand-left" in line and "held since" not in line]
+    assert {(row[0], row[1]) for row in rows} == {
+        (str(miss.number), f"{miss.start:.3f}") for miss in result.misses["slow"]
+    }
     assert all(" ".join(row[-2:]) == "between looks" for row in rows) and len(rows) == 2
-    assert "missed by hybrid" not in " ".join(alone), "what missed nothing has no list"
-    assert "missed by it" not in " ".join(alone), "what was left undecided was not missed"
-    several = [line.split() for line in printed(terminal(*fault_tables(found.results)), 80).splitlines()]
-    assert [row[0] for row in several if row and row[0].endswith(".mcap")].count("two.mcap") == 3
+    assert "missed by hybrid" not in " ".join(lines), "what missed nothing has no list"
+    assert "missed by it" not in " ".join(lines), "what was left undecided was not missed"
 
 
-def test_an_audit_lists_so_many_misses_of_a_detector_over_all_sessions_and_says_how_many_more(monkeypatch):
-    monkeypatch.setattr(module, "FAULT_ROWS", 3)
-    found = audit([cubes(PLACES)] * 2, detectors="slow=discrete[rate_hz=20]")
-    missed, false = fault_tables(found.results)
-    assert len(missed.rows) == 3 and "… and 1 more with --format json" in printed(terminal(missed), 80).splitlines()
-    assert len(false.rows) == 2 and false.title == "false contacts of slow" and not false.notes
+def test_so_many_misses_of_a_detector_are_listed_and_it_says_how_many_more(monkeypatch):
+    monkeypatch.setattr(module, "FAULT_ROWS", 1)
+    missed, false = fault_tables(compute(cubes(PLACES), detectors="slow=discrete[rate_hz=20]"))
+    assert len(missed.rows) == 1 and "… and 1 more with --format json" in printed(terminal(missed), 80).splitlines()
+    assert len(false.rows) == 1 and false.title == "false contacts of slow" and not false.notes
 
 
 @pytest.mark.parametrize("state", STATES)
@@ -205,7 +190,7 @@ def test_every_sentence_of_the_terminal_holds_in_every_state(state):
     frames = [int(line.split()[5]) for line in listed.splitlines() if " a - b " in line]
     assert frames == sorted(wrong, reverse=True) and listed.count("unexplained") == len(wrong)
     assert (f"… and {len(lost) - 20} more with --format json" in shown) == (len(lost) > 20)
-    figures = printed(terminal(*audit_tables([result], result.summary["audit"])), 200).replace("·", "0")
+    figures = printed(terminal(*audit_tables(result.summary["audit"])), 200).replace("·", "0")
     rows = [line.split() for line in figures.splitlines()]
     assert [row for row in rows if row[:1] in (["both"], ["missed"], ["false"])][:3] == [
         ["both", str(counts[0])], ["missed", str(counts[1])], ["false", str(counts[2])]
@@ -221,9 +206,7 @@ def test_no_template_of_the_tables_in_a_terminal_is_untested(monkeypatch, tmp_pa
     looked += [proxy, compute(cubes(PLACES, scene=scene), detectors=()), compute(cubes(PLACES, scene=calls))]
     looked += [compute(jumping(), detectors="exact", oracle="continuous")]
     looked += [replace(one, out=tmp_path) for one in looked]
-    shown = [
-        text(one, 400) + printed(terminal(*audit_tables([one], one.summary.get("audit", {}))), 400) for one in looked
-    ]
+    shown = [text(one, 400) + printed(terminal(*audit_tables(one.summary.get("audit", {}))), 400) for one in looked]
     shown += ["\n".join(where_to_look(one)) for one in looked]
     for one in (proxy, replace(proxy, assembly=replace(proxy.assembly, left_out=("c",)))):
         close_run(one, People())

@@ -6,8 +6,6 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.cli.main import main
-from replay.cli.study_runs import session_files
-from replay.errors import StudyError
 from sessions import write_session
 
 
@@ -22,10 +20,10 @@ def files(tmp_path):
 
 def test_sessions_are_run_collected_and_run_again_for_nothing(files, tmp_path, capsys):
     out = str(tmp_path / "runs")
-    assert main(["study", "run", *files, "--out", out, "--detectors", "hybrid", "--format", "json"]) == 0
+    assert main(["run", "--no-picture", *files, "--out", out, "--detectors", "hybrid", "--format", "json"]) == 0
     first = json.loads(capsys.readouterr().out)
     assert first["done"] == ["s0", "s1", "s2"] and first["kept"] == []
-    assert main(["study", "run", *files, "--out", out, "--detectors", "hybrid"]) == 0
+    assert main(["run", "--no-picture", *files, "--out", out, "--detectors", "hybrid"]) == 0
     printed, said = capsys.readouterr()
     assert f"digest: {first['digest']}" in printed and said.count("kept") == 3
     assert main(["study", "collect", out, "--out", str(tmp_path / "m.parquet")]) == 0
@@ -35,18 +33,10 @@ def test_sessions_are_run_collected_and_run_again_for_nothing(files, tmp_path, c
 
 def test_a_broken_session_is_listed_with_exit_code_three_and_the_rest_of_the_time_is_told(files, tmp_path, capsys):
     (tmp_path / "s1.mcap").write_bytes(b"no session")
-    assert main(["study", "run", *files, "--out", str(tmp_path / "runs"), "--detectors", "hybrid"]) == 3
+    assert main(["run", "--no-picture", *files, "--out", str(tmp_path / "runs"), "--detectors", "hybrid"]) == 3
     printed, said = capsys.readouterr()
     assert "2 of 3 sessions" in printed and "failed: s1:" in printed and "digest: none" in printed
     assert "1 of 3  s0: done, about" in said and "s left" in said
-
-
-def test_a_folder_stands_for_the_session_files_in_it(files, tmp_path):
-    found = session_files([tmp_path, tmp_path / "s1.mcap"])
-    assert [path.name for path in found] == ["s0.mcap", "s1.mcap", "s2.mcap", "s1.mcap"]
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(StudyError, match="holds no session files"):
-        session_files([tmp_path / "empty"])
 
 
 @pytest.mark.slow

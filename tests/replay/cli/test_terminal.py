@@ -51,7 +51,7 @@ WIDTHS = (60, 80, 100, 140)
 SLOW, HULL = "slow=discrete[rate_hz=20]", "hull=collider[shape=hull,rate_hz=50]"
 VERBS = {
     "run": ["run", "{s}", "--detectors", f"{SLOW},{HULL}", "--out", "{t}/b", "--no-picture"],
-    "audit": ["audit", "{s}", "--detectors", f"{SLOW},{HULL}"],
+    "run -v": ["run", "-v", "{s}", "--detectors", f"{SLOW},{HULL}"],
     "diff": ["diff", "{t}/a", "{t}/b"],
     "info": ["info", "{s}"],
     "doctor": ["doctor", "-v", "{s}"],
