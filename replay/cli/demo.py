@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from replay.cli.console import People, TerminalProgress, print_name
-from replay.cli.options import ANY_PATH, force, reporting, require_free
+from replay.cli.demo_class import STUDENTS
+from replay.cli.options import ANY_PATH, force, jobs, reporting, require_free
 
 if TYPE_CHECKING:
     from replay.pipeline.run_result import RunResult
@@ -17,6 +18,7 @@ DETECTORS: Final = "paper=hybrid-qaco,hull50=collider[shape=hull,rate_hz=50],mes
 """The paper's pipeline; hulls as an engine ships them, at its physics step; the meshes at that step; and the truth."""
 
 FOLDER: Final = Path("replay-demo")
+CLASS_FOLDER: Final = Path("class")
 SESSION: Final = "session.mcap"
 
 FIRST_WORDS: Final = {
@@ -33,13 +35,33 @@ FIRST_WORDS: Final = {
 @click.command()
 @click.option("--scene", default="bench-bumps", show_default=True, help="Which made-up session.")
 @click.option("--session-only", is_flag=True, help="Record the session file and stop.")
-@click.option("-o", "--out", type=ANY_PATH, help=f"Run folder, or with --session-only the file.  [default: {FOLDER}]")
+@click.option(
+    "--class", "students", type=click.IntRange(min=5, max=999), metavar="STUDENTS",
+    help=f"A class of so many students instead (the paper's: {STUDENTS}), with its study and its page.",
+)  # fmt: skip
+@click.option("-o", "--out", type=ANY_PATH, help=f"Folder, or with --session-only the file.  [default: {FOLDER}]")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of the made-up session.")
 @click.option("--noise", type=click.Choice(["vive", "off"]), help="Of the made-up tracker.  [default: vive at a bench]")
+@jobs
 @force
 @reporting
-def command(session_only: bool, out: Path | None, force: bool, as_json: bool, people: People, **made: Any) -> int:
-    """Record a made-up lab session to MCAP, replay it through the paper's pipeline and an engine's colliders."""
+def command(
+    session_only: bool, students: int | None, jobs: int, out: Path | None, force: bool, as_json: bool, people: People,
+    **made: Any,
+) -> int:  # fmt: skip
+    """Record a made-up lab session to MCAP, replay it through the paper's pipeline and an engine's colliders.
+
+    \b
+    replay demo
+    replay demo --scene titration --session-only -o titration.mcap
+    replay demo --class 52 -o class
+    """
+    if students is not None:
+        if session_only or made["noise"]:
+            raise click.UsageError("--class makes a folder of sessions; leave out --session-only and --noise")
+        from replay.cli.demo_class import demo_class
+
+        return demo_class(out or CLASS_FOLDER, students, seed=made["seed"], jobs=jobs, people=people)
     from replay.cli.run_report import report_run, where_to_look
     from sessions.synthetic.truth import truth_path
 

@@ -1,17 +1,20 @@
-"""``replay scene``: a first scene of a recording, and everything that is wrong with one."""
+"""``replay scene``: a first scene of a recording; what is wrong with one, and what it calls for."""
 
 import os
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import click
 
 from replay.cli.console import FAILURE, OK, People, answer
 from replay.cli.options import ANY_PATH, SESSION_FILE, force, meshes, reporting, require_free
+from sessions.model.scene import Scene
 
 
 @click.group()
 def command() -> None:
-    """Write a first scene of a recording, to edit; find every fault of a scene."""
+    """Write a first scene of a recording, to edit; find every fault of a scene, and say what it calls for."""
 
 
 @command.command()
@@ -66,26 +69,75 @@ def _beside(file: Path, scene: Path) -> str:
 
 
 @command.command()
-@click.argument("scene", type=SESSION_FILE, metavar="SCENE.toml")
+@click.argument("scene", type=SESSION_FILE, metavar="SCENE.toml|FILE.mcap")
 @reporting
 def check(scene: Path, as_json: bool, people: People) -> int:
     """Say everything that is wrong with SCENE.toml: keys, bodies, meshes, pairs, effects. Exits with 1 on any fault.
 
-    Whether it fits a recording says: replay doctor session.mcap --scene SCENE.toml
+    Of a scene without a fault, and of the one that FILE.mcap carries, say what it calls for: effects, pairs, detectors,
+    topics, each with why. Whether it fits a recording says: replay doctor session.mcap --scene SCENE.toml
 
     \b
     replay scene check bench.toml
     """
     del people
-    from replay.effects.effect_plan import plan_faults
+    from replay.effects.effect_plan import plan
+    from replay.effects.effect_summary import plan_summary
     from replay.outputs.words import counted
+
+    declared, faults = _checked(scene)
+    if faults:
+        answer(as_json, {"file": str(scene), "faults": faults}, lambda: faults)
+        return FAILURE
+    effects = counted(len(declared.effects or ()), "effect")
+    fine = f"{scene.name}: no fault in {counted(len(declared.bodies), 'body', 'bodies')} and {effects}"
+    planned = plan_summary(plan(declared, scene.name))
+    plain = {"file": str(scene), "faults": [], "scene": declared.name, **planned}
+    answer(as_json, plain, lambda: [fine, *plan_lines(declared.name, planned)])
+    return OK
+
+
+def _checked(file: Path) -> tuple[Scene, list[str]]:
+    """The scene of a file, or the one that a session carries, and its faults; a session with any is refused."""
+    from replay.effects.effect_plan import plan_faults
     from sessions.errors import SceneError
     from sessions.input_files import read_text
     from sessions.scene_files.scene_meshes import checked_scene
 
-    text = read_text(scene, "scene", SceneError)
-    declared, _, faults = checked_scene(text, scene.name, plan_faults, scene.parent)
-    effects = counted(len(declared.effects or ()), "effect")
-    fine = f"{scene.name}: no fault in {counted(len(declared.bodies), 'body', 'bodies')} and {effects}"
-    answer(as_json, {"file": str(scene), "faults": faults}, lambda: faults or [fine])
-    return FAILURE if faults else OK
+    if file.suffix.lower() == ".mcap":
+        from sessions import read_session
+
+        declared = read_session(file).scene
+        return declared, [*plan_faults(declared, file.name)]
+    declared, _, faults = checked_scene(read_text(file, "scene", SceneError), file.name, plan_faults, file.parent)
+    return declared, [*faults]
+
+
+BRANCHES = (
+    ("effects", "effects, in running order", "no effect is declared"),
+    ("pairs", "pairs", "no collision query is made"),
+    ("detectors", "detectors", "none is needed"),
+    ("bodies", "bodies", "no effect names one"),
+    ("topics", "topics read", "none for effects"),
+)
+"""Key of a plan's summary, its title, and what is said where it is empty."""
+LEFT = (("not_run", "not run"), ("not_built", "declared, not computed by this version"))
+ALL_PAIRS = "all with relative motion, because the scene declares neither effects nor pairs"
+
+
+def plan_lines(name: str, planned: Mapping[str, Any]) -> Iterator[str]:
+    """A plan's summary: below its heading every item stands with the reason why it is needed."""
+    yield name or "scene"
+    for key, title, none in BRANCHES:
+        items = planned[key]
+        yield f"  {title} ({len(items)})" if items else f"  {title}: {ALL_PAIRS if items is None else none}"
+        yield from (f"    {item}: because {_reason(why)}" for item, why in (items or {}).items())
+    yield from (f"  {title}: {', '.join(planned[key])}" for key, title in LEFT if planned[key])
+
+
+def _reason(why: list[str]) -> str:
+    """``contact needs it, and grasp``: sentences as they are, kinds as those that need the item."""
+    kinds, said = [one for one in why if " " not in one], [one for one in why if " " in one]
+    if kinds:
+        said.append(f"{' and '.join(kinds)} {'needs' if len(kinds) == 1 else 'need'} it")
+    return ", ".join(said)

@@ -5,9 +5,8 @@ from typing import Any
 
 import click
 
-from replay.cli.console import GATE_FAILED, OK, People, answer
-from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, reporting
-from replay.cli.study_runs import collect_runs, demo_class, require_extra
+from replay.cli.console import GATE_FAILED, OK, People, answer, print_name
+from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, common, force, reporting
 
 
 @click.group()
@@ -18,8 +17,36 @@ def command() -> None:
     """
 
 
-for _name, _verb in {"collect": collect_runs, "demo": demo_class}.items():
-    command.add_command(_verb, _name)
+def require_extra() -> None:
+    """Raise ``StudyError`` with what to install where the extra `study` is not."""
+    from replay.errors import StudyError
+
+    try:
+        import statsmodels  # noqa: F401
+        import yaml  # noqa: F401
+    except ImportError as error:
+        raise StudyError(f'{error.name} is not installed; pip install -e ".[study]"') from error
+
+
+@command.command()
+@click.argument("runs", type=RUN_FOLDER, nargs=-1, required=True)
+@click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.parquet", help="Table to write.")
+@click.option("--students", type=SESSION_FILE, metavar="FILE.csv", help="session,student for those without pseudonym.")
+@force
+@common
+def collect(runs: tuple[Path, ...], out: Path, students: Path | None, force: bool, people: People) -> int:
+    """Join the metrics of run folders, or of folders of them, into one table.
+
+    \b
+    replay study collect class/runs --out class/metrics.parquet
+    """
+    from replay.studies.class_study import collecting
+
+    table = collecting.collect(runs, students)
+    collecting.write_table(table, out, force=force)
+    people.say(f"{len(table)} rows of {len(set(table['student'].to_pylist()))} students")
+    print_name(out)
+    return OK
 
 
 @command.command()

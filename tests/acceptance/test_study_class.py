@@ -35,7 +35,7 @@ def made(tmp_path_factory):
     """The class, and the seconds that the one command took."""
     out = tmp_path_factory.mktemp("study") / "class"
     begun = time.monotonic()
-    assert main(["study", "demo", "--out", str(out), "--students", str(STUDENTS), "--jobs", "2", "-q"]) == 0
+    assert main(["demo", "--class", str(STUDENTS), "--out", str(out), "--jobs", "2", "-q"]) == 0
     return out, time.monotonic() - begun
 
 

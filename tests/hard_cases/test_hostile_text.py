@@ -186,7 +186,6 @@ CALLS = {
     "info of a torn file": lambda f, d: ("info", f["torn"]),
     "doctor": lambda f, d: ("doctor", "-v", f["mcap"], f["torn"]),
     "recover": lambda f, d: ("recover", f["torn"], d / "saved\x1b[2J"),
-    "plan": lambda f, d: ("plan", "-v", f["toml"]),
     "minimise": lambda f, d: ("minimise", "-v", f["mcap"], "-o", d / "less\x1b[2J.mcap"),
     "scene new": lambda f, d: ("scene", "new", f["mcap"], "-o", d / "s\x1b[2J.toml"),
     "scene check": lambda f, d: ("scene", "check", f["toml"]),
@@ -217,7 +216,7 @@ CALLS = {
 """In this order: a later verb reads what an earlier one wrote."""
 
 WORKS = {
-    "info", "doctor", "plan", "import", "run", "run again", "diff", "shrink", "tradeoff", "advise",
+    "info", "doctor", "import", "run", "run again", "diff", "shrink", "tradeoff", "advise",
     "runs", "study page", "scene new", "scene check", "share", "minimise",
 }  # fmt: skip
 

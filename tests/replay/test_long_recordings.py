@@ -93,7 +93,7 @@ def every_verb(folder, *, frames, tried):
     asked = ["--detectors", FAST, "--oracle", "continuous", "--quiet"]
     window = ["--start", "1", "--end", "10"]
     lines = [
-        ["info", file], ["doctor", file], ["plan", file], ["recover", file, folder / "again.mcap"],
+        ["info", file], ["doctor", file], ["scene", "check", file], ["recover", file, folder / "again.mcap"],
         ["run", file, "--out", run, *asked], ["run", file, "--out", folder / "short", *window, *asked],
         ["run", file, "--out", runs / "one", *asked],
         ["run", file, "--out", runs / "two", "--no-picture", *window, *asked],

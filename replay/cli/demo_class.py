@@ -1,0 +1,34 @@
+"""``replay demo --class``: a made-up class, the whole way from its recordings to its page."""
+
+from pathlib import Path
+from typing import Final
+
+from replay.cli.console import DATA_LOSS, OK, People, counting
+
+STUDENTS: Final = 52
+"""As many as in the paper's study."""
+
+SLOW: Final = "22.5Hz=discrete[rate_hz=22.5]"
+"""The detector whose misses the class is analysed with besides the oracle."""
+
+
+def demo_class(out: Path, students: int, *, seed: int, jobs: int, people: People) -> int:
+    """Make up a class, replay its sessions, analyse it, all in one folder; killed, it goes on where it stopped."""
+    from replay.cli.study import analyse_files, require_extra
+    from replay.studies.class_study.collecting import collect, write_table
+    from replay.studies.class_study.synthetic_class import ANSWERS, CODEBOOK, SESSIONS, make_class
+
+    require_extra()
+    people.say(f"making up {students} students and recording their sessions ...")
+    failed = make_class(out, students=students, seed=seed, jobs=jobs, on_done=counting(people, students))
+    files = sorted((out / SESSIONS).glob("*.mcap"))
+    people.say(f"replaying {len(files)} sessions ...")
+    from replay.api.batch import run_batch
+
+    settings = {"detectors": SLOW, "oracle": None, "seed": 0, "picture": False}
+    batch = run_batch(files, out / "runs", jobs=jobs, settings=settings, on_done=counting(people, len(files)))
+    write_table(collect([out / "runs"]), out / "metrics.parquet", force=True)
+    inputs = {"questionnaire": out / ANSWERS, "codebook": out / CODEBOOK}
+    title, study = "A class that was made up", out / "study"
+    analyse_files(inputs, people, runs=out / "runs", out=study, title=title, seed=seed, force=True)
+    return DATA_LOSS if failed or batch.failed else OK
