@@ -20,6 +20,8 @@ from cdcore.protocol import Motion, Verdict
 
 STEP_ULPS: Final = 64.0
 """In eps of a body's size and distance: placing a point rounds by less than 8, twice."""
+MARGIN_SHARE: Final = 1.0 - 1e-6
+"""Share of a margin that steps may use up: taking one off rounds by 1e-16 of it, and 1e9 frames may follow."""
 FIRST_REACH, LEAST_REACH, MOST_REACH = 4.0, 1.5, 16.0
 """How many steps ahead a pair is asked about: more while that succeeds, fewer where its surfaces are too near.
 
@@ -34,11 +36,11 @@ apart by the margin."""
 @kernel
 def note_moves(
     rotation: FloatArray, translation: FloatArray, valid: BoolArray, centres: FloatArray, radii: FloatArray,
-    before: FloatArray, steps: FloatArray, paths: FloatArray,
+    before: FloatArray, steps: FloatArray,
 ) -> None:  # fmt: skip
     """Fill ``steps`` (N,): how far any point of a body may have moved since its last pose, ``before`` (N, 12).
 
-    0 only of a pose that is bit for bit the last one. ``paths`` (N,) adds them up, and errs upwards.
+    0 only of a pose that is bit for bit the last one; infinity of the first.
     """
     for body in range(len(steps)):
         steps[body] = 0.0
@@ -56,35 +58,34 @@ def note_moves(
             size += abs(translation[0, body, i]) + abs(centres[body, i])
         if changed:
             step = (np.sqrt(turned) * radii[body] + np.sqrt(moved)) * (1.0 + 1e-9) + STEP_ULPS * EPS * size
-            # Before the first pose there is nothing that could stay; the growth covers the rounding of the sum.
             steps[body] = step if step == step else np.inf
-            paths[body] = paths[body] * (1.0 + 2.0 * EPS) + (step if step == step else 0.0)
 
 
 @kernel
 def look_at_volumes(
     rotation: FloatArray, translation: FloatArray, valid: BoolArray, centres: FloatArray, radii: FloatArray,
     box_centres: FloatArray, axes: FloatArray, halves: FloatArray, sizes: FloatArray, first: IntArray, second: IntArray,
-    before: FloatArray, steps: FloatArray, paths: FloatArray, until: FloatArray, spheres: ByteArray, near: IntArray,
+    before: FloatArray, steps: FloatArray, margins: FloatArray, spheres: ByteArray, near: IntArray,
     verdict: ByteArray,
 ) -> int:  # fmt: skip
     """Write to ``verdict`` (P,) what volumes decide about one frame; returns how many pairs are left, in ``near`` (P,).
 
-    A pair keeps its verdict if neither body moved, or if both paths together are below ``until`` (P,): as long as no
-    point moves by the distance of two surfaces, they neither meet nor pass through each other. ``spheres`` (1, P) is
-    scratch.
+    A pair keeps its verdict if neither body moved, or as long as its steps leave anything of ``margins`` (P,): until
+    points have moved by the distance of two surfaces, they neither meet nor pass through each other. What is left
+    shrinks from frame to frame, since a sum of all steps would lose small ones after a long way. ``spheres`` (1, P)
+    is scratch.
     """
     bodies, count = len(radii), 0
     world, path, size = np.empty((bodies, 1, 3)), np.empty((bodies, 1)), np.empty((bodies, 1))
-    note_moves(rotation, translation, valid, centres, radii, before, steps, paths)
+    note_moves(rotation, translation, valid, centres, radii, before, steps)
     place_centres(rotation, translation, valid, centres, radii, world, path, size)
     sphere_verdicts(first, second, valid, radii, world, path, size, PAD_ULPS * EPS, False, spheres)
     for p in range(len(first)):
+        step = steps[first[p]] + steps[second[p]]
+        margins[p] -= step
         if spheres[0, p] == NO_POSE:
             verdict[p] = NO_POSE
-        elif verdict[p] == NO_POSE or (
-            steps[first[p]] + steps[second[p]] > 0.0 and not paths[first[p]] + paths[second[p]] < until[p]
-        ):
+        elif verdict[p] == NO_POSE or (step > 0.0 and not margins[p] > 0.0):
             verdict[p] = CLEAR
             if spheres[0, p] == CANDIDATE:
                 near[count] = p
@@ -115,8 +116,8 @@ class BroadLooks:
         bodies, pairs = len(spheres.radii), len(spheres.first)
         self._volumes = (spheres.centres, spheres.radii, boxes.centres, boxes.axes, boxes.halves, boxes.sizes)
         self._pairs, self._ends = (spheres.first, spheres.second), list(zip(spheres.first, spheres.second, strict=True))
-        self._before, self._steps, self._paths = np.full((bodies, 12), np.nan), np.zeros(bodies), np.zeros(bodies)
-        self._until, self._spheres = np.full(pairs, -np.inf), np.empty((1, pairs), dtype=np.uint8)
+        self._before, self._steps = np.full((bodies, 12), np.nan), np.zeros(bodies)
+        self._margins, self._spheres = np.zeros(pairs), np.empty((1, pairs), dtype=np.uint8)
         self._near = np.empty(pairs, dtype=np.int64)
         self._reach = [FIRST_REACH] * pairs
         self.verdict: ByteArray = np.full(pairs, NO_POSE, dtype=np.uint8)
@@ -125,7 +126,7 @@ class BroadLooks:
         """The pairs that may meet in a motion of one frame, by number; not those that keep their verdict."""
         count = look_at_volumes(
             now.rotations, now.translations, now.valid, *self._volumes, *self._pairs, self._before, self._steps,
-            self._paths, self._until, self._spheres, self._near, self.verdict,
+            self._margins, self._spheres, self._near, self.verdict,
         )  # fmt: skip
         near: list[int] = self._near[:count].tolist()
         return near
@@ -138,9 +139,8 @@ class BroadLooks:
 
     def keep_apart(self, pair: int, margin: float, apart: bool) -> None:
         """Keep the verdict of a pair until its bodies moved by the margin that surfaces are ``apart``, if they are."""
-        a, b = self._ends[pair]
         if apart:
-            self._until[pair] = self._paths[a] + self._paths[b] + margin * (1.0 - 1e-6)
+            self._margins[pair] = margin * MARGIN_SHARE
         self._reach[pair] = (
             min(2.0 * self._reach[pair], MOST_REACH) if apart else max(0.25 * self._reach[pair], LEAST_REACH)
         )

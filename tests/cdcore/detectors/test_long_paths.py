@@ -1,0 +1,76 @@
+"""A path that a body has behind it changes no answer: sums of long paths round by more than a small gap.
+
+Truth needs no search: bodies with faces along the axes meet if and only if their placed intervals do.
+"""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from support.shapes import box_mesh
+
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
+from cdcore.protocol import detect_live
+
+NEEDLES = 8
+THIN = 2.0**-12
+"""Metres: a needle's bounding sphere is longer than the needle by 30 nm, so that path lengths are asked to the end."""
+APPROACH = 200
+JUMP, CORRUPT = 900e3, 3e14
+"""Metres: a jump that is not yet taken for a corrupt pose, and one that no room has."""
+
+
+def scene(places, step, handle):
+    """A plate across x at ``places`` (T,), then at rest while needles along x come nearer by some ``step`` a frame.
+
+    ``handle``: a face of the plate beside the needles, so that its bounding box holds them before anything meets.
+    Returns bodies, pairs, motion and whether each pair meets, (T, P).
+    """
+    rng, frames, wide = np.random.default_rng(0), len(places) + APPROACH, float(NEEDLES)
+    corners = [
+        (0, -wide, -1),
+        (0, wide, -1),
+        (0, wide, 1),
+        (0, -wide, 1),
+        (1.5, -wide, -1),
+        (1.5, -wide, 1),
+        (1.5, 0.1 - wide, 1),
+    ]
+    plate = TriangleMesh(np.array(corners), np.array([(0, 1, 2), (0, 2, 3), (4, 5, 6)][: 3 if handle else 2]))
+    bodies = [Body("plate", plate), *(Body(f"needle {k}", box_mesh((1.0, THIN, THIN))) for k in range(NEEDLES))]
+    translations = np.zeros((frames, 1 + NEEDLES, 3))
+    translations[: len(places), 0, 0] = places
+    start = 0.5 + step * APPROACH * rng.uniform(0.3, 0.7, NEEDLES)
+    way = start - np.cumsum(step * rng.uniform(0.5, 1.5, (APPROACH, NEEDLES)), axis=0)
+    translations[: len(places), 1:, 0] = way[0] + rng.uniform(0.0, 1.0, NEEDLES)
+    translations[len(places) :, 1:, 0] = way
+    translations[:, 1:, 1] = 2.0 * (np.arange(NEEDLES) - NEEDLES / 2) + 0.3
+    motion = Motion(np.arange(frames) / 90.0, translations, np.tile(np.eye(3), (frames, 1 + NEEDLES, 1, 1)))
+    x, plate_x = translations[:, 1:, 0], translations[:, :1, 0]
+    pairs = np.stack([np.zeros(NEEDLES, dtype=np.int64), 1 + np.arange(NEEDLES)], axis=1)
+    return bodies, pairs, motion, (x - 0.5 <= plate_x) & (plate_x <= x + 0.5)
+
+
+@cache
+def jumps_then_rest():
+    jumps = np.where(np.arange(20000) % 2 == 0, JUMP, 0.0) * np.random.default_rng(1).uniform(0.9, 1.0, 20000)
+    return scene(jumps, 3e-8, handle=False)
+
+
+@cache
+def corrupt_pose_then_rest():
+    return scene(np.array([0.0, CORRUPT]), 3e-3, handle=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "recording"),
+    [("exact", jumps_then_rest)]
+    + [(name, corrupt_pose_then_rest) for name in ("exact", "aabb", "obb", "rapid-style", "solid-style", "hybrid")],
+)
+def test_a_contact_after_a_long_path_begins_in_its_frame_however_it_is_asked(name, recording):
+    bodies, pairs, motion, meets = recording()
+    detector, last = create_detector(name, bodies, pairs=pairs), motion.frames(len(motion) - 1, len(motion))
+    assert 0.2 < meets[-APPROACH:].mean() < 0.8
+    for answer in (detector.detect(motion), join(detector.stream(motion.blocks(997))), detect_live(detector, motion)):
+        np.testing.assert_array_equal(answer.verdict == Verdict.CONTACT, meets)
+    np.testing.assert_array_equal(detector.detect(last).verdict == Verdict.CONTACT, meets[-1:])
