@@ -1,6 +1,5 @@
 """All runs below a folder as one data set: a table each of contacts, misses, false contacts, events and metrics."""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
@@ -12,12 +11,16 @@ from replay.metrics.row import METRICS as METRIC_COLUMNS
 from replay.outputs.results.fault_tables import FALSE_COLUMNS, FALSE_MEASURES, MISS_COLUMNS, MISS_MEASURES
 from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, read_table
 from replay.outputs.results.parquet_tables import EPISODE_COLUMNS, EVENT_COLUMNS, HEADS
+from replay.outputs.results.reading import checked_table, read_json
 from replay.outputs.results.run_folder import EPISODES, EVENTS, FALSE_CONTACTS, METRICS, MISSES, SUMMARY
 
 RUN: Final[dict[str, type]] = {"run": str}
 
 SAID: Final = ("oracle", "vr_type")
 """Columns of metrics from the summary of a run, which has them at any age."""
+
+ADDED: Final = ("run", *SAID)
+"""Columns that reading adds; a file that has one of them was written by nobody's run."""
 
 DATA_SET: Final[dict[str, tuple[str, Mapping[str, type]]]] = {
     "episodes": (EPISODES, RUN | HEADS | EPISODE_COLUMNS | KEYS),
@@ -56,7 +59,7 @@ def _joined(top: Path, runs: list[Path], name: str, kinds: Mapping[str, type]) -
     parts = [pa.schema([(column, TYPES[kind]) for column, kind in kinds.items()]).empty_table()]
     for run in runs:
         if (run / name).is_file():
-            table, columns = _plain(run / name), {"run": run.relative_to(top).as_posix()}
+            table, columns = _plain(run / name, kinds), {"run": run.relative_to(top).as_posix()}
             columns |= _said(run) if name == METRICS else {}
             for column, value in columns.items():
                 table = table.append_column(column, pa.array([value] * len(table), TYPES[str]))
@@ -70,17 +73,21 @@ def _joined(top: Path, runs: list[Path], name: str, kinds: Mapping[str, type]) -
 def _said(run: Path) -> dict[str, Any]:
     """The detector that is trusted in a run, and how its session was seen."""
     try:
-        summary = json.loads((run / SUMMARY).read_text(encoding="utf-8"))
-        return dict(zip(SAID, (summary.get("oracle"), summary["session"]["facts"].get("vr_type")), strict=True))
+        summary = read_json(run / SUMMARY)
+        words = summary.get("oracle"), summary["session"]["facts"].get("vr_type")
+        if not all(isinstance(word, str | None) for word in words):
+            raise TypeError("oracle or vr_type is no text")
+        return dict(zip(SAID, words, strict=True))
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise RunFolderError(f"{run / SUMMARY} cannot be read ({error!r}); run its session again") from error
 
 
-def _plain(file: Path) -> pa.Table:
+def _plain(file: Path, kinds: Mapping[str, type]) -> pa.Table:
     """A table with words in place of numbers of words, which differ from file to file."""
     table = read_table(file)
-    schema = (table.schema.metadata or {}).get(b"schema", b"").decode()
-    if schema and int(schema.rpartition("/")[2]) > int(SCHEMA.rpartition("/")[2]):
+    schema = (table.schema.metadata or {}).get(b"schema", b"").decode(errors="replace")
+    version = schema.rpartition("/")[2] or "0"
+    if not version.isdecimal() or int(version[:9]) > int(SCHEMA.rpartition("/")[2]):
         raise RunFolderError(f"{file} has schema {schema!r}, this version reads up to {SCHEMA!r}; update it")
-    types = [one.type.value_type if pa.types.is_dictionary(one.type) else one.type for one in table.schema]
-    return table.cast(pa.schema(list(zip(table.column_names, types, strict=True))))
+    needed = frozenset(("detector", "session") if file.name == METRICS else ())
+    return checked_table(file, table.drop_columns([one for one in ADDED if one in table.column_names]), kinds, needed)

@@ -29,15 +29,33 @@ def table_of(rows: Sequence[Mapping[str, Any]], kinds: Mapping[str, type]) -> pa
     return pa.table(columns_of([[row[name] for name in kinds] for row in rows], kinds))
 
 
+DENSEST: Final = 1000
+"""Rows, and bytes of content, that a byte of a file can stand for; a file of a kilobyte can claim any number."""
+
+
 def read_table(path: Path, columns: Sequence[str] | None = None) -> pa.Table:
     """A table of a run as it was written, or some of its columns; ``RunFolderError``: it cannot be read."""
+    if not path.is_file():
+        raise RunFolderError(f"{path} is no file; run its session again")
     try:
         # Read by this thread alone: one of Arrow's that lets go of a file while the interpreter ends aborts it, one
         # program in sixty (2026-11-22). `pq.read_table` would make columns of folders named like `student=S01` too.
         with path.open("rb") as file, pq.ParquetFile(file, pre_buffer=False) as table:
-            return table.read(columns=columns, use_threads=False)
+            _require_dense(table.metadata, file.seek(0, 2), path)
+            found = table.read(columns=columns, use_threads=False)
+            found.validate(full=True)
+            return found
     except UNREADABLE as error:
         raise RunFolderError(f"{path} cannot be read as a table ({error}); run its session again") from error
+
+
+def _require_dense(about: pq.FileMetaData, size: int, path: Path) -> None:
+    """Refuse a table that is larger than a file of ``size`` bytes can be."""
+    groups = [about.row_group(k) for k in range(about.num_row_groups)]
+    content = sum(group.total_byte_size for group in groups)
+    rows = sum(group.num_rows for group in groups)
+    if rows != about.num_rows or max(rows, content) > DENSEST * size:
+        raise RunFolderError(f"{path} claims {about.num_rows:,} rows that it does not hold; run its session again")
 
 
 def read_rows(path: Path) -> list[dict[str, Any]]:

@@ -12,12 +12,14 @@ import pyarrow.parquet as pq
 
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
+from replay.metrics.row import METRICS as METRIC_COLUMNS
 from replay.outputs.report.page import write_report
 from replay.outputs.report.tradeoff import JSON as TRADEOFF_JSON
 from replay.outputs.report.tradeoff import PICTURES
 from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
 from replay.outputs.results import fault_tables, parquet_tables
-from replay.outputs.results.parquet import read_rows, with_keys
+from replay.outputs.results.parquet import KEYS, read_table, with_keys
+from replay.outputs.results.reading import checked_contacts, checked_summary, checked_table, read_json
 from replay.outputs.results.seal import PROOF, SEAL, write_seal
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds
@@ -44,6 +46,21 @@ TABLES: Final = {
 }  # fmt: skip
 """File -> what makes its table; that of the series only where there are effects, of times where there are any."""
 
+SPAN: Final = frozenset((*parquet_tables.HEADS, "first", "last", "start", "end"))
+
+CONTACTS: Final[dict[str, tuple[dict[str, type], frozenset[str]]]] = {
+    EPISODES: (parquet_tables.EPISODE_COLUMNS, SPAN | {"frames"}),
+    MISSES: (fault_tables.MISS_COLUMNS | fault_tables.MISS_MEASURES, SPAN | {"kind", "cause", "deepest"}),
+    FALSE_CONTACTS: (fault_tables.FALSE_COLUMNS | fault_tables.FALSE_MEASURES, SPAN | {"kind", "cause"}),
+}
+"""File -> columns of its own with their types, and the columns that no row may lack."""
+
+READ_TABLES: Final = {
+    **{name: (parquet_tables.HEADS | own | KEYS, needed) for name, (own, needed) in CONTACTS.items()},
+    METRICS: (METRIC_COLUMNS | KEYS, frozenset(("session", "settings", "detector"))),
+}
+"""The tables that are read again as rows."""
+
 Picture = Callable[[RunResult, Path], None]
 
 
@@ -61,14 +78,19 @@ class FolderKind:
         if not any(folder.iterdir()):
             return ()
         try:
-            mark = json.loads((folder / self.mark).read_text(encoding="utf-8"))
-            family, names = self.schema.rpartition("/")[0], mark.get("files", self.known)
-            right = str(mark["schema"]).rpartition("/")[0] == family and all(Path(name).name == name for name in names)
+            mark = read_json(folder / self.mark)
+            family, names = self.schema.rpartition("/")[0], list(mark.get("files", self.known))
+            right = str(mark["schema"]).rpartition("/")[0] == family and all(is_plain_name(name) for name in names)
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             right = False
-        if not right:
+        if not right or any((folder / name).is_dir() for name in names):
             raise OutputError(f"{folder} is not a {self.what} folder and is not replaced; name another folder")
         return (*(name for name in names if name != self.mark), self.mark)
+
+
+def is_plain_name(name: Any) -> bool:
+    """Whether this is the name of a file in a folder, and leads nowhere else."""
+    return isinstance(name, str) and Path(name).name == name and name not in ("", ".", "..") and "\0" not in name
 
 
 RUN: Final = FolderKind(
@@ -186,21 +208,29 @@ class RunFolder:
             raise RunFolderError(f"{recording} is not the recording that {self.path} replayed; its contents differ")
 
     def rows(self, name: str) -> list[dict[str, Any]]:
-        """The rows of one of its tables, by the name of the file."""
-        return read_rows(self.path / name)
+        """The rows of one of ``READ_TABLES``, by the name of the file; ``RunFolderError``: no run writes such rows."""
+        path, (kinds, needed) = self.path / name, READ_TABLES[name]
+        table = read_table(path)
+        if len(table) > path.stat().st_size:
+            raise RunFolderError(f"{path} claims {len(table):,} rows that it does not hold; run its session again")
+        table = checked_table(path, table, kinds, needed)
+        return (checked_contacts(path, table, self.summary) if name in CONTACTS else table).to_pylist()
 
 
 def read_run_folder(path: Path) -> RunFolder:
-    """Open a run folder; ``RunFolderError`` where it holds no summary, or one of another schema."""
+    """Open a run folder; ``RunFolderError`` where it holds no summary, one of another schema, or one that is damaged.
+
+    Anybody may have sent it: every value that is known has the type that a run writes.
+    """
     try:
-        summary = json.loads((path / SUMMARY).read_text(encoding="utf-8"))
+        summary = read_json(path / SUMMARY)
     except (OSError, ValueError) as error:
         why = f"it has no readable {SUMMARY}; make one with `replay run`"
         raise RunFolderError(f"{path} is not a run folder: {why}") from error
     schema = summary.get("schema") if isinstance(summary, dict) else None
     if schema != SCHEMA:
         raise RunFolderError(f"{path / SUMMARY} has schema {schema!r}, this version reads {SCHEMA!r}; run again")
-    return RunFolder(path, summary)
+    return RunFolder(path, checked_summary(path / SUMMARY, summary))
 
 
 def _write_frames(result: RunResult, path: Path) -> None:

@@ -8,7 +8,9 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from replay.errors import OutputError, RunFolderError, StudyError
-from replay.outputs.results.parquet import read_table
+from replay.metrics.row import METRICS as METRIC_COLUMNS
+from replay.outputs.results.parquet import UNREADABLE, read_table
+from replay.outputs.results.reading import checked_table
 from replay.outputs.results.run_folder import METRICS
 from replay.studies.class_study.joining import check_pseudonyms, read_rows
 from replay.studies.class_study.refusals import StudyRefusedError
@@ -28,7 +30,12 @@ def collect(runs: Sequence[Path], students: Path | None = None) -> pa.Table:
     files = [file for run in runs for file in metric_files(run)]
     if not files:
         raise RunFolderError("no runs to collect; make them with `replay run`")
-    table = pa.concat_tables([read_table(file) for file in files], promote_options="default")
+    needed = frozenset((*KEY, "student"))
+    parts = [checked_table(file, read_table(file), METRIC_COLUMNS, needed) for file in files]
+    try:
+        table = pa.concat_tables(parts, promote_options="default")
+    except UNREADABLE as error:
+        raise RunFolderError(f"the metrics are not of one kind ({error}); run the sessions again") from error
     if students is not None:
         named = read_students(students)
         own = zip(table["session"].to_pylist(), table["student"].to_pylist(), strict=True)

@@ -1,0 +1,96 @@
+"""A run folder may come from anybody: every verb that reads one answers a changed one, or refuses it in a sentence."""
+
+import random
+import shutil
+import sys
+
+import pytest
+from support.folder_mutants import mutant
+from support.peak_memory import peak_bytes
+from support.small_worlds import cubes
+
+import replay
+from replay.cli.main import main
+from replay.outputs.rerun_log import web_viewer
+from sessions import write_session
+
+PLACES = {"a": [0] * 24, "b": [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7], "c": [9] * 24}
+DETECTORS = "slow=discrete[rate_hz=20],late=discrete[rate_hz=12],hull=collider"
+GROWTH = 150 << 20
+
+
+class Window:
+    """Stands in for the viewer's window."""
+
+    def __init__(self, run, miss, **more):
+        self.process = self
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        pass
+
+    def wait(self):
+        pass
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    at = tmp_path_factory.mktemp("good")
+    write_session(cubes(PLACES, facts={"consent": "share", "pseudonym": "S01"}), at / "s.mcap")
+    return replay.run(at / "s.mcap", detectors=DETECTORS, out=at / "run").out
+
+
+@pytest.fixture
+def no_window(tmp_path, monkeypatch):
+    (tmp_path / "sent_along.py").touch()  # some mutants name it as a detector
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(web_viewer, "web_viewer", lambda: {web_viewer.SCRIPT: b"", web_viewer.PROGRAM: b""})
+    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Window)
+
+
+def ask(good, at, number, capsys):
+    """What went wrong with a mutant that must not: lines, best none."""
+    folder = at / "class" / "run"
+    what = mutant(good, folder, number)
+    session = ["--session", str(good.parent / "s.mcap")]
+    kind, label = random.Random(number).choice([("--miss", "slow"), ("--false", "hull")])
+    faults = []
+    pictured = ["--out", at / "diff"] if number % 5 == 0 else []
+    for words in (
+        ["diff", good, folder],
+        ["diff", folder, good, "--different-sessions", *pictured],
+        ["shrink", folder, kind, "1", "--detector", label, "-o", at / "case", *session],
+        ["share", folder, "-o", at / "sent", "--anyway"],
+        ["view", folder, "--miss", "1"],
+        ["study", "collect", folder, "-o", at / "metrics.parquet"],
+        ["study", "page", at / "class", "-o", at / "page"],
+    ):
+        code = main([str(word) for word in words])
+        said = capsys.readouterr()
+        if "should not have happened" in said.err or code not in (0, 1, 2):
+            faults.append(f"{number} ({what}): {words[0]} {words[1]} ends with {code}: {said.err.strip()}")
+    shutil.rmtree(at)
+    at.mkdir()
+    return faults
+
+
+def asked(good, at, numbers, capsys):
+    at.mkdir()
+    first, *others = numbers
+    faults, held = ask(good, at, first, capsys), peak_bytes()
+    for number in others:
+        faults += ask(good, at, number, capsys)
+    return faults, peak_bytes() - held
+
+
+def test_a_changed_run_folder_is_answered_or_refused_in_a_sentence(good, no_window, tmp_path, capsys):
+    faults, growth = asked(good, tmp_path / "at", range(12), capsys)
+    assert faults == [] and "sent_along" not in sys.modules and growth < GROWTH
+
+
+@pytest.mark.slow
+def test_two_thousand_changed_run_folders_are(good, no_window, tmp_path, capsys):
+    faults, growth = asked(good, tmp_path / "at", range(12, 2012), capsys)
+    assert faults == [] and "sent_along" not in sys.modules and growth < GROWTH
