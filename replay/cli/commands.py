@@ -30,7 +30,6 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "mesh": CommandSpec("Check", "Mend a mesh, and say what that changes in a recording.", "mesh"),
     "run": CommandSpec("Replay", "Replay sessions through detectors; what each missed, why; gates.", "run"),
     "tradeoff": CommandSpec("Audit", "Measure what accuracy costs in time, and which setting to take.", "tradeoff"),
-    "advise": CommandSpec("Audit", "Say which knob of an engine mends what is missed, and its price.", "advise"),
     "diff": CommandSpec("Audit", "Say which contacts two runs disagree about, and why.", "diff"),
     "shrink": CommandSpec("Audit", "Cut a wrong answer down to a small test.", "shrink"),
     "verify": CommandSpec("Audit", "Check the proof of a run: each verdict, the tables, the hashes.", "verify"),

@@ -22,11 +22,12 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying
     help="Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out.",
 )  # fmt: skip
 @click.option("--steps", is_flag=True, help="Only the steps of trust, from balls to every moment; what each adds.")
+@click.option("--engine", metavar="NAME", help="Instead, what one can turn in unity, unreal or mujoco, in its words.")
 @click.option("--growth", is_flag=True, help="Then grow the session: bodies, faces, rate. As much time again.")
 @replaying
 def command(
     session: Path, scene: Path | None, out: Path | None, force: bool, repeats: int, time_limit: float, steps: bool,
-    growth: bool, cite: bool, no_picture: bool, as_json: bool, people: People, **asked: Any,
+    growth: bool, engine: str | None, cite: bool, no_picture: bool, as_json: bool, people: People, **asked: Any,
 ) -> int:  # fmt: skip
     """Run every detector with every setting of a fixed list over SESSION, or --detectors: misses against time, advice.
 
@@ -36,7 +37,15 @@ def command(
     replay tradeoff session.mcap --out costs
     replay tradeoff session.mcap --time-limit 60 --format json
     replay tradeoff session.mcap --detectors exact,hybrid,discrete[rate_hz=22.5]
+    replay tradeoff session.mcap --engine unity
     """
+    if engine is not None:
+        if steps or growth or asked.pop("detectors"):
+            raise click.UsageError("--engine has settings of its own; leave out --detectors, --steps and --growth")
+        from replay.cli.engine_advice import advise_engine
+
+        how: dict[str, Any] = {"no_picture": no_picture, "cite": cite, "as_json": as_json}
+        return advise_engine(session, engine, people, scene=scene, out=out, force=force, **how, **asked)
     from replay.api.runner import write
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import terminal

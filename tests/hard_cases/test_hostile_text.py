@@ -201,7 +201,7 @@ CALLS = {
     "verify": lambda f, d: ("verify", d / "run\x1b[2J"),
     "mesh": lambda f, d: ("mesh", "repair", f["obj"], "-o", d / "m\x1b[2J.glb"),
     "tradeoff": lambda f, d: ("tradeoff", f["mcap"], "--time-limit", "0.2", "-o", d / "t\x1b[2J", *LOOK),
-    "advise": lambda f, d: ("advise", f["mcap"], "--engine", "mujoco", "--no-picture"),
+    "engine": lambda f, d: ("tradeoff", f["mcap"], "--engine", "mujoco", "--no-picture"),
     "runs": lambda f, d: ("run", f["mcap"], d / "less\x1b[2J.mcap", "-o", d / "class\x1b[2J", "--no-picture"),
     "study collect": lambda f, d: ("study", "collect", d / "class\x1b[2J", "-o", d / "m\x1b[2J.parquet"),
     "study page": lambda f, d: ("study", "page", d / "class\x1b[2J", "-o", d / "page\x1b[2J"),
@@ -216,7 +216,7 @@ CALLS = {
 """In this order: a later verb reads what an earlier one wrote."""
 
 WORKS = {
-    "info", "doctor", "import", "run", "run again", "diff", "shrink", "tradeoff", "advise",
+    "info", "doctor", "import", "run", "run again", "diff", "shrink", "tradeoff", "engine",
     "runs", "study page", "scene new", "scene check", "share", "minimise",
 }  # fmt: skip
 

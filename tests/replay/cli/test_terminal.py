@@ -55,7 +55,7 @@ VERBS = {
     "diff": ["diff", "{t}/a", "{t}/b"],
     "info": ["info", "{s}"],
     "doctor": ["doctor", "-v", "{s}"],
-    "advise": ["advise", "{s}", "--engine", "unity"],
+    "engine": ["tradeoff", "{s}", "--engine", "unity"],
     "tradeoff": ["tradeoff", "{s}", "--detectors", "exact,discrete[rate_hz=20]", "--repeats", "1"],
     "stress": ["stress", "--detectors", "exact,sphere", "--family", "1-2", "--pairs", "10"],
     "study": ["study", "check"],

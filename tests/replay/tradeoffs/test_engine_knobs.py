@@ -27,8 +27,6 @@ def test_every_row_turns_knobs_of_the_first_and_can_be_audited(name, choice):
 def test_a_step_a_collider_and_an_offset_are_those_of_the_setting():
     for name, choice in CHOICES:
         knobs, settings = {**ENGINES[name].choices[0].knobs, **choice.knobs}, parse_detector(choice.setting).settings
-        if choice.setting == "continuous":
-            continue
         step = knobs.get("Fixed Timestep") or knobs.get("Async Fixed Time Step Size") or knobs["timestep"]
         assert settings["rate_hz"] == (90 if "90" in step else pytest.approx(1 / float(step), rel=2e-3)), choice
         pieces = "16" in " ".join(knobs.values())

@@ -1,35 +1,20 @@
-"""``replay advise``: the knobs of an engine in its own words, what each misses and costs, and what to change."""
+"""``replay tradeoff --engine``: the knobs of an engine in its own words, what each misses, and what to change."""
 
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, oracle, replaying, seed
 
 if TYPE_CHECKING:
     from replay.api.advisor import Advice
     from replay.outputs.tables import Table
 
 
-@click.command()
-@click.argument("session", type=SESSION_FILE, metavar="SESSION")
-@click.option("--engine", required=True, metavar="NAME", help="unity, unreal or mujoco.")
-@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder, a detector a row.")
-@oracle
-@seed
-@replaying
-def command(
-    session: Path, engine: str, no_picture: bool, cite: bool, as_json: bool, people: People, **asked: Any
-) -> int:  # fmt: skip
-    """Audit SESSION with the settings an engine has, in its own words: missed, false, milliseconds, what to change.
-
-    \b
-    replay advise session.mcap --engine unity
-    replay advise session.mcap --engine mujoco --out runs/advice --format json
-    """
+def advise_engine(
+    session: Path, engine: str, people: People, *, no_picture: bool, cite: bool, as_json: bool, **asked: Any
+) -> int:
+    """Print and write what the settings of an engine came to; the exit code of the run behind it."""
     from rich.text import Text
 
     from cdcore.bounding.compound import cache_folder
@@ -39,8 +24,7 @@ def command(
 
     if find_spec("coacd") and not any(cache_folder().glob("pieces-*")):
         people.say("cutting meshes into convex pieces, once per machine: about ten seconds each ...")
-    shown: dict[str, Any] = {"picture": not no_picture, "progress": TerminalProgress(people)}
-    advice = advise(session, engine=engine, **asked, **shown)
+    advice = advise(session, engine=engine, picture=not no_picture, progress=TerminalProgress(people), **asked)
     plain = {
         "engine": advice.engine.name, "source": advice.engine.source, "rows": list(advice.rows),
         "advice": list(advice.sentences),
@@ -55,7 +39,7 @@ def command(
 
 
 def knob_table(advice: "Advice") -> "Table":
-    """A row a choice: the setting that ``audit`` takes, below it what it is in the engine."""
+    """A row a choice: the setting that ``run`` takes, below it what it is in the engine."""
     from replay.outputs.tables import IN_RED, INVENTED, PARTLY, STRONG, Marked, table
     from replay.outputs.tradeoff_table import AT_PHASE
     from replay.pipeline.gates import figure

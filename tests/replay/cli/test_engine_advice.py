@@ -5,7 +5,7 @@ from support.small_worlds import cubes
 
 from cdcore.bounding import compound
 from replay.api import advisor
-from replay.cli import advise as verb
+from replay.cli import engine_advice
 from replay.cli.main import main
 from sessions import write_session
 
@@ -21,7 +21,7 @@ def file(tmp_path, monkeypatch):
 
 def test_table_and_advice_fit_eighty_columns_and_no_setting_is_broken(file, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "80")
-    assert main(["advise", file, "--engine", "unity"]) == 0
+    assert main(["tradeoff", file, "--engine", "unity"]) == 0
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 80
     assert "collider[shape=hull,rate_hz=50,skin_m=0.01]" in out and "Default Contact" in out
@@ -32,7 +32,7 @@ def test_table_and_advice_fit_eighty_columns_and_no_setting_is_broken(file, monk
 
 def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, capsys):
     out = tmp_path / "runs"
-    words = ["advise", file, "--engine", "unreal", "--format", "json", "--out", str(out), "--no-picture"]
+    words = ["tradeoff", file, "--engine", "unreal", "--format", "json", "--out", str(out), "--no-picture"]
     assert main(words) == 0
     told, err = capsys.readouterr()
     told = json.loads(told)
@@ -42,15 +42,20 @@ def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, caps
 
 @pytest.mark.parametrize(("there", "kept", "said"), [(True, False, True), (True, True, False), (False, False, False)])
 def test_the_first_cut_on_a_machine_is_announced(there, kept, said, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(verb, "find_spec", lambda name: there or None)
+    monkeypatch.setattr(engine_advice, "find_spec", lambda name: there or None)
     monkeypatch.setattr(compound, "cache_folder", lambda: tmp_path)
     if kept:
         (tmp_path / "pieces-1.npz").touch()
     write_session(cubes(PLACES), tmp_path / "s.mcap")
-    assert main(["advise", str(tmp_path / "s.mcap"), "--engine", "godot"]) == 1
+    assert main(["tradeoff", str(tmp_path / "s.mcap"), "--engine", "godot"]) == 1
     assert ("cutting meshes into convex pieces, once per machine" in capsys.readouterr().err) == said
 
 
 def test_an_unknown_engine_is_a_sentence(file, capsys):
-    assert main(["advise", file, "--engine", "godot"]) == 1
+    assert main(["tradeoff", file, "--engine", "godot"]) == 1
     assert "no engine 'godot'; there are: unity, unreal, mujoco" in capsys.readouterr().err
+
+
+def test_an_engine_has_settings_of_its_own(file, capsys):
+    assert main(["tradeoff", file, "--engine", "unity", "--detectors", "exact"]) == 2
+    assert "leave out --detectors" in capsys.readouterr().err
