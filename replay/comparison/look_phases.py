@@ -1,13 +1,14 @@
-"""What a detector of a fixed rate misses and invents in the mean over look phases: where its looks fall is chance."""
+"""What a detector of a fixed rate misses and invents over 16 sampling offsets: where its samples fall is chance."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from cdcore import Detection, Verdict
 from cdcore.detectors import DETECTORS, OPTIONAL
+from cdcore.numerics import BoolArray, IntArray
 from cdcore.protocol import detect_live
 from cdcore.protocol.blocks import HeldVerdicts, looks_of
 from replay.base.constants import HELD_FRAMES
@@ -22,53 +23,100 @@ from replay.detection.run_detector import Run, make_detector
 from replay.prepare.assembly import Assembly
 
 Shares = Mapping[str, dict[str, Any]]
-"""``contacts_missed``, ``contacts_in_part`` and ``invented``: counts over all phases, and their shares."""
+"""``contacts_missed``, ``contacts_in_part``, ``missed`` and ``invented``: counts over all offsets, and their shares."""
+
+
+@dataclass(frozen=True, eq=False)
+class OffsetCounts:
+    """What a detector of a fixed rate makes of the oracle's contacts, by where its sampling starts.
+
+    ``missed``, ``in_part``: (offsets, C) contacts never found, and found in part; ``frames_missed``, ``frames_found``:
+    (C,) pair-frames over all offsets; ``invented``: share of the pair-frames that it reports which are no contact.
+    """
+
+    missed: BoolArray
+    in_part: BoolArray
+    frames_missed: IntArray
+    frames_found: IntArray
+    invented: dict[str, Any]
+
+    def only(self, kept: BoolArray) -> "OffsetCounts":
+        """Of the contacts for which ``kept`` (C,) is true; what is invented belongs to none and stays."""
+        return replace(
+            self,
+            missed=self.missed[:, kept],
+            in_part=self.in_part[:, kept],
+            frames_missed=self.frames_missed[kept],
+            frames_found=self.frames_found[kept],
+        )
+
+    def shares(self) -> Shares:
+        """Counts over all offsets, and their shares: means over the offsets, with intervals over contacts."""
+        whole = np.full(self.missed.shape[1], len(self.missed))
+        return {
+            "contacts_missed": share_of_clusters(self.missed.sum(axis=0), whole),
+            "contacts_in_part": share_of_clusters(self.in_part.sum(axis=0), whole),
+            "missed": share_of_clusters(self.frames_missed, self.frames_missed + self.frames_found),
+            "invented": self.invented,
+        }
+
+    def spreads(self) -> dict[str, dict[str, float]]:
+        """Smallest, largest and mean number of contacts missed, and found in part, over the offsets."""
+        return {
+            "contacts_missed": spread(self.missed.sum(axis=1).tolist()),
+            "contacts_in_part": spread(self.in_part.sum(axis=1).tolist()),
+        }
+
+
+def spread(counts: Sequence[int]) -> dict[str, float]:
+    """``smallest``, ``largest`` and ``mean`` of the counts at each sampling offset, of which there is one at least."""
+    return {"smallest": min(counts), "largest": max(counts), "mean": sum(counts) / len(counts)}
 
 
 def over_phases(
     runs: Mapping[str, Run], assembly: Assembly, oracle: Detection, contacts: Sequence[Episode],
     holdings: Sequence[Episode], tolerance: Tolerance, seed: int,
-) -> tuple[dict[str, Shares], dict[str, float]]:  # fmt: skip
-    """The shares over all phases of each run with a rate, and, where it was asked live, seconds a frame without one.
+) -> tuple[dict[str, OffsetCounts], dict[str, float]]:  # fmt: skip
+    """The counts at all offsets of each run with a rate, and, where it was asked live, seconds a frame without one.
 
     Each is asked once more, about every frame, as it was in the run: so both times are alike. A detector that is none
     of our table, and a recording of more than an hour, keep the phase of the run.
     """
-    shares, seconds, frames = dict[str, Shares](), dict[str, float](), len(assembly.motion)
+    counts, seconds, frames = dict[str, OffsetCounts](), dict[str, float](), len(assembly.motion)
     for label, run in runs.items():
         if run.settings.get("rate_hz") and run.spec.name in (*DETECTORS, *OPTIONAL) and frames <= HELD_FRAMES:
             often = replace(run.spec, settings={**run.spec.settings, "rate_hz": None})
             detector = make_detector(often, assembly, seed)
             every = detect_live(detector, assembly.motion) if run.live else detector.detect(assembly.motion)
-            shares[label] = phase_shares(run.settings["rate_hz"], every, oracle, contacts, holdings, tolerance)
+            counts[label] = offset_counts(run.settings["rate_hz"], every, oracle, contacts, holdings, tolerance)
             if run.live:
                 seconds[label] = sum(float(np.sum(stage)) for stage in every.seconds.values()) / frames
-    return shares, seconds
+    return counts, seconds
 
 
-def phase_shares(
+def offset_counts(
     rate_hz: float, every: Detection, oracle: Detection, contacts: Sequence[Episode], holdings: Sequence[Episode],
     tolerance: Tolerance,
-) -> Shares:  # fmt: skip
-    """The shares over all phases of looks at a rate, each of which holds what they see of ``every`` frame.
+) -> OffsetCounts:  # fmt: skip
+    """What samples at a rate find at each offset; each sample holds what it sees of ``every`` frame.
 
     ``contacts`` are the oracle's that count.
     """
     looked = [looks_of(every.times - (k + 0.5) / PHASES / rate_hz, rate_hz)[0] for k in range(PHASES)]
-    lost, part = np.zeros((2, len(contacts)), dtype=np.int64)
+    lost, part = np.zeros((2, PHASES, len(contacts)), dtype=np.bool_)
+    frames = np.zeros((len(contacts), len(Outcome)), dtype=np.int64)
     said, false, known = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
-    for looks in looked:
+    for offset, looks in enumerate(looked):
         believed, _ = HeldVerdicts(len(every.pairs)).hold(every.verdict[looks], looks, every.verdict != Verdict.NO_POSE)
         subject = replace(every, verdict=believed)
         comparison = compare(subject, oracle, within=tolerance.judge(subject, oracle, known), holdings=holdings)
         outcome, counts = comparison.outcome, count_contacts(comparison, contacts).frames
         missed, found = counts[:, Outcome.MISSED] > 0, counts[:, Outcome.BOTH] > 0
-        lost, part = lost + (missed & ~found), part + (missed & found)
+        lost[offset], part[offset] = missed & ~found, missed & found
+        frames += counts
         said += np.isin(outcome, REPORTED)
         false += outcome == Outcome.INVENTED
-    runs, whole = column_runs((said > 0).T), [len(looked)] * len(contacts)
-    sums = [[int(one[a : b + 1, pair].sum(dtype=np.int64)) for pair, a, b in runs.tolist()] for one in (false, said)]
-    return {
-        "contacts_missed": share_of_clusters(lost, whole), "contacts_in_part": share_of_clusters(part, whole),
-        "invented": share_of_clusters(*sums),
-    }  # fmt: skip
+    runs = column_runs((said > 0).T).tolist()
+    sums = [[int(one[a : b + 1, pair].sum(dtype=np.int64)) for pair, a, b in runs] for one in (false, said)]
+    invented = share_of_clusters(*sums)
+    return OffsetCounts(lost, part, frames[:, Outcome.MISSED], frames[:, Outcome.BOTH], invented)

@@ -16,7 +16,7 @@ from replay.comparison.contact_duration import ContactDurations, StepRates, cont
 from replay.comparison.episodes import episodes
 from replay.comparison.false_contacts import FalseReporter, false_contacts
 from replay.comparison.holding import holdings
-from replay.comparison.look_phases import Shares, over_phases
+from replay.comparison.look_phases import OffsetCounts, over_phases
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.noisy_contacts import in_noise
 from replay.comparison.outcome import Comparison, Episode
@@ -167,7 +167,7 @@ def compute(
         truth = found.get(lineup.oracle, ())
         held = holdings(assembly, session, truth) if lineup.oracle else ()
         comparisons, matches = _compared(runs, lineup.oracle, found, tolerance, held)
-        dwell, phases, often = None, dict[str, Shares](), dict[str, float]()
+        dwell, phases, often = None, dict[str, OffsetCounts](), dict[str, float]()
         if lineup.oracle:
             loose, trusted = tuple(one for one in truth if one not in set(held)), runs[lineup.oracle].detection
             dwell = _durations(assembly, trusted, loose, tolerance, seed)

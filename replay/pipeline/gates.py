@@ -7,6 +7,7 @@ from sys import float_info
 from typing import Any
 
 from replay.base.wilson import share
+from replay.comparison.contact_duration import PHASES
 from replay.errors import AuditError
 
 
@@ -16,7 +17,8 @@ class Gates:
 
     Parameters
     ----------
-    max_missed : share of the oracle's contacts never found, and of its pair-frames in contact not reported.
+    max_missed : share of the oracle's contacts never found, and of its pair-frames in contact not reported; of a
+        detector of a step rate in the mean over its sampling offsets.
     max_p99_ms : milliseconds within which 99 of 100 looks are decided, of detectors that decide frame by frame.
     max_invented : share of the pair-frames that a detector reports as contact which are none.
 
@@ -50,29 +52,54 @@ class Gates:
 
 def _missed(name: str, label: str, figures: Mapping[str, Any], most: float) -> Iterator[str]:
     firm = figures | figures.get("holds", {})
-    contacts, frames = share(firm["contacts_missed"], firm["contacts"]), firm["missed"]
-    undecided = figures["contact_frames_undecided"]
+    contacts, undecided = firm["contacts"], figures["contact_frames_undecided"]
     if undecided:
-        whole = f"{figures['contacts_undecided']} of {contacts['of']} contacts"
+        whole = f"{figures['contacts_undecided']} of {contacts} contacts"
         yield f"{name} cannot be checked: {label} left {undecided} pair-frames in contact undecided, {whole} whole"
-    elif not contacts["of"]:
+    elif not contacts:
         what = "contact that holds in spite of the noise" if "holds" in figures else "contact"
         yield f"{name} cannot be checked: there is no {what} for {label} to miss"
     yield from _undecided_oracle(name, figures)
-    for what, part in (("contacts", contacts), ("pair-frames in contact", frames)):
+    for missed, part in _missed_shares(firm):
         if part["of"] and part["share"] > most:
             worse = f"{percent(part)}), more than {name} {most:g}{_apart(figures)}"
             worse += "; counted is what holds in spite of the noise" * ("holds" in figures)
-            yield f"{label} missed {part['count']} of {part['of']} {what} ({worse}"
+            yield f"{label} missed {missed} ({worse}"
+
+
+def _missed_shares(figures: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Contacts and pair-frames missed, in words and as a share: of a step rate the mean over its sampling offsets.
+
+    Where sampling starts is chance; this run's offset alone would let a detector pass that fails at most others.
+    """
+    over, contacts = figures.get("phases"), figures["contacts"]
+    if over is None:
+        part, frames = share(figures["contacts_missed"], contacts), figures["missed"]
+        yield f"{part['count']} of {contacts} contacts", part
+        yield f"{frames['count']} of {frames['of']} pair-frames in contact", frames
+        return
+    where, counts = f"over {PHASES} sampling offsets", over_offsets(figures["offsets"]["contacts_missed"], contacts)
+    yield f"contacts: {counts} {where}", over["contacts_missed"]
+    yield f"pair-frames in contact, mean {where}", over["missed"]
+
+
+def over_offsets(counts: Mapping[str, float], of: int) -> str:
+    """``0.50 of 18, 0-1``: mean, and smallest to largest over the sampling offsets; one number where all are equal."""
+    smallest, largest = round(counts["smallest"]), round(counts["largest"])
+    if smallest == largest:
+        return f"{smallest} of {of}"
+    return f"{counts['mean']:.2f} of {of}, {smallest}-{largest}"
 
 
 def _invented(name: str, label: str, figures: Mapping[str, Any], most: float) -> Iterator[str]:
-    part, frames = figures["invented"], figures["pair_frames"]
+    frames, over = figures["pair_frames"], figures.get("phases")
     if sum(frames.values()) == frames["LEFT_OUT"]:
         yield f"{name} cannot be checked: {label} was compared in no pair-frame"
     yield from _undecided_oracle(name, figures)
+    part = (over or figures)["invented"]
     if part["of"] and part["share"] > most:
-        what = f"{part['count']} of the {part['of']} pair-frames in contact that it reports"
+        count = f"{part['count']} of the {part['of']} pair-frames in contact that it reports"
+        what = f"pair-frames in contact, mean over {PHASES} sampling offsets" if over else count
         yield f"{label} invented {what} ({percent(part)}), more than {name} {most:g}{_apart(figures)}"
 
 

@@ -41,7 +41,7 @@ def headline(result: RunResult, label: str) -> str:
     if label not in result.phases:
         return contact_words(counts, label)
     rate = result.summary["detectors"][label]["settings"]["rate_hz"]
-    mean = result.phases[label]["contacts_missed"]["share"] * counts.contacts
+    mean = result.phases[label].spreads()["contacts_missed"]["mean"]
     words = contact_words(counts, f"Looking {rate:g} times a second", " here")
     return f"{words}; {mean:.1f} on average over look phases"
 

@@ -10,7 +10,7 @@ from replay.comparison.causes import Causes
 from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_duration import ContactDurations
 from replay.comparison.false_contacts import FalseContact
-from replay.comparison.look_phases import Shares
+from replay.comparison.look_phases import OffsetCounts
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.noisy_contacts import NoiseResult
 from replay.comparison.outcome import Comparison, Episode, Miss
@@ -72,7 +72,7 @@ class Measured:
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)  # episodes matched one to one with the oracle's
     face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)  # where asked for and both list faces
     causes: Mapping[str, Causes] = field(default_factory=dict)  # why each miss was missed
-    phases: Mapping[str, Shares] = field(default_factory=dict)  # of a fixed rate: faults in the mean over look phases
+    phases: Mapping[str, OffsetCounts] = field(default_factory=dict)  # of a fixed rate: faults at each sampling offset
     at_every_frame: Mapping[str, float] = field(default_factory=dict)  # of a fixed rate: seconds a frame at all of them
     holdings: tuple[Episode, ...] = ()  # when a pair is a hand and what it holds; contacts there are counted apart
     dwell: ContactDurations | None = None  # how long each other contact lasted; ``None`` without an oracle

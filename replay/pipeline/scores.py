@@ -14,8 +14,9 @@ from replay.base.wilson import pooled, share, share_of_clusters
 from replay.comparison.causes import Cause
 from replay.comparison.clusters import MANY, Cluster, clusters, seen_and_between
 from replay.comparison.compare import FaceRecall
-from replay.comparison.contact_counts import contact_counts, count_reports, held_counts
+from replay.comparison.contact_counts import ContactCounts, contact_counts, count_reports, held_counts
 from replay.comparison.false_contacts import HELD, FalseContact
+from replay.comparison.look_phases import OffsetCounts, spread
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.misses import MISS_KINDS
 from replay.comparison.noisy_contacts import HOLDS
@@ -53,13 +54,17 @@ def score(result: Measured, label: str) -> dict[str, Any]:
         "false_contacts": len(false), "false_causes": dict(Counter(one.cause for one in false)),
         "faces": _faces(result.face_recall.get(label)),
     }  # fmt: skip
+    offsets = result.phases.get(label)
+    figures |= _over_offsets(contacts, offsets)
     if result.noise is not None:
-        firm = contacts.only([result.noise.words[number - 1] == HOLDS for number in contacts.numbers.tolist()])
+        holds = np.array([result.noise.words[number - 1] == HOLDS for number in contacts.numbers.tolist()], np.bool_)
+        firm = contacts.only(holds)
         figures["holds"] = {
-            "contacts": firm.contacts, "contacts_missed": firm.missed, "missed": firm.share(Outcome.MISSED)
-        }  # fmt: skip
-    if label in result.phases:
-        figures["phases"] = dict(result.phases[label])
+            "contacts": firm.contacts,
+            "contacts_missed": firm.missed,
+            "missed": firm.share(Outcome.MISSED),
+            **_over_offsets(firm, None if offsets is None else offsets.only(holds)),
+        }
     if label in result.causes:
         figures["causes"] = result.causes[label].table()
     if label in result.matches:
@@ -67,6 +72,17 @@ def score(result: Measured, label: str) -> dict[str, Any]:
         counts = len(result.episodes[result.oracle]) - len(matches.held_truth), len(result.episodes[label])
         figures["episodes"] = episode_figures(matches, counts[0], counts[1] - len(matches.held_found))
     return figures
+
+
+def _over_offsets(contacts: ContactCounts, offsets: OffsetCounts | None) -> dict[str, Any]:
+    """Smallest, largest and mean counts over the sampling offsets; of a detector of no rate all are the same.
+
+    Of a rate ``phases`` are the shares over all offsets.
+    """
+    if offsets is not None:
+        return {"offsets": offsets.spreads(), "phases": dict(offsets.shares())}
+    counts = {"contacts_missed": contacts.missed, "contacts_in_part": contacts.in_part}
+    return {"offsets": {name: spread([count]) for name, count in counts.items()}}
 
 
 def episode_figures(matches: EpisodeMatches, truth: int, found: int) -> dict[str, Any]:
@@ -156,8 +172,14 @@ def pool(audits: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
     tables = list(audits)
     if len(tables) == 1:
         return dict(tables[0])
-    labels = dict.fromkeys(label for table in tables for label in table)
-    return {label: _sum([table[label] for table in tables if label in table]) for label in labels}
+    pooled_tables = {}
+    for label in dict.fromkeys(label for table in tables for label in table):
+        parts = [table[label] for table in tables if label in table]
+        if not all("phases" in part for part in parts):
+            # A session of hours is sampled at its own offset alone: then there is no mean over all of them.
+            parts = [{key: value for key, value in part.items() if key != "phases"} for part in parts]
+        pooled_tables[label] = _sum(parts)
+    return pooled_tables
 
 
 def _sum(values: list[Any]) -> Any:

@@ -11,7 +11,7 @@ from replay.comparison.contact_counts import count_contacts, count_reports
 from replay.comparison.contact_duration import PHASES
 from replay.comparison.episodes import episodes
 from replay.comparison.holding import holdings
-from replay.comparison.look_phases import Shares, phase_shares
+from replay.comparison.look_phases import OffsetCounts, offset_counts
 from replay.comparison.outcome import Comparison, Outcome
 from replay.comparison.tolerance import Tolerance
 from replay.detection.detector_spec import DetectorSpec
@@ -66,7 +66,7 @@ class Scoring:
         phases = None if spec is None else self._over_phases(spec, other or self._assembly)
         lost = float(whole.missed + whole.in_part)
         if phases is not None:
-            lost = (phases["contacts_missed"]["count"] + phases["contacts_in_part"]["count"]) / PHASES
+            lost = sum(one["mean"] for one in phases.spreads().values())
         ends = [end * whole.contacts for end in wilson(lost, whole.contacts)]
         return {
             "both": both, "missed_pair_frames": missed, "invented_pair_frames": invented,
@@ -83,7 +83,7 @@ class Scoring:
             **self._of_faces(detection if other is None else None, comparison),
         }  # fmt: skip
 
-    def _over_phases(self, spec: DetectorSpec, assembly: Assembly) -> Shares | None:
+    def _over_phases(self, spec: DetectorSpec, assembly: Assembly) -> OffsetCounts | None:
         """What looks at the rate of a detector lose; ``None``: it has no rate, or intervals are at stake."""
         rate = spec.settings.get("rate_hz")
         if not rate or self.truth.covers != "instants":
@@ -91,7 +91,7 @@ class Scoring:
         always = DetectorSpec("always", spec.name, {**spec.settings, "rate_hz": None})
         if (key := str(always)) not in self._seen:
             self._seen[key] = make_detector(always, assembly, self._seed).detect(self._motion)
-        return phase_shares(float(rate), self._seen[key], self.truth, self.contacts, self._held, self._tolerance)
+        return offset_counts(float(rate), self._seen[key], self.truth, self.contacts, self._held, self._tolerance)
 
     def _of_faces(self, detection: Detection | None, comparison: Comparison) -> dict[str, Any]:
         """Face pairs of the oracle, how many of them were listed, and how many others."""

@@ -63,10 +63,12 @@ def test_a_detector_of_a_rate_is_scored_over_the_same_phases(rate):
     result = audited(rate)
     (label,) = result.phases
     tried = rated(result, rate, (np.arange(PHASES) + 0.5) / PHASES / rate)
-    found, contacts = result.phases[label]["contacts_missed"], len(result.episodes["exact"])
+    found, contacts = result.phases[label].shares()["contacts_missed"], len(result.episodes["exact"])
+    told = result.summary["audit"][label]["offsets"]["contacts_missed"]
+    assert told == {"smallest": min(tried), "largest": max(tried), "mean": sum(tried) / PHASES}
     assert found["count"] == sum(tried) and found["of"] == PHASES * contacts
     assert result.dwell.rates.missed(rate)[1] == pytest.approx(found["share"] * contacts)
-    assert audited(rate, oracle="exact").summary["audit"][label]["phases"] == result.phases[label]
+    assert audited(rate, oracle="exact").summary["audit"][label]["phases"] == result.phases[label].shares()
     assert not compute(cubes(TOUCHED, step_ns=FRAME_NS), detectors="discrete").phases
 
 

@@ -1,8 +1,11 @@
 import pytest
+from support.small_worlds import cubes
 
 from replay.base.wilson import share
 from replay.errors import AuditError
+from replay.pipeline.engine import compute
 from replay.pipeline.gates import Gates, percent
+from replay.pipeline.scores import pool
 
 
 def figures(missed, of, contacts=0, total=4, invented=(0, 0), undecided=0, oracle=0, decided=10):
@@ -28,6 +31,20 @@ def test_missed_frames_or_contacts_beyond_the_share_break_the_gate_and_the_share
     assert "x missed 1 of 4 pair-frames in contact (25 %" in one
     (two,) = Gates(max_missed=0.25).broken({"x": figures(1, 400, contacts=2)}, [])
     assert "x missed 2 of 4 contacts" in two
+
+
+def test_a_step_rate_is_held_to_its_mean_over_the_sampling_offsets_and_both_are_printed():
+    # A frame each 10 ms, a sample each 40 ms. This run samples at 0 s and sees both contacts in every frame of theirs;
+    # the one of one frame is seen from a quarter of all offsets, the one of three frames from three quarters.
+    bumps = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    audit = compute(cubes(bumps), detectors="slow=discrete[rate_hz=25]").summary["audit"]
+    assert audit["slow"]["contacts_missed"] == 0
+    assert audit["slow"]["offsets"]["contacts_missed"] == {"smallest": 0, "largest": 2, "mean": 1.0}
+    assert Gates(max_missed=0.6).broken(audit, []) == []
+    contacts, frames = Gates(max_missed=0.4).broken(audit, [])
+    assert "1.00 of 2, 0-2" in contacts and "16 sampling offsets" in frames
+    twice = pool([audit, audit])
+    assert "2.00 of 4, 0-4" in Gates(max_missed=0.4).broken(twice, [])[0]
 
 
 def test_an_audit_of_nothing_cannot_pass():

@@ -5,6 +5,7 @@ import pytest
 from support.small_worlds import jumping
 
 from replay.base.wilson import share
+from replay.comparison.look_phases import OffsetCounts
 from replay.comparison.outcome import Comparison, Episode, Outcome
 from replay.pipeline.engine import compute
 from replay.pipeline.headline import beside, compounds, headline, headlines, held, invented, price
@@ -112,7 +113,7 @@ def test_the_price_of_every_frame_is_measured_in_the_run_itself_and_live():
     assert run.at_every_frame == {"slow": often} and often > 0 and run.summary["detectors"]["slow"]["live"]
     assert "at_every_frame" not in run.summary["detectors"]["hybrid"]["seconds"]
     offline = compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid", offline=True)
-    assert offline.at_every_frame == {} and offline.phases["slow"] == run.phases["slow"]
+    assert offline.at_every_frame == {} and offline.phases["slow"].shares() == run.phases["slow"].shares()
 
 
 @pytest.mark.parametrize(("outcomes", "words"), [((1, 1, 2), ""), ((*[1] * 29, 3), "3.3"), ((1, 3), "50")])
@@ -128,7 +129,8 @@ def looked(contacts=18):
     """A detector at 22.5 Hz that misses half of the contacts at this phase, and a quarter in the mean."""
     run = told(*["m", "b"] * (contacts // 2))
     run.summary = priced(oracle=took(1e-4), slow=(took(1e-4) | RATE, counted(false=1, missed=2))).summary
-    run.phases = {"slow": {"contacts_missed": share(contacts * 4, contacts * 16)}}
+    missed = np.tile(np.arange(16)[:, None] < 4, (1, contacts))
+    run.phases = {"slow": OffsetCounts(missed, ~missed, np.zeros(contacts), np.zeros(contacts), share(0, 0))}
     run.detections = {"exact": SimpleNamespace(verdict=np.ones((len(run.comparisons["slow"].outcome), 1), np.uint8))}
     run.detections["slow"], run.holdings, run.detectors = run.detections["exact"], (), {}
     return run

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from support.price_rows import price_row as row
 from support.sentences import sources, unsaid
@@ -12,6 +13,7 @@ from replay.base.wilson import share
 from replay.comparison.compare import compare
 from replay.comparison.contact_counts import contact_counts
 from replay.comparison.episodes import episodes
+from replay.comparison.look_phases import OffsetCounts
 from replay.comparison.misses import stretches
 from replay.comparison.noisy_contacts import ABSENT, HOLDS, NoiseResult, NoisySpan
 from replay.comparison.outcome import Episode
@@ -212,7 +214,10 @@ def test_no_template_is_untested():
     everything += headline.price(run_of(slow, detectors=figures | {"exact": figures["it"]}))
     everything += headline.price(run_of(slow, detectors=figures | {"it": figures["it"] | {"name": "recorded"}}))
     figures["it"]["settings"] = {"rate_hz": 5.0}
-    slow.phases = {"it": {"contacts_missed": share(8, 16)}}
+    half = np.arange(16)[:, None] < 8
+    slow.phases = {"it": OffsetCounts(half, ~half, np.ones(1), np.zeros(1), share(8, 16))}
+    over = {"phases": slow.phases["it"].shares(), "offsets": slow.phases["it"].spreads()}
+    everything += LIMITS.broken({"it": slow.summary["audit"]["it"] | over}, [])
     everything += [headline.headline(slow, "it"), headline.contact_words(contact_counts(slow, "it"))]
     for looks in (2, 4):
         looked = {"at_every_frame": 1.0, "per_frame_mean": 0.5, "per_frame": {"looks": looks, "p99": 1.0}}
