@@ -1,16 +1,15 @@
-"""The whole experiment: fixtures, calibration, tables; the same seed and calibration give the same tables."""
+"""The whole experiment: fixtures, wall times, tables."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 from typing import Any, Final
 
 from replay.base.processes import Crew
 from replay.base.progress import Progress, Silent
 from replay.outputs.paper_table import PaperTable
-from replay.studies.paper.calibration import Calibration, read_calibration
+from replay.studies.paper.calibration import Calibration
 from replay.studies.paper.colony import ColonyRows, colony_rows, colony_tables
-from replay.studies.paper.contestants import CONTESTANTS, Group, groups_of
+from replay.studies.paper.contestants import Group, groups_of
 from replay.studies.paper.feature_samples import DRAWS, Drawn, feature_sample_tables, pace_of, search_samples
 from replay.studies.paper.fixtures import FAMILY_NAMES, POSES, TARGETS, Fixture, fixture
 from replay.studies.paper.frame_sampling import Sampled, frame_sampling_table, sample_frames
@@ -56,32 +55,27 @@ def run_paper(
     near: int = 1000,  # random poses about first touch, per family
     sessions: int = 3,  # made-up sessions whose frames are sampled
     seed: int = 0,
-    calibration: Path | None = None,  # a file to read times from; ``None``: measure
-    jobs: int = 1,  # processes; the tables are the same for any number
+    jobs: int = 1,  # processes; what is no time is the same for any number
     progress: Progress | None = None,
 ) -> PaperResult:
-    """Run it. Raises CalibrationError, FixtureError, WorkerError."""
+    """Run it. Raises FixtureError, WorkerError."""
     reporter = progress or Silent()
-    experiment = {"targets": list(targets), "poses": poses, "seed": seed}
-    known = read_calibration(calibration, experiment, tuple(CONTESTANTS)) if calibration else None
     with Crew(jobs) as crew:
         fixtures = _fixtures(crew, targets, poses, seed, reporter)
         groups = tuple(groups_of(fixtures))
-        times = known or measure(groups, experiment, reporter)
+        times = measure(groups, reporter)
         largest_first = sorted(groups, key=lambda group: -sum(len(body.mesh.faces) for body in group.bodies))
         with reporter.stage("Table I", len(groups), "groups") as advance:
             found = crew.results([(ask_group, (group, times)) for group in largest_first], advance)
         order = [largest_first.index(group) for group in groups]
         table_one = joined([found[place] for place in order])
         colony, drawn, sampled = _searches(crew, near, sessions, seed, reporter)
-    if known is None:
-        times = replace(times, pace=pace_of(drawn))
     tables = (
         *tables_of(table_one, times), frame_sampling_table(sampled), *colony_tables(colony),
-        *feature_sample_tables(drawn, times.pace),
+        *feature_sample_tables(drawn, pace_of(drawn)),
     )  # fmt: skip
-    whole = experiment | {"near": near, "sessions": sessions}
-    return PaperResult(whole, fixtures, groups, times, table_one, tables)
+    experiment = {"targets": list(targets), "poses": poses, "seed": seed, "near": near, "sessions": sessions}
+    return PaperResult(experiment, fixtures, groups, times, table_one, tables)
 
 
 def _fixtures(crew: Crew, targets: Sequence[int], poses: int, seed: int, reporter: Progress) -> tuple[Fixture, ...]:

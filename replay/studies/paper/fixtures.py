@@ -3,11 +3,8 @@
 The columns of Table I are numbers of faces that intersect: the unique faces of both meshes that belong to a pair. A
 tessellation is bisected until typical poses give about that number, then the distance of each random pose until it is
 met. Everything random is keyed by seed, family, number of faces and pose.
-
-Source: section 6.2 of the project's specification.
 """
 
-import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -51,9 +48,7 @@ class Fixture:
 
     family: str  # which two meshes
     target: int  # faces that were to meet
-    # number, seed: of the pose
-    number: int
-    seed: int
+    number: int  # of the pose
     # bodies, motion: for a detector; one frame
     bodies: tuple[Body, Body]
     motion: Motion
@@ -64,18 +59,6 @@ class Fixture:
     def faces(self) -> int:
         """Unique faces of both meshes that meet another: what Table I counts."""
         return faces_of_pairs(self.pairs)
-
-    @property
-    def record(self) -> dict[str, object]:
-        """What identifies the fixture: hashes of the meshes and the poses, column convention."""
-        poses = np.zeros((2, 4, 4))
-        poses[:, :3, :3], poses[:, :3, 3], poses[:, 3, 3] = self.motion.rotations[0], self.motion.translations[0], 1.0
-        return {
-            "family": self.family, "target": self.target, "number": self.number, "seed": self.seed,
-            "faces": self.faces, "pairs": len(self.pairs), "hard": self.hard,
-            "mesh_sha256": [body.mesh.content_hash for body in self.bodies], "poses": poses.tolist(),
-            "pairs_sha256": hashlib.sha256(self.pairs.astype("<i8").tobytes()).hexdigest(),
-        }  # fmt: skip
 
 
 def faces_of_pairs(pairs: NDArray[np.integer]) -> int:
@@ -96,7 +79,7 @@ def fixture(target: int, number: int, seed: int = 0) -> Fixture:
             pairs = _exact(bodies).detect(motion, faces=True).faces(0, 0)
             rounded = _rounded(bodies).detect(motion, faces=True).faces(0, 0)
             hard = not np.array_equal(pairs, rounded)
-            return Fixture(family, target, number, seed, bodies, motion, pairs, hard)
+            return Fixture(family, target, number, bodies, motion, pairs, hard)
     raise FixtureError(
         f"no pose {number} of {family} in which {target} faces meet; choose a target from {TARGETS[0]} to {TARGETS[-1]}"
     )

@@ -35,10 +35,10 @@ class TableOne:
     capped: Capped
 
 
-def measure(groups: Sequence[Group], experiment: Mapping[str, object], progress: Progress | None = None) -> Calibration:
+def measure(groups: Sequence[Group], progress: Progress | None = None) -> Calibration:
     """Time every row in every pose in this process, rows in turn within a pose, after one warm round."""
-    seconds: dict[str, dict[str, list[float]]] = {name: {} for name in CONTESTANTS}
-    operations: dict[str, dict[str, list[int]]] = {name: {} for name in CONTESTANTS}
+    seconds: dict[str, dict[int, list[float]]] = {name: {} for name in CONTESTANTS}
+    operations: dict[str, dict[int, list[int]]] = {name: {} for name in CONTESTANTS}
     with (progress or Silent()).stage("measuring times", sum(len(one.truth) for one in groups), "poses") as advance:
         for group in groups:
             detectors = {name: contestants.make(name, group.bodies) for name in CONTESTANTS}
@@ -47,10 +47,10 @@ def measure(groups: Sequence[Group], experiment: Mapping[str, object], progress:
             for pose in range(len(group.truth)):
                 for name, detector in detectors.items():
                     answer = contestants.ask(name, detector, group, pose)
-                    seconds[name].setdefault(str(group.target), []).append(answer.seconds or 0.0)
-                    operations[name].setdefault(str(group.target), []).append(answer.operations)
+                    seconds[name].setdefault(group.target, []).append(answer.seconds or 0.0)
+                    operations[name].setdefault(group.target, []).append(answer.operations)
                 advance(1)
-    return Calibration(dict(experiment), machine(), seconds, operations)
+    return Calibration(machine(), seconds, operations)
 
 
 def ask_group(group: Group, calibration: Calibration) -> TableOne:
@@ -192,7 +192,7 @@ def accuracy(found: TableOne) -> PaperTable:
 
 
 def times(calibration: Calibration) -> PaperTable:
-    """Fig. 7 c: all of it read from the calibration."""
+    """Fig. 7 c."""
     to = median(calibration.all_seconds("rapid-style"))
     rows = []
     for name in CONTESTANTS:

@@ -227,7 +227,6 @@ OUTSIDE = {
     "focus.py": "an error: test_focus.py", "columns.py": "an error: test_columns.py",
     "web_viewer.py": "ends of errors: share/test_folder.py", "folder.py": "the shared page: share/test_folder.py",
     "proof_folder.py": "the counts of a verification: cli/verify.py",
-    "paper_recording.py": "axes of the paper's plots: studies/paper/test_writing.py",
 }  # fmt: skip
 
 

@@ -5,7 +5,6 @@ import pytest
 from replay.studies.paper.contestants import groups_of
 from replay.studies.paper.experiment import run_paper
 from replay.studies.paper.fixtures import fixture
-from replay.studies.paper.pictures import pictures_of
 
 
 @pytest.fixture(scope="session")
@@ -16,8 +15,3 @@ def small():
 @pytest.fixture(scope="session")
 def groups():
     return list(groups_of([fixture(100, number) for number in range(4)]))
-
-
-@pytest.fixture(scope="session")
-def pictures(small):
-    return pictures_of(small.tables)

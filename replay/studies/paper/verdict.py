@@ -1,68 +1,22 @@
-"""The tables on disk: JSON, pictures, one page that needs no other file, a recording for Rerun, the calibration."""
+"""What the tables say: sentences on completeness, caps, frames, the colony and samples of faces."""
 
-import json
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from pathlib import Path
-from typing import Any, Final
+from collections.abc import Sequence
+from typing import Any
 
 from replay.outputs.paper_table import Cell, PaperTable
-from replay.outputs.report.markup import element, listed, page_html, page_section, picture
-from replay.outputs.rerun_log.paper_recording import record
-from replay.studies.paper.calibration import put, write_calibration
 from replay.studies.paper.experiment import PaperResult
 from replay.studies.paper.feature_samples import ALL, SEARCHERS
-from replay.studies.paper.pictures import pictures_of
-from replay.studies.paper.printed import PRINTED
-
-TITLE: Final = "The paper's tables, regenerated"
-
-
-def write_paper(result: PaperResult, out: Path) -> list[Path]:
-    """Write all files below ``out``; returns their paths."""
-    out.mkdir(parents=True, exist_ok=True)
-    written = [out / "calibration.json", out / "paper.json"]
-    write_calibration(result.calibration, written[0])
-    put(written[1], json.dumps(as_json(result), indent=1, allow_nan=False) + "\n")
-    drawn = pictures_of(result.tables)
-    for name, png in drawn.values():
-        put(out / name, png)
-    put(out / "paper.html", page(result, drawn))
-    record(result, drawn, out / "paper.rrd")
-    return [*written, *(out / name for name, _ in drawn.values()), out / "paper.html", out / "paper.rrd"]
 
 
 def as_json(result: PaperResult) -> dict[str, Any]:
-    """Everything as plain data: verdict, experiment, fixtures, tables."""
+    """Everything as plain data: verdict, experiment, tables."""
     return {
-        "version": 2,
+        "version": 3,
         "verdict": verdict_of(result.tables),
         "experiment": result.experiment,
         "hard_fixtures": result.hard,
-        "fixtures": [one.record for one in result.fixtures],
         "tables": [vars(one) for one in result.tables],
     }
-
-
-def page(result: PaperResult, drawn: Mapping[str, tuple[str, bytes]]) -> str:
-    """The page as text: what the tables say, then every table below its picture."""
-    parts = [page_section("What the tables say", listed(verdict_of(result.tables)))]
-    for one in result.tables:
-        shape = [picture(drawn[one.key][1], one.title)] if one.key in drawn else []
-        cells = replace(one.plain, title=one.note, notes=())
-        parts.append(page_section(f"{one.key}: {one.title}", *shape, cells))
-    return page_html(TITLE, [element("p", _preamble(result)), element("h1", TITLE)], parts)
-
-
-def _preamble(result: PaperResult) -> str:
-    """How much was run, on which machine the times were taken, and what printed values are."""
-    size, machine = result.experiment, result.calibration.machine
-    where = machine.get("processor")
-    return (
-        f"{len(result.fixtures)} poses of Table I ({result.hard} in which FCL rounds wrongly), {size['near']:,} random "
-        f"poses of each family, {size['sessions']} sessions, seed {size['seed']}; times of {where}, "
-        f"{machine.get('cores')} cores. What the paper printed stands only below: {PRINTED}."
-    )
 
 
 def verdict_of(tables: Sequence[PaperTable]) -> list[str]:
