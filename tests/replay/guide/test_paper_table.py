@@ -1,0 +1,115 @@
+"""Nothing of the paper is lost: every row of the guide's table opens, and equations (1) to (14) hold as printed."""
+
+import re
+from importlib import import_module
+from itertools import takewhile
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from click.testing import CliRunner
+from support.small_worlds import cubes
+
+import replay
+from cdcore.detectors import DETECTORS
+from cdcore.numerics import place_points
+from cdcore.transforms.rigid import rotation_from_quaternion
+from replay.cli.main import cli
+from replay.guide.pages import page
+from sessions.geometry.rotations import quaternion_about
+from sessions.mesh_data import MeshData
+from sessions.meshes.conventions import quaternion_from_euler
+
+SECTION = page("paper").partition("## Where everything of the paper is")[2].partition("\n## ")[0]
+ROWS = [[cell.strip() for cell in line.strip("|").split("|")] for line in SECTION.splitlines() if line[:1] == "|"][2:]
+PLACES = {place for row in ROWS for place in re.findall("`([^`]+)`", row[2])}
+
+
+def test_the_table_names_every_equation_table_figure_and_kind_of_detection():
+    said = " ".join(row[0] for row in ROWS)
+    named = set()
+    for first, last in re.findall(r"\((\d+)\)(?: to \((\d+)\))?", said):
+        named |= set(range(int(first), int(last or first) + 1))
+    assert named == set(range(1, 22))
+    figures = re.findall(r"Fig\. (\d)(?: to (\d))?", said)
+    assert {k for first, last in figures for k in range(int(first), int(last or first) + 1)} == set(range(1, 9))
+    for words in ("Table I,", "Table II,", "Table III,", "Table IV,", "instruments", "static", "discrete", "continuous",
+                  "spheres, AABB, OBB", "image space"):  # fmt: skip
+        assert words in said, words
+
+
+def test_every_row_names_a_place():
+    assert len(ROWS) > 25 and all(len(row) == 3 and "`" in row[2] for row in ROWS)
+
+
+@pytest.fixture(scope="module")
+def run_folder(tmp_path_factory):
+    session = cubes({"a": [0.0] * 8, "b": [3, 3, 0.9, 3, 3, 3, 0.9, 3]})
+    out = tmp_path_factory.mktemp("runs") / "run"
+    return replay.run(session, detectors="discrete[rate_hz=20]", oracle="exact", out=out, picture=False).out
+
+
+@pytest.mark.parametrize("place", sorted(place for place in PLACES if re.fullmatch(r"[a-z_.]+:[A-Za-z_.]+", place)))
+def test_a_function_of_the_table_is_there(place):
+    module, _, names = place.partition(":")
+    found = import_module(module)
+    for name in names.split("."):
+        found = getattr(found, name)
+    assert callable(found) and found.__doc__
+
+
+@pytest.mark.parametrize("place", sorted(place for place in PLACES if place.startswith("replay ")))
+def test_a_command_of_the_table_has_these_options(place):
+    _, *words = place.split()
+    verbs = [*takewhile(lambda word: not word.startswith("-"), words)]
+    if verbs[0] == "guide":
+        assert page(verbs[1])
+        return
+    answered = CliRunner().invoke(cli, [*verbs, "--help"])
+    assert answered.exit_code == 0
+    for option in (word for word in words if word.startswith("-")):
+        assert option in answered.output, option
+    if "--detectors" in words:
+        assert words[-1].partition("[")[0] in DETECTORS
+
+
+@pytest.mark.parametrize("place", sorted(place for place in PLACES if ".parquet: " in place))
+def test_a_column_of_the_table_is_in_a_run_folder(place, run_folder):
+    file, _, column = place.partition(": ")
+    assert column in pq.read_schema(run_folder / file).names
+
+
+def test_every_place_of_the_table_was_opened():
+    opened = [place for place in PLACES if re.fullmatch(r"[a-z_.]+:[A-Za-z_.]+|replay .*|\w+\.parquet: \w+", place)]
+    assert sorted(opened) == sorted(PLACES)
+
+
+def printed(angles, scales, move):
+    """The five matrices as printed, for rows of numbers."""
+    (ca, cb, cg), (sa, sb, sg) = np.cos(angles), np.sin(angles)
+    return {
+        2: np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [*move, 1]]),
+        4: np.diag([*scales, 1]),
+        9: np.array([[1, 0, 0, 0], [0, ca, sa, 0], [0, -sa, ca, 0], [0, 0, 0, 1]]),
+        11: np.array([[cb, 0, -sb, 0], [0, 1, 0, 0], [sb, 0, cb, 0], [0, 0, 0, 1]]),
+        13: np.array([[cg, sg, 0, 0], [-sg, cg, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]),
+    }
+
+
+def test_equations_1_to_14_as_printed_place_points_as_the_functions_of_the_table_do():
+    rng = np.random.default_rng(14)
+    for _ in range(50):
+        angles, scales, move = rng.uniform(-3, 3, 3), rng.uniform(0.1, 3, 3), rng.normal(size=3)
+        matrices = printed(angles, scales, move)
+        points = rng.normal(size=(3, 3))
+        rows = np.concatenate([points, np.ones((3, 1))], axis=1)
+        for matrix in matrices.values():
+            posed = MeshData(points, [[0, 1, 2]]).transformed(matrix.T)
+            np.testing.assert_allclose(posed.vertices, (rows @ matrix)[:, :3], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(place_points(points, np.eye(3), move), (rows @ matrices[2])[:, :3], atol=1e-12)
+        for axis, number in enumerate((9, 11, 13)):
+            turn = rotation_from_quaternion(quaternion_about(np.eye(3)[axis], angles[axis]))
+            np.testing.assert_allclose(turn, matrices[number][:3, :3].T, rtol=0, atol=1e-12)
+        turned = rotation_from_quaternion(quaternion_from_euler(angles, "xyz"))
+        in_order = (matrices[9] @ matrices[11] @ matrices[13])[:3, :3]
+        np.testing.assert_allclose(turned, in_order.T, rtol=0, atol=1e-12)
