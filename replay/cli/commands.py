@@ -38,7 +38,6 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "study": CommandSpec("Study", "Join what students did with what they answered; check printed tables.", "study"),
     "stress": CommandSpec("Audit", "Ask detectors hard questions with known answers.", "stress"),
     "paper": CommandSpec("Study", "Regenerate the paper's tables beside what it printed.", "paper"),
-    "bench": CommandSpec("Audit", "Time the exact detector beside python-fcl; its growth.", "bench"),
     "guide": CommandSpec("Learn", "Print a page of the guide; without a topic, the list.", "guide"),
 }
 

@@ -18,8 +18,8 @@ import json, sys, time
 from pathlib import Path
 from support.peak_memory import peak_bytes
 from replay import audit
-from replay.studies.bench.engines import FclLoop
-from replay.studies.bench.workload import make_workload
+from support.bench_engines import FclLoop
+from support.bench_loads import make_workload
 
 def seconds(call):
     begin = time.process_time()

@@ -209,7 +209,6 @@ CALLS = {
     "demo": lambda f, d: ("demo", "--scene", COMMANDS),
     "guide": lambda f, d: ("guide", COMMANDS),
     "stress": lambda f, d: ("stress", "--detector", COMMANDS),
-    "bench": lambda f, d: ("bench", COMMANDS),
     "paper": lambda f, d: ("paper", COMMANDS),
     COMMANDS: lambda f, d: (COMMANDS,),
 }  # fmt: skip

@@ -1,1 +1,1 @@
-"""How fast the detectors are: on the common workload, beside other engines, and as sessions grow."""
+"""The detector `exact` as a candidate of a benchmark of collision engines."""

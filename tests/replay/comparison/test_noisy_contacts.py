@@ -7,6 +7,7 @@ from time import perf_counter
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.bench_loads import make_workload
 from support.small_worlds import along_x, cube, cubes
 
 from replay import audit, run
@@ -20,7 +21,6 @@ from replay.pipeline.engine import compute
 from replay.pipeline.gates import Gates
 from replay.prepare.assemble import assemble
 from replay.prepare.noise import parse_noise
-from replay.studies.bench.workload import make_workload
 from sessions import MeshData, Session, write_session
 from sessions.synthetic.tracker import VIVE, disturbed
 

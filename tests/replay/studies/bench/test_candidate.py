@@ -5,10 +5,11 @@ import sys
 
 import numpy as np
 import pytest
+from support.bench_engines import ENGINES, YARDSTICK, FclLoop
+from support.bench_loads import make_workload
 from support.shared_data import BENCH, needs_bench
 
-from replay.studies.bench.candidate import Candidate, run
-from replay.studies.bench.engines import FclLoop
+from replay.studies.bench.candidate import Candidate, OwnExact, run
 
 
 @pytest.fixture(scope="module")
@@ -56,3 +57,38 @@ def test_a_pose_that_is_not_finite_is_refused_not_counted(workload):
             run(workload, "bool")
     finally:
         workload.poses[:] = poses
+
+
+@pytest.fixture(scope="module")
+def answers():
+    part = make_workload(200, 900)
+    return {(name, what): engine(part).ask(what) for name, engine in ENGINES.items() for what in ("bool", "faces")}
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_all_engines_agree_on_which_pairs_touch_when(answers, name):
+    assert answers[YARDSTICK, "bool"].any()
+    assert np.array_equal(answers[name, "bool"], answers[YARDSTICK, "bool"])
+    assert np.array_equal(answers[name, "faces"] > 0, answers[name, "bool"] > 0)
+
+
+def work_of(frames, *, distant):
+    """Counters of the search, all tests of them, and how many pair-frames were asked."""
+    _, found = OwnExact(make_workload(500, frames, distant=distant)).staged("bool")
+    work = {name: int(np.sum(count)) for name, count in found.work.items()}
+    tests = sum(work.get(name, 0) for name in ("span_tests", "gap_tests", "node_tests", "face_tests"))
+    return work, tests, found.verdict.size
+
+
+def test_ten_times_the_frames_of_distant_bodies_take_one_test_more_a_pair():
+    pairs = len(make_workload(100, 1).pairs)
+    for frames, each in ((2_700, 3), (27_000, 4)):
+        work, tests, pair_frames = work_of(frames, distant=True)
+        assert work["skipped"] == pair_frames and tests == each * pairs
+        assert work["blocks"] == work["gap_tests"] == work["node_tests"] == 0
+
+
+def test_near_bodies_take_tests_in_proportion_and_most_pair_frames_are_skipped_all_the_same():
+    _, short, _ = work_of(2_700, distant=False)
+    work, long, pair_frames = work_of(13_500, distant=False)
+    assert 4 < long / short < 6 and work["skipped"] > 0.85 * pair_frames
