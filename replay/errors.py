@@ -43,10 +43,6 @@ class NoiseError(ReplayError, ValueError):
     """A noise was asked for in words that mean nothing, or of a body in which it cannot be measured."""
 
 
-class ProofError(ReplayError, ValueError):
-    """Verdicts for which no proof can be written."""
-
-
 class OutputError(ReplayError, OSError):
     """A result cannot be written where it was asked for."""
 

@@ -23,12 +23,11 @@ class ExactSettings:
     """Settings of ``exact``; none of them changes an answer.
 
     ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
-    ``threads``: workers of the search. ``verify``: ask everything dismissed again in exact arithmetic, very slowly.
+    ``threads``: workers of the search.
     """
 
     containment: bool = True
     threads: int = 1
-    verify: bool = False
 
     def __post_init__(self) -> None:
         if self.threads < 1:
@@ -36,7 +35,7 @@ class ExactSettings:
 
 
 class ExactDetector(PairDetector[ExactSettings]):
-    """Box trees over blocks of eight frames; every dismissal has a certificate, every contact an exact triangle test.
+    """Box trees over blocks of eight frames; dismissals that rounding cannot undo, exact tests of triangles.
 
     Choose it as the oracle, and whenever the recording is there as a whole: it is complete on every finite input,
     degenerate faces and resting contact included, and the fastest detector here over a motion. It decides instants
@@ -71,9 +70,7 @@ class ExactDetector(PairDetector[ExactSettings]):
         return LivePairs(broad, surfaces.decide, self._containment.question)
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
-        answer = decide_motion(
-            self._trees, self.pairs, motion, faces=faces, threads=self.settings.threads, verify=self.settings.verify
-        )
+        answer = decide_motion(self._trees, self.pairs, motion, faces=faces, threads=self.settings.threads)
         verdict = contact_or_clear(answer.hits, motion, self.pairs)
         start, asked = perf_counter(), 0
         if self.settings.containment:

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any, Final
 
 from replay.api.places import far, near, place, reaching
+from replay.base.file_hash import file_hash
 from replay.base.machine import versions
 from replay.base.processes import DONE, KEPT, OnDone, in_processes
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.results.run_folder import METRICS, read_run_folder
-from replay.outputs.results.seal import file_hash
 from replay.pipeline.scores import pool
 from sessions.whole_files import whole_file
 

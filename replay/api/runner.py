@@ -10,13 +10,11 @@ from pathlib import Path
 from replay.base.progress import Progress, Silent
 from replay.comparison.tolerance import TAU
 from replay.detection.detector_spec import SpecLike, SpecsLike
-from replay.errors import ProofError
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import RunResult
 from replay.prepare.assemble import Pairs
 from replay.prepare.noise import COPIES
 from replay.prepare.policy import Policy, PolicyLike
-from replay.proof.claims import Proof
 from sessions import Session
 
 
@@ -26,7 +24,7 @@ def run(
     start: float | None = None, end: float | None = None,
     seed: int = 0, faces: bool = False, tau: float = TAU, policy: PolicyLike | Policy | None = None,
     picture: bool = True, log_search: bool = False, offline: bool = False,
-    noise: Sequence[str] | str = (), noise_copies: int = COPIES, proof: bool = False,
+    noise: Sequence[str] | str = (), noise_copies: int = COPIES,
     force: bool = False, progress: Progress | None = None, request: str = "",
 ) -> RunResult:  # fmt: skip
     """Replay a session through detectors, audit them against the one you trust, and write the result.
@@ -52,7 +50,6 @@ def run(
     offline : ask what is audited the whole motion at once, as the oracle always is, not one frame after the other.
     noise : ``"vive"``, ``"measured"`` or ``"0.3 mm, 0.05 deg, 0.1 s"``, of one body ``"beaker=vive"``, or several: ask
         ``noise_copies`` noisy copies of the recording which contacts of the oracle hold in spite of it.
-    proof : write why each verdict of the oracle, ``exact``, is so, for ``replay verify``; of a file, into a run folder.
     force : replace an earlier run folder.
     progress : receives reports of how far the work is.
     request : kept in the summary; by it a batch knows the run folders that it need not make again.
@@ -66,25 +63,15 @@ def run(
 
         check_target(target, force=force)
     session = opened(session_or_path, scene)
-    if proof and (target is None or not Path(session.origin).is_file()):
-        raise ProofError("a proof is of a recording in a file, and goes into a run folder; name both")
-    if proof:
-        _ = session.frames  # decoded once, for the run and its proof
     result = compute(
         session, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,
         tau=tau, policy=policy, offline=offline, noise=noise, noise_copies=noise_copies, progress=progress, out=target,
     )  # fmt: skip
     if request:
         result = replace(result, summary={**result.summary, "request": request})
-    proven = None
-    if proof:
-        from replay.pipeline.proving import prove
-
-        with progress.stage("proof"):
-            proven = prove(result, session)
     if target is not None:
         with progress.stage("write"):
-            write(result, target, force=force, picture=picture, log_search=log_search, proof=proven)
+            write(result, target, force=force, picture=picture, log_search=log_search)
     return result
 
 
@@ -103,7 +90,7 @@ def opened(given: Session | str | Path, scene: str | Path | None) -> Session:
 
 def write(
     result: RunResult, target: Path, *, force: bool, picture: bool = True, log_search: bool = False,
-    files: Mapping[str, Path] | None = None, proof: Proof | None = None,
+    files: Mapping[str, Path] | None = None,
 ) -> None:  # fmt: skip
     """Write the run folder of a result, with the recording for Rerun if ``picture``; as ``write_run_folder``."""
     from replay.outputs.results.run_folder import write_run_folder
@@ -112,4 +99,4 @@ def write(
         from replay.outputs.rerun_log.recording import write_recording
 
         drawn = partial(write_recording, log_search=log_search)
-    write_run_folder(result, target, force=force, picture=drawn if picture else None, files=files, proof=proof)
+    write_run_folder(result, target, force=force, picture=drawn if picture else None, files=files)

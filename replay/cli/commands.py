@@ -32,7 +32,6 @@ COMMANDS: Final[dict[str, CommandSpec]] = {
     "tradeoff": CommandSpec("Audit", "Measure what accuracy costs in time, and which setting to take.", "tradeoff"),
     "diff": CommandSpec("Audit", "Say which contacts two runs disagree about, and why.", "diff"),
     "shrink": CommandSpec("Audit", "Cut a wrong answer down to a small test.", "shrink"),
-    "verify": CommandSpec("Audit", "Check the proof of a run: each verdict, the tables, the hashes.", "verify"),
     "view": CommandSpec("Replay", "Open the pictures of runs, at a miss if you like.", "view"),
     "share": CommandSpec("Replay", "Write runs as a folder that opens in any browser, to send.", "share"),
     "study": CommandSpec("Study", "Join what students did with what they answered; check printed tables.", "study"),

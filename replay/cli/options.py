@@ -159,7 +159,6 @@ scheduler = click.option(
     "--scheduler", metavar="ADDRESS|local",
     help="Let workers of Dask do it: of a cluster by address, or --jobs of them here.",
 )  # fmt: skip
-proof = click.option("--proof", is_flag=True, help="Write why each verdict of the oracle is so, for `replay verify`.")
 offline = click.option("--offline", is_flag=True, help="Ask for the whole motion at once, not frame by frame.")
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import OUT_ANYWHERE, SESSIONS_ANYWHERE, auditing, proof
+from replay.cli.options import OUT_ANYWHERE, SESSIONS_ANYWHERE, auditing
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 @click.argument("sessions", type=SESSIONS_ANYWHERE, metavar="FILE|DIR...", nargs=-1, required=True)
 @click.option("--out", "-o", type=OUT_ANYWHERE, metavar="DIR", help="Run folder; of several sessions, one each in it.")
 @click.option("--view", is_flag=True, help="Open the picture when it is written.")
-@proof
 @auditing
 def command(
     sessions: tuple[Path, ...], out: Path | None, view: bool, no_picture: bool, limits: "Gates", cite: bool,

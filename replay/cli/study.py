@@ -120,7 +120,7 @@ def analyse_files(
         metrics = read_metrics(inputs["metrics"]) if every is None else every.as_metrics()
         study = work(book, answers, metrics, detector=detector, seed=seed)
     if out is not None:
-        from replay.outputs.results.seal import file_hash
+        from replay.base.file_hash import file_hash
 
         given = {name: f"sha256:{file_hash(path)}" for name, path in inputs.items()} | {"seed": str(seed)}
         folder.write_study(study, out, title=title, inputs=given, force=force, runs=every, shared=shared, seed=seed)

@@ -162,8 +162,7 @@ COPIES = [
     (the_red, ["replay.outputs.palette"]),
     (edges_of_a_mask, ["sessions.doctor.runs"]),
     # The kernel repeats it, because it refuses a norm that is off before it writes.
-    # The verifier does, because it shares no code with what it verifies.
-    (a_matrix_of_a_quaternion, ["cdcore.transforms.rigid", "cdcore.transforms.rigid_kernels", "replay.proof.loading"]),
+    (a_matrix_of_a_quaternion, ["cdcore.transforms.rigid", "cdcore.transforms.rigid_kernels"]),
     (a_result, ["replay.pipeline.engine"]),
 ]
 """How a copy of a fact is recognised, and the modules or packages that may hold it."""

@@ -198,7 +198,6 @@ CALLS = {
     "shrink": lambda f, d: ("shrink", d / "run\x1b[2J", "--miss", "1", "-o", d / "case\x1b[2J", "--session", f["mcap"]),
     "share": lambda f, d: ("share", d / "run\x1b[2J", "--anyway", "-o", d / "shared\x1b[2J"),
     "share without consent": lambda f, d: ("share", d / "run\x1b[2J", "-o", d / "sent\x1b[2J"),
-    "verify": lambda f, d: ("verify", d / "run\x1b[2J"),
     "mesh": lambda f, d: ("mesh", "repair", f["obj"], "-o", d / "m\x1b[2J.glb"),
     "tradeoff": lambda f, d: ("tradeoff", f["mcap"], "--time-limit", "0.2", "-o", d / "t\x1b[2J", *LOOK),
     "engine": lambda f, d: ("tradeoff", f["mcap"], "--engine", "mujoco", "--no-picture"),

@@ -141,3 +141,16 @@ def assert_as_slow(scene, kind, slow, every, budget):
         assert [tuple(r) for r in fast.found[fast.found[:, 0] == row, 1:3].tolist()] == want.found
         hits += bool(want.found)
     assert hits or budget
+
+
+def faces_below(tree, node):
+    """Faces, by their number in the mesh, in the leaves below a node of a ``BoxTree``."""
+    todo, found = [node], []
+    while todo:
+        child, leaf = tree.links[todo.pop()].tolist()
+        if leaf >= 0:
+            start, count = tree.leaves[leaf, :2].tolist()
+            found.append(tree.faces[start : start + count])
+        else:
+            todo += [child, child + 1]
+    return np.sort(np.concatenate(found)).astype(np.int64)

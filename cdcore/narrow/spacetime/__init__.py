@@ -1,1 +1,1 @@
-"""Many frames at once: trees of boxes searched over blocks of consecutive poses, a certificate for every dismissal."""
+"""Many frames at once: trees of boxes searched over blocks of consecutive poses."""

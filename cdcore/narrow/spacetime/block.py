@@ -17,9 +17,8 @@ NODE_TESTS, LEAF_PAIRS, FACE_PAIRS, WORLD_TESTS, EXACT_TESTS, INTEGER_TESTS, BLO
 GAP_TESTS = SPAN_TESTS + 1
 """Places of the counters in ``work``; the exact stage fills its own two."""
 COUNTERS = GAP_TESTS + 1
-BY_PATH, BY_BOX, BY_SPAN, OPEN_A, OPEN_B, ASKED = range(6)
-"""Kinds of records: frames skipped along the paths, lanes in which two nodes are apart, frames of spans; and of lanes
-in which they are not, whether the children of one were taken or the faces of both asked."""
+OPEN_A, OPEN_B, ASK = range(3)
+"""What follows for two nodes that may meet: the children of one, or the faces of both."""
 
 
 class BlockQuestion(NamedTuple):
@@ -27,14 +26,12 @@ class BlockQuestion(NamedTuple):
 
     Frames ``start`` to ``stop``; packed frames count from ``start``, faces take ``bits_a`` and ``bits_b`` bits.
     ``pad``: metres that a dismissal keeps. ``faces``: all face pairs; else a frame is done at its first one.
-    ``record``: note everything that is dismissed, and how the search came there.
     """
 
     start: int
     stop: int
     pad: float
     faces: bool
-    record: bool
     bits_a: int
     bits_b: int
 
@@ -43,16 +40,13 @@ class Lists(NamedTuple):
     """Lists that the kernels fill and their caller lengthens: place 0 counts what follows, ``_end`` is the memory.
 
     ``keys``: face pairs that meet, as frame, face of A, face of B. ``later``: those that only exact arithmetic decides,
-    faces in leaf order. ``dismissed``: four numbers a record, in order: kind, first frame, lanes or last frame, and the
-    nodes of A and of B packed by 32 bits.
+    faces in leaf order.
     """
 
     keys: Memory
     keys_end: int
     later: Memory
     later_end: int
-    dismissed: Memory
-    dismissed_end: int
 
 
 NEAR_LANES = 2
@@ -90,33 +84,11 @@ def append(rows: Memory, value: int) -> None:
 
 
 @hot_kernel
-def note(lists: Lists, kind: int, frame: int, extent: int, a: int, b: int) -> None:
-    """One more record of a dismissal."""
-    stay_one_function()
-    append(lists.dismissed, kind)
-    append(lists.dismissed, frame)
-    append(lists.dismissed, extent)
-    append(lists.dismissed, (a << 32) | b)
-
-
-@hot_kernel
-def note_lanes(
-    lists: Lists, question: BlockQuestion, state: Memory, frame: int, before: int, mask: int, a: int, b: int
-) -> None:
-    """Keep the lanes that two root boxes leave, and on request a record of those that any two nodes dismiss."""
-    become_part_of_caller()
-    if a == 0 and b == 0:
-        state[NEAR_LANES] = mask
-    if question.record and before != mask:
-        note(lists, BY_BOX, frame, before & ~mask, a, b)
-
-
-@hot_kernel
 def step_below(boxes_a: Memory, a: int, leaf_a: int, boxes_b: Memory, b: int, leaf_b: int) -> int:
     """What to do with two nodes that may meet: open the larger one that is no leaf, or ask their faces."""
     become_part_of_caller()
     if leaf_a >= 0 and leaf_b >= 0:
-        return runtime_int(ASKED)
+        return runtime_int(ASK)
     a_first = leaf_b >= 0 or (leaf_a < 0 and boxes_a[16 * a + 15] > boxes_b[16 * b + 15])
     return runtime_int(OPEN_A) if a_first else runtime_int(OPEN_B)
 
@@ -136,17 +108,8 @@ def first_child(tree: TreeMemory, node: int) -> int:
 def have_room(lists: Lists) -> bool:
     """Whether every list can take what one step may add."""
     become_part_of_caller()
-    keys, later = lists.keys_end - lists.keys[0], lists.later_end - lists.later[0]
-    dismissed = lists.dismissed_end - lists.dismissed[0]
-    room: bool = min(min(keys, later), dismissed) > MOST_AT_ONCE
+    room: bool = min(lists.keys_end - lists.keys[0], lists.later_end - lists.later[0]) > MOST_AT_ONCE
     return room
-
-
-@hot_kernel
-def must_wait(fills: bool, lists: Lists) -> bool:
-    """Whether a step that fills the lists finds one full: of nodes only records do, a look before each took 3 %."""
-    become_part_of_caller()
-    return fills and not have_room(lists)
 
 
 @hot_kernel
@@ -239,30 +202,25 @@ def traverse_block(
     stack, pad = scratch.stack, question.pad
     depth, alive = scratch.state[0], scratch.state[1]
     while depth > 0:
-        if must_wait(question.record, lists):
-            scratch.state[0], scratch.state[1] = depth, alive
-            return False
         depth -= 3
         a, b, mask = stack[depth], stack[depth + 1], stack[depth + 2] & alive
         if mask == 0:
             continue
         leaf_a, leaf_b = runtime_int(links_a[2 * a + 1]), runtime_int(links_b[2 * b + 1])
-        before = mask
         mask = lanes_that_may_meet(
             boxes_a, a, boxes_b, b, scratch.relative, scratch.middle, chord, pad, mask, leaf_a >= 0 and leaf_b >= 0,
             scratch.offset,
         )  # fmt: skip
         work[NODE_TESTS] += 1
-        note_lanes(lists, question, scratch.state, frame, before, mask, a, b)
+        if a == 0 and b == 0:
+            scratch.state[NEAR_LANES] = mask
         if mask == 0:
             continue
         kind = step_below(boxes_a, a, leaf_a, boxes_b, b, leaf_b)
-        if question.record:
-            note(lists, kind, frame, mask, a, b)
-        if kind != ASKED:
+        if kind != ASK:
             depth = opened(tree_a, a, tree_b, b, kind, mask, stack, depth)
             continue
-        if must_wait(not question.record, lists):
+        if not have_room(lists):
             work[NODE_TESTS] -= 1
             scratch.state[0], scratch.state[1] = depth + 3, alive
             return False

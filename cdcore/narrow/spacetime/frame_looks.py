@@ -51,7 +51,7 @@ class FrameLooks:
 
     def _row(self, a: int, b: int) -> IntArray:
         trees, tracks = (self._trees[a], self._trees[b]), (self._tracks[a], self._tracks[b])
-        question = BlockQuestion(0, 1, 0.0, False, False, *bits_of(trees))
+        question = BlockQuestion(0, 1, 0.0, False, *bits_of(trees))
         rows = (trees[0].row, trees[1].row), (tracks[0].rows, tracks[1].rows)
         return self._workspace.rows_of(*rows, question, self._marks[None], self._work)
 

@@ -1,7 +1,7 @@
 """What a leaf of a box tree keeps of its faces, in the two frames it is asked in: its own box's and the body's.
 
 A face's plane is kept as a unit direction with its least and largest value on the face, so that it separates by its own
-numbers: for a needle the direction may be poor, the certificate never is.
+numbers: for a needle the direction may be poor, what it separates is apart.
 """
 
 from __future__ import annotations

@@ -17,7 +17,6 @@ from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime.block import COUNTERS, EXACT_TESTS, INTEGER_TESTS, SKIPPED_FRAMES, BlockQuestion
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, LARGEST_SKEW, SMALLEST_SIZE, position_pad
 from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.certificates import count_verified
 from cdcore.narrow.spacetime.far_poses import certainly_apart
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes, Tracks, pose_lanes
 from cdcore.narrow.spacetime.time_spans import SPAN_TESTS, first_near_of
@@ -75,14 +74,13 @@ class PairJob:
 
     def __init__(
         self, trees: Sequence[BoxTree], i: int, j: int, poses: Poses | Motion,
-        shared: Tracks | Sequence[PoseLanes | None], *, faces: bool, verify: bool, slack: float = 0.0,
+        shared: Tracks | Sequence[PoseLanes | None], *, faces: bool,
     ) -> None:  # fmt: skip
-        """``slack``: how much more a dismissal keeps than rounding asks for, as a share of the size of both."""
         # the smaller body is moved into the larger one's frame
         self.turned = bool(trees[i].boxes[0, 15] > trees[j].boxes[0, 15])
         self._a, self._b = (j, i) if self.turned else (i, j)
         self._trees = trees[self._a], trees[self._b]
-        self._poses, self._faces, self._verify, self._slack = poses, faces, verify, slack
+        self._poses, self._faces = poses, faces
         self.everywhere = self.frames = self.which = self._asked = poses.everywhere
         self._take(tuple(one for one in (shared[self._a], shared[self._b]) if one is not None))
         self._apart = self._near == len(poses.valid)
@@ -120,7 +118,7 @@ class PairJob:
         if len(self._lanes) < 2:
             return np.inf
         a, b = self._lanes
-        return pad_between(self._trees, a.size + b.size, a.skew + b.skew, self._slack)
+        return pad_between(self._trees, a.size + b.size, a.skew + b.skew)
 
     def _lanes_of(self, body: int, shared: Tracks | Sequence[PoseLanes | None]) -> PoseLanes:
         known = shared[body]
@@ -134,51 +132,32 @@ class PairJob:
 
         ``marks`` (2, n), all 0 before: sets hits to 1, and where no bounding volume keeps the bodies apart.
         """
-        if self._apart and not self._verify:
+        if self._apart:
             return self._dismissed(stop - start)
         if not isfinite(self._pad):
             return self._exhaustive(start, stop, marks)
-        work, begin = np.zeros(COUNTERS + 1, dtype=np.int64), perf_counter()
-        found = self._searched(start, stop, workspace, self._verify, marks, work)
+        work, begin = np.zeros(COUNTERS, dtype=np.int64), perf_counter()
+        (tree_a, tree_b), (a, b) = self._trees, self._lanes
+        question = BlockQuestion(start, stop, self._pad, self._faces, *self._bits)
+        found = workspace.traverse(tree_a, a, tree_b, b, question, marks, work)
         return self.finished(found, start, marks, work, begin)
 
     def finished(
         self, found: list[IntArray], start: int, marks: ByteArray, work: IntArray, begin: float
     ) -> FramesAnswer:
         """The answer of frames from ``start`` on, from the lists that their search, begun then, left."""
-        (keys, later, dismissed), clock = found, [begin, perf_counter()]
+        (keys, later), clock = found, [begin, perf_counter()]
         if len(later):
             keys = np.concatenate([keys, self._settled(later, start, marks[0], work)])
         clock.append(perf_counter())
-        if self._verify:
-            work[COUNTERS] = count_verified(self._trees, dismissed, self._placed)
         frame, faces = self._unpacked(keys) if len(keys) else (NO_FRAMES, NO_FACES)
         clock.append(perf_counter())
         search, exact, sorting = (after - before for before, after in pairwise(clock))
         return FramesAnswer(frame + start, faces, work, (search, exact, sorting))
 
-    def _searched(
-        self, start: int, stop: int, workspace: Workspace, record: bool, marks: ByteArray, work: IntArray
-    ) -> list[IntArray]:
-        (tree_a, tree_b), (a, b) = self._trees, self._lanes
-        question = BlockQuestion(start, stop, self._pad, self._faces, record, *self._bits)
-        return workspace.traverse(tree_a, a, tree_b, b, question, marks, work)
-
-    def records(self, start: int, stop: int, workspace: Workspace) -> IntArray | None:
-        """How the search through distinct frames ``start <= f < stop`` went, (m, 4): kind, first frame, lanes or last
-        frame, nodes.
-
-        The nodes are of the smaller body, then of the larger one (``turned``: the pair the other way round). ``None``:
-        sizes are not for the kernels.
-        """
-        if not isfinite(self._pad):
-            return None
-        marks, work = np.zeros((2, stop), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
-        return self._searched(start, stop, workspace, True, marks, work)[2].reshape(-1, 4)
-
     def _dismissed(self, count: int) -> FramesAnswer:
         """Frames that one climb over the spans dismissed: 5 us a pair where setting up the kernel's row takes 25."""
-        work = np.zeros(COUNTERS + 1, dtype=np.int64)
+        work = np.zeros(COUNTERS, dtype=np.int64)
         work[SKIPPED_FRAMES], work[SPAN_TESTS] = count, self._tests
         return FramesAnswer(NO_FRAMES, NO_FACES, work, (0.0, 0.0, 0.0))
 
@@ -237,7 +216,7 @@ class PairJob:
         frame = np.repeat(np.arange(start, stop), sizes) if self._faces else NO_FRAMES
         faces = np.concatenate(found).astype(np.int32) if self._faces else NO_FACES
         marks[0, start:stop], marks[1, start:stop] = sizes > 0, 1
-        return FramesAnswer(frame, faces, np.zeros(COUNTERS + 1, dtype=np.int64), (0.0, perf_counter() - begin, 0.0))
+        return FramesAnswer(frame, faces, np.zeros(COUNTERS, dtype=np.int64), (0.0, perf_counter() - begin, 0.0))
 
 
 def bits_of(trees: tuple[BoxTree, BoxTree]) -> tuple[int, int]:
@@ -250,12 +229,12 @@ def face_bits(tree: BoxTree) -> int:
     return (len(tree.faces) - 1).bit_length()
 
 
-def pad_between(trees: tuple[BoxTree, BoxTree], away: float, skew: float, slack: float = 0.0) -> float:
+def pad_between(trees: tuple[BoxTree, BoxTree], away: float, skew: float) -> float:
     """What a dismissal keeps, for bodies so far from the origin together; infinity where sizes are not for kernels."""
     size = trees[0].reach + trees[1].reach + away
     if not SMALLEST_SIZE <= size <= LARGEST_SIZE or skew > LARGEST_SKEW:
         return np.inf
-    return position_pad(size, skew) + slack * size
+    return position_pad(size, skew)
 
 
 def _distinct_frames(

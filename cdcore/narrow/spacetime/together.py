@@ -38,7 +38,7 @@ def search_together(
     searched &= (restless[a] + restless[b] > 0.0) & (room >= frames)
     columns, workspace, nodes = np.flatnonzero(searched), Workspace(), np.array([trees[body].row for body in bodies])
     workspace.make_room([trees[body] for body in bodies])
-    question = BlockQuestion(0, frames, 0.0, faces, False, bits[a], bits[b])
+    question = BlockQuestion(0, frames, 0.0, faces, bits[a], bits[b])
     rows = workspace.rows_of((nodes[a], nodes[b]), (tracks.rows[a], tracks.rows[b]), question, marks, work)
     found = workspace.traverse_all(rows[columns], position_pad(whole, off)[columns])
     return columns, ((int(columns[k]), lists) for k, lists in found)

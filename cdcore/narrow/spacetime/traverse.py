@@ -15,8 +15,6 @@ from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, 
 from cdcore.kernels.memory import Memory, address_of, bytes_at, doubles_at, words_at
 from cdcore.narrow.spacetime.block import (
     BLOCKS,
-    BY_PATH,
-    BY_SPAN,
     GAP_TESTS,
     MOST_AT_ONCE,
     NEAR_LANES,
@@ -25,7 +23,6 @@ from cdcore.narrow.spacetime.block import (
     Lists,
     Scratch,
     have_room,
-    note,
     traverse_block,
 )
 from cdcore.narrow.spacetime.bounds import CHORD_SLACK
@@ -50,7 +47,9 @@ POSE_B: Final = POSE_A + POSE_WORDS
 ROOM: Final = POSE_B + POSE_WORDS
 STACK, FOUND, STATE, HITS, NEAR, WORK = (ROOM + k for k in range(1, 7))
 LISTS: Final = ROOM + 7
-QUESTION: Final = LISTS + 6
+QUESTION: Final = LISTS + 4
+
+QUESTION_WORDS: Final = 5
 
 # doubles of the scratch memory
 MIDDLE, OFFSET, TURNED, PLANE, SPAN, MOVED = 96, 112, 136, 208, 240, 288
@@ -80,29 +79,26 @@ def scratch_memory(row: IntArray) -> Scratch:
 @hot_kernel
 def skipped(
     tree_a: TreeMemory, pose_a: PoseMemory, tree_b: TreeMemory, pose_b: PoseMemory, frame: int, question: BlockQuestion,
-    lists: Lists, work: Memory, state: Memory,
+    work: Memory, state: Memory,
 ) -> int:  # fmt: skip
-    """Count, and on request note, frames in which the bodies are certainly apart; returns the next frame to test.
+    """Count frames in which the bodies are certainly apart; returns the next frame to test.
 
     Each span is tested once. Path lengths come after it, because they reach beyond the end of a span.
     """
     stay_one_function()
-    stop, kind, following = question.stop, runtime_int(BY_SPAN), frame
+    stop, following = question.stop, frame
     if frame >= state[NEXT_SPAN]:
         reach = tree_a.boxes[15] + tree_b.boxes[15] + question.pad
         following = min(first_near(pose_a, pose_b, frame, reach, work), stop)
         state[NEXT_SPAN] = ((frame >> SPAN_BITS) + 1) << SPAN_BITS
     if following == frame:
         work[GAP_TESTS] += 1
-        kind, gap = runtime_int(BY_PATH), root_gap(tree_a.boxes, pose_a, tree_b.boxes, pose_b, frame, question.pad)
+        gap = root_gap(tree_a.boxes, pose_a, tree_b.boxes, pose_b, frame, question.pad)
         if gap > 0.0:
             following = first_unsafe(pose_a, pose_b, frame, stop, gap)
             if following - frame < SHORTEST_SKIP and following < stop:
                 following = frame
-    if following > frame:
-        work[SKIPPED_FRAMES] += following - frame
-        if question.record:
-            note(lists, kind, frame, following - 1, runtime_int(0), runtime_int(0))
+    work[SKIPPED_FRAMES] += following - frame
     return following
 
 
@@ -148,14 +144,9 @@ def traverse_frames(row: IntArray, pad: float) -> bool:
     pose_a, pose_b = pose_memory(row, runtime_int(POSE_A)), pose_memory(row, runtime_int(POSE_B))
     scratch = scratch_memory(row)
     state, hits, near, work = scratch.state, bytes_at(row[HITS]), bytes_at(row[NEAR]), words_at(row[WORK])
-    lists = Lists(
-        words_at(row[LISTS]), row[LISTS + 1], words_at(row[LISTS + 2]), row[LISTS + 3], words_at(row[LISTS + 4]),
-        row[LISTS + 5],
-    )  # fmt: skip
+    lists = Lists(words_at(row[LISTS]), row[LISTS + 1], words_at(row[LISTS + 2]), row[LISTS + 3])
     stop = row[QUESTION + 1]
-    question = BlockQuestion(
-        row[QUESTION], stop, pad, row[QUESTION + 2] != 0, row[QUESTION + 3] != 0, row[QUESTION + 4], row[QUESTION + 5]
-    )
+    question = BlockQuestion(row[QUESTION], stop, pad, row[QUESTION + 2] != 0, row[QUESTION + 3], row[QUESTION + 4])
     f = state[AT_FRAME]
     while f < stop:
         if not have_room(lists):
@@ -163,7 +154,7 @@ def traverse_frames(row: IntArray, pad: float) -> bool:
             return False
         lanes = min(runtime_int(LANES), stop - f)
         if state[IN_BLOCK] == 0:
-            following = skipped(tree_a, pose_a, tree_b, pose_b, f, question, lists, work, state)
+            following = skipped(tree_a, pose_a, tree_b, pose_b, f, question, work, state)
             if following > f:
                 f = following
                 continue
@@ -210,8 +201,8 @@ class Workspace:
     def __init__(self) -> None:
         self._room, self._found = np.empty(ROOM_DOUBLES), np.empty(4 * 64, dtype=np.int64)
         self._state, self._stack = np.zeros(STATES, dtype=np.int64), np.empty(0, dtype=np.int64)
-        self._lists = [np.zeros(length, dtype=np.int64) for length in (4096, 2 * MOST_AT_ONCE, 2 * MOST_AT_ONCE)]
-        self._row, self._pad = np.zeros(QUESTION + 6, dtype=np.int64), np.empty(1)
+        self._lists = [np.zeros(length, dtype=np.int64) for length in (4096, 2 * MOST_AT_ONCE)]
+        self._row, self._pad = np.zeros(QUESTION + QUESTION_WORDS, dtype=np.int64), np.empty(1)
         self._row[ROOM], self._row[FOUND], self._row[STATE] = map(address_of, (self._room, self._found, self._state))
         self._place_lists()
 
@@ -225,13 +216,13 @@ class Workspace:
         """
         self.make_room((tree_a, tree_b))
         rows = self.rows_of((tree_a.row, tree_b.row), (pose_a.row, pose_b.row), question, marks[None], work)
-        return next((found for _, found in self.traverse_all(rows, np.array([question.pad]))), [NOTHING] * 3)
+        return next((found for _, found in self.traverse_all(rows, np.array([question.pad]))), [NOTHING] * 2)
 
     def traverse_all(self, rows: IntArray, pads: FloatArray) -> Iterator[tuple[int, list[IntArray]]]:
         """Decide the questions of P rows.
 
         Yields the number of a row that leaves something in ``Lists``, and these without the counts in front: face pairs
-        that meet, those left open, dismissals. They hold until the next row.
+        that meet, and those left open. They hold until the next row.
         """
         first = 0
         while first < len(rows):
@@ -262,7 +253,7 @@ class Workspace:
 
         ``marks`` (P, 2, n) are set to 1 where there is contact, and where no bounding volume keeps the bodies apart.
         """
-        rows = np.empty((len(marks), QUESTION + 6), dtype=np.int64)
+        rows = np.empty((len(marks), QUESTION + QUESTION_WORDS), dtype=np.int64)
         rows[:] = self._row
         rows[:, :TREE_B], rows[:, TREE_B:POSE_A] = trees
         rows[:, POSE_A:POSE_B], rows[:, POSE_B:ROOM] = poses

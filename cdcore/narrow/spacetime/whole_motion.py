@@ -27,9 +27,9 @@ from cdcore.protocol import Motion
 
 COUNTER_NAMES = (
     "node_tests", "leaf_pairs", "face_tests", "world_tests", "exact_tests", "integer_tests", "blocks", "skipped",
-    "span_tests", "gap_tests", "verified",
+    "span_tests", "gap_tests",
 )  # fmt: skip
-"""Names of the kernel's counters, in its order, and of what the debug mode asked again."""
+"""Names of the kernel's counters, in its order."""
 STAGES = ("poses", "search", "exact", "faces")
 """Reading poses; planning pairs, spheres and trees; what only exact arithmetic decides; sorting and collecting."""
 _Read = tuple[Tracks | None, float]
@@ -65,27 +65,25 @@ class MotionAnswer:
 
 
 def decide_motion(
-    trees: Sequence[BoxTree], pairs: IntArray, poses: Poses | Motion, *, faces: bool = False, threads: int = 1,
-    verify: bool = False,
-) -> MotionAnswer:  # fmt: skip
+    trees: Sequence[BoxTree], pairs: IntArray, poses: Poses | Motion, *, faces: bool = False, threads: int = 1
+) -> MotionAnswer:
     """Decide every pair (P, 2) in every frame at which both bodies have a pose; a tree per body.
 
-    ``faces``: list all face pairs that meet. ``threads``: workers; the answer does not depend on it. ``verify``: ask
-    everything that was dismissed again, face by face, in exact arithmetic, which is very slow.
+    ``faces``: list all face pairs that meet. ``threads``: workers; the answer does not depend on it.
     """
     reaches, read = np.array([tree.reach for tree in trees]), _read(trees, pairs, poses)
     far = None if _all_near(read[0]) else far_poses(poses.translations, poses.valid, reaches)
     if far is None:
-        return _decide(trees, pairs, poses, read, faces, threads, verify)
+        return _decide(trees, pairs, poses, read, faces, threads)
     near = Poses(without(poses.rotations, far, poses.valid), without(poses.translations, far, poses.valid), poses.valid)
-    found = _decide(trees, pairs, near, _read(trees, pairs, near), faces, threads, verify)
+    found = _decide(trees, pairs, near, _read(trees, pairs, near), faces, threads)
     answers = [(found, poses.everywhere, np.arange(len(pairs)))]
     kept = np.ones((len(poses.valid), len(pairs)), dtype=np.bool_)
     for column, rows, asked in asked_apart(far, poses.valid, poses.translations, pairs, reaches):
         kept[rows, column] = False
         alone = Poses(poses.rotations[asked], poses.translations[asked], poses.valid[asked])
         one = pairs[[column]]
-        found = _decide(trees, one, alone, _read(trees, one, alone), faces, 1, verify)
+        found = _decide(trees, one, alone, _read(trees, one, alone), faces, 1)
         answers.append((found, asked, np.array([column])))
     return _together(answers, kept)
 
@@ -137,19 +135,18 @@ def _decide(
     read: _Read,
     faces: bool,
     threads: int,
-    verify: bool,
 ) -> MotionAnswer:
     """``decide_motion`` of poses none of which is far."""
     clock, (tracks, reading) = [perf_counter()], read
     shared: Tracks | list[None] = [None] * len(trees) if tracks is None else tracks
-    marks, work = np.zeros((len(pairs), 2, len(poses.valid)), dtype=np.uint8), np.zeros(COUNTERS + 1, dtype=np.int64)
+    marks, work = np.zeros((len(pairs), 2, len(poses.valid)), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
 
     def job(column: int) -> PairJob:
         i, j = pairs[column].tolist()
-        return PairJob(trees, i, j, poses, shared, faces=faces, verify=verify)
+        return PairJob(trees, i, j, poses, shared, faces=faces)
 
     left, done = np.ones(len(pairs), dtype=np.bool_), list[_Done]()
-    if tracks is not None and threads <= 1 and not verify and len(poses.valid) <= FRAMES_AT_ONCE:
+    if tracks is not None and threads <= 1 and len(poses.valid) <= FRAMES_AT_ONCE:
         columns, found = search_together(trees, pairs, tracks, faces, marks, work)
         left[columns] = False
         for column, lists in found:

@@ -20,10 +20,8 @@ from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
 from replay.outputs.results import fault_tables, parquet_tables
 from replay.outputs.results.parquet import KEYS, read_table, with_keys
 from replay.outputs.results.reading import checked_contacts, checked_summary, checked_table, read_json
-from replay.outputs.results.seal import PROOF, SEAL, write_seal
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds
-from replay.proof.claims import Proof
 from sessions.model.constants import SCENE_FACT
 from sessions.whole_files import whole_folder
 
@@ -130,13 +128,13 @@ def write_summary(folder: Path, kind: FolderKind, summary: Mapping[str, Any]) ->
 
 def write_run_folder(
     result: RunResult, out: Path, *, force: bool = False, picture: Picture | None = None,
-    files: Mapping[str, Path] | None = None, proof: Proof | None = None,
+    files: Mapping[str, Path] | None = None,
 ) -> Path:  # fmt: skip
     """Write tables, summary, report and picture of a run to the folder ``out``; folders above it are made too.
 
     ``force`` replaces an earlier run folder of that name; ``picture`` writes the recording, ``None``: no picture;
-    ``files`` are further files to put in, name -> where they are; ``proof`` is written and sealed, of a recording in a
-    file. Raises ``OutputError``: the folder exists, or cannot be written.
+    ``files`` are further files to put in, name -> where they are. Raises ``OutputError``: the folder exists, or cannot
+    be written.
     """
     check_target(out, force=force)
     with result_folder(out, RUN, force=force) as folder:
@@ -153,13 +151,8 @@ def write_run_folder(
         write_report(replace(result, out=out), folder / REPORT)
         for name, file in (files or {}).items():
             shutil.copyfile(file, folder / name)
-        if proof is not None:
-            (folder / PROOF).write_bytes(proof.written())
-            (folder / SEAL).touch()
         priced = {} if result.tradeoff is None else {"tradeoff": result.tradeoff.as_json()}
         write_summary(folder, RUN, {**result.summary, **priced})
-        if proof is not None:
-            write_seal(folder, Path(result.session.origin))
     return out
 
 

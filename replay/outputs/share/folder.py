@@ -14,6 +14,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
+from replay.base.file_hash import file_hash
 from replay.base.machine import versions
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.report.markup import ALLOWED, element, page_html, rendered
@@ -26,7 +27,6 @@ from replay.outputs.results.run_folder import (
     result_folder,
     write_summary,
 )
-from replay.outputs.results.seal import file_hash
 from replay.outputs.tables import Marked, table
 from replay.outputs.words import counted
 from sessions.mcap_format.metadata import SHARE

@@ -2,7 +2,7 @@ import pytest
 from support.small_worlds import cubes
 
 import replay
-from replay.errors import OutputError, ProofError
+from replay.errors import OutputError
 from sessions import write_session
 from sessions.errors import SessionFileError
 
@@ -32,10 +32,3 @@ def test_a_folder_in_the_way_is_refused_before_any_work(tmp_path):
         replay.run(tmp_path / "missing.mcap", out=tmp_path)
     with pytest.raises(SessionFileError):
         replay.run(tmp_path / "missing.mcap")
-
-
-def test_a_proof_without_a_file_or_a_run_folder_is_refused(tmp_path):
-    write_session(cubes(PLACES), tmp_path / "s.mcap")
-    for given, out in ((cubes(PLACES), tmp_path / "run"), (tmp_path / "s.mcap", None)):
-        with pytest.raises(ProofError, match="name both"):
-            replay.run(given, detectors="sphere", proof=True, out=out)

@@ -226,7 +226,6 @@ OUTSIDE = {
     "viewer.py": "ends of errors: test_viewer.py", "run_folder.py": "ends of errors: test_run_folder.py",
     "focus.py": "an error: test_focus.py", "columns.py": "an error: test_columns.py",
     "web_viewer.py": "ends of errors: share/test_folder.py", "folder.py": "the shared page: share/test_folder.py",
-    "proof_folder.py": "the counts of a verification: cli/verify.py",
 }  # fmt: skip
 
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from support.eight_frames import ARRAYS, EightFrames
 from support.motions import KINDS, grid_plate, rotations
+from support.slow_trees import faces_below
 
 from cdcore.kernels.compiling import kernel, runtime_int
 from cdcore.narrow.spacetime.box_tree import LEAF_FACES, build_box_tree
-from cdcore.narrow.spacetime.certificates import faces_below
 from cdcore.narrow.spacetime.memory import pose_memory, tree_memory
 
 MESHES = {name: make(np.random.default_rng(2)) for name, make in KINDS.items()}

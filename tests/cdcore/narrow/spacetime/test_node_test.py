@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from support.eight_frames import EightFrames
 from support.motions import rotations
+from support.slow_trees import faces_below
 
 from cdcore.kernels.compiling import kernel, runtime_int
 from cdcore.kernels.memory import doubles_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.certain_test import EDGE_ROOM, certain_lanes, move_edges
-from cdcore.narrow.spacetime.certificates import faces_below
 from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
 from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes

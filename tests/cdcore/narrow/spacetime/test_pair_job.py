@@ -30,7 +30,7 @@ def answered(one, start=0, stop=None):
 
 
 def job(given, i=0, j=1):
-    return PairJob(TREES, i, j, given, [None, None], faces=True, verify=False)
+    return PairJob(TREES, i, j, given, [None, None], faces=True)
 
 
 def test_repeats_are_asked_once():
@@ -59,7 +59,7 @@ def test_bodies_that_spans_keep_apart_are_asked_frame_by_frame_without_looking_f
     lanes = [
         pose_lanes(given.rotations, given.translations, k, given.everywhere, TREES[k].boxes[0], 9.0) for k in (0, 1)
     ]
-    asked = PairJob(TREES, 0, 1, given, lanes, faces=False, verify=False)
+    asked = PairJob(TREES, 0, 1, given, lanes, faces=False)
     assert asked.count == 100
     assert asked.first_near(0) == asked.first_near(63) == 100
     assert not answered(asked)[0].any()
@@ -71,7 +71,7 @@ def test_bodies_too_small_or_too_large_for_the_bounds_are_decided_exhaustively(s
     move = np.zeros((3, 2, 3))
     move[1, 0, 2] = scale
     given = Poses(np.tile(np.eye(3), (3, 2, 1, 1)), move, np.ones((3, 2), dtype=bool))
-    asked = PairJob(trees, 0, 1, given, [None, None], faces=False, verify=False)
+    asked = PairJob(trees, 0, 1, given, [None, None], faces=False)
     hits, found = answered(asked)
     assert hits.tolist() == [True, False, True]
     assert not found.work.any()

@@ -22,6 +22,6 @@ def test_each_pair_keeps_the_pad_of_both_bodies_their_places_and_their_skew(monk
         trees, pairs, tracks, False, np.zeros((3, 2, 20), dtype=np.uint8), np.zeros(20, dtype=np.int64)
     )
     poses = Poses(turn, move, np.ones((20, 3), dtype=bool))
-    alone = [PairJob(trees, i, j, poses, [None] * 3, faces=False, verify=False)._pad for i, j in pairs.tolist()]
+    alone = [PairJob(trees, i, j, poses, [None] * 3, faces=False)._pad for i, j in pairs.tolist()]
     assert columns.tolist() == [0, 1, 2]
     np.testing.assert_allclose(kept, alone, rtol=1e-12)

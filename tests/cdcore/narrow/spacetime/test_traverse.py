@@ -12,14 +12,9 @@ from cdcore.narrow.spacetime.block import (
     BLOCKS,
     COUNTERS,
     GAP_TESTS,
-    MOST_AT_ONCE,
     SKIPPED_FRAMES,
     SPAN_TESTS,
     BlockQuestion,
-    Lists,
-    append,
-    have_room,
-    note,
 )
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes
@@ -29,7 +24,7 @@ from cdcore.narrow.spacetime.traverse import Workspace
 
 def asked(scene, start, stop, faces=True):
     marks, work = np.zeros((2, 24), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
-    question = BlockQuestion(start, stop, scene.pad, faces, False, 8, 8)
+    question = BlockQuestion(start, stop, scene.pad, faces, 8, 8)
     (tree_a, tree_b), (pose_a, pose_b) = scene.trees, scene.poses
     lists = Workspace().traverse(tree_a, pose_a, tree_b, pose_b, question, marks, work)
     assert (marks[0] <= marks[1]).all()
@@ -72,7 +67,7 @@ def test_lists_lengthen_when_thousands_of_faces_touch():
     poses = [pose_lanes(turn, move, k, np.arange(frames), tree.boxes[0], tree.reach) for k in range(2)]
     marks, work = np.zeros((2, frames), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
     lists = Workspace().traverse(
-        tree, poses[0], tree, poses[1], BlockQuestion(0, frames, 1e-12, True, False, 9, 9), marks, work
+        tree, poses[0], tree, poses[1], BlockQuestion(0, frames, 1e-12, True, 9, 9), marks, work
     )
     assert marks[1].all()
     pairs = len(lists[0]) + len(lists[1])
@@ -97,23 +92,6 @@ def test_the_chord_is_the_largest_spectral_distance_from_the_middle(seed):
     assert np.array_equal(scene.middle.reshape(3, 3), turns[4])
     largest = max(np.linalg.norm(turn - turns[4], 2) for turn in turns)
     assert largest * (1 - 1e-13) <= scene.chord <= largest * (1 + 1e-9) + 1e-15
-
-
-@kernel
-def add(lists, value):
-    append(lists.keys, value)
-    note(lists, value, value + 1, value + 2, value + 3, value + 4)
-    return have_room(lists)
-
-
-def test_appending_keeps_the_order_and_the_length_in_front():
-    length = MOST_AT_ONCE + 20
-    lists = Lists(*(part for _ in range(3) for part in (np.zeros(length, dtype=np.int64), length)))
-    room = [add(lists, value) for value in range(1, 6)]
-    assert lists.keys[:6].tolist() == [5, 1, 2, 3, 4, 5]
-    assert lists.dismissed[0] == 20
-    assert lists.dismissed[1:5].tolist() == [1, 2, 3, (4 << 32) | 5]
-    assert room == [True, True, True, True, False]
 
 
 TWO = ["plus", "minus", "times", "least", "most"]

@@ -1,1 +1,0 @@
-"""Checks a proof of verdicts; shares no code with what made them."""
