@@ -1,0 +1,48 @@
+"""Every detector says today what it said when ``digests.json`` was written: verdicts, faces, counters.
+
+A change that is meant is written down by ``python tests/support/digests.py`` and the names of the groups it touches.
+"""
+
+import json
+
+import pytest
+from support.digests import FILE, QUICK, REAL, SLOW, VARIANTS, asked_in, digests, variant_name
+from support.shared_data import needs_data
+
+KNOWN = json.loads(FILE.read_text())
+PARTS = ("verdicts", "faces", "counters")
+
+
+def changes(group):
+    """Variants whose digests are not those written down, each with the parts that differ."""
+    found = {}
+    for variant in asked_in(group):
+        known, now = KNOWN[group][variant_name(*variant)].split(), digests(group, *variant).split()
+        parts = [part for part, before, after in zip(PARTS, known, now, strict=True) if before != after]
+        if parts:
+            found[variant_name(*variant)] = parts
+    return found
+
+
+@pytest.mark.parametrize("group", QUICK)
+def test_verdicts_faces_and_counters_are_those_written_down(group):
+    assert changes(group) == {}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("group", SLOW)
+def test_those_of_scenes_hard_cases_and_two_thousand_random_worlds_are_too(group):
+    assert changes(group) == {}
+
+
+@needs_data
+@pytest.mark.slow
+@pytest.mark.parametrize("group", REAL)
+def test_those_of_real_recordings_are_too(group):
+    assert changes(group) == {}
+
+
+def test_every_row_of_the_table_is_asked():
+    from cdcore.detectors import DETECTORS
+
+    assert {name for name, _ in VARIANTS} == set(DETECTORS)

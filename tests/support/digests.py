@@ -1,0 +1,133 @@
+"""What every detector says of many worlds, as short digests: verdicts, faces and counters, no times.
+
+``python tests/support/digests.py`` writes ``tests/contracts/digests.json`` anew, for a change that is meant; give names
+of groups to write only these.
+"""
+
+import hashlib
+import json
+import sys
+from functools import cache
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+sys.path.insert(0, str(Path(__file__).parents[2]))
+
+from support.random_worlds import SHAPES, World, random_world
+from support.shared_data import DATA
+
+from cdcore import create_detector
+from cdcore.errors import CollisionCoreError
+from replay.prepare.assemble import assemble
+from replay.studies.stress.found_scenes import SCENES as HARD
+from sessions.importers import import_session
+from sessions.synthetic.scenes import SCENES, make_scene_session
+
+FILE = Path(__file__).parents[1] / "contracts" / "digests.json"
+VARIANTS = (
+    ("sphere", {}), ("aabb", {}), ("obb", {}), ("obb", {"budget": 100}), ("static", {}), ("discrete", {}),
+    ("discrete", {"rate_hz": 50}), ("hybrid", {}), ("qaco", {"budget": 100}), ("hybrid-qaco", {"budget": 100}),
+    ("hybrid-qaco", {"decide": "mesh", "budget": 100}), ("collider", {}), ("collider", {"shape": "mesh"}),
+    ("collider", {"skin_m": 0.005}), ("rapid-style", {}), ("rapid-style", {"mode": "first"}), ("solid-style", {}),
+    ("solid-style", {"mode": "first", "budget": 40}), ("image-space", {"resolution": 8}), ("exact", {}),
+    ("continuous", {}),
+)  # fmt: skip
+"""Detectors and settings."""
+SCALE_FREE = ("sphere", "aabb", "obb", "collider", "rapid-style", "solid-style", "exact", "continuous")
+"""Detectors that promise an answer on faces without area and at any scale; the others round, or search by area."""
+QUICK_SCENES = ("silver-chloride", "gas-collection")
+RECORDINGS = ("grabLeft", "grabRight", "tracked-recording")
+QUICK_SEEDS, ALL_SEEDS = range(0, 13, 4), range(200)
+
+
+def strided(assembly, frames):
+    """Frames spread evenly over a recording, in threes that follow each other."""
+    first = np.linspace(0, len(assembly.motion) - 3, frames // 3).astype(np.int64)
+    motion = assembly.motion.take(np.unique(first[:, None] + np.arange(3)))
+    return World(assembly.bodies, motion, assembly.pairs)
+
+
+def of_scene(name, frames, **settings):
+    yield strided(assemble(make_scene_session(name, **settings)[0]), frames)
+
+
+def of_small_scene(name):
+    yield from of_scene(name, 30, faces=500)
+
+
+def of_recording(name, frames):
+    wand = DATA / "webxr-vive-controller" / "htc-vive-none.glb"
+    file = DATA / "aframe-motion-capture" / f"{name}.json"
+    yield strided(assemble(import_session("aframe", file, meshes={"left": wand, "right": wand})), frames)
+
+
+def of_hard_case(number):
+    for scene in islice(HARD[number][1](np.random.default_rng(3)), 12):
+        yield World(scene.bodies, scene.motion.frames(0, 12))
+
+
+def of_random(shape, seeds):
+    for seed in seeds:
+        yield random_world(seed, shape)
+
+
+QUICK = {f"small scene {name}": (of_small_scene, name) for name in QUICK_SCENES}
+QUICK |= {f"random {shape}, {len(QUICK_SEEDS)}": (of_random, shape, QUICK_SEEDS) for shape in SHAPES}
+SLOW = {f"scene {name}": (of_scene, name, 300) for name in SCENES}
+SLOW |= {f"hard case {number}": (of_hard_case, number) for number in HARD}
+SLOW |= {f"random {shape}": (of_random, shape, ALL_SEEDS) for shape in SHAPES}
+REAL = {f"recording {name}": (of_recording, name, 120) for name in RECORDINGS}
+GROUPS = QUICK | SLOW | REAL
+
+
+def variant_name(name, settings):
+    return name + "".join(f"[{key}={value}]" for key, value in settings.items())
+
+
+@cache
+def worlds(group):
+    maker, *operands = GROUPS[group]
+    return tuple(maker(*operands))
+
+
+def asked_in(group):
+    """The detectors that a group is shown to: of random worlds only those that promise an answer in them."""
+    kept = SCALE_FREE if group.startswith("random") else [name for name, _ in VARIANTS]
+    return [(name, settings) for name, settings in VARIANTS if name in kept]
+
+
+def digests(group, name, settings):
+    """Of verdicts, faces and counters in all worlds of a group, 12 digits each, in one line."""
+    totals = [hashlib.sha256() for _ in range(3)]
+    for world in worlds(group):
+        for total, part in zip(totals, parts_of(world, name, settings), strict=True):
+            total.update(f"{part}\n".encode())
+    return " ".join(total.hexdigest()[:12] for total in totals)
+
+
+def parts_of(world, name, settings):
+    """Digest of the verdicts, digest of the faces, and the counters, as texts; a refusal in place of all three."""
+    try:
+        detection = create_detector(name, world.bodies, pairs=world.pairs, **settings).detect(world.motion, faces=True)
+    except CollisionCoreError as error:
+        return [type(error).__name__] * 3
+    faces = None if detection.face_sets is None else detection.faces_digest
+    work = {key: int(np.sum(count)) for key, count in sorted(detection.work.items()) if np.sum(count)}
+    return detection.digest, faces, json.dumps(work)
+
+
+def write(groups):
+    """Digests of groups into the file, those of others as they are there."""
+    known = json.loads(FILE.read_text()) if FILE.exists() else {}
+    for group in groups:
+        print(group, flush=True)
+        known[group] = {variant_name(*one): digests(group, *one) for one in asked_in(group)}
+    kept = {group: known[group] for group in GROUPS if group in known}
+    FILE.write_text(json.dumps(kept, indent=0) + "\n")
+
+
+if __name__ == "__main__":
+    write(sys.argv[1:] or GROUPS)
