@@ -55,8 +55,8 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
     Row t of its answer is the closed interval from frame t-1 to t; row 0 is the pose itself.
     CONTACT: the surfaces meet at either end or between, seen exactly on triangles. ``toi`` holds, for every contact
     that begins in the interval, seconds (low, high): proven clear before ``low``, in contact at ``high``, at most 1e-6
-    s apart unless rounding hides a slow approach; a contact that the interval starts in has no entry. CLEAR and
-    CONTAINED: proven for the whole way.
+    s apart; further only where the bodies graze or creep nearer than rounding can tell, which far from the origin is
+    more. A contact that the interval starts in has no entry. CLEAR and CONTAINED: proven for the whole way.
     UNRESOLVED: neither, with a reason in ``reasons``. Where a pose is missing before a frame, or the track has a gap or
     a teleport, there is no way to speak of: CONTACT if the frame's own poses meet, else NO_POSE with the reason.
 

@@ -17,7 +17,17 @@ from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
-from cdcore.protocol import NO_FACES, Body, Detection, FaceSets, Motion, PairDetector, Verdict, pair_has_pose
+from cdcore.protocol import (
+    NO_FACES,
+    Body,
+    Detection,
+    FaceSets,
+    Motion,
+    PairDetector,
+    Verdict,
+    ordered_by_name,
+    pair_has_pose,
+)
 from cdcore.protocol.live import Live
 
 
@@ -70,6 +80,8 @@ class StaticDetector(PairDetector[StaticSettings]):
         self._spheres = [sphere_best(body.mesh) for body in bodies]
         self._broad = SphereStage(self._spheres, pairs)
         self._meshes = MeshStage(bodies, pairs)
+        # How far one body moved as seen from the other depends on which is which.
+        self._ordered, _ = ordered_by_name(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
 
     def live(self) -> Live:
@@ -120,7 +132,7 @@ class StaticDetector(PairDetector[StaticSettings]):
         """Which frames need a query, (K,); remembers the poses of the last one."""
         if not len(frames):
             return np.zeros(0, dtype=np.bool_)
-        i, j = self.pairs[column].tolist()
+        i, j = self._ordered[column].tolist()
         poses = np.concatenate([_flat(motion, frames, i), _flat(motion, frames, j)], axis=1)
         last = memory.poses[column]
         if self.settings.epsilon == 0.0:

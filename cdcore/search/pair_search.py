@@ -182,7 +182,8 @@ class PairSearch:
         stream = stream_of(self.settings.seed, *self.names, self._stamp, self._restart)
         sizes = (len(self._pick[0]), len(self._pick[1]))
         count[state.ITERATIONS], broken = search_as_printed(evaluate, is_over, sizes, self.settings, stream)
-        number[state.CLOSEST], (count[state.BEST_A], count[state.BEST_B]) = closest, pair
+        if closest < np.inf:  # else a warm start has spent the budget, and what it found holds
+            number[state.CLOSEST], (count[state.BEST_A], count[state.BEST_B]) = closest, pair
         return self._answer(broken=broken)
 
     def _run(self) -> None:

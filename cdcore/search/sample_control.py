@@ -41,7 +41,7 @@ def band_of(gap: float) -> int:
     """Band of a gap between the balls of two faces, in units of their mean size: 0 for overlap, else 1 to 9."""
     if not gap > 0.0:
         return 0
-    return 1 + max(0, min(math.floor(math.log2(gap)) + 3, BANDS - 2))
+    return 1 + max(0, min(math.floor(math.log2(min(gap, 2.0**BANDS))) + 3, BANDS - 2))
 
 
 @dataclass(eq=False)

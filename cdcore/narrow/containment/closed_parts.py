@@ -61,5 +61,7 @@ def _any_inside_alike(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> 
 
 def _winding(part: FloatArray) -> int:
     """1 where the normals of a closed part point out, -1 where they point in."""
-    a, b, c = np.moveaxis(part - part[0, 0], 1, 0)
+    # By a power of two, which rounds nothing: volumes of bodies of 1e103 m overflow, of 1e-110 m they vanish.
+    scaled = np.ldexp(part, -int(np.frexp(np.abs(part).max())[1]))
+    a, b, c = np.moveaxis(scaled - scaled[0, 0], 1, 0)
     return int(np.sign(np.einsum("fk,fk->", a, np.cross(b, c))))

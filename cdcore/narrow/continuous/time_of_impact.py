@@ -73,7 +73,8 @@ def time_of_impact(
     Returns
     -------
     TimeOfImpact
-        ``toi`` is at most 1e-6 s wide where HIT, unless the bodies graze or creep just before it, too close to decide.
+        ``toi`` is at most 1e-6 s wide where HIT; wider only where the bodies graze or creep nearer than rounding can
+        tell, which far from the origin is more.
 
     Raises
     ------

@@ -203,7 +203,7 @@ def test_containment_is_refused_where_faces_are_doubled(turned, count):
         ((ball_mesh(1.0), ball_mesh(0.7), turned(ball_mesh(0.4))), False),
     ],
 )
-@pytest.mark.parametrize("size", [1.0, 1e-3])
+@pytest.mark.parametrize("size", [1.0, 1e-3, 1e103, 1e-110])
 def test_containment_is_refused_where_parts_overlap_or_lie_inside_each_other(parts, decided, size):
     whole = merged(*parts)
     body = Body("parts", TriangleMesh(whole.vertices * size, whole.faces))
