@@ -42,6 +42,7 @@ class Motion:
     linked : (T, N) bool; whether the path from the frame before is known (False after a gap or a teleport), which
         detectors of intervals ask. ``None``: known wherever both ends are valid.
     names : N body names, used in messages.
+    copy : False: float64 arrays are kept as they are, made read-only and, where a rotation needs it, repaired in place.
 
     Raises
     ------
@@ -64,11 +65,11 @@ class Motion:
 
     def __init__(
         self, times: ArrayLike, translations: ArrayLike, rotations: ArrayLike, valid: ArrayLike | None = None, *,
-        linked: ArrayLike | None = None, names: Sequence[str] | None = None,
+        linked: ArrayLike | None = None, names: Sequence[str] | None = None, copy: bool = True,
     ) -> None:  # fmt: skip
         clock = _times(times)
-        place = _array(translations, "translations", (len(clock), None, 3))
-        turn = _array(rotations, "rotations", (len(clock), place.shape[1], 3, 3))
+        place = _array(translations, "translations", (len(clock), None, 3), copy=copy)
+        turn = _array(rotations, "rotations", (len(clock), place.shape[1], 3, 3), copy=copy)
         self._take(clock, place, turn, _mask(valid, place.shape[:2], "valid"), linked, names)
 
     def _take(

@@ -13,8 +13,7 @@ ONE_FRAME: Final = f"one frame at {HEADSET_HZ:g} Hz"
 """The word of a plot for the budget."""
 
 HELD_FRAMES: Final = 324_000
-"""Up to here (an hour at 90 Hz) frames and poses are held in memory: 52 MB per body. Beyond it, poses lie in a
-temporary file and frames are decoded again for every pass."""
+"""Up to here (an hour at 90 Hz) every frame is drawn, and what a search did and all faces that meet are kept."""
 
 VERDICT_FRAMES: Final = 65536
 """Frames whose verdicts are processed together: some 20 MB for 66 pairs, however long the session."""

@@ -15,12 +15,11 @@ from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
 from cdcore.errors import CollisionCoreError, OwnDetectorError
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.protocol import FaceSets, PairDetector, detect_live, own_failure, stream_live
-from replay.base.constants import BLOCK_FRAMES
+from replay.base.constants import BLOCK_FRAMES, HELD_FRAMES
 from replay.base.progress import Advance
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.recorded import RECORDED, recorded_detector
 from replay.errors import DetectorSpecError, ReplayError
-from replay.prepare.assemble_stored import StoredMotion
 from replay.prepare.assembly import Assembly
 
 if TYPE_CHECKING:
@@ -140,12 +139,11 @@ def run_detector(
 def _at_once(detector: Detector, assembly: Assembly, faces: bool, advance: Advance) -> Detection:
     motion = assembly.motion
     if len(motion) <= WHOLE_FRAMES:
-        # Frames of a motion are in memory, wherever the motion itself lies; kernels take nothing else.
-        detection = detector.detect(motion.frames(0, len(motion)), faces=faces)
+        detection = detector.detect(motion, faces=faces)
         advance(len(motion))
         return detection
     parts = _streamed(detector, motion, faces, advance)
-    return _joined(parts, detector, assembly) if isinstance(motion, StoredMotion) else join(parts)
+    return _joined(parts, detector, assembly) if len(motion) > HELD_FRAMES else join(parts)
 
 
 def face_sets_again(run: Run, assembly: Assembly, advance: Advance) -> tuple[FaceSets | None, Watched | None]:
@@ -173,7 +171,7 @@ def watched_again(detector: object, detection: Detection, motion: Motion) -> Wat
     # Here, since a run without a search loads no compiler.
     from cdcore.search.tracing import Watchable
 
-    known = detection.reproducible and not isinstance(motion, StoredMotion)
+    known = detection.reproducible and len(motion) <= HELD_FRAMES
     return detector.watch(motion) if known and isinstance(detector, Watchable) else None
 
 
@@ -190,7 +188,7 @@ def _faces_again(run: Run, motion: Motion, advance: Advance) -> Iterator[tuple[i
 
 
 def _joined(parts: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:
-    """Join the blocks of a motion on disk; their poses are dropped, and their faces too when there are too many."""
+    """Join the blocks of a motion of hours; their faces are dropped when there are too many."""
     kept: list[Detection] = []
     rows = 0
     for part in parts:

@@ -39,10 +39,10 @@ from replay.errors import DetectorSpecError, NoiseError
 from replay.pipeline.faces import face_source, recall_of_faces
 from replay.pipeline.run_result import Measured, RunResult
 from replay.pipeline.summary import summarise
-from replay.prepare.assemble import AssemblyLayout, Pairs, lay_out
-from replay.prepare.assemble_stored import assemble_bounded, decoded_once
+from replay.prepare.assemble import AssemblyLayout, Pairs, assemble, lay_out
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
+from replay.prepare.holding_poses import held
 from replay.prepare.noise import COPIES, parse_noise
 from replay.prepare.policy import Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
@@ -124,11 +124,11 @@ def prepared(
     # What a scene's effects do not name is not looked at, unless somebody asks for pairs, or looks about.
     alone = session.scene.effects is not None and not session.gaze and pairs is None and (planned.pairs or not looking)
     with progress.stage("examine"):
-        treatment = repair_session(decoded_once(session), rules, planned.bodies if alone else None)
+        treatment = repair_session(held(session, start, end), rules, planned.bodies if alone else None)
     with progress.stage("assemble"):
         wanted = _wanted(planned, pairs, treatment.session, looking)
         layout = lay_out(treatment.session, pairs=wanted, looking=looking, jumps=treatment.jumps)
-        assembly = assemble_bounded(treatment.session, layout, start=start, end=end)
+        assembly = assemble(treatment.session, start=start, end=end, layout=layout)
     return Prepared(planned, treatment, layout, assembly)
 
 

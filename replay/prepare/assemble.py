@@ -65,7 +65,7 @@ class AssemblyLayout:
 
     def assembly(self, frames: PlacedFrames, carried: int = 0) -> Assembly:
         """An assembly of placed frames, without the first ``carried`` ones, which only give the path into the rest."""
-        times = (frames.stamp_ns - self.scan.stamp_ns[0]) / 1e9
+        times = (frames.stamp_ns - self.scan.first_ns) / 1e9
         valid = frames.origin != PoseOrigin.NONE
         linked = valid & np.roll(valid, 1, axis=0)
         linked[:1] = False
@@ -75,7 +75,9 @@ class AssemblyLayout:
             linked[:, column] &= begun == ended
         if len(self.pairs):
             names = [body.name for body in self.bodies]
-            motion = Motion(times, frames.translation, frames.rotation, valid, linked=linked, names=names)
+            motion = Motion(
+                times, frames.translation, frames.rotation, valid, linked=linked, names=names, copy=bool(carried)
+            )
         else:
             # The survey has checked every sample, and no detector will use these poses: the compiler stays unloaded.
             motion = Motion.of_rigid(times, frames.translation, frames.rotation, valid, linked)
@@ -162,7 +164,8 @@ def assemble(
     'a-b'
     """
     layout = layout or lay_out(session, pairs=pairs)
-    return layout.assembly(PlacedFrames.join([*_placed_blocks(session, layout, 4 * BLOCK_FRAMES, start, end)]))
+    count = window_frames(layout.scan, start, end)
+    return layout.assembly(PlacedFrames.filled(count, _placed_blocks(session, layout, BLOCK_FRAMES, start, end)))
 
 
 def assemble_blocks(
@@ -200,14 +203,19 @@ def window_frames(seen: SessionScan, start: float | None, end: float | None) -> 
     return int(((seen.stamp_ns >= low) & (seen.stamp_ns <= high)).sum())
 
 
+def window_ns(first: int, last: int, start: float | None, end: float | None) -> tuple[int, int]:
+    """First and last stamp asked for, of a recording from the stamps ``first`` to ``last``."""
+    for seconds in (start, end):
+        if seconds is not None and not abs(seconds) <= LARGEST_SECONDS:
+            raise AssemblyError(f"{seconds:g} s is no time of a recording; give seconds from its first frame")
+    low = first if start is None else first + round(start * 1e9)
+    high = last if end is None else first + round(end * 1e9)
+    return low, high
+
+
 def _window(seen: SessionScan, start: float | None, end: float | None) -> tuple[int, int]:
     """First and last stamp asked for."""
-    zero, last = int(seen.stamp_ns[0]), int(seen.stamp_ns[-1])
-    for one in (start, end):
-        if one is not None and not abs(one) <= LARGEST_SECONDS:
-            raise AssemblyError(f"{one:g} s is no time of a recording; give seconds from its first frame")
-    low = zero if start is None else zero + round(start * 1e9)
-    high = last if end is None else zero + round(end * 1e9)
+    low, high = window_ns(seen.first_ns, int(seen.stamp_ns[-1]), start, end)
     if not ((seen.stamp_ns >= low) & (seen.stamp_ns <= high)).any():
         asked = f"between {0.0 if start is None else start:g} and {seen.duration if end is None else end:g} s"
         raise AssemblyError(f"no frame lies {asked}; the session runs from 0 to {seen.duration:.3f} s")

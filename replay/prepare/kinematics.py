@@ -5,10 +5,12 @@ parent is met in its tracker's frame, before its own offset. Bodies without pare
 recorded pose.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdcore.numerics import ByteArray, FloatArray, IntArray
 from cdcore.transforms.rigid import rotation_from_quaternion
@@ -49,6 +51,19 @@ class PlacedFrames:
         if len(parts) == 1:
             return parts[0]
         return cls(*(np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(cls)))
+
+    @classmethod
+    def filled(cls, count: int, parts: "Iterable[PlacedFrames]") -> "PlacedFrames":
+        """Blocks after each other, ``count`` frames in all, each block let go once it is taken in."""
+        arrays: list[NDArray[Any]] = []
+        row = 0
+        for part in parts:
+            columns = [getattr(part, item.name) for item in fields(cls)]
+            arrays = arrays or [np.empty((count, *one.shape[1:]), one.dtype) for one in columns]
+            for whole, column in zip(arrays, columns, strict=True):
+                whole[row : row + len(part)] = column
+            row += len(part)
+        return cls(*arrays)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 Some samples are replaced, dropped or held; every other sample keeps its bits.
 """
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
@@ -217,7 +217,7 @@ def repair_session(session: Session, policy: Policy, needed: Collection[str] | N
     scan, which names them.
     """
     looked = look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
-    findings = tuple(in_order([*examine_session(session, looked, needed)]))
+    findings = tuple(in_order([*_in_recording(session, examine_session(session, looked, needed))]))
     for finding in findings:
         if policy.rule(finding.code).action == REFUSE and finding.code not in NAMED_BY_SURVEY:
             raise RefusedError(_refusal(session, finding))
@@ -226,15 +226,30 @@ def repair_session(session: Session, policy: Policy, needed: Collection[str] | N
     repaired = session
     if replaced:
         repaired = replace(session, source=RepairedFrames(session.blocks, session.names, replaced))
-    flagged = [_flagged(looked, span, policy, replaced.get(span.column)) for span in spans]
+    first_ns = int(looked.stamp_ns[0]) if len(looked.stamp_ns) else 0
+    zero = first_ns if session.part is None else session.part.first_ns
+    flagged = [_flagged(looked, span, policy, replaced.get(span.column), zero) for span in spans]
     # The frame after a gap is flagged: the path into it is not known.
-    gaps = [_span(looked, "gap", "", row, row, 1, policy) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
+    gaps = [_span(looked, "gap", ("", row, row, 1), policy, zero) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
     as_recorded = not replaced and bool((np.diff(looked.stamp_ns) > 0).all())
     jumps = teleports(looked, spans) if as_recorded else None
     return Repair(repaired, policy, findings, (*flagged, *gaps), looked.digest, looked.pose_digest, jumps)
 
 
-def _flagged(looked: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None) -> FlagSpan:
+def _in_recording(session: Session, findings: Iterable[Finding]) -> Iterator[Finding]:
+    """Findings in a part of a recording, in seconds of the whole; nothing is said of what lies outside."""
+    if session.part is None:
+        yield from findings
+        return
+    first = session.part.first_ns
+    for finding in findings:
+        if finding.start_ns is not None and finding.end_ns is not None:
+            finding = replace(finding, start=(finding.start_ns - first) / 1e9, end=(finding.end_ns - first) / 1e9)
+        if finding.code != "stream-apart":
+            yield finding
+
+
+def _flagged(looked: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None, zero: int) -> FlagSpan:
     dropped = span.count if span.code == "tracking-lost" else 0
     held = interpolated = 0
     if replaced is not None:
@@ -242,14 +257,18 @@ def _flagged(looked: PosePass, span: PoseSpan, policy: Policy, replaced: Replace
             replaced.count(span.first, span.last, status) for status in (Status.LOST, Status.HELD, Status.INTERPOLATED)
         )
     where = looked.names[span.column], span.first, span.last, span.count
-    return _span(looked, span.code, *where, policy, dropped, held, interpolated)
+    return _span(looked, span.code, where, policy, zero, dropped, held, interpolated)
 
 
 def _span(
-    looked: PosePass, kind: str, body: str, first: int, last: int, samples: int, policy: Policy, *became: int
+    looked: PosePass, kind: str, where: tuple[str, int, int, int], policy: Policy, zero: int, *became: int
 ) -> FlagSpan:
-    """Frames ``first`` to ``last`` of a body; ``became``: samples that were dropped, held, interpolated."""
-    zero, start, end = (int(looked.stamp_ns[row]) for row in (0, first, last))
+    """A fault of a body from a first to a last frame with so many samples.
+
+    ``zero`` is the stamp of second 0; ``became``: samples that were dropped, held, interpolated.
+    """
+    body, first, last, samples = where
+    start, end = (int(looked.stamp_ns[row]) for row in (first, last))
     seconds = (start - zero) / 1e9, (end - zero) / 1e9
     return FlagSpan(kind, body, start, end, seconds[0], seconds[1], samples, str(policy.rule(kind)), *became)
 

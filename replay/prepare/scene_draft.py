@@ -10,7 +10,7 @@ from cdcore import Motion, create_detector
 from cdcore.numerics import BoolArray, FloatArray
 from cdcore.protocol import Verdict, counts_as_contact
 from replay.prepare.assemble import AssemblyLayout, assemble_blocks, lay_out
-from replay.prepare.assemble_stored import decoded_once
+from replay.prepare.holding_poses import decoded_once
 from replay.prepare.policy import parse_policy
 from replay.prepare.repair import repair_session
 from sessions import Session

@@ -1,7 +1,7 @@
 """One cheap pass over a session before any detector runs: its clock, which bodies move, which samples are no poses."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -12,6 +12,7 @@ from cdcore.numerics import QUATERNION_REJECT, BoolArray, FloatArray, IntArray
 from replay.base.constants import BLOCK_FRAMES
 from replay.prepare.interpolation import is_usable
 from sessions import Frames, Session
+from sessions.model.session import SessionPart
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +39,7 @@ def in_order(blocks: Iterable[Frames]) -> Iterator[OrderedFrames]:
         peak = np.maximum.accumulate(np.concatenate([[latest], block.stamp_ns]))
         keep = block.stamp_ns > peak[:-1]
         same = int((block.stamp_ns == peak[:-1]).sum())
-        columns = (getattr(block, item.name)[keep] for item in fields(Frames)[1:])
-        frames = block if keep.all() else Frames(block.names, *columns)
+        frames = block if keep.all() else block.take(keep)
         yield OrderedFrames(frames, np.flatnonzero(keep) + first, same, len(block) - len(frames) - same)
         latest, first = int(peak[-1]), first + len(block)
 
@@ -55,6 +55,7 @@ class SessionScan:
     Parameters
     ----------
     names : N tracked bodies.
+    first_ns : second 0, the stamp of the recording's first frame.
     stamp_ns : (T,) int64 of the frames kept, strictly increasing.
     repeated, backwards : frames left out because their stamp repeats the latest one, or lies before it.
     moves : (N,) bool, whether any two usable samples of a body differ.
@@ -63,6 +64,7 @@ class SessionScan:
     """
 
     names: tuple[str, ...]
+    first_ns: int
     stamp_ns: IntArray
     repeated: int
     backwards: int
@@ -73,8 +75,8 @@ class SessionScan:
 
     @property
     def duration(self) -> float:
-        """Seconds from the first frame kept to the last."""
-        return float(self.stamp_ns[-1] - self.stamp_ns[0]) / 1e9 if len(self.stamp_ns) else 0.0
+        """Seconds from the recording's first frame to the last one kept."""
+        return float(self.stamp_ns[-1] - self.first_ns) / 1e9 if len(self.stamp_ns) else 0.0
 
     def notes(self) -> tuple[str, ...]:
         """Sentences about what will be done to the frames and poses."""
@@ -96,13 +98,15 @@ def scan(session: Session) -> SessionScan:
     """
     stamps, repeated, backwards, off_norm, worst_norm = [np.zeros(0, dtype=np.int64)], 0, 0, 0, 1.0
     first, moves = np.full((len(session.names), 7), np.nan), np.zeros(len(session.names), dtype=np.bool_)
+    zero = None if session.part is None else session.part.first_ns
     for block in in_order(session.blocks(BLOCK_FRAMES)):
         repeated, backwards, frames = repeated + block.repeated, backwards + block.backwards, block.frames
         if not len(frames):
             continue
         stamps.append(frames.stamp_ns)
         usable = is_usable(frames.status)
-        norm = _norms_of_poses(block, usable, int(stamps[1][0]))
+        zero = int(frames.stamp_ns[0]) if zero is None else zero
+        norm = _norms_of_poses(block, usable, zero, session.part)
         off_norm += int((np.abs(norm - 1.0) > NORM_NOTE).sum())
         further = norm[np.abs(norm - 1.0) > abs(worst_norm - 1.0)]
         if len(further):
@@ -113,10 +117,10 @@ def scan(session: Session) -> SessionScan:
         moves |= ((pose != first).any(axis=-1) & usable).any(axis=0)
     kept = np.concatenate(stamps)
     step = int(np.median(np.diff(kept))) if len(kept) > 1 else 0
-    return SessionScan(session.names, kept, repeated, backwards, moves, step, off_norm, worst_norm)
+    return SessionScan(session.names, zero or 0, kept, repeated, backwards, moves, step, off_norm, worst_norm)
 
 
-def _norms_of_poses(block: OrderedFrames, usable: BoolArray, zero: int) -> FloatArray:
+def _norms_of_poses(block: OrderedFrames, usable: BoolArray, zero: int, part: SessionPart | None) -> FloatArray:
     """Norms of the quaternions (T, N), 1 where a sample is not used; ``zero`` is the stamp of second 0."""
     frames = block.frames
     with np.errstate(over="ignore", invalid="ignore"):
@@ -130,7 +134,9 @@ def _norms_of_poses(block: OrderedFrames, usable: BoolArray, zero: int) -> Float
             quaternion = frames.quaternion_xyzw[frame, body].tolist()
             what = f"quaternion {quaternion} has norm {float(norm[frame, body]):.6g}, not 1"
         time = float(frames.stamp_ns[frame] - zero) / 1e9
-        where = f"frame {block.numbers[frame]} ({time:.6f} s), body {frames.names[body]}: "
+        number = int(block.numbers[frame])
+        number = number if part is None else int(part.numbers[number])
+        where = f"frame {number} ({time:.6f} s), body {frames.names[body]}: "
         raise InvalidPoseError(f"{where}{what}; flag the sample as lost, repair it, or choose a --policy")
     return np.where(usable, norm, 1.0)
 

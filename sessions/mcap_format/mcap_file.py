@@ -3,17 +3,19 @@
 import io
 import struct
 import zlib
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Footer
+from numpy.typing import NDArray
 
-from sessions.mcap_format.catalogue import read_catalogue
+from sessions.mcap_format.catalogue import Region, read_catalogue
 from sessions.mcap_format.container import HEAD, MAGIC
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.refusals import refused
@@ -22,6 +24,7 @@ from sessions.mcap_format.unpacking import MessageTable, read_region, together
 from sessions.model.frames import Frames
 
 FOOTER_BYTES = HEAD.size + 20
+LEAST_POSE_BYTES = 24  # Of a message: a body's name, a stamp and the heads of fields; zeros are left out
 
 
 def read_attachment(content: bytes) -> tuple[Attachment, bool] | None:
@@ -69,16 +72,21 @@ class McapFile:
         """Whether it is of our profile, of any version."""
         return self.catalogue.profile.startswith(PROFILE_FAMILY)
 
-    def tables(self, *topics: str, backwards: bool = False) -> Iterator[MessageTable]:
-        """The regions that may hold messages of these topics, in file order; no other is unpacked."""
+    def regions(self, *topics: str) -> list[Region]:
+        """The regions that may hold messages of these topics, in file order."""
         ids = set[int]().union(*(self.catalogue.ids(topic) for topic in topics))
-        regions = self.catalogue.regions[::-1] if backwards else self.catalogue.regions
-        wanted = [region for region in regions if region.channels is None or region.channels & ids]
-        if not ids or not wanted:
-            return
+        wanted = [region for region in self.catalogue.regions if region.channels is None or region.channels & ids]
+        return wanted if ids else []
+
+    def read(self, regions: Iterable[Region]) -> Iterator[MessageTable]:
+        """The messages of each region, which is unpacked when its turn comes."""
         with self.path.open("rb") as stream:
-            read = (read_region(stream, region, self.catalogue) for region in wanted)
-            yield from read if backwards else together(read)
+            for region in regions:
+                yield read_region(stream, region, self.catalogue)
+
+    def tables(self, *topics: str) -> Iterator[MessageTable]:
+        """The regions that may hold messages of these topics, in file order; no other is unpacked."""
+        return together(self.read(self.regions(*topics)))
 
     def payloads(self, topic: str) -> Iterator[tuple[int, bytes]]:
         """(publish_ns, payload) of every message of a topic, in file order."""
@@ -93,7 +101,7 @@ class McapFile:
 
     def last_stamp(self) -> int | None:
         """The latest frame time of the last region that holds frames."""
-        for table in self.tables(TF, backwards=True):
+        for table in self.read(self.regions(TF)[::-1]):
             rows = table.of_channels(self.catalogue.ids(TF))
             if len(rows):
                 return int(table.publish_ns[rows].max())
@@ -114,16 +122,52 @@ class McapFile:
 
 @dataclass(frozen=True, eq=False)
 class McapFrames:
-    """Frames of a file, one column per name; each block is decoded when it is asked for."""
+    """Frames of a file, one column per name; each block is decoded when it is asked for.
+
+    ``window``: only frames whose stamps lie in it, ends included, are decoded; they are in ``kept``.
+    """
 
     file: McapFile
     names: tuple[str, ...]
+    window: tuple[int, int] | None = None
+    kept: Sequence[Region] | None = None
+
+    @property
+    def poses_at_most(self) -> int:
+        """More frames times bodies than are in the file, told without reading any."""
+        return sum(region.size for region in self._regions()) // LEAST_POSE_BYTES
+
+    def stamps(self) -> NDArray[np.int64]:
+        """The stamps of all frames, (T,), in file order; nothing is decoded."""
+        return np.concatenate([np.zeros(0, np.int64), *(part for _, part in self._stamps())])
+
+    def between(self, low_ns: int, high_ns: int) -> "McapFrames":
+        """The frames whose stamps lie between two, both included; the regions of others are not read again."""
+        kept: list[Region] = []
+        before: Region | None = None
+        for region, stamps in self._stamps():
+            if ((stamps >= low_ns) & (stamps <= high_ns)).any():
+                # A note on the first frame of a region may stand at the end of the one before.
+                if before is not None and kept[-1:] != [before]:
+                    kept.append(before)
+                kept.append(region)
+            before = region
+        return replace(self, window=(low_ns, high_ns), kept=tuple(kept))
+
+    def _regions(self) -> Sequence[Region]:
+        return self.file.regions(TF, TRACKING) if self.kept is None else self.kept
+
+    def _stamps(self) -> Iterator[tuple[Region, NDArray[np.int64]]]:
+        decoder, regions = FrameDecoder(self.file.catalogue, self.names), self._regions()
+        for region, table in zip(regions, self.file.read(regions), strict=True):
+            yield region, table.publish_ns[decoder.frame_rows(table)]
 
     def blocks(self, frames: int) -> Iterator[Frames]:
         """All frames in file order, in blocks of this many (the last may be shorter)."""
         held: list[Frames] = []
-        decoder = FrameDecoder(self.file.catalogue, self.names)
-        for part in (part for table in self.file.tables(TF, TRACKING) for part in decoder.decode(table)):
+        decoder = FrameDecoder(self.file.catalogue, self.names, self.window)
+        tables = together(self.file.read(self._regions()))
+        for part in (part for table in tables for part in decoder.decode(table)):
             held.append(part)
             while sum(map(len, held)) >= frames:
                 whole = Frames.join(held) if len(held) > 1 else held[0]

@@ -32,10 +32,14 @@ class FrameDecoder:
     """Decodes regions in file order; remembers layouts, and the validity note that waits for its frame.
 
     ``names`` are the bodies, one per column; ``None``: columns are added as bodies appear. More frames times bodies, or
-    more bodies that messages repeat or note, than the file has room for are refused.
+    more bodies that messages repeat or note, than the file has room for are refused. ``window``: frames whose stamps
+    lie outside are not decoded.
     """
 
-    def __init__(self, catalogue: Catalogue, names: tuple[str, ...] | None) -> None:
+    def __init__(
+        self, catalogue: Catalogue, names: tuple[str, ...] | None, window: tuple[int, int] | None = None
+    ) -> None:
+        self._window = window
         self._where, self._tf, self._tracking = catalogue.path, catalogue.ids(TF), catalogue.ids(TRACKING)
         self._grow = names is None
         self._columns = {name: column for column, name in enumerate(names or ())}
@@ -57,15 +61,27 @@ class FrameDecoder:
         """The bodies, one per column."""
         return tuple(self._columns)
 
-    def decode(self, table: MessageTable) -> Iterator[Frames]:
-        """The frames of one region, in parts of bounded size; a message that is not what it should be is an error."""
+    def frame_rows(self, table: MessageTable) -> NDArray[np.int64]:
+        """Numbers of the messages that are frames, with samples or without."""
+        return self._frames_and_notes(table)[0]
+
+    def _frames_and_notes(self, table: MessageTable) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         notes = table.of_channels(self._tracking)
         empty = np.array([table.payload(row) == FRAME_WITHOUT_SAMPLES for row in notes.tolist()], dtype=np.bool_)
-        rows = np.union1d(table.of_channels(self._tf), notes[empty])
+        return np.union1d(table.of_channels(self._tf), notes[empty]), notes[~empty]
+
+    def decode(self, table: MessageTable) -> Iterator[Frames]:
+        """The frames of one region, in parts of bounded size; a message that is not what it should be is an error."""
+        rows, notes = self._frames_and_notes(table)
         size = table.end[rows] - table.start[rows]
         if len(size) and size.max() > MESSAGE_BYTES:
             raise self._refused(f"a message on /tf takes {size.max()} bytes, more than the {MESSAGE_BYTES} allowed")
-        pending = self._notes_of(table, rows, notes[~empty])
+        pending = self._notes_of(table, rows, notes)
+        if self._window is not None:
+            stamps = table.publish_ns[rows]
+            inside = np.flatnonzero((stamps >= self._window[0]) & (stamps <= self._window[1]))
+            numbers = {row: number for number, row in enumerate(inside.tolist())}
+            rows, pending = rows[inside], {numbers[row]: note for row, note in pending.items() if row in numbers}
         at_once = max(1, CELLS_AT_ONCE // max(1, len(self._columns)))
         for start in range(0, len(rows), at_once):
             part = rows[start : start + at_once]

@@ -60,6 +60,11 @@ class Frames:
         arrays = [getattr(self, item.name)[start:stop] for item in fields(self)[1:]]
         return Frames(self.names, *arrays)
 
+    def take(self, rows: NDArray[np.bool_] | NDArray[np.int64]) -> "Frames":
+        """The frames of a mask (T,), or of these numbers, as copies."""
+        arrays = [getattr(self, item.name)[rows] for item in fields(self)[1:]]
+        return Frames(self.names, *arrays)
+
     def blocks(self, frames: int) -> "Iterator[Frames]":
         """These frames in consecutive blocks of at most this many."""
         for start in range(0, len(self), frames):

@@ -1,12 +1,12 @@
 """A recorded session: poses, meshes, scene and events; in memory or larger than memory."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from sessions.errors import MeshFileError, SessionError
 from sessions.mesh_data import MeshData
@@ -32,6 +32,39 @@ class FrameSource(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
+class SessionPart:
+    """Where the frames of a session stand in the recording that they are a part of.
+
+    Parameters
+    ----------
+    first_ns : the stamp of the recording's first frame, which is its second 0.
+    numbers : (T,) int64, the numbers of the frames in the recording, from 0.
+    """
+
+    first_ns: int
+    numbers: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class _Between:
+    """The frames of another source whose stamps lie between two, both included."""
+
+    source: FrameSource
+    low_ns: int
+    high_ns: int
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.source.names
+
+    def blocks(self, frames: int) -> Iterator[Frames]:
+        for block in self.source.blocks(frames):
+            inside = (block.stamp_ns >= self.low_ns) & (block.stamp_ns <= self.high_ns)
+            if inside.any():
+                yield block.take(inside)
+
+
+@dataclass(frozen=True, eq=False)
 class Session:
     """One session, canonical frame (right-handed, +Y up, -Z forward), metres, nanoseconds.
 
@@ -52,6 +85,7 @@ class Session:
     colliders : body name -> the solids that an engine has in place of its mesh, in the body's own frame.
     gaze : participant -> where they looked.
     scalars : name -> a number over time: a heart rate, a marker, a channel of an EEG.
+    part : where the frames stand in the recording, of whose frames these are a part; ``None``: they are all.
     """
 
     source: FrameSource
@@ -67,6 +101,7 @@ class Session:
     colliders: Mapping[str, tuple[MeshData, ...]] = field(default_factory=dict)
     gaze: Mapping[str, GazeTrack] = field(default_factory=dict)
     scalars: Mapping[str, ScalarTrack] = field(default_factory=dict)
+    part: SessionPart | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -85,6 +120,25 @@ class Session:
             yield from self.frames.blocks(frames)
         else:
             yield from self.source.blocks(frames)
+
+    def stamps(self) -> NDArray[np.int64]:
+        """The stamps of all frames, (T,) int64, in file order; of a file no pose is decoded for them."""
+        known = getattr(self.source, "stamps", None)
+        if known is not None and "frames" not in self.__dict__:
+            return np.asarray(known(), dtype=np.int64)
+        return np.concatenate([np.zeros(0, np.int64), *(block.stamp_ns for block in self.blocks(BLOCK_FRAMES))])
+
+    def between(self, low_ns: int, high_ns: int) -> "Session":
+        """The frames whose stamps lie between two, both included, as a session; of a file no other is decoded.
+
+        All else of the session stays, and ``part`` says where the frames stand in the recording.
+        """
+        stamps = self.stamps()
+        numbers = np.flatnonzero((stamps >= low_ns) & (stamps <= high_ns))
+        known = getattr(self.source, "between", None)
+        source = _Between(self.source, low_ns, high_ns) if known is None else known(low_ns, high_ns)
+        first_ns = int(stamps[0]) if len(stamps) else 0
+        return replace(self, source=source, part=SessionPart(first_ns, numbers))
 
     @cached_property
     def tracks(self) -> dict[str, Track]:

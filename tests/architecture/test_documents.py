@@ -21,6 +21,7 @@ from replay.comparison.tolerance import TAU
 from replay.guide.pages import FOLDER, INDEX, page, topics
 from replay.outputs.rerun_log.viewer import _target as target_of
 from replay.outputs.results.run_folder import read_run_folder
+from replay.prepare.holding_poses import MOST_POSES
 from replay.prepare.policy import LIMIT_S
 from replay.studies.class_study.refusals import LEAST_STUDENTS
 from replay.studies.class_study.regression import PERMUTATION_BELOW
@@ -232,6 +233,7 @@ SETTLED = {
     f"{LEAST_STUDENTS} students", f"{PERMUTATION_BELOW} students", f"{len(FAMILIES)} families", f"{len(CASES)} cases",
     f"{QUICK_PAIRS} pairs", f"{SPACE_RADIUS:g} m", f"{100 * MOST_DRIFT:g} %", f"{100 * wilson(0, 18)[1]:.1f} %",
     *re.findall(r"\d+ (?:s|%)", LIMIT),
+    f"{MOST_POSES / 1e6:g} million", *(["two hours"] if MOST_POSES >= 2 * 3600 * 90 * 12 else []),
     "120 Hz", "10 %",  # RATES_HZ and the width that repeats are to reach
     "18 bumps",  # as the tests of that session count
     "1 m", f"{1000 / HEADSET_HZ:.0f} mm",  # of a hand at 1 m/s, from frame to frame

@@ -32,7 +32,7 @@ HOMES = {
     "quaternion inverse": "sessions.geometry.rotations:quaternion_inverse",
     "turned vectors": "sessions.geometry.rotations:rotated",
     "the red of a miss": "replay.outputs.palette:MISSED",
-    "the session decoded once": "replay.prepare.assemble_stored:decoded_once",
+    "the session decoded once": "replay.prepare.holding_poses:decoded_once",
     "Wilson's interval": "replay.base.wilson:wilson",
     "the share of what comes in clusters": "replay.base.wilson:share_of_clusters",
     "what intervals are over": "replay.base.wilson:OVER_CONTACTS",

@@ -51,7 +51,7 @@ def test_sessions_never_load_a_geometry_engine_to_read_poses():
 
 
 def test_what_computes_does_not_know_who_writes():
-    modules = "pipeline.engine", "comparison.misses", "comparison.compare", "prepare.assemble_stored"
+    modules = "pipeline.engine", "comparison.misses", "comparison.compare", "prepare.holding_poses"
     names = ", ".join(f"replay.{module}" for module in (*modules, "pipeline.summary"))
     assert not loaded_by(f"import {names}") & {"rerun", "pyarrow", "rich", "click", "mcap", "matplotlib"}
 

@@ -70,7 +70,7 @@ SAMPLED = {
     "test_the_budget_line_is_drawn_where_it_does_not_press_the_curves_down": 3,
     "test_a_solid_of_every_shape_is_drawn_as_it_decided": 3,
     "test_each_row_says_what_an_audit_of_its_setting_says": 2,
-    "test_a_detector_answers_alike_on_both_sides_of_the_limit": 2,
+    "test_a_detector_answers_alike_on_both_sides_of_an_hour": 2,
     "test_what_a_live_run_looked_at_in_vain_is_noted_alike_without_a_second_search": 2,
     "test_a_question_is_answered_by_clicks_as_a_recount_answers_it": 4,
     "test_the_page_fits_a_phone_says_no_error_and_asks_for_nothing_else": 2,

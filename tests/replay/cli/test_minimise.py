@@ -4,11 +4,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from support.small_worlds import STEP_NS, cube
+from support.small_worlds import STEP_NS, cube, cubes
 
 from replay.cli.main import main
 from replay.cli.minimise import LIMIT
-from sessions import Event, GazeTrack, HandTrack, Interval, LiveContact, ScalarTrack, Session, Track, write_session
+from replay.outputs.results.run_folder import METRICS, read_run_folder
+from replay.pipeline.engine import compute
+from sessions import (
+    Event,
+    GazeTrack,
+    HandTrack,
+    Interval,
+    LiveContact,
+    ScalarTrack,
+    Session,
+    Track,
+    read_session,
+    write_session,
+)
 from sessions.scene_files.scene_toml import parse_scene
 
 SERIAL, NAME, FOLDER = "LHR-0A1B2C3D", "Zoe Quimby", "C:/Users/quimby/lab"
@@ -72,38 +85,61 @@ def recording(tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize("more", [[], ["--keep", "time", "--keep", "place"], ["--drop", "head", "--drop", "height"]])
 @pytest.mark.parametrize("form", ["text", "json"])
-def test_no_serial_name_or_path_is_in_any_output(recording, tmp_path, capsys, more, form):
+def test_no_serial_name_or_path_is_in_any_output(recording, tmp_path, capsys, form):
     assert found_in(recording) == {*SECRETS}
     out = tmp_path / "small.mcap"
-    assert main(["minimise", str(recording), "-o", str(out), "--format", form, *more]) == 0
+    assert main(["minimise", str(recording), "-o", str(out), "--format", form]) == 0
     said = capsys.readouterr()
     assert found_in(out) == set()
     assert not [word for word in SECRETS if word in (said.out + said.err).lower()]
     assert "anonym" not in (said.out + said.err).lower()
     if form == "json":
         plain = json.loads(said.out)
-        assert plain["limit"] == LIMIT and plain["contacts"]["pair_frames"] == 6
-        assert plain["contacts"]["contacts"] == 3
+        assert plain["limit"] == LIMIT and "1 of 1 effect" in plain["kept"]
     else:
-        assert "of 6 pair-frames differ; 3 were contact" in said.out and " ".join(said.out.split()).endswith(LIMIT)
-        assert "new names: 1 of kind body, 1 of kind tag, 1 of kind group" in said.out
-        assert "taken out: 6 facts, 2 texts of events and intervals" in said.out
+        assert "1 interval" in said.out and " ".join(said.out.split()).endswith(LIMIT)
 
 
-def test_an_allowed_name_stays_and_a_file_is_replaced_only_with_force(recording, tmp_path, capsys):
+def test_poses_meshes_and_contacts_stay_and_the_clock_begins_in_2000(recording, tmp_path):
     out = tmp_path / "small.mcap"
-    call = ["minimise", str(recording), "-o", str(out), "--allow", SERIAL, "-q"]
-    assert main(call) == 0 and found_in(out) == {"0a1b2c3d"}
+    assert main(["minimise", str(recording), "-o", str(out)]) == 0
+    before, after = read_session(recording), read_session(out)
+    assert after.frames.position.tobytes() == before.frames.position.tobytes()
+    assert after.frames.quaternion_xyzw.tobytes() == before.frames.quaternion_xyzw.tobytes()
+    assert np.array_equal(np.diff(after.frames.stamp_ns), np.diff(before.frames.stamp_ns))
+    epoch = np.datetime64(0, "s") + np.timedelta64(int(after.frames.stamp_ns[0]), "ns")
+    assert str(epoch).startswith("2000-01-01T00:00:00")
+    assert len(after.meshes) == 2 and len(after.colliders) == 1 and not (after.hands or after.gaze or after.scalars)
+    runs = [compute(one, detectors="exact", oracle="none").detections["exact"] for one in (before, after)]
+    assert runs[0].verdict.tobytes() == runs[1].verdict.tobytes() and runs[0].verdict.any()
+
+
+def test_a_class_page_groups_by_tasks_and_participants_of_minimised_recordings(tmp_path):
+    rows = []
+    for number, task in enumerate(("titration", "pouring", "titration")):
+        path, out = tmp_path / f"{number}.mcap", tmp_path / f"small-{number}.mcap"
+        start = 1_700_000_000 * 10**9 + number * 86_400 * 10**9
+        made = cubes({"a": [0.0] * 6, "b": [3, 0.9, 0.9, 1.0, 3, 3]})
+        made = replace(
+            made, facts={"pseudonym": f"P{number % 2}"}, source=made.frames,
+            intervals=(Interval(0, 5 * STEP_NS, "task", task, {"begun": str(start)}),),
+        )  # fmt: skip
+        write_session(made, path)
+        assert main(["minimise", str(path), "-o", str(out), "-q"]) == 0
+        run = tmp_path / f"run-{number}"
+        assert main(["run", str(out), "--out", str(run), "--detectors", "hybrid", "--no-picture", "-q"]) == 0
+        rows += read_run_folder(run).rows(METRICS)[:1]
+    tasks, students = ([row[key] for row in rows] for key in ("task", "student"))
+    assert tasks[0] == tasks[2] != tasks[1] and tasks[0].startswith("task-")
+    assert students[0] == students[2] != students[1] and students[0].startswith("participant-")
+
+
+def test_a_file_is_replaced_only_with_force(recording, tmp_path, capsys):
+    call = ["minimise", str(recording), "-o", str(tmp_path / "small.mcap"), "-q"]
+    assert main(call) == 0
     assert main(call) == 1 and "--force" in capsys.readouterr().err
     assert main([*call, "--force"]) == 0
-
-
-def test_a_recording_without_pairs_is_written_and_says_that_nothing_was_compared(tmp_path, capsys):
-    write_session(replace(told(), meshes={}, colliders={}), tmp_path / "bare.mcap")
-    assert main(["minimise", str(tmp_path / "bare.mcap"), "-o", str(tmp_path / "out.mcap")]) == 0
-    assert "contacts by exact: not compared; no pair of bodies can be asked" in capsys.readouterr().out
 
 
 def test_the_limit_is_the_published_one():

@@ -81,8 +81,7 @@ def test_detections_are_kept_from_effects_that_name_no_detector():
         ran(spec("pour", lambda inputs: inputs.contact(("a", "b"))))
 
 
-def test_effects_of_a_session_of_hours_with_its_poses_on_disk_are_the_same(monkeypatch):
-    import replay.prepare.assemble_stored as stored
+def test_effects_of_a_motion_in_blocks_are_the_same(monkeypatch):
     from replay.detection import run_detector as detecting
     from replay.pipeline.engine import compute
     from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -95,9 +94,7 @@ def test_effects_of_a_session_of_hours_with_its_poses_on_disk_are_the_same(monke
     places = [1.3 - 0.02 * min(k, 17) for k in range(60)]
     session = cubes({"a": [0.0] * 60, "b": places}, scene=scene)
     held = compute(session, detectors=())
-    monkeypatch.setattr(stored, "HELD_FRAMES", 10)
     monkeypatch.setattr(detecting, "WHOLE_FRAMES", 16)
-    on_disk = compute(session, detectors=())
-    assert type(on_disk.assembly.motion).__name__ == "StoredMotion"
-    one, other = ({k: run.output.digest for k, run in result.effects.items()} for result in (held, on_disk))
+    in_blocks = compute(session, detectors=())
+    one, other = ({k: run.output.digest for k, run in result.effects.items()} for result in (held, in_blocks))
     assert one == other and held.effects["breakage"].output.named("broken")

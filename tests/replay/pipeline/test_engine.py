@@ -138,15 +138,14 @@ def test_an_audited_detector_that_effects_name_is_asked_live_and_lists_its_faces
     assert told["seconds"]["detect"] == pytest.approx(sum(spent.sum() for spent in exact.seconds.values()))
 
 
-def test_a_session_too_long_for_memory_gives_the_same_answers(monkeypatch):
+def test_a_session_of_hours_gives_the_same_answers(monkeypatch):
     def answers(result):
         digests = {label: (found.digest, found.face_sets is not None) for label, found in result.detections.items()}
         return digests, result.misses, result.episodes
 
     asked = {"detectors": "slow=discrete[rate_hz=20],hybrid-qaco,static", "oracle": "hybrid"}
     held = answers(compute(cubes(BUMP), **asked))
-    monkeypatch.setattr("replay.prepare.assemble_stored.HELD_FRAMES", 5)
-    monkeypatch.setattr("replay.prepare.assemble_stored.BLOCK_FRAMES", 4)
+    monkeypatch.setattr("replay.detection.run_detector.HELD_FRAMES", 5)
     monkeypatch.setattr("replay.detection.run_detector.WHOLE_FRAMES", 3)
     assert answers(compute(cubes(BUMP), **asked)) == held
     monkeypatch.setattr("replay.detection.run_detector.FACE_ROWS", 3)

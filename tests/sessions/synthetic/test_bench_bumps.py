@@ -18,7 +18,6 @@ from sessions.synthetic.assembly import Recording
 from sessions.synthetic.bench import BENCH_TOP, STAND_M, Instruments, Placed, standing, with_text
 from sessions.synthetic.bench_bumps import PLACED, SECONDS, make_bench_bumps
 from sessions.synthetic.bump_scripts import BumpPlan, left_hand, right_hand, watching
-from sessions.synthetic.looks import looks, predicted
 from sessions.synthetic.truth import CLEAR, PRESENT
 
 HELD = {"rod", "hand-right"}
@@ -48,21 +47,6 @@ def test_an_engine_sees_the_planted_bumps_and_nothing_else(made):
         assert not contacts(found, pair)[expected == CLEAR].any(), pair
 
 
-@pytest.mark.parametrize("rate_hz", [22.5, 50.0])
-def test_what_looks_at_a_rate_miss_the_closed_form_names(made, rate_hz):
-    session, truth, found = made
-    stamps = session.frames.stamp_ns
-    answer = predicted(truth, stamps, rate_hz)
-    groups = answer.caught, answer.missed, answer.unseen, answer.undecided
-    assert len(truth.episodes) == sum(map(len, groups)) == 18 and answer.caught
-    times, rows = truth.seconds_of(stamps), looks(stamps, rate_hz)
-    for episode in (*answer.caught, *answer.missed):
-        within = (times >= episode.possibly[0]) & (times <= episode.possibly[1])
-        seen = contacts(found, episode.pair) & within
-        assert seen.any()
-        assert seen[rows].any() == (episode in answer.caught)
-
-
 def test_without_noise_the_formula_is_right_to_one_frame(made):
     session, truth, found = made
     if truth.noise != "off":
@@ -84,7 +68,7 @@ def test_the_bumps_fall_at_any_phase_of_any_rate(rate_hz):
     steps = np.arange(len(phase) + 1) / len(phase)
     away = np.ptp(np.concatenate([steps[1:] - phase, steps[:-1] - phase]))
     assert len(phase) == 54 and away * np.sqrt(len(phase)) < 2.0  # Kuiper: 1 of 1,000 even spreads is further off
-    assert not {"Blinks", "looks", "predicted"} & (vars(bump_scripts).keys() | vars(planting).keys())
+    assert not {"Blinks", "looks"} & (vars(bump_scripts).keys() | vars(planting).keys())
 
 
 def test_the_same_seed_gives_the_same_poses_and_another_seed_others():

@@ -1,0 +1,81 @@
+"""How much of a recording a run holds in memory: all of it up to two hours of twelve bodies, of a longer one a part.
+
+A recording is decoded once, where its frames fit beside the poses made of them, and in every pass where they do not.
+"""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Final
+
+from replay.errors import AssemblyError
+from replay.prepare.assemble import window_ns
+from sessions import Frames, Session
+from sessions.model.session import FrameSource
+
+MOST_POSES: Final = 8_000_000
+"""Frames times bodies of one run: two hours of twelve bodies at 90 Hz are 7,776,000, and take 1.2 GiB in all, of which
+96 bytes a pose are the motion (`tests/replay/test_memory.py` measures it)."""
+
+DECODED_POSES: Final = MOST_POSES // 2
+"""Up to here decoded frames are held beside the motion: 65 bytes a pose."""
+
+
+class _DecodedOnce:
+    """The frames of another source; they are held after the first whole pass, up to ``DECODED_POSES`` of them."""
+
+    def __init__(self, source: FrameSource) -> None:
+        self._source = source
+        self._held: list[Frames] | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self._source.names
+
+    def blocks(self, frames: int) -> Iterator[Frames]:
+        if self._held is not None:
+            for block in self._held:
+                yield from block.blocks(frames)
+            return
+        kept: list[Frames] | None = []
+        count = 0
+        for block in self._source.blocks(frames):
+            count += len(block) * len(block.names)
+            if kept is not None:
+                kept = [*kept, block] if count <= DECODED_POSES else None
+            yield block
+        self._held = kept
+
+
+def decoded_once(session: Session) -> Session:
+    """The same session, whose file is read once instead of in every pass over its frames, unless it is too long."""
+    if isinstance(session.source, Frames) or "frames" in vars(session):
+        return session
+    return replace(session, source=_DecodedOnce(session.source))
+
+
+MARGIN_NS: Final = 1_000_000_000
+"""Around a part of a recording a second is read too: poses at its ends are filled in as they are in the whole."""
+
+
+def held(session: Session, start: float | None, end: float | None) -> Session:
+    """The session, decoded once; of one that is too long to be held only what lies around ``start`` to ``end``.
+
+    ``start`` and ``end`` are seconds after its first frame, ``None`` its ends.
+
+    Raises ``AssemblyError``: the part holds more than ``MOST_POSES``; the sentence says how long a part may be.
+    """
+    if getattr(session.source, "poses_at_most", MOST_POSES) < MOST_POSES:
+        return decoded_once(session)
+    stamps, bodies = session.stamps(), max(1, len(session.names))
+    if len(stamps) * bodies <= MOST_POSES:
+        return decoded_once(session)
+    low, high = window_ns(int(stamps[0]), int(stamps.max()), start, end)
+    count = int(((stamps >= low) & (stamps <= high)).sum())
+    if count * bodies > MOST_POSES:
+        seconds = (min(high, int(stamps.max())) - max(low, int(stamps[0]))) / 1e9
+        raise AssemblyError(
+            f"{count:,} frames of {bodies} bodies ({seconds / 3600:.1f} h) do not fit into memory, which holds "
+            f"{MOST_POSES / 1e6:.0f} million poses (two hours of twelve bodies); replay a part of at most "
+            f"{seconds * MOST_POSES / (count * bodies):,.0f} s with --start and --end"
+        )
+    return decoded_once(session.between(low - MARGIN_NS, high + MARGIN_NS))

@@ -1,0 +1,135 @@
+"""A session with less of a person in it: what is kept is listed here, and everything else is left out.
+
+Motion itself still identifies people, so the result is personal data all the same.
+"""
+
+import hashlib
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Final
+
+import numpy as np
+
+from replay.effects import load_effect
+from replay.effects.effect_plan import plan
+from replay.errors import ReplayError
+from sessions import Event, Frames, Interval, Scene, Session, Track
+from sessions.errors import SessionError
+from sessions.model.scene import SceneBody, SceneEffect
+
+EPOCH_NS: Final = 946_684_800 * 10**9
+"""When every minimised recording begins: 2000-01-01 00:00 UTC."""
+NEAR_NS: Final = 3600 * 10**9
+"""A device stamp further from its frame is of another clock, which would say when it was; the frame's stands for it."""
+ROLES: Final = ("hand", "left", "right", "head", "headset", "controller", "wand", "glass", "bench", "rod")
+"""Words of names and tags that the tool itself reads: they may stay."""
+KINDS: Final = ("task", "stage", "feature")
+FACTS: Final = {
+    "source_units": ("m", "cm", "mm"), "handedness": ("right", "left"), "consent": ("none", "lab", "share"),
+    "vr_type": ("immersive", "augmented", "distributed", "desktop"),
+}  # fmt: skip
+"""Facts that stay where they hold one of these words."""
+
+
+@dataclass(frozen=True)
+class _Shifted:
+    """The frames of a session on the new clock, under the new names, block by block."""
+
+    session: Session
+    names: tuple[str, ...]
+    later_ns: int
+
+    def blocks(self, frames: int) -> Iterator[Frames]:
+        for block in self.session.blocks(frames):
+            stamp, sample = block.stamp_ns + self.later_ns, block.sample_ns + self.later_ns
+            far = np.abs(sample - stamp[:, None]) > NEAR_NS
+            sample = np.where(far, stamp[:, None], sample)
+            yield replace(block, names=self.names, stamp_ns=stamp, log_ns=stamp.copy(), sample_ns=sample)
+
+
+def pseudonym(kind: str, name: str) -> str:
+    """The same word for the same name in every file, so that tables can group by it; none for no name."""
+    return f"{kind}-{hashlib.sha256(f'{kind} {name}'.encode()).hexdigest()[:8]}" if name else ""
+
+
+def minimise(session: Session) -> Session:
+    """Poses, meshes, scene, when events, tasks and stages were, and ``FACTS``, under new names and on a new clock."""
+    first = next((int(block.stamp_ns[0]) for block in session.blocks(1) if len(block)), EPOCH_NS)
+    later = EPOCH_NS - first
+    names = _numbered([*session.names, *(body.id for body in session.scene.bodies), *session.meshes])
+    facts = {key: session.facts[key] for key, words in FACTS.items() if session.facts.get(key) in words}
+    stated = session.facts.get("pseudonym", "not stated")
+    return Session(
+        _Shifted(session, tuple(names[name] for name in session.names), later),
+        {names[name]: mesh for name, mesh in session.meshes.items()},
+        _scene(session.scene, names),
+        tuple(
+            Event(event.time_ns + later, pseudonym("event", event.name), body=names.get(event.body, ""))
+            for event in session.events
+        ),
+        tuple(_interval(interval, later) for interval in session.intervals),
+        facts | ({} if stated == "not stated" else {"pseudonym": pseudonym("participant", stated)}),
+        colliders={names[name]: solids for name, solids in session.colliders.items() if name in names},
+        fast_tracks={
+            names[name]: Track(track.times_ns + later, track.positions, track.quaternions_xyzw, track.valid)
+            for name, track in session.fast_tracks.items()
+            if name in names
+        },
+    )
+
+
+def _numbered(names: Iterable[str]) -> dict[str, str]:
+    """Old name -> new one, of the words in ROLES and a number."""
+    made: dict[str, str] = {}
+    for name in dict.fromkeys(names):
+        words = re.findall("[a-z]+", re.sub("([a-z])([A-Z])", r"\1 \2", name).lower())
+        made[name] = "-".join([*dict.fromkeys(word for word in words if word in ROLES), f"body-{len(made) + 1}"])
+    return made
+
+
+def _interval(interval: Interval, later: int) -> Interval:
+    kind = interval.kind if interval.kind in KINDS else pseudonym("kind", interval.kind)
+    return Interval(interval.start_ns + later, interval.end_ns + later, kind, pseudonym(kind, interval.name))
+
+
+def _scene(scene: Scene, names: Mapping[str, str]) -> Scene:
+    """The scene with the new names, without texts and paths, and without effects that need any."""
+    groups = {group: f"group-{k}" for k, group in enumerate(dict.fromkeys(body.group for body in scene.bodies), 1)}
+    kept = Scene(
+        name=pseudonym("scene", scene.name),
+        bodies=tuple(_body(body, names, {**groups, "": ""}) for body in scene.bodies),
+        pairs=None if scene.pairs is None else _renamed(scene.pairs, names),
+        ignore=_renamed(scene.ignore, names),
+        space_radius=scene.space_radius,
+    )
+    effects = [_effect(effect, kept, names) for effect in scene.effects or ()]
+    return kept if scene.effects is None else replace(kept, effects=tuple(filter(None, effects)))
+
+
+def _renamed(pairs: Iterable[tuple[str, str]], names: Mapping[str, str]) -> tuple[tuple[str, str], ...]:
+    return tuple((names[a], names[b]) for a, b in pairs if a in names and b in names)
+
+
+def _body(body: SceneBody, names: Mapping[str, str], groups: Mapping[str, str]) -> SceneBody:
+    mass = {key: value for key, value in body.extra.items() if key == "mass" and isinstance(value, int | float)}
+    tags = tuple(tag for tag in body.tags if tag in ROLES)
+    named = replace(body, id=names[body.id], group=groups[body.group], parent=names.get(body.parent, ""), tags=tags)
+    return replace(named, mesh="", node="", scale=1.0, extra=mass)
+
+
+def _effect(effect: SceneEffect, scene: Scene, names: Mapping[str, str]) -> SceneEffect | None:
+    """The effect with the new names; ``None`` where it says words of its own or needs what the scene lost."""
+
+    def renamed(value: Any) -> Any:
+        if isinstance(value, str):
+            return value if value in known or value.removeprefix("tag:") in ROLES else names[value]
+        return [renamed(part) for part in value] if isinstance(value, list | tuple) else float(value)
+
+    try:
+        known = {word for field in load_effect(effect.kind).fields.values() for word in field.among}
+        made = SceneEffect(effect.kind, {key: renamed(value) for key, value in effect.settings.items()})
+        plan(replace(scene, effects=(made,)))
+    except (KeyError, TypeError, ReplayError, SessionError):
+        return None
+    return made

@@ -1,0 +1,109 @@
+"""What a run holds of a recording: all of it, decoded once; of one that is too long the part that is asked for."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.small_worlds import along_x, cube, cubes
+
+from replay.errors import AssemblyError
+from replay.pipeline.engine import compute
+from replay.prepare import holding_poses
+from replay.prepare.holding_poses import decoded_once
+from sessions import Frames, Session, Status, read_session, write_session
+
+PLACES = {"a": range(50), "b": [70] * 50}
+STEP_NS, FRAMES = 11_111_111, 2_000
+
+
+class Counted:
+    """A source that counts how often its frames are read."""
+
+    def __init__(self, source):
+        self.source, self.names, self.passes = source, source.names, 0
+
+    def blocks(self, frames):
+        self.passes += 1
+        return self.source.blocks(frames)
+
+
+def test_a_file_is_decoded_once_while_its_frames_can_be_held(monkeypatch):
+    session = cubes(PLACES)
+    assert decoded_once(session) is session
+    source = Counted(session.source)
+    held = decoded_once(replace(session, source=source))
+    passes = [Frames.join(list(held.blocks(size))) for size in (20, 3, 64)]
+    assert source.passes == 1 and max(map(len, held.blocks(7))) == 7
+    for again in passes:
+        assert np.array_equal(again.position, session.frames.position, equal_nan=True)
+    monkeypatch.setattr(holding_poses, "DECODED_POSES", 99)
+    long = decoded_once(replace(session, source=source))
+    assert [sum(map(len, long.blocks(20))) for _ in range(2)] == [50, 50] and source.passes == 3
+
+
+def two_cubes(lost=()):
+    """A cube of 2 cm that swings through another once in two seconds; 12 faces each."""
+    time = np.arange(FRAMES) * (STEP_NS / 1e9)
+    stamps = 1_700_000_000 * 10**9 + np.arange(FRAMES) * STEP_NS
+    poses = {"a": along_x(np.zeros(FRAMES)), "b": along_x(0.6 * np.sin(np.pi * (time + 0.31)))}
+    session = Session.from_arrays(stamps, poses, {"a": cube(0.02), "b": cube(0.02)})
+    status = session.frames.status.copy()
+    status[list(lost), 1] = Status.LOST
+    return replace(session, source=replace(session.frames, status=status))
+
+
+@pytest.fixture
+def too_long(monkeypatch):
+    """Every recording of more than 1,000 frames of two bodies is too long."""
+    monkeypatch.setattr(holding_poses, "MOST_POSES", 2_000)
+    monkeypatch.setattr(holding_poses, "DECODED_POSES", 1_000)
+
+
+def told(result, low, high):
+    """Verdicts, poses and flags between two seconds."""
+    assembly = result.assembly
+    rows = (assembly.motion.times >= low) & (assembly.motion.times <= high)
+    flags = [(span.kind, span.start, span.end) for span in result.treatment.spans if low <= span.start <= high]
+    findings = [(one.code, one.start) for one in result.treatment.findings if one.start and low <= one.start <= high]
+    return (
+        assembly.motion.times[rows].tolist(), assembly.motion.translations[rows].tolist(),
+        assembly.stamp_ns[rows].tolist(), assembly.origin[rows].tolist(),
+        {label: found.verdict[rows].tolist() for label, found in result.detections.items()}, flags, findings,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ["file", "memory"])
+def test_a_part_of_a_recording_that_is_too_long_is_answered_as_in_the_whole(tmp_path, monkeypatch, kind):
+    session, part = two_cubes(lost=(700, 701, 760, 1500)), (7.6, 9.0)
+    if kind == "file":
+        write_session(session, tmp_path / "long.mcap")
+        session = read_session(tmp_path / "long.mcap")
+    asked = {"detectors": "hybrid,slow=discrete[rate_hz=7.5]", "oracle": "exact"}
+    whole = compute(session, **asked, start=part[0], end=part[1])
+    monkeypatch.setattr(holding_poses, "MOST_POSES", 2_000)
+    alone = compute(session, **asked, start=part[0], end=part[1])
+    assert told(alone, *part) == told(whole, *part) and len(told(whole, *part)[5]) == 2
+    assert alone.episodes == whole.episodes and alone.misses == whole.misses
+
+
+def test_a_part_of_a_file_is_read_and_nothing_else(tmp_path, too_long):
+    session = two_cubes()
+    position = session.frames.position.copy()
+    position[1_500, 1] = np.nan  # refused wherever it is decoded
+    write_session(replace(session, source=replace(session.frames, position=position)), tmp_path / "long.mcap")
+    file = read_session(tmp_path / "long.mcap")
+    with pytest.raises(Exception, match=r"frame 1500 \(16\.66"):
+        compute(file, detectors="exact", start=12, end=20)
+    assert len(compute(file, detectors="exact", start=2, end=10).assembly.motion) == 720
+
+
+@pytest.mark.parametrize("asked", [{}, {"start": 1.0}, {"end": 20.0}])
+def test_a_recording_that_is_too_long_is_refused_with_the_length_that_can_be_replayed(too_long, asked):
+    with pytest.raises(AssemblyError, match=r"frames of 2 bodies.*at most 11 s with --start and --end") as refusal:
+        compute(two_cubes(), detectors="exact", **asked)
+    assert f"{FRAMES:,} frames" in str(refusal.value) or asked
+
+
+def test_a_recording_at_the_limit_is_held_whole(too_long, monkeypatch):
+    monkeypatch.setattr(holding_poses, "MOST_POSES", 2 * FRAMES)
+    assert len(compute(two_cubes(), detectors="exact").assembly.motion) == FRAMES
