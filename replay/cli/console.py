@@ -125,12 +125,12 @@ def _folded(text: str, stream: "IO[str]") -> str:
 
 
 def answer(as_json: bool, plain: Any, shown: "Callable[[], RenderableType | list[str]]") -> None:
-    """Print what a verb found: ``plain`` data as JSON, or what ``shown`` makes for a terminal.
+    """Print what a verb found: ``plain`` data, or what that makes, as JSON, or what ``shown`` makes for a terminal.
 
     A ``str`` is a line, a ``list`` are lines, whatever they hold. What is piped has no spaces at the ends of lines.
     """
     if as_json:
-        print(json.dumps(plain, indent=1, allow_nan=False))
+        print(json.dumps(plain() if callable(plain) else plain, indent=1, allow_nan=False))
     elif isinstance(made := shown(), str | list):
         for one in [made] if isinstance(made, str) else made:
             print(_folded(safe_text(one), sys.stdout))

@@ -27,7 +27,11 @@ def report_run(
     """
     from replay.cli.run_tables import run_tables
 
-    plain, behind = run_json(result) | {"broken": [*broken]}, sources_of([result]) if cite else {}
+    behind = sources_of([result]) if cite else {}
+
+    def plain() -> dict[str, Any]:
+        return run_json(result) | {"broken": [*broken]}
+
     answer_cited(as_json, plain, lambda: run_tables(result, everything=people.verbose), behind)
     return close_run(result, people)
 
@@ -41,13 +45,16 @@ def sources_of(results: Sequence[RunResult]) -> Sources:
 
 
 def answer_cited(
-    as_json: bool, plain: Mapping[str, Any], shown: "Callable[[], RenderableType]", behind: Sources,
-    sentences: Sequence[str] = (),
+    as_json: bool, plain: Mapping[str, Any] | Callable[[], Mapping[str, Any]],
+    shown: "Callable[[], RenderableType]", behind: Sources, sentences: Sequence[str] = (),
 ) -> None:  # fmt: skip
     """``answer``; where it is text, sentences below it; then the sources ``behind`` it, none if not asked for."""
     from replay.pipeline.citations import citations
 
-    answer(as_json, {**plain, **({"sources": behind} if behind else {})}, shown)
+    def told() -> dict[str, Any]:
+        return {**(plain() if callable(plain) else plain), **({"sources": behind} if behind else {})}
+
+    answer(as_json, told, shown)
     below = [*sentences, *(["", *citations(behind).splitlines()] if behind else [])]
     if below and not as_json:
         answer(False, None, lambda: below)

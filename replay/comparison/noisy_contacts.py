@@ -6,7 +6,7 @@ import hashlib
 import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -79,14 +79,10 @@ class NoiseResult:
         """Contacts of a word."""
         return self.words.count(word)
 
-    def as_json(self) -> dict[str, Any]:
-        """Plain data; the word and the share of each contact stand in the tables of contacts and misses."""
-        return {
-            "copies": self.copies, "sizes": {name: list(size) for name, size in self.sizes.items()},
-            "contacts": {word: self.count(word) for word in (HOLDS, UNDECIDABLE, ABSENT)},
-            "near": [asdict(one) for one in self.near], "resting": [asdict(one) for one in self.resting],
-            "open_frames": self.open_frames, "asked": self.asked, "frames": self.frames, "digest": self.digest,
-        }  # fmt: skip
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What was asked, as plain data; the word and the share of each contact stand in the tables of contacts."""
+        return {"copies": self.copies, "sizes": {name: list(size) for name, size in self.sizes.items()}}
 
 
 def in_noise(

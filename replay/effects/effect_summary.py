@@ -82,14 +82,6 @@ def titration_curves(effects: Mapping[str, EffectRun]) -> dict[str, tuple[FloatA
     return found
 
 
-def event_list(effects: Mapping[str, EffectRun]) -> list[dict[str, Any]]:
-    """The first events in order of time, in seconds of the session."""
-    return [
-        {"effect": kind, "name": event.name, "text": event.text, "time": event.time, "end": event.end}
-        for kind, event in happened(effects)[:EVENT_ROWS]
-    ]
-
-
 def happened_words(effects: Mapping[str, EffectRun], most: int) -> list[str]:
     """The first events, a line each, and how many more there are."""
     found = happened(effects)

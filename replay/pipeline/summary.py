@@ -16,9 +16,9 @@ from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.outcome import counts_of
 from replay.detection.run_detector import Run
 from replay.effects.effect_plan import Plan
-from replay.effects.effect_summary import effect_summary, event_list, plan_summary
+from replay.effects.effect_summary import effect_summary, plan_summary
 from replay.pipeline.run_result import Measured
-from replay.pipeline.scores import fault_list, pair_figures, score
+from replay.pipeline.scores import pair_figures, score
 from replay.prepare.session_scan import SessionScan
 from sessions.mcap_format.metadata import NOT_STATED
 
@@ -55,15 +55,12 @@ def summarise(
             for label, run in runs.items()
         },
         "audit": {label: score(result, label) for label in result.comparisons},
-        "faults": {label: fault_list(result, label, _seconds(runs[result.oracle])["per_frame_mean"])
-                   for label in result.comparisons},
         "dwell": None if result.dwell is None else result.dwell.table(),
-        "noise": None if result.noise is None else result.noise.as_json(),
+        "noise": None if result.noise is None else result.noise.settings,
         **({} if result.treatment is None else result.treatment.as_json()),
         "flagged_verdicts": {label: _flagged(result, label) for label in runs},
         "versions": versions(), "machine": machine(), "plan": plan_summary(planned),
         "effects": effect_summary(result.effects, perf_counter() - began),
-        "events": event_list(result.effects),
     }  # fmt: skip
 
 

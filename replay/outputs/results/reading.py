@@ -70,7 +70,7 @@ def checked_summary(path: Path, summary: Mapping[str, Any]) -> dict[str, Any]:
         where = ".".join(str(key) for key in fault.absolute_path) or "the summary"
         raise RunFolderError(f"{path}: {where} is not as a run writes it ({fault.message[:120]}); {AGAIN}")
     labels, dwell = summary["detectors"].keys(), summary["dwell"]
-    unknown = {*summary["audit"], *summary.get("faults", ())} - labels
+    unknown = summary["audit"].keys() - labels
     if unknown or (summary["audit"] and summary["oracle"] not in labels):
         name = next(iter(unknown), summary["oracle"])
         raise RunFolderError(f"{path} speaks of {name!r}, which is none of its detectors; {AGAIN}")

@@ -1,16 +1,20 @@
 """Faults as cards: each has its place, its price and its address, and a reader chooses without a script."""
 
 import re
+from collections import Counter
 
 import pytest
 from support.browser import opened
 from support.page_cells import NUMBER, Cells, said_in, shown_as, values_of
 from support.small_worlds import cubes, jumping
 
+from replay.comparison.clusters import clusters
 from replay.outputs.report import faults
 from replay.outputs.report.faults import choices
 from replay.outputs.report.markup import page_table
 from replay.outputs.report.page import report_html
+from replay.outputs.results.fault_tables import false_table, miss_table
+from replay.outputs.results.parquet_tables import event_table
 from replay.outputs.results.run_folder import FALSE_CONTACTS, MISSES
 from replay.outputs.tables import Marked, table
 from replay.pipeline.engine import compute
@@ -129,23 +133,31 @@ def shown_once(session, asked):
     return SHOWN[id(session)]
 
 
+def rows_of(table):
+    """Rows of a table of contacts, with what follows of them: frames, or of events their seconds."""
+    found = table.to_pylist()
+    return [row | ({"frames": row["last"] - row["first"] + 1} if "first" in row else {}) for row in found]
+
+
 @STATES
-def test_every_number_of_a_card_is_in_the_summary(session, asked):
+def test_every_number_of_a_card_is_in_the_tables_and_its_cost_in_the_summary(session, asked):
     result, made = shown_once(session, asked)
     page, count = Cells(made).tables, 0
+    tables = {"missed": rows_of(miss_table(result)), "reports falsely": rows_of(false_table(result))}
     for caption, rows in page.items():
-        for label, listed in result.summary["faults"].items():
-            kind = {f"What {label} missed": "misses", f"What {label} reports falsely": "false"}
-            kinds = [name for start, name in kind.items() if caption.startswith(start)]
+        for label in result.comparisons:
+            kinds = [kind for kind in tables if caption.startswith(f"What {label} {kind}")]
             for row in rows if kinds else ():
-                (told,) = (one for one in listed[kinds[0]] if str(one["number"]) == row[0])
-                numbers, count = [*values_of(told)], count + 1
+                (told,) = (one for one in tables[kinds[0]] if (one["detector"], str(one["number"])) == (label, row[0]))
+                seconds = [result.summary["detectors"][name]["seconds"] for name in (label, result.oracle)]
+                costs = [seconds[0].get("at_every_frame"), seconds[1]["per_frame_mean"]]
+                numbers, count = [*values_of([told, costs])], count + 1
                 # What a time is of is said: the oracle's is of the whole motion at once, unless it was asked live.
                 timed = "live" if result.summary["detectors"][result.oracle]["live"] else "offline"
                 assert row[-1].endswith((f" ms a frame, {timed}", " ms each"))
                 assert {told["body_a"], told["body_b"]} == set(row[2].split(" - ")) and told["cause"] == row[4]
                 assert [one for cell in row for one in NUMBER.findall(cell) if not shown_as(one, numbers)] == []
-    assert count == sum(len(one[kind]) for one in result.summary["faults"].values() for kind in ("misses", "false"))
+    assert count == sum(map(len, tables.values()))
 
 
 @STATES
@@ -170,37 +182,47 @@ HEADS = {90.0, 95.0, 99.0, 1000 / 90}
 
 
 @STATES
-def test_every_number_of_the_page_is_in_the_summary(session, asked):
+def test_every_number_of_the_page_is_in_the_summary_or_in_a_table(session, asked):
     result, made = shown_once(session, asked)
     text, told = said_in(made), result.summary
+    rows = [rows_of(table(result)) for table in (miss_table, false_table, event_table)]
+    groups = [
+        (
+            len(one.misses),
+            one.frames,
+            one.deepest.number,
+            *one.span,
+            *Counter(miss.cause for miss in one.misses).values(),
+        )
+        for found in result.misses.values()
+        for one in clusters(found)
+    ]
     contacts = told["detectors"].get(told["oracle"], {"contacts": 0})["contacts"]
     phases = (one.get("phases", {}) for one in told["audit"].values())
     ends = [kind[end] * contacts for one in phases for kind in one.values() for end in ("low", "high")]
-    numbers = {*values_of(told), *HEADS, *ends}
+    numbers = {*values_of(told), *HEADS, *ends, *values_of([*rows, *map(list, groups)])}
     assert [one for one in NUMBER.findall(text) if not shown_as(one, numbers)] == []
     assert len(NUMBER.findall(text)) > 40
 
 
 @STATES
-def test_events_clusters_and_stages_are_rows_of_the_summary(session, asked):
+def test_events_are_rows_of_their_table_and_groups_add_up_to_the_misses(session, asked):
     result, made = shown_once(session, asked)
-    told, page = result.summary, Cells(made).tables
-    listed = page.get("What the effects found", ())
-    assert len(listed) == len(told["events"]) == (3 if session.scene is EFFECTS else 0)
-    for row, one in zip(listed, told["events"], strict=True):
-        assert row[:3] == [one["effect"], one["name"], one["text"]]
-        assert row[3:] == ["" if one[end] is None else f"{one[end]:.3f}" for end in ("time", "end")]
-    for label, one in told["faults"].items():
-        found = [rows for caption, rows in page.items() if caption.startswith(f"{len(result.misses[label])} misses of")]
-        assert len(found) == (len(result.misses[label]) > 40) == bool(one["clusters"])
-        assert [(row[0], row[1], int(row[3]), int(row[4]), row[5], row[6]) for rows in found for row in rows] == [
-            (f"{c['body_a']} - {c['body_b']}", c["causes"], c["misses"], c["frames"],
-             f"{c['start']:.2f} to {c['end']:.2f}", f"{1e3 * c['cut_length']:.1f}")
-            for c in one["clusters"]
-        ]  # fmt: skip
-        assert sum(c["misses"] for c in one["clusters"]) in (0, len(result.misses[label]))
+    page = Cells(made).tables
+    listed, told = page.get("What the effects found", ()), rows_of(event_table(result))
+    assert len(listed) == len(told) == (3 if session.scene is EFFECTS else 0)
+    for row, one in zip(listed, told, strict=True):
+        assert row[:3] == [one["source"].removeprefix("effect/"), one["name"], one["message"]]
+        assert row[3:] == ["" if one[end] is None else f"{one[end]:.3f}" for end in ("time", "end_time")]
+    for misses in result.misses.values():
+        found = [rows for caption, rows in page.items() if caption.startswith(f"{len(misses)} misses of")]
+        assert len(found) == (len(misses) > 40)
+        for rows in found:
+            assert sum(int(row[3]) for row in rows) == len(misses)
+            assert sum(int(row[4]) for row in rows) == sum(one.frames for one in misses)
+            assert max(float(row[6]) for row in rows) == round(1e3 * max(one.cut_length for one in misses), 1)
     for row in page.get("Time of each detector", ()):
-        seconds = told["detectors"][row[0]]["seconds"]
+        seconds = result.summary["detectors"][row[0]]["seconds"]
         stage, stages = max(seconds["stages"], key=seconds["stages"].get), seconds["stages"]
         share = stages[stage] / sum(stages.values())
         assert seconds["longest_stage"] == {"stage": stage, "share": pytest.approx(share)}
