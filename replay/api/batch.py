@@ -99,14 +99,14 @@ def batch_digest(out: Path, names: Sequence[str]) -> tuple[str, dict[str, Mappin
         run = read_run_folder(out / name)
         answers = {label: one["digest"] for label, one in run.summary["detectors"].items()}
         digest.update(json.dumps([name, answers, run.rows(METRICS)], sort_keys=True).encode())
-        runs[name] = _gist(run.summary)
+        runs[name] = _gist(run.summary, name)
     return digest.hexdigest(), runs
 
 
-def _gist(summary: Mapping[str, Any]) -> dict[str, Any]:
+def _gist(summary: Mapping[str, Any], name: str) -> dict[str, Any]:
     """What gates and tables over many runs ask of each; a thousand whole summaries would fill the memory."""
     return {
-        "session": {key: summary["session"][key] for key in ("origin", "frames", "dropped_frames")},
+        "session": {"name": name, **{key: summary["session"][key] for key in ("frames", "dropped_frames")}},
         "detectors": {label: {"seconds": one["seconds"]} for label, one in summary["detectors"].items()},
         "flagged": [{"kind": one["kind"], "dropped": one["dropped"]} for one in summary["flagged"] if one["dropped"]],
         "audit": summary["audit"],

@@ -110,7 +110,7 @@ def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
         file = Path(folder) / SESSION
         with progress.stage("record"):
             truth = _record(file, **made)
-        session = replace(read_session(file), origin=str(out / SESSION))
+        session = read_session(file)
         subjects = DETECTORS if plan(session.scene).detection else ()
         result = compute(session, detectors=subjects, seed=made["seed"], progress=progress)
         with progress.stage("write"):

@@ -21,6 +21,7 @@ from replay.effects.protocol import EffectSpec
 from replay.prepare.assembly import Assembly
 from replay.prepare.interpolation import BRIDGE_NS
 from sessions import GazeTrack, Session
+from sessions.mcap_format.metadata import NOT_STATED
 
 GAZE: Final = "gaze"
 SCALARS: Final = "scalars"
@@ -85,13 +86,23 @@ def _scalars(session: Session, assembly: Assembly) -> EffectOutput | None:
 def _gaze(session: Session, assembly: Assembly) -> EffectOutput | None:
     names = assembly.names
     meshes = [FirstHits(body.mesh.triangles) for body in assembly.bodies if session.gaze]
-    looked = {who: _looked(one, assembly, meshes) for who, one in session.gaze.items()}
+    looked = {
+        who: _looked(one, assembly, meshes) for who, one in zip(_called(session), session.gaze.values(), strict=True)
+    }
     looked = {who: one for who, one in looked.items() if len(one.times)}
     if not looked:
         return None
     series = {f"{who}/distance": _distance(one) for who, one in looked.items()}
     lanes = {who: _spans(one, names) for who, one in looked.items()}
     return EffectOutput(tuple(_event(who, one, names) for who, one in looked.items()), series, lanes, data=looked)
+
+
+def _called(session: Session) -> list[str]:
+    """What those whose gaze was recorded are called: a recorder may have been given their names."""
+    pseudonym = session.facts.get("pseudonym", NOT_STATED)
+    if len(session.gaze) == 1:
+        return ["the participant" if pseudonym == NOT_STATED else pseudonym]
+    return [f"participant {number}" for number in range(1, len(session.gaze) + 1)]
 
 
 def _within(times_ns: NDArray[np.int64], assembly: Assembly) -> tuple[FloatArray, NDArray[np.int64]]:

@@ -15,6 +15,7 @@ from replay.comparison.outcome import Episode, Outcome
 from replay.metrics.hands import DOING, fixed_bodies, moving, span_names, task_seconds
 from replay.metrics.near import NearMiss, close_stretches, without_contact
 from replay.pipeline.run_result import RunResult
+from replay.pipeline.summary import session_digest
 from sessions.mcap_format.metadata import NOT_STATED
 
 FLICKER_S: Final = 0.1
@@ -194,13 +195,6 @@ def recall(result: RunResult, label: str) -> float | None:
 def contact_frames(result: RunResult) -> int | None:
     """Pair-frames that the oracle calls contact, without those of a hand with what it holds; ``None``: no oracle."""
     return sum(one.last - one.first + 1 for one in loose(result)) if result.oracle else None
-
-
-def session_digest(result: RunResult) -> str:
-    """What tells this session from others without naming its file: 16 hex digits over every pose and the stretch."""
-    poses = "" if result.treatment is None else result.treatment.pose_digest
-    stretch = result.assembly.stamp_ns[[0, -1]].tolist()
-    return hashlib.sha256(f"{poses} {stretch}".encode()).hexdigest()[:16]
 
 
 def settings_digest(result: RunResult, label: str) -> str:

@@ -26,7 +26,7 @@ from replay.outputs.words import (
 )  # fmt: skip
 from replay.pipeline.gates import figure, percent
 from replay.pipeline.ranking import Rank, ranking
-from replay.pipeline.run_result import RunResult
+from replay.pipeline.run_result import RunResult, Summarised
 from sessions import Finding
 
 OF_FRAME = f"of a {HEADSET_HZ:g} Hz frame"
@@ -114,7 +114,7 @@ def _spread(spread: Mapping[str, float] | None) -> str:
     return "" if spread is None else f"{1e3 * spread['mean']:+.1f} ({1e3 * spread['most_off']:.1f})"
 
 
-def pair_table(result: RunResult, label: str) -> Table:
+def pair_table(result: Summarised, label: str) -> Table:
     """What an audited detector made of every pair that touched or was said to; the most missed first, as in the lanes.
 
     Pairs of a hand and what it holds come last. Only where anything is within tolerance there is a column for it.
@@ -154,12 +154,13 @@ def contact_table(result: RunResult, label: str) -> Table:
     return table(f"Contacts found by {label}", ("pair", "contacts", "seconds", "longest s"), rows, notes=notes)
 
 
-def containment_notes(result: RunResult, label: str) -> list[str]:
+def containment_notes(result: Summarised, label: str) -> list[str]:
     """A line where this detector did not decide of every pair if one body is inside the other."""
-    refused = [word for word in result.detections[label].containment if word != DECIDED]
+    words = [pair.get("containment", {}).get(label, DECIDED) for pair in result.summary["pairs"]]
+    refused = [word for word in words if word != DECIDED]
     why = [word.removeprefix("refused: ") for word in dict.fromkeys(refused)]
     more = f"; {len(why) - MOST_REASONS} more in summary.json" * (len(why) > MOST_REASONS)
-    of = f"{len(refused)} of {counted(len(result.assembly.pairs), 'pair')}"
+    of = f"{len(refused)} of {counted(len(words), 'pair')}"
     return [f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}"] if refused else []
 
 
@@ -224,14 +225,14 @@ def cluster_table(label: str, misses: Sequence[Miss]) -> Table:
     return table(f"{len(misses):,} misses of {label} in {len(rows)} clusters, longest cut first", head, rows, words=3)
 
 
-def cost_table(result: RunResult) -> Table:
+def cost_table(result: Summarised) -> Table:
     """What each detector took; quantiles are over the frames at which it looked, ``LATE`` is a share of all frames."""
     rows, notes, others = [], [], []
     for label, figures in result.summary["detectors"].items():
         seconds = figures["seconds"]
         frame, longest = seconds.get("per_frame"), seconds["longest_stage"]
         role = "oracle" if label == result.oracle else "live" if figures["live"] else "offline"
-        if label in result.comparisons and not figures["online"]:
+        if label in result.summary["audit"] and not figures["online"]:
             notes.append(f"{label} cannot be asked live")
         if (busy := 1 - seconds.get("processor_share", 1.0)) > BUSY:
             others.append(f"{figure(100 * busy)} % of the clock of {label}")
@@ -254,7 +255,7 @@ LATE = f"over {BUDGET_MS:.1f} ms"
 """Column of the frames that took longer than one at 90 Hz."""
 
 
-def stage_table(result: RunResult) -> Table:
+def stage_table(result: Summarised) -> Table:
     """What each stage of a look took, of every detector whose frames were timed one by one."""
     rows = [
         (label, stage, *(_ms(one[key]) for key in QUANTILES))
@@ -269,7 +270,7 @@ def _ms(seconds: float) -> str:
     return f"{1e3 * seconds:.3f}" if seconds >= 1e-3 else f"{1e3 * seconds:.3g}"
 
 
-def effect_table(result: RunResult) -> Table:
+def effect_table(result: Summarised) -> Table:
     """What each effect of the plan found, why it ran, what it cost, and how much of the session its trigger skipped."""
     rows = []
     for kind, figures in result.summary["effects"].items():

@@ -116,7 +116,7 @@ def _undecided_oracle(name: str, figures: Mapping[str, Any]) -> Iterator[str]:
 def _late(audit: Mapping[str, Any], summaries: Sequence[Mapping[str, Any]], most: float) -> list[str]:
     found = [] if audit else ["--max-p99-ms cannot be checked: nothing was audited"]
     for summary in summaries:
-        where = summary["session"]["origin"] or "the session"
+        where = summary["session"].get("name") or f"session {summary['session']['id']}"
         for label in audit:
             if label not in summary["detectors"]:
                 continue

@@ -10,7 +10,7 @@ from replay.comparison.outcome import Outcome
 from replay.detection.recorded import RECORDED
 from replay.pipeline.gates import figure
 from replay.pipeline.ranking import all_unconfirmed, false_words, fault_words, ranking
-from replay.pipeline.run_result import RunResult
+from replay.pipeline.run_result import RunResult, Summarised
 from replay.pipeline.scores import undecided_share
 from sessions import Finding, Severity
 from sessions.doctor.finding import CODES
@@ -160,13 +160,13 @@ def compounds(result: RunResult) -> list[str]:
     return lines
 
 
-def price(result: RunResult) -> list[str]:
+def price(result: Summarised) -> list[str]:
     """A line with what being right costs; no line where nothing is audited.
 
     Like with like where the run measured it: the worst detector's own algorithm at every frame, or an oracle that was
     asked live as it was. Else what each time is of is said, and who measures alike.
     """
-    if not result.comparisons:
+    if not result.summary["audit"]:
         return []
     figures, trusted, ranks = result.summary["detectors"], result.oracle, ranking(result.summary)
     worst = ranks[0].label

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cdcore import Detection, Detector
 from replay.comparison.causes import Causes
@@ -82,6 +82,18 @@ class Measured:
     flags: Flags | None = None  # which verdicts rest on a pose in doubt
     detectors: Mapping[str, Detector] = field(default_factory=dict)  # ready to be asked again
     watched: Mapping[str, "Watched | None"] = field(default_factory=dict)  # what each stage did, if it came with faces
+
+
+class Summarised(Protocol):
+    """A run as far as its summary tells of it: in memory, or read again from its folder."""
+
+    @property
+    def summary(self) -> Mapping[str, Any]:
+        """What ``summary.json`` holds."""
+
+    @property
+    def oracle(self) -> str:
+        """Label of the detection the others are compared with, or ``""``."""
 
 
 @dataclass(frozen=True, eq=False)

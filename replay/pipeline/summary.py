@@ -1,5 +1,6 @@
 """A run as figures in JSON, with all settings, seeds and versions needed to compute each of them again."""
 
+import hashlib
 from collections.abc import Mapping
 from pathlib import Path
 from time import perf_counter
@@ -11,6 +12,7 @@ from cdcore import Detection, Verdict
 from cdcore.numerics import BoolArray, FloatArray
 from cdcore.protocol import REST
 from replay.base.constants import BUDGET_MS, CAVEAT, VERDICT_FRAMES
+from replay.base.file_hash import file_hash
 from replay.base.machine import machine, versions
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.outcome import counts_of
@@ -20,6 +22,7 @@ from replay.effects.effect_summary import effect_summary, plan_summary
 from replay.pipeline.run_result import Measured
 from replay.pipeline.scores import pair_figures, score
 from replay.prepare.session_scan import SessionScan
+from sessions import Session
 from sessions.mcap_format.metadata import NOT_STATED
 
 SCHEMA: Final = "vrlab-replay/run/1"
@@ -79,8 +82,9 @@ def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
     assembly, session = result.assembly, result.session
     times = assembly.motion.times
     return {
-        # The name alone: folders are called after people.
-        "origin": Path(session.origin).name, "digest": None if result.treatment is None else result.treatment.digest,
+        # Files are called after people: the recording is known by its content, a session by its id.
+        "id": session_digest(result), "recording": recording_mark(Path(session.origin)),
+        "digest": None if result.treatment is None else result.treatment.digest,
         "scene": session.scene.name, "frames": len(times),
         "duration": float(times[-1] - times[0]), "median_step": seen.median_step_ns / 1e9,
         "dropped_frames": {"repeated": seen.repeated, "backwards": seen.backwards},
@@ -92,6 +96,26 @@ def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
             for body in assembly.bodies
         },
     }  # fmt: skip
+
+
+def session_digest(result: Measured) -> str:
+    """What tells this session from others without naming its file: 16 hex digits over every pose and the stretch."""
+    poses = "" if result.treatment is None else result.treatment.pose_digest
+    stretch = result.assembly.stamp_ns[[0, -1]].tolist()
+    return hashlib.sha256(f"{poses} {stretch}".encode()).hexdigest()[:16]
+
+
+def recording_mark(file: Path) -> dict[str, Any] | None:
+    """By what a recording is known again, whatever its file is called; ``None``: there is no such file."""
+    if not file.is_file():
+        return None
+    return {"bytes": file.stat().st_size, "sha256": file_hash(file)}
+
+
+def session_name(session: Session, identity: str) -> str:
+    """What pages call a session: its scene, or its pseudonym, or its id; never its file, which may name a person."""
+    pseudonym = session.facts.get("pseudonym", NOT_STATED)
+    return session.scene.name or ("" if pseudonym == NOT_STATED else pseudonym) or f"session {identity}"
 
 
 def _detector(run: Run, contacts: int, often: float | None) -> dict[str, Any]:

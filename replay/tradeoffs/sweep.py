@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import cycle
-from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Final
 
@@ -23,6 +22,7 @@ from replay.detection.detector_spec import TRUSTED, SpecLike, SpecsLike, parse_d
 from replay.detection.run_detector import make_detector, warm_frames
 from replay.pipeline.engine import prepared
 from replay.pipeline.run_result import Tradeoff
+from replay.pipeline.summary import session_name
 from replay.prepare.assemble import Pairs
 from replay.prepare.assembly import Assembly
 from replay.prepare.policy import Policy, PolicyLike
@@ -280,7 +280,7 @@ class _Sweep:
             row["front"], row["front_online"] = row["label"] in front, row["label"] in online
         clocks = (self._live, self._whole)
         about = {
-            "session": session.scene.name or Path(session.origin).name or "session",
+            "session": session_name(session, "in memory"),
             "frames": len(times), "bodies": len(self._assembly.bodies),
             "seconds": float(times[-1] - times[0]), "pairs": len(self._assembly.pairs), "oracle": scoring.spec.name,
             "contacts": len(scoring.contacts), "seed": self._seed, "machine": machine(), "versions": versions(),

@@ -28,6 +28,7 @@ from replay.outputs.run_tables import cost_table, ranking_table, stage_table
 from replay.outputs.words import NOT_LOOKED_FOR, counted, tallied
 from replay.pipeline.headline import beside, doubts, headlines, price
 from replay.pipeline.run_result import RunResult
+from replay.pipeline.summary import session_name
 
 CLOSE_UPS = 4
 """Misses shown as pictures; all of them stand in the table."""
@@ -43,7 +44,7 @@ def write_report(result: RunResult, path: Path) -> None:
 
 def report_html(result: RunResult) -> str:
     """The page as text."""
-    name = result.session.scene.name or Path(result.session.origin).stem or "session"
+    name = session_name(result.session, result.summary["session"]["id"])
     answers, moments = _headlines(result), key_moments(result) if result.comparisons else []
     worst = moments[leading(result, moments)] if moments else None
     said = [f"To do for {label}: {to_do(result, label)}." for label in worst_first(result)[:1]]

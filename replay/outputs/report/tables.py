@@ -11,7 +11,7 @@ from replay.outputs.moments import worst_first
 from replay.outputs.report.markup import Part
 from replay.outputs.tables import Table, table
 from replay.outputs.words import CONTACT_WORDS, NOTHING_SUSPICIOUS, counted
-from replay.pipeline.run_result import RunResult
+from replay.pipeline.run_result import RunResult, Summarised
 from sessions import Finding, Severity
 
 MOST_FINDINGS: Final = 200
@@ -66,29 +66,29 @@ def contact_tables(result: RunResult) -> list[Part]:
     return [run_tables.pair_table(result, label).only(*PAIR_HEAD) for label in worst_first(result)]
 
 
-def count_tables(result: RunResult) -> Iterator[Part]:
+def count_tables(result: Summarised) -> Iterator[Part]:
     """Pair-frames and contacts of every audited detector, matched and unmatched, and why contacts were missed."""
     audit = result.summary["audit"]
     yield from (FRAME_WORDS, run_tables.pair_frame_table("Pair-frames", audit))
     yield from (CONTACT_NOTE, run_tables.matched_table("Contacts matched one to one", audit, CONTACT_WORDS))
-    if result.causes:
+    if any(one.get("causes") for one in audit.values()):
         yield cause_table(result)
 
 
-def cause_table(result: RunResult) -> Table:
+def cause_table(result: Summarised) -> Table:
     """Why contacts were missed: misses, and pair-frames decided again, by the stage that lost them."""
-    found = {label: one["causes"] for label, one in result.summary["audit"].items() if "causes" in one}
+    found = {label: one["causes"] for label, one in result.summary["audit"].items() if one.get("causes")}
     rows = [
-        (word, *(f"{one['misses'][word]} ({one['pair_frames'][word]})" for one in found.values()))
+        (word, *(f"{one['misses'].get(word, 0)} ({one['pair_frames'].get(word, 0)})" for one in found.values()))
         for word in dict.fromkeys(word for one in found.values() for word in one["misses"])
-        if any(one["misses"][word] or one["pair_frames"][word] for one in found.values())
+        if any(one["misses"].get(word) or one["pair_frames"].get(word) for one in found.values())
     ]
     again = (f"{one['examined']} of {one['missed']}" for one in found.values())
     rows.append(("decided again, of pair-frames missed", *again))
     return table("Causes: misses (pair-frames decided again)", ("cause", *found), rows)
 
 
-def duration_tables(result: RunResult) -> list[Part]:
+def duration_tables(result: Summarised) -> list[Part]:
     """Which step rate would have missed how many of the contacts."""
     steps = result.summary.get("dwell")
     if not steps or not steps["contacts"]:
@@ -151,10 +151,10 @@ def trust(findings: tuple[Finding, ...], *, verdicts: bool = True) -> str:
     return f"{' and '.join(bad)}{flagged}." if bad else f"{NOTHING_SUSPICIOUS}."
 
 
-def settings_table(result: RunResult) -> Table:
+def settings_table(result: Summarised) -> Table:
     """Settings, digests and machine: what it takes to get the same figures again."""
     told = result.summary
-    rows: list[tuple[object, object]] = [("session", told["session"]["origin"] or "in memory"), ("seed", told["seed"])]
+    rows: list[tuple[object, object]] = [("session", told["session"]["id"]), ("seed", told["seed"])]
     for label, figures in told["detectors"].items():
         settings = json.dumps(figures["settings"], sort_keys=True)
         rows.append((label, f"{figures['name']} {settings}, verdicts SHA-256 {figures['digest']}"))

@@ -9,8 +9,9 @@ import pyarrow.parquet as pq
 
 from replay.errors import RunFolderError
 from replay.metrics.hands import DOING, doing
-from replay.metrics.row import pseudonym, session_digest
+from replay.metrics.row import pseudonym
 from replay.pipeline.run_result import RunResult
+from replay.pipeline.summary import session_digest
 
 TYPES: Final = {str: pa.string(), int: pa.int64(), float: pa.float64(), bool: pa.bool_()}
 """Type of Python -> type of a column; every column may hold null."""

@@ -21,7 +21,7 @@ from replay.outputs.results import fault_tables, parquet_tables
 from replay.outputs.results.parquet import KEYS, read_table, with_keys
 from replay.outputs.results.reading import checked_contacts, checked_summary, checked_table, read_json
 from replay.pipeline.run_result import RunResult
-from replay.pipeline.summary import SCHEMA, frame_seconds
+from replay.pipeline.summary import SCHEMA, frame_seconds, recording_mark
 from sessions.model.constants import SCENE_FACT
 from sessions.whole_files import whole_folder
 
@@ -164,6 +164,11 @@ class RunFolder:
     summary: dict[str, Any]
 
     @property
+    def oracle(self) -> str:
+        """Label of the detection the others are compared with, or ``""``."""
+        return str(self.summary["oracle"])
+
+    @property
     def picture(self) -> Path:
         """The recording; ``RunFolderError`` where the run was made without one."""
         path = self.path / PICTURE
@@ -172,18 +177,19 @@ class RunFolder:
         return path
 
     def recording(self, given: Path | None = None, scene: Path | None = None) -> Path:
-        """The recording that was replayed: the one given, or one of its name in the folder, beside it or here.
+        """The recording that was replayed: the one given, or one of its content in the folder, beside it or here.
 
         ``scene``: the one given in place of the recording's. Raises ``RunFolderError``: no recording, or no scene.
         """
-        said = self.summary.get("session") or {}
-        name, replaced = said.get("origin"), said.get("facts", {}).get(SCENE_FACT)
-        if not name:
+        mark, replaced = self.summary["session"]["recording"], self.summary["session"]["facts"].get(SCENE_FACT)
+        if mark is None and given is None:
             raise RunFolderError(f"{self.path} replayed a session in memory; write it to a file and run that")
         places = (self.path, self.path.parent, Path())
-        found = given or next((place / name for place in places if (place / name).is_file()), None)
+        files = (file for place in places for file in sorted(place.glob("*.mcap")) if file.is_file())
+        alike = (file for file in files if file.stat().st_size == mark["bytes"])
+        found = given or next((file for file in alike if recording_mark(file) == mark), None)
         if found is None:
-            raise RunFolderError(f"{name}, which {self.path} replayed, is not beside it; say where with --session FILE")
+            raise RunFolderError(f"the recording that {self.path} replayed is not beside it; say where: --session FILE")
         if replaced and scene is None:
             raise RunFolderError(f"{self.path} replayed with the scene of {replaced}; give it with --scene FILE")
         return found

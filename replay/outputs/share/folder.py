@@ -9,7 +9,6 @@ import json
 import shutil
 from base64 import b64encode
 from collections.abc import Sequence
-from html import unescape
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
@@ -20,13 +19,13 @@ from replay.errors import OutputError, RunFolderError
 from replay.outputs.report.markup import ALLOWED, element, page_html, rendered
 from replay.outputs.results.run_folder import (
     PICTURE,
-    REPORT,
     SUMMARY,
     FolderKind,
     RunFolder,
     result_folder,
     write_summary,
 )
+from replay.outputs.share.page import shared_page, title_of
 from replay.outputs.tables import Marked, table
 from replay.outputs.words import counted
 from sessions.mcap_format.metadata import SHARE
@@ -52,8 +51,7 @@ def require_consent(folders: Sequence[RunFolder]) -> None:
 def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool = False) -> str:
     """Write runs to a folder that opens by a double click on ``index.html``; why there is no picture, or nothing.
 
-    Raises ``OutputError``: the folder exists or cannot be written; ``RunFolderError``: a run holds no report that this
-    version wrote.
+    Raises ``OutputError``: the folder exists or cannot be written; ``RunFolderError``: the recording of a run is none.
     """
     shown = [one for one in folders if (one.path / PICTURE).is_file()]
     viewer, why = _viewer() if shown else ({}, f"no run holds a picture ({PICTURE})")
@@ -110,18 +108,15 @@ def _packed(content: bytes) -> bytes:
 
 def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
     """The page of a run, and where it is ``pictured`` its recording, as it is and packed; the title of the page."""
-    try:
-        text = (run.path / REPORT).read_text(encoding="utf-8")
-    except OSError as error:
-        raise RunFolderError(f"{run.path} holds no {REPORT}; replay the session again") from error
+    text = shared_page(run)
     if pictured:
         recording, labels = run.path / PICTURE, list(run.summary["audit"])
         shutil.copyfile(recording, page.with_name(f"{name}.rrd"))
         packed = _moments(recording, labels) + _packed(recording.read_bytes())
         page.with_name(f"{name}.js").write_bytes(packed)
-        text = _beside(text, name, run)
+        text = _beside(text, name)
     page.write_text(text, encoding="utf-8", newline="\n")
-    return unescape(text[text.index("<title>") + len("<title>") : text.index("</title>")])
+    return title_of(run)
 
 
 def _moments(recording: Path, labels: Sequence[str]) -> bytes:
@@ -131,7 +126,7 @@ def _moments(recording: Path, labels: Sequence[str]) -> bytes:
     return f"window.moments={json.dumps(found)};\n".encode()
 
 
-def _beside(report: str, name: str, run: RunFolder) -> str:
+def _beside(report: str, name: str) -> str:
     """The page of a report with the picture in it."""
     words, seen = "The picture is loading; the report can be read meanwhile.", "The session in motion, in 3D, by Rerun"
     canvas = element("canvas", tabindex=0, role="img", aria_label=seen)
@@ -144,9 +139,7 @@ def _beside(report: str, name: str, run: RunFolder) -> str:
         ALLOWED: WITH_PICTURE, "</head>": f"<style>{style}</style>{script}</head>", "</body>": f"{box}</body>",
         "</footer>": f"{licence}</footer>",
     }.items():  # fmt: skip
-        if report.count(before) != 1:
-            raise RunFolderError(f"{run.path} holds a {REPORT} of another version; replay the session again")
-        report = report.replace(before, after)
+        report = report.replace(before, after, 1)
     return report
 
 

@@ -27,7 +27,8 @@ def places(runs: ClassRuns, out: Path, shared: Path | None) -> dict[str, Place]:
     shared_pages = pages_of(shared) if shared is not None else {}
     found = {}
     for run in runs.metrics:
-        folder, name = runs.top / run, run if run != "." else runs.top.resolve().name
+        # A run folder has the name of its session file, which may be a person's.
+        folder, name = runs.top / run, runs.of(run, "session") or run
         page = folder / REPORT
         if shared is not None and (key := run_key(folder)) in shared_pages:
             page = shared / shared_pages[key]

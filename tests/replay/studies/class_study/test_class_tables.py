@@ -66,7 +66,7 @@ def test_where_nothing_was_audited_the_page_says_so(tmp_path):
 def test_a_session_without_a_miss_leads_to_its_report(tmp_path):
     runs, _ = tables_of(tmp_path, 5, 5, detectors={"slow": 0.0})
     for row in sessions_table(runs, places(runs, tmp_path / "page", None)).rows:
-        assert row[1] == "nothing missed" and row[0].to == f"../{row[0].text}/report.html"
+        assert row[1] == "nothing missed" and row[0].to == f"../run{int(row[0].text, 16):03}/report.html"
 
 
 def test_a_session_counts_once_and_what_is_left_out_is_said(tmp_path):
@@ -136,4 +136,4 @@ def test_links_lead_into_a_shared_folder_where_it_has_the_run(tmp_path):
     (shared / "share.json").write_text(json.dumps({"schema": "vrlab-replay/share/1", "pages": pages}))
     found = places(runs, tmp_path / "page", shared)
     assert found["run000"] == ("run1", "../sent%20to%20anna/run1.html")
-    assert found["run002"] == ("run002", "../runs/run002/report.html")
+    assert found["run002"] == (f"{2:016x}", "../runs/run002/report.html")

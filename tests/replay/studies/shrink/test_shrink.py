@@ -205,7 +205,7 @@ def test_what_cannot_be_shrunk_is_said_in_a_sentence(folder, tmp_path, capsys):
     summary = json.loads((moved / "summary.json").read_text())
     summary["session"]["digest"] = "0" * 64
     (moved / "summary.json").write_text(json.dumps(summary))
-    with pytest.raises(RunFolderError, match=r"s\.mcap, which .* is not beside it; say where with --session"):
+    with pytest.raises(RunFolderError, match=r"the recording .* is not beside it; say where: --session"):
         of_run(read_run_folder(moved), miss=1, label="slow")
     with pytest.raises(RunFolderError, match="is not the recording"):
         of_run(read_run_folder(moved), miss=1, label="slow", session=folder.parent / "s.mcap")
