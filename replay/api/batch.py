@@ -14,7 +14,7 @@ from typing import Any, Final
 from replay.api.places import far, near, place, reaching
 from replay.base.file_hash import file_hash
 from replay.base.machine import versions
-from replay.base.processes import DONE, KEPT, OnDone, in_processes
+from replay.base.workers import DONE, KEPT, OnDone, do_all
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.results.run_folder import METRICS, read_run_folder
 from replay.pipeline.scores import pool
@@ -58,9 +58,9 @@ def run_batch(
     ----------
     sessions : session files with different names: paths, or URLs of fsspec.
     out : folder of the batch, or the URL of one; a batch with the same settings that was begun there is continued.
-    jobs : processes.
-    scheduler : address of a scheduler of Dask whose workers do the work, ``local`` for one with ``jobs`` workers here;
-        they see paths as this process does, in a folder that all share.
+    jobs : workers of Dask on this machine; 1: this process.
+    scheduler : address of a scheduler of Dask whose workers do the work; they see paths as this process does, in a
+        folder that all share.
     settings : for ``replay.run``: detectors, oracle, seed, picture.
     force : go on in a batch of other settings too, whose run folders are replaced one by one.
     on_done : called for each session when it is finished.
@@ -85,7 +85,7 @@ def run_batch(
             on_done(name, DONE if became == KEPT and name not in there else became)
 
     tasks = {name: (path, folder / name, chosen, request) for name, path in named.items()}
-    failed = in_processes(run_one, tasks, jobs, tell, scheduler)
+    failed = do_all(run_one, tasks, jobs, tell, scheduler)
     done = tuple(name for name in named if name not in failed)
     digest, runs = batch_digest(folder, done)
     before, audit = tuple(name for name in done if name in kept), pool(one["audit"] for one in runs.values())

@@ -154,11 +154,10 @@ tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True,
 cite = click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects that ran.")
 log_search = click.option("--log-search", is_flag=True, help="Show every look of every search in the recording.")
 
-jobs = click.option("--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Processes.")
-scheduler = click.option(
-    "--scheduler", metavar="ADDRESS|local",
-    help="Let workers of Dask do it: of a cluster by address, or --jobs of them here.",
-)  # fmt: skip
+jobs = click.option(
+    "--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Workers of Dask on this machine."
+)
+scheduler = click.option("--scheduler", metavar="ADDRESS", help="Let the workers of a scheduler of Dask do it.")
 offline = click.option("--offline", is_flag=True, help="Ask for the whole motion at once, not frame by frame.")
 
 

@@ -1,6 +1,5 @@
 """``replay paper``: the paper's tables and figures, regenerated beside what it printed."""
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,11 +17,10 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.option("--quick", is_flag=True, help="Three columns, two poses each: under a minute once compiled.")
-@click.option("--jobs", type=click.IntRange(min=1), metavar="N", help="Processes; as many as cores unasked.")
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of poses and searches.")
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Write figure_7.png and figure_8.png here.")
 @reporting
-def command(quick: bool, jobs: int | None, seed: int, out: Path | None, as_json: bool, people: People) -> int:
+def command(quick: bool, seed: int, out: Path | None, as_json: bool, people: People) -> int:
     """Regenerate Table I, Fig. 7 and Fig. 8 with exact truth; printed values stand in a column of their own.
 
     Without --quick: the ten columns of Table I with 20 poses each, 1,000 random poses about first touch of each family
@@ -39,7 +37,7 @@ def command(quick: bool, jobs: int | None, seed: int, out: Path | None, as_json:
     size = QUICK if quick else FULL
     result = run_paper(
         targets=size.targets, poses=size.poses, near=size.near, sessions=size.sessions, seed=seed,
-        jobs=jobs or os.cpu_count() or 1, progress=TerminalProgress(people),
+        progress=TerminalProgress(people),
     )  # fmt: skip
     answer(as_json, plain(result), lambda: paper_tables(result.tables))
     if not as_json:

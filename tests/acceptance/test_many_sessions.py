@@ -20,6 +20,7 @@ import psutil
 import pytest
 from support.peak_memory import environment
 from support.small_worlds import cubes
+from support.spawned import spawned_by
 
 import replay
 from replay.api import batch
@@ -33,7 +34,6 @@ SECONDS = int(os.environ.get("SECONDS_EACH", 30 if ON_DEMAND else 10))
 EVERY = "60 s" if ON_DEMAND else "10 sessions"
 """How often a worker is killed."""
 SETTINGS = {"detectors": ["slow=discrete[rate_hz=22.5]"], "picture": False}
-POOLS = pytest.mark.parametrize("scheduler", [None, "local"], ids=["processes", "dask"])
 
 FLAT_BYTES = (8 << 20) + SESSIONS * (32 << 10)
 """What the driver may gain from a quarter of its sessions to its end: 18 kB a session (2026-11-22), and noise."""
@@ -66,7 +66,7 @@ def run_measured(path, out, settings, request):
     return became
 
 
-def drive(folder, out, scheduler, every):
+def drive(folder, out, every):
     """A program of its own: one batch; what it came to, and what was told when, with the memory then.
 
     ``every``: ``10 sessions`` or ``60 s`` a worker is killed, or ``""``.
@@ -82,12 +82,11 @@ def drive(folder, out, scheduler, every):
         told.append((name, became, time.monotonic() - begun, me.memory_info().rss))
         passed = time.monotonic() - last if unit == "s" else len(told) - 10 * killed
         if every and passed >= float(often) and len(told) < 0.9 * SESSIONS:
-            alive = [one for one in me.children(recursive=True) if "spawn_main" in " ".join(one.cmdline())]
-            chance.choice(sorted(alive, key=lambda one: one.pid)).kill()
+            chance.choice(sorted(spawned_by(me), key=lambda one: one.pid)).kill()
             last, killed = time.monotonic(), killed + 1
 
     files = sorted(Path(folder).glob("*.mcap"))
-    made = batch.run_batch(files, out, jobs=2, scheduler=scheduler, settings=SETTINGS, on_done=on_done)
+    made = batch.run_batch(files, out, jobs=2, settings=SETTINGS, on_done=on_done)
     wall = time.monotonic() - begun
     print(json.dumps([made.digest, made.done, made.kept, made.failed, told, killed, wall, me.memory_info().rss]))
 
@@ -104,19 +103,18 @@ def made(tmp_path_factory):
     return folder, alone.digest
 
 
-def driven(folder, out, scheduler, every):
-    words = [sys.executable, __file__, str(folder), str(out), scheduler or "", every]
+def driven(folder, out, every):
+    words = [sys.executable, __file__, str(folder), str(out), every]
     done = subprocess.run(words, env=environment(), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-3000:]
     return json.loads(done.stdout.splitlines()[-1])
 
 
 @pytest.mark.slow
-@POOLS
-def test_all_are_done_once_with_the_digest_of_one_process_though_workers_are_killed(made, tmp_path, scheduler):
+def test_all_are_done_once_with_the_digest_of_one_process_though_workers_are_killed(made, tmp_path):
     folder, alone = made
     names, out = [path.stem for path in sorted(folder.glob("*.mcap"))], tmp_path / "runs"
-    digest, done, kept, failed, told, killed, wall, memory = driven(folder, out, scheduler, EVERY)
+    digest, done, kept, failed, told, killed, wall, memory = driven(folder, out, EVERY)
     assert killed >= (min(5, wall // 75) if ON_DEMAND else 3) and failed == {} and digest == alone
     assert done == names and kept == [] and sorted(one[0] for one in told) == names
     assert {one[1] for one in told} == {"done"}
@@ -133,7 +131,7 @@ def test_all_are_done_once_with_the_digest_of_one_process_though_workers_are_kil
     tenth = max(len(seen) // 10, 2)
     first, last = (median(one[0] for one in part) for part in (seen[:tenth], seen[-tenth:]))
     print(
-        f"\n{scheduler or 'processes'}: {len(done)} sessions in {wall:.1f} s, {killed} killed; the driver gained"
+        f"\n{len(done)} sessions in {wall:.1f} s, {killed} killed; the driver gained"
         f" {(memory - early) / 2**20:.1f} MiB, a worker {gained / 2**20:.1f} MiB; processor time of a session"
         f" {1000 * first:.0f} ms in the first tenth, {1000 * last:.0f} ms in the last"
     )
@@ -148,20 +146,19 @@ def of_worker(seen, pid):
 
 
 @pytest.mark.bench
-@POOLS
-def test_a_killed_worker_costs_less_than_a_tenth_of_a_minute(made, tmp_path, scheduler):
+def test_a_killed_worker_costs_less_than_a_tenth_of_a_minute(made, tmp_path):
     """The median of five pairs; the criterion is of one kill in 60 s, here three workers of forty sessions die."""
     costs, kills = [], (math.ceil(0.9 * SESSIONS) - 1) // 10
     for pair in range(5):
         walls = {}
         for every in ("", "10 sessions") if pair % 2 else ("10 sessions", ""):
-            digest, *_, killed, wall, _ = driven(made[0], tmp_path / f"{pair}{every}", scheduler, every)
+            digest, *_, killed, wall, _ = driven(made[0], tmp_path / f"{pair}{every}", every)
             assert digest == made[1] and killed == (kills if every else 0)
             walls[every] = wall
         costs.append((walls["10 sessions"] - walls[""]) / kills)
-    print(f"\n{scheduler or 'processes'}: a killed worker costs {median(costs):.1f} s, of", np.round(costs, 1).tolist())
+    print(f"\na killed worker costs {median(costs):.1f} s, of", np.round(costs, 1).tolist())
     assert median(costs) < KILL_S
 
 
 if __name__ == "__main__":
-    drive(sys.argv[1], Path(sys.argv[2]), sys.argv[3] or None, sys.argv[4])
+    drive(sys.argv[1], Path(sys.argv[2]), sys.argv[3])

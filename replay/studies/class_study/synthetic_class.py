@@ -13,7 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from replay.base.processes import OnDone, in_processes
+from replay.base.workers import OnDone, do_all
 from replay.errors import OutputError
 from sessions.synthetic.rng import random_stream
 from sessions.whole_files import whole_file
@@ -81,7 +81,7 @@ def make_class(
         for k, (one, path) in enumerate(zip(drawn, paths, strict=True))
         if not path.is_file()
     }
-    return in_processes(record_student, tasks, jobs, on_done)
+    return do_all(record_student, tasks, jobs, on_done)
 
 
 def record_student(student: Student, path: Path, seed: int) -> str:

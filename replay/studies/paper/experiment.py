@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from replay.base.processes import Crew
 from replay.base.progress import Progress, Silent
 from replay.outputs.paper_table import PaperTable
 from replay.studies.paper.calibration import Calibration
@@ -55,21 +54,16 @@ def run_paper(
     near: int = 1000,  # random poses about first touch, per family
     sessions: int = 3,  # made-up sessions whose frames are sampled
     seed: int = 0,
-    jobs: int = 1,  # processes; what is no time is the same for any number
     progress: Progress | None = None,
 ) -> PaperResult:
-    """Run it. Raises FixtureError, WorkerError."""
+    """Run it. Raises FixtureError."""
     reporter = progress or Silent()
-    with Crew(jobs) as crew:
-        fixtures = _fixtures(crew, targets, poses, seed, reporter)
-        groups = tuple(groups_of(fixtures))
-        times = measure(groups, reporter)
-        largest_first = sorted(groups, key=lambda group: -sum(len(body.mesh.faces) for body in group.bodies))
-        with reporter.stage("Table I", len(groups), "groups") as advance:
-            found = crew.results([(ask_group, (group, times)) for group in largest_first], advance)
-        order = [largest_first.index(group) for group in groups]
-        table_one = joined([found[place] for place in order])
-        colony, drawn, sampled = _searches(crew, near, sessions, seed, reporter)
+    fixtures = _fixtures(targets, poses, seed, reporter)
+    groups = tuple(groups_of(fixtures))
+    times = measure(groups, reporter)
+    found = _each("Table I", [(ask_group, (group, times)) for group in groups], "groups", reporter)
+    table_one = joined(found)
+    colony, drawn, sampled = _searches(near, sessions, seed, reporter)
     tables = (
         *tables_of(table_one, times), frame_sampling_table(sampled), *colony_tables(colony),
         *feature_sample_tables(drawn, pace_of(drawn)),
@@ -78,31 +72,31 @@ def run_paper(
     return PaperResult(experiment, fixtures, groups, times, table_one, tables)
 
 
-def _fixtures(crew: Crew, targets: Sequence[int], poses: int, seed: int, reporter: Progress) -> tuple[Fixture, ...]:
-    """All fixtures in order of target and pose; those of the same meshes are made in one process."""
-    families = range(min(poses, len(FAMILY_NAMES)))
-    tasks = [
-        (target, tuple(range(family, poses, len(FAMILY_NAMES))), seed) for target in targets for family in families
-    ]
-    with reporter.stage("fixtures", len(tasks), "groups") as advance:
-        made = crew.results([(_make_fixtures, task) for task in reversed(tasks)], advance)
-    return tuple(sorted((one for some in made for one in some), key=lambda one: (one.target, one.number)))
+def _fixtures(targets: Sequence[int], poses: int, seed: int, reporter: Progress) -> tuple[Fixture, ...]:
+    """All fixtures in order of target and pose."""
+    wanted = [(target, number, seed) for target in targets for number in range(poses)]
+    return tuple(_each("fixtures", [(fixture, one) for one in wanted], "fixtures", reporter))
 
 
-def _make_fixtures(target: int, numbers: tuple[int, ...], seed: int) -> list[Fixture]:
-    return [fixture(target, number, seed) for number in numbers]
+def _each(name: str, tasks: Sequence[tuple[Callable[..., Any], tuple[Any, ...]]], unit: str, reporter: Progress) -> Any:
+    """What each function returns for its arguments, in order, as a stage of this name."""
+    found = []
+    with reporter.stage(name, len(tasks), unit) as advance:
+        for work, arguments in tasks:
+            found.append(work(*arguments))
+            advance(1)
+    return found
 
 
 def _searches(
-    crew: Crew, near: int, sessions: int, seed: int, reporter: Progress
+    near: int, sessions: int, seed: int, reporter: Progress
 ) -> tuple[list[ColonyRows], list[Drawn], list[list[Sampled]]]:
-    """What hangs on no fixture, in one round."""
+    """What hangs on no fixture."""
     tasks: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
         (colony_rows, (family, near, seed)) for family in FAMILY_NAMES
     ]
     tasks += [(sample_frames, (seed * sessions + number,)) for number in range(sessions)]
     tasks += [(search_samples, (family, draw, near, seed)) for family in FAMILY_NAMES for draw in range(DRAWS)]
-    with reporter.stage("searches near contact, sampled frames and faces", len(tasks), "parts") as advance:
-        found = crew.results(tasks, advance)
+    found = _each("searches near contact, sampled frames and faces", tasks, "parts", reporter)
     first, second = len(FAMILY_NAMES), len(FAMILY_NAMES) + sessions
     return found[:first], found[second:], found[first:second]

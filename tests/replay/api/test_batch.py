@@ -1,5 +1,4 @@
 import json
-import multiprocessing
 import os
 import signal
 import subprocess
@@ -7,8 +6,10 @@ import sys
 import time
 
 import numpy as np
+import psutil
 import pytest
 from support.small_worlds import cubes
+from support.spawned import spawned_by
 
 from replay.api.batch import batch_digest, run_batch, run_one
 from replay.errors import OutputError
@@ -65,7 +66,7 @@ def test_a_changed_session_is_run_again_though_the_batch_was_killed_before_it_ca
     first = run_batch(files, tmp_path / "runs", settings=SETTINGS)
     write_session(cubes({"a": [0.0] * 20, "b": [0.5] * 20}), files[1])
     with monkeypatch.context() as killed, pytest.raises(KeyboardInterrupt):
-        killed.setattr("replay.api.batch.in_processes", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+        killed.setattr("replay.api.batch.do_all", lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
         run_batch(files, tmp_path / "runs", settings=SETTINGS)
     again = run_batch(files, tmp_path / "runs", settings=SETTINGS)
     assert again.kept == ("s0", "s2") and again.digest != first.digest
@@ -156,7 +157,7 @@ def test_sessions_of_killed_processes_are_done_once_and_one_that_always_kills_it
     def kill_once(*one):
         told.append(one)
         if not killed:
-            killed.extend(multiprocessing.active_children())
+            killed.extend(spawned_by())
             for process in killed:
                 process.kill()
 
@@ -177,7 +178,6 @@ def test_sessions_of_killed_processes_are_done_once_and_one_that_always_kills_it
 @needs_sigkill
 def test_processes_of_a_killed_batch_end_with_it(files, tmp_path):
     """The batch is killed as its workers start; within seconds nobody works for it any more."""
-    import psutil
 
     code = (
         "import sys; from pathlib import Path; from replay.api.batch import run_batch\n"

@@ -102,5 +102,5 @@ def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
 def test_workers_of_a_cluster_fetch_and_put_by_themselves(store, tmp_path):
     given = [f"{store}/sessions/s{k}.mcap" for k in range(2)]
     here = run_batch([tmp_path / "s0.mcap", tmp_path / "s1.mcap"], tmp_path / "here", settings=SETTINGS)
-    there = run_batch(given, f"{store}/runs", settings=SETTINGS, scheduler="local", jobs=2)
+    there = run_batch(given, f"{store}/runs", settings=SETTINGS, jobs=2)
     assert here.digest == there.digest != ""

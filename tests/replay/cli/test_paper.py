@@ -28,9 +28,7 @@ def numbers(tables):
     ]
 
 
-def test_one_process_prints_tables_and_two_the_same_numbers_from_the_same_wall_times(
-    tiny, monkeypatch, capsys, tmp_path
-):
+def test_tables_are_printed_and_the_same_numbers_come_of_the_same_wall_times(tiny, monkeypatch, capsys, tmp_path):
     times = {}
 
     def measured(groups, reporter):
@@ -38,14 +36,14 @@ def test_one_process_prints_tables_and_two_the_same_numbers_from_the_same_wall_t
         return times["first"]
 
     monkeypatch.setattr(experiment, "measure", measured)
-    assert main(["paper", "--quick", "--jobs", "1", "--out", str(tmp_path)]) == 0
+    assert main(["paper", "--quick", "--out", str(tmp_path)]) == 0
     printed, said = capsys.readouterr()
     for words in ("Table I", "T1a", "T1c", "T1d", "F7e", "F8 search", "printed; hardware", "rapid-style"):
         assert words in printed
     assert said.count("wrote") == len([*tmp_path.iterdir()]) == 2
     told = []
-    for jobs in ("1", "2"):
-        assert main(["paper", "--quick", "--json", "--jobs", jobs]) == 0
+    for _ in range(2):
+        assert main(["paper", "--quick", "--format", "json"]) == 0
         told.append(json.loads(capsys.readouterr().out))
     assert f"- {told[0]['verdict'][0]}" in " ".join(printed.split())
     assert numbers(told[0]["tables"]) == numbers(told[1]["tables"])

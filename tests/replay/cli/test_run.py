@@ -142,7 +142,7 @@ def test_pairs_whose_containment_is_refused_are_told_in_one_sentence_of_80_colum
 
 def test_a_broken_gate_ends_in_4_and_says_which(file, capsys):
     assert main(["run", file, "--detector", SLOW, "--max-missed", "0.01", "--max-p99-ms", "10000"]) == 4
-    assert "slow missed 1 of 2 contacts" in capsys.readouterr().err
+    assert "slow missed contacts" in capsys.readouterr().err
     assert main(["run", file, "--detector", "hybrid", "--max-missed", "0.01"]) == 0
     assert main(["run", file, "--detector", "hybrid", "--offline", "--max-p99-ms", "11.1"]) == 4
     assert "hybrid was not timed frame by frame" in capsys.readouterr().err

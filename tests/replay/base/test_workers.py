@@ -7,10 +7,11 @@ from importlib.metadata import version
 from types import SimpleNamespace
 
 import pytest
+from support.spawned import spawned_by
 
-from replay.base.cluster import LOCAL, Dask, _require_same
 from replay.base.machine import versions
-from replay.base.processes import answers_of, in_processes
+from replay.base.progress import Silent
+from replay.base.workers import Workers, _require_same, do_all
 from replay.errors import WorkerError
 
 needs_sigkill = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
@@ -50,7 +51,7 @@ def test_a_worker_with_other_versions_or_without_the_tool_is_named_with_both():
 
 
 def test_a_scheduler_elsewhere_may_have_fewer_workers_than_were_asked_for():
-    pool = object.__new__(Dask)
+    pool = object.__new__(Workers)
     pool._cluster, pool._jobs, pool._alike = None, 2, set()
     pool._client = SimpleNamespace(nthreads=lambda: {"tcp://a:1": 1}, run=lambda *_, **__: {"tcp://a:1": versions()})
     assert pool.places() == ["tcp://a:1"]
@@ -58,11 +59,11 @@ def test_a_scheduler_elsewhere_may_have_fewer_workers_than_were_asked_for():
 
 def test_without_dask_and_without_a_scheduler_it_is_one_sentence(monkeypatch):
     pytest.importorskip("distributed")
-    with pytest.raises(WorkerError, match=r"no scheduler of Dask answers at nonsense://a .*or use --scheduler local"):
-        Dask(1, "nonsense://a")
+    with pytest.raises(WorkerError, match=r"no scheduler of Dask answers at nonsense://a .*or use --jobs"):
+        Workers(1, "nonsense://a")
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(WorkerError, match=r"--scheduler needs distributed, .* pip install -e \"\.\[cluster\]\""):
-        in_processes(str, {"a": ()}, 1, scheduler=LOCAL)
+    with pytest.raises(WorkerError, match=r"--jobs and --scheduler need distributed, .*cluster"):
+        do_all(str, {"a": ()}, 2)
 
 
 @pytest.mark.slow
@@ -70,7 +71,7 @@ def test_without_dask_and_without_a_scheduler_it_is_one_sentence(monkeypatch):
 def test_on_a_cluster_a_task_that_kills_its_worker_is_asked_three_times_and_costs_no_other(tmp_path, by_value):
     kinds = {"a": "go", "b": "die", "c": "fail", "d": "die once", "e": "go"}
     told, tasks = [], {name: (str(tmp_path / name), what) for name, what in kinds.items()}
-    failed = in_processes(note, tasks, 2, lambda *one: told.append(one[0]), LOCAL)
+    failed = do_all(note, tasks, 2, lambda *one: told.append(one[0]))
     assert failed.keys() == {"b", "c"} and failed["c"] == "it was not to be" and "ended 3 times" in failed["b"]
     assert sorted(told) == [*"abcde"]
     assert {path.name: len(path.read_text()) for path in tmp_path.iterdir()} == {
@@ -79,7 +80,7 @@ def test_on_a_cluster_a_task_that_kills_its_worker_is_asked_three_times_and_cost
         "d": 2,
     }
     with pytest.raises(TimeoutError, match="it took its time"):
-        answers_of(note, {"a": (str(tmp_path / "f"), "raise")}, 1, scheduler=LOCAL)
+        do_all(note, {"a": (str(tmp_path / "f"), "raise")}, 2)
 
 
 @pytest.mark.slow
@@ -87,36 +88,46 @@ def test_a_scheduler_is_found_by_its_address_and_one_without_workers_is_said_to_
     from distributed import LocalCluster
 
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
-        found = answers_of(partial(max, 1), {"a": (2,), "b": (0,)}, 1, scheduler=cluster.scheduler_address)
-        assert found == {"a": 2, "b": 1}
-    monkeypatch.setattr("replay.base.cluster.PATIENCE_S", 1.0)
+        found = do_all(partial(max, "b"), {"a": ("c",), "b": ("a",)}, scheduler=cluster.scheduler_address)
+        assert found == {"a": "c", "b": "b"}
+    monkeypatch.setattr("replay.base.workers.PATIENCE_S", 1.0)
     nobody = LocalCluster(n_workers=0, dashboard_address=None)
     with nobody, pytest.raises(WorkerError, match="has had no worker for 1 s; start some with `dask worker ADDRESS"):
-        in_processes(max, {"a": (2, 3)}, 1, scheduler=nobody.scheduler_address)
+        do_all(max, {"a": ("2", "3")}, scheduler=nobody.scheduler_address)
 
 
 @pytest.mark.slow
 def test_what_the_workers_have_is_compared_before_any_work(tmp_path, monkeypatch):
     monkeypatch.setattr("replay.base.machine._version", lambda name: "1.0")  # in this process alone
     with pytest.raises(WorkerError, match=f"has vrlab-replay {version('vrlab-replay')}, this machine 1.0"):
-        in_processes(open, {"a": (str(tmp_path / "never"), "w")}, 1, scheduler=LOCAL)
+        do_all(open, {"a": (str(tmp_path / "never"), "w")}, 2)
     assert not [*tmp_path.iterdir()]
 
 
 @pytest.mark.slow
 @needs_sigkill
 def test_workers_of_this_machine_that_are_killed_while_they_start_come_back():
-    import psutil
     from dask import config
 
-    with Dask(1, LOCAL) as pool:
+    with Workers(1) as pool:
         limit, killed = time.monotonic() + 60, 0
         while not pool.places() or killed < 3:
             assert time.monotonic() < limit
-            for one in psutil.Process().children(recursive=True) if killed < 3 else []:
-                if "spawn_main" in " ".join(one.cmdline()):
-                    one.kill()
-                    killed += 1
+            for one in spawned_by() if killed < 3 else []:
+                one.kill()
+                killed += 1
             time.sleep(0.1)
         # a restarted one is not watched either: profiles took 0.7 MB a session
         assert {*pool._client.run(config.get, "distributed.worker.profile.enabled").values()} == {False}
+
+
+def test_one_after_the_other_every_task_is_done_and_told_and_failures_are_named(tmp_path):
+    told, kinds = [], {"a": "go", "b": "fail", "c": "go"}
+    tasks = {name: (str(tmp_path / name), what) for name, what in kinds.items()}
+    assert do_all(note, tasks, 1, lambda *one: told.append(one)) == {"b": "it was not to be"}
+    assert told == [("a", "done"), ("b", "it was not to be"), ("c", "done")]
+
+
+def test_silence_takes_any_stage_and_any_advance():
+    with Silent().stage("detect", 10) as advance:
+        assert advance(3) is None

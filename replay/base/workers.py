@@ -1,24 +1,37 @@
-"""The workers of a scheduler of Dask, on this machine or on a cluster that is there already.
+"""Named tasks, one after the other or by workers of Dask: on this machine, or on a cluster that is there already.
 
 Each worker gets one task at a time, and a task is bound to its worker: who died with it is known, and nothing else is
-asked again. Dask itself would blame a dead worker on all tasks that it had in store.
+asked again. Dask itself would blame a dead worker on all tasks that it had in store. One failure stops no other task.
 """
 
 import logging
 import time
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, suppress
 from typing import Any, Final
 
 from replay.base.machine import PACKAGES, versions
-from replay.base.processes import LOST
 from replay.errors import WorkerError
 
-LOCAL: Final = "local"
-"""Stands for a scheduler with workers on this machine, which ends with the batch."""
+OnDone = Callable[[str, str], None]
+"""Called with a name and what became of it: ``done``, ``kept`` or why it failed."""
+
+Work = Callable[..., str]
+"""A function of a module; gives back why it failed, an empty string, or ``KEPT``: there was nothing to do."""
+
+Tasks = Mapping[str, tuple[Any, ...]]
+
+DONE, KEPT = "done", "kept"
+
+ATTEMPTS: Final = 3
+"""A task that ends its worker this often is set aside."""
+
+LOST: Final = object()
+"""In place of the answer of a worker that ended without one."""
 
 UNWATCHED: Final = {"distributed.worker.profile.enabled": False}
-"""Dask's profile of each worker took 0.7 MB a session, 85 MiB in 130 of them, and nobody reads it (2026-11-22)."""
+"""Dask's profile of each worker took 0.7 MB a session, 85 MiB in 130 of them, and nobody reads it."""
 
 POLL_S: Final = 0.5
 """How often dead and new workers are looked for while nothing is finished."""
@@ -27,27 +40,79 @@ PATIENCE_S: Final = 300.0
 """How long a batch waits for a first worker, or for one to come back: a queue, or a busy machine, takes minutes."""
 
 
-class Dask(AbstractContextManager["Dask"]):
-    """Workers of a scheduler; those that come later work too, when they have the same versions.
+def do_all(
+    work: Work, tasks: Tasks, jobs: int = 1, on_done: OnDone | None = None, scheduler: str | None = None
+) -> dict[str, str]:
+    """Do every task (name -> arguments of ``work``); name -> why it failed, for those that did.
+
+    This process does them if ``jobs`` is 1 and no ``scheduler`` of Dask is named by its address. ``on_done`` is called
+    for every task when it is finished.
+    """
+    failed: dict[str, str] = {}
+
+    def note(name: str, became: str) -> None:
+        if became and became != KEPT:
+            failed[name] = became
+        if on_done is not None:
+            on_done(name, became or DONE)
+
+    if not tasks or (jobs <= 1 and scheduler is None):
+        for name, arguments in tasks.items():
+            note(name, work(*arguments))
+        return failed
+    with Workers(min(jobs, len(tasks)), scheduler) as workers:
+        lost = _shared_out(workers, work, tasks, note, ATTEMPTS - 1)
+    # A task may want more memory than is left beside others, so the last attempt is made with nothing beside it.
+    for name in lost:
+        with Workers(1, scheduler) as workers:
+            if _shared_out(workers, work, {name: tasks[name]}, note, 1):
+                note(name, f"its process was ended {ATTEMPTS} times, perhaps for want of memory")
+    return failed
+
+
+def _shared_out(
+    workers: "Workers", work: Work, tasks: Tasks, note: Callable[[str, str], None], attempts: int
+) -> list[str]:
+    """Do tasks; return the names of those that lost their worker at each of ``attempts``, made after all others."""
+    waiting, ended, lost = deque(tasks), Counter[str](), list[str]()
+    working = dict[Any, tuple[str, str]]()
+    while waiting or working:
+        busy = [place for _, place in working.values()]
+        free = [place for place in workers.places() if place not in busy]
+        for place in free[: len(waiting)]:
+            name = waiting.popleft()
+            working[workers.submit(place, work, tasks[name])] = name, place
+        for task, answer in workers.finished({task: place for task, (_, place) in working.items()}):
+            name, _ = working.pop(task)
+            if answer is not LOST:
+                note(name, answer)
+                continue
+            ended[name] += 1
+            (waiting if ended[name] < attempts else lost).append(name)
+    return lost
+
+
+class Workers(AbstractContextManager["Workers"]):
+    """``jobs`` workers of this machine, or those of a scheduler; who comes later works too, with the same versions.
 
     Raises ``WorkerError``: Dask is not installed, no scheduler, no worker, or other versions there.
     """
 
-    def __init__(self, jobs: int, scheduler: str) -> None:
+    def __init__(self, jobs: int, scheduler: str | None = None) -> None:
         try:
             from distributed import Client, LocalCluster
         except ImportError as error:
-            words = f'--scheduler needs {error.name}, which is not installed; pip install -e ".[cluster]"'
+            words = f'--jobs and --scheduler need {error.name}, which is not installed; pip install -e ".[cluster]"'
             raise WorkerError(words) from error
         self._cluster, self._jobs = None, jobs
-        if scheduler == LOCAL:
+        if scheduler is None:
             # The system ends who takes too much memory; a worker that Dask stops for it would wait for ever.
             own: dict[str, Any] = {"memory_limit": 0, "dashboard_address": None, "silence_logs": logging.CRITICAL}
             self._cluster = LocalCluster(n_workers=jobs, threads_per_worker=1, config=UNWATCHED, **own)
         try:
             self._client = Client(self._cluster or scheduler, timeout=10)
         except (OSError, ValueError, TypeError) as error:
-            todo = "start one with `dask scheduler`, or use --scheduler local"
+            todo = "start one with `dask scheduler`, or use --jobs for workers on this machine"
             raise WorkerError(f"no scheduler of Dask answers at {scheduler} ({error}); {todo}") from error
         self._alike: set[str] = set()
         self._seen = time.monotonic()
@@ -58,7 +123,7 @@ class Dask(AbstractContextManager["Dask"]):
             self._cluster.close()
 
     def places(self) -> Iterable[str]:
-        """As ``Pool``: addresses of the workers that have our versions."""
+        """Addresses of the workers that are there and have our versions."""
         there = self._there()
         if self._cluster is not None and len(there) < self._jobs:
             # Dask gives up a worker that is killed while it starts; this brings it back.
@@ -75,12 +140,15 @@ class Dask(AbstractContextManager["Dask"]):
             raise WorkerError(f"the scheduler has had no worker for {PATIENCE_S:.0f} s; {todo}")
         return sorted(self._alike & there)
 
-    def submit(self, place: str, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-        """As ``Pool``."""
+    def submit(self, place: str, work: Work, arguments: tuple[Any, ...]) -> Any:
+        """Give a task to the worker at a place; what stands for its answer."""
         return self._client.submit(work, *arguments, workers=[place], pure=False)
 
     def finished(self, working: Mapping[Any, str]) -> Iterable[tuple[Any, Any]]:
-        """As ``Pool``."""
+        """Tasks of these (with their places) that are over, each with its answer or ``LOST``; may wait a while.
+
+        Raises what a task raised.
+        """
         from distributed import CancelledError, wait
 
         if not working:
