@@ -3,12 +3,15 @@
 0 ok; 1 failure or invalid input; 2 usage or missing path; 3 completed with data loss; 4 a gate failed; 130 interrupted.
 """
 
+import json
 import os
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from errno import EBADF, EDQUOT, EFBIG, EIO, ENOMEM, ENOSPC
 from importlib import import_module
+from itertools import pairwise
 from math import inf
 from typing import Final
 
@@ -93,13 +96,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         click.echo("interrupted; nothing half-written was left behind", err=True)
         return INTERRUPTED
     except click.ClickException as error:
+        _tell_programs(given, error.format_message(), error.exit_code)
         return _usage(error)
     except BrokenPipeError:
         _silence_stdout()
         return FAILURE
     except Exception as error:
+        _tell_programs(given, str(error), FAILURE)
         return _failure(error, debug=DEBUG in given)
     return code if isinstance(code, int) else OK
+
+
+def _tell_programs(given: Sequence[str], message: str, code: int) -> None:
+    """The error as JSON on standard output, for who asked for JSON; people read the sentence on the other stream."""
+    if {"--json", "--format=json"} & {*given} or ("--format", "json") in pairwise(given):
+        with suppress(OSError):
+            click.echo(json.dumps({"error": _sentence(message), "exit_code": code}))
 
 
 def _usage(error: click.ClickException) -> int:

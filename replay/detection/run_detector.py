@@ -32,8 +32,8 @@ WARM_FRAMES: Final = 128
 """Frames of each of the two warm-up samples: kernels compile on them, so that the time reported holds no compiling."""
 
 
-FACE_ROWS: Final = 20_000_000
-"""Face pairs kept of a session of hours, 160 MB; with more than that only the verdicts are kept."""
+FACE_ROWS: Final = 8_000_000
+"""Face pairs kept of a session of hours, 64 MB, twice that while joined; of more only the verdicts are kept."""
 
 
 @dataclass(frozen=True, eq=False)

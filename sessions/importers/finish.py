@@ -24,9 +24,11 @@ QUATERNION_TOLERANCE = 1e-3  # A quaternion whose norm is further off 1 is no ro
 
 PROXIES = {
     "proxy_headset": re.compile("camera|head|hmd|headset"),
-    "proxy_wand": re.compile("left|right|(left|right)?(hand|controller|wand)"),
+    "proxy_wand": re.compile("(l|r|left|right)?(hand|controller|wand)"),
 }
-"""Stand-in mesh -> the words in the name of a body it can stand for (``bright`` is no ``right``)."""
+"""Stand-in mesh -> a word in the name of a body that it can stand for."""
+SIDES = ("left", "right")
+"""A body of this name alone is a controller; ``left_wheel`` is none."""
 
 PROXY_FACES = 2000
 
@@ -50,6 +52,8 @@ class Imported:
     scalars: Mapping[str, ScalarTrack] = field(default_factory=dict)
     meshes: Mapping[str, MeshData] = field(default_factory=dict)
     mesh_turn: NDArray[np.float64] | None = None
+    of_people: bool = True
+    """Whether names like ``head`` and ``left`` mean a headset and controllers; of a robot they do not."""
 
 
 def finished(
@@ -67,12 +71,16 @@ def finished(
     ----------
     meshes : body name -> mesh file or mesh; they win over the scene's, and those over the source's own.
     scene : declared bodies, pairs and effects; its mesh paths are relative to ``scene_folder``.
-    proxies : whether headset and controllers without a mesh get a stand-in; ``None``: only if no mesh is given at all.
+    proxies : whether headset and controllers without a mesh get a stand-in; ``None``: only if no mesh is given at all,
+        and not in recordings of robots.
 
-    Raises ``ImportFileError``: no pose at all, or a mesh for a body that is not there.
+    Raises ``ImportFileError``: no pose at all, none that is not lost, or a mesh for a body that is not there.
     """
     if not any(len(track) for track in samples.tracks.values()):
         raise ImportFileError(f"{source}: there is no pose in it; check that this is the recording")
+    if not any(track.valid.any() for track in samples.tracks.values()):
+        why = "; ".join(words for words in together(samples.conversions) if "lost" in words) or "the source flags them"
+        raise ImportFileError(f"{source}: every pose in it is lost ({why}); record it again, or choose other columns")
     declared = scene or Scene()
     ids = [body.id for body in declared.bodies]
     given = {name: mesh for name, mesh in samples.meshes.items() if name not in ids}
@@ -85,7 +93,7 @@ def finished(
     if samples.mesh_turn is not None:
         files = {*(meshes or ()), *(body.id for body in declared.bodies if body.mesh)}
         given |= {name: given[name].transformed(samples.mesh_turn) for name in files}
-    if proxies or (proxies is None and not given):
+    if proxies or (proxies is None and not given and samples.of_people):
         declared = _with_proxies(declared, samples.tracks, given)
     done = "; ".join(together(samples.conversions)) or "none"
     facts = {"source_file": source.name, "conversions": done, **samples.facts}
@@ -153,6 +161,8 @@ def name_words(name: str) -> list[str]:
 def proxy_for(name: str) -> str:
     """The instrument that can stand in for a body of this name, or ``""``."""
     words = name_words(name)
+    if len(words) == 1 and words[0] in SIDES:
+        return "proxy_wand"
     return next((proxy for proxy, known in PROXIES.items() if any(map(known.fullmatch, words))), "")
 
 

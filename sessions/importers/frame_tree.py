@@ -68,8 +68,11 @@ class FrameTree:
             raise self._error(f"frame {child!r} has a stamp of {stamp_ns} ns; no recording is that late") from None
         link.numbers.extend(numbers)
 
-    def tables(self) -> tuple[dict[str, PoseTable], list[str]]:
-        """Every frame's poses in the root, and what was assumed for them."""
+    def tables(self, *, join: bool = False) -> tuple[dict[str, PoseTable], list[str], list[str]]:
+        """Every frame's poses in the root, what was done for them, and what was assumed.
+
+        ``join``: several roots are taken for one world; otherwise they are an error.
+        """
         self._tables = {name: link.table() for name, link in self._links.items()}
         chains = {name: self._chain(name) for name in self._links}
         root_of = {name: self._links[chain[-1]].parent for name, chain in chains.items()}
@@ -77,11 +80,16 @@ class FrameTree:
         if len(roots) > 1:  # Of those, a tree that stands still tells nothing about what moves.
             moved = {root_of[name] for name, chain in chains.items() if any(map(self._moves, chain))}
             roots = sorted(moved - {""}) or roots
-        if len(roots) > 1:
+        if len(roots) > 1 and not join:
+            of_root = [
+                f"{root!r} with {_named([name for name, above in root_of.items() if above == root][:3])}"
+                for root in roots[:5]
+            ]
             raise self._error(
-                f"frames hang from {len(roots)} roots ({', '.join(map(repr, roots[:5]))}) and no transform joins them; "
-                "choose by --topic"
+                f"frames hang from {len(roots)} roots ({', '.join(of_root)}) and no transform joins them; "
+                "choose one by --topic; several --topic are taken to share one world"
             )
+        assumed = [f"frames {_named(roots)} taken for one world"] if len(roots) > 1 else []
         still = [name for name, root in root_of.items() if roots and root not in ("", *roots)]
         chains = {name: chain for name, chain in chains.items() if name not in still}
         moving = [self._tables[name][0] for name in self._links if self._moves(name)]
@@ -99,7 +107,7 @@ class FrameTree:
             words.append(f"frames published once hold throughout: {_named(held)}")
         if self._interpolated:
             words.append(f"frames of other stamps interpolated, not across {LARGEST_GAP_NS / 1e9:g} s")
-        return found, words
+        return found, words, assumed
 
     def _moves(self, name: str) -> bool:
         return not self._links[name].static and len(self._tables[name][0]) > 1

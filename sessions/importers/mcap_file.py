@@ -41,7 +41,8 @@ def read_mcap(
     Parameters
     ----------
     convention : a name in ``CONVENTIONS``; ``None``: that of ROS.
-    topics : read these alone; none: all that hold poses.
+    topics : read these alone; none: all that hold poses. Of several whose poses are in frames that no transform joins,
+        the frames are taken for one world.
 
     Raises ``ImportFileError``: names file, topic and what to do.
     """
@@ -56,14 +57,14 @@ def read_mcap(
         else:
             readings.add(one)
     shapes = entities.hang(tree)
-    tables, words = tree.tables()
+    tables, words, joined = tree.tables(join=len(topics) > 1)
     words += entities.notes.values()
     if unstamped:
         words.append(f"{unstamped} poses without a stamp have the time they were logged at")
     assumed = [] if convention else [f"axes {ASSUMED} ({axes.words})"]
-    frame = SourceFrame(axes, "m", 1.0, "stamps of the messages, ns", "ns", (*assumed, "lengths in m"))
+    frame = SourceFrame(axes, "m", 1.0, "stamps of the messages, ns", "ns", (*assumed, "lengths in m", *joined))
     meshes = {name: _in_axes(mesh, axes) for name, mesh in shapes.items()}
-    return replace(readings.put_into(imported(tables, frame, words), frame), meshes=meshes)
+    return replace(readings.put_into(imported(tables, frame, words), frame), meshes=meshes, of_people=False)
 
 
 def _in_axes(mesh: MeshData, axes: Convention) -> MeshData:

@@ -6,8 +6,9 @@ Of a decoded message what is missing is NaN or "".
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import nullcontext, suppress
+from contextlib import nullcontext, redirect_stderr, redirect_stdout, suppress
 from importlib import import_module
+from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final, NamedTuple
@@ -116,7 +117,9 @@ def _decoder(encoding: str, schema: Any) -> Callable[[bytes], Any]:
             raise ImportFileError(
                 'messages of ROS 2 need mcap-ros2-support; install it: pip install -e ".[formats]"'
             ) from None
-        decode = DecoderFactory().decoder_for(encoding, schema)
+        # Of a schema that it cannot read the library prints lines of its own beside the error.
+        with redirect_stderr(StringIO()), redirect_stdout(StringIO()):
+            decode = DecoderFactory().decoder_for(encoding, schema)
         if decode is not None:
             return decode
         raise ImportFileError(f"a schema in {schema.encoding!r} is not known; record with schemas in ros2msg")

@@ -88,7 +88,11 @@ def test_what_was_assumed_is_said_unless_it_was_given(tmp_path, capsys):
         for topic in ("/tf", "/other"):
             channel = writer.register_channel(topic, "json", schema)
             for stamp in (1, 2):
-                pose = {"child_frame_id": topic, "translation": {}, "rotation": {"x": 0, "y": 0, "z": 0, "w": 1}}
+                pose = {
+                    "child_frame_id": topic,
+                    "translation": dict.fromkeys("xyz", 0),
+                    "rotation": {"x": 0, "y": 0, "z": 0, "w": 1},
+                }
                 writer.add_message(channel, stamp, json.dumps(pose).encode(), stamp)
         writer.finish()
     out = str(tmp_path / "s.mcap")

@@ -1,3 +1,4 @@
+import json
 import os
 import signal
 import subprocess
@@ -63,6 +64,18 @@ def test_usage_errors_exit_with_2_and_say_how(capsys):
     assert main(["view", "here", "--miss", "0"]) == 2
     assert main(["run", "missing.mcap", "--out", "x"]) == 2
     assert "does not exist" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("asked", (["--format", "json"], ["--format=json"], ["--json"]))
+def test_an_error_is_json_where_json_was_asked_for(tmp_path, capsys, asked):
+    torn = tmp_path / "torn.mcap"
+    torn.write_bytes(b"no recording")
+    for words, code in ((["info", str(torn)], 1), (["info", "missing.mcap"], 2), (["rum"], 2)):
+        assert main([*words, *asked]) == code
+        said = capsys.readouterr()
+        plain = json.loads(said.out)
+        assert plain["exit_code"] == code and plain["error"].split(";")[0] in said.err.replace("\n", " ")
+    assert main(["info", str(torn)]) == 1 and capsys.readouterr().out == ""
 
 
 def test_a_folder_for_a_file_and_a_file_for_a_folder_are_answered_with_what_to_give(tmp_path, capsys):

@@ -52,7 +52,7 @@ def test_given_meshes_win_over_the_scene_and_proxies_can_be_asked_for(tmp_path):
     [
         ("camera", "proxy_headset"), ("Main Camera", "proxy_headset"), ("HMD", "proxy_headset"),
         ("leftHand", "proxy_wand"), ("XRController_2", "proxy_wand"), ("RIGHT", "proxy_wand"), ("bright-lamp", ""),
-        ("handle", ""), ("overhead", ""),
+        ("handle", ""), ("overhead", ""), ("lhand", "proxy_wand"), ("rhand", "proxy_wand"), ("left_wheel", ""),
     ],
 )  # fmt: skip
 def test_a_stand_in_is_chosen_by_whole_words_of_the_name(name, row):
@@ -68,6 +68,16 @@ def test_the_side_of_a_hand_is_a_word_of_its_name():
 def test_a_recording_without_poses_is_refused(tmp_path):
     with pytest.raises(ImportFileError, match="there is no pose in it"):
         finished(Imported({}, ()), tmp_path / "x")
+
+
+def test_a_recording_whose_every_pose_is_lost_is_refused_with_the_reason(tmp_path):
+    log = tmp_path / "log.csv"
+    rows = [f"{0.1 * row},cup,0,0,0,0,0,0,0" for row in range(5)]
+    log.write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw,kind", *(f"{row},pose" for row in rows), ""]))
+    with pytest.raises(ImportFileError, match=r"every pose in it is lost \(cup: 5 rows .*no unit quaternion"):
+        import_session("csv", log)
+    log.write_text(log.read_text().replace("0,0,0,0,0,0,0,pose", "0,0,0,0,0,0,1,pose", 1))
+    assert import_session("csv", log).tracks["cup"].valid.tolist() == [True, False, False, False, False]
 
 
 def test_an_unknown_format_names_those_there_are(tmp_path):

@@ -159,6 +159,15 @@ def raw(data=b"\0\1\0\0", name="tf2_msgs/msg/TFMessage", kind="ros2msg", text=TR
     return write
 
 
+@pytest.mark.parametrize("text", ("float64[ x\n", "no_such/Type x\n", "9type x\n", "float64 X x\n"))
+def test_a_schema_that_cannot_be_read_is_one_sentence_and_nothing_is_printed(tmp_path, capfd, text):
+    pytest.importorskip("mcap_ros2")
+    raw(text=text)(tmp_path / "bag.mcap")
+    with pytest.raises(ImportFileError, match="cannot be read"):
+        import_session("ros2", tmp_path / "bag.mcap")
+    assert capfd.readouterr() == ("", "")
+
+
 def damaged(change):
     def write(path):
         tf(at("map", "a"), at("map", "a", 2))(path)
