@@ -8,19 +8,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Final
 
 from replay.base.constants import CAVEAT
+from replay.effects.effect_summary import EVENT_ROWS
 from replay.outputs.palette import INVENTED, MISSED, hex_of
 from replay.outputs.report import tables
 from replay.outputs.report.markup import Part, contents, element, page_html, page_section, page_table
-from replay.outputs.results.run_folder import RunFolder
+from replay.outputs.results.parquet_tables import EFFECT
+from replay.outputs.results.run_folder import EVENTS, FALSE_CONTACTS, MISSES, RunFolder
 from replay.outputs.run_tables import cost_table, effect_table, pair_table, ranking_table, stage_table
 from replay.outputs.tables import STRONG, Marked, Table, table
 from replay.outputs.words import NOT_LOOKED_FOR, address, counted, span_words
 from replay.pipeline.headline import price
 from replay.pipeline.ranking import fault_words, ranking
+from replay.pipeline.scores import MOST_CARDS
 from sessions.mcap_format.metadata import NOT_STATED
 
-MISS_HEAD: Final = ("miss", "at s", "pair", "what", "cause", "frames", "cut mm", "to catch it, ms a frame")
-FALSE_HEAD: Final = ("false", "at s", "pair", "what", "why", "frames", "mm apart", "to mend it, ms a frame")
+MISS_HEAD: Final = ("miss", "at s", "pair", "what", "cause", "frames", "cut mm")
+FALSE_HEAD: Final = ("false", "at s", "pair", "what", "why", "frames", "mm apart")
 FOLDED: Final = frozenset(("What it cost in time", "Counts and causes", "How to get the same again"))
 
 
@@ -78,10 +81,11 @@ def _sections(run: RunFolder) -> Iterator[tuple[str, Sequence[Part]]]:
     if len(audited) > 1:
         yield "Detectors", [ranking_table(summary)]
     for rank in ranking(summary)[:-1]:
-        faults = summary["faults"].get(rank.label, {"misses": (), "false": ()})
         by = "" if rank.label == audited[0] else rank.label
-        yield f"Every miss of {rank.label}", _cards(_misses(faults["misses"]), faults["misses"], "miss", by)
-        yield f"Every false contact of {rank.label}", _cards(_false(faults["false"]), faults["false"], "false", by)
+        for title, file, kind in (("miss", MISSES, "miss"), ("false contact", FALSE_CONTACTS, "false")):
+            found = [row for row in run.rows(file) if row["detector"] == rank.label]
+            found.sort(key=lambda row: (-(row.get("cut_length") or 0.0), row["first"] - row["last"], row["number"]))
+            yield f"Every {title} of {rank.label}", _cards(found[:MOST_CARDS], kind, by)
     if audited:
         yield "Contacts", [pair_table(run, rank.label) for rank in ranking(summary)[:-1]]
     if summary["detectors"]:
@@ -89,56 +93,41 @@ def _sections(run: RunFolder) -> Iterator[tuple[str, Sequence[Part]]]:
     if audited:
         yield "Counts and causes", [*tables.count_tables(run), *tables.duration_tables(run)]
     if summary["effects"]:
-        yield "Effects that the scene calls for", [effect_table(run), _events(summary["events"])]
+        yield "Effects that the scene calls for", [effect_table(run), _events(run)]
     if summary.get("findings"):
         yield "What is suspicious about the recording", [_findings(summary["findings"])]
     yield "The session", [_facts(run)]
     yield "How to get the same again", [tables.settings_table(run)]
 
 
-def _misses(found: Sequence[Mapping[str, Any]]) -> Table:
-    rows = [
-        (*_head(one), one["frames"], "between frames" if one["touch"] else f"{1e3 * one['cut_length']:.1f}", _cost(one))
-        for one in found
-    ]
-    return table("", MISS_HEAD, rows, words=5)
-
-
-def _false(found: Sequence[Mapping[str, Any]]) -> Table:
-    rows = [
-        (*_head(one), one["frames"], "" if one["gap"] is None else f"{1e3 * one['gap']:.1f}", _cost(one))
-        for one in found
-    ]
-    return table("", FALSE_HEAD, rows, words=5)
-
-
-def _head(one: Mapping[str, Any]) -> tuple[Any, ...]:
-    return one["number"], f"{one['at']:.3f}", f"{one['body_a']} - {one['body_b']}", one["kind"], one["cause"]
-
-
-def _cost(one: Mapping[str, Any]) -> str:
-    return f"{1e3 * one['cost']:.2g}"
-
-
-def _cards(made: Table, found: Sequence[Mapping[str, Any]], kind: str, by: str) -> list[Part]:
-    """A table as cards whose numbers lead the picture to their moment."""
+def _cards(found: Sequence[Mapping[str, Any]], kind: str, by: str) -> list[Part]:
+    """Rows of misses or false contacts as cards whose numbers lead the picture to their moment."""
     if not found:
         return []
     addresses = [address(kind, one["number"], by) for one in found]
-    linked = [
-        (Marked(str(row[0]), STRONG, to=f"#{at}"), *row[1:]) for row, at in zip(made.rows, addresses, strict=True)
-    ]
-    about = [{"id": at, "class_": "missed" if kind == "miss" else "false"} for at in addresses]
-    cards: list[Part] = [page_table(table("", [column.name for column in made.columns], linked, words=5), about)]
-    return cards
-
-
-def _events(events: Sequence[Mapping[str, Any]]) -> Table:
     rows = [
-        (one["effect"], one["name"], one["text"], span_words(one["time"], one["end"]) or f"{one['time']:.3f}")
-        for one in events
-    ]
-    return table("What the effects found", ("effect", "event", "in words", "seconds"), rows, words=3)
+        (
+            Marked(str(one["number"]), STRONG, to=f"#{at}"), f"{one['start']:.3f}",
+            f"{one['body_a']} - {one['body_b']}", one["kind"], one["cause"], one["last"] - one["first"] + 1, _size(one),
+        )
+        for one, at in zip(found, addresses, strict=True)
+    ]  # fmt: skip
+    about = [{"id": at, "class_": "missed" if kind == "miss" else "false"} for at in addresses]
+    return [page_table(table("", MISS_HEAD if kind == "miss" else FALSE_HEAD, rows, words=5), about)]
+
+
+def _size(one: Mapping[str, Any]) -> str:
+    """Millimetres of the cut of a miss, or between the meshes of a false contact."""
+    if one.get("touch") is not None:
+        return "between frames"
+    metres = one["gap"] if "gap" in one else one.get("cut_length")
+    return "" if metres is None else f"{1e3 * metres:.1f}"
+
+
+def _events(run: RunFolder) -> Table:
+    found = [row for row in run.rows(EVENTS) if row["source"].startswith(EFFECT)][:EVENT_ROWS]
+    rows = [(row["source"].removeprefix(EFFECT), row["name"], row["message"], f"{row['time']:.3f}") for row in found]
+    return table("What the effects found", ("effect", "event", "in words", "from s"), rows, words=3)
 
 
 def _findings(findings: Sequence[Mapping[str, Any]]) -> Table:
