@@ -11,7 +11,7 @@ from cdcore.bounding.sphere import sphere_best
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.narrow.image_space.overlap import NOTHING, Overlap, overlap_of_placed, require_resolution, turn_of_normals
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns
-from cdcore.numerics import ByteArray, FloatArray, IntArray, place_points
+from cdcore.numerics import ByteArray, IntArray, place_points
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
 
 
@@ -28,8 +28,8 @@ class ImageSpaceSettings:
 class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
     """Sends rays along three axes through where the boxes of two solids overlap, and adds up what both share.
 
-    Choose it for the amount of overlap (``overlap_volumes``) rather than the faces. What it calls CONTACT or CONTAINED
-    overlaps in truth; an overlap that no ray meets is NOT_FOUND. Between open meshes the answer is INVALID where their
+    Choose it to compare with methods of image space. What it calls CONTACT or CONTAINED overlaps in truth; an overlap
+    that no ray meets is NOT_FOUND. Between open meshes the answer is INVALID where their
     boxes overlap, because an open mesh has no inside. The result is approximate by nature.
 
     Source: see ``sources``. Cost: all faces of both bodies, three times, in each pose whose boxes overlap.
@@ -43,7 +43,7 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
         "B. Heidelberger, M. Teschner, M. Gross, Detection of collisions and self-collisions using image-space "
         "techniques, WSCG 2004",
     )
-    choose_when: ClassVar[str] = "you want to know how much two closed bodies overlap, within a percent"
+    choose_when: ClassVar[str] = "you compare with a method that samples solids in image space"
     cannot: ClassVar[str] = "name faces, see overlaps between its rays, or speak of open meshes"
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ImageSpaceSettings) -> None:
@@ -52,24 +52,17 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
         self._turns = [turn_of_normals(body.mesh) if body.mesh.is_closed else 0 for body in bodies]
 
     def _run(self, motion: Motion, _memory: None, _faces: bool) -> Detection:
-        verdict, reasons, _, work, seconds = self._look(motion)
+        verdict, reasons, work, seconds = self._look(motion)
         refused = ("refused: depth images are sampled",) * len(self.pairs)
         return self._detection(
             motion, verdict, containment=refused, work=work, seconds=seconds, approximate=True, reasons=reasons
         )
 
-    def overlap_volumes(self, motion: Motion) -> FloatArray:
-        """Volume that each pair shares in each frame, (T, P) cubic metres; NaN where it is INVALID or has no pose."""
-        return self._look(motion)[2]
-
-    def _look(
-        self, motion: Motion
-    ) -> tuple[ByteArray, dict[tuple[int, int], str], FloatArray, dict[str, int], dict[str, float]]:
+    def _look(self, motion: Motion) -> tuple[ByteArray, dict[tuple[int, int], str], dict[str, int], dict[str, float]]:
         clock = [perf_counter()]
         near = self._spheres.candidates(motion)
         clock.append(perf_counter())
         verdict, reasons = near.verdict.copy(), {}
-        volumes = np.where(verdict == Verdict.NO_POSE, np.nan, 0.0)
         work = near.work | {"images": 0, "rays": 0, "layers": 0}
         columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
         for column, rows in rows_of_columns(columns):
@@ -83,11 +76,10 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
                     work["rays"] += seen.rays
                     work["layers"] += seen.layers
                 verdict[frame, column] = found
-                volumes[frame, column] = np.nan if why else seen.volume
                 if why:
                     reasons[frame, column] = why
         clock.append(perf_counter())
-        return verdict, reasons, volumes, work, dict(zip(("spheres", "images"), np.diff(clock).tolist(), strict=True))
+        return verdict, reasons, work, dict(zip(("spheres", "images"), np.diff(clock).tolist(), strict=True))
 
     def _overlap(self, motion: Motion, frame: int, pair: list[int]) -> tuple[Overlap, Verdict, str]:
         """What the rays saw in one pose, the verdict, and why it is INVALID."""

@@ -6,16 +6,14 @@ Run to completion, none of them loses a face.
 
 from collections.abc import Sequence
 from time import perf_counter
-from typing import Any, ClassVar, Final
+from typing import ClassVar, Final
 
 import numpy as np
 
-from cdcore.bounding.box import box_by_body_axes
 from cdcore.bounding.sphere import sphere_best
 from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import SphereStage, VolumeAnswer
-from cdcore.broad.sweep_stage import SweepMemory, SweepStage
 from cdcore.detectors import OBB_TREE
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
@@ -31,8 +29,9 @@ AABB_TREE: Final = (
 
 
 class TreeDetector(PairDetector[TreeSettings]):
-    """Searches two trees wherever the broad phase says; without a broad phase of its own, in every pair-frame."""
+    """Searches two trees where bounding spheres overlap, or in every pair-frame."""
 
+    spheres_first: ClassVar[bool] = False
     online: ClassVar[bool] = True
     Settings: ClassVar[type] = TreeSettings
 
@@ -41,6 +40,8 @@ class TreeDetector(PairDetector[TreeSettings]):
         search = TreeSearch(self.name, [body.mesh.triangles for body in bodies])
         self._trees = TreeStage(bodies, pairs, search, settings)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+        if self.spheres_first:
+            self._spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
 
     def live(self) -> Live:
         """A session that is asked one frame after the other; a budget is spent as over the whole motion.
@@ -51,14 +52,16 @@ class TreeDetector(PairDetector[TreeSettings]):
             return super().live()
         return LivePairs(BroadPhase(self.bodies, self.pairs), self._trees.decide_now, self._containment.question)
 
-    def _near(self, motion: Motion, _memory: Any) -> VolumeAnswer:
-        """The broad phase: CANDIDATE where the trees are to be asked."""
+    def _near(self, motion: Motion) -> VolumeAnswer:
+        """CANDIDATE where the trees are to be asked."""
+        if self.spheres_first:
+            return self._spheres.candidates(motion)
         verdict = np.where(pair_has_pose(motion, self.pairs), Verdict.CANDIDATE, Verdict.NO_POSE)
         return VolumeAnswer(verdict.astype(np.uint8), {})
 
-    def _run(self, motion: Motion, memory: Any, faces: bool) -> Detection:
+    def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
         clock = [perf_counter()]
-        near = self._near(motion, memory)
+        near = self._near(motion)
         verdict = near.verdict
         columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
         clock.append(perf_counter())
@@ -93,13 +96,7 @@ class AabbDetector(TreeDetector):
     sources: ClassVar[tuple[str, ...]] = (AABB_TREE,)
     choose_when: ClassVar[str] = "you want the simplest complete tree, to compare others with"
     cannot: ClassVar[str] = "be as tight as `obb`: the box around a turned box is larger"
-
-    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: TreeSettings) -> None:
-        super().__init__(bodies, pairs, settings)
-        self._spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
-
-    def _near(self, motion: Motion, _memory: Any) -> VolumeAnswer:
-        return self._spheres.candidates(motion)
+    spheres_first: ClassVar[bool] = True
 
 
 class ObbDetector(TreeDetector):
@@ -134,13 +131,14 @@ class RapidStyleDetector(TreeDetector):
 
 
 class SolidStyleDetector(TreeDetector):
-    """Re-creation of SOLID: sweep and prune, boxes in the body's frame, GJK with a kept axis, then faces exactly.
+    """Re-creation of SOLID: boxes in the body's frame, GJK with a kept axis, then faces exactly.
 
     Choose it to see what SOLID does on your recording, complete or cut short by ``budget``. The library itself returns
     at the first pair of faces (``mode="first"``); "all" goes on. ``work["cache_hits"]`` counts face pairs that the axis
     of an earlier pair kept apart.
 
-    Source: see ``sources``. Differs: what GJK does not separate for certain is decided exactly.
+    Source: see ``sources``. Differs: spheres come first, not sweep and prune; what GJK does not separate for certain
+    is decided exactly.
     """
 
     name: ClassVar[str] = "solid-style"
@@ -149,17 +147,7 @@ class SolidStyleDetector(TreeDetector):
         AABB_TREE,
         "G. van den Bergen, A fast and robust GJK implementation for collision detection of convex objects, Journal of "
         "Graphics Tools 4(2), 1999",
-        "D. Baraff, Dynamic simulation of non-penetrating rigid bodies, PhD thesis, Cornell University 1992",
     )
     choose_when: ClassVar[str] = "you compare with SOLID: its descent, its counters, its cached axes"
     cannot: ClassVar[str] = "speak for SOLID's own rounding: what GJK leaves open is decided exactly here"
-
-    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: TreeSettings) -> None:
-        super().__init__(bodies, pairs, settings)
-        self._sweep = SweepStage([box_by_body_axes(body.mesh) for body in bodies], pairs)
-
-    def _fresh_memory(self) -> SweepMemory:
-        return self._sweep.fresh_memory()
-
-    def _near(self, motion: Motion, memory: SweepMemory) -> VolumeAnswer:
-        return self._sweep.candidates(motion, memory)
+    spheres_first: ClassVar[bool] = True

@@ -7,7 +7,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import ModuleType
-from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -21,7 +20,6 @@ from cdcore.numerics import (
     FloatArray,
     IntArray,
     readonly,
-    row_length,
 )
 from cdcore.transforms.rigid import rotation_from_quaternion
 
@@ -59,9 +57,6 @@ class Motion:
     worst_orthonormality: float
     still: BoolArray
     """(N,): whether a body is known to keep one pose throughout."""
-    lanes: FloatArray | None
-    """Poses as ``rigid_kernels.lay_poses`` lays them out, (N, 12, S), of which ``rotations`` and ``translations`` are
-    made when they are first asked for; ``None`` where these were given."""
 
     def __init__(
         self, times: ArrayLike, translations: ArrayLike, rotations: ArrayLike, valid: ArrayLike | None = None, *,
@@ -84,34 +79,13 @@ class Motion:
         )
         if bad >= 0:
             raise InvalidPoseError(_where(bad, mask, clock, names) + _fault(flat_place[bad], flat_turn[bad]))
-        self._set(clock, place, turn, mask, _known(mask, linked), repaired, worst, still, None)
+        self._set(clock, place, turn, mask, _known(mask, linked), repaired, worst, still)
 
     def _set(self, *values: object) -> None:
         for field, value in zip(self.__dataclass_fields__, values, strict=True):
             if isinstance(value, np.ndarray):
                 readonly(value)
-            if value is not LATER:
-                object.__setattr__(self, field, value)
-
-    if not TYPE_CHECKING:
-
-        def __getattr__(self, name: str) -> FloatArray:
-            if name not in ("rotations", "translations") or self.__dict__.get("lanes") is None:
-                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            turn, place, *_ = self.poses_at(self.everywhere, range(self.body_count))
-            object.__setattr__(self, "translations", place)
-            object.__setattr__(self, "rotations", turn)
-            return self.__dict__[name]
-
-    def poses_at(
-        self, frames: IntArray, bodies: Sequence[int]
-    ) -> tuple[FloatArray, FloatArray, IntArray, dict[int, int]]:
-        """Rotations and translations that hold those of some bodies at frames (K,), in which rows, in which columns."""
-        if self.lanes is None:
-            return self.rotations, self.translations, frames, {body: body for body in bodies}
-        turn, place = np.empty((len(frames), len(bodies), 3, 3)), np.empty((len(frames), len(bodies), 3))
-        _kernels().take_poses(self.lanes, self.still, frames, np.array(bodies), place, turn)
-        return readonly(turn), readonly(place), np.arange(len(frames)), {body: k for k, body in enumerate(bodies)}
+            object.__setattr__(self, field, value)
 
     @classmethod
     def of_rigid(
@@ -124,7 +98,7 @@ class Motion:
         """
         motion = object.__new__(cls)
         unknown = np.zeros(valid.shape[1], dtype=np.bool_)
-        motion._set(_times(times), translations, rotations, valid, linked & valid, 0, 0.0, unknown, None)
+        motion._set(_times(times), translations, rotations, valid, linked & valid, 0, 0.0, unknown)
         return motion
 
     @classmethod
@@ -163,29 +137,14 @@ class Motion:
         clock = _times(times)
         matrices = _array(poses, "poses", (len(clock), None, 4, 4), copy=False)
         mask = _mask(valid, matrices.shape[:2], "valid")
-        motion = object.__new__(cls)
-        if valid is None and motion._lay(clock, matrices, mask, linked):
-            return motion
         affine = (matrices[:, :, 3] == (0.0, 0.0, 0.0, 1.0)).all(axis=2) | ~mask
         if not affine.all():
             bad = int(affine.argmin())
             what = f"last row is {matrices.reshape(-1, 4, 4)[bad, 3].tolist()}, not 0 0 0 1"
             raise InvalidPoseError(_where(bad, mask, clock, names) + what + "; pass column-convention matrices")
+        motion = object.__new__(cls)
         motion._take(clock, matrices[:, :, :3, 3].copy(), matrices[:, :, :3, :3].copy(), mask, linked, names)
         return motion
-
-    def _lay(self, clock: FloatArray, matrices: FloatArray, mask: BoolArray, linked: ArrayLike | None) -> bool:
-        """Keep matrices none of which is missing, bad or to be repaired; whether that is so."""
-        if not mask.size:
-            return False
-        frames, bodies = mask.shape
-        # One block: the C library then keeps the memory for the next motion; 1.15 times as fast (2026-11).
-        lanes, still = np.empty((bodies, 12, row_length(frames))), np.ones(bodies, dtype=np.bool_)
-        bits = matrices.view(np.int64)
-        good, worst = _kernels().lay_poses(matrices, bits, lanes, ORTHONORMAL_KEEP, still, np.empty(12))
-        if good:
-            self._set(clock, LATER, LATER, mask, _known(mask, linked), 0, worst, still, lanes)
-        return bool(good)
 
     def __len__(self) -> int:
         return len(self.times)
@@ -213,17 +172,13 @@ class Motion:
     def _rows(self, rows: slice | IntArray, linked: BoolArray) -> Motion:
         part, whole = object.__new__(Motion), (self.times, self.translations, self.rotations, self.valid)
         own = [*(readonly(one[rows]) for one in whole), readonly(linked), self.renormalised, self.worst_orthonormality]
-        part.__dict__.update(zip(self.__dataclass_fields__, (*own, self.still, None), strict=True))
+        part.__dict__.update(zip(self.__dataclass_fields__, (*own, self.still), strict=True))
         return part
 
     def blocks(self, frames: int) -> Iterator[Motion]:
         """The motion in consecutive blocks of at most this many frames."""
         for start in range(0, len(self), frames):
             yield self.frames(start, min(start + frames, len(self)))
-
-
-LATER: Final = object()
-"""Stands for arrays that are made when they are first asked for."""
 
 
 def _known(mask: BoolArray, linked: ArrayLike | None) -> BoolArray:

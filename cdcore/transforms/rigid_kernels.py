@@ -1,20 +1,16 @@
 """Compiled passes over many poses: read once, checked, repaired and blanked in place; they know arrays only.
 
-Poses are read and written by address (``cdcore.kernels.memory``) and checked as they are cut: 38,000 matrices took
-0.93 ms in two passes over arrays of three dimensions, 0.65 in one, and 0.40 by address (2026-11).
+Poses are read and written by address (``cdcore.kernels.memory``), which is twice as fast as by three indices.
 """
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
-from cdcore.kernels.memory import Memory, doubles_of, fetch_early, words_of
-from cdcore.numerics import ONE_POSE, BoolArray, FloatArray, IntArray
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
+from cdcore.kernels.memory import Memory, doubles_of
+from cdcore.numerics import BoolArray, FloatArray
 
 GOOD = -1
 """No pose is bad."""
-
-AHEAD = 16
-"""Matrices by which memory is asked early, which takes a fifth off the pass over 38,000 (2026-11)."""
 
 POLAR_STEPS = 5
 """Newton-Schulz squares the error: 1e-3, 1e-6, 1e-12, then rounding."""
@@ -115,88 +111,3 @@ def check_poses(
             repaired += 1
         still[body] = still[body] and (k < bodies or same_pose(places, turns, k, body))
     return GOOD, repaired, worst
-
-
-@hot_kernel
-def laid_error(given: Memory, p: int, pose: Memory) -> float:
-    """Cut the matrix at ``given[p:p + 16]`` into ``pose`` (12,); returns its error, NaN for a number or row amiss."""
-    become_part_of_caller()
-    for i in range(3):
-        pose[9 + i] = given[p + 4 * i + 3]
-        for j in range(3):
-            pose[3 * i + j] = given[p + 4 * i + j]
-    error: float = matrix_error(pose, runtime_int(0)) + 0.0 * pose[9] + 0.0 * pose[10] + 0.0 * pose[11]
-    affine = given[p + 12] == 0.0 and given[p + 13] == 0.0 and given[p + 14] == 0.0 and given[p + 15] == 1.0
-    return error if affine else np.nan
-
-
-@hot_kernel
-def same_words(words: Memory, a: int, b: int) -> bool:
-    """Whether sixteen words at two places are equal."""
-    become_part_of_caller()
-    same = True
-    for i in range(16):
-        same &= words[a + i] == words[b + i]
-    return same
-
-
-@kernel
-def lay_poses(
-    given: FloatArray, bits: IntArray, lanes: FloatArray, keep: float, still: BoolArray, scratch: FloatArray
-) -> tuple[bool, float]:  # fmt: skip
-    """Lay out matrices (T, N, 4, 4), ``bits`` the same as integers: equal entries of consecutive frames side by side.
-
-    ``lanes`` (N, 12, S): rotation row by row, then translation, in rows as of ``row_length``, the last frame repeated;
-    of a body that keeps one pose, and True in ``still`` (N,), that pose. ``scratch`` (12,). Returns the worst error,
-    and whether all matrices are good to the last bit: else nothing else is said.
-    """
-    matrices, words, rows, pose = doubles_of(given), words_of(bits), doubles_of(lanes), doubles_of(scratch)
-    frames, bodies, stride, worst = given.shape[0], given.shape[1], lanes.shape[2], 0.0
-    p = -16
-    for f in range(frames):
-        for body in range(bodies):
-            p += 16
-            fetch_early(matrices, p + 16 * AHEAD)
-            fetch_early(matrices, p + 16 * AHEAD + 8)
-            row = 12 * stride * body
-            if f > 0 and still[body]:
-                if same_words(words, p, 16 * body):
-                    continue
-                still[body] = False
-                repeat_pose(rows, row, stride, runtime_int(1), f)
-            error = laid_error(matrices, p, pose)
-            if not error <= keep:
-                return False, worst
-            worst = max(worst, error)
-            for i in range(12):
-                rows[row + i * stride + f] = pose[i]
-    for body in range(bodies):
-        first, stop = (1, ONE_POSE) if still[body] else (frames, stride)
-        repeat_pose(rows, 12 * stride * body, stride, first, stop)
-    return True, worst
-
-
-@hot_kernel
-def repeat_pose(rows: Memory, row: int, stride: int, first: int, stop: int) -> None:
-    """Fill places from ``first`` on of twelve rows with what lies before them."""
-    stay_one_function()
-    for i in range(12):
-        for place in range(row + i * stride + first, row + i * stride + stop):
-            rows[place] = rows[place - 1]
-
-
-@kernel
-def take_poses(
-    lanes: FloatArray, still: BoolArray, frames: IntArray, bodies: IntArray, place: FloatArray, turn: FloatArray
-) -> None:
-    """Fill ``place`` (K, n, 3) and ``turn`` (K, n, 3, 3) with the poses of bodies (n,) at frames (K,)."""
-    rows, places, turns, stride = doubles_of(lanes), doubles_of(place), doubles_of(turn), lanes.shape[2]
-    for k in range(len(frames)):
-        for j in range(len(bodies)):
-            at, pose = 12 * stride * bodies[j], k * len(bodies) + j
-            if not still[bodies[j]]:
-                at += frames[k]
-            for i in range(9):
-                turns[9 * pose + i] = rows[at + i * stride]
-            for i in range(3):
-                places[3 * pose + i] = rows[at + (9 + i) * stride]

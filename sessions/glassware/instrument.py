@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.mesh_data import MeshData
 
@@ -111,13 +110,6 @@ class Part:
     instrument: "Instrument"
     position: Point = (0.0, 0.0, 0.0)
     joint: Joint | None = None
-
-    @property
-    def to_parent(self) -> NDArray[np.float64]:
-        """The part's pose at rest, 4x4, column convention."""
-        pose = np.eye(4)
-        pose[:3, 3] = self.position
-        return pose
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

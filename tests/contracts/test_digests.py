@@ -1,6 +1,6 @@
 """Every detector says today what it said when ``digests.json`` was written: verdicts, faces, counters.
 
-A change that is meant is written down by ``python tests/support/digests.py`` and the names of the groups it touches.
+A change that is meant is written down by ``python tests/support/digests.py`` and the groups or detectors it touches.
 """
 
 import json

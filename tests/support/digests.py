@@ -1,7 +1,7 @@
 """What every detector says of many worlds, as short digests: verdicts, faces and counters, no times.
 
 ``python tests/support/digests.py`` writes ``tests/contracts/digests.json`` anew, for a change that is meant; give names
-of groups to write only these.
+of groups or detectors to write only these.
 """
 
 import hashlib
@@ -119,15 +119,18 @@ def parts_of(world, name, settings):
     return detection.digest, faces, json.dumps(work)
 
 
-def write(groups):
-    """Digests of groups into the file, those of others as they are there."""
-    known = json.loads(FILE.read_text()) if FILE.exists() else {}
-    for group in groups:
+def write(names):
+    """Digests of the named groups and detectors into the file, the others as they are there."""
+    known = json.loads(FILE.read_text())
+    groups, detectors = [name for name in names if name in GROUPS], [name for name in names if name not in GROUPS]
+    for group in groups or GROUPS:
         print(group, flush=True)
-        known[group] = {variant_name(*one): digests(group, *one) for one in asked_in(group)}
+        chosen = [one for one in asked_in(group) if one[0] in detectors or not detectors]
+        known[group] = known.get(group, {}) | {variant_name(*one): digests(group, *one) for one in chosen}
+        worlds.cache_clear()
     kept = {group: known[group] for group in GROUPS if group in known}
     FILE.write_text(json.dumps(kept, indent=0) + "\n")
 
 
 if __name__ == "__main__":
-    write(sys.argv[1:] or GROUPS)
+    write(sys.argv[1:])

@@ -16,7 +16,14 @@ from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.containment.closed_parts import connected_parts, parity_is_inside
-from cdcore.narrow.containment.nesting_boxes import Nesting, NestingBoxes, largest_of, may_be_inside, way_to_point
+from cdcore.narrow.containment.nesting_boxes import (
+    Nesting,
+    NestingBoxes,
+    PoseMemory,
+    largest_of,
+    may_be_inside,
+    way_to_point,
+)
 from cdcore.narrow.containment.ray_parity import (
     INSIDE,
     UNCERTAIN,
@@ -77,10 +84,10 @@ class ContainmentStage:
         near = np.flatnonzero(self._boxes.may_hold(motion, frames, columns, PAD)) if self._asked else frames[:0]
         for column, some in rows_of_columns(columns[near]):
             rows = near[some]
-            turn, place, at, side = motion.poses_at(frames[rows], self.pairs[column])
+            at = frames[rows]
             for inner, outer, parts in self.nestings[column]:
                 left = np.flatnonzero(~inside[rows])
-                poses = turn, place, side[inner], side[outer]
+                poses = motion.rotations, motion.translations, inner, outer
                 inside[rows[left]] = self.inside(poses, inner, outer, parts, at[left])
         return inside
 
@@ -240,13 +247,13 @@ def nesting_states(
 
     A part meets no surface, so any of its ``probes`` (n, 3), along any axis, tells about it.
     """
-    turns, places, points = doubles_of(rotation), doubles_of(translation), doubles_of(probes)
-    bodies, seen = rotation.shape[1], np.empty(3)
+    poses, points = PoseMemory(doubles_of(rotation), doubles_of(translation)), doubles_of(probes)
+    bodies, turns, seen = rotation.shape[1], poses.turns, np.empty(3)
     for k in range(len(frames)):
         a, b = frames[k] * bodies + inner, frames[k] * bodies + outer
-        margin, state = pad * (size + (largest_of(places, 3 * a, 1) + largest_of(places, 3 * b, 1))), UNCERTAIN
+        margin, state = pad * (size + (largest_of(poses.places, a) + largest_of(poses.places, b))), UNCERTAIN
         for probe in range(len(probes)):
-            x, y, z = way_to_point(points, probe, turns, places, 1, 9 * a, 3 * a, 3 * b)
+            x, y, z = way_to_point(points, probe, poses, a, b)
             for i in range(3):
                 seen[i] = turns[9 * b + i] * x + turns[9 * b + 3 + i] * y + turns[9 * b + 6 + i] * z
             for axis in range(3):

@@ -40,14 +40,13 @@ NO_FACES: NDArray[np.int32] = np.zeros((0, 2), dtype=np.int32)
 class Poses:
     """Poses of all bodies: (T, N, 3, 3), (T, N, 3), where they exist, (T, N), and bodies known not to move, (N,).
 
-    A ``Motion`` does as well, and ``lanes`` is as there.
+    A ``Motion`` does as well.
     """
 
     rotations: FloatArray
     translations: FloatArray
     valid: BoolArray
     still: BoolArray | None = None
-    lanes: FloatArray | None = None
 
     @cached_property
     def everywhere(self) -> IntArray:

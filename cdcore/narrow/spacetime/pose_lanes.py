@@ -205,23 +205,22 @@ def moves(entries: Memory, stride: int, frame: int) -> bool:
 @kernel
 def fill_tracks(
     rotations: FloatArray, translations: FloatArray, bodies: IntArray, frames: IntArray, rows: IntArray,
-    ends: FloatArray, lanes: FloatArray, found: FloatArray, laid: bool,
+    ends: FloatArray, lanes: FloatArray, found: FloatArray,
 ) -> None:  # fmt: skip
     """Fill the memory that ``rows`` (n, TRACK_WORDS) name for these bodies, and ``found`` (n, 3): size, skew, restless.
 
-    ``ends`` (n, 17): root box and reach; ``lanes`` (2 LANES,) is scratch. ``laid``: entries lie there; else the row of
-    a body that stays put changes to one pose.
+    ``ends`` (n, 17): root box and reach; ``lanes`` (2 LANES,) is scratch. The row of a body that stays put changes
+    to one pose.
     """
     turns, places, scratch = doubles_of(rotations), doubles_of(translations), doubles_of(lanes)
     for k in range(len(bodies)):
         row, body, many = rows[k], bodies[k], rotations.shape[1]
-        if not laid and row[5] > 1 and stays_put(turns, places, many, body, frames):
+        if row[5] > 1 and stays_put(turns, places, many, body, frames):
             row[1], row[2], row[5] = ONE_POSE, 0, 1
         entries, path, centres = doubles_at(row[0]), doubles_at(row[3]), doubles_at(row[6])
         stride, count = row[1], row[5]
         length = stride if count > 1 else runtime_int(ONE_POSE)
-        if not laid:
-            copy_poses(turns, places, many, body, frames, count, entries, stride)
+        copy_poses(turns, places, many, body, frames, count, entries, stride)
         far, skew = place_centres(entries, centres, stride, length, ends[k, 0], ends[k, 1], ends[k, 2], scratch)
         size = np.sqrt(far) * (1.0 + 1e-12)
         path[0], found[k, 0], found[k, 1], found[k, 2] = 0.0, size, np.sqrt(skew) + 16.0 * ROUNDOFF, 0.0
@@ -240,20 +239,18 @@ class Tracks:
 
     def __init__(
         self, rotations: FloatArray, translations: FloatArray, bodies: IntArray, frames: IntArray, ends: FloatArray,
-        still: BoolArray | None = None, laid: FloatArray | None = None,
+        still: BoolArray | None = None,
     ) -> None:  # fmt: skip
-        """``laid`` (N, 12, S): ``Motion.lanes``, which is read where it lies, instead of the arrays."""
         count = np.full(len(bodies), len(frames))
         if still is not None:
             count[still] = 1
-        stride = row_length(count) if laid is None else np.full(len(bodies), laid.shape[2])
-        own = ROWS * stride if laid is None else 0 * stride
-        parts = own, CENTRES * stride, stride, 6 * np.where(count > 1, span_count(len(frames)), 1)
+        stride = row_length(count)
+        parts = ROWS * stride, CENTRES * stride, stride, 6 * np.where(count > 1, span_count(len(frames)), 1)
         borders = np.cumsum(np.stack(parts, axis=1)).reshape(-1, 4)
-        self.bodies, self.ends, self._laid, self._borders, self._own = bodies, ends, laid, borders, own
+        self.bodies, self.ends, self._borders, self._starts = bodies, ends, borders, borders[:, 0] - ROWS * stride
         self._room, self._changed = np.empty(borders[-1, -1]), np.ones((len(bodies), len(frames)), dtype=np.uint8)
         self._words, memory = np.empty((len(bodies), TRACK_WORDS), dtype=np.int64), address_of(self._room) + 8 * borders
-        entries = memory[:, 0] - 8 * own if laid is None else address_of(laid) + 8 * ROWS * stride * bodies
+        entries = memory[:, 0] - 8 * ROWS * stride
         changed = address_of(self._changed) + len(frames) * np.arange(len(bodies))
         for k, word in enumerate((entries, stride, count > 1, *memory.T[1:3], count, memory[:, 0], changed)):
             self._words[:, k] = word
@@ -263,19 +260,19 @@ class Tracks:
 
     def fill(self, rotations: FloatArray, translations: FloatArray, bodies: IntArray, frames: IntArray) -> None:
         """Lay out other poses, as many as before."""
-        laid = self._laid is not None
-        fill_tracks(rotations, translations, bodies, frames, self._words, self.ends, self._lanes, self.found, laid)
+        fill_tracks(rotations, translations, bodies, frames, self._words, self.ends, self._lanes, self.found)
 
     def __getitem__(self, body: int) -> PoseLanes:
         """The poses of one body of these."""
         k = int(np.searchsorted(self.bodies, body))
         (centres, path, ranges, _), (_, stride, step, _, _, count, _) = self._borders[k].tolist(), self.rows[k].tolist()
-        room = self._room[centres - self._own[k] :] if self._laid is None else self._laid[body].reshape(-1)
         size, skew, restless = self.found[k].tolist()
         lengths = (centres, CENTRES * stride), (path, count), (ranges, 6 * span_count(count))
         own, way, spans = (self._room[start : start + length] for start, length in lengths)
+        start = int(self._starts[k])
+        entries = self._room[start : start + ROWS * stride]
         return PoseLanes(
-            room[: ROWS * stride], own, stride, step, way, self._changed[k].view(np.bool_), spans, count,
+            entries, own, stride, step, way, self._changed[k].view(np.bool_), spans, count,
             restless > 0.0, size, skew, self.rows[k],
         )  # fmt: skip
 

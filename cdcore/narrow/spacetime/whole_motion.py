@@ -22,7 +22,7 @@ from cdcore.narrow.spacetime.pair_job import NO_FACES, NO_FRAMES, FramesAnswer, 
 from cdcore.narrow.spacetime.pose_lanes import Tracks, ends_of
 from cdcore.narrow.spacetime.together import search_together
 from cdcore.narrow.spacetime.traverse import Workspace
-from cdcore.numerics import BoolArray, ByteArray, IntArray, readonly
+from cdcore.numerics import BoolArray, ByteArray, IntArray
 from cdcore.protocol import Motion
 
 COUNTER_NAMES = (
@@ -34,7 +34,6 @@ STAGES = ("poses", "search", "exact", "faces")
 """Reading poses; planning pairs, spheres and trees; what only exact arithmetic decides; sorting and collecting."""
 _Read = tuple[Tracks | None, float]
 """The tracks of all bodies of pairs, ``None`` where they are read pair by pair, and the seconds that it took."""
-NO_POSES = readonly(np.empty((0, 0, 3, 3))), readonly(np.empty((0, 0, 3)))
 _Done = tuple[int, PairJob, list[FramesAnswer]]
 """Column of a pair, and the answers of its stretches."""
 FRAMES_AT_ONCE = 16384
@@ -95,8 +94,7 @@ def _read(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses | Motion) -> _
         bodies = np.unique(pairs)
         still = None if poses.still is None else poses.still[bodies]
         ends = ends_of([trees[body] for body in bodies.tolist()])
-        given = NO_POSES if poses.lanes is not None else (poses.rotations, poses.translations)
-        tracks = Tracks(*given, bodies, poses.everywhere, ends, still, poses.lanes)
+        tracks = Tracks(poses.rotations, poses.translations, bodies, poses.everywhere, ends, still)
     return tracks, perf_counter() - begin
 
 

@@ -24,21 +24,6 @@ def scene(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_poses_laid_out_side_by_side_get_the_answer_of_arrays(kind):
-    _, bodies, motion = scene(kind)
-    detector = create_detector("exact", [*bodies, Body("room", box_mesh(np.full(3, 9.0)))])
-    turn, move = np.tile(np.eye(3), (FRAMES, 4, 1, 1)), np.zeros((FRAMES, 4, 3))
-    turn[:, :3], move[:, :3] = motion.rotations, motion.translations + 2.0**-20 * np.arange(FRAMES)[:, None, None]
-    poses = np.tile(np.eye(4), (FRAMES, 4, 1, 1))
-    poses[..., :3, :3], poses[..., :3, 3] = turn, move
-    laid, plain = Motion.from_matrices(motion.times, poses), Motion(motion.times, move, turn)
-    one, other = (detector.detect(given, faces=True) for given in (laid, plain))
-    assert laid.lanes is not None and "rotations" not in vars(laid)
-    assert one.work == other.work and (one.verdict == Verdict.CONTAINED).any()
-    assert one.digest == other.digest and one.faces_digest == other.faces_digest
-
-
-@pytest.mark.parametrize("kind", KINDS)
 def test_verdicts_and_faces_equal_the_exhaustive_test(kind):
     meshes, bodies, motion = scene(kind)
     detection = create_detector("exact", bodies).detect(motion, faces=True)

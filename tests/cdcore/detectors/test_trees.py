@@ -55,16 +55,6 @@ def test_an_open_mesh_is_invalid_where_boxes_overlap_with_a_reason_and_clear_whe
     assert far.verdict.tolist() == [[Verdict.CLEAR]] and far.reasons == {}
 
 
-def test_volumes_come_per_pair_and_frame():
-    bodies = [Body("a", box_mesh()), Body("b", box_mesh()), Body("open", without_faces(ball_mesh(), 9))]
-    motion = still(bodies, [(0, 0, 0), (0.5, 0, 0), (0.2, 0, 0)], frames=3)
-    detector = create_detector("image-space", bodies)
-    volumes = detector.overlap_volumes(motion)
-    assert volumes[:, 0] == pytest.approx([0.5] * 3, rel=1e-6)
-    assert np.isnan(volumes[:, 1:]).all()
-    assert detector.detect(motion).work["images"] == 3
-
-
 def test_a_ball_in_a_box_is_contained_and_bodies_that_only_touch_are_not_found():
     bodies = [Body("box", box_mesh()), Body("ball", ball_mesh(0.2))]
     detector = create_detector("image-space", bodies)

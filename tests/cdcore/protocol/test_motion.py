@@ -49,37 +49,6 @@ def test_the_three_ways_to_build_one_give_the_same_bits():
         assert other.translations.tobytes() == plain.translations.tobytes()
 
 
-@pytest.mark.parametrize("frames", [1, 2, 7, 8, 9, 40])
-def test_matrices_laid_out_side_by_side_are_the_poses_of_the_arrays(frames):
-    rng = np.random.default_rng(frames)
-    place, turn = rng.normal(size=(frames, 4, 3)), random_rotations(rng, frames, 4)
-    place[:, 1], turn[:, 1] = place[0, 1], turn[0, 1]
-    place[: frames // 2, 2], turn[: frames // 2, 2] = place[0, 2], turn[0, 2]
-    place[:, 3], place[-1, 3], turn[:, 3] = 0.0, -0.0, np.eye(3)
-    linked = rng.random((frames, 4)) < 0.8
-    poses = matrices(place, turn)
-    laid, plain = (
-        Motion.from_matrices(range(frames), poses, linked=linked),
-        Motion(range(frames), place, turn, linked=linked),
-    )
-    poses[:] = 0.0
-    assert laid.lanes is not None and laid.body_count == 4
-    some, columns = np.arange(frames)[::3], [2, 1]
-    for motion in (laid, plain):
-        turns, places, rows, column = motion.poses_at(some, columns)
-        for body in columns:
-            assert np.array_equal(turns[rows, column[body]], turn[some, body])
-            assert np.array_equal(places[rows, column[body]], place[some, body])
-    rows = laid.lanes[0].T
-    assert np.array_equal(rows[:frames, :9].reshape(-1, 3, 3), turn[:, 0]) and (rows[frames:] == rows[frames - 1]).all()
-    for name in ("translations", "rotations"):
-        assert (
-            getattr(laid, name).tobytes() == getattr(plain, name).tobytes() and not getattr(laid, name).flags.writeable
-        )
-    assert laid.worst_orthonormality == plain.worst_orthonormality
-    assert np.array_equal(laid.linked, plain.linked) and laid.still[:3].tolist() == plain.still[:3].tolist()
-
-
 @pytest.mark.parametrize(("digits", "worst"), [(6, 2e-6), (4, 2e-4)])
 def test_printed_digits_are_repaired_to_the_nearest_rotation_and_counted(digits, worst):
     place, turn = arrays()

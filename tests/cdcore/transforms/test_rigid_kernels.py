@@ -8,9 +8,9 @@ from support.shapes import nearest_rotation, orthonormality_error, random_rotati
 
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of
-from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, row_length
+from cdcore.numerics import ORTHONORMAL_KEEP, ORTHONORMAL_REJECT
 from cdcore.transforms.rigid import rotation_from_quaternion
-from cdcore.transforms.rigid_kernels import GOOD, check_poses, lay_poses, matrix_error
+from cdcore.transforms.rigid_kernels import GOOD, check_poses, matrix_error
 
 COUNT = 300
 
@@ -63,25 +63,12 @@ def test_the_first_bad_pose_is_named():
     assert check(np.zeros((COUNT, 3)), turn, valid)[0] == 40
 
 
-def matrices(size=0.0):
-    poses = np.zeros((COUNT, 4, 4))
-    poses[:, :3, :3], poses[:, 3, 3] = spoiled(size), 1
-    poses[:, :3, 3] = np.random.default_rng(5).normal(size=(COUNT, 3))
-    return poses
-
-
-def are_good(poses):
-    lanes, still = np.empty((1, 12, row_length(COUNT))), np.ones(1, dtype=bool)
-    given = poses[:, None].copy()
-    return lay_poses(given, given.view(np.int64), lanes, ORTHONORMAL_KEEP, still, np.empty(12))[0]
-
-
-@pytest.mark.parametrize("entry", [(0, 0), (1, 3), (2, 2), (3, 0), (3, 3)])
+@pytest.mark.parametrize("entry", [(0, 0), (1, 2), (2, 2)])
 @pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e200, 0.5])
 def test_a_spoiled_entry_anywhere_makes_the_pose_bad(entry, value):
-    poses = matrices()
-    poses[(23, *entry)] = value
-    assert are_good(poses) == (entry == (1, 3) and np.isfinite(value))
+    turn = spoiled(0)
+    turn[(23, *entry)] = value
+    assert check(np.zeros((COUNT, 3)), turn, np.ones(COUNT, dtype=bool))[0] == 23
 
 
 def test_a_translation_that_is_not_finite_is_bad():
@@ -93,12 +80,11 @@ def test_a_translation_that_is_not_finite_is_bad():
 
 
 def test_translations_as_large_as_doubles_go_are_good():
-    poses = matrices()
-    poses[3, :3, 3] = [1.7e308, 1.7e308, -1.7e308]
-    place = poses[:, :3, 3].copy()
-    bad, _, worst = check(place, poses[:, :3, :3].copy(), np.ones(COUNT, dtype=bool))
+    place = np.random.default_rng(5).normal(size=(COUNT, 3))
+    place[3] = 1.7e308, 1.7e308, -1.7e308
+    bad, _, worst = check(place, spoiled(0), np.ones(COUNT, dtype=bool))
     assert bad == GOOD and worst < 1e-14
-    assert np.array_equal(place[3], poses[3, :3, 3]) and are_good(poses)
+    assert place[3].tolist() == [1.7e308, 1.7e308, -1.7e308]
 
 
 RNG = np.random.default_rng(0)
