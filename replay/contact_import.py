@@ -71,5 +71,5 @@ def _true(result: RunResult) -> Found:
         if episode.first > 0:
             moments.setdefault((a, b, "begin"), []).append(episode.start)
         if episode.last < last:
-            moments.setdefault((a, b, "end"), []).append(episode.end)
+            moments.setdefault((a, b, "end"), []).append(float(result.assembly.motion.times[episode.last]))
     return moments

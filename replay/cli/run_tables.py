@@ -40,7 +40,7 @@ def run_tables(result: RunResult, *, everything: bool = False) -> Group:
         first += [line(f"{note}.", FAINT) for note in built.containment_notes(result, result.oracle)]
     parts: list[Table | RenderableType] = [Text(), *first] if first else []
     for label in worst_first(result):
-        pairs = built.pair_table(result, label).only("pair", "contacts", *built.AUDIT_MARKS)
+        pairs = built.pair_table(result, label).only("pair", "contacts", *built.AUDIT_MARKS, built.CUT)
         parts.append(pairs.first(PAIR_ROWS, "… and {} more").titled(f"contacts, and what {label} made of them"))
     parts += fault_tables(result)
     if everything and result.comparisons:

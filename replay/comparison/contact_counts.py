@@ -1,6 +1,6 @@
 """What became of the oracle's contacts, counted once: whoever says how many were missed asks here."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -115,9 +115,23 @@ def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> Conta
     frames = np.zeros((len(contacts), len(Outcome)), dtype=np.int64)
     for row, one in zip(frames, contacts, strict=True):
         row[:] = np.bincount(comparison.outcome[one.first : one.last + 1, one.pair], minlength=len(Outcome))
+        # Frames without a pose within a contact are no frames of contact that somebody left undecided.
+        row[Outcome.LEFT_OUT] -= one.frames_lost
     pairs = np.array([one.pair for one in contacts], dtype=np.int64)
     everything = ContactCounts(np.arange(1, len(contacts) + 1), pairs, frames)
     return everything.only(frames[:, Outcome.HELD] == 0)
+
+
+def frames_of(contact: Episode) -> NDArray[np.int64]:
+    """Frames of a contact that have a pose."""
+    frames = np.arange(contact.first, contact.last + 1)
+    lost = [np.arange(first, last + 1) for first, last in contact.lost]
+    return np.setdiff1d(frames, np.concatenate(lost)) if lost else frames
+
+
+def cut_contacts(contacts: Iterable[Episode]) -> int:
+    """How many contacts lost poses cut."""
+    return sum(one.cuts > 0 for one in contacts)
 
 
 def held_counts(result: "Measured", label: str, pairs: Sequence[int] | None = None) -> dict[str, int]:
@@ -129,7 +143,7 @@ def held_counts(result: "Measured", label: str, pairs: Sequence[int] | None = No
     held = result.comparisons[label].outcome[:, columns] == Outcome.HELD
     truth, said = (counts_as_contact(result.detections[one].verdict[:, columns]) for one in (result.oracle, label))
     own = set(result.episodes[result.oracle]) - set(loose(result))
-    found = [said[one.first : one.last + 1, columns.index(one.pair)] for one in own if one.pair in columns]
+    found = [said[frames_of(one), columns.index(one.pair)] for one in own if one.pair in columns]
     frames = {"both": truth & said, "missed": truth & ~said, "invented": said & ~truth}
     return {
         "contacts": len(found), "contacts_missed": sum(not one.any() for one in found),

@@ -12,6 +12,7 @@ from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact, is_undecided
 from cdcore.protocol.blocks import looks_of
 from replay.comparison.compare import Within
+from replay.comparison.contact_counts import frames_of
 from replay.comparison.first_touch import poses_between
 from replay.comparison.outcome import Episode
 from replay.prepare.assembly import Assembly
@@ -90,7 +91,7 @@ class StepRates:
 
 def _counts(one: Episode, within: Within) -> bool:
     """Whether it is missed where no look sees it: not where it is within tolerance all the time."""
-    frames = np.arange(one.first, one.last + 1)
+    frames = frames_of(one)
     return not within(frames, np.full(len(frames), one.pair)).all()
 
 

@@ -1,13 +1,15 @@
-"""Contacts as episodes: maximal stretches of frames in which a pair is in contact."""
+"""Contacts as episodes: maximal stretches of frames in which a pair is in contact, lost poses apart."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore import Detection
+from cdcore import Detection, Verdict
+from cdcore.numerics import BoolArray
 from cdcore.protocol import counts_as_contact
 from replay.comparison.outcome import Episode
+from replay.prepare.frame_times import frame_ends
 from sessions.doctor.runs import runs
 
 
@@ -21,12 +23,32 @@ def column_runs(columns: Iterable[NDArray[np.bool_]]) -> NDArray[np.int64]:
 def episodes(detection: Detection) -> tuple[Episode, ...]:
     """Every contact of a detection, in order of time, then pair.
 
-    Gaps are not bridged: a single frame without contact, or without a pose, ends an episode. Flicker of a resting
-    contact is a finding about the recording or the detector, and hysteresis belongs to effects.
+    A single frame without contact ends an episode; lost poses do not: what is in contact before and after them is one
+    contact, which they cut. Flicker of a resting contact is a finding about the recording or the detector, and
+    hysteresis belongs to effects.
     """
-    verdict, times = detection.verdict, detection.times
-    # Column by column: a table of flags for hours of frames would double the memory that the verdicts take.
-    found = column_runs(map(counts_as_contact, verdict.T))
-    return tuple(
-        Episode(pair, first, last, float(times[first]), float(times[last])) for pair, first, last in found.tolist()
-    )
+    ends = frame_ends(detection.times)
+    found = [
+        Episode(column, *span, float(detection.times[span[0]]), float(ends[span[1]]), lost, cuts)
+        # Column by column: a table of flags for hours of frames would double the memory that the verdicts take.
+        for column, verdict in enumerate(detection.verdict.T)
+        for span, lost, cuts in _across_lost_poses(counts_as_contact(verdict), verdict == Verdict.NO_POSE)
+    ]
+    return tuple(sorted(found, key=lambda one: (one.first, one.pair)))
+
+
+Span = tuple[int, int]
+"""First and last frame, both included."""
+
+
+def _across_lost_poses(contact: BoolArray, lost: BoolArray) -> Iterator[tuple[Span, tuple[Span, ...], int]]:
+    """Contacts of one pair, the stretches of lost poses within each, and how many such stretches cut it."""
+    posed = np.cumsum(~lost)
+    parts = runs(contact)
+    # No frame with a pose lies between the last of one part and the first of the next.
+    same = posed[parts[1:, 0] - 1] == posed[parts[:-1, 1]]
+    for group in np.split(parts, np.flatnonzero(~same) + 1) if len(parts) else ():
+        first, last = int(group[0, 0]), int(group[-1, 1])
+        gaps = tuple(zip((group[:-1, 1] + 1).tolist(), (group[1:, 0] - 1).tolist(), strict=True))
+        before, after = first > 0 and lost[first - 1], last + 1 < len(lost) and lost[last + 1]
+        yield (first, last), gaps, len(gaps) + int(before) + int(after)

@@ -19,6 +19,7 @@ from replay.comparison.outcome import Comparison, Outcome
 from replay.detection.recorded import RecordedDetector
 from replay.effects.output import Vector, vector_of
 from replay.prepare.assembly import Assembly
+from replay.prepare.frame_times import frame_ends
 from sessions.doctor.runs import runs
 
 if TYPE_CHECKING:
@@ -119,6 +120,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: FalseReporter
     ``by``: who reports them; without the answers no delay and no candidate is known.
     """
     outcome, times = comparison.outcome, assembly.motion.times
+    ends = frame_ends(times)
     found = column_runs(column == Outcome.INVENTED for column in outcome.T)
     if not len(found):
         return ()
@@ -138,7 +140,7 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: FalseReporter
         begin, end = reports(pair)[np.searchsorted(reports(pair)[:, 0], first, side="right") - 1].tolist()
         made.append(
             FalseContact(
-                number, pair, a, b, first, last, float(times[first]), float(times[last]),
+                number, pair, a, b, first, last, float(times[first]), float(ends[last]),
                 kind_within(FALSE_KINDS, outcome[:, pair], (begin, end), first, last), frame, gap, point, "",
             )
         )  # fmt: skip
@@ -170,16 +172,19 @@ def _cause(by: FalseReporter, assembly: Assembly, one: FalseContact) -> str:
     if stages.shapes_meet:
         return SOLIDS
     if isinstance(by.detector, RecordedDetector):
-        return _reported(by.detector, one)
+        return _reported(by.detector, one, float(assembly.motion.times[one.last]))
     if stages.looked is False:
         return HELD
     moved = by.moved(one.widest, one.pair)
     return UNEXPLAINED if moved is None else moved.value
 
 
-def _reported(detector: RecordedDetector, one: FalseContact) -> str:
-    """Why an engine's reports hold a stretch: no step came that could see its end, or they are late or early."""
-    joins = one.kind == JOINS_TWO and detector.stepped(one.start, one.end) is False
+def _reported(detector: RecordedDetector, one: FalseContact, last: float) -> str:
+    """Why an engine's reports hold a stretch: no step came that could see its end, or they are late or early.
+
+    ``last``: second of its last frame.
+    """
+    joins = one.kind == JOINS_TWO and detector.stepped(one.start, last) is False
     if joins or (one.kind == ENDS_LATE and detector.ended_at_next_step(one.pair, one.start)):
         return Cause.BETWEEN_STEPS.value
     return {ENDS_LATE: Cause.LATE.value, STARTS_EARLY: Cause.EARLY.value}.get(one.kind, UNEXPLAINED)

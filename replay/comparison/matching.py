@@ -117,7 +117,8 @@ def _overlaps(truth: Numbered, found: Numbered, reach: int) -> Iterator[EpisodeM
     i = j = 0
     while i < len(truth) and j < len(found):
         (number, one), (other_number, other) = truth[i], found[j]
-        frames = min(one.last, other.last + reach) - max(one.first, other.first) + 1
+        first, last = max(one.first, other.first), min(one.last, other.last + reach)
+        frames = last - first + 1 - one.lost_within(first, last)
         if frames > 0:
             longer = (other.end - other.start) - (one.end - one.start)
             yield EpisodeMatch(number, other_number, frames, other.start - one.start, longer)

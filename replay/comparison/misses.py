@@ -10,6 +10,7 @@ from cdcore.numerics import ByteArray, FloatArray
 from replay.comparison.episodes import column_runs
 from replay.comparison.evidence import Evidence
 from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
+from replay.prepare.frame_times import frame_ends
 
 NEVER_FOUND: Final = "never found"
 FOUND_LATE: Final = "found late"
@@ -66,10 +67,10 @@ def misses(
     times : (T,) seconds.
     evidence : the geometry of the frames concerned.
     """
-    found = []
+    found, ends = [], frame_ends(times)
     for number, place in enumerate(places, 1):
         cut = evidence.deepest(place.pair, place.first, place.last)
-        start, end = (float(times[frame]) for frame in (place.first, place.last))
+        start, end = float(times[place.first]), float(ends[place.last])
         found.append(
             Miss(
                 number, place.pair, *names[place.pair], place.first, place.last, start, end, place.kind, place.episode,

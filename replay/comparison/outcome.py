@@ -65,13 +65,15 @@ def counts_of(codes: ByteArray, most: int) -> IntArray:
 
 @dataclass(frozen=True)
 class Episode:
-    """A maximal contact interval of one pair in one detection.
+    """A contact of one pair in one detection: a maximal stretch of frames in contact, across frames without a pose.
 
     Parameters
     ----------
     pair : column of the pair.
     first, last : first and last frame in contact (both included).
-    start, end : seconds of these frames on the session timeline.
+    start, end : seconds on the session timeline: of the first frame, and when the last one is over.
+    lost : stretches of frames, both ends included, within it in which a pose is lost.
+    cuts : how many stretches of lost poses cut it: those within it, one before it, and one after it.
     """
 
     pair: int
@@ -79,6 +81,22 @@ class Episode:
     last: int
     start: float
     end: float
+    lost: tuple[tuple[int, int], ...] = ()
+    cuts: int = 0
+
+    @property
+    def frames_lost(self) -> int:
+        """Frames within it without a pose."""
+        return self.lost_within(self.first, self.last)
+
+    @property
+    def frames(self) -> int:
+        """Frames in contact."""
+        return self.last - self.first + 1 - self.frames_lost
+
+    def lost_within(self, first: int, last: int) -> int:
+        """Frames without a pose from a frame of it to another, both included."""
+        return sum(max(0, min(last, b) - max(first, a) + 1) for a, b in self.lost)
 
 
 @dataclass(frozen=True)
@@ -114,7 +132,7 @@ class Miss:
     number : 1, 2, ... in order of time.
     pair : column of the pair; ``body_a`` and ``body_b`` are its names.
     first, last : first and last missed frame (both included).
-    start, end : seconds of the missed stretch.
+    start, end : seconds of its first frame, and when its last one is over.
     kind : ``never found`` (the whole episode) or ``found late`` or ``lost early`` or ``interrupted``.
     episode : number of the oracle's episode it belongs to, from 1 in order of time.
     deepest : the frame where the cut is longest; ``point`` (world metres) and ``normal`` are taken there.

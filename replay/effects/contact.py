@@ -25,7 +25,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         inputs.count("flickers", sum(one.flicker for one in touches[pair]))
         if touches[pair] and reported.detection.face_sets is not None:
             collected.series[f"{pair[0]}-{pair[1]}/face_pairs"] = _faces(inputs, reported)
-        spans = [(one.first, one.stop) for one in touches[pair]]
+        spans = [(one.first, one.last + 1) for one in touches[pair]]
         collected.lane(f"{pair[0]}-{pair[1]}", *inputs.shown(spans, "contact"))
     found = sorted((one for many in touches.values() for one in many), key=lambda one: (one.first, one.pair))
     collected.events = [_event(inputs, one) for one in found]
@@ -34,9 +34,9 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 
 def _event(inputs: EffectInputs, touch: EffectContact) -> EffectEvent:
     start = float(inputs.times[touch.first])
-    values = {"frames": touch.stop - touch.first, "flicker": touch.flicker}
+    values = {"frames": touch.last + 1 - touch.first, "flicker": touch.flicker}
     words = "{} touches {}".format(*touch.pair)
-    return EffectEvent(start, "contact", touch.pair, inputs.end(touch.stop), values, words, point=touch.point)
+    return EffectEvent(start, "contact", touch.pair, inputs.end(touch.last + 1), values, words, point=touch.point)
 
 
 def _faces(inputs: EffectInputs, reported: PairContact) -> Series:

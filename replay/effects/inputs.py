@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
@@ -16,6 +17,7 @@ from replay.effects.output import EffectOutput, FloatArray, LaneSpan
 from replay.effects.spans import BoolArray, Span
 from replay.errors import EffectError
 from replay.prepare.assembly import Assembly
+from replay.prepare.frame_times import frame_ends
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
@@ -141,6 +143,11 @@ class EffectInputs:
         """(T,) the frames' own stamps."""
         return self.assembly.stamp_ns
 
+    @cached_property
+    def frame_ends(self) -> FloatArray:
+        """(T,) seconds at which each frame is over."""
+        return frame_ends(self.times)
+
     def __len__(self) -> int:
         return len(self.times)
 
@@ -151,7 +158,7 @@ class EffectInputs:
 
     def end(self, stop: int) -> float | None:
         """The ``end`` of an event that is over at frame ``stop``; ``None``: the recording ends before."""
-        return None if stop >= len(self) else float(self.times[stop])
+        return None if stop >= len(self) else float(self.frame_ends[stop - 1])
 
     def shown(self, spans: Iterable[Span], word: str) -> list[LaneSpan]:
         """Spans of frames as spans of a lane."""

@@ -22,6 +22,7 @@ class EffectContact:
     # first, stop: first frame in contact, and the first frame clear of it (T where the recording ends before)
     first: int
     stop: int
+    last: int  # last frame seen in contact: poses may be lost between it and ``stop``
     before: int  # last frame before ``first`` known to be clear; -1 where there is none
     point: Vector | None  # where the surfaces met in the first frame, world metres, or ``None`` without faces
     # unit vector across the curve in which they met there, either way, or ``None`` where it spans no plane
@@ -65,7 +66,8 @@ def touch_of(reported: PairContact, first: int, stop: int) -> EffectContact:
     before, known = int(clear[-1]) if len(clear) else -1, np.flatnonzero(reported.known[first:stop])
     seen = reported.touching[first:stop][known]
     flicker = not bool((seen[1:] & seen[:-1]).any())
-    return EffectContact(reported.pair, first, stop, before, point, _normal(points), flicker)
+    last = first + int(np.flatnonzero(reported.touching[first:stop])[-1])
+    return EffectContact(reported.pair, first, stop, last, before, point, _normal(points), flicker)
 
 
 def _normal(points: FloatArray) -> Vector | None:

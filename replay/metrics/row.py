@@ -194,7 +194,7 @@ def recall(result: RunResult, label: str) -> float | None:
 
 def contact_frames(result: RunResult) -> int | None:
     """Pair-frames that the oracle calls contact, without those of a hand with what it holds; ``None``: no oracle."""
-    return sum(one.last - one.first + 1 for one in loose(result)) if result.oracle else None
+    return sum(one.frames for one in loose(result)) if result.oracle else None
 
 
 def settings_digest(result: RunResult, label: str) -> str:

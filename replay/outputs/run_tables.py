@@ -9,6 +9,7 @@ from cdcore.protocol import DECIDED
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import clusters
+from replay.comparison.contact_counts import cut_contacts
 from replay.comparison.contact_duration import PHASES
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Miss
@@ -41,6 +42,9 @@ AUDIT_MARKS = {
     "missed": IN_RED, "in part": PARTLY, "frames found": FOUND, "frames missed": PARTLY, "false frames": INVENTED,
     WITHIN: FAINT,
 }  # fmt: skip
+
+CUT = "cut by lost poses"
+"""Column of contacts, there only where lost poses cut one."""
 
 MOST_REASONS = 4
 """Reasons listed why containment was refused; each open body makes one of its own."""
@@ -125,17 +129,19 @@ def pair_table(result: Summarised, label: str) -> Table:
         if own is None:
             continue
         frames = [own["pair_frames"][word] for word in ("BOTH", "MISSED", "INVENTED", "WITHIN_TOLERANCE")]
-        lengths = _lengths(one, "contacts", result.oracle)
+        lengths, cut = _lengths(one, "contacts", result.oracle), _cut(one, "contacts", result.oracle)
         if lengths[0] or any(frames[2:]):
-            rows.append((one["name"], *lengths, own["contacts_missed"], own["contacts_in_part"], *frames))
+            rows.append((one["name"], *lengths, own["contacts_missed"], own["contacts_in_part"], *frames, cut))
         if held := own.get("held"):
             counts = (held[word] for word in ("contacts_missed", "contacts_in_part", "both", "missed", "invented"))
-            apart.append((f"{one['name']} (held)", *_lengths(one, "held_contacts", result.oracle), *counts, 0))
-    rows.sort(key=lambda row: (-row[-3], -row[-2]))
-    head = ("pair", "contacts", "seconds", "longest s", *AUDIT_MARKS)
+            cut = _cut(one, "held_contacts", result.oracle)
+            apart.append((f"{one['name']} (held)", *_lengths(one, "held_contacts", result.oracle), *counts, 0, cut))
+    rows.sort(key=lambda row: (-row[-4], -row[-3]))
+    head = ("pair", "contacts", "seconds", "longest s", *AUDIT_MARKS, CUT)
     title, notes = f"Contacts ({result.oracle}) and what {label} made of them", containment_notes(result, result.oracle)
     made = table(title, head, rows + apart, marks=AUDIT_MARKS, notes=notes)
-    return made if any(row[-1] for row in rows) else made.only(*head[:-1])
+    empty = {name for k, name in enumerate(head) if name in (WITHIN, CUT) and not any(row[k] for row in rows + apart)}
+    return made.only(*(name for name in head if name not in empty))
 
 
 def _lengths(pair: Mapping[str, Any], kind: str, label: str) -> tuple[int, str, str]:
@@ -143,15 +149,21 @@ def _lengths(pair: Mapping[str, Any], kind: str, label: str) -> tuple[int, str, 
     return own["count"], f"{own['seconds']:.3f}", f"{own['longest']:.3f}"
 
 
+def _cut(pair: Mapping[str, Any], kind: str, label: str) -> int:
+    return int(pair.get(kind, {}).get(label, {}).get("cut", 0))
+
+
 def contact_table(result: RunResult, label: str) -> Table:
     """Contacts that a detector found, a row per pair."""
     rows, found = [], result.episodes[label]
     for pair in sorted({one.pair for one in found}):
-        own = [one.end - one.start for one in found if one.pair == pair]
+        own = [one for one in found if one.pair == pair]
+        lengths = [one.end - one.start for one in own]
         name = result.assembly.pair_name(pair) + " (held)" * bool(result.assembly.held[pair])
-        rows.append((name, len(own), f"{sum(own):.3f}", f"{max(own):.3f}"))
-    notes = containment_notes(result, label)
-    return table(f"Contacts found by {label}", ("pair", "contacts", "seconds", "longest s"), rows, notes=notes)
+        rows.append((name, len(own), f"{sum(lengths):.3f}", f"{max(lengths):.3f}", cut_contacts(own)))
+    head, notes = ("pair", "contacts", "seconds", "longest s", CUT), containment_notes(result, label)
+    made = table(f"Contacts found by {label}", head, rows, notes=notes)
+    return made if cut_contacts(found) else made.only(*head[:-1])
 
 
 def containment_notes(result: Summarised, label: str) -> list[str]:

@@ -21,13 +21,31 @@ NOT_COVERED: Final = (
 
 
 def headlines(result: RunResult) -> list[str]:
-    """What a title says of a run: the worst detector's faults, the larger first; of a single one, all its contacts."""
+    """What a title says of a run: the worst detector's faults, the larger first; of a single one, all its contacts.
+
+    Lost poses that hide every contact come first of all; how many contacts they cut comes last.
+    """
     worst = next(iter(ranking(result.summary)), None)
     if worst is None:
         return []
-    if len(result.comparisons) > 1 or worst.leads_false:
-        return [f"{worst.label}: {fault_words(worst)}"]
-    return [headline(result, worst.label)]
+    several = len(result.comparisons) > 1 or worst.leads_false
+    words = f"{worst.label}: {fault_words(worst)}" if several else headline(result, worst.label)
+    return [all_lost(result.summary) + words + cut_words(result.summary["audit"][worst.label])]
+
+
+def all_lost(summary: Mapping[str, Any]) -> str:
+    """Where the oracle finds no contact and poses are lost: in how many pair-frames nobody can tell."""
+    verdicts = summary["detectors"][summary["oracle"]].get("verdicts", {})
+    lost, every = verdicts.get("NO_POSE", 0), sum(verdicts.values())
+    if not lost or any(one["contacts"] for one in summary["audit"].values()):
+        return ""
+    return f"Poses are lost in {lost:,} of {every:,} pair-frames, where a contact may be. "
+
+
+def cut_words(audit: Mapping[str, Any]) -> str:
+    """How many contacts of the oracle lost poses cut, as the end of a sentence."""
+    cut, contacts = audit.get("contacts_cut", 0), audit["contacts"]
+    return f"; lost poses cut {cut} of {contacts} contact{'' if contacts == 1 else 's'}" if cut else ""
 
 
 def headline(result: RunResult, label: str) -> str:

@@ -13,7 +13,14 @@ from cdcore import Verdict
 from replay.base.wilson import pooled, share, share_of_clusters
 from replay.comparison.causes import Cause
 from replay.comparison.compare import FaceRecall
-from replay.comparison.contact_counts import ContactCounts, contact_counts, count_reports, held_counts
+from replay.comparison.contact_counts import (
+    ContactCounts,
+    contact_counts,
+    count_reports,
+    cut_contacts,
+    held_counts,
+    loose,
+)
 from replay.comparison.false_contacts import HELD
 from replay.comparison.look_phases import OffsetCounts, spread
 from replay.comparison.matching import EpisodeMatches
@@ -46,6 +53,7 @@ def score(result: Measured, label: str) -> dict[str, Any]:
         "oracle_undecided": int(truth[[Verdict.UNRESOLVED, Verdict.INVALID]].sum()),
         "between_frames": _between(result, label),
         "unconfirmed": unconfirmed, "contacts": contacts.contacts,
+        "contacts_cut": cut_contacts(loose(result)),
         "contacts_missed": contacts.missed, "contacts_in_part": contacts.in_part,
         "contacts_undecided": contacts.undecided, "contact_frames_undecided": contacts.frames_undecided,
         "held": held_counts(result, label), "misses": len(missed),
@@ -108,9 +116,10 @@ def pair_figures(result: Measured) -> list[dict[str, Any]]:
     for label, found in result.episodes.items():
         for one in found:
             kind = "held_contacts" if label == result.oracle and one in apart else "contacts"
-            own = rows[one.pair].setdefault(kind, {}).setdefault(label, {"count": 0, "seconds": 0.0, "longest": 0.0})
+            start = {"count": 0, "seconds": 0.0, "longest": 0.0, "cut": 0}
+            own = rows[one.pair].setdefault(kind, {}).setdefault(label, start)
             length = one.end - one.start
-            own |= {"count": own["count"] + 1, "seconds": own["seconds"] + length}
+            own |= {"count": own["count"] + 1, "seconds": own["seconds"] + length, "cut": own["cut"] + (one.cuts > 0)}
             own["longest"] = max(own["longest"], length)
     for label, comparison in result.comparisons.items():
         became = contact_counts(result, label)

@@ -40,9 +40,10 @@ def test_a_given_offset_is_taken_as_it_is(csv):
 def test_a_clock_that_drifts_is_set_right(tmp_path):
     places = ([3] * 7 + [0.9] * 3 + [3] * 30 + [0.9] * 5 + [3] * 20 + [0.9] * 2) * 10
     session = cubes({"a": [0] * len(places), "b": places})
-    (contacts,) = compute(session, detectors="exact", oracle="none").episodes.values()
-    rows = [f"{(moment + 5.0) / 1.02:.6f},a,b,{what}\n" for one in contacts
-            for moment, what in ((one.start, "begin"), (one.end, "end"))]  # fmt: skip
+    found = compute(session, detectors="exact", oracle="none")
+    times = found.assembly.motion.times
+    rows = [f"{(times[frame] + 5.0) / 1.02:.6f},a,b,{what}\n" for one in found.episodes["exact"]
+            for frame, what in ((one.first, "begin"), (one.last, "end"))]  # fmt: skip
     (tmp_path / "drift.csv").write_text("".join(rows), encoding="utf-8")
     joined, fit = import_contacts(tmp_path / "drift.csv", session)
     assert fit.drift == pytest.approx(0.02, abs=1e-5) and float(joined.facts[DRIFT_FACT]) == pytest.approx(fit.drift)

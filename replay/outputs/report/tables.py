@@ -19,7 +19,7 @@ MOST_FINDINGS: Final = 200
 
 PAIR_HEAD: Final = (
     "pair", "contacts", "seconds", "longest s", "missed", "in part", "frames missed", "false frames",
-    "within tolerance",
+    "within tolerance", run_tables.CUT,
 )  # fmt: skip
 FRAME_WORDS: Final = (
     "A pair-frame is one pair of bodies in one frame. Missed: the oracle says contact, the detector does not; "

@@ -71,7 +71,9 @@ def timing_table(result: RunResult) -> pa.Table:
 def episode_table(result: RunResult) -> pa.Table:
     """Every contact of every detector, in order of time; ``number`` counts from 1 within a detector.
 
-    Columns: ``detector number body_a body_b held first last frames start end``; ``missed_by`` names the audited
+    Columns: ``detector number body_a body_b held first last frames frames_lost cuts start end``: ``end`` is when the
+    last frame is over, ``frames_lost`` are those within it without a pose, which are not among its ``frames``, and
+    ``cuts`` counts the stretches of lost poses that cut it. ``missed_by`` names the audited
     detectors that never found an episode of the oracle, separated by commas. Of an audited detector ``status`` is
     ``matched``, ``piece`` (of a split one), ``invented`` or ``excused``, and where matched ``truth`` is the number of
     the oracle's episode, with ``overlap_frames``, ``onset_error`` and ``duration_error`` (seconds). ``flag`` names what
@@ -84,7 +86,8 @@ def episode_table(result: RunResult) -> pa.Table:
     rows = [(label, number, one) for label, found in result.episodes.items() for number, one in enumerate(found, 1)]
     values = [
         (
-            one.first, one.last, one.last - one.first + 1, one.start, one.end, ",".join(never.get((label, number), ())),
+            one.first, one.last, one.frames, one.frames_lost, one.cuts, one.start, one.end,
+            ",".join(never.get((label, number), ())),
             _doubt(result, one), status.get(label, {}).get(number, ""),
             *(getattr(match.get((label, number)), name, None) for name in MATCH),
             *(in_noise(result, number) if label == result.oracle else (None, None)),
@@ -99,9 +102,9 @@ MATCH: Final = ("truth", "overlap", "onset_error", "duration_error")
 """Attributes of a match; ``overlap`` is written as ``overlap_frames``."""
 
 EPISODE_COLUMNS: Final[dict[str, type]] = {
-    "first": int, "last": int, "frames": int, "start": float, "end": float, "missed_by": str, "flag": str,
-    "status": str, "truth": int, "overlap_frames": int, "onset_error": float, "duration_error": float,
-    "noise": str, "noise_share": float,
+    "first": int, "last": int, "frames": int, "frames_lost": int, "cuts": int, "start": float, "end": float,
+    "missed_by": str, "flag": str, "status": str, "truth": int, "overlap_frames": int, "onset_error": float,
+    "duration_error": float, "noise": str, "noise_share": float,
 }  # fmt: skip
 
 

@@ -151,7 +151,9 @@ def _detector(
 
 def _episode(pair: int, row: Row) -> Episode:
     start, end = row["start"], row["end"]
-    return Episode(pair, round(start * TICKS), round(end * TICKS), start, end)
+    # A contact is over at its end: one that begins there does not overlap it.
+    first = round(start * TICKS)
+    return Episode(pair, first, max(first, round(end * TICKS) - 1), start, end)
 
 
 def _shares(name: str, before: Row, after: Row) -> tuple[float | None, float | None]:

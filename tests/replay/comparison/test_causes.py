@@ -34,10 +34,12 @@ PLANTED = {
 
 def reported(session, late_ns, digits=9, residual="0"):
     """The session with what an engine reports of it: its exact contacts, late by so much, with so many digits."""
+    found = compute(session, detectors="exact", oracle="none")
+    times = found.assembly.motion.times
     written = [
         (float(np.round((seconds * 1e9 + late_ns) / 1e9, digits)), phase)
-        for one in compute(session, detectors="exact", oracle="none").episodes["exact"]
-        for seconds, phase in ((one.start, "enter"), (one.end, "exit"))
+        for one in found.episodes["exact"]
+        for seconds, phase in ((times[one.first], "enter"), (times[one.last], "exit"))
     ]
     contacts = tuple(LiveContact(round(seconds * 1e9), "a", "b", phase) for seconds, phase in written)
     return replace(session, live_contacts=contacts, facts={RESIDUAL_FACT: residual})

@@ -1,8 +1,9 @@
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
-from support.small_worlds import verdicts
+from support.small_worlds import verdict_column, verdicts
 
 from replay.comparison.episodes import column_runs, episodes
 
@@ -26,10 +27,21 @@ def test_runs_are_in_order_of_time_then_column(mask):
     assert order == sorted(order)
 
 
-def test_an_episode_ends_at_a_single_frame_without_contact_or_pose():
-    detection = verdicts(["C.", "CC", ".I", "C?", "C-", ".C"], step=0.5)
+def test_an_episode_ends_at_a_frame_without_contact_and_lasts_until_it():
+    detection = verdicts(["C.", "CC", ".I", "C?", "C.", ".C"], step=0.5)
     got = [(e.pair, e.first, e.last, e.start, e.end) for e in episodes(detection)]
-    assert got == [(0, 0, 1, 0.0, 0.5), (1, 1, 3, 0.5, 1.5), (0, 3, 4, 1.5, 2.0), (1, 5, 5, 2.5, 2.5)]
+    assert got == [(0, 0, 1, 0.0, 1.0), (1, 1, 3, 0.5, 2.0), (0, 3, 4, 1.5, 2.5), (1, 5, 5, 2.5, 3.0)]
+
+
+@pytest.mark.parametrize(
+    ("letters", "expected"),
+    [
+        ("CC-C", [(0, 3, 3, 1)]), ("C--C-CC", [(0, 6, 4, 2)]), ("C-.C", [(0, 0, 1, 1), (3, 3, 1, 0)]),
+        ("-CC.-C-", [(1, 2, 2, 1), (5, 5, 1, 2)]), ("CuC", [(0, 0, 1, 0), (2, 2, 1, 0)]), ("--", []),
+    ],
+)  # fmt: skip
+def test_lost_poses_cut_a_contact_and_do_not_make_two_of_it(letters, expected):
+    assert [(e.first, e.last, e.frames, e.cuts) for e in episodes(verdict_column(letters))] == expected
 
 
 def test_nothing_found_is_no_episode():

@@ -60,6 +60,6 @@ def test_misses_are_numbered_in_order_and_carry_time_names_and_geometry():
     oracle, subject = verdicts(["C.", "CC", ".C"]), verdicts(["..", "..", ".C"])
     places = stretches(compare(subject, oracle), episodes(oracle))
     first, second = misses(places, [("rod", "glass"), ("rod", "jar")], oracle.times, FakeEvidence())
-    assert (first.number, first.body_a, first.body_b, first.start, first.end) == (1, "rod", "glass", 0.0, 0.01)
+    assert (first.number, first.body_a, first.body_b, first.start, first.end) == (1, "rod", "glass", 0.0, 0.02)
     assert (second.number, second.pair, second.kind, second.episode) == (2, 1, FOUND_LATE, 2)
     assert (second.deepest, second.point, second.face_pairs, second.cut_length) == (1, (1.0, 2.0, 3.0), 7, 0.25)

@@ -103,6 +103,17 @@ def test_spheres_invent_and_their_excess_is_called_unconfirmed():
     assert (audit["pair_frames"]["INVENTED"], audit["unconfirmed"], audit["pair_frames"]["BOTH"]) == (1, 1, 1)
 
 
+def test_a_contact_is_as_long_in_episodes_effects_and_the_tables_of_pairs():
+    result = compute(cubes(BUMP, scene=TOUCHING), detectors="hybrid", oracle="exact")
+    (one, more), step = [(e.start, e.end) for e in result.episodes["exact"]], 0.01
+    assert one == (pytest.approx(4 * step), pytest.approx(5 * step)) and more[1] == pytest.approx(11 * step)
+    assert [(e.time, e.end) for e in result.effects["contact"].events] == [one, more]
+    (told,) = (pair["contacts"]["exact"] for pair in result.summary["pairs"])
+    assert told["longest"] == pytest.approx(3 * step) and told["seconds"] == pytest.approx(4 * step)
+    slow = compute(cubes(BUMP), detectors="slow=discrete[rate_hz=20]")
+    assert (slow.misses["slow"][0].start, slow.misses["slow"][0].end) == one
+
+
 def test_progress_is_told_of_every_stage_and_every_frame():
     from contextlib import contextmanager
 

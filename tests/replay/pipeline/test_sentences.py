@@ -238,6 +238,9 @@ def test_no_template_is_untested():
     slow.summary["audit"]["other"], slow.summary["detectors"]["other"] = apart, slow.summary["detectors"]["exact"]
     slow.summary["detectors"]["it"]["contacts"] = 1
     everything += headline.headlines(slow)
+    everything.append(headline.cut_words({"contacts": 2, "contacts_cut": 1}))
+    blind = {"oracle": "exact", "detectors": {"exact": {"verdicts": {"NO_POSE": 2, "CLEAR": 1}}}, "audit": {}}
+    everything.append(headline.all_lost(blind))
     everything += [f"{one.line} {one.axis}" for one in settings_list()]
     everything += [f"{one.axis} {one.value}" for one in steps_of_trust()]
     size = {"axis": "bodies", "detector": "exact", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5}

@@ -143,7 +143,7 @@ def missed_by_task(results):
 
 
 def durations(results):
-    lasted = [(doing(name, "stage", first), (last - first) / 100) for name, _, _, first, last in contacts(results)]
+    lasted = [(doing(name, "stage", first), (last + 1 - first) / 100) for name, _, _, first, last in contacts(results)]
     return [(stage, len(some), median(some), max(some)) for stage, some in grouped(lasted).items()]
 
 

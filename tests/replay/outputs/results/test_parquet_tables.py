@@ -90,7 +90,7 @@ def test_episodes_of_the_oracle_say_who_never_found_them(result):
         (1, 4, 4, 1, "slow"),
         (2, 8, 10, 3, ""),
     ]
-    assert found[1]["start"] == 0.08 and found[1]["end"] == 0.10
+    assert found[1]["start"] == 0.08 and found[1]["end"] == 0.11
 
 
 def test_miss_rows_repeat_the_numbered_misses(result):

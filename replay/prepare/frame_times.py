@@ -1,0 +1,32 @@
+"""When a frame is over: what lasts from one frame to another is as long in every output."""
+
+from typing import Final
+
+import numpy as np
+
+from cdcore.numerics import FloatArray
+from replay.prepare.interpolation import BRIDGE_NS
+
+USUAL_STEPS: Final = 2.0
+"""A next frame that is farther away than this many usual steps, and than what is bridged, comes after a gap."""
+
+
+def frame_ends(times: FloatArray) -> FloatArray:
+    """Seconds at which each frame is over, (T,), of the seconds ``times`` (T,) of all frames.
+
+    A frame lasts until the next one. The last, and one before a gap, lasts the median step. So a contact from frame a
+    to frame b begins at ``times[a]`` and ends at ``frame_ends(times)[b]``: at the first frame without it.
+
+    Examples
+    --------
+    >>> frame_ends(np.array([0.0, 0.01, 0.02, 5.0])).round(3).tolist()
+    [0.01, 0.02, 0.03, 5.01]
+    """
+    if len(times) < 2:
+        return times.copy()
+    steps = np.diff(times)
+    usual = float(np.median(steps))
+    ends = times + usual
+    near = steps <= max(BRIDGE_NS / 1e9, USUAL_STEPS * usual)
+    ends[:-1] = np.where(near, times[1:], ends[:-1])
+    return ends

@@ -1,0 +1,76 @@
+"""Lost poses cut contacts, hide them, and are said: they never make several contacts of one."""
+
+from dataclasses import replace
+from io import StringIO
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from rich.console import Console
+from support.small_worlds import STEP_NS, framed
+
+from replay import run
+from replay.cli.run_tables import run_tables
+from replay.pipeline.engine import compute
+from replay.pipeline.gates import Gates
+from replay.pipeline.headline import headlines
+from sessions.doctor.runs import runs
+from sessions.model.frames import Status
+from sessions.synthetic import make_analytic
+from sessions.synthetic.truth import PRESENT
+
+AWAY = [3, 3.1, 3, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 3, 3.1, 0.9, 3, 3]
+"""Two contacts: frames 3 to 9, and frame 12."""
+
+
+def session(lost):
+    """Two cubes, the second without a pose in the frames ``lost``."""
+    status, position = np.ones((len(AWAY), 2)), np.zeros((len(AWAY), 2, 3))
+    position[:, 1, 0] = AWAY
+    status[list(lost), 1] = Status.LOST
+    return framed(np.arange(len(AWAY)) * STEP_NS, status, position)
+
+
+def text(result):
+    console = Console(width=200, record=True, file=StringIO())
+    console.print(run_tables(result))
+    return console.export_text()
+
+
+def test_a_touch_with_two_lost_stretches_is_one_contact_that_is_marked(tmp_path):
+    result = run(session([5, 7]), detectors="hybrid", out=tmp_path / "run", picture=False)
+    audit = result.summary["audit"]["hybrid"]
+    assert (audit["contacts"], audit["contacts_cut"]) == (2, 1)
+    assert (audit["episodes"]["matched"], audit["episodes"]["split"]) == (2, 0)
+    assert headlines(result) == ["hybrid missed none of 2 contacts; lost poses cut 1 of 2 contacts"]
+    rows = pq.read_table(tmp_path / "run" / "episodes.parquet").to_pylist()
+    told = [
+        (row["detector"], row["first"], row["last"], row["frames"], row["frames_lost"], row["cuts"]) for row in rows
+    ]
+    both = [(3, 9, 5, 2, 2), (12, 12, 1, 0, 0)]
+    assert told == [(label, *one) for label in ("hybrid", "exact") for one in both]
+    assert "cut by lost poses" in text(result) and "cut by lost poses" not in text(compute(session([1])))
+    # A frame that nobody could see is no frame of contact left undecided.
+    assert Gates(max_missed=0.0).broken(result.summary["audit"], [result.summary]) == []
+
+
+def test_where_lost_poses_hide_every_contact_that_is_said_first():
+    (words,) = headlines(compute(session([*range(3, 10), 12]), detectors="hybrid"))
+    assert words.startswith("Poses are lost in 8 of 15 pair-frames") and "No contact found" in words
+    (words,) = headlines(compute(session([*range(3, 10), 12]), detectors="hybrid,slow=discrete[rate_hz=50]"))
+    assert words.startswith("Poses are lost in 8 of 15 pair-frames")
+
+
+@pytest.mark.parametrize("every", [7])
+def test_as_many_contacts_are_found_where_every_seventh_pose_is_lost(every):
+    whole, truth = make_analytic("ball-plate", seconds=9.5)
+    frames = whole.frames
+    contact = truth.expected("ball", "plate", frames.stamp_ns) == PRESENT
+    status = frames.status.copy()
+    lost = np.arange(len(status)) % every == every - 1
+    status[lost] = Status.LOST
+    result = compute(replace(whole, source=replace(frames, status=status)), detectors="hybrid")
+    spans = runs(contact).tolist()
+    assert len(result.episodes["exact"]) == len(result.episodes["hybrid"]) == len(spans)
+    assert f"lost poses cut {len(spans)} of {len(spans)} contacts" in headlines(result)[0]
+    assert sum(one.frames for one in result.episodes["exact"]) == int((contact & ~lost).sum())
