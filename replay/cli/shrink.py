@@ -58,9 +58,16 @@ def command(
     before, shrinking = Size.of(found), Shrinking(found, TerminalProgress(people))
     least = shrinking.run()
     write_case(least, before, out, source=source, force=force)
-    plain = {"before": str(before), "after": str(Size.of(least)), "questions": shrinking.questions, "out": str(out)}
+    plain = {
+        "before": str(before),
+        "after": str(Size.of(least)),
+        "questions": shrinking.questions,
+        "out": str(out),
+        "doubts": sorted(shrinking.doubts),
+    }
     answer(as_json, plain, lambda: [
-        sentence(least), f" {before} became {Size.of(least)} in {shrinking.questions} questions",
+        sentence(least), *(f" {doubt}" for doubt in sorted(shrinking.doubts)),
+        f" {before} became {Size.of(least)} in {shrinking.questions} questions",
         f" {out} is written; fails while it is so: python -m pytest {out / 'test_case.py'}",
     ])  # fmt: skip
     return 0

@@ -15,6 +15,7 @@ from cdcore.errors import CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray
 from replay.base.progress import Progress, Silent
 from replay.studies.shrink.fault import Fault, of_pairs
+from replay.studies.shrink.well_posed import doubts_of, thin_faces
 
 DECIMALS: Final = range(13)
 """Decimals that are tried, fewest first; beyond them a number keeps all it has."""
@@ -43,15 +44,19 @@ class Size:
 
 
 class Shrinking:
-    """Reduces a fault; ``fault`` is the smallest so far, ``questions`` how often the detector was asked."""
+    """Reduces a fault; ``fault`` is the smallest so far, ``questions`` how often the detector was asked.
+
+    What is well posed stays so: ``doubts`` are those that the fault has had from the start.
+    """
 
     def __init__(self, fault: Fault, progress: Progress | None = None) -> None:
-        self.fault, self.questions = fault, 0
+        self.fault, self.questions, self.doubts = fault, 0, doubts_of(fault)
         self._progress = progress or Silent()
 
     def run(self) -> Fault:
         """Reduce frames, bodies, faces, rotations and decimals until none of these steps changes anything."""
         with self._progress.stage("shrink", None, "questions") as self._advance:
+            self._thick_faces()
             before: object = None
             while before != (before := self._content()):
                 self._frames()
@@ -78,8 +83,18 @@ class Shrinking:
             return False
         if fault is None or not fault.stands():
             return False
-        self.fault = fault
+        doubts = doubts_of(fault)
+        if doubts - self.doubts:
+            return False
+        self.fault, self.doubts = fault, doubts
         return True
+
+    def _thick_faces(self) -> None:
+        """No face without an area, where the detector is wrong without them too."""
+        for number in range(len(self.fault.bodies)):
+            thin = thin_faces(self.fault.bodies[number].mesh)
+            if thin.any() and not thin.all():
+                self._takes(_with_faces, self.fault, {number: np.flatnonzero(~thin)})
 
     def _frames(self) -> None:
         fault, last = self.fault, len(self.fault.motion) - 1

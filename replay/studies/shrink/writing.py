@@ -17,6 +17,7 @@ from replay.outputs.results.run_folder import FolderKind, check_target, result_f
 from replay.outputs.words import counted
 from replay.studies.shrink.fault import Fault
 from replay.studies.shrink.reduce import Size
+from replay.studies.shrink.well_posed import doubts_of
 
 CASE: Final = FolderKind("case", "case.json", "vrlab-replay/case/1", ())
 POSES: Final = "poses.csv"
@@ -85,7 +86,8 @@ def write_case(fault: Fault, before: Size, out: Path, *, source: str, force: boo
         case: dict[str, Any] = {
             "schema": CASE.schema, "detector": fault.detector, "settings": dict(fault.settings), "oracle": fault.oracle,
             "contact": fault.contact, "bodies": [*zip(names, files, strict=True)], "pairs": fault.pairs.tolist(),
-            "frames": len(fault.motion), "faces": Size.of(fault).faces, "before": str(before), "source": source,
+            "frames": len(fault.motion), "faces": Size.of(fault).faces, "doubts": sorted(doubts_of(fault)),
+            "before": str(before), "source": source,
         }  # fmt: skip
         (folder / "test_case.py").write_text(TEST, encoding="utf-8")
         (folder / "README.md").write_text("\n".join(_report(fault, case)) + "\n", encoding="utf-8")
@@ -134,6 +136,7 @@ def _report(fault: Fault, case: Mapping[str, Any]) -> Iterator[str]:
     yield f"In the last frame {truth} ({fault.oracle} says so); the detector says the opposite."
     yield f"The bodies are `{first}` and `{second}`. Found in {case['source']}: {case['before']}."
     yield "Shrunk until no frame and no face could be left out. Metres, seconds, columns of a rotation are body axes."
+    yield from case["doubts"]
     yield ""
     yield "```"
     yield "python -m pytest test_case.py"

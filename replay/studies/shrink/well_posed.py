@@ -1,0 +1,64 @@
+"""Whether a fault is well posed: every face has an area, and no shift within tolerance gives the other answer.
+
+Engines may differ about needles and about surfaces that only touch, so a test of these proves nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from enum import StrEnum
+from typing import Final
+
+import numpy as np
+
+from cdcore import TriangleMesh
+from cdcore.narrow.ill_posed import MarginStage
+from cdcore.narrow.margins.triangle_margins import near_faces
+from cdcore.narrow.triangles.predicates import triangles_intersect
+from cdcore.numerics import BoolArray
+from replay.comparison.tolerance import TAU
+from replay.studies.shrink.fault import Fault
+
+MICROMETRES: Final = f"{1e6 * TAU:g} micrometres"
+
+
+class Doubt(StrEnum):
+    """Why a fault is not well posed; the value is a sentence for people."""
+
+    THIN = f"A face is less than {MICROMETRES} high: engines may differ about faces without an area."
+    SHALLOW = f"No two faces overlap by more than {MICROMETRES}; only together they keep the bodies in contact."
+    LOOSE = f"A shift by {MICROMETRES} ends the contact: engines may differ about what only touches."
+    NEAR = f"The surfaces are less than {MICROMETRES} apart: engines may differ about what almost touches."
+
+
+def doubts_of(fault: Fault) -> frozenset[Doubt]:
+    """What is not well posed in the last frame of a fault; nothing of a contact that only the way between frames shows.
+
+    A body inside another counts as apart: their surfaces must not come near.
+    """
+    thin = {Doubt.THIN} if any(thin_faces(body.mesh).any() for body in fault.bodies) else set()
+    return frozenset(thin | set(_margin(fault)))
+
+
+def thin_faces(mesh: TriangleMesh) -> BoolArray:
+    """(f,) whether a face is at most the tolerance high, over its longest edge."""
+    a, b, c = mesh.triangles.transpose(1, 0, 2)
+    longest = np.max([np.linalg.norm(edge, axis=1) for edge in (b - a, c - b, a - c)], axis=0)
+    return np.asarray(np.linalg.norm(np.cross(b - a, c - a), axis=1) <= TAU * longest)
+
+
+def _margin(fault: Fault) -> Iterable[Doubt]:
+    first, second = fault.pairs[0].tolist()
+    turn, move = fault.motion.rotations[-1, [first, second]], fault.motion.translations[-1, [first, second]]
+    stage, pair = MarginStage(fault.bodies, TAU), (first, second)
+    if fault.contact:
+        corners = fault.corners(first), fault.corners(second)
+        close = near_faces(*corners, TAU)
+        meeting = close[triangles_intersect(np.stack([corners[0][close[:, 0]], corners[1][close[:, 1]]], axis=1))]
+        if len(meeting):
+            if not stage.shallow(pair, meeting, turn, move):
+                return ()
+            return (Doubt.SHALLOW, Doubt.LOOSE) if stage.loose(pair, meeting, turn, move) else (Doubt.SHALLOW,)
+        if fault.oracle == "continuous":
+            return ()
+    return (Doubt.NEAR,) if stage.near(pair, turn[None], move[None])[0] else ()

@@ -1,0 +1,73 @@
+"""A shrunk case is well posed, so that a detector that fails it is wrong and not only unlike another."""
+
+import itertools
+import json
+import runpy
+
+import numpy as np
+from support.small_worlds import along_x, cube
+
+from cdcore import Motion, Verdict, create_detector
+from cdcore.narrow.margins.triangle_margins import triangle_margins
+from replay import run
+from replay.cli.main import main
+from sessions import MeshData, Session, write_session
+
+PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 3]
+TURNED = (0.1, 0.2, 0.3, 0.9274)
+"""No face of the second cube is parallel to one of the first."""
+
+
+def shrunk(tmp_path, first, second, quaternion):
+    """Bodies, poses and summary of the case that a miss of two bodies ends in."""
+    poses = {"a": along_x([0] * 8), "b": along_x(PLACES, quaternion)}
+    session = Session.from_arrays(np.arange(8) * 10_000_000, poses, {"a": first, "b": second})
+    write_session(session, tmp_path / "s.mcap")
+    run(tmp_path / "s.mcap", detectors="slow=discrete[rate_hz=25]", out=tmp_path / "run", picture=False)
+    assert main(["shrink", str(tmp_path / "run"), "--miss", "1", "-o", str(tmp_path / "case")]) == 0
+    test = runpy.run_path(str(tmp_path / "case" / "test_case.py"))
+    bodies = [test["body"](*row) for row in test["CASE"]["bodies"]]
+    return bodies, test["motion"](len(bodies)), json.loads((tmp_path / "case" / "case.json").read_text())
+
+
+def in_last_frame(bodies, motion):
+    return [
+        body.mesh.triangles @ motion.rotations[-1, k].T + motion.translations[-1, k] for k, body in enumerate(bodies)
+    ]
+
+
+def with_needles(mesh):
+    """The mesh, and faces without an area that cross what is left of it: a segment each."""
+    ends = [[[-0.95, y, 0.0], [0.95, y, 0.0]] for y in (-0.1, 0.0, 0.1)]
+    corners = np.array(ends).reshape(-1, 3)
+    needles = [(len(mesh.vertices) + k, len(mesh.vertices) + k + 1, len(mesh.vertices) + k + 1) for k in (0, 2, 4)]
+    return MeshData([*mesh.vertices, *corners], [*needles, *mesh.faces])
+
+
+def test_faces_have_an_area_and_two_of_them_overlap_by_more_than_the_tolerance(tmp_path):
+    bodies, motion, case = shrunk(tmp_path, with_needles(cube()), with_needles(cube()), TURNED)
+    for body in bodies:
+        a, b, c = body.mesh.triangles.transpose(1, 0, 2)
+        assert (np.linalg.norm(np.cross(b - a, c - a), axis=1) > 1e-6).all()
+    first, second = in_last_frame(bodies, motion)
+    meets, depth = triangle_margins([(one, other) for one in first for other in second])
+    assert depth[meets].max() > 2e-6 and case["doubts"] == []
+
+
+def test_no_shift_by_the_tolerance_ends_a_contact_of_faces_in_common_planes(tmp_path):
+    bodies, motion, case = shrunk(tmp_path, cube(), cube(), (0, 0, 0, 1))
+    last = motion.take(np.array([len(motion) - 1]))
+    for way in itertools.product((-1, 0, 1), repeat=3):
+        moved = last.translations.copy()
+        moved[0, 1] += 1.9e-6 * np.array(way) / max(1.0, np.linalg.norm(way))
+        shifted = Motion(last.times, moved, last.rotations)
+        assert create_detector("exact", bodies).detect(shifted).verdict[0, 0] == Verdict.CONTACT, way
+    assert "overlap by more than 2 micrometres" in " ".join(case["doubts"])
+
+
+def test_what_cannot_be_well_posed_is_said(tmp_path, capsys):
+    segment = MeshData([[-0.95, 0, 0], [0.95, 0.01, 0]], [(0, 1, 1)])
+    _, _, case = shrunk(tmp_path, cube(), segment, TURNED)
+    assert any("without an area" in words for words in case["doubts"])
+    assert "without an area" in " ".join(capsys.readouterr().out.split())
+    assert "without an area" in (tmp_path / "case" / "README.md").read_text()
