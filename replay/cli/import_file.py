@@ -1,6 +1,7 @@
 """``replay import``: a recording of another program as a session file."""
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,7 +65,9 @@ def command(
             from sessions.scene_files.scene_toml import read_scene
 
             given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
-        imported = _dressed(import_session(kind, sources, **given), place, mesh_units, guesses, options["mesh_axes"])
+        with _drafted(sources, out):
+            read = import_session(kind, sources, **given)
+        imported = _dressed(read, place, mesh_units, guesses, options["mesh_axes"])
         imported = with_colliders(imported, ".", colliders or "") if colliders else imported
         said = list(_what(imported))
     if imported.live_contacts:
@@ -75,6 +78,26 @@ def command(
     plain = {"out": str(out), "frames": len(imported.frames), "bodies": list(imported.names), "notes": said}
     answer(as_json, plain, lambda: str(out))
     return 0
+
+
+@contextmanager
+def _drafted(sources: tuple[Path, ...], out: Path) -> Iterator[None]:
+    """Beside a CSV that nobody has described a draft of its mapping is written; the error says how to go on."""
+    from sessions.errors import ImportFileError
+    from sessions.importers.csv_draft import UnknownColumnsError
+    from sessions.whole_files import whole_file
+
+    try:
+        yield
+    except UnknownColumnsError as error:
+        draft = sources[0].with_suffix(".columns.toml")
+        todo = f"replay import csv {sources[0]} --mapping {draft} -o {out}"
+        if draft.exists():
+            raise ImportFileError(f"{error}; {draft} is there already: {todo}") from None
+        with whole_file(draft, ImportFileError, overwrite=False) as stream:
+            stream.write(error.draft.encode())
+        left = ", ".join(error.unknown)
+        raise ImportFileError(f"{error}; a draft is in {draft}: say there {left}, then: {todo}") from None
 
 
 def _contacts(

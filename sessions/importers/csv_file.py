@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
 from sessions.geometry.rotations import quaternion_from_matrix, rotated
+from sessions.importers.csv_draft import draft_of, has_header
 from sessions.importers.csv_mapping import METRES, PRESETS, UNITY, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable, Rows
 from sessions.importers.finish import QUATERNION_TOLERANCE, Imported, side_of, usable_track
@@ -64,7 +65,11 @@ def read_csv(
         table = CsvTable(
             source, plan.delimiter, plan.decimal, plan.skip_lines, plan.header_lines, plan.columns, plan.rate_hz, True
         )
+        table.format, table.offset_ns = plan.format, plan.offset_ns
+        _check_columns(table, plan)
     else:
+        if preset is None and not has_header(source):
+            raise draft_of(source)
         table = CsvTable(source)
         plan = _preset(table, preset)
     if not (convention or plan.convention):
@@ -76,6 +81,19 @@ def read_csv(
     return replace(samples, conversions=done, mesh_turn=HALF_TURN)
 
 
+def _check_columns(table: CsvTable, plan: CsvMapping) -> None:
+    """Refuse a mapping that names columns which are not there: all of them at once."""
+    kinds, poses = plan.kinds, [*(plan.bodies or {}).values(), *([plan.body] if plan.body else [])]
+    wanted = [plan.time, plan.name, kinds.column, kinds.other, kinds.value, *plan.events]
+    wanted += [column for pose in poses for column in (*pose.numbers, pose.valid)]
+    wanted += [scalar.column for scalar in plan.scalars.values()]
+    wanted += [column for ray in plan.gaze.values() for column in (*ray.origin, *ray.direction, ray.valid)]
+    missing = [column for column in dict.fromkeys(wanted) if column and column not in table.columns]
+    if len(missing) > 1 and len(table.columns) > 1:
+        named = ", ".join(repr(column) for column in missing)
+        raise ImportFileError(f"{table.source}: no columns {named}; there are: {', '.join(table.columns)}")
+
+
 def _preset(table: CsvTable, name: str | None) -> CsvMapping:
     """The mapping of a preset that fits the columns of a table."""
     if name is not None and name not in PRESETS:
@@ -85,12 +103,8 @@ def _preset(table: CsvTable, name: str | None) -> CsvMapping:
         if plan.body is not None and {plan.time, plan.name, *plan.body.numbers} <= {*table.columns}:
             says = plan.body.valid in table.columns
             return plan if says else replace(plan, body=replace(plan.body, valid=""))
-    missing = [column for column in (UNITY.time, UNITY.kinds.column, UNITY.name) if column not in table.columns]
-    if name is None and missing:
-        raise ImportFileError(
-            f"{table.source}: line 1: no column {missing[0]!r}, so this is not the CSV of the Unity script; "
-            "say with --mapping FILE what its columns are"
-        )
+    if name is None and not {UNITY.time, UNITY.kinds.column, UNITY.name} <= {*table.columns}:
+        raise draft_of(table.source)
     return plans[0]
 
 

@@ -17,6 +17,8 @@ from sessions.scene_files.toml_table import TomlTable, parse_toml
 MOST_LINES: Final = 1000
 ROW_TIME: Final = "time by rows"
 """The column of time of a file that has none."""
+TEXT: Final = "text"
+"""The unit of a clock that is written as a date and a time."""
 METRES: Final[Mapping[str, float]] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0, "ticks": 100.0}
 """Nanoseconds per unit of the clock; ``ticks`` are .NET's, counted from the year 1."""
@@ -98,6 +100,10 @@ class CsvMapping:
     """Names of the columns of a file that does not name them."""
     rate_hz: float = 0.0
     """Rows a second of a file without a clock."""
+    format: str = ""
+    """Of a clock in text, as ``datetime.strptime`` takes it; "": ISO 8601."""
+    offset_ns: int = 0
+    """What is added to every stamp."""
     name: str = ""
     body: PoseColumns | None = None
     bodies: Mapping[str, PoseColumns] | None = None
@@ -150,17 +156,21 @@ PRESETS: Final[Mapping[str, tuple[CsvMapping, ...]]] = {
 def read_mapping(path: str | Path) -> CsvMapping:
     """The mapping of a TOML file.
 
-    Raises ``ImportFileError``: file, table and key, and what to do.
+    Raises ``ImportFileError``: all faults at once, each with file, table and key, and what to do.
     """
-    whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError)
-    clock = whole.table("time") or TomlTable({}, whole.file, "[time]", ImportFileError)
+    faults: list[str] = []
+    whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError, faults)
+    clock = whole.table("time") or whole.within({}, "[time]")
     rate = clock.number("rate_hz", 0.0)
-    column, unit = (ROW_TIME, "s") if rate > 0.0 else (clock.text("column", None), clock.text("unit", None, CLOCK_NS))
+    column, unit = ROW_TIME, "s"
+    if rate <= 0.0:
+        column, unit = clock.text("column", None), clock.text("unit", None, (*CLOCK_NS, TEXT))
+    form, offset = clock.text("format"), clock.number("offset", 0.0)
     clock.done()
     long = whole.table("body")
     wide = whole.named_tables("bodies")
     if (long is None) == (not wide):
-        raise whole.fail("give either [body] (a row per body and time) or [bodies.NAME] (columns per body)")
+        whole.refuse("give either [body] (a row per body and time) or [bodies.NAME] (columns per body)")
     kinds = whole.table("rows")
     mapping = CsvMapping(
         time=column,
@@ -173,6 +183,8 @@ def read_mapping(path: str | Path) -> CsvMapping:
         header_lines=whole.count("header_lines", 1, 1, MOST_LINES),
         columns=whole.texts("columns"),
         rate_hz=rate,
+        format=form,
+        offset_ns=round(offset * CLOCK_NS.get(unit, 1e9)),
         name=long.text("name", None) if long is not None else "",
         body=_columns(long) if long is not None else None,
         bodies={name: _columns(table) for name, table in wide.items()} or None,
@@ -182,21 +194,24 @@ def read_mapping(path: str | Path) -> CsvMapping:
         events=whole.texts("event_columns"),
     )
     if mapping.rows is not None and mapping.body is None:
-        raise whole.fail("[rows] needs [body]: only a table with a row per body has kinds of rows")
+        whole.refuse("[rows] needs [body]: only a table with a row per body has kinds of rows")
     whole.done()
+    if faults:
+        raise ImportFileError("; ".join(faults))
     return mapping
 
 
 def _letter(table: TomlTable, key: str, default: str) -> str:
     letter = table.text(key, default)
     if len(letter) != 1 or not letter.isascii() or letter in '"\r\n':
-        raise table.fail(f"{key} is {letter!r}; give one character")
+        table.refuse(f"{key} is {letter!r}; give one character")
+        return default
     return letter
 
 
 def _columns(table: TomlTable) -> PoseColumns:
     if sum(key in table for key in ("quaternion_xyzw", "euler", "matrix")) != 1:
-        raise table.fail(
+        table.refuse(
             "give quaternion_xyzw = [4 columns] or euler = [3 columns] with order, or matrix = [9 columns, row by row]"
         )
     turn: dict[str, Any] = {}
@@ -204,7 +219,7 @@ def _columns(table: TomlTable) -> PoseColumns:
         turn["quaternion_xyzw"] = table.texts("quaternion_xyzw", 4)
     elif "matrix" in table:
         turn["matrix"] = table.texts("matrix", 9)
-    else:
+    elif "euler" in table:
         turn["order"] = table.text("order", None)
         turn["euler"] = _angles(table, turn["order"])
         turn["degrees"] = table.text("angle_unit", "deg", ("deg", "rad")) == "deg"
@@ -231,7 +246,7 @@ def _angles(table: TomlTable, order: str) -> tuple[str, ...]:
     if not table.is_table("euler"):
         return table.texts("euler", 3)
     if sorted(order.lower()) != ["x", "y", "z"]:
-        raise table.fail(f"order is {order!r}; angles named by axis need an order of x, y and z, each once")
+        table.refuse(f"order is {order!r}; angles named by axis need an order of x, y and z, each once")
     axes = table.table("euler") or table
     columns = tuple(axes.text(axis, None) for axis in order.lower())
     axes.done()
@@ -242,12 +257,12 @@ def _kinds(table: TomlTable) -> RowKinds:
     words = {key: table.text(key) for key in ("enter", "exit", "other", "trigger", "value", "event", "scalar", "gaze")}
     kinds = RowKinds(table.text("column", None), table.text("pose", "pose"), **words)
     if (kinds.enter or kinds.exit) and not kinds.other:
-        raise table.fail("enter and exit need other: the column of the second body")
+        table.refuse("enter and exit need other: the column of the second body")
     if kinds.event and not kinds.other:
-        raise table.fail("event needs other: the column of its name")
+        table.refuse("event needs other: the column of its name")
     if kinds.trigger and not kinds.value:
-        raise table.fail("trigger needs value: the column of its value")
+        table.refuse("trigger needs value: the column of its value")
     if kinds.scalar and not (kinds.other and kinds.value):
-        raise table.fail("scalar needs other and value: the columns of its name and of the number")
+        table.refuse("scalar needs other and value: the columns of its name and of the number")
     table.done()
     return kinds

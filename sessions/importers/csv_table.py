@@ -1,8 +1,11 @@
 """A CSV as typed columns: stamps are exact to the last digit, and an error names line and column."""
 
+import calendar
 import csv
 import json
+import re
 from collections.abc import Sequence
+from datetime import datetime
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any, Final
@@ -11,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import CLOCK_NS, ROW_TIME
+from sessions.importers.csv_mapping import CLOCK_NS, ROW_TIME, TEXT
 from sessions.scene_files.toml_table import nearest
 
 EMPTY: Final = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "-"]  # Cells that say: no number here
@@ -48,6 +51,7 @@ class CsvTable:
         from pyarrow import csv as arrow_csv
 
         self.source, self.skipped, self._mapped = source, 0, mapped
+        self.format, self.offset_ns = "", 0
         self._widest = 0
         header_lines = 0 if columns else header_lines
         if not delimiter:
@@ -180,10 +184,22 @@ class CsvTable:
 
     def stamps(self, column: str, unit: str, rows: Rows) -> NDArray[np.int64]:
         """The clock as int64 nanoseconds, (n,)."""
+        if unit == TEXT:
+            return self._wall_clock(column, rows) + self.offset_ns
         values = self._floats(column, rows)
         if not np.isfinite(values).all():
             row = int(np.flatnonzero(rows)[np.flatnonzero(~np.isfinite(values))[0]])
             raise self._wrong(row, column, "the time is missing; remove the row")
+        stamps = self._counted_stamps(column, unit, rows, values) + self.offset_ns
+        if len(stamps) and stamps.min() < 0:
+            row = int(np.flatnonzero(rows)[int(stamps.argmin())])
+            cell = str(self.texts(column)[row])[:40]
+            raise self._wrong(
+                row, column, f"{cell} is before 0; add it under [time] of the mapping: offset = {cell.lstrip('-')}"
+            )
+        return stamps
+
+    def _counted_stamps(self, column: str, unit: str, rows: Rows, values: NDArray[np.float64]) -> NDArray[np.int64]:
         factor = CLOCK_NS[unit]
         if unit != "ticks" and np.abs(values).max(initial=0.0) <= EXACT_SECONDS * 1e9 / factor:
             return np.rint(values * factor).astype(np.int64)
@@ -203,6 +219,18 @@ class CsvTable:
                 f"check the unit, which is {unit!r}"
             ) from None
 
+    def _wall_clock(self, column: str, rows: Rows) -> NDArray[np.int64]:
+        """Stamps of dates and times in text; without a zone they count as UTC."""
+        stamps = np.empty(int(rows.sum()), dtype=np.int64)
+        for place, cell in enumerate(self._chosen(column, rows).to_pylist()):
+            try:
+                stamps[place] = _nanoseconds(cell.strip(), self.format)
+            except ValueError:
+                wanted = f"of the format {self.format!r}" if self.format else "in ISO 8601; say its format under [time]"
+                row = int(np.flatnonzero(rows)[place])
+                raise self._wrong(row, column, f"{cell[:40]!r} is no date and time {wanted}") from None
+        return stamps
+
     def flags(self, column: str, rows: Rows) -> Rows:
         """Whether each cell says yes, (n,)."""
         import pyarrow as pa
@@ -210,6 +238,20 @@ class CsvTable:
 
         cells = pc.utf8_trim_whitespace(self._chosen(column, rows))
         return pc.is_in(cells, pa.array(TRUE_WORDS)).to_numpy(zero_copy_only=False).astype(np.bool_)
+
+
+def _nanoseconds(text: str, form: str) -> int:
+    """Nanoseconds since 1970 of a date and time; ISO 8601 keeps every digit of its second."""
+    if form:
+        moment, digits = datetime.strptime(text, form), ""
+        digits = f"{moment.microsecond:06d}"
+    else:
+        fraction = re.search(r"(?<=\d)[.,](\d+)", text)
+        digits = fraction[1] if fraction else ""
+        moment = datetime.fromisoformat(text.replace(fraction[0], "", 1) if fraction else text)
+    moment = moment.replace(microsecond=0)
+    seconds = calendar.timegm(moment.utctimetuple())
+    return seconds * 1_000_000_000 + int(digits[:9].ljust(9, "0") or 0)
 
 
 def _delimiter(source: Path) -> str:

@@ -1,0 +1,173 @@
+"""A CSV that nobody has described gets a draft of its mapping; completed, it gives the poses that were written."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from replay.cli.main import main
+from sessions import read_session
+from sessions.errors import ImportFileError
+from sessions.importers import import_session
+from sessions.importers.csv_draft import UnknownColumnsError
+
+COUNT = 40
+RNG = np.random.default_rng(3)
+TIME = np.arange(COUNT) / 90
+PLACE = RNG.normal(size=(2, COUNT, 3))
+TURN = Rotation.random(2 * COUNT, rng=RNG).as_quat().reshape(2, COUNT, 4)
+WXYZ = [3, 0, 1, 2]
+MATRIX = Rotation.from_quat(TURN[0]).as_matrix()
+VALUES = "xyzw"
+
+
+def head(pattern, axes):
+    return [pattern.format(axis) for axis in axes]
+
+
+def table(*columns):
+    return [list(row) for row in zip(*(column.T for column in columns), strict=True)]
+
+
+def rows_of(*parts):
+    return np.column_stack(parts).tolist()
+
+
+def wall(form):
+    moments = np.datetime64("2016-07-19T11:21:37.500") + np.round(TIME * 1000).astype("timedelta64[ms]")
+    return [f"{moment:%m/%d/%Y %H:%M:%S}:{moment.microsecond // 1000:03d}" if form else f"{np.datetime64(moment)}Z"
+            for moment in moments.astype("datetime64[us]").tolist()]  # fmt: skip
+
+
+G, H = [PLACE[0], TURN[0]], [PLACE[1], TURN[1]]
+CASES = {
+    "words before the axis": (
+        ["Time", *head("Glass_{}", "XYZ"), *head("Glass_Q{}", "XYZW"), *head("Hand_{}", "XYZ"),
+         *head("Hand_Q{}", "XYZW"), "Score"],
+        rows_of(TIME, *G, *H, TIME), ",", ("Glass", "Hand"), TIME, "convention",
+    ),
+    "one body": (
+        ["frame", "timestamp_ms", *head("pos_{}", "xyz"), *head("rot_{}", VALUES)],
+        rows_of(np.arange(COUNT), 1000 * TIME, *G), ",", ("log",), TIME, "convention",
+    ),
+    "tx and qx": (["t", *head("t{}", "xyz"), *head("q{}", VALUES)], rows_of(TIME, *G), ",", ("log",), TIME, ""),
+    "EuRoC": (
+        ["#timestamp [ns]", *head("p_RS_R_{} [m]", "xyz"), *head("q_RS_{} []", "wxyz"), *head("v_R_{} [m/s]", "xyz")],
+        [[1403636580838555648 + round(1e9 * TIME[k]), *PLACE[0][k], *TURN[0][k][WXYZ], *PLACE[1][k]]
+         for k in range(COUNT)],
+        ",", ("log",), TIME, "convention",
+    ),
+    "TUM": (["# timestamp tx ty tz qx qy qz qw"], rows_of(1.5e9 + TIME, *G), " ", ("log",), TIME, "convention"),
+    "KITTI": (
+        [], rows_of(np.concatenate([MATRIX, PLACE[0][:, :, None]], axis=2).reshape(COUNT, 12)), " ", ("log",), TIME,
+        "rate_hz",
+    ),
+    "SteamVR, long, German": (
+        ["time", "device", *"xyz", *head("q{}", "wxyz")],
+        [[t, name, *PLACE[body][row], *TURN[body][row][WXYZ]]
+         for row, t in enumerate(TIME) for body, name in enumerate(("hmd", "lhand"))],
+        ";", ("hmd", "lhand"), TIME, "convention",
+    ),
+    "Unity": (
+        ["Timestamp", *head("RightHand.position.{}", "xyz"), *head("RightHand.rotation.{}", VALUES)],
+        [[stamp, *row] for stamp, row in zip(wall("%"), rows_of(*G), strict=True)], ",", ("RightHand",),
+        np.round(TIME, 3), "convention",
+    ),
+    "ISO 8601": (
+        ["datetime", *head("p{}", "xyz"), *head("q{}", VALUES)],
+        [[stamp, *row] for stamp, row in zip(wall(""), rows_of(*G), strict=True)], ",", ("log",), np.round(TIME, 3), "",
+    ),
+    "before 0, in mm": (
+        ["t (s)", *head("Cup pos {} (mm)", "xyz"), *head("Cup rot {}", VALUES)],
+        rows_of(TIME - 0.25, 1000 * PLACE[0], TURN[0]), ",", ("Cup",), TIME, "convention",
+    ),
+}  # fmt: skip
+"""Kind of log -> its header, rows and delimiter; the bodies, their seconds, and a word of what is unknown."""
+
+
+def written(folder, case):
+    header, rows, delimiter, *_ = case
+    lines = [delimiter.join(header)] if header else []
+    for row in rows:
+        cells = [cell if isinstance(cell, str | int) else f"{cell:.12f}" for cell in row]
+        lines.append(delimiter.join(str(cell).replace(".", ",") if delimiter == ";" else str(cell) for cell in cells))
+    path = folder / "log.csv"
+    path.write_text("\n".join([*lines, ""]))
+    return path
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_a_draft_that_is_completed_gives_the_poses_that_were_written(tmp_path, capsys, kind):
+    case = CASES[kind]
+    path, out, draft = written(tmp_path, case), tmp_path / "s.mcap", tmp_path / "log.columns.toml"
+    assert main(["import", "csv", str(path), "-o", str(out)]) == 1
+    said = " ".join(capsys.readouterr().err.split())
+    assert case[5] in said and "--mapping" in said and str(draft) in said and not out.exists()
+    text = draft.read_text().replace('# convention = "unity"', 'convention = "openvr"').replace("# rate_hz", "rate_hz")
+    draft.write_text(text)
+    assert main(["import", "csv", str(path), "--mapping", str(draft), "-o", str(out)]) == 0, capsys.readouterr().err
+    session = read_session(out)
+    assert session.names == case[3]
+    for body, name in enumerate(case[3]):
+        track = session.tracks[name]
+        assert track.valid.all() and np.allclose(track.positions, PLACE[body], atol=1e-9)
+        assert np.allclose(np.abs((track.quaternions_xyzw * TURN[body]).sum(axis=1)), 1.0, atol=1e-9)
+        assert np.allclose((track.times_ns - track.times_ns[0]) / 1e9, case[4] - case[4][0], atol=2e-6)
+
+
+def test_a_draft_is_never_written_over_and_what_is_unknown_is_a_comment(tmp_path, capsys):
+    path = written(tmp_path, (["t", *"xyz", "yaw", "pitch", "roll"], rows_of(TIME, PLACE[0], PLACE[1]), ","))
+    draft = tmp_path / "log.columns.toml"
+    draft.write_text("mine")
+    assert main(["import", "csv", str(path), "-o", str(tmp_path / "s.mcap")]) == 1
+    assert draft.read_text() == "mine" and "is there already" in capsys.readouterr().err
+    with pytest.raises(UnknownColumnsError) as refusal:
+        import_session("csv", path)
+    assert {"# order", "# units", "# convention"} <= {line.split(" =")[0] for line in refusal.value.draft.splitlines()}
+
+
+STAMPS = {
+    "a cell that is no date": (["2016-07-19T11:21:37", "yesterday"], 'unit = "text"', r"line 3.*'yesterday'.*ISO 8601"),
+    "another format": (["07/19/2016"] * 2, 'unit = "text"\nformat = "%d.%m.%Y"', r"line 2.*'07/19/2016'.*%d\.%m\.%Y"),
+    "before 0": (["-0.5", "1"], 'unit = "s"', r"line 2, column 't': -0\.5 is before 0; .*offset = 0\.5"),
+}
+
+
+@pytest.mark.parametrize("kind", STAMPS)
+def test_a_stamp_that_cannot_be_is_named_by_file_and_line(tmp_path, kind):
+    stamps, clock, words = STAMPS[kind]
+    log, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
+    log.write_text("\n".join(["t,x,y,z,a,b,c,d", *(f"{stamp},0,0,0,0,0,0,1" for stamp in stamps), ""]))
+    mapping.write_text(
+        f'convention = "unity"\n[time]\ncolumn = "t"\n{clock}\n[bodies.cup]\n'
+        'position = ["x", "y", "z"]\nquaternion_xyzw = ["a", "b", "c", "d"]\n'
+    )
+    with pytest.raises(ImportFileError, match=words) as refusal:
+        import_session("csv", log, mapping=mapping)
+    assert "log.csv" in str(refusal.value)
+
+
+def test_stamps_before_0_are_moved_by_the_offset_of_the_mapping(tmp_path):
+    log, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
+    log.write_text("t,x,y,z,a,b,c,d\n-500,0,0,0,0,0,0,1\n1500,0,0,0,0,0,0,1\n")
+    mapping.write_text(
+        'convention = "unity"\n[time]\ncolumn = "t"\nunit = "ms"\noffset = 600\n[bodies.cup]\n'
+        'position = ["x", "y", "z"]\nquaternion_xyzw = ["a", "b", "c", "d"]\n'
+    )
+    assert import_session("csv", log, mapping=mapping).tracks["cup"].times_ns.tolist() == [100_000_000, 2_100_000_000]
+
+
+def test_all_faults_of_a_mapping_and_all_columns_that_are_missing_are_named_at_once(tmp_path):
+    log, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
+    log.write_text("t,x,y\n0,1,2\n")
+    mapping.write_text('units = "feet"\n[time]\ncolumn = "t"\nunit = "h"\n[bodies.cup]\npositon = ["x"]\n')
+    with pytest.raises(ImportFileError) as refusal:
+        import_session("csv", log, mapping=mapping)
+    assert [
+        word for word in ("'feet'", "unit is 'h'", "'positon'", "quaternion_xyzw") if word not in str(refusal.value)
+    ] == []
+    mapping.write_text(
+        'convention = "unity"\n[time]\ncolumn = "time"\nunit = "s"\n[bodies.cup]\n'
+        'position = ["x", "y", "z"]\nquaternion_xyzw = ["a", "b", "c", "d"]\n'
+    )
+    with pytest.raises(ImportFileError, match="no columns 'time', 'z', 'a', 'b', 'c', 'd'; there are: t, x, y"):
+        import_session("csv", log, mapping=mapping)
