@@ -3,23 +3,28 @@
 Raised are PlanErrors of the table concerned, with the nearest name: at the plan already, not in the run.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+import numpy as np
+
 from replay.effects.contents import WATER, Contents, contents_of_scene
 from replay.effects.declaring import Declaration
-from replay.effects.models.acid_base import AcidBase
 from replay.effects.models.equation import COMMON, Equation, equation_of
-from replay.effects.models.history import NEUTRALISATION, Process
-from replay.effects.models.ledger import BROUGHT, SOLID, Ledger
-from replay.effects.models.species import GASES, IONS, SOLIDS
+from replay.effects.models.history import Process, Warmth
+from replay.effects.models.ledger import BROUGHT, Ledger
+from replay.effects.models.speciation import GAS, PROTON, SOLID, Speciation, enthalpy_j, speciation_of
+from replay.effects.models.species import GASES, HENRY, HYDROLYSIS, IONS, KSP, PKA, PKW, SOLIDS, Chemistry
 from replay.effects.vessels import check_vessels, vessel_names
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
 
 WATCHED: Final = (("colour", "in"), ("gas", "from"))
 """Kinds that look at one vessel, and the field that names it."""
+
+SAME_PKA: Final = 0.5
+"""Handbooks differ by less in the pKa of one acid; what is further from the table's is a slip."""
 
 Tables = Mapping[str, tuple[Declaration, ...]]
 
@@ -30,14 +35,9 @@ class Reaction:
 
     declared: Declaration
     equation: Equation
-    chemistry: AcidBase
-    process: int  # its place among the ledger's processes; -1: it only takes or gives protons
-    per: float  # mol of the process in one mol of the equation
-
-    @property
-    def acid_base(self) -> bool:
-        """Whether it has an acid or a base, so that a pH is asked for."""
-        return any(self.chemistry.is_acid(one) or self.chemistry.is_base(one) for one in self.equation.reagents)
+    phases: Mapping[str, str]  # formula -> ``s`` or ``g``; the others are dissolved
+    process: int  # its place among the ledger's processes; -1: it is at equilibrium, by constants
+    asks_ph: bool  # it has an acid, a base, or a metal ion that water takes apart
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,14 +47,18 @@ class Recipe:
     reactions: tuple[Reaction, ...]
     processes: tuple[Process, ...]
     contents: Mapping[str, Contents]  # vessel -> what is in it at first
-    chemistry: AcidBase  # all acids and bases of all tables
+    chemistry: Chemistry  # all acids and bases of all tables
+    speciation: Speciation | None  # ``None``: nothing reacts
 
-    def ledger(self, along: float) -> Ledger:
+    def ledger(self, along: float, warmth: Warmth | None) -> Ledger:
         """A ledger with everything in its vessels."""
         fills = {name: (one.volume_ml, self._columns(one)) for name, one in self.contents.items()}
         columns = {column: None for _, there in fills.values() for column in there}
         columns.update((column, None) for process in self.processes for column in process.changes)
-        made = Ledger(tuple(fills), tuple(columns), self.processes, along)
+        if self.speciation is not None:
+            columns.update((column, None) for one in self.speciation.changes for column in one)
+            columns.update((column, None) for column in self.speciation.mixture.parts)
+        made = Ledger(tuple(fills), tuple(columns), self.processes, self.speciation, along, warmth)
         for name, (volume, there) in fills.items():
             made.fill(name, volume, there)
         return made
@@ -69,7 +73,7 @@ class Recipe:
         return found | {formula + SOLID: amount for formula, amount in contents.solids.items()}
 
 
-def dissolved(chemistry: AcidBase, formula: str) -> Mapping[str, int]:
+def dissolved(chemistry: Chemistry, formula: str) -> Mapping[str, int]:
     """Parts of a formula in solution; one that stays whole is its only part."""
     return chemistry.parts(formula) or {formula: 1}
 
@@ -77,37 +81,134 @@ def dissolved(chemistry: AcidBase, formula: str) -> Mapping[str, int]:
 def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     """Read the tables of reactions, precipitations and gases against what stands in the vessels.
 
-    Raises PlanError: an equation, formula or product that fits nothing.
+    Raises PlanError: an equation, formula or product that fits nothing, or a constant that is missing.
     """
     declared = tables.get("reaction", ())
     equations = [_read(one) for one in declared]
-    acids, bases = (_together(declared, key) for key in ("acids", "bases"))
-    chemistry = AcidBase({k: tuple(map(float, v)) for k, v in acids.items()}, bases)
-    solids = {f for one in contents.values() for f in one.solids}
-    solids |= {one.text("solid") for one in tables.get("precipitation", ())}
+    chemistry = _chemistry(declared)
+    ksp = {one.text("solid"): one.number("ksp") for one in tables.get("precipitation", ()) if one.values["ksp"]}
+    named = {formula for one in contents.values() for formula in one.solids}
+    named |= {one.text("solid") for one in tables.get("precipitation", ())}
     gases = {one.text("gas") for one in tables.get("gas", ())}
-    processes: list[Process] = [NEUTRALISATION] if declared else []
+    phases = [
+        {**dict.fromkeys(SOLIDS | named, "s"), **dict.fromkeys(GASES | gases, "g"), **one.phases} for one in equations
+    ]
+    meant = {
+        (formula, phase[formula])
+        for equation, phase in zip(equations, phases, strict=True)
+        for formula in (*equation.reagents, *equation.products) if phase.get(formula) in ("s", "g")
+    } | {(formula, "s") for formula in named}  # fmt: skip
+    products = {
+        formula: ksp.get(formula, KSP.get(formula, 0.0)) for formula, phase in sorted(meant)
+        if phase == "s" and chemistry.parts(formula) is not None and (formula in ksp or formula in KSP)
+    }  # fmt: skip
+    bubbling = sorted(formula for formula, phase in meant if phase == "g" and formula in HENRY)
+    processes: list[Process] = []
     reactions = []
-    for one, equation in zip(declared, equations, strict=True):
-        phases = {**dict.fromkeys(SOLIDS | solids, "s"), **dict.fromkeys(GASES | gases, "g"), **equation.phases}
-        changes, per = _left_over(_changes(equation, phases, chemistry))
-        rate = one.values["rate_per_s"]
-        product = _product(one, changes, tables)
-        several = (part for part, many in changes.items() if changes.get("H+", 0.0) <= 2.0 * many < 0.0)
-        bound = next((part for part in several if chemistry.pka.get(part)), "")
-        process = Process(one.text("equation"), changes, None if rate is None else float(rate), bound, product)
-        place = next((k for k, known in enumerate(processes) if _same(known, process)), len(processes))
-        if not changes and not any("H+" in dissolved(chemistry, formula) for formula in equation.reagents):
+    for one, equation, phase in zip(declared, equations, phases, strict=True):
+        changes = _changes(equation, phase, chemistry, (*products, *bubbling))
+        happens = changes or any(formula in products for formula in (*equation.reagents, *equation.products))
+        if not happens and not any(_gives_ph(chemistry, formula) for formula in equation.reagents):
             raise one.fail("equation: nothing happens, all of it stays dissolved; mark what falls out with (s)")
+        rate = one.values["rate_per_s"]
+        if rate is not None and not changes:
+            falls = any(formula in products for formula in (*equation.reagents, *equation.products))
+            what = "a solid with a solubility product falls out" if falls else "acids and bases meet"
+            raise one.fail(f"rate_per_s: {what} at once; leave it out")
+        heat = one.values["heat_kj_mol"]
+        joule = enthalpy_j(changes) if heat is None else 1e3 * float(heat)
+        process = Process(one.text("equation"), changes, None if rate is None else float(rate), joule)
+        place = next((k for k, known in enumerate(processes) if known.same(process)), len(processes))
         if changes and place == len(processes):
             processes.append(process)
-        # Protons meet hydroxide at once, and what has a solubility product falls out at once.
-        if rate is not None and (changes == NEUTRALISATION.changes or not changes or product is not None):
-            what = "acids and bases meet" if product is None else "a solid of an effect precipitation falls out"
-            raise one.fail(f"rate_per_s: {what} at once; leave it out")
-        own = AcidBase(chemistry.acids, chemistry.bases, one.number("pkw"))
-        reactions.append(Reaction(one, equation, own, place if changes else -1, per))
-    return Recipe(tuple(reactions), tuple(processes), contents, chemistry)
+        asks = any(_gives_ph(chemistry, formula) for formula in equation.reagents)
+        reactions.append(Reaction(one, equation, phase, place if changes else -1, asks))
+    speciation = None
+    if declared or products:
+        columns = {
+            part for one in contents.values() for formula in one.amounts for part in dissolved(chemistry, formula)
+        }
+        columns |= {column for process in processes for column in process.changes if not column.endswith((SOLID, GAS))}
+        columns |= {part for formula in products for part in dissolved(chemistry, formula)}
+        columns |= {HENRY[formula][0] for formula in bubbling}
+        speciation = speciation_of(chemistry, sorted(columns), products, bubbling, open_air=_open_air(tables))
+        speciation = _told_heats(reactions, chemistry, speciation)
+    return Recipe(tuple(reactions), tuple(processes), contents, chemistry, speciation)
+
+
+def _chemistry(declared: Sequence[Declaration]) -> Chemistry:
+    acids, bases = (_together(declared, key) for key in ("acids", "bases"))
+    pkw = [(one.number("pkw"), one) for one in declared if one.values["pkw"] is not None]
+    for value, one in pkw:
+        if value != pkw[0][0]:
+            raise one.fail(f"pkw is {value:g} and another table says {pkw[0][0]:g}; give it once")
+    known = Chemistry()
+    for one in declared:
+        for key, told in (("acids", acids), ("bases", bases)):
+            for formula in one.mapping(key):
+                _check_pka(one, key, formula, told[formula], known)
+    return Chemistry({k: tuple(map(float, v)) for k, v in acids.items()}, bases, pkw[0][0] if pkw else PKW)
+
+
+def _check_pka(one: Declaration, key: str, formula: str, told: Any, known: Chemistry) -> None:
+    """Raises PlanError: the tables know this acid or base otherwise."""
+    parts = known.parts(formula) or {}
+    mine = sorted(told) if key == "acids" else [told]
+    takers = [part for part in parts if part in known.pka]
+    steps = [pka for part in takers for pka in known.pka[part]]
+    if not takers or (key == "acids" and not mine) or "OH-" in parts:
+        return
+    if key == "bases":
+        steps = steps[-1:]
+    strong = any(not PKA.get(part, (0.0,)) for part in takers) and "H+" in parts
+    if (strong and key == "acids") or (
+        len(steps) == len(mine) and any(abs(a - b) > SAME_PKA for a, b in zip(steps, mine, strict=True) if a > 0.0)
+    ):
+        table = "strong" if strong else ", ".join(f"{pka:g}" for pka in steps)
+        raise one.fail(f"{key}.{formula} is {told!r} and the handbook says {table}; correct it or leave it out")
+
+
+def _open_air(tables: Tables) -> bool:
+    told = {one.text("air"): one for one in tables.get("mixing", ())}
+    if len(told) > 1:
+        raise told["open"].fail("air is 'open' and another table says 'closed'; all vessels stand in one air")
+    return "open" in told
+
+
+def _gives_ph(chemistry: Chemistry, formula: str) -> bool:
+    parts = chemistry.parts(formula) or {}
+    return bool(parts.get(PROTON)) or chemistry.is_base(formula) or any(part in HYDROLYSIS for part in parts)
+
+
+def _told_heats(reactions: Sequence[Reaction], chemistry: Chemistry, speciation: Speciation) -> Speciation:
+    """Enthalpies that no table knows, from equations whose heat the scene declares and that have one unknown."""
+    species, phases = speciation.species_j_mol.copy(), speciation.phases_j_mol.copy()
+    places = {name: k for k, name in enumerate(speciation.mixture.phases)}
+    for one in reactions:
+        heat = one.declared.values["heat_kj_mol"]
+        if heat is None or one.process >= 0:
+            continue
+        terms: dict[tuple[int, int], float] = {}
+        for sign, side in ((-1.0, one.equation.reagents), (1.0, one.equation.products)):
+            for formula, many in side.items():
+                column = formula + f"({one.phases.get(formula, '')})"
+                forms = speciation.form(chemistry, formula) if column not in places else None
+                rows = [(1, places[column], 1.0)] if forms is None and column in places else [
+                    (0, row, often) for row, often in (forms or {}).items()
+                ]  # fmt: skip
+                for kind, row, often in rows:
+                    terms[kind, row] = terms.get((kind, row), 0.0) + sign * many * often
+        tables = (species, phases)
+        unknown = [key for key, many in terms.items() if many and np.isnan(tables[key[0]][key[1]])]
+        known = sum(many * tables[kind][row] for (kind, row), many in terms.items() if (kind, row) not in unknown)
+        if len(unknown) != 1:
+            raise one.declared.fail(
+                "heat_kj_mol: the enthalpies of formation of all its formulas are known; leave it out" if not unknown
+                else "heat_kj_mol: more than one of its formulas has no enthalpy; declare one equation for each"
+            )  # fmt: skip
+        kind, row = unknown[0]
+        tables[kind][row] = (1e3 * float(heat) - known) / terms[kind, row]
+    return Speciation(speciation.mixture, speciation.changes, speciation.forms, species, phases)
 
 
 def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
@@ -117,11 +218,12 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
     recipe = recipe_of(tables, contents)
     equations = [one.equation for one in recipe.reactions]
     for one in recipe.reactions:
-        _check_brought(one, equations, contents)
-    _check_made(tables, equations)
+        _check_brought(one, recipe.chemistry, equations, contents)
+    _check_made(tables, equations, solids_of(recipe))
     _check_known(recipe)
+    _check_decided(recipe)
     for declared in tables.get("colour", ()):
-        if not any(one.acid_base for one in recipe.reactions):
+        if not any(one.asks_ph for one in recipe.reactions):
             raise declared.fail(f"no reaction of an acid or base gives {declared.body('in')!r} a pH; declare one")
     followed = vessel_names(tables)
     for declared, key in [(one, key) for kind, key in WATCHED for one in tables.get(kind, ())]:
@@ -129,8 +231,34 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
             words = f"{key}: nothing is mixed in {declared.body(key)!r}; name it in an effect mixing, pour or burette"
             raise declared.fail(words + nearest(declared.body(key), followed))
     for declared in tables.get("heat", ()):
-        if declared.text("solute"):
-            _check_diluted(declared, contents)
+        if declared.text("of") != "flame":
+            _check_heat(declared, recipe)
+
+
+def _check_heat(declared: Declaration, recipe: Recipe) -> None:
+    """Raises PlanError: a heat of what does not happen, or whose constants are missing."""
+    if declared.text("solute"):
+        _check_diluted(declared, recipe.contents)
+    if declared.text("of") != "neutralisation":
+        return
+    if not recipe.reactions:
+        raise declared.fail("of: no effect reaction says what gives the heat; declare one")
+    for one in recipe.reactions:
+        if one.process >= 0 and np.isnan(recipe.processes[one.process].joule):
+            raise one.declared.fail(
+                "heat_kj_mol is missing: no table knows the enthalpies of formation of its formulas"
+            )
+    speciation = recipe.speciation
+    assert speciation is not None
+    for names, told in (
+        (speciation.mixture.species, speciation.species_j_mol), (speciation.mixture.phases, speciation.phases_j_mol),
+    ):  # fmt: skip
+        for name, joule in zip(names, told.tolist(), strict=True):
+            if np.isnan(joule):
+                raise declared.fail(
+                    f"of: no table knows the enthalpies of {name!r} and of what it makes; give heat_kj_mol, kJ for one "
+                    "mol of the equation as it is written, to a reaction with it"
+                )
 
 
 def _check_diluted(declared: Declaration, contents: Mapping[str, Contents]) -> None:
@@ -162,57 +290,50 @@ def _read(declared: Declaration) -> Equation:
         raise declared.fail(f"equation: {error}") from error
 
 
-def _changes(equation: Equation, phases: Mapping[str, str], chemistry: AcidBase) -> dict[str, float]:
-    """Column -> what one mol of reaction makes; ions that only look on cancel."""
+def _changes(
+    equation: Equation, phases: Mapping[str, str], chemistry: Chemistry, equilibrated: Sequence[str]
+) -> dict[str, float]:
+    """Column -> what one mol of reaction makes beyond what is at equilibrium anyway; ions that only look on cancel."""
     found: dict[str, float] = {}
     for sign, side in ((-1.0, equation.reagents), (1.0, equation.products)):
         for formula, coefficient in side.items():
             phase = phases.get(formula, "")
-            parts = {formula + f"({phase})": 1} if phase in ("s", "g") else dissolved(chemistry, formula)
+            if phase == "g" and formula in equilibrated:
+                part, protons, _ = HENRY[formula]
+                parts: Mapping[str, int] = {part: 1, PROTON: protons, **({WATER: -1} if part != formula else {})}
+            elif phase in ("s", "g") and formula not in equilibrated:
+                parts = {formula + f"({phase})": 1}
+            else:
+                parts = dissolved(chemistry, formula)
             for part, many in parts.items():
                 found[part] = found.get(part, 0.0) + sign * coefficient * many
     return {part: many for part, many in found.items() if many != 0.0}
 
 
-def _left_over(changes: dict[str, float]) -> tuple[dict[str, float], float]:
-    """What an equation does beside neutralisation, which happens anyway; where that is all, neutralisation so often."""
-    often = min(-changes.get(part, 0.0) for part in ("H+", "OH-"))
-    if often <= 0.0:
-        return changes, 1.0
-    anyway = NEUTRALISATION.changes
-    rest = {part: changes.get(part, 0.0) - often * anyway.get(part, 0.0) for part in {**changes, **anyway}}
-    rest = {part: many for part, many in rest.items() if many != 0.0}
-    return (rest, 1.0) if rest else (dict(anyway), often)
-
-
-def _same(known: Process, new: Process) -> bool:
-    return known.changes == new.changes and (known.rate, known.product) == (new.rate, new.product)
-
-
-def _product(declared: Declaration, changes: Mapping[str, float], tables: Tables) -> float | None:
-    """Solubility product of the solid that a process makes, where an effect precipitation declares it."""
-    for one in tables.get("precipitation", ()):
-        made = changes.get(one.text("solid") + SOLID, 0.0)
-        if made > 0.0:
-            for ion, many in changes.items():
-                if many < 0.0 and many / made != round(many / made):
-                    raise declared.fail(
-                        f"equation: {-many:g} {ion} for {made:g} {one.text('solid')} is no whole number of ions; "
-                        f"write {ion} with the ions it brings"
-                    )
-            return one.number("ksp")
-    return None
-
-
-def _check_brought(one: Reaction, equations: list[Equation], contents: Mapping[str, Contents]) -> None:
-    """Every reagent stands in a vessel, under this formula or as one of its ions, or another equation makes it."""
-    declared, equation, chemistry = one.declared, one.equation, one.chemistry
+def _check_brought(
+    one: Reaction, chemistry: Chemistry, equations: list[Equation], contents: Mapping[str, Contents]
+) -> None:
+    """Every reagent stands in a vessel, under this formula or as some of its ions, or another equation makes it."""
+    declared, equation = one.declared, one.equation
     there = {formula for held in contents.values() for formula in (*held.amounts, *held.solids)} | {WATER}
     there |= {formula for other in equations if other is not equation for formula in other.products}
     parts = [dict(dissolved(chemistry, formula)) for formula in there]
-    ions = {part for held in parts for part in held}
+    # A base brings protons below nothing, and water that it takes apart gives both.
+    ions = {(part, many > 0) for held in parts for part, many in held.items()}
+    basic = any(chemistry.is_base(formula) for formula in there)
+
+    def brought(formula: str) -> bool:
+        mine = dict(dissolved(chemistry, formula))
+        if formula in there or mine in parts:
+            return True
+        if charged(formula):
+            return all(
+                (part, many > 0) in ions or part == WATER or (part == PROTON and basic) for part, many in mine.items()
+            )
+        return False
+
     for formula in equation.reagents:
-        if formula not in there | ions and dict(dissolved(chemistry, formula)) not in parts:
+        if not brought(formula):
             raise declared.fail(f"equation: nobody brings {formula!r}{nearest(formula, there - {WATER})}")
     known = there | set(equation.reagents) | set(equation.products)
     for key in ("acids", "bases"):
@@ -221,17 +342,56 @@ def _check_brought(one: Reaction, equations: list[Equation], contents: Mapping[s
                 raise declared.fail(f"{key}: nobody brings {formula!r}{nearest(formula, known - {WATER})}")
 
 
-def _check_made(tables: Tables, equations: list[Equation]) -> None:
+def solids_of(recipe: Recipe) -> set[str]:
+    """Formulas of the solids at equilibrium."""
+    phases = () if recipe.speciation is None else recipe.speciation.mixture.phases
+    return {name.removesuffix(SOLID) for name in phases}
+
+
+def charged(formula: str) -> bool:
+    """Whether a formula is that of an ion."""
+    return formula.endswith(("+", "-"))
+
+
+def _check_made(tables: Tables, equations: list[Equation], products: Collection[str]) -> None:
     made = {formula for one in equations for formula in one.products}
+    made |= {formula for one in equations for formula in one.reagents if formula in products}
     for kind, key in (("precipitation", "solid"), ("gas", "gas")):
         for one in tables.get(kind, ()):
+            if key == "solid" and one.text(key) not in products:
+                raise one.fail(f"ksp is missing: no table knows {one.text(key)!r}, or which ions it is of")
             if one.text(key) not in made:
                 raise one.fail(f"{key}: no reaction makes {one.text(key)!r}{nearest(one.text(key), made)}")
 
 
+def _check_decided(recipe: Recipe) -> None:
+    """Raises PlanError: equations without a constant that want the same, so that their order would decide."""
+    at_once = [(one, recipe.processes[one.process]) for one in recipe.reactions if one.process >= 0]
+    at_once = [(one, process) for one, process in at_once if process.rate is None]
+    phases = () if recipe.speciation is None else recipe.speciation.changes
+    for place, (one, process) in enumerate(at_once):
+        used = {column for column, many in process.changes.items() if many < 0.0 and column != WATER}
+        solid = next((column for column, many in process.changes.items() if column.endswith(SOLID) and many > 0.0), "")
+        missing = f"the ksp of {solid.removesuffix(SOLID)!r} is" if solid else "rate_per_s is"
+        for _, other in at_once[:place]:
+            shared = sorted(used & {column for column, many in other.changes.items() if many < 0.0 and column != WATER})
+            if shared and other is not process:
+                raise one.declared.fail(
+                    f"{missing} missing: {other.text!r} wants {shared[0]} too, and nothing says which gets it"
+                )
+        for changes in phases:
+            shared = sorted(used & {column for column, many in changes.items() if many < 0.0})
+            if shared:
+                name = next(column for column in changes if column.endswith((SOLID, GAS)))
+                raise one.declared.fail(
+                    f"{missing} missing: {name.removesuffix(SOLID).removesuffix(GAS)!r} wants {shared[0]} too, and "
+                    "nothing says which gets it"
+                )
+
+
 def _check_known(recipe: Recipe) -> None:
     """Where a pH is asked for, every dissolved formula has its part in it."""
-    asking, chemistry = [one for one in recipe.reactions if one.acid_base], recipe.chemistry
+    asking, chemistry = [one for one in recipe.reactions if one.asks_ph], recipe.chemistry
     for name, held in recipe.contents.items() if asking else ():
         for formula in held.amounts:
             if not chemistry.known(formula):

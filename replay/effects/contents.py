@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
-from replay.effects.models.equation import COMMON, atoms, ion_of
-from replay.effects.models.species import IONS
+from replay.effects.models.equation import COMMON, atoms, ion_of, molar_mass
+from replay.effects.models.species import IONS, MOST_MOLAR
 from replay.effects.vessels import Vessel
 from replay.errors import EffectError, PlanError
 from sessions.model.scene import Scene
@@ -13,6 +13,9 @@ from sessions.model.scene import Scene
 WATER: Final = "H2O"
 WATER_MOLAR: Final = 55.41
 """mol/L of pure water at 20 degC: 998.2 g/L over 18.015 g/mol. Source: CRC Handbook (density), IUPAC 2021 (weights)."""
+
+MOST_G_L: Final = 2500.0
+"""Of a solute in a litre: more than any common salt dissolves to (zinc iodide and caesium formate come near)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,19 +51,28 @@ def contents_of(vessel: Vessel) -> Contents:
     liquid, litres = vessel.contents("liquid"), vessel.volume_ml * 1e-3
     amounts: dict[str, float] = {}
     solutes = _solutes(vessel, liquid)
-    for formula, molar in solutes.items():
-        amounts[_formula(vessel, formula)] = litres * molar
+    for text, molar in solutes.items():
+        formula = _formula(vessel, text)
+        if formula in amounts:
+            raise vessel.fail(f"holds {formula!r} twice; give one concentration")
+        _check_molar(vessel, formula, molar)
+        amounts[formula] = litres * molar
     if "water_molar" in liquid:
         amounts[WATER] = litres * vessel.amount("liquid", "water_molar")
     elif not solutes:
         amounts[WATER] = litres * WATER_MOLAR
     solids: dict[str, float] = {}
     if vessel.contents("solid"):
-        mass, weight = (vessel.amount("solid", key) for key in ("mass_g", "molar_mass"))
-        if weight <= 0.0:
-            raise vessel.fail("has solid.molar_mass = 0; give it in g/mol")
-        solids[_formula(vessel, str(vessel.contents("solid").get("formula")))] = mass / weight
+        formula = _formula(vessel, str(vessel.contents("solid").get("formula")))
+        solids[formula] = vessel.amount("solid", "mass_g") / molar_mass(formula)
     return Contents(vessel.volume_ml, amounts, solids)
+
+
+def _check_molar(vessel: Vessel, formula: str, molar: float) -> None:
+    """Raises EffectError: no solution is so strong."""
+    most = MOST_MOLAR.get(formula, MOST_G_L / molar_mass(formula))
+    if molar > most:
+        raise vessel.fail(f"holds {molar:g} mol/L of {formula!r}; the strongest solution of it has {most:.3g}")
 
 
 def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
@@ -72,6 +84,8 @@ def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:
     solute = liquid.get("solute", "")
     if not isinstance(solute, str) or (liquid.get("molar") and not solute):
         raise vessel.fail(f"has liquid.solute = {solute!r}; give the formula of what liquid.molar is of")
+    if solute in solutes:
+        raise vessel.fail(f"holds {solute!r} twice; give one concentration")
     if solute:
         solutes[solute] = vessel.amount("liquid", "molar")
     return solutes

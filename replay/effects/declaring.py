@@ -222,8 +222,8 @@ BODY_KEYS: Final[Mapping[str, Any]] = {
     ),
     "properties": {
         "liquid": dict.fromkeys(("volume_ml", "solute", "molar", "water_molar", "solutes"), ""),
-        "solid": dict.fromkeys(("formula", "mass_g", "molar_mass", "density_g_ml"), ""),
-        "heat_capacity_j_per_k": "",
+        "solid": dict.fromkeys(("formula", "mass_g", "density_g_ml"), ""),
+        "heat_capacity_j_per_k": "", "temperature_c": "",
     },
 }  # fmt: skip
 """Key -> the keys of the table it is, or ``""`` where it is none. Nothing else is read by any effect."""

@@ -6,7 +6,7 @@ from replay.effects.declaring import Declaration, body, number, text, vector
 from replay.effects.inputs import EffectInputs
 from replay.effects.matter import matter_of
 from replay.effects.models.gas_laws import gas_ml_per_mol, vapour_pressure_pa
-from replay.effects.models.ledger import GAS
+from replay.effects.models.speciation import GAS
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import BoolArray, Span, spans_of

@@ -7,7 +7,7 @@ import numpy as np
 
 from replay.effects.declaring import Declaration, body, number, text, vector
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.warming import warmed
+from replay.effects.models.warming import WATER_BOILS_C, warmed
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec, Need
 from replay.effects.spans import BoolArray, Span, steadied
@@ -20,7 +20,6 @@ SOLID_G_ML: Final = 2.0
 """Of a solid whose density nobody states, for the picture only: most salts have 1.7 to 2.5."""
 
 CAPACITY: Final = "heat_capacity_j_per_ml_k"
-WATER_BOILS_C: Final = 100.0
 
 
 def heated(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
@@ -119,6 +118,9 @@ WANTED = {
 }
 """Fields that each kind of heat cannot do without."""
 
+DILUTED: Final = ("solute", "heat_j_mol", "half_water")
+"""Fields of a dilution, which a neutralisation may have besides, all or none."""
+
 TURN: Final = ("turns_c", "from_colour", "to_colour")
 """Fields of what turns, all or none."""
 
@@ -157,8 +159,11 @@ def _check(declared: Declaration, scene: Scene) -> None:
     for key in WANTED[kind]:
         if declared.values[key] is None:
             raise declared.fail(f"{key} is missing: heat of a {kind} needs {', '.join(WANTED[kind])}")
+    given = [key for key in DILUTED if declared.values[key] is not None]
+    if kind == "neutralisation" and given and len(given) < len(DILUTED):
+        raise declared.fail(f"{given[0]} is given: heat of a dilution needs {', '.join(DILUTED)}")
     for other in set(WANTED) - {kind}:
-        for key in set(WANTED[other]) - set(WANTED[kind]):
+        for key in set(WANTED[other]) - set(WANTED[kind]) - set(DILUTED if kind == "neutralisation" else ()):
             if declared.values[key] is not None:
                 raise declared.fail(f"{key} belongs to heat of a {other}, and this is of a {kind}; leave it out")
     heats = scene.body(declared.body("heats")) or SceneBody(declared.body("heats"))
@@ -201,7 +206,7 @@ SPEC = EffectSpec(
     trigger="the body over the flame and the time after, or liquid that is mixed and the time after",
     sources=(
         "m c dT/dt = P - k (T - Ta), closed form from frame to frame; constants: the scene's author",
-        "heat of neutralisation 55.84 kJ per mol of water formed: NBS tables, 25 degC",
+        "heat of reaction: enthalpies of formation of the NBS tables, 1982, 25 degC, or as declared",
         "heat of dilution a n / (n + b) per mol of acid in n mol of water (form of J. Thomsen); constants the author's",
         "acid into water: a more concentrated acid is poured into a weaker one, never the other way round",
     ),

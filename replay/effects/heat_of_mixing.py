@@ -1,105 +1,77 @@
-"""The heat of liquids that come together: of dilution and neutralisation, from the ledger; the wrong order is named."""
-
-from collections.abc import Mapping
-from typing import Final
+"""The heat of liquids that come together, from the ledger: of dilution and reaction; the wrong order is named."""
 
 import numpy as np
 
-from replay.effects.contents import WATER
 from replay.effects.declaring import Declaration
-from replay.effects.heat import CAPACITY, boils, note_temperature
+from replay.effects.heat import boils, note_temperature
 from replay.effects.inputs import EffectInputs
-from replay.effects.matter import matter_of
-from replay.effects.models.history import NEUTRALISATION, Load
+from replay.effects.matter import Matter, matter_of
+from replay.effects.models.history import Load
 from replay.effects.models.ledger import BROUGHT
 from replay.effects.models.outflow import Stream, flows
-from replay.effects.models.warming import cooled, heat_given_off
+from replay.effects.models.reacting import HEAT
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectEvent, Findings, FloatArray, LaneSpan, Series, vector_of
 
 LEAST_ML = 0.05
 """What is less in one go, about a drop, is no mistake of order; chosen by us."""
 
-NEUTRALISATION_J_MOL: Final = 55.84e3
-"""Of H+ + OH- -> H2O at 25 degC: 285.83 - 229.99 kJ/mol. Source: Wagman et al., NBS tables, 1982."""
+BOILING = 1e-9
+"""Kelvin below the boiling point that are none."""
+
+LEAST_KELVIN = 0.05
+"""A vessel whose temperature changes by less tells no result; a school's thermometer shows 0.1."""
 
 
 def mixed(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
-    """Find events ``wrong-order`` and ``boil``, and the temperature of every vessel from its first change on."""
+    """Find events ``warmest``, ``coldest``, ``wrong-order`` and ``boil``, and the temperature of every vessel."""
     matter = matter_of(inputs)
-    warmth = {name: _Warmth(declared, vessel.volume_ml) for name, vessel in matter.vessels.items()}
-    told = [declared.text("solute") + BROUGHT, WATER]
-    places = [matter.ledger.column.get(name, -1) for name in told]
-    for load in matter.ledger.loads:
-        _receive(declared, warmth, load, places, NEUTRALISATION in matter.ledger.processes)
+    place = matter.ledger.column.get(declared.text("solute") + BROUGHT, -1)
     inputs.count("mixtures heated", len(matter.ledger.loads))
-    if places[0] >= 0:
-        for event in _wrong_orders(inputs, declared, [one for one in matter.ledger.loads if one.target], places[0]):
+    if declared.text("solute") and place >= 0:
+        for event in _wrong_orders(inputs, declared, [one for one in matter.ledger.loads if one.target], place):
             found.events.append(event)
             found.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
-    for name, warm in warmth.items():
-        if warm.rows:
-            first = warm.rows[0][0]
-            found.ran[first:] = True
-            times = inputs.times[first:]
-            note_temperature(declared, found, name, Series(times, warm.over(times), "degC"))
+    for name, history in matter.histories.items():
+        moved = np.flatnonzero(history.times > history.times[0])
+        changed = moved[np.diff(history.volume_ml[np.append(moved[:1] - 1, moved)]) != 0.0] if len(moved) else moved
+        kelvin = matter.amount(name, HEAT)
+        if not len(changed) and not kelvin.any():
+            continue
+        first = int(history.frames[changed[0]]) if len(changed) else 0
+        found.ran[first:] = True
+        shown = np.arange(len(inputs)) >= max(0, first - 1)
+        shown[:1] = True
+        times = inputs.times[shown]
+        celsius = _celsius(declared, matter, name, times)
+        note_temperature(declared, found, name, Series(times, celsius, "degC"))
+        found.events += _extremes(name, times, celsius)
 
 
-class _Warmth:
-    """One vessel: how warm it was when something last changed, and a row of each change: frame, time, degC, mL."""
-
-    def __init__(self, declared: Declaration, volume_ml: float) -> None:
-        self.declared, self.volume_ml = declared, volume_ml
-        self.celsius, self.time = declared.number("ambient_c"), 0.0
-        self.rows: list[tuple[int, float, float, float]] = []
-
-    def at(self, time: float) -> float:
-        """Temperature by then; an empty vessel has that of the room."""
-        return float(self._after(*(np.array([one]) for one in (self.celsius, self.volume_ml, time - self.time)))[0])
-
-    def note(self, frame: int, time: float, celsius: float, volume_ml: float) -> None:
-        self.time, self.celsius, self.volume_ml = time, min(celsius, boils(self.declared)), volume_ml
-        self.rows.append((frame, time, self.celsius, volume_ml))
-
-    def over(self, times: FloatArray) -> FloatArray:
-        """(n,) at times from the first change on."""
-        rows = np.array(self.rows)
-        last = np.searchsorted(rows[:, 1], times, side="right") - 1
-        return self._after(rows[last, 2], rows[last, 3], times - rows[last, 1])
-
-    def _after(self, celsius: FloatArray, volume_ml: FloatArray, seconds: FloatArray) -> FloatArray:
-        ambient, capacity = self.declared.number("ambient_c"), volume_ml * self.declared.number(CAPACITY)
-        full = np.where(capacity > 0.0, capacity, 1.0)
-        loss = self.declared.number("loss_w_per_k")
-        after = cooled(celsius, seconds, power_w=0.0, capacity=full, loss=loss, ambient=ambient)
-        return np.where(capacity > 0.0, after, ambient)
+def _celsius(declared: Declaration, matter: Matter, name: str, times: FloatArray) -> FloatArray:
+    """Temperature (n,) of a vessel; an empty one has that of the room."""
+    history, ledger = matter.histories[name], matter.ledger
+    rows = history.rows(times)
+    capacity = ledger.capacity(ledger.at[name], history.volume_ml[rows])
+    filled = np.where(capacity > 0.0, capacity, 1.0)
+    since = np.maximum(0.0, times - history.times[rows])
+    excess = matter.amount(name, HEAT)[rows] / filled * np.exp(-declared.number("loss_w_per_k") * since / filled)
+    celsius = declared.number("ambient_c") + excess
+    # What boils is told so, whatever its heat over its capacity is rounded to.
+    return np.where(celsius > boils(declared) - BOILING, boils(declared), celsius)
 
 
-def _receive(
-    declared: Declaration, warmth: Mapping[str, _Warmth], load: Load, places: list[int], neutral: bool
-) -> None:
-    source = warmth[load.source]
-    incoming = source.at(load.time)
-    left = max(0.0, source.volume_ml - load.volume_ml)
-    if source.rows:
-        source.note(load.frame, load.time, incoming, left)
-    else:
-        source.volume_ml = left
-    if not load.target:
-        return
-    target = warmth[load.target]
-    per_ml = declared.number(CAPACITY)
-    there, more = per_ml * load.before_ml, per_ml * load.volume_ml
-    given = load.reacted[0] * NEUTRALISATION_J_MOL if neutral else 0.0
-    if declared.text("solute"):
-        heat, half = declared.number("heat_j_mol"), declared.number("half_water")
-        for sign, one in ((1.0, load.before + load.carried), (-1.0, load.before), (-1.0, load.carried)):
-            acid, water = (float(one[place]) if place >= 0 else 0.0 for place in places)
-            given += sign * heat_given_off(acid, water, heat, half)
-    total = there + more
-    # Energy above 0 degC is shared; what is given off is added. Nothing into nothing keeps the room's warmth.
-    celsius = (there * target.at(load.time) + more * incoming + given) / total if total > 0.0 else incoming
-    target.note(load.frame, load.time, celsius, load.before_ml + load.volume_ml)
+def _extremes(name: str, times: FloatArray, celsius: FloatArray) -> list[EffectEvent]:
+    """The warmest and the coldest that a vessel gets after its start: what calorimetry reads."""
+    events = []
+    for word, row, sign in (("warmest", int(np.argmax(celsius)), 1.0), ("coldest", int(np.argmin(celsius)), -1.0)):
+        change = float(celsius[row] - celsius[0])
+        if sign * change > LEAST_KELVIN:
+            verb = "warms" if sign > 0.0 else "cools"
+            words = f"{name} {verb} from {celsius[0]:.2f} to {celsius[row]:.2f} degC"
+            values = {"from_c": float(celsius[0]), "to_c": float(celsius[row]), "change_k": change}
+            events.append(EffectEvent(float(times[row]), word, (name,), None, values, words))
+    return events
 
 
 def _wrong_orders(inputs: EffectInputs, declared: Declaration, loads: list[Load], place: int) -> list[EffectEvent]:

@@ -1,18 +1,21 @@
 """The ledger of a run: all that moved, in order of time, and what reacted. Effects of chemistry are views of it."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
 from replay.effects.chemistry import Recipe, recipe_of
-from replay.effects.contents import contents_of
+from replay.effects.contents import WATER, contents_of
+from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.history import History
-from replay.effects.models.ledger import LUMPS, Ledger
+from replay.effects.models.equilibrium import Equilibrium, equilibrium
+from replay.effects.models.history import History, Warmth
+from replay.effects.models.ledger import BROUGHT, LUMPS, Ledger
 from replay.effects.models.outflow import GAP_S, Stream
+from replay.effects.models.warming import WATER_BOILS_C
 from replay.effects.movement import movement_of
 from replay.effects.vessels import Vessel, vessels_of
 
@@ -43,12 +46,34 @@ class Matter:
         rows = history.rows(times)
         amounts, extents = history.amounts[rows], history.extents[rows]
         since = np.maximum(0.0, times - history.times[rows])
-        for one in ledger.slow:
-            more = history.pending[rows, one] * -np.expm1(-since * (ledger.processes[one].rate or 0.0))
-            extents[:, one] += more
-            for column in np.flatnonzero(ledger.changes[one]).tolist():
-                amounts[:, column] += ledger.changes[one, column] * more
+        for row in ledger.reactor.slow:
+            more = history.pending[rows, row] * -np.expm1(-since * (ledger.processes[row].rate or 0.0))
+            extents[:, row] += more
+            amounts += more[:, None] * ledger.reactor.changes[row]
         return amounts, extents, history.volume_ml[rows]
+
+    def solved(self, vessel: str, times: FloatArray) -> tuple[IntArray, Equilibrium]:
+        """Rows (k,) of the times at which there is a liquid, and its equilibrium there."""
+        speciation, reactor = self.recipe.speciation, self.ledger.reactor
+        assert speciation is not None
+        amounts, _, volume_ml = self.states(vessel, times)
+        wet = np.flatnonzero(volume_ml > 0.0)
+        totals = self.totals(amounts[wet])
+        mixture = speciation.mixture
+        # A gas of the air is where it was brought; a bubble that left stays away, and no more may bubble.
+        if reactor.leaves.any():
+            stays = ~reactor.leaves
+            mixture = replace(
+                mixture, phases=tuple(name for name, stay in zip(mixture.phases, stays, strict=True) if stay),
+                uses=mixture.uses[stays], products=mixture.products[stays], held=mixture.held[stays],
+            )  # fmt: skip
+        return wet, equilibrium(mixture, totals, volume_ml[wet] * 1e-3)
+
+    def totals(self, amounts: FloatArray) -> FloatArray:
+        """Mol (n, parts) of each part of the equilibrium, dissolved and in solids together."""
+        reactor = self.ledger.reactor
+        solids = amounts[:, reactor.phases] * reactor.solid
+        return np.asarray((amounts - solids @ reactor.formation)[:, reactor.parts])
 
 
 def matter_of(inputs: EffectInputs) -> Matter:
@@ -62,7 +87,7 @@ def _matter(inputs: EffectInputs) -> Matter:
     vessels = {**vessels_of(inputs, tuple(names)), **moved.vessels}
     recipe = recipe_of(inputs.tables, {name: contents_of(vessel) for name, vessel in vessels.items()})
     along = max((one.number("solids_along") for one in inputs.tables.get("pour", ())), default=0.0)
-    ledger = recipe.ledger(along)
+    ledger = recipe.ledger(along, _warmth(inputs, vessels))
     times = inputs.times
     if len(times):
         ledger.begin(float(times[0]))
@@ -71,6 +96,26 @@ def _matter(inputs: EffectInputs) -> Matter:
         ledger.end(len(times) - 1, float(times[-1]))
     inputs.count("flows mixed", len(ledger.loads))
     return Matter(recipe, ledger, vessels, {name: ledger.history(name) for name in vessels if len(times)})
+
+
+def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel]) -> Warmth | None:
+    """How the liquids' heat is followed; ``None``: nobody asks."""
+    asked = [one for one in inputs.tables.get("heat", ()) if one.text("of") != "flame"]
+    if not asked:
+        return None
+    declared: Declaration = asked[0]
+    room = declared.number("ambient_c")
+    acid = declared.text("solute")
+    return Warmth(
+        per_ml=declared.number("heat_capacity_j_per_ml_k"),
+        glass={name: vessel.glass_j_per_k for name, vessel in vessels.items()},
+        excess={name: vessel.celsius(room) - room for name, vessel in vessels.items()},
+        loss=declared.number("loss_w_per_k"),
+        most=(WATER_BOILS_C if declared.values["boils_c"] is None else declared.number("boils_c")) - room,
+        reacting=declared.text("of") == "neutralisation",
+        solute=acid and acid + BROUGHT, water=WATER,
+        a=declared.number("heat_j_mol") if acid else 0.0, b=declared.number("half_water") if acid else 1.0,
+    )  # fmt: skip
 
 
 Part = tuple[IntArray, FloatArray, list[Stream], FloatArray]

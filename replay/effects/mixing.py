@@ -6,7 +6,7 @@ import numpy as np
 
 from replay.effects.chemistry import check_chemistry
 from replay.effects.contents import WATER_MOLAR
-from replay.effects.declaring import bodies
+from replay.effects.declaring import bodies, text
 from replay.effects.inputs import EffectInputs
 from replay.effects.matter import matter_of
 from replay.effects.models.ledger import BROUGHT
@@ -39,7 +39,12 @@ SPEC = EffectSpec(
     compute=compute,
     check_all=check_chemistry,
     uses=MOVERS,
-    fields={"in": bodies("vessels to follow")},
+    fields={
+        "in": bodies("vessels to follow"),
+        "air": text(
+            "``open``: carbon dioxide of the air comes in and goes out", among=("closed", "open"), default="closed"
+        ),
+    },
     trigger="liquid that enters or leaves one of the vessels",
     sources=(
         "perfect mixing and additive volumes: simplifications of this model",

@@ -8,7 +8,8 @@ import numpy as np
 from replay.effects.declaring import Declaration, number, text
 from replay.effects.inputs import EffectInputs
 from replay.effects.matter import matter_of
-from replay.effects.models.ledger import SOLID
+from replay.effects.models.equation import molar_mass
+from replay.effects.models.speciation import SOLID
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.vessels import COLOURS, WATERY, blended
@@ -29,7 +30,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
                 continue
             inputs.count("equilibria told", len(amount))
             found.ran[history.frames] = True
-            found.series[f"{vessel}/{solid}"] = Series(history.times, amount * declared.number("molar_mass"), "g")
+            found.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")
             found.events += _onset(declared, vessel, history.times, amount)
             if vessel in drawn:
                 litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
@@ -42,7 +43,7 @@ def _onset(declared: Declaration, vessel: str, times: FloatArray, amount: FloatA
     rows = np.flatnonzero(amount > 0.0)
     if not len(rows):
         return []
-    solid, mass = declared.text("solid"), float(amount.max() * declared.number("molar_mass"))
+    solid, mass = declared.text("solid"), float(amount.max() * molar_mass(declared.text("solid")))
     values: dict[str, float | int | str | bool] = {"mass_g": mass, "moles": float(amount.max()), "formula": solid}
     words = f"{solid} falls out in {vessel}: {mass:.3g} g, {declared.text('colour')}"
     return [EffectEvent(float(times[rows[0]]), "precipitate", (vessel,), None, values, words)]
@@ -55,15 +56,17 @@ SPEC = EffectSpec(
     needs=("mixing", "reaction"),
     fields={
         "solid": text("formula of the solid, a product of a declared reaction"),
-        "ksp": number("solubility product", "mol/L to the number of ions", above=0.0),
-        "molar_mass": number("of the solid", "g/mol", above=0.0),
+        "ksp": number(
+            "solubility product; absent: that of the table", "mol/L to the number of ions", default=None, above=0.0,
+            most=1e3, source="CRC Handbook, 97th ed. (models/species.py)",
+        ),
         "colour": text("of the solid, for the picture", among=tuple(COLOURS)),
     },
     single="solid",
     trigger="all reagents of a reaction that makes the solid in one vessel",
     sources=(
-        "solubility product and molar mass: the scene's author",
-        "equilibrium of all declared solids at once, activities taken as concentrations (models/solubility.py)",
+        "solubility product: the scene's author, else the CRC Handbook; molar mass: standard atomic weights",
+        "equilibrium with all that is dissolved (models/equilibrium.py), concentrations as activities",
         "solids stay when liquid is poured off, but for the share that a pour declares",
     ),
-)
+)  # fmt: skip

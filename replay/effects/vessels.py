@@ -126,8 +126,7 @@ class Vessel:
 
     def contents(self, kind: str) -> Mapping[str, Any]:
         """``properties.liquid`` or ``properties.solid`` as written, empty where there is no such table."""
-        properties = self.body.extra.get("properties")
-        found = properties.get(kind) if isinstance(properties, Mapping) else None
+        found = self._properties.get(kind)
         return found if isinstance(found, Mapping) else {}
 
     def amount(
@@ -143,6 +142,23 @@ class Vessel:
     def volume_ml(self) -> float:
         """What stands in it at first; a liquid that is told has a volume."""
         return self.amount("liquid", "volume_ml", None if self.contents("liquid") else 0.0)
+
+    @property
+    def glass_j_per_k(self) -> float:
+        """Heat capacity of the vessel itself, the constant of a calorimeter; 0 where the scene does not tell it."""
+        return self.amount("", "heat_capacity_j_per_k", 0.0, within=self._properties)
+
+    def celsius(self, room: float) -> float:
+        """Temperature of what is in it at first; that of the room where the scene does not tell it."""
+        value: Any = self._properties.get("temperature_c", room)
+        if not is_number(value):
+            raise self.fail(f"has temperature_c = {value!r}; give it in degC")
+        return float(value)
+
+    @property
+    def _properties(self) -> Mapping[str, Any]:
+        properties = self.body.extra.get("properties")
+        return properties if isinstance(properties, Mapping) else {}
 
     @property
     def floor(self) -> float:
@@ -242,6 +258,8 @@ def check_vessels(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, f
             # Asked for, so that what is missing is named.
             for asked in ("section_m2", "volume_ml", "shape" if name in poured else "brim_ml"):
                 getattr(vessel, asked)
+            if vessel.volume_ml > vessel.brim_ml * (1.0 + 1e-9):
+                raise vessel.fail(f"has liquid.volume_ml = {vessel.volume_ml:g} and a brim at {vessel.brim_ml:.0f} mL")
             vessel.place("opening")
             vessel.size("opening_radius")
         except EffectError as error:

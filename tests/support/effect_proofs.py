@@ -63,7 +63,7 @@ SHELF = {
         "volume_ml": 1.0, "water_molar": 4.0,
         "solutes": {"H2SO4": 1.0, "HCl": 1.0, "NaOH": 1.0, "AgNO3": 1.0, "NaCl": 1.0},
     },
-    "solid": {"formula": "Zn", "mass_g": 1.0, "molar_mass": 65.38},
+    "solid": {"formula": "Zn", "mass_g": 1.0},
 }  # fmt: skip
 """All that any of the equations needs, so that a table may stand alone."""
 

@@ -8,17 +8,15 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Final
 
-ELEMENTS: Final = frozenset(re.findall(
-    r"\w+",
-    "H He Li Be B C N O F Ne Na Mg Al Si P S Cl Ar K Ca Sc Ti V Cr Mn Fe Co Ni Cu Zn Ga Ge As Se Br Kr Rb Sr Y Zr Nb Mo"
-    " Tc Ru Rh Pd Ag Cd In Sn Sb Te I Xe Cs Ba La Ce Pr Nd Pm Sm Eu Gd Tb Dy Ho Er Tm Yb Lu Hf Ta W Re Os Ir Pt Au Hg"
-    " Tl Pb Bi Po At Rn Fr Ra Ac Th Pa U Np Pu Am Cm Bk Cf Es Fm Md No Lr",
-))  # fmt: skip
+from periodictable import elements
+
 COMMON: Final = (
     "HCl", "HBr", "HNO3", "H2SO4", "CH3COOH", "NaOH", "KOH", "Ba(OH)2", "NH3", "NaCl", "KCl", "AgNO3", "KI", "CuSO4",
     "NaHCO3", "Na2CO3", "ZnCl2", "CaCl2", "BaCl2", "MgCl2", "Na2SO4", "KMnO4", "AgCl", "H2O",
 )  # fmt: skip
 """Formulas for "did you mean"."""
+
+ELEMENTS: Final = frozenset(element.symbol for element in elements if element.number)
 
 ARROWS: Final = ("<=>", "<->", "-->", "==>", "->", "=>", "→", "⟶", "⇌", "⇄", "↔")
 
@@ -88,6 +86,11 @@ def atoms(formula: str) -> Counter[str]:
         for atom, count in _group(part[factor.end() :], formula).items():
             total[atom] += count * int(factor.group() or 1)
     return total
+
+
+def molar_mass(formula: str) -> float:
+    """g/mol, by the standard atomic weights that the library periodictable has. Raises ValueError: it is no formula."""
+    return float(sum(many * elements.symbol(atom).mass for atom, many in atoms(formula).items()))
 
 
 def _side(text: str, phases: dict[str, str], ions: frozenset[str]) -> dict[str, int]:

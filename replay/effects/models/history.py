@@ -1,8 +1,7 @@
-"""What a ledger is told, and what it tells: processes, the rows of each vessel, and what flows carried."""
+"""What a ledger is told, and what it tells: processes, heat, the rows of each vessel, and what flows carried."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Final
 
 import numpy as np
 
@@ -11,16 +10,16 @@ from cdcore.numerics import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Process:
-    """An equation in the ledger's own columns; what cancels is left out."""
+    """An equation in the ledger's own columns that no constant brings to equilibrium; what cancels is left out."""
 
     text: str
     changes: Mapping[str, float]  # column -> mol made by one mol of reaction, negative where it is used up
     rate: float | None = None  # first-order, 1/s; ``None``: at once
-    bound: str = ""  # anion that keeps all protons but the last: carbonate, of which only H2CO3 gives gas
-    product: float | None = None  # solubility product: it goes both ways, and makes its one solid
+    joule: float = float("nan")  # enthalpy of one mol of reaction; NaN: not known
 
-
-NEUTRALISATION: Final = Process("H+ + OH- -> H2O", {"H+": -1.0, "OH-": -1.0, "H2O": 1.0})
+    def same(self, other: "Process") -> bool:
+        """Whether it does the same, whatever it is called."""
+        return (self.changes, self.rate) == (other.changes, other.rate)
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +29,7 @@ class History:
     Parameters
     ----------
     times, frames, volume_ml : (n,).
-    amounts : (n, columns) mol.
+    amounts : (n, columns) mol, of heat J.
     extents : (n, processes) mol of reaction so far.
     pending : (n, processes) mol of reaction still to come of a slow process if nothing is added.
     added_ml : (n, vessels) millilitres that ever came from each.
@@ -64,4 +63,19 @@ class Load:
     # carried, before: (columns,) mol
     carried: FloatArray
     before: FloatArray
-    reacted: FloatArray  # (processes,) mol of reaction in the target since the part before
+
+
+@dataclass(frozen=True, eq=False)
+class Warmth:
+    """How liquids keep, lose and gain heat; energies are above that of the room."""
+
+    per_ml: float  # J/(mL K) of the liquids
+    glass: Mapping[str, float]  # vessel -> J/K of the vessel itself, its calorimeter constant
+    excess: Mapping[str, float]  # vessel -> kelvin above the room at first
+    loss: float  # W/K
+    most: float  # kelvin above the room at which it boils
+    reacting: bool  # whether equilibria and processes give heat
+    solute: str = ""  # column of an acid whose dilution gives heat: a n / (n + b) J per mol of it in n mol of water
+    water: str = ""
+    a: float = 0.0
+    b: float = 1.0

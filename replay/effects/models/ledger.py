@@ -1,7 +1,8 @@
-"""One ledger of matter: mol of every species and phase in every vessel, moved and changed, never made or lost.
+"""One ledger of matter and heat: all that is in every vessel, moved and changed, never made or lost.
 
-A column is a dissolved species (``Ag+``), a solid (``AgCl(s)``), a gas (``H2(g)``) or what was brought under a formula,
-followed for the reader and never changed (``HCl as brought``). Row -1 of the state is everything outside the vessels.
+A column is a part of what is dissolved (``Ag+``; of ``H+`` less than nothing is hydroxide), a solid (``AgCl(s)``), a
+gas that left (``H2(g)``), what was brought under a formula, followed for the reader and never changed (``HCl as
+brought``), or energy in J. Row -1 of the state is everything outside the vessels.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,20 +13,22 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
-from replay.effects.models.history import NEUTRALISATION, History, Load, Process
-from replay.effects.models.solubility import solids_formed
+from replay.effects.models.history import History, Load, Process, Warmth
+from replay.effects.models.reacting import HEAT, STORED, Reactor
+from replay.effects.models.speciation import GAS, SOLID, Speciation
 
 BROUGHT: Final = " as brought"
-SOLID, GAS = "(s)", "(g)"
 OUTSIDE: Final = -1
-PASSES: Final = 60
-"""Rounds of reactions that feed each other; a chain of n equations ends in n."""
 SPENT: Final = 1e-12
 """A rest below this share of what a vessel held goes with the last drop: it is rounding."""
 TICK: Final = 0.02
-"""Where a slow reaction meets others it goes in steps of this share of its time: 1 % of what reacts in one."""
+"""Where a slow reaction meets others it goes in steps of this share of its time at first: 1 % of what reacts in one."""
+GROWTH: Final = 1.05
+"""Of these steps, one to the next: what is left to react falls by itself."""
+TIMES: Final = 50.0
+"""What is left after so many times the reaction's own time is nothing to speak of."""
 LUMPS: Final = 64
-"""Steps into which a flow is cut where what receives it reacts slowly or grows warm."""
+"""Steps into which a flow is cut where what receives it reacts slowly or is followed in its warmth."""
 
 
 @dataclass
@@ -34,13 +37,17 @@ class Ledger:
 
     vessels: Sequence[str]
     columns: Sequence[str]
-    processes: Sequence[Process]
+    processes: Sequence[Process] = ()
+    speciation: Speciation | None = None  # ``None``: nothing is at equilibrium
     along: float = 0.0  # share of a solid that goes along with the liquid
+    warmth: Warmth | None = None  # ``None``: nobody asks how warm anything is
     volume_ml: FloatArray = field(init=False)
     amounts: FloatArray = field(init=False)
     loads: list[Load] = field(default_factory=list, init=False)
 
     def __post_init__(self) -> None:
+        if self.warmth is not None:
+            self.columns = (*self.columns, HEAT, STORED)
         count, width = len(self.vessels) + 1, len(self.columns)
         self.volume_ml, self.amounts = np.zeros(count), np.zeros((count, width))
         self.extents = np.zeros((count, len(self.processes)))
@@ -48,14 +55,13 @@ class Ledger:
         self.clock = np.zeros(count)
         self.at = {name: place for place, name in enumerate(self.vessels)} | {"": len(self.vessels)}
         self.column = {name: place for place, name in enumerate(self.columns)}
-        self.changes = np.zeros((len(self.processes), width))
-        for row, one in enumerate(self.processes):
-            for name, many in one.changes.items():
-                self.changes[row, self.column[name]] = many
+        self.reactor = Reactor(self.column, self.processes, self.speciation, self.warmth)
         self.moving = np.array([0.0 if c.endswith(GAS) else along_of(c, self.along) for c in self.columns])
-        self.salts = [row for row, one in enumerate(self.processes) if one.product is not None]
-        self.slow = [row for row, one in enumerate(self.processes) if one.rate is not None]
-        self.quick = [row for row in range(len(self.processes)) if row not in (*self.salts, *self.slow)]
+        self.glass = np.zeros(count)
+        for name, kelvin in ({} if self.warmth is None else self.warmth.glass).items():
+            self.glass[self.at[name]] = kelvin
+        # A slow process that nothing else touches is in closed form from one event to the next.
+        self._alone = len(self.processes) == 1 and not len(self.reactor.phases) and self.warmth is None
         self._blocks: list[list[tuple[Any, ...]]] = [[] for _ in range(count)]
 
     def fill(self, vessel: str, volume_ml: float, amounts: Mapping[str, float]) -> None:
@@ -66,27 +72,39 @@ class Ledger:
             self.amounts[place, self.column[name]] += amount
 
     def begin(self, time: float) -> None:
-        """React what stands together at the first frame, and note it."""
+        """React what stands together at the first frame, and note it; what heat that gave is gone."""
         self.clock[:] = time
-        for place in range(len(self.vessels)):
+        for place, name in enumerate(self.vessels):
             self._react_here(place)
+            if self.warmth is not None:
+                excess = self.warmth.excess.get(name, 0.0)
+                self.amounts[place, self.column[HEAT]] = excess * float(self.capacity(place, self.volume_ml[place]))
             self._note(place, 0, time)
 
+    def capacity(self, place: int, volume_ml: FloatArray | float) -> FloatArray:
+        """Heat capacity, J/K, of a vessel with so much in it."""
+        per_ml = 0.0 if self.warmth is None else self.warmth.per_ml
+        return np.asarray(per_ml * volume_ml + self.glass[place])
+
     def advance(self, place: int, frame: int, time: float) -> None:
-        """Let slow processes of a vessel go on to a time."""
+        """Let slow processes and the loss of heat of a vessel go on to a time."""
         since = time - self.clock[place]
         begin, self.clock[place] = self.clock[place], max(time, self.clock[place])
-        rates = [self.processes[row].rate or 0.0 for row in self.slow]
-        if since <= 0.0 or not rates or not self.pending(self.amounts[place]).any():
+        if since <= 0.0:
             return
-        alone = len(self.processes) <= 1 + (self.processes[0] is NEUTRALISATION)
-        step = since if alone else TICK / max(rates)
-        for tick in range(1, min(int(np.ceil(since / step)), int(50.0 / TICK)) + 1):
-            done = min(since, tick * step)
-            self._slowly(place, min(step, since - (tick - 1) * step))
-            if not alone:
+        waiting = self.reactor.pending(self.amounts[place]) > 0.0
+        rates = [self.processes[row].rate or 0.0 for row in self.reactor.slow if waiting[row]]
+        done, step = 0.0, since if self._alone or not rates else TICK / max(rates)
+        while rates and done < min(since, TIMES / max(rates)):
+            part = min(step, since - done)
+            self._cool(place, part)
+            self.extents[place] += self.reactor.slowly(self.amounts[place], part)
+            self._react_here(place)
+            done += part
+            step *= GROWTH
+            if not self._alone:
                 self._note(place, frame, float(begin + done))
-        # What is left after fifty times the reaction's own time is nothing to speak of.
+        self._cool(place, since - done)
 
     def step(self, frame: int, time: float, moves: Sequence[tuple[str, str, float]]) -> None:
         """Transfers (source, target, mL) of one step, all from the state before it, and what then reacts."""
@@ -94,21 +112,25 @@ class Ledger:
         self.flow(np.array([frame]), np.array([time]), [(a, b) for a, b, _ in moves], volumes)
 
     def flow(
-        self, frames: IntArray, times: FloatArray, pairs: Sequence[tuple[str, str]], volume_ml: FloatArray
-    ) -> None:
+        self, frames: IntArray, times: FloatArray, pairs: Sequence[tuple[str, str]], volume_ml: FloatArray,
+        begin: float | None = None,
+    ) -> None:  # fmt: skip
         """Flows (source, target) over frames (m,) with millilitres (m, pairs): each frame is a step, all at once.
 
-        In more than one frame no source may be a target. Where something reacts slowly it goes in `LUMPS` steps.
+        In more than one frame no source may be a target. Where something reacts slowly or grows warm it goes in `LUMPS`
+        steps. ``begin``: when it began, where that is before the first of these frames.
         """
         cuts = np.unique(np.linspace(0, len(frames), min(len(frames), LUMPS) + 1).astype(np.int64)).tolist()
         ends = [(self.at[source], self.at[target]) for source, target in pairs]
         places = sorted({place for both in ends for place in both})
         # Row 0 of everything below is the state before.
         total = np.concatenate([np.zeros((1, len(pairs))), np.cumsum(volume_ml, axis=0)])
-        if len(frames) > 1 and self.slow and any(self._reacts_slowly(place, ends) for place in places):
+        in_steps = self.warmth is not None or any(self._reacts_slowly(place, ends) for place in places)
+        if len(frames) > 1 and in_steps:
             for first, stop in pairwise(cuts):
                 last = slice(stop - 1, stop)
-                self.flow(frames[last], times[last], pairs, total[stop : stop + 1] - total[first : first + 1])
+                part = total[stop : stop + 1] - total[first : first + 1]
+                self.flow(frames[last], times[last], pairs, part, begin=float(times[first]))
             return
         for place in places:
             self.advance(place, int(frames[-1]), float(times[-1]))
@@ -120,27 +142,20 @@ class Ledger:
         for place in places:
             if place != self.at[""]:
                 rows = [one[place][1:] for one in (volume, amounts, extents, added)]
-                rows[2] += self._react(rows[1], rows[0] * 1e-3)
-                self._blocks[place].append((times, frames, *rows[:3], self.pending(rows[1]), rows[3]))
+                rows[2] += self.reactor.react(rows[1], rows[0] * 1e-3)
+                self._boil(place, rows[0], rows[1])
+                self._blocks[place].append((times, frames, *rows[:3], self.reactor.pending(rows[1]), rows[3]))
             self.volume_ml[place], self.amounts[place] = volume[place][-1], amounts[place][-1]
             self.extents[place], self.added_ml[place] = extents[place][-1], added[place][-1]
         for first, stop in pairwise(cuts):
-            met: dict[int, tuple[float, FloatArray, FloatArray]] = {}
+            met: dict[int, tuple[float, FloatArray]] = {}
             for pair, (_, b), gone, part in zip(pairs, ends, total.T, carried, strict=True):
                 more, more_ml = part[stop] - part[first], float(gone[stop] - gone[first])
-                now = float(volume[b][first]), amounts[b][first], extents[b][stop] - extents[b][first]
-                before_ml, before, reacted = met.get(b, now)
-                span = int(frames[stop - 1]), float(times[first]), float(times[stop - 1])
-                self.loads.append(Load(*span, *pair, more_ml, before_ml, more, before, reacted))
-                # Of several flows that meet the later finds the earlier there, and what reacted is booked once.
-                met[b] = before_ml + more_ml, before + more, np.zeros_like(reacted)
-
-    def pending(self, amounts: FloatArray) -> FloatArray:
-        """Mol (..., processes) that slow processes would go on for; 0 for the others."""
-        found = np.zeros((*amounts.shape[:-1], len(self.processes)))
-        for row in self.slow:
-            found[..., row] = self._limit(row, amounts)
-        return found
+                before_ml, before = met.get(b, (float(volume[b][first]), amounts[b][first]))
+                span = int(frames[stop - 1]), float(times[first]) if begin is None else begin, float(times[stop - 1])
+                self.loads.append(Load(*span, *pair, more_ml, before_ml, more, before))
+                # Of several flows that meet the later finds the earlier there.
+                met[b] = before_ml + more_ml, before + more
 
     def history(self, vessel: str) -> History:
         """All that became of a vessel; of several rows of one time the last."""
@@ -156,59 +171,19 @@ class Ledger:
             self.advance(place, frame, time)
             self._note(place, frame, time)
 
-    def _limit(self, row: int, amounts: FloatArray) -> FloatArray:
-        used = np.flatnonzero(self.changes[row] < 0.0)
-        limit = (amounts[..., used] / -self.changes[row, used]).min(axis=-1)
-        if anion := self.processes[row].bound:
-            kept = self.processes[row].changes["H+"] / self.processes[row].changes[anion] - 1.0
-            free = amounts[..., self.column["H+"]] - kept * amounts[..., self.column[anion]]
-            limit = np.minimum(limit, free)
-        return np.asarray(np.maximum(0.0, limit))
-
-    def _apply(self, row: int, amounts: FloatArray, extent: FloatArray) -> None:
-        """Change amounts in place; what limits ends at exactly nothing where all of it is used."""
-        whole = amounts + extent[..., None] * self.changes[row]
-        amounts[...] = np.where((self.changes[row] < 0.0) & (whole <= 4e-16 * amounts), 0.0, whole)
-
-    def _react(self, amounts: FloatArray, litres: FloatArray) -> FloatArray:
-        """Let (n, columns) react at once, in place; the extents (n, processes)."""
-        extents = np.zeros((len(amounts), len(self.processes)))
-        for _ in range(PASSES):
-            most = 0.0
-            for row in self.quick:
-                extent = self._limit(row, amounts)
-                self._apply(row, amounts, extent)
-                extents[:, row] += extent
-                most = max(most, float((extent / (1e-300 + amounts.max(axis=1))).max(initial=0.0)))
-            if self.salts:
-                fallen = self._fall_out(amounts, litres)
-                extents[:, self.salts] += fallen
-            if most <= 1e-15:
-                break
-        return extents
-
-    def _fall_out(self, amounts: FloatArray, litres: FloatArray) -> FloatArray:
-        changes = self.changes[self.salts]
-        ions = np.flatnonzero((changes < 0.0).any(axis=0))
-        solids = [int(np.flatnonzero(row > 0.0)[0]) for row in changes]
-        made = changes[range(len(solids)), solids]
-        uses = -changes[:, ions] / made[:, None]
-        products = np.array([self.processes[row].product for row in self.salts], dtype=np.float64)
-        there = amounts[:, solids]
-        formed, left = solids_formed(amounts[:, ions] + there @ uses, litres, uses, products)
-        dry = litres <= 0.0
-        amounts[:, solids] = np.where(dry[:, None], there, formed)
-        amounts[:, ions] = np.where(dry[:, None], amounts[:, ions], left)
-        return np.asarray((amounts[:, solids] - there) / made)
-
     def _move(self, a: int, b: int, gone: FloatArray, state: list[dict[int, FloatArray]]) -> FloatArray:
         """Take from one place what is gone (m + 1,) mL, and give it to another; mol (m + 1, columns) that go along."""
         volume, amounts, added, _ = state
         share = np.minimum(1.0, gone / self.volume_ml[a]) if self.volume_ml[a] > 0.0 else np.zeros(len(gone))
-        part = np.minimum(share[:, None] * (self.moving * self.amounts[a]), amounts[a])
+        moving = self.moving
+        if self.warmth is not None and self.glass[a] > 0.0:
+            # The vessel's own heat stays with it.
+            liquid = self.warmth.per_ml * self.volume_ml[a]
+            moving = np.where(np.arange(len(moving)) == self.column[HEAT], liquid / (liquid + self.glass[a]), moving)
+        part = share[:, None] * (moving * self.amounts[a])
         # Amounts fall to exactly nothing with the last drop: no share of a rounded rest stays behind.
         last = (gone > 0.0) & (volume[a] - gone <= SPENT * self.volume_ml[a])
-        part = np.where(last[:, None] & (self.moving == 1.0), amounts[a], part)
+        part = np.where(last[:, None] & (moving == 1.0), amounts[a], part)
         moved = np.where(last, volume[a], gone)
         for place, sign in ((a, -1.0), (b, 1.0)):
             volume[place] += sign * moved
@@ -218,27 +193,31 @@ class Ledger:
 
     def _react_here(self, place: int) -> None:
         amounts = self.amounts[place : place + 1]
-        self.extents[place] += self._react(amounts, self.volume_ml[place : place + 1] * 1e-3)[0]
+        self.extents[place] += self.reactor.react(amounts, self.volume_ml[place : place + 1] * 1e-3)[0]
+        self._boil(place, self.volume_ml[place : place + 1], amounts)
 
-    def _slowly(self, place: int, seconds: float) -> None:
-        for row in self.slow:
-            amounts = self.amounts[place]
-            # 1 - exp(-rate dt) by expm1: for short steps the difference would lose its digits.
-            extent = self._limit(row, amounts) * -np.expm1(-(self.processes[row].rate or 0.0) * seconds)
-            self._apply(row, amounts, extent)
-            self.extents[place, row] += extent
-        self._react_here(place)
+    def _cool(self, place: int, seconds: float) -> None:
+        capacity = float(self.capacity(place, self.volume_ml[place]))
+        if self.warmth is not None and seconds > 0.0 and capacity > 0.0:
+            self.amounts[place, self.column[HEAT]] *= np.exp(-self.warmth.loss * seconds / capacity)
+
+    def _boil(self, place: int, volume_ml: FloatArray, amounts: FloatArray) -> None:
+        """Let go of what would heat it beyond boiling."""
+        if self.warmth is not None and self.warmth.most < np.inf:
+            heat = amounts[:, self.column[HEAT]]
+            amounts[:, self.column[HEAT]] = np.minimum(heat, self.warmth.most * self.capacity(place, volume_ml))
 
     def _reacts_slowly(self, place: int, ends: Sequence[tuple[int, int]]) -> bool:
         """Whether a slow process goes on in a vessel, or could with what comes."""
         together = self.amounts[place] + sum(self.amounts[a] for a, b in ends if b == place)
-        return place != self.at[""] and bool(self.pending(together).any())
+        return bool(self.reactor.slow) and place != self.at[""] and bool(self.reactor.pending(together).any())
 
     def _note(self, place: int, frame: int, time: float) -> None:
         amounts = self.amounts[place : place + 1].copy()
         self._blocks[place].append((
             np.array([time]), np.array([frame]), self.volume_ml[place : place + 1].copy(), amounts,
-            self.extents[place : place + 1].copy(), self.pending(amounts), self.added_ml[place : place + 1].copy(),
+            self.extents[place : place + 1].copy(), self.reactor.pending(amounts),
+            self.added_ml[place : place + 1].copy(),
         ))  # fmt: skip
 
 

@@ -1,10 +1,13 @@
 """Temperatures in closed form from row to row: heat in at a steady power, heat out in proportion to the excess."""
 
 from itertools import pairwise
+from typing import Final
 
 import numpy as np
 
 from cdcore.numerics import FloatArray
+
+WATER_BOILS_C: Final = 100.0
 
 
 def cooled(
@@ -44,10 +47,10 @@ def warmed(
     return found
 
 
-def heat_given_off(acid_mol: float, water_mol: float, heat_j_mol: float, half: float) -> float:
-    """Joule that ``acid_mol`` of an acid have given off in ``water_mol``: per mol Q = a n / (n + b), n water per acid.
+def heat_given_off(acid_mol: FloatArray, water_mol: FloatArray, heat_j_mol: float, half: float) -> FloatArray:
+    """Joule (n,) that an acid has given off to water: per mol Q = a n / (n + b) in n mol of water for one of acid.
 
     Written so that neither without acid nor without water anything is divided by zero.
     """
-    parts = water_mol + half * acid_mol
-    return heat_j_mol * acid_mol * water_mol / parts if parts > 0.0 else 0.0
+    parts = np.asarray(water_mol + half * acid_mol)
+    return np.asarray(heat_j_mol * acid_mol * water_mol / np.where(parts > 0.0, parts, 1.0))

@@ -11,8 +11,9 @@ from typing import Any, Final
 
 import numpy as np
 
-from replay.effects.models.acid_base import AcidBase
 from replay.effects.models.sliced import volume_kept
+from replay.effects.models.speciation import ph_of
+from replay.effects.models.species import Chemistry
 from replay.effects.models.warming import cooled
 
 EFFECTS: Final = "effects"
@@ -78,7 +79,7 @@ def level_at_the_rim() -> Asked:
 
 def _ph(concentrations: Mapping[str, float]) -> float:
     amounts = {formula: np.array([amount]) for formula, amount in concentrations.items()}
-    return float(AcidBase(acids=WEAK, pkw=PKW).ph(amounts)[0])
+    return float(ph_of(Chemistry(acids=WEAK, pkw=PKW), amounts)[0])
 
 
 def _off(said: float, true: float) -> str:

@@ -78,7 +78,7 @@ COPPER_SULFATE = Experiment(
         "gauze": Placed("wire_gauze", standing(*TRIPOD_AT, GAUZE_HEIGHT), moves=False, tags=("hot",)),
         "dish": Placed("evaporating_dish", standing(0.2, 0.08), properties={
             "solid": {
-                "formula": "CuSO4.5H2O", "mass_g": SALT_G, "molar_mass": SALT_MOLAR_MASS, "density_g_ml": SALT_DENSITY,
+                "formula": "CuSO4.5H2O", "mass_g": SALT_G, "density_g_ml": SALT_DENSITY,
             },
             "heat_capacity_j_per_k": CAPACITY_J_PER_K,
         }),

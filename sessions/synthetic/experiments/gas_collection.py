@@ -96,7 +96,7 @@ GAS_COLLECTION = Experiment(
     {
         "flask": Placed(
             "erlenmeyer_flask", standing(*FLASK_AT), moves=False,
-            properties={"solid": {"formula": "Zn", "mass_g": ZINC_G, "molar_mass": ZINC_MOLAR_MASS}},
+            properties={"solid": {"formula": "Zn", "mass_g": ZINC_G}},
         ),
         "acid": Placed("beaker_100", standing(0.12, 0.07), SPOUT_LEFT, properties=liquid(ACID_ML, "HCl", ACID_MOLAR)),
         "tube": in_rack(*RACK_AT, "pipette", tags=("delivery",)),

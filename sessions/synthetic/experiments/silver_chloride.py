@@ -68,7 +68,7 @@ SILVER_CHLORIDE_EXPERIMENT = Experiment(
         SceneEffect("pour", {"from": ["silver-nitrate"], "into": ["sodium-chloride"]}),
         SceneEffect("mixing", {"in": ["sodium-chloride"]}),
         SceneEffect("reaction", {"equation": "AgNO3 + NaCl -> AgCl + NaNO3"}),
-        SceneEffect("precipitation", {"solid": "AgCl", "ksp": KSP, "molar_mass": SILVER_CHLORIDE, "colour": "white"}),
+        SceneEffect("precipitation", {"solid": "AgCl", "ksp": KSP, "colour": "white"}),
     ),
     version=2,
 )

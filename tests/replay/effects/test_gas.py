@@ -10,7 +10,7 @@ from replay.errors import PlanError
 from replay.pipeline.engine import compute
 from sessions.model.scene import SceneBody
 
-ZINC = {"formula": "Zn", "mass_g": 0.5, "molar_mass": 65.38}
+ZINC = {"formula": "Zn", "mass_g": 0.5}
 GAS = {
     "gas": "H2", "from": "b", "tube": "tube", "outlet": [0.0, 0.5, 0.0], "jar": "jar", "temperature_c": 20.0,
     "pressure_pa": 101325.0,

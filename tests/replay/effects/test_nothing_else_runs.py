@@ -212,7 +212,7 @@ def test_a_run_of_a_scene_touches_nothing_that_its_effects_do_not_call_for(name,
     assert not {EFFECTS[kind].partition(":")[0] for kind in others} & loaded
     asks = bool(told["plan"]["detection"])
     assert bool({"numba", "fcl", "replay.effects.touches"} & loaded) == asks
-    chemistry = {f"replay.effects.{one}" for one in ("matter", "chemistry", "models.ledger", "models.acid_base")}
+    chemistry = {f"replay.effects.{one}" for one in ("matter", "chemistry", "models.ledger", "models.equilibrium")}
     assert bool(chemistry & loaded) == ("mixing" in kinds)
     # An audit reads hands too: it tells contacts of a hand with what it holds apart.
     assert any(topic.startswith("/hands") for topic in told["topics"]) == ("grasp" in kinds or asks)

@@ -1,6 +1,7 @@
 import pytest
 from support.liquid_worlds import RADIUS, glass, poured, still, tilted, world
 
+from replay.effects.models.equation import molar_mass
 from replay.effects.vessels import COLOURS
 from replay.errors import PlanError
 from replay.pipeline.engine import compute
@@ -8,7 +9,7 @@ from replay.pipeline.engine import compute
 MIX = ("mixing", {"in": ["b"]})
 SILVER = ("reaction", {"equation": "AgNO3 + NaCl -> AgCl + NaNO3"})
 TURNED = [0.0, 0.0, 120.0, 120.0, 120.0, 0.0, 0.0, 0.0, 0.0]
-FALLS = {"solid": "AgCl", "ksp": 1.77e-10, "molar_mass": 143.32, "colour": "white"}
+FALLS = {"solid": "AgCl", "ksp": 1.77e-10, "colour": "white"}
 SLOW_NS = 100_000_000
 """A step in which a glass can be emptied."""
 
@@ -53,7 +54,7 @@ def test_silver_goes_to_the_iodide_and_is_not_counted_twice():
     both = (
         ("reaction", {"equation": "Ag+ + Cl- -> AgCl(s)"}), ("reaction", {"equation": "Ag+ + I- -> AgI(s)"}),
         ("precipitation", FALLS),
-        ("precipitation", {"solid": "AgI", "ksp": 8.52e-17, "molar_mass": 234.77, "colour": "yellow"}),
+        ("precipitation", {"solid": "AgI", "ksp": 8.52e-17, "colour": "yellow"}),
     )  # fmt: skip
     bodies = (
         glass("a", 20.0, solute="AgNO3", molar=0.05), glass("b", 20.0, solute="NaCl", molar=0.05),
@@ -72,9 +73,11 @@ def test_silver_goes_to_the_iodide_and_is_not_counted_twice():
     for _ in range(400):
         middle = (low * high) ** 0.5
         low, high = (low, middle) if silver(middle)[0] > 0.0 else (middle, high)
-    assert [chloride / 143.32, iodide / 234.77] == pytest.approx(silver(low)[1], rel=1e-6, abs=1e-12)
+    assert [chloride / molar_mass("AgCl"), iodide / molar_mass("AgI")] == pytest.approx(
+        silver(low)[1], rel=1e-6, abs=1e-12
+    )
     first = found.series["b/AgCl"]
-    assert first.values.max() / 143.32 == pytest.approx(1e-3, rel=1e-3)
+    assert first.values.max() / molar_mass("AgCl") == pytest.approx(1e-3, rel=1e-3)
 
 
 def test_a_solid_stays_when_its_liquid_is_decanted_and_a_declared_share_goes_along():
@@ -115,7 +118,7 @@ def test_a_solid_has_one_solubility_product_and_a_table_that_stands_twice_counts
 
 
 def test_what_falls_out_while_acid_meets_base_falls_out_too():
-    barium = {"solid": "BaSO4", "ksp": 1.08e-10, "molar_mass": 233.39, "colour": "white"}
+    barium = {"solid": "BaSO4", "ksp": 1.08e-10, "colour": "white"}
     bodies = (glass("a", 60.0, solute="Ba(OH)2", molar=0.1), glass("b", 10.0, solute="H2SO4", molar=0.1))
     equation = {"equation": "Ba(OH)2 + H2SO4 -> BaSO4 + 2 H2O"}
     run_ = poured([0.0, *([60.0] * 60)], bodies, MIX, ("reaction", equation), ("precipitation", barium))

@@ -48,7 +48,7 @@ def test_before_the_end_point_there_is_none_and_alone_nothing_reacts():
 
 def test_a_reaction_with_a_rate_nears_the_end_of_its_limiting_reagent():
     zinc = glass("b", 0.0)
-    zinc.extra["properties"]["solid"] = {"formula": "Zn", "mass_g": 0.05, "molar_mass": 65.38}
+    zinc.extra["properties"]["solid"] = {"formula": "Zn", "mass_g": 0.05}
     slow = ("reaction", {"equation": "Zn + 2 HCl -> ZnCl2 + H2", "rate_per_s": 2.0})
     acid = glass("a", 60.0, solute="HCl", molar=2.0)
     run = poured([0.0, *([60.0] * 100)], (acid, zinc), ("mixing", {"in": ["b"]}), slow)["reaction"]
@@ -107,11 +107,11 @@ def test_acids_buffers_and_mixtures_are_known_without_a_table(solutes, strong, w
     assert effects["reaction"].series["flask/pH"].values[-1] == pytest.approx(expected, abs=0.002)
 
 
-def test_acid_spent_on_zinc_neutralises_nothing_more():
-    """10 mL of 1 M HCl are spent on 0.7 g of zinc; poured into 40 mL of 0.5 M NaOH the pH is that of the NaOH alone."""
+def test_acid_spent_on_magnesium_neutralises_nothing_more():
+    """All HCl is spent on an excess of magnesium; poured into NaOH the pH is that of the NaOH alone."""
     spent, base = glass("a", 60.0, solute="HCl", molar=1.0), glass("b", 10.0, solute="NaOH", molar=0.5)
-    spent.extra["properties"]["solid"] = {"formula": "Zn", "mass_g": 7.0, "molar_mass": 65.38}
-    zinc = ("reaction", {"equation": "Zn + 2 HCl -> ZnCl2 + H2"})
+    spent.extra["properties"]["solid"] = {"formula": "Mg", "mass_g": 7.0}
+    zinc = ("reaction", {"equation": "Mg + 2 HCl -> MgCl2 + H2"})
     effects = poured([0.0, 60.0, 60.0], (spent, base), ("mixing", {"in": ["a", "b"]}), zinc, NEUTRAL)
     volume = effects["mixing"].series["b/volume"].values[-1]
     assert effects["reaction"].events == ()
@@ -120,7 +120,7 @@ def test_acid_spent_on_zinc_neutralises_nothing_more():
 
 def test_nothing_is_told_of_a_reaction_before_its_liquid_moves():
     zinc = glass("b", 0.0)
-    zinc.extra["properties"]["solid"] = {"formula": "Zn", "mass_g": 0.05, "molar_mass": 65.38}
+    zinc.extra["properties"]["solid"] = {"formula": "Zn", "mass_g": 0.05}
     slow = ("reaction", {"equation": "Zn + 2 HCl -> ZnCl2 + H2", "rate_per_s": 2.0})
     acid = glass("a", 60.0, solute="HCl", molar=2.0)
     run = poured([*([0.0] * 50), *([60.0] * 50)], (acid, zinc), ("mixing", {"in": ["b"]}), slow)["reaction"]
@@ -183,11 +183,11 @@ def test_what_fits_nothing_is_refused_with_the_nearest_name(settings, acid, word
     [({"equation": "HCl + NaOH -> NaCl + H2O"}, "acids and bases meet at once"),
      ({"equation": "CH3COOH + NaOH -> CH3COONa + H2O"}, "acids and bases meet at once"),
      ({"equation": "NH3 + HCl -> NH4Cl"}, "acids and bases meet at once"),
-     ({"equation": "AgNO3 + NaCl -> AgCl + NaNO3"}, "a solid of an effect precipitation falls out at once")],
+     ({"equation": "AgNO3 + NaCl -> AgCl + NaNO3"}, "a solid with a solubility product falls out at once")],
 )  # fmt: skip
 def test_a_rate_that_would_change_nothing_is_refused(settings, words):
     there = dict.fromkeys(("HCl", "NaOH", "CH3COOH", "NH3", "AgNO3", "NaCl"), 0.1)
-    silver = ("precipitation", {"solid": "AgCl", "ksp": 1.77e-10, "molar_mass": 143.32, "colour": "white"})
+    silver = ("precipitation", {"solid": "AgCl", "ksp": 1.77e-10, "colour": "white"})
     more = (silver,) if "Ag" in settings["equation"] else ()
     reaction = ("reaction", {**settings, "rate_per_s": 0.5})
     with pytest.raises(PlanError, match=f"rate_per_s: {words}; leave it out"):
@@ -215,26 +215,16 @@ def ph_of_hydrogen_carbonate(molar, sodium):
     return ph
 
 
-def test_baking_soda_keeps_its_gas_until_acid_comes_and_ends_where_all_is_gone():
+def test_baking_soda_keeps_its_gas_until_acid_comes_and_ends_where_all_is_protonated():
     soda, gas = glass("flask", 10.0, solute="NaHCO3", molar=0.1), "NaHCO3 + HCl -> NaCl + H2O + CO2"
     acid = glass("burette", 50.0, solute="HCl", molar=0.1, cavity=COLUMN)
     degrees = [0.0, 0.0, *([90.0] * 1500), 0.0]
     run = run_in(degrees, MIX, ("reaction", {"equation": gas}), acid=soda, base=acid)["reaction"]
     assert run.series["flask/pH"].values[0] == pytest.approx(ph_of_hydrogen_carbonate(0.1, 0.1), abs=1e-9)
     assert run.series["flask/extent"].values[0] == 0.0
-    assert run.series["flask/extent"].values[-1] == pytest.approx(1e-3, rel=1e-9)
+    assert run.series["flask/extent"].values[-1] == pytest.approx(1e-3, rel=1e-4)
     (event,) = run.events
     assert event.values["volume_ml"] == pytest.approx(10.0, rel=1e-9) and "HCl and NaHCO3 are" in event.text
-
-
-def test_carbonate_gives_no_gas_before_each_of_it_has_one_proton():
-    soda, gas = glass("flask", 10.0, solute="Na2CO3", molar=0.1), "Na2CO3 + 2 HCl -> 2 NaCl + H2O + CO2"
-    acid = glass("burette", 50.0, solute="HCl", molar=0.1, cavity=COLUMN)
-    effects = run_in([0.0, 0.0, *([90.0] * 2500), 0.0], MIX, ("reaction", {"equation": gas}), acid=soda, base=acid)
-    extent, volume = effects["reaction"].series["flask/extent"], effects["mixing"].series["flask/volume"]
-    came = np.interp(extent.times, volume.times, volume.values) - 10.0
-    assert extent.values == pytest.approx(np.clip(came - 10.0, 0.0, 10.0) * 1e-4, abs=1e-12)
-    assert effects["reaction"].events[0].values["volume_ml"] == pytest.approx(20.0, rel=1e-9)
 
 
 @pytest.mark.parametrize(

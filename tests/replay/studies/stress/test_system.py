@@ -77,7 +77,7 @@ def test_effects_are_asked_once_whoever_else_is_and_what_they_get_wrong_breaks_t
     assert min(one.asked for one in told) >= 50
     monkeypatch.setattr(effect_cases, "volume_kept", lambda tilt, radius, height: 2.0 - tilt)
     monkeypatch.setattr(effect_cases, "cooled", lambda **given: 20.0)
-    monkeypatch.setattr(effect_cases.AcidBase, "ph", lambda self, amounts: np.array([7.0]))
+    monkeypatch.setattr(effect_cases, "ph_of", lambda chemistry, amounts: np.array([7.0]))
     told = run_cases(["exact"], [49, 50, 51])
     assert all(0 < one.missed < one.asked for one in told)
     words = StressResult(100, 1, 0.0, (), (), told).broken[2]

@@ -1,0 +1,153 @@
+"""The mixture that a scene's chemistry makes: species, solids and gases with their constants and enthalpies."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+
+from cdcore.numerics import FloatArray
+from replay.effects.models.equilibrium import Mixture, equilibrium
+from replay.effects.models.species import (
+    AIR_CO2,
+    ATMOSPHERE_PA,
+    ENTHALPY,
+    HENRY,
+    HYDROLYSIS,
+    WATER_KJ_MOL,
+    Chemistry,
+)  # fmt: skip
+
+SOLID, GAS = "(s)", "(g)"
+PROTON, WATER = "H+", "H2O"
+LN_10: Final = float(np.log(10.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Speciation:
+    """A mixture in the columns of a ledger.
+
+    Parameters
+    ----------
+    mixture : species and phases of its parts, which are columns.
+    changes : for each phase what one mol of it takes from the columns, below 0, and gives, itself and water among them.
+    forms : (part, protons) -> row of the species; hydroxide is (``H+``, -1).
+    species_j_mol, phases_j_mol : (s,), (p,) enthalpy of formation from the parts; NaN where no table knows it.
+    """
+
+    mixture: Mixture
+    changes: tuple[Mapping[str, float], ...]
+    forms: Mapping[tuple[str, int], int]
+    species_j_mol: FloatArray
+    phases_j_mol: FloatArray
+
+    def form(self, chemistry: Chemistry, formula: str) -> dict[int, float] | None:
+        """Rows of the species that a dissolved formula is when nothing has reacted; ``None``: they cannot be told."""
+        parts = dict(chemistry.parts(formula) or {})
+        protons = parts.pop(PROTON, 0)
+        takers = [part for part in parts if chemistry.pka.get(part)]
+        if len(takers) > 1 and protons:
+            return None
+        found: dict[int, float] = {}
+        for part in takers:
+            each, rest = divmod(max(protons, 0), parts[part])
+            if rest or (part, each) not in self.forms:
+                return None
+            found[self.forms[part, each]] = float(parts[part])
+        if protons and (protons < 0 or not takers):
+            found[self.forms[PROTON, 1 if protons > 0 else -1]] = float(abs(protons))
+        return found
+
+
+def speciation_of(
+    chemistry: Chemistry, columns: Iterable[str], solids: Mapping[str, float], gases: Iterable[str], *, open_air: bool
+) -> Speciation:
+    """The mixture of these columns, with solids by their solubility product and gases that bubble.
+
+    ``open_air``: carbon dioxide of the air comes in and goes out, beside what bubbles.
+    """
+    there = dict.fromkeys(columns)
+    phases = [
+        (formula + SOLID, _dissolved(chemistry, formula), float(np.log(ksp)) - _from_parts(chemistry, formula) * LN_10)
+        for formula, ksp in solids.items()
+    ]
+    dissolving = dict.fromkeys([*gases, *(["CO2"] if open_air else [])])
+    for formula in dissolving:
+        part, protons, per_m3 = HENRY[formula]
+        share = AIR_CO2 if open_air and formula == "CO2" else 1.0
+        level = np.log(per_m3 * 1e-3 * share * ATMOSPHERE_PA) - _protonation(chemistry.pka[part], protons) * LN_10
+        changes = {part: 1.0, PROTON: float(protons), **({WATER: -1.0} if part != formula else {})}
+        phases.append((formula + GAS, changes, float(level)))
+    phases = [phase for phase in phases if all(part in there for part in phase[1] if part != WATER) or open_air]
+    used = {part for _, changes, _ in phases for part in changes}
+    parts = [PROTON] + [
+        part for part in dict.fromkeys((*there, *sorted(used)))
+        if part not in (PROTON, WATER) and (part in used or chemistry.pka.get(part) or part in HYDROLYSIS)
+    ]  # fmt: skip
+    rows: list[tuple[str, dict[str, int], float, float]] = [
+        (PROTON, {PROTON: 1}, 0.0, 0.0),
+        ("OH-", {PROTON: -1}, -chemistry.pkw, ENTHALPY["OH-"][0] - WATER_KJ_MOL),
+    ]
+    forms = {(PROTON, 1): 0, (PROTON, -1): 1}
+    for part in parts[1:]:
+        known = ENTHALPY.get(part, ())
+        for protons in range(len(chemistry.pka.get(part, ())) + 1):
+            forms[part, protons] = len(rows)
+            rise = 0.0 if protons == 0 else known[protons] - known[0] if protons < len(known) else np.nan
+            rows.append((part, {part: 1, PROTON: protons}, _protonation(chemistry.pka.get(part, ()), protons), rise))
+        rows += [(part, {part: many, PROTON: -many}, log, 0.0) for many, log in HYDROLYSIS.get(part, ())]
+    mixture = Mixture(
+        tuple(parts), tuple(row[0] for row in rows), _table([row[1] for row in rows], parts),
+        np.array([row[2] for row in rows]) * LN_10, tuple(phase[0] for phase in phases),
+        _table([phase[1] for phase in phases], parts), np.array([phase[2] for phase in phases], dtype=np.float64),
+        np.array([open_air and phase[0] == "CO2" + GAS for phase in phases], dtype=np.bool_),
+    )  # fmt: skip
+    formed = tuple({**{part: -many for part, many in uses.items()}, name: 1.0} for name, uses, _ in phases)
+    return Speciation(
+        mixture, formed, forms, np.array([row[3] for row in rows]) * 1e3,
+        np.array([enthalpy_j(changes) for changes in formed], dtype=np.float64),
+    )  # fmt: skip
+
+
+def ph_of(chemistry: Chemistry, molar: Mapping[str, FloatArray]) -> FloatArray:
+    """pH (n,) of solutions with so much (n,) mol/L of each formula; what stays whole is a spectator."""
+    count = max((len(one) for one in molar.values()), default=0)
+    there: dict[str, FloatArray] = {PROTON: np.zeros(count)}
+    for formula, amount in molar.items():
+        for part, many in _dissolved(chemistry, formula).items():
+            there[part] = there.get(part, np.zeros(count)) + many * amount
+    mixture = speciation_of(chemistry, there, {}, (), open_air=False).mixture
+    totals = np.stack([there[part] for part in mixture.parts], axis=1)
+    return equilibrium(mixture, totals, np.ones(count)).ph
+
+
+def enthalpy_j(changes: Mapping[str, float]) -> float:
+    """Enthalpy in J of so many mol made and used; NaN where no table knows a column."""
+    total = 0.0
+    for column, many in changes.items():
+        total += many * (WATER_KJ_MOL if column == WATER else ENTHALPY.get(column, (np.nan,))[0])
+    return total * 1e3
+
+
+def _dissolved(chemistry: Chemistry, formula: str) -> dict[str, float]:
+    return {part: float(many) for part, many in (chemistry.parts(formula) or {formula: 1}).items()}
+
+
+def _from_parts(chemistry: Chemistry, formula: str) -> float:
+    """log10 of the constant with which a solid's ions, as its solubility product counts them, come from its parts."""
+    parts = chemistry.parts(formula) or {}
+    protons = parts.get(PROTON, 0)
+    if protons <= 0:
+        return protons * chemistry.pkw
+    takers = {part: many for part, many in parts.items() if chemistry.pka.get(part)}
+    return sum(many * _protonation(chemistry.pka[part], protons // many) for part, many in takers.items())
+
+
+def _protonation(pka: Iterable[float], protons: int) -> float:
+    """log10 of the constant with which so many protons are taken, the tightest first."""
+    return float(sum(sorted(pka, reverse=True)[:protons]))
+
+
+def _table(rows: list[dict[str, float]] | list[dict[str, int]], parts: list[str]) -> FloatArray:
+    table = [[float(row.get(part, 0.0)) for part in parts] for row in rows]
+    return np.array(table, dtype=np.float64).reshape(len(rows), len(parts))

@@ -1,0 +1,243 @@
+"""pH, solids and gases against the balance of charges in forty digits, and against PHREEQC."""
+
+import numpy as np
+import pytest
+from mpmath import mpf
+from support.charge_balance import CARBONATES, HALIDES, HYDROXIDES, Solution
+
+from replay.effects.models.equilibrium import equilibrium
+from replay.effects.models.speciation import ph_of, speciation_of
+from replay.effects.models.species import KSP, Chemistry
+
+CHEMISTRY = Chemistry()
+PARTS = {
+    "acetate": "CH3COO-", "sulfate": "SO4^2-", "phosphate": "PO4^3-", "ammonia": "NH3", "fluoride": "F-",
+    "carbonate": "CO3^2-", "Fe": "Fe^3+", "Cu": "Cu^2+", "Mg": "Mg^2+", "Ca": "Ca^2+", "Ba": "Ba^2+", "Zn": "Zn^2+",
+    "Ag": "Ag+", "Cl": "Cl-", "Br": "Br-", "I": "I-",
+}  # fmt: skip
+
+
+def solved(molar, solids=(), gases=(), open_air=False, litres=1.0, ksp=KSP):
+    """pH and phases, mol/L, of formulas or parts in mol/L."""
+    totals = {"H+": 0.0}
+    for formula, amount in molar.items():
+        for part, many in (CHEMISTRY.parts(formula) or {formula: 1}).items():
+            totals[part] = totals.get(part, 0.0) + many * amount * litres
+    made = speciation_of(CHEMISTRY, totals, {name: ksp[name] for name in solids}, gases, open_air=open_air)
+    row = np.array([[totals.get(part, 0.0) for part in made.mixture.parts]])
+    found = equilibrium(made.mixture, row, np.array([litres]))
+    return float(found.ph[0]), dict(zip(made.mixture.phases, (found.phases[0] / litres).tolist(), strict=True))
+
+
+def a_mixture(seed):
+    """Parts in mol/L with their protons, solids, whether gas bubbles, and the truth."""
+    rng = np.random.default_rng(seed)
+
+    def some(names, most):
+        return [str(name) for name in rng.choice(names, int(rng.integers(0, most + 1)), replace=False)]
+
+    def amount():
+        return float(10.0 ** rng.uniform(-5.0, 0.0))
+
+    acids = {
+        name: amount() for name in some(["acetate", "sulfate", "phosphate", "ammonia", "fluoride", "carbonate"], 3)
+    }
+    metals = {name: amount() for name in some(["Fe", "Cu", "Mg", "Ca", "Ba", "Zn"], 3)}
+    halides = {name: amount() for name in some(["Cl", "Br", "I"], 3)}
+    if halides and rng.random() < 0.7:
+        metals["Ag"] = amount()
+    solids = [s for s, (m, *_) in HYDROXIDES.items() if m in metals and rng.random() < 0.7]
+    solids += [s for s, (m, _) in CARBONATES.items() if m in metals and "carbonate" in acids and rng.random() < 0.8]
+    solids += [s for s, (x, _) in HALIDES.items() if x in halides and "Ag" in metals]
+    gas = "carbonate" in acids and rng.random() < 0.5
+    proton = float(rng.choice([-1.0, 1.0]) * amount())
+    # Protons beyond the parts without any: their charge says what the ions that only look on have.
+    charges = {"acetate": -1, "sulfate": -2, "phosphate": -3, "ammonia": 0, "fluoride": -1, "carbonate": -2}
+    positive = {"Fe": 3, "Ag": 1}
+    parts = [(charges[name], value) for name, value in acids.items()] + [(-1, value) for value in halides.values()]
+    parts += [(positive.get(name, 2), value) for name, value in metals.items()]
+    strong = -mpf(proton) - sum((charge * mpf(value) for charge, value in parts), mpf(0))
+    exact = [{name: mpf(value) for name, value in one.items()} for one in (acids, metals, halides)]
+    molar = {PARTS[name]: value for one in (acids, metals, halides) for name, value in one.items()}
+    return {"H+": proton, **molar}, solids, gas, Solution(*exact, strong, solids, gas)
+
+
+def check(seed):
+    molar, solids, gas, truth = a_mixture(seed)
+    ph, phases = solved(molar, solids, ["CO2"] if gas else [], litres=float(10.0 ** (seed % 5 - 3)))
+    true_ph, true_phases = truth.result()
+    assert ph == pytest.approx(float(true_ph), abs=1e-9), seed
+    for name, amount in true_phases.items():
+        formed = phases[name + ("(g)" if name == "CO2" else "(s)")]
+        assert formed == pytest.approx(float(amount), rel=1e-9, abs=1e-13 * max(molar.values())), (seed, name)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_acids_solids_and_gas_agree_with_the_balance_of_charges_in_forty_digits(seed):
+    check(seed)
+
+
+@pytest.mark.slow
+def test_three_hundred_mixtures_agree_with_the_balance_of_charges_in_forty_digits():
+    for seed in range(1000, 1300):
+        check(seed)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_order_of_parts_and_solids_changes_nothing(seed):
+    molar, solids, gas, _ = a_mixture(seed)
+    gases = ["CO2"] if gas else []
+    ph, phases = solved(molar, solids, gases)
+    again, turned = solved(dict(reversed(molar.items())), solids[::-1], gases)
+    assert again == pytest.approx(ph, abs=1e-10)
+    for name, amount in phases.items():
+        assert turned[name] == pytest.approx(amount, rel=1e-10, abs=1e-14)
+
+
+def closed_form(acid, base, pkw=13.995):
+    """Strong acid with strong base: [H] solves a quadratic; the form without cancellation on either side."""
+    half = 0.5 * (acid - base)
+    root = np.hypot(half, 10.0 ** (-pkw / 2))
+    return -np.log10(half + root) if half >= 0 else pkw + np.log10(root - half)
+
+
+@pytest.mark.parametrize("acid", [0.0, 1e-12, 1e-8, 1e-7, 1e-3, 1.0, 12.0])
+@pytest.mark.parametrize("base", [0.0, 1e-8, 1e-3, 12.0])
+def test_strong_acid_and_base_have_the_ph_of_the_quadratic(acid, base):
+    (ph,) = ph_of(CHEMISTRY, {"HCl": np.array([acid]), "NaOH": np.array([base])})
+    assert ph == pytest.approx(closed_form(acid, base), abs=1e-9)
+
+
+def test_adding_base_only_raises_the_ph_and_it_stays_finite_at_every_extreme():
+    base = np.concatenate([[0.0], np.logspace(-16, 1, 200)])
+    for acid in ("HCl", "CH3COOH", "H3PO4", "FeCl3", "AlCl3"):
+        curve = ph_of(CHEMISTRY, {acid: np.full(201, 0.1), "NaOH": base})
+        assert np.isfinite(curve).all() and (np.diff(curve) >= -1e-9).all()
+    assert len(ph_of(CHEMISTRY, {})) == 0
+
+
+def test_a_solid_of_which_a_part_is_missing_is_not_there():
+    assert solved({"AgNO3": 0.1, "NaCl": 0.0}, ["AgCl"])[1] == {"AgCl(s)": 0.0}
+
+
+# What a teacher would try first. Sources: constants of the CRC Handbook (Ksp, pKa) and of Baes and Mesmer (hydrolysis);
+# each figure by hand from them, in a comment.
+TEN_MMOL = 0.0104 / 0.025
+
+
+@pytest.mark.parametrize("solid", ["CaCO3", "Mg(OH)2", "Cu(OH)2", "Fe(OH)3"])
+def test_acid_in_excess_dissolves_a_carbonate_or_hydroxide_whole(solid):
+    """10.4 mmol HCl on 0.25 mmol in 25 mL: by charge 0.416 - n 0.01 mol/L of protons are left, n 2 or 3."""
+    ph, phases = solved({"HCl": TEN_MMOL, solid: 0.01}, [solid], ["CO2"] if solid == "CaCO3" else [])
+    left = TEN_MMOL - (0.03 if solid == "Fe(OH)3" else 0.02)
+    assert phases[solid + "(s)"] == 0.0 and ph == pytest.approx(-np.log10(left), abs=0.01)
+
+
+def test_calcium_and_hydrogen_carbonate_make_less_than_half_as_much_solid():
+    """2 HCO3- + Ca^2+ = CaCO3 + CO2 + H2O: near 45 % of the carbonate falls out and near 45 % stays as CO2, pH 5.7."""
+    ph, phases = solved({"CaCl2": 0.05, "NaHCO3": 0.05}, ["CaCO3"])
+    assert phases["CaCO3(s)"] / 0.05 == pytest.approx(0.45, abs=0.01) and ph == pytest.approx(5.7, abs=0.05)
+
+
+@pytest.mark.parametrize("acid", ["NH4Cl", "HCN"])
+def test_an_acid_weaker_than_carbonic_acid_drives_no_gas_out_of_hydrogen_carbonate(acid):
+    """pKa 9.25 and 9.21 against 6.35: [CO2] stays near 0.1 * 10^(6.35 - 7.8), a tenth of what bubbles."""
+    ph, phases = solved({acid: 0.1, "NaHCO3": 0.1}, [], ["CO2"])
+    assert phases["CO2(g)"] == 0.0 and ph == pytest.approx(0.5 * (6.35 + 9.23), abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("salt", "ph", "within"),
+    # [H]^2 / (0.1 - [H]) = 10^-2.19 and 10^-4.97; copper: 2 Cu^2+ = Cu2(OH)2^2+ + 2 H+ with 10^-10.36, and HSO4-.
+    [("FeCl3", 1.65, 0.01), ("AlCl3", 2.99, 0.01), ("CuSO4", 4.36, 0.03)],
+)  # fmt: skip
+def test_salts_of_metal_ions_that_water_takes_apart_are_sour(salt, ph, within):
+    assert solved({salt: 0.1})[0] == pytest.approx(ph, abs=within)
+
+
+def test_silver_goes_to_the_iodide_first_whatever_the_order_of_the_tables():
+    """0.1 mol/L of silver with 0.1 of chloride and 0.05 of iodide: all iodide, then chloride, in either order."""
+    for order in (["AgCl", "AgI"], ["AgI", "AgCl"]):
+        phases = solved({"AgNO3": 0.1, "NaCl": 0.1, "KI": 0.05}, order)[1]
+        assert phases["AgI(s)"] == pytest.approx(0.05, rel=1e-5) and phases["AgCl(s)"] == pytest.approx(0.05, rel=1e-4)
+
+
+def test_water_open_to_the_air_is_sour_and_closed_neutral():
+    """[H]^2 = 10^-6.35 [CO2] with 420 ppm of CO2: pH 5.6 (Stumm and Morgan give 5.65 at 370 ppm)."""
+    assert solved({"H2O": 55.0}, [], [], open_air=True)[0] == pytest.approx(5.60, abs=0.02)
+    assert solved({"H2O": 55.0})[0] == pytest.approx(13.995 / 2, abs=1e-9)
+
+
+# A data base for PHREEQC with the constants of the tables; each anion is an element, so that nothing is oxidised.
+ELEMENTS = {
+    "Na": ("Na+", 1), "Cl": ("Cl-", -1), "K": ("K+", 1), "Nit": ("NO3-", -1), "Acet": ("CH3COO-", -1),
+    "Carb": ("CO3^2-", -2), "Phos": ("PO4^3-", -3), "Sulf": ("SO4^2-", -2), "Amm": ("NH3", 0), "Sr": ("Sr^2+", 2),
+    "Ba": ("Ba^2+", 2), "Mg": ("Mg^2+", 2), "Fe": ("Fe^3+", 3), "Ag": ("Ag+", 1),
+}  # fmt: skip
+MINERALS = {
+    "SrCO3": ("SrCarb = Sr+2 + Carb-2", 0), "BaSO4": ("BaSulf = Ba+2 + Sulf-2", 0), "AgCl": ("AgCl = Ag+ + Cl-", 0),
+    "Mg(OH)2": ("Mg(OH)2 + 2 H+ = Mg+2 + 2 H2O", 2), "Fe(OH)3": ("Fe(OH)3 + 3 H+ = Fe+3 + 3 H2O", 3),
+}  # fmt: skip
+
+
+def ion(name, charge):
+    return name if not charge else f"{name}{'+' if charge > 0 else '-'}{abs(charge) if abs(charge) > 1 else ''}"
+
+
+def data_base():
+    lines = ["SOLUTION_MASTER_SPECIES", "H H+ -1.0 H 1.008", "H(0) H2 0 H", "H(1) H+ -1.0 H", "E e- 0 0 0",
+             "O H2O 0 O 16.0", "O(0) O2 0 O", "O(-2) H2O 0 0"]  # fmt: skip
+    lines += [f"{name} {ion(name, charge)} 0 {name} 50.0" for name, (_, charge) in ELEMENTS.items()]
+    lines += ["SOLUTION_SPECIES", "H+ = H+", " log_k 0", "e- = e-", " log_k 0", "H2O = H2O", " log_k 0",
+              "H2O = OH- + H+", f" log_k {-CHEMISTRY.pkw}", "2 H2O = O2 + 4 H+ + 4 e-", " log_k -86.08",
+              "2 H+ + 2 e- = H2", " log_k -3.15"]  # fmt: skip
+    for name, (part, charge) in ELEMENTS.items():
+        lines += [f"{ion(name, charge)} = {ion(name, charge)}", " log_k 0"]
+        steps, total = sorted(CHEMISTRY.pka.get(part, ()), reverse=True), 0.0
+        for protons, step in enumerate(steps, start=1):
+            total += step
+            made = ion(f"H{protons if protons > 1 else ''}{name}", charge + protons)
+            lines += [f"{ion(name, charge)} + {protons} H+ = {made}", f" log_k {total}"]
+        if part == "Fe^3+":
+            lines += ["Fe+3 + H2O = FeOH+2 + H+", " log_k -2.19"]
+    lines.append("PHASES")
+    for name, (equation, hydroxides) in MINERALS.items():
+        solid = f"{name.replace('(', '').replace(')', '')}_s"
+        lines += [solid, equation, f" log_k {np.log10(KSP[name]) + hydroxides * CHEMISTRY.pkw}"]
+    return "\n".join([*lines, "END"])
+
+
+DILUTE = [
+    ({"CH3COOH": 5e-4, "NaOH": 2e-4}, []), ({"NH3": 5e-4, "NH4Cl": 3e-4}, []), ({"Na2CO3": 2e-4, "HCl": 3e-4}, []),
+    ({"H3PO4": 1e-4, "NaOH": 1.5e-4}, []), ({"NaHCO3": 2e-4, "SrCl2": 1e-4, "NaOH": 2e-4}, ["SrCO3"]),
+    ({"MgCl2": 2e-4, "NaOH": 6e-4}, ["Mg(OH)2"]), ({"AgNO3": 3e-4, "NaCl": 2e-4}, ["AgCl"]),
+    ({"BaCl2": 1e-4, "Na2SO4": 1e-4, "HCl": 2e-4}, ["BaSO4"]), ({"FeCl3": 1e-4, "NaOH": 1e-4}, ["Fe(OH)3"]),
+]  # fmt: skip
+
+
+def asked_phreeqc(molar, solids):
+    """pH and solids by PHREEQC, with its own activities."""
+    phreeqc = pytest.importorskip("phreeqpython").PhreeqPython()
+    phreeqc.ip.load_database_string(data_base())
+    totals = {}
+    for formula, amount in molar.items():
+        for part, many in CHEMISTRY.parts(formula).items():
+            totals[part] = totals.get(part, 0.0) + many * amount
+    names = {part: name for name, (part, _) in ELEMENTS.items()}
+    text = ["SOLUTION 1", " units mol/kgw", " pH 7 charge", " temp 25"]
+    text += [f" {names[part]} {amount}" for part, amount in totals.items() if part in names]
+    minerals = [f"{name.replace('(', '').replace(')', '')}_s" for name in solids]
+    text += ["EQUILIBRIUM_PHASES 1", *(f" {name} 0 0" for name in minerals)] if minerals else []
+    text += ["SELECTED_OUTPUT", " -reset false", " -pH true", f" -equilibrium_phases {' '.join(minerals)}", "END"]
+    phreeqc.ip.run_string("\n".join(text))
+    header, *_, last = phreeqc.ip.get_selected_output_array()
+    row = dict(zip(header, last, strict=True))
+    return float(row["pH"]), [float(row[name]) for name in minerals]
+
+
+@pytest.mark.parametrize(("molar", "solids"), DILUTE, ids=["-".join(molar) for molar, _ in DILUTE])
+def test_dilute_mixtures_agree_with_phreeqc(molar, solids):
+    ph, phases = solved(molar, solids)
+    told, formed = asked_phreeqc(molar, solids)
+    assert ph == pytest.approx(told, abs=0.03)
+    assert [phases[name + "(s)"] for name in solids] == pytest.approx(formed, rel=0.05)
