@@ -12,7 +12,6 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("cdcore", "sessions", "replay")
-VERBS = ("plan", "run", "audit", "tradeoff", "stress")
 
 
 def homes(package):

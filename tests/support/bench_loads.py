@@ -124,13 +124,6 @@ def make_workload(
     return BenchWorkload(names, tuple(shapes[kind] for kind in kinds), poses, np.array(pairs, dtype=np.int64))
 
 
-def make_resting(faces: int, frames: int = 900) -> BenchWorkload:
-    """A cup that stands exactly on a tray and is pushed along it: every frame takes exact arithmetic."""
-    poses = np.tile(np.eye(4), (frames, 2, 1, 1))
-    poses[:, 1, 0, 3] = 1e-5 * np.arange(frames)
-    return BenchWorkload(("tray-0", "cup-1"), (MAKERS["tray"](faces), MAKERS["cup"](faces)), poses, np.array([[0, 1]]))
-
-
 def _follow(script: list[Key], seconds: FloatArray, rng: np.random.Generator, poses: FloatArray) -> None:
     """Write the poses along the keys, smooth in between, with tremor."""
     table = np.array([[key[0], *np.array(key[2:5]) + PLACES.get(key[1], (0.0, 0.0, 0.0)), *key[5:]] for key in script])

@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from click.testing import CliRunner
+from support.paper_matrices import apply_row, row_rotation, row_scale, row_translation
 from support.small_worlds import cubes
 
 import replay
@@ -84,32 +85,19 @@ def test_every_place_of_the_table_was_opened():
     assert sorted(opened) == sorted(PLACES)
 
 
-def printed(angles, scales, move):
-    """The five matrices as printed, for rows of numbers."""
-    (ca, cb, cg), (sa, sb, sg) = np.cos(angles), np.sin(angles)
-    return {
-        2: np.array([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [*move, 1]]),
-        4: np.diag([*scales, 1]),
-        9: np.array([[1, 0, 0, 0], [0, ca, sa, 0], [0, -sa, ca, 0], [0, 0, 0, 1]]),
-        11: np.array([[cb, 0, -sb, 0], [0, 1, 0, 0], [sb, 0, cb, 0], [0, 0, 0, 1]]),
-        13: np.array([[cg, sg, 0, 0], [-sg, cg, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]),
-    }
-
-
 def test_equations_1_to_14_as_printed_place_points_as_the_functions_of_the_table_do():
     rng = np.random.default_rng(14)
     for _ in range(50):
         angles, scales, move = rng.uniform(-3, 3, 3), rng.uniform(0.1, 3, 3), rng.normal(size=3)
-        matrices = printed(angles, scales, move)
+        turns = [row_rotation(axis, angle) for axis, angle in enumerate(angles)]
         points = rng.normal(size=(3, 3))
-        rows = np.concatenate([points, np.ones((3, 1))], axis=1)
-        for matrix in matrices.values():
-            posed = MeshData(points, [[0, 1, 2]]).transformed(matrix.T)
-            np.testing.assert_allclose(posed.vertices, (rows @ matrix)[:, :3], rtol=0, atol=1e-12)
-        np.testing.assert_allclose(place_points(points, np.eye(3), move), (rows @ matrices[2])[:, :3], atol=1e-12)
-        for axis, number in enumerate((9, 11, 13)):
+        for matrix in (row_translation(move), row_scale(scales), *turns):
+            posed = MeshData(points, [[0, 1, 2]]).transformed(matrix.T).vertices
+            np.testing.assert_allclose(posed, apply_row(points, matrix), rtol=0, atol=1e-12)
+        moved = place_points(points, np.eye(3), move)
+        np.testing.assert_allclose(moved, apply_row(points, row_translation(move)), rtol=0, atol=1e-12)
+        for axis, matrix in enumerate(turns):
             turn = rotation_from_quaternion(quaternion_about(np.eye(3)[axis], angles[axis]))
-            np.testing.assert_allclose(turn, matrices[number][:3, :3].T, rtol=0, atol=1e-12)
+            np.testing.assert_allclose(turn, matrix[:3, :3].T, rtol=0, atol=1e-12)
         turned = rotation_from_quaternion(quaternion_from_euler(angles, "xyz"))
-        in_order = (matrices[9] @ matrices[11] @ matrices[13])[:3, :3]
-        np.testing.assert_allclose(turned, in_order.T, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(turned, (turns[0] @ turns[1] @ turns[2])[:3, :3].T, rtol=0, atol=1e-12)

@@ -5,8 +5,6 @@ import pytest
 
 from cdcore import Body, Motion, TriangleMesh, create_detector
 from cdcore.protocol import counts_as_contact
-from replay.outputs.paper_table import PaperTable
-from replay.studies.paper import verdict
 from replay.studies.paper.frame_sampling import STEPS, Sampled, frame_sampling_table, held_to, sample_frames
 from sessions.geometry.shapes import make_shape
 
@@ -70,16 +68,7 @@ def test_the_table_adds_sessions_and_averages_phases():
     assert one.column("looks a second") == [90.0, 45.0, 22.5, 10.0]
     assert set(one.column("contacts")) == {8} and set(one.column("missed, mean")) == {2.0}
     assert set(one.column("missed seconds, share")) == {0.25}
-    rates = ", ".join(f"2.0 (25.0 % of the seconds) at {rate:g} looks a second" for rate in (90, 45, 22.5, 10))
-    assert verdict._frames(one) == f"T1d: of 8 contacts these are missed, mean of all phases: {rates}."
     assert "95 %, over contacts, not over look phases alone" in one.note
-
-
-@pytest.mark.parametrize(("whole", "named"), [([], "none"), (["a"], "a"), (["a", "b"], "a, b")])
-def test_the_rows_that_find_every_pair_are_named_and_none_where_there_is_none(whole, named):
-    rows = tuple((name, 5, 5 if name in whole else 4, 1.0) for name in ("a", "b"))
-    table = PaperTable("T1a", "", ("algorithm", "poses", "poses with every pair", "precision"), rows, "")
-    assert f"is found by {named}; the least precision" in verdict._completion(table)
 
 
 @pytest.mark.slow
