@@ -1,6 +1,7 @@
 """Pairs of bodies in one frame after another, exactly; nothing is set up for a frame but the poses of bodies."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.pair_job import Poses, bits_of, pad_between
 from cdcore.narrow.spacetime.pose_lanes import Tracks, ends_of
 from cdcore.narrow.spacetime.traverse import Workspace
+from cdcore.narrow.spacetime.undecided import decide_by_integers
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import IntArray, readonly
 from cdcore.protocol import Motion, Verdict
@@ -43,9 +45,10 @@ class FrameLooks:
         (size_a, skew_a, _), (size_b, skew_b, _) = (self._tracks[k].found[0].tolist() for k in (a, b))
         pad = pad_between((self._trees[a], self._trees[b]), size_a + size_b, skew_a + skew_b)
         self._marks[0, 0] = 0
-        if pad < np.inf and (self._workspace.traverse_one(self._rows[column], pad) or self._marks[0, 0]):
+        if pad < np.inf:
+            self._workspace.traverse_one(self._rows[column], pad, partial(self._settle, a, b))
             return (CONTACT if self._marks[0, 0] else CLEAR), False
-        # Sizes beyond the kernels and ties that only exact arithmetic decides are rare.
+        # Sizes beyond the kernels are rare.
         poses = Poses(now.rotations, now.translations, now.valid)
         return (CONTACT if decide_motion(self._trees, self._pairs[[column]], poses).hits[0, 0] else CLEAR), False
 
@@ -54,6 +57,10 @@ class FrameLooks:
         question = BlockQuestion(0, 1, 0.0, False, *bits_of(trees))
         rows = (trees[0].row, trees[1].row), (tracks[0].rows, tracks[1].rows)
         return self._workspace.rows_of(*rows, question, self._marks[None], self._work)
+
+    def _settle(self, a: int, b: int, _row: int, keys: IntArray) -> IntArray:
+        trees, lanes = (self._trees[a], self._trees[b]), (self._tracks[a][0], self._tracks[b][0])
+        return decide_by_integers(keys, bits_of(trees), 0, trees, lanes, self._marks[0])
 
     def _place(self, now: Motion, body: int) -> None:
         self._tracks[body].fill(now.rotations, now.translations, self._numbers[body], FRAME)

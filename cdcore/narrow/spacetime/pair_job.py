@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from math import isfinite
 from time import perf_counter
 from typing import NamedTuple
@@ -14,16 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.spacetime.block import COUNTERS, EXACT_TESTS, INTEGER_TESTS, SKIPPED_FRAMES, BlockQuestion
+from cdcore.narrow.spacetime.block import COUNTERS, SKIPPED_FRAMES, BlockQuestion
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, LARGEST_SKEW, SMALLEST_SIZE, position_pad
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.far_poses import certainly_apart
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes, Tracks, pose_lanes
 from cdcore.narrow.spacetime.time_spans import SPAN_TESTS, first_near_of
 from cdcore.narrow.spacetime.traverse import Workspace
-from cdcore.narrow.spacetime.undecided import decide_undecided
-from cdcore.narrow.triangles.filter import UNDECIDED
-from cdcore.narrow.triangles.predicates import triangles_intersect
+from cdcore.narrow.spacetime.undecided import decide_by_integers
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Motion
 
@@ -135,24 +132,19 @@ class PairJob:
             return self._dismissed(stop - start)
         if not isfinite(self._pad):
             return self._exhaustive(start, stop, marks)
-        work, begin = np.zeros(COUNTERS, dtype=np.int64), perf_counter()
+        work, before, clock = np.zeros(COUNTERS, dtype=np.int64), workspace.exact_seconds, [perf_counter()]
         (tree_a, tree_b), (a, b) = self._trees, self._lanes
         question = BlockQuestion(start, stop, self._pad, self._faces, *self._bits)
-        found = workspace.traverse(tree_a, a, tree_b, b, question, marks, work)
-        return self.finished(found, start, marks, work, begin)
 
-    def finished(
-        self, found: list[IntArray], start: int, marks: ByteArray, work: IntArray, begin: float
-    ) -> FramesAnswer:
-        """The answer of frames from ``start`` on, from the lists that their search, begun then, left."""
-        (keys, later), clock = found, [begin, perf_counter()]
-        if len(later):
-            keys = np.concatenate([keys, self._settled(later, start, marks[0], work)])
+        def settle(_row: int, keys: IntArray) -> IntArray:
+            return self.settled(keys, start, marks[0])
+
+        keys = workspace.traverse(tree_a, a, tree_b, b, question, settle, marks, work)
         clock.append(perf_counter())
-        frame, faces = self._unpacked(keys) if len(keys) else (NO_FRAMES, NO_FACES)
+        frame, faces = self.unpacked(keys)
         clock.append(perf_counter())
-        search, exact, sorting = (after - before for before, after in pairwise(clock))
-        return FramesAnswer(frame + start, faces, work, (search, exact, sorting))
+        exact = workspace.exact_seconds - before
+        return FramesAnswer(frame + start, faces, work, (clock[1] - clock[0] - exact, exact, clock[2] - clock[1]))
 
     def _dismissed(self, count: int) -> FramesAnswer:
         """Frames that one climb over the spans dismissed: 5 us a pair where setting up the kernel's row takes 25."""
@@ -160,8 +152,10 @@ class PairJob:
         work[SKIPPED_FRAMES], work[SPAN_TESTS] = count, self._tests
         return FramesAnswer(NO_FRAMES, NO_FACES, work, (0.0, 0.0, 0.0))
 
-    def _unpacked(self, keys: IntArray) -> tuple[IntArray, NDArray[np.int32]]:
+    def unpacked(self, keys: IntArray) -> tuple[IntArray, NDArray[np.int32]]:
         """Frames and face pairs, sorted, faces in the order of the pair."""
+        if not len(keys):
+            return NO_FRAMES, NO_FACES
         bits_a, bits_b = self._bits
         both = bits_a + bits_b
         if self.turned:
@@ -174,21 +168,9 @@ class PairJob:
         faces[:, 1] = keys & ((1 << bits_b) - 1)
         return keys >> both, faces
 
-    def _settled(self, keys: IntArray, start: int, hits: ByteArray, work: IntArray) -> IntArray:
-        """Decide the face pairs the kernel left open, in leaf order; those that meet, by face numbers, if asked for."""
-        (tree_a, tree_b), (bits_a, bits_b) = self._trees, self._bits
-        answers, work[EXACT_TESTS], work[INTEGER_TESTS] = decide_undecided(
-            keys, (bits_a, bits_b), start, self._trees, self._lanes, self._faces, hits
-        )
-        frame, face_a = keys >> (bits_a + bits_b), tree_a.faces[(keys >> bits_b) & ((1 << bits_a) - 1)].astype(np.int64)
-        face_b = tree_b.faces[keys & ((1 << bits_b) - 1)].astype(np.int64)
-        for k in np.flatnonzero(answers == UNDECIDED).tolist():
-            first, second = self._placed(start + int(frame[k]))
-            answers[k] = triangles_intersect(np.stack([first[face_a[k]], second[face_b[k]]])[None])[0]
-        hits[start + frame[answers == 1]] = 1
-        meet = (answers == 1) & self._faces
-        settled: IntArray = (frame[meet] << (bits_a + bits_b)) | (face_a[meet] << bits_b) | face_b[meet]
-        return settled
+    def settled(self, keys: IntArray, start: int, hits: ByteArray) -> IntArray:
+        """Decide face pairs in integers, as ``decide_by_integers`` does."""
+        return decide_by_integers(keys, self._bits, start, self._trees, self._lanes, hits)
 
     def _placed(self, row: int) -> tuple[FloatArray, FloatArray]:
         """World triangles of A and B, by face number, in a distinct frame."""

@@ -14,17 +14,18 @@ from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, LARGEST_SKEW, SMALLEST_
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.pair_job import KEY_BITS, face_bits
 from cdcore.narrow.spacetime.pose_lanes import Tracks
-from cdcore.narrow.spacetime.traverse import Workspace
+from cdcore.narrow.spacetime.traverse import Settle, Workspace
 from cdcore.numerics import ByteArray, IntArray
 
 
 def search_together(
-    trees: Sequence[BoxTree], pairs: IntArray, tracks: Tracks, faces: bool, marks: ByteArray, work: IntArray
-) -> tuple[IntArray, Iterator[tuple[int, list[IntArray]]]]:
+    trees: Sequence[BoxTree], pairs: IntArray, tracks: Tracks, faces: bool, workspace: Workspace,
+    settle: Settle, marks: ByteArray, work: IntArray,
+) -> tuple[IntArray, Iterator[tuple[int, IntArray]]]:  # fmt: skip
     """Columns of the pairs (P, 2) that are searched, and an iteration that does it, over all T frames.
 
-    Fills ``marks`` (P, 2, T) and adds to ``work`` as a ``PairJob`` does; yields columns that leave anything in the
-    lists of the kernel, and these.
+    Fills ``marks`` (P, 2, T) and adds to ``work`` as a ``PairJob`` does; yields columns whose faces were asked for and
+    meet, and their keys. ``settle`` is given columns.
     """
     bodies, ends, (size, skew, restless) = tracks.bodies.tolist(), tracks.ends, tracks.found.T
     first, second = np.searchsorted(tracks.bodies, pairs).T
@@ -36,9 +37,10 @@ def search_together(
     searched = (whole >= SMALLEST_SIZE) & (whole <= LARGEST_SIZE) & (off <= LARGEST_SKEW)
     frames, room = marks.shape[2], 1 << np.maximum(0, KEY_BITS - bits[a] - bits[b])
     searched &= (restless[a] + restless[b] > 0.0) & (room >= frames)
-    columns, workspace, nodes = np.flatnonzero(searched), Workspace(), np.array([trees[body].row for body in bodies])
+    columns, nodes = np.flatnonzero(searched), np.array([trees[body].row for body in bodies])
     workspace.make_room([trees[body] for body in bodies])
     question = BlockQuestion(0, frames, 0.0, faces, bits[a], bits[b])
     rows = workspace.rows_of((nodes[a], nodes[b]), (tracks.rows[a], tracks.rows[b]), question, marks, work)
-    found = workspace.traverse_all(rows[columns], position_pad(whole, off)[columns])
-    return columns, ((int(columns[k]), lists) for k, lists in found)
+    pads = position_pad(whole, off)[columns]
+    found = workspace.traverse_all(rows[columns], pads, lambda row, keys: settle(int(columns[row]), keys))
+    return columns, ((int(columns[k]), keys) for k, keys in found)

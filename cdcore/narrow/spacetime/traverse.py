@@ -1,18 +1,19 @@
 """One pair of bodies over its frames: spans apart, path-length skips, then blocks of eight frames through both trees.
 
-A kernel takes one row of integers: addresses of arrays, and numbers. It stops where a list is full. The caller makes
-the list longer, and the kernel continues from the same frame.
+A kernel takes one row of integers: addresses of arrays, and numbers. It stops where a list is full or a face pair is
+left open. The caller empties the list, and the kernel continues from the same place.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Final
+from collections.abc import Callable, Iterator, Sequence
+from time import perf_counter
+from typing import Final, TypeAlias
 
 import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
-from cdcore.kernels.memory import Memory, address_of, bytes_at, doubles_at, words_at
+from cdcore.kernels.memory import Memory, address_of, bytes_at, doubles_at, doubles_of, words_at, words_of
 from cdcore.narrow.spacetime.block import (
     BLOCKS,
     GAP_TESTS,
@@ -33,6 +34,8 @@ from cdcore.narrow.spacetime.motion_bounds import first_unsafe, root_gap
 from cdcore.narrow.spacetime.pose_lanes import PoseLanes
 from cdcore.narrow.spacetime.simd import LANES, dot, fused, load8, minus, splat8, store
 from cdcore.narrow.spacetime.time_spans import SPAN_BITS, first_near
+from cdcore.narrow.spacetime.undecided import answer_later
+from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import ByteArray, FloatArray, IntArray
 
 SHORTEST_SKIP = 4
@@ -62,6 +65,8 @@ and the first frame whose span is not yet tested."""
 STATES: Final = 6
 
 NOTHING: IntArray = np.zeros(0, dtype=np.int64)
+Settle: TypeAlias = "Callable[[int, IntArray], IntArray]"
+"""``(row, keys)``: decides face pairs in integers, sets the hits of the row, and gives the keys of those that meet."""
 
 
 @hot_kernel
@@ -137,16 +142,31 @@ def largest_chord(relative: Memory, lane: int, lanes: int, middle: Memory, squar
 
 
 @hot_kernel
+def lists_of(row: IntArray) -> Lists:
+    """The lists of a row."""
+    become_part_of_caller()
+    return Lists(words_at(row[LISTS]), row[LISTS + 1], words_at(row[LISTS + 2]), row[LISTS + 3])
+
+
+@hot_kernel
+def question_of(row: IntArray, pad: float) -> BlockQuestion:
+    """The question of a row."""
+    become_part_of_caller()
+    return BlockQuestion(
+        row[QUESTION], row[QUESTION + 1], pad, row[QUESTION + 2] != 0, row[QUESTION + 3], row[QUESTION + 4]
+    )
+
+
+@hot_kernel
 def traverse_frames(row: IntArray, pad: float) -> bool:
-    """Decide the frames of a row's question; False when it stopped because a list was full."""
+    """Decide the frames of a row's question; False when it stopped for its caller, as ``traverse_block`` does."""
     stay_one_function()
     tree_a, tree_b = tree_memory(row, runtime_int(0)), tree_memory(row, runtime_int(TREE_B))
     pose_a, pose_b = pose_memory(row, runtime_int(POSE_A)), pose_memory(row, runtime_int(POSE_B))
     scratch = scratch_memory(row)
     state, hits, near, work = scratch.state, bytes_at(row[HITS]), bytes_at(row[NEAR]), words_at(row[WORK])
-    lists = Lists(words_at(row[LISTS]), row[LISTS + 1], words_at(row[LISTS + 2]), row[LISTS + 3])
-    stop = row[QUESTION + 1]
-    question = BlockQuestion(row[QUESTION], stop, pad, row[QUESTION + 2] != 0, row[QUESTION + 3], row[QUESTION + 4])
+    lists, question = lists_of(row), question_of(row, pad)
+    stop = question.stop
     f = state[AT_FRAME]
     while f < stop:
         if not have_room(lists):
@@ -162,6 +182,9 @@ def traverse_frames(row: IntArray, pad: float) -> bool:
             work[BLOCKS] += 1
             scratch.stack[0], scratch.stack[1], scratch.stack[2] = 0, 0, (1 << lanes) - 1
             state[0], state[1], state[IN_BLOCK] = 3, (1 << lanes) - 1, 1
+        elif not question.faces:
+            for k in range(lanes):
+                state[1] &= ~(runtime_int(hits[f + k]) << k)
         chord = largest_chord(scratch.relative, lanes // 2, lanes, scratch.middle, scratch.plane)
         if not traverse_block(tree_a, pose_a, tree_b, pose_b, f, chord, question, lists, hits, work, scratch):
             state[AT_FRAME] = f
@@ -178,7 +201,8 @@ def traverse_frames(row: IntArray, pad: float) -> bool:
 def traverse_pairs(rows: IntArray, pads: FloatArray, first: int) -> int:
     """Decide one row's question after the other from ``first`` on, whose state the caller has made ready.
 
-    Stops at a row that leaves something in the lists or fills one, and returns its number; else that of all rows.
+    Stops at a row that needs its caller or leaves something in the lists, and returns its number; else that of all
+    rows.
     """
     for pair in range(first, len(rows)):
         row = rows[pair]
@@ -195,46 +219,87 @@ def traverse_pairs(rows: IntArray, pads: FloatArray, first: int) -> int:
     return len(rows)
 
 
+@kernel
+def answer_later_of(row: IntArray, pair: FloatArray, digits: IntArray) -> int:
+    """Decide what a row leaves open in exact sums; returns how many face pairs only integers can tell."""
+    return answer_later(
+        tree_memory(row, runtime_int(0)), pose_memory(row, runtime_int(POSE_A)),
+        tree_memory(row, runtime_int(TREE_B)), pose_memory(row, runtime_int(POSE_B)),
+        question_of(row, 0.0), lists_of(row), bytes_at(row[HITS]), words_at(row[WORK]), doubles_of(pair),
+        words_of(digits),
+    )  # fmt: skip
+
+
 class Workspace:
     """Memory for one traversal after another, so that each sets up a row of integers only; one a thread."""
 
     def __init__(self) -> None:
         self._room, self._found = np.empty(ROOM_DOUBLES), np.empty(4 * 64, dtype=np.int64)
         self._state, self._stack = np.zeros(STATES, dtype=np.int64), np.empty(0, dtype=np.int64)
-        self._lists = [np.zeros(length, dtype=np.int64) for length in (4096, 2 * MOST_AT_ONCE)]
+        self._keys, self._later = (np.zeros(length, dtype=np.int64) for length in (4096, 4096))
         self._row, self._pad = np.zeros(QUESTION + QUESTION_WORDS, dtype=np.int64), np.empty(1)
         self._row[ROOM], self._row[FOUND], self._row[STATE] = map(address_of, (self._room, self._found, self._state))
+        self._pair, self._digits = np.empty(18), new_digits()
+        self.exact_seconds = 0.0
+        """Seconds spent on what was left open, of all traversals."""
         self._place_lists()
 
     def traverse(
         self, tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, question: BlockQuestion,
-        marks: ByteArray, work: IntArray,
-    ) -> list[IntArray]:  # fmt: skip
+        settle: Settle, marks: ByteArray, work: IntArray,
+    ) -> IntArray:  # fmt: skip
         """Decide the frames of a question about one pair; ``work`` is added to, ``marks`` (2, n) as in ``rows_of``.
 
-        Returns what ``traverse_all`` yields.
+        Returns the face pairs that meet, as ``traverse_all`` yields them.
         """
         self.make_room((tree_a, tree_b))
         rows = self.rows_of((tree_a.row, tree_b.row), (pose_a.row, pose_b.row), question, marks[None], work)
-        return next((found for _, found in self.traverse_all(rows, np.array([question.pad]))), [NOTHING] * 2)
+        return next((keys for _, keys in self.traverse_all(rows, np.array([question.pad]), settle)), NOTHING)
 
-    def traverse_all(self, rows: IntArray, pads: FloatArray) -> Iterator[tuple[int, list[IntArray]]]:
-        """Decide the questions of P rows.
+    def traverse_all(self, rows: IntArray, pads: FloatArray, settle: Settle) -> Iterator[tuple[int, IntArray]]:
+        """Decide the questions of P rows; what a row leaves open is settled as it comes, some hundred pairs at a time.
 
-        Yields the number of a row that leaves something in ``Lists``, and these without the counts in front: face pairs
-        that meet, and those left open. They hold until the next row.
+        Yields the number of a row in which faces are asked for and meet, and the keys of these. They hold until the
+        next row.
         """
         first = 0
         while first < len(rows):
             self._start(rows[first, QUESTION])
             while (first := traverse_pairs(rows, pads, first)) < len(rows):
+                self._empty_later(rows, first, settle)
                 if self._state[AT_FRAME] == rows[first, QUESTION + 1]:
-                    yield first, [one[1 : one[0] + 1] for one in self._lists]
                     break
-                self._lists = [_longer(one) for one in self._lists]
-                self._place_lists()
-                rows[:, LISTS:QUESTION] = self._row[LISTS:QUESTION]
+                self._make_room_for_keys(rows, 0)
+            if first < len(rows) and self._keys[0]:
+                yield first, self._keys[1 : self._keys[0] + 1]
             first += 1
+
+    def _empty_later(self, rows: IntArray, row: int, settle: Settle) -> None:
+        """Have the pairs left open decided; those that meet join the keys if faces are asked for."""
+        count = int(self._later[0])
+        if not count:
+            return
+        begin = perf_counter()
+        self._make_room_for_keys(rows, count)
+        left = answer_later_of(rows[row], self._pair, self._digits)
+        if left:
+            meeting = settle(row, self._later[1 : left + 1])
+            self._later[0] = 0
+            if rows[row, QUESTION + 2]:
+                start = int(self._keys[0]) + 1
+                self._keys[start : start + len(meeting)] = meeting
+                self._keys[0] += len(meeting)
+        self.exact_seconds += perf_counter() - begin
+
+    def _make_room_for_keys(self, rows: IntArray, more: int) -> None:
+        """Lengthen the list of keys where it has no room for so many and one step more."""
+        needed = int(self._keys[0]) + more + 2 * MOST_AT_ONCE
+        if len(self._keys) <= needed:
+            longer = np.empty(2 * needed, dtype=np.int64)
+            longer[: self._keys[0] + 1] = self._keys[: self._keys[0] + 1]
+            self._keys = longer
+            self._place_lists()
+            rows[:, LISTS:QUESTION] = self._row[LISTS:QUESTION]
 
     def make_room(self, trees: Sequence[BoxTree]) -> None:
         """Make the stack long enough for any two of some trees; a longer one has another address."""
@@ -268,24 +333,16 @@ class Workspace:
         """Make ready for a traversal that begins at this frame."""
         self._state[:] = 0
         self._state[AT_FRAME] = frame
-        for one in self._lists:
-            one[0] = 0
+        self._keys[0] = self._later[0] = 0
 
-    def traverse_one(self, row: IntArray, pad: float) -> bool:
-        """Decide the one frame of a row (1, n); whether that needs neither longer lists nor exact arithmetic."""
+    def traverse_one(self, row: IntArray, pad: float, settle: Settle) -> None:
+        """Decide the one frame of a row (1, n) that asks whether there is contact; no list needs more room for that."""
         self._start(0)
         self._pad[0] = pad
-        return traverse_pairs(row, self._pad, 0) == 1
+        while traverse_pairs(row, self._pad, 0) == 0:
+            self._empty_later(row, 0, settle)
 
     def _place_lists(self) -> None:
-        self._row[LISTS:QUESTION:2] = [address_of(one) for one in self._lists]
-        self._row[LISTS + 1 : QUESTION : 2] = [len(one) for one in self._lists]
-
-
-def _longer(rows: IntArray) -> IntArray:
-    """The list itself if it has room for one step, else a copy in twice the room."""
-    if len(rows) - rows[0] > 2 * MOST_AT_ONCE:
-        return rows
-    copy = np.empty(2 * len(rows) + 2 * MOST_AT_ONCE, dtype=np.int64)
-    copy[: rows[0] + 1] = rows[: rows[0] + 1]
-    return copy
+        lists = (self._keys, self._later)
+        self._row[LISTS:QUESTION:2] = [address_of(one) for one in lists]
+        self._row[LISTS + 1 : QUESTION : 2] = [len(one) for one in lists]

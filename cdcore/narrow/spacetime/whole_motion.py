@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cache
 from threading import local
 from time import perf_counter
 
@@ -139,26 +140,34 @@ def _decide(
     shared: Tracks | list[None] = [None] * len(trees) if tracks is None else tracks
     marks, work = np.zeros((len(pairs), 2, len(poses.valid)), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
 
+    @cache
     def job(column: int) -> PairJob:
         i, j = pairs[column].tolist()
         return PairJob(trees, i, j, poses, shared, faces=faces)
 
     left, done = np.ones(len(pairs), dtype=np.bool_), list[_Done]()
+    workspace, sorting = Workspace(), 0.0
+
+    def settle(column: int, keys: IntArray) -> IntArray:
+        return job(column).settled(keys, 0, marks[column, 0])
+
     if tracks is not None and threads <= 1 and len(poses.valid) <= FRAMES_AT_ONCE:
-        columns, found = search_together(trees, pairs, tracks, faces, marks, work)
+        columns, found = search_together(trees, pairs, tracks, faces, workspace, settle, marks, work)
         left[columns] = False
-        for column, lists in found:
-            one, own = job(column), np.zeros_like(work)
-            done.append((column, one, [one.finished(lists, 0, marks[column], own, perf_counter())]))
-    quick = sum(sum(part.seconds) for _, _, some in done for part in some)
+        for column, keys in found:
+            begin = perf_counter()
+            frame, some = job(column).unpacked(keys)
+            sorting += perf_counter() - begin
+            done.append((column, job(column), [FramesAnswer(frame, some, np.zeros_like(work), (0.0, 0.0, 0.0))]))
     jobs = [(column, job(column)) for column in np.flatnonzero(left).tolist()]
     clock.append(perf_counter())
     done += _answered(jobs, threads, marks)
     clock.append(perf_counter())
     answer = _collected(done, marks, work, faces)
     parts = [part.seconds for _, _, some in done for part in some]
-    spent = [reading, *(sum(stage) for stage in zip((0.0, 0.0, 0.0), *parts, strict=True))]
-    spent[1] += clock[1] - clock[0] - quick
+    exact = workspace.exact_seconds
+    together = clock[1] - clock[0] - exact - sorting, exact, sorting
+    spent = [reading, *(sum(stage) for stage in zip(together, *parts, strict=True))]
     spent[3] += perf_counter() - clock[2]
     return replace(answer, seconds=dict(zip(STAGES, spent, strict=True)))
 

@@ -14,7 +14,7 @@ from cdcore.narrow.spacetime.certain_test import EDGE_ROOM, certain_lanes, move_
 from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
 from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
 from cdcore.narrow.spacetime.pose_lanes import pose_lanes
-from cdcore.narrow.spacetime.undecided import decide_undecided
+from cdcore.narrow.spacetime.undecided import decide_by_integers
 from cdcore.narrow.spacetime.world_test import UNDECIDED, faces_meet
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import place_points
@@ -180,9 +180,8 @@ def test_answers_are_those_of_the_predicate_at_the_reference_vertices():
     trees = [build_box_tree(flat[k : k + 1]) for k in range(2)]
     a, b = (pose_lanes(turn, move, k, np.arange(frames), trees[k].boxes[0], trees[k].reach) for k in range(2))
     hits = np.zeros(frames, dtype=np.uint8)
-    answers, exact, integers = decide_undecided(np.arange(frames), (0, 0), 0, tuple(trees), (a, b), True, hits)
-    assert (exact, integers) == (frames, 0)
+    meeting = decide_by_integers(np.arange(frames), (0, 0), 0, tuple(trees), (a, b), hits)
     world = np.array([[place_points(flat[k], turn[f, k], move[f, k]) for k in range(2)] for f in range(frames)])
     want = triangles_intersect(world)
-    assert np.array_equal(answers, want)
+    assert np.array_equal(meeting, np.flatnonzero(want))
     assert np.array_equal(hits, want)

@@ -17,9 +17,16 @@ def test_each_pair_keeps_the_pad_of_both_bodies_their_places_and_their_skew(monk
     move = rng.normal(size=(20, 3, 3)) * np.array([1.0, 20.0, 300.0])[:, None]
     tracks = Tracks(turn, move, np.arange(3), np.arange(20), ends_of(trees))
     kept = []
-    monkeypatch.setattr(Workspace, "traverse_all", lambda _self, _rows, pads: kept.extend(pads) or iter(()))
+    monkeypatch.setattr(Workspace, "traverse_all", lambda _self, _rows, pads, _settle: kept.extend(pads) or iter(()))
     columns, _ = search_together(
-        trees, pairs, tracks, False, np.zeros((3, 2, 20), dtype=np.uint8), np.zeros(20, dtype=np.int64)
+        trees,
+        pairs,
+        tracks,
+        False,
+        Workspace(),
+        lambda _column, keys: keys,
+        np.zeros((3, 2, 20), dtype=np.uint8),
+        np.zeros(20, dtype=np.int64),
     )
     poses = Poses(turn, move, np.ones((20, 3), dtype=bool))
     alone = [PairJob(trees, i, j, poses, [None] * 3, faces=False)._pad for i, j in pairs.tolist()]

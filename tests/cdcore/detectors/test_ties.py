@@ -1,0 +1,31 @@
+"""Surfaces in one plane, fans hub on hub: every face pair needs exact arithmetic, and every way of asking agrees."""
+
+import numpy as np
+import pytest
+from support.ties import fans_at_their_hubs, sliding_grids
+
+from cdcore import Verdict, create_detector, join
+from cdcore.protocol import detect_live
+
+
+@pytest.mark.parametrize("scene", [sliding_grids(6, 90), fans_at_their_hubs(40, 90)], ids=["grids", "fans"])
+@pytest.mark.parametrize("name", ["exact", "obb", "aabb", "rapid-style", "solid-style"])
+def test_ties_are_decided_alike_whole_in_blocks_live_with_faces_and_alone(name, scene):
+    bodies, motion, meets = scene
+    assert 0.2 < meets.mean() < 0.9
+    detector, last = create_detector(name, bodies), motion.frames(len(motion) - 1, len(motion))
+    answers = {
+        "whole": detector.detect(motion), "blocks": join(detector.stream(motion.blocks(7))),
+        "live": detect_live(detector, motion), "faces": detector.detect(motion, faces=True),
+    }  # fmt: skip
+    for way, answer in answers.items():
+        np.testing.assert_array_equal(answer.verdict[:, 0] == Verdict.CONTACT, meets, err_msg=way)
+    assert (detector.detect(last).verdict[0, 0] == Verdict.CONTACT) == meets[-1]
+
+
+@pytest.mark.parametrize("scene", [sliding_grids(12, 64), fans_at_their_hubs(60, 64)], ids=["grids", "fans"])
+def test_a_boolean_question_stops_at_the_first_contact_that_only_exact_arithmetic_finds(scene):
+    bodies, motion, meets = scene
+    detector, touching = create_detector("exact", bodies), motion.take(np.flatnonzero(meets))
+    asked = {faces: detector.detect(touching, faces=faces).work["world_tests"] for faces in (False, True)}
+    assert asked[False] < asked[True] / 3
