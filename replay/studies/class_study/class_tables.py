@@ -6,6 +6,7 @@ than five students say so and nothing else.
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -20,6 +21,9 @@ from sessions.mcap_format.metadata import NOT_STATED
 
 FIGURES: Final = "n: students whose rows are counted. Below a figure: 95 % intervals, students drawn anew."
 FAULTS: Final = {"misses": "miss", "false_contacts": "false contact"}
+NOT_SHOWN: Final = "not shown"
+"""Stands for the students of a row that would tell, less from a total, what a row of few students may not."""
+
 NONE: Final = "none"
 """Stands for a task or a stage where no span says one, and for a cause that is not known."""
 
@@ -81,13 +85,13 @@ class ClassTables:
                 cells[1:] = [self._a_minute(label, less=True), self._never(label, self._contacts(label))[0],
                              *(self._rate(some, label) for some in faults)]  # fmt: skip
             heads = (label, "trusted" if label in trusted else "audited")
-            rows.append(_withheld(heads, self._sessions(label), cells))
+            rows.append(_Row(label, heads, self._sessions(label), cells))
         head = (
             "detector", "is", "n", "sessions", "contacts a minute", "against trusted", "contacts never found", "misses",
             "false contacts",
         )  # fmt: skip
         note = "Contacts a minute: the mean over students, each by the mean of their sessions."
-        return table(FIGURES, head, rows, words=2, notes=(note,))
+        return table(FIGURES, head, _shown(rows), words=2, notes=(note,))
 
     def pairs(self) -> Table:
         """A row per detector and pair that it missed, those missed most first."""
@@ -97,9 +101,9 @@ class ClassTables:
             every, hit = self._with([*contacts, *misses]), self._with(misses)
             where = cell(self._drawn.ratio(hit, every), percent, f"{hit.total()} of {every.total()}")
             cells = [self._rate(misses, label), where, self._never(label, contacts)[0]]
-            rows.append(_withheld((f"{a} - {b}", label), every, cells))
+            rows.append(_Row(label, (f"{a} - {b}", label), every, cells))
         head = ("pair", "detector", "n", "sessions", "misses", "sessions with a miss", "contacts never found")
-        return table(FIGURES, head, rows, words=2)
+        return table(FIGURES, head, _shown(rows), words=2)
 
     def doing(self) -> Table:
         """A row per task, stage and VR type: how many contacts, how long, how many missed by any detector."""
@@ -110,30 +114,31 @@ class ClassTables:
                 lasted = {who: float(np.median([row["end"] - row["start"] for row in own]))
                           for (who,), own in grouped(found, "student").items()}  # fmt: skip
                 cells = [self._rate(found), *self._middle(lasted, plain), self._never("", found)[0]]
-                rows.append(_withheld((kind, NONE if value is None else value), self._with(found), cells))
+                rows.append(_Row(kind, (kind, NONE if value is None else value), self._with(found), cells))
         head = ("what", "which", "n", "sessions", "contacts", "lasting s", "middle half s", "missed by any")
         note = (
             "Lasting: the middle student, each by the median of their contacts; half of the students are in the middle."
         )
-        return table(FIGURES, head, rows, words=2, notes=(note,))
+        return table(FIGURES, head, _shown(rows), words=2, notes=(note,))
 
     def causes(self) -> Table:
         """A row per cause of misses and of false contacts."""
         rows = [
-            _withheld((word, label, kind, cause or NONE), self._with(found), [self._rate(found, label)])
+            _Row(word + label, (word, label, kind, cause or NONE), self._with(found), [self._rate(found, label)])
             for name, word in FAULTS.items()
             for (label, kind, cause), found in grouped(self._rows[name], "detector", "kind", "cause").items()
         ]
-        return table(FIGURES, ("what", "detector", "kind", "cause", "n", "sessions", "how many"), rows, words=4)
+        head = ("what", "detector", "kind", "cause", "n", "sessions", "how many")
+        return table(FIGURES, head, _shown(rows), words=4)
 
     def events(self) -> Table:
         """A row per task and recorded event."""
         recorded = (row for row in self._rows["events"] if row["source"] == "event")
         rows = [
-            _withheld((NONE if task is None else task, name), self._with(found), [self._rate(found)])
+            _Row(f"{task} {name}", (NONE if task is None else task, name), self._with(found), [self._rate(found)])
             for (task, name), found in grouped(recorded, "task", "name").items()
         ]
-        return table(FIGURES, ("task", "event", "n", "sessions", "times"), rows, words=2)
+        return table(FIGURES, ("task", "event", "n", "sessions", "times"), _shown(rows), words=2)
 
     def quality(self) -> Table:
         """How far the recordings can be trusted."""
@@ -144,14 +149,14 @@ class ClassTables:
         rows = []
         for words, (name, write) in asked.items():
             firsts = {run: next(iter(found.values()))[name] for run, found in self.runs.metrics.items()}
-            rows.append(_withheld((words,), self._sessions(), self._middle(self._means(firsts.get), write)))
+            rows.append(_Row(words, (words,), self._sessions(), self._middle(self._means(firsts.get), write)))
         contacts = self._rows["episodes"]
         doubted = cell(
             self._drawn.ratio(_students(row for row in contacts if row["flag"]), _students(contacts)), percent
         )
-        rows.append(_withheld(("contacts with a pose in doubt",), self._with(contacts), [doubted, ""]))
+        rows.append(_Row("doubt", ("contacts with a pose in doubt",), self._with(contacts), [doubted, ""]))
         notes = ("Of a session: the middle student, each by the mean of their sessions.", *self._left_out())
-        return table(FIGURES, ("what", "n", "sessions", "figure", "middle half"), rows, notes=notes)
+        return table(FIGURES, ("what", "n", "sessions", "figure", "middle half"), _shown(rows), notes=notes)
 
     def _left_out(self) -> list[str]:
         """What is not in the figures, and what makes them hard to compare."""
@@ -223,8 +228,37 @@ def _students(rows: Iterable[Row]) -> Counter[str]:
     return Counter(row["student"] for row in rows)
 
 
-def _withheld(heads: Sequence[str], sessions: Mapping[str, int], cells: Sequence[Cell]) -> list[Cell]:
-    """A row: its words, how many students and sessions, its figures; of few students their number is all it says."""
-    if len(sessions) < LEAST_IN_CELL:
-        return [*heads, few(len(sessions)), *[""] * (1 + len(cells))]
-    return [*heads, len(sessions), sum(sessions.values()), *cells]
+@dataclass(frozen=True)
+class _Row:
+    """A row: whose total it is a part of, its words, its students with their sessions, and its figures."""
+
+    whole: str
+    heads: Sequence[str]
+    sessions: Mapping[str, int]
+    cells: Sequence[Cell]
+
+
+def _shown(rows: Sequence[_Row]) -> list[list[Cell]]:
+    """The rows as cells: of few students their number is all a row says.
+
+    Rows of one whole add up to a figure that stands elsewhere: all but one of them would tell that one, 30 misses less
+    26. So those that say nothing have to be of five students at least together, else the row of fewest says nothing
+    either.
+    """
+    hidden = {k for k, row in enumerate(rows) if len(row.sessions) < LEAST_IN_CELL}
+    for whole in dict.fromkeys(row.whole for row in rows):
+        parts = [k for k, row in enumerate(rows) if row.whole == whole]
+        left = sorted((k for k in parts if k not in hidden), key=lambda k: len(rows[k].sessions))
+        inside = [k for k in parts if k in hidden]
+        while inside and left and len({who for k in inside for who in rows[k].sessions}) < LEAST_IN_CELL:
+            inside.append(left.pop(0))
+        hidden |= set(inside)
+    return [_cells(row, hide=k in hidden) for k, row in enumerate(rows)]
+
+
+def _cells(row: _Row, *, hide: bool) -> list[Cell]:
+    if not hide:
+        return [*row.heads, len(row.sessions), sum(row.sessions.values()), *row.cells]
+    count = len(row.sessions)
+    told = few(count) if count < LEAST_IN_CELL else NOT_SHOWN
+    return [*row.heads, told, *[""] * (1 + len(row.cells))]

@@ -10,12 +10,11 @@ from replay.outputs.results.run_folder import REPORT
 from replay.outputs.share.folder import pages_of, run_key
 from replay.outputs.tables import Cell, Marked, Table, table
 from replay.outputs.words import address
-from replay.studies.class_study.class_runs import ClassRuns, Row, grouped, missed_by
-from replay.studies.class_study.class_tables import percent, plain
-from sessions.mcap_format.metadata import NOT_STATED
+from replay.studies.class_study.class_runs import ClassRuns, Row, grouped
+from replay.studies.class_study.refusals import LEAST_IN_CELL
 
 ABOUT_RECORDINGS: Final = (
-    "A row is one recording. It counts what a detector missed, and nothing that the student did or answered."
+    "A row is a link to one recording, and no figure of it: what is counted of fewer than five students is not shown."
 )
 
 Place = tuple[str, str]
@@ -38,30 +37,30 @@ def places(runs: ClassRuns, out: Path, shared: Path | None) -> dict[str, Place]:
 
 
 def sessions_table(runs: ClassRuns, where: Mapping[str, Place]) -> Table:
-    """A row per session, by the detector that misses most in it: those of most misses first."""
+    """The sessions in which a detector misses most, of five students at least, by name: links, and no figure of one."""
     misses = {(run, label): found for (run, label), found in grouped(runs.tables["misses"], "run", "detector").items()}
-    lost = grouped(runs.tables["episodes"], "run")
-    rows: list[tuple[tuple[float, float, str], list[Cell]]] = []
+    rows: dict[str, list[Cell]] = {}
     for run, detectors in runs.metrics.items():
         audited = [label for label in detectors if runs.of(run, "oracle") not in ("", label)]
         label = max(audited, key=lambda one: len(misses.get((run, one), ())), default="")
-        found, first = misses.get((run, label), []), next(iter(detectors.values()))
-        never = sum(missed_by(row, label) for row in lost.get((run,), ()) if label)
+        found = misses.get((run, label), [])
         name, page = where[run]
         look: Cell = "nothing missed" if audited else "not audited"
         if found:
             look = _look(min(found, key=_depth), page, "" if label == audited[0] else label)
-        flagged = first["flagged_share"]
-        cells: list[Cell] = [
-            Marked(name, to=page), look, label, runs.of(run, "vr_type") or NOT_STATED, len(found), never,
-            "" if flagged is None else percent(flagged), plain(first["valid_minutes"] or 0.0),
-        ]  # fmt: skip
-        rows.append(((-len(found), -(flagged or 0.0), run), cells))
-    head = (
-        "session", "look at", "by", "VR type", "misses", "never found", "poses not recorded", "minutes",
+        rows[run] = [Marked(name, to=page), look, label]
+    most = sorted(rows, key=lambda run: (-len(misses.get((run, str(rows[run][2])), ())), run))
+    students, chosen = set[str](), list[str]()
+    for run in most:
+        if len(students) >= LEAST_IN_CELL and len(chosen) >= LEAST_IN_CELL:
+            break
+        chosen.append(run)
+        # A session of nobody may be of anybody already there.
+        students |= {runs.of(run, "student")} - {""}
+    return table(
+        "Sessions with most misses, by name", ("session", "look at", "by"), [rows[run] for run in sorted(chosen)],
+        words=3, notes=(ABOUT_RECORDINGS,),
     )  # fmt: skip
-    ordered = [cells for _, cells in sorted(rows, key=lambda one: one[0])]
-    return table("Sessions, most misses first", head, ordered, words=4, notes=(ABOUT_RECORDINGS,))
 
 
 def _depth(miss: Row) -> tuple[bool, float, int]:

@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from dataclasses import replace
 from html import unescape
 from pathlib import Path
 
@@ -46,12 +47,33 @@ def test_a_class_of_fewer_than_five_has_sessions_to_open_and_no_figure(tmp_path,
     first, *others = made.headlines()
     assert first == f"6 sessions of {'fewer than 5' if few else min(students, 6 - nobody)} students."
     assert bool(others) != bool(few)
-    assert len(sessions_table(runs, places(runs, tmp_path, None)).rows) == 6
+    assert len(sessions_table(runs, places(runs, tmp_path, None)).rows) == (5 if students >= 5 > nobody else 6)
     notes = " ".join(found[-1].notes)
     said = f"{nobody} of 6 sessions state no pseudonym: they are in the list of sessions and in no figure."
     assert (said in notes) == bool(nobody)
     html = study_html(None, "Class", runs, places(runs, tmp_path, None))
     assert "Whether a conclusion changes with the detector is not known: there is no questionnaire." in html
+
+
+def test_no_figure_of_few_students_follows_from_a_total_and_no_row_is_of_one_student(tmp_path):
+    runs, _ = tables_of(tmp_path, 8, 8, detectors={"slow": 0.9}, contacts=20)
+    one = dict(runs.tables["misses"][0])
+    of = {run: runs.of(run, "student") for run in runs.metrics}
+    # Thirty misses: of one cause by all eight students, of one by seven, and of one by three alone.
+    counts = {"search": (8, 1), "budget ran out": (7, 2), "late": (3, 3)}
+    misses = [
+        one | {"run": run, "student": of[run], "cause": cause}
+        for cause, (students, each) in counts.items()
+        for run in list(of)[:students]
+        for _ in range(each)
+    ]
+    made = ClassTables(replace(runs, tables=runs.tables | {"misses": misses}))
+    shown = {row[3]: row[4] for row in made.causes().rows if row[0] == "miss"}
+    assert shown["late"] == "fewer than 5" and shown["search"] == 8
+    # Else its nine misses are the total less the two rows that are shown.
+    assert shown["budget ran out"] == "not shown"
+    sessions = sessions_table(runs, places(runs, tmp_path, None))
+    assert [column.name for column in sessions.columns] == ["session", "look at", "by"] and len(sessions.rows) == 5
 
 
 def test_where_nothing_was_audited_the_page_says_so(tmp_path):
