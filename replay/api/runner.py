@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from replay.base.progress import Progress, Silent
@@ -23,7 +22,7 @@ def run(
     scene: str | Path | None = None, out: str | Path | None = None, pairs: Pairs | None = None,
     start: float | None = None, end: float | None = None,
     seed: int = 0, faces: bool = False, tau: float = TAU, policy: PolicyLike | Policy | None = None,
-    picture: bool = True, log_search: bool = False, offline: bool = False,
+    picture: bool = True,
     noise: Sequence[str] | str = (), noise_copies: int = COPIES,
     force: bool = False, progress: Progress | None = None, request: str = "",
 ) -> RunResult:  # fmt: skip
@@ -46,8 +45,6 @@ def run(
     policy : what is done with poses in doubt: ``["frozen=drop", "tracking-lost=interpolate:0.2"]`` or a mapping;
         ``None``: the defaults of ``replay.prepare.policy``.
     picture : whether the run folder holds the recording for Rerun.
-    log_search : whether the recording shows every look of every search, not only those that matter.
-    offline : ask what is audited the whole motion at once, as the oracle always is, not one frame after the other.
     noise : ``"vive"``, ``"measured"`` or ``"0.3 mm, 0.05 deg, 0.1 s"``, of one body ``"beaker=vive"``, or several: ask
         ``noise_copies`` noisy copies of the recording which contacts of the oracle hold in spite of it.
     force : replace an earlier run folder.
@@ -65,13 +62,13 @@ def run(
     session = opened(session_or_path, scene)
     result = compute(
         session, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,
-        tau=tau, policy=policy, offline=offline, noise=noise, noise_copies=noise_copies, progress=progress, out=target,
+        tau=tau, policy=policy, noise=noise, noise_copies=noise_copies, progress=progress, out=target,
     )  # fmt: skip
     if request:
         result = replace(result, summary={**result.summary, "request": request})
     if target is not None:
         with progress.stage("write"):
-            write(result, target, force=force, picture=picture, log_search=log_search)
+            write(result, target, force=force, picture=picture)
     return result
 
 
@@ -89,7 +86,7 @@ def opened(given: Session | str | Path, scene: str | Path | None) -> Session:
 
 
 def write(
-    result: RunResult, target: Path, *, force: bool, picture: bool = True, log_search: bool = False,
+    result: RunResult, target: Path, *, force: bool, picture: bool = True,
     files: Mapping[str, Path] | None = None,
 ) -> None:  # fmt: skip
     """Write the run folder of a result, with the recording for Rerun if ``picture``; as ``write_run_folder``."""
@@ -98,5 +95,4 @@ def write(
     if picture:
         from replay.outputs.rerun_log.recording import write_recording
 
-        drawn = partial(write_recording, log_search=log_search)
-    write_run_folder(result, target, force=force, picture=drawn if picture else None, files=files)
+    write_run_folder(result, target, force=force, picture=write_recording if picture else None, files=files)

@@ -32,7 +32,7 @@ def command(
 
     \b
     replay doctor session.mcap
-    replay doctor *.mcap --json --fail-on warning
+    replay doctor *.mcap --format json --fail-on warning
     """
     from replay.cli.terminal import terminal
     from replay.effects.effect_plan import plan_faults

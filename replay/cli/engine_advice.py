@@ -11,9 +11,7 @@ if TYPE_CHECKING:
     from replay.outputs.tables import Table
 
 
-def advise_engine(
-    session: Path, engine: str, people: People, *, no_picture: bool, cite: bool, as_json: bool, **asked: Any
-) -> int:
+def advise_engine(session: Path, engine: str, people: People, *, no_picture: bool, as_json: bool, **asked: Any) -> int:
     """Print and write what the settings of an engine came to; the exit code of the run behind it."""
     from rich.text import Text
 
@@ -29,7 +27,7 @@ def advise_engine(
         "engine": advice.engine.name, "source": advice.engine.source, "rows": list(advice.rows),
         "advice": list(advice.sentences),
     }  # fmt: skip
-    behind = sources_of([advice.result]) if cite else {}
+    behind = sources_of([advice.result]) if people.verbose else {}
     words = [line(sentence) for sentence in advice.sentences]
     answer_cited(as_json, plain, lambda: terminal(knob_table(advice), Text(), *words), behind)
     code = close_run(advice.result, people)

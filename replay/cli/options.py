@@ -112,7 +112,7 @@ def common(command: Callable[..., int]) -> Callable[..., int]:
         return command(people=People(quiet=quiet, verbose=verbose), **given)
 
     return together(
-        click.option("-v", "--verbose", is_flag=True, help="Say more: notes about the poses, settings, digests."),
+        click.option("-v", "--verbose", is_flag=True, help="Say more: tables, notes, settings, digests, sources."),
         click.option("-q", "--quiet", is_flag=True, help="Say nothing on stderr but errors."),
         click.option("--debug", is_flag=True, help="Show where an error happened."),
     )(spoken)
@@ -122,13 +122,12 @@ def reporting(command: Callable[..., int]) -> Callable[..., int]:
     """``--format text|json`` and what ``common`` gives: the verb gets ``as_json``, what stdout carries, too."""
 
     @wraps(command)
-    def chosen(*, format_: str, as_json: bool, **given: Any) -> int:
-        return command(as_json=as_json or format_ == "json", **given)
+    def chosen(*, format_: str, **given: Any) -> int:
+        return command(as_json=format_ == "json", **given)
 
     choice, words = click.Choice(["text", "json"]), "What to print on stdout."
     return together(
         click.option("--format", "format_", type=choice, default="text", show_default=True, help=words),
-        click.option("--json", "as_json", is_flag=True, help="The same as --format json."),
         common,
     )(chosen)
 
@@ -151,23 +150,16 @@ scene = click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help=SC
 force = click.option("--force", is_flag=True, help="Replace an earlier file or folder of that name.")
 seed = click.option("--seed", type=int, default=0, show_default=True, help="Of every random stream.")
 tau = click.option("--tau", type=Number(min=0), default=2e-6, show_default=True, help="Metres of tolerance.")
-cite = click.option("--cite", is_flag=True, help="Print the sources behind the detectors and effects that ran.")
-log_search = click.option("--log-search", is_flag=True, help="Show every look of every search in the recording.")
-
 jobs = click.option(
     "--jobs", type=click.IntRange(min=1), default=1, show_default=True, help="Workers of Dask on this machine."
 )
 scheduler = click.option("--scheduler", metavar="ADDRESS", help="Let the workers of a scheduler of Dask do it.")
-offline = click.option("--offline", is_flag=True, help="Ask for the whole motion at once, not frame by frame.")
 
 
 workers = together(jobs, scheduler)
 """Who works, where there are several sessions."""
 NOISE_WORDS = 'Ask noisy copies: [BODY=]vive, measured or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
-noisy = together(
-    click.option("--noise", multiple=True, metavar="SIZE", help=NOISE_WORDS),
-    click.option("--noise-copies", type=click.IntRange(min=1), default=64, show_default=True, help="How many."),
-)
+noise = click.option("--noise", multiple=True, metavar="SIZE", help=NOISE_WORDS)
 """The tracker noise in spite of which contacts are to hold."""
 
 
@@ -218,10 +210,10 @@ window = together(
 )
 replaying = together(
     force, scene, window, tau, click.option("--policy", multiple=True, metavar="KIND=ACTION", help=ACTIONS),
-    click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun."), cite, reporting,
+    click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun."), reporting,
 )  # fmt: skip
 """What every verb takes that replays a session: which part of it, what is trusted, and how the answer is said."""
-auditing = together(lineup, log_search, offline, noisy, workers, gates, replaying)
+auditing = together(lineup, noise, workers, gates, replaying)
 """What ``run`` takes: of whom, how and by whom, with limits."""
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.option("--view", is_flag=True, help="Open the picture when it is written.")
 @auditing
 def command(
-    sessions: tuple[Path, ...], out: Path | None, view: bool, no_picture: bool, limits: "Gates", cite: bool,
+    sessions: tuple[Path, ...], out: Path | None, view: bool, no_picture: bool, limits: "Gates",
     as_json: bool, people: People, jobs: int, scheduler: str | None, **asked: Any,
 ) -> int:  # fmt: skip
     """Replay each FILE.mcap through detectors and say what each missed beside the oracle, and why.
@@ -38,8 +38,8 @@ def command(
         raise click.UsageError("--view shows the picture of a run folder; name one with --out")
     files = session_files(sessions)
     if len(files) > 1 or scheduler is not None or sessions[0].is_dir():
-        if view or cite:
-            raise click.UsageError(f"{'--view' if view else '--cite'} is for one session, replayed here; leave it out")
+        if view:
+            raise click.UsageError("--view is for one session, replayed here; leave it out")
         if scheduler is not None and out is None:
             raise click.UsageError("--scheduler needs --out, a folder that all its workers reach")
         from replay.cli.many import run_many
@@ -55,7 +55,7 @@ def command(
     asked |= {"out": out, "picture": not no_picture, "progress": TerminalProgress(people)}
     result = run_near(files[0], asked)
     broken = limits.broken(result.summary["audit"], [result.summary])
-    code = report_run(result, people, broken, as_json=as_json, cite=cite)
+    code = report_run(result, people, broken, as_json=as_json)
     people.say("", *where_to_look(result, picture=not no_picture))
     if view and out is not None:
         from replay.cli.view import watch

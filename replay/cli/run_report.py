@@ -18,16 +18,14 @@ Sources: TypeAlias = Mapping[str, tuple[str, ...]]
 """``detector NAME`` or ``effect KIND`` -> citations."""
 
 
-def report_run(
-    result: RunResult, people: People, broken: Sequence[str] = (), *, as_json: bool = False, cite: bool = False
-) -> int:
-    """Print a run, with the sources behind it if asked, and return the exit code: 3 when frames could not be used.
+def report_run(result: RunResult, people: People, broken: Sequence[str] = (), *, as_json: bool = False) -> int:
+    """Print a run, for who wants more with the sources behind it; the exit code: 3 when frames could not be used.
 
     ``broken`` are the gates that failed; they stand in the JSON.
     """
     from replay.cli.run_tables import run_tables
 
-    behind = sources_of([result]) if cite else {}
+    behind = sources_of([result]) if people.verbose else {}
 
     def plain() -> dict[str, Any]:
         return run_json(result) | {"broken": [*broken]}

@@ -13,9 +13,7 @@ WHOSE = "Whose: a label of the run, or your own module:Class; of a case any dete
 @click.command()
 @click.argument("run", type=RUN_FOLDER, metavar="[RUN]", required=False)
 @click.option("--miss", type=click.IntRange(min=1), metavar="N", help="The miss of this number.")
-@click.option(
-    "--false", "--invented", type=click.IntRange(min=1), metavar="N", help="The false contact of this number."
-)
+@click.option("--false", type=click.IntRange(min=1), metavar="N", help="The false contact of this number.")
 @click.option("--case", type=int, metavar="N", help="A case of `replay stress` instead of a run.")
 @click.option("--detector", "--by", "label", metavar="NAME", help=WHOSE)
 @click.option("--session", type=SESSION_FILE, metavar="FILE", help="The recording, where it is not found by itself.")

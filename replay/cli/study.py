@@ -55,7 +55,6 @@ def collect(runs: tuple[Path, ...], out: Path, students: Path | None, force: boo
 @click.option("--codebook", type=SESSION_FILE, required=True, metavar="FILE.yaml", help="What is asked of which items.")
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Study folder to make: page, tables, JSON.")
 @click.option("--detector", metavar="NAME", help="Whose contacts count. Default: the one that misses least.")
-@click.option("--title", default="Study", show_default=True, help="Heading of the page.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of bootstrap and permutations.")
 @force
 @reporting
@@ -73,10 +72,8 @@ def analyse(metrics: Path, questionnaire: Path, codebook: Path, people: People, 
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Study folder to make.")
 @click.option("--questionnaire", type=SESSION_FILE, metavar="FILE.csv", help="Answers of the students.")
 @click.option("--codebook", type=SESSION_FILE, metavar="FILE.yaml", help="What is asked of which items.")
-@click.option("--shared", type=RUN_FOLDER, metavar="DIR", help="Folder of `replay share` to lead to.")
 @click.option("--students", type=SESSION_FILE, metavar="FILE.csv", help="session,student for those without pseudonym.")
 @click.option("--detector", metavar="NAME", help="Whose contacts count. Default: the one that misses least.")
-@click.option("--title", default="Class", show_default=True, help="Heading of the page.")
 @click.option("--seed", type=int, default=0, show_default=True, help="Of bootstrap and permutations.")
 @force
 @reporting
@@ -89,13 +86,12 @@ def page(runs: Path, questionnaire: Path | None, codebook: Path | None, people: 
     if (questionnaire is None) != (codebook is None):
         raise click.UsageError("a questionnaire and its codebook go together; give both or none")
     inputs = {} if questionnaire is None or codebook is None else {"questionnaire": questionnaire, "codebook": codebook}
-    return analyse_files(inputs, people, runs=runs, **asked)
+    return analyse_files(inputs, people, title="Class", runs=runs, **asked)
 
 
 def analyse_files(
-    inputs: dict[str, Path], people: People, *, title: str, seed: int, force: bool, out: Path | None = None,
-    detector: str | None = None, as_json: bool = False, runs: Path | None = None, shared: Path | None = None,
-    students: Path | None = None,
+    inputs: dict[str, Path], people: People, *, title: str = "Study", seed: int, force: bool, out: Path | None = None,
+    detector: str | None = None, as_json: bool = False, runs: Path | None = None, students: Path | None = None,
 ) -> int:  # fmt: skip
     """Analyse runs, and questionnaire and codebook if there are any; write the study folder ``out``, print the tables.
 
@@ -123,7 +119,7 @@ def analyse_files(
         from replay.base.file_hash import file_hash
 
         given = {name: f"sha256:{file_hash(path)}" for name, path in inputs.items()} | {"seed": str(seed)}
-        folder.write_study(study, out, title=title, inputs=given, force=force, runs=every, shared=shared, seed=seed)
+        folder.write_study(study, out, title=title, inputs=given, force=force, runs=every, seed=seed)
     told = {"sessions": len(every.metrics)} if every is not None else {}
     if study is not None:
         told |= folder.as_json(study)

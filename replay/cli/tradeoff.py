@@ -14,9 +14,6 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying
 @click.argument("session", type=SESSION_FILE, metavar="SESSION")
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder with table, curve and picture.")
 @lineup
-@click.option("--repeats", type=click.IntRange(min=1), default=3, show_default=True,
-    help="Timed passes of what only a clear lead lets advice name; the others have 7 or more.",
-)  # fmt: skip
 @click.option(
     "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True,
     help="Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out.",
@@ -26,8 +23,8 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying
 @click.option("--growth", is_flag=True, help="Then grow the session: bodies, faces, rate. As much time again.")
 @replaying
 def command(
-    session: Path, scene: Path | None, out: Path | None, force: bool, repeats: int, time_limit: float, steps: bool,
-    growth: bool, engine: str | None, cite: bool, no_picture: bool, as_json: bool, people: People, **asked: Any,
+    session: Path, scene: Path | None, out: Path | None, force: bool, time_limit: float, steps: bool,
+    growth: bool, engine: str | None, no_picture: bool, as_json: bool, people: People, **asked: Any,
 ) -> int:  # fmt: skip
     """Run every detector with every setting of a fixed list over SESSION, or --detectors: misses against time, advice.
 
@@ -44,7 +41,7 @@ def command(
             raise click.UsageError("--engine has settings of its own; leave out --detectors, --steps and --growth")
         from replay.cli.engine_advice import advise_engine
 
-        how: dict[str, Any] = {"no_picture": no_picture, "cite": cite, "as_json": as_json}
+        how: dict[str, Any] = {"no_picture": no_picture, "as_json": as_json}
         return advise_engine(session, engine, people, scene=scene, out=out, force=force, **how, **asked)
     from replay.api.runner import write
     from replay.cli.run_report import answer_cited
@@ -66,7 +63,7 @@ def command(
     held = read_session(session, scene=scene)
     with compiling_announced(people, alone=True), pareto_bar(people) as watch:
         listed = steps_of_trust() if steps else None
-        done = tradeoff(held, settings=listed, repeats=repeats, time_limit=time_limit, watch=watch, **asked)
+        done = tradeoff(held, settings=listed, time_limit=time_limit, watch=watch, **asked)
     if growth:
         where = {name: asked[name] for name in ("start", "end", "policy")}
         with compiling_announced(people, alone=True):
@@ -77,7 +74,7 @@ def command(
         run = replace(compute(held, progress=progress, **asked | {"detectors": None}), tradeoff=done)
         with progress.stage("write"), tradeoff_files(done) as files:
             write(run, out, force=force, picture=not no_picture, files=files)
-    behind = sources_behind(row["detector"] for row in done.rows) if cite else {}
+    behind = sources_behind(row["detector"] for row in done.rows) if people.verbose else {}
     shown = [pareto_table(done, everything=people.verbose), *([growth_table(done.growth)] if growth else [])]
     answer_cited(as_json, done.as_json(), lambda: terminal(*shown), behind, (done.answer, *done.advice))
     if done.cut:

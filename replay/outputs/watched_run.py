@@ -59,17 +59,14 @@ class WatchedRun:
         return self.seen.search.trace(self.motion, moment.looked, moment.pair)
 
 
-def watched_runs(result: RunResult, *, all_looks: bool) -> list[WatchedRun]:
-    """The audited detectors that can be watched, searched again; none of a session of hours or of a budget in seconds.
-
-    ``all_looks``: every look is a moment, not only those that matter.
-    """
+def watched_runs(result: RunResult) -> list[WatchedRun]:
+    """The audited detectors that can be watched, searched again; none of hours or of a budget in seconds."""
     found: list[WatchedRun] = []
     for label in result.comparisons:
         detection, motion = result.detections[label], result.assembly.motion
         seen = result.watched.get(label) or watched_again(result.detectors.get(label), detection, motion)
         if seen is not None:
-            moments = _moments(result, label, seen, all_looks=all_looks)
+            moments = _moments(result, label, seen)
             found.append(WatchedRun(label, detection, motion, stage_counts(detection, seen), seen, moments))
     return found
 
@@ -83,23 +80,16 @@ def stage_counts(detection: Detection, seen: Watched) -> dict[str, IntArray]:
     return {stage: pairs.sum(axis=1) for stage, pairs in left.items()}
 
 
-def _moments(result: RunResult, label: str, seen: Watched, *, all_looks: bool) -> list[Moment]:
+def _moments(result: RunResult, label: str, seen: Watched) -> list[Moment]:
     chosen: dict[int, Moment] = {}
     spent = 0
     matter = [*_missed(result, label, seen), *_begun(result, label, seen), *_near(result, label, seen)]
     for moment in matter:
         evaluations = seen.search.noted[moment.looked, moment.pair].result.evaluations
         room = len(chosen) < LOOKS and spent + evaluations <= DRAWN_EVALUATIONS
-        if moment.frame not in chosen and (room or all_looks):
+        if moment.frame not in chosen and room:
             chosen[moment.frame] = moment
             spent += evaluations
-    if all_looks:
-        # Of several looks in a frame the one that ended closest: a picture holds one.
-        places = sorted(seen.search.noted, key=lambda place: seen.search.noted[place].result.distance)
-        contact = counts_as_contact(result.detections[label].verdict)
-        for frame, pair in places:
-            kind = CONTACT if contact[frame, pair] else NEAR
-            chosen.setdefault(frame, Moment(frame, pair, frame, kind))
     return [chosen[frame] for frame in sorted(chosen)]
 
 

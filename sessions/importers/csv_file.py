@@ -39,7 +39,6 @@ def read_csv(
     source: Path,
     *,
     mapping: str | Path | CsvMapping | None = None,
-    preset: str | None = None,
     convention: str | None = None,
     mesh_axes: str = "same",
 ) -> Imported:
@@ -47,8 +46,7 @@ def read_csv(
 
     Parameters
     ----------
-    mapping : a mapping file or ``CsvMapping``; ``None``: that of a preset.
-    preset : a name in ``PRESETS``; ``None``: the one whose columns are there, else ``unity``.
+    mapping : a mapping file or ``CsvMapping``; ``None``: that of ``PRESETS`` whose columns are there.
     convention : a name in ``CONVENTIONS``; wins over the mapping's.
     mesh_axes : ``same``, or ``x-flipped`` for meshes that a glTF exporter of Unity wrote (it flips X, the poses flip Z:
         without this every mesh is turned by 180 degrees about Y). Source: F_z F_m^-1 with F_m = diag(-1, 1, 1) is
@@ -59,8 +57,6 @@ def read_csv(
     if mesh_axes not in MESH_AXES:
         raise ImportFileError(f"no mesh_axes {mesh_axes!r}; there are: {', '.join(MESH_AXES)}")
     if mapping is not None:
-        if preset is not None:
-            raise ImportFileError("a mapping and a preset both say what the columns are; give one of them")
         plan = mapping if isinstance(mapping, CsvMapping) else read_mapping(mapping)
         table = CsvTable(
             source, plan.delimiter, plan.decimal, plan.skip_lines, plan.header_lines, plan.columns, plan.rate_hz, True
@@ -68,10 +64,10 @@ def read_csv(
         table.format, table.offset_ns = plan.format, plan.offset_ns
         _check_columns(table, plan)
     else:
-        if preset is None and not has_header(source):
+        if not has_header(source):
             raise draft_of(source)
         table = CsvTable(source)
-        plan = _preset(table, preset)
+        plan = _preset(table)
     if not (convention or plan.convention):
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
     samples = _samples(table, plan, convention_named(convention or plan.convention))
@@ -94,16 +90,14 @@ def _check_columns(table: CsvTable, plan: CsvMapping) -> None:
         raise ImportFileError(f"{table.source}: no columns {named}; there are: {', '.join(table.columns)}")
 
 
-def _preset(table: CsvTable, name: str | None) -> CsvMapping:
+def _preset(table: CsvTable) -> CsvMapping:
     """The mapping of a preset that fits the columns of a table."""
-    if name is not None and name not in PRESETS:
-        raise ImportFileError(f"no preset {name!r}; there are: {', '.join(PRESETS)}")
-    plans = [plan for one in (PRESETS if name is None else [name]) for plan in PRESETS[one]]
+    plans = [plan for some in PRESETS.values() for plan in some]
     for plan in plans:
         if plan.body is not None and {plan.time, plan.name, *plan.body.numbers} <= {*table.columns}:
             says = plan.body.valid in table.columns
             return plan if says else replace(plan, body=replace(plan.body, valid=""))
-    if name is None and not {UNITY.time, UNITY.kinds.column, UNITY.name} <= {*table.columns}:
+    if not {UNITY.time, UNITY.kinds.column, UNITY.name} <= {*table.columns}:
         raise draft_of(table.source)
     return plans[0]
 

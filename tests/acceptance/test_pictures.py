@@ -286,7 +286,7 @@ def pictures_of(viewer):
 
 
 def test_the_tab_pipeline_shows_spheres_and_a_search_that_ends_green_or_red(looking, audited):
-    (watched,) = watched_runs(audited, all_looks=False)
+    (watched,) = watched_runs(audited)
     first = {kind: next(one for one in watched.moments if one.kind == kind) for kind in ("contact", "missed")}
     with looking("Pipeline") as viewer:
         seen = {}

@@ -11,6 +11,7 @@ from support.shapes import revolved_mesh
 import replay
 from cdcore import Verdict, create_detector
 from replay.guide.pages import page
+from replay.pipeline.engine import compute
 from sessions.synthetic.bench_bumps import make_bench_bumps
 
 pytestmark = pytest.mark.slow
@@ -64,7 +65,7 @@ def test_the_guide_says_what_colony_local_search_and_budget_find_in_the_session_
     said = {name.strip().split("`")[1]: figures for name, *figures in rows}
     settings = dict(zip("abcd", (one for one in said if "qaco" in one), strict=True))
     session, _ = make_bench_bumps()
-    run = replay.run(session, detectors=[f"{label}={spec}" for label, spec in settings.items()], offline=True)
+    run = compute(session, detectors=[f"{label}={spec}" for label, spec in settings.items()], offline=True)
     for label, spec in settings.items():
         audit, work = run.summary["audit"][label], run.summary["detectors"][label]["work"]
         found = (audit["contacts_missed"], audit["contacts_in_part"], audit["pair_frames"]["BOTH"])

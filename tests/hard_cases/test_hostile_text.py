@@ -191,7 +191,7 @@ CALLS = {
     "scene check": lambda f, d: ("scene", "check", f["toml"]),
     "import": lambda f, d: ("import", "csv", f["csv"], "--convention", "unity", "-o", d / "i\x1b[2J.mcap"),
     "import with a mesh that is none": lambda f, d: ("import", "csv", f["csv"], "-o", "j", "--mesh", f"x={f['obj']}"),
-    "run": lambda f, d: ("run", "-v", "--cite", f["mcap"], "-o", d / "run\x1b[2J", *LOOK),
+    "run": lambda f, d: ("run", "-v", f["mcap"], "-o", d / "run\x1b[2J", *LOOK),
     "run again": lambda f, d: ("run", f["mcap"], "-o", d / "two\x1b[2J", "--no-picture", "--detectors", "sphere"),
     "view": lambda f, d: ("view", d / "run\x1b[2J", "--miss", "99"),
     "diff": lambda f, d: ("diff", d / "run\x1b[2J", d / "two\x1b[2J"),

@@ -55,8 +55,8 @@ SMALL: Final = 0.5
 TABLE: Final = "tradeoff/table"
 
 
-def write_recording(result: RunResult, path: Path, *, log_search: bool = False) -> None:
-    """Write the picture of a run; ``log_search``: with every look of every search, not only those that matter.
+def write_recording(result: RunResult, path: Path) -> None:
+    """Write the picture of a run.
 
     The application id is new for every recording, because a viewer keeps the first layout it meets per application.
     The file appears under its name when it is complete; ``OSError`` where it cannot be written. Above one hour at 90 Hz
@@ -66,7 +66,7 @@ def write_recording(result: RunResult, path: Path, *, log_search: bool = False) 
     spans = [(miss.start, miss.end) for misses in result.misses.values() for miss in misses]
     clock = RecordingClock.of(result.assembly, spans)
     subjects = [_subject(result, label, k) for k, label in enumerate(result.comparisons)]
-    watched = watched_runs(result, all_looks=log_search)
+    watched = watched_runs(result)
     moments, hiding = overview_log.moment_eyes(result, key_moments(result) if result.comparisons else [])
     lanes = overview_log.overview_lanes(result, worst_first(result)) if moments else None
     eye, spoken_of = _eye(result), _spoken_of(result)

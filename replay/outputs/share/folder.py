@@ -13,13 +13,11 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
 
-from replay.base.file_hash import file_hash
 from replay.base.machine import versions
-from replay.errors import OutputError, RunFolderError
+from replay.errors import OutputError
 from replay.outputs.report.markup import ALLOWED, element, page_html, rendered
 from replay.outputs.results.run_folder import (
     PICTURE,
-    SUMMARY,
     FolderKind,
     RunFolder,
     result_folder,
@@ -65,29 +63,9 @@ def write_shared_folder(folders: Sequence[RunFolder], out: Path, *, force: bool 
             titles[name] = _write_run(one, folder / page, name, pictured=bool(viewer) and one in shown)
         if len(pages) > 1:
             (folder / INDEX).write_text(_list(pages, titles), encoding="utf-8", newline="\n")
-        leads = {run_key(one.path): INDEX if len(pages) == 1 else f"{name}.html" for name, one in pages.items()}
-        told = {"schema": SHARED.schema, "runs": len(pages), "picture": bool(viewer), "pages": leads}
+        told = {"schema": SHARED.schema, "runs": len(pages), "picture": bool(viewer)}
         write_summary(folder, SHARED, told)
     return why
-
-
-def run_key(run: Path) -> str:
-    """By what a shared folder knows a run again, without its name: the first 16 hex digits over its summary."""
-    try:
-        return file_hash(run / SUMMARY)[:16]
-    except OSError as error:
-        raise RunFolderError(f"{run / SUMMARY} cannot be read; replay the session again") from error
-
-
-def pages_of(shared: Path) -> dict[str, str]:
-    """Key of a run -> its page in a shared folder; ``RunFolderError``: it is none, or of an older version."""
-    try:
-        pages = json.loads((shared / SHARED.mark).read_text(encoding="utf-8"))["pages"]
-        return {str(key): Path(page).name for key, page in pages.items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise RunFolderError(
-            f"{shared} is no folder of `replay share` of this version; share its runs again"
-        ) from error
 
 
 def _viewer() -> tuple[dict[str, bytes], str]:

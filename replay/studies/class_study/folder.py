@@ -26,18 +26,17 @@ STUDY: Final = FolderKind("study", SUMMARY, SCHEMA, (PAGE, ASSOCIATIONS, RELIABI
 
 def write_study(
     study: Study | None, out: Path, *, title: str, inputs: dict[str, str], force: bool = False,
-    runs: ClassRuns | None = None, shared: Path | None = None, seed: int = 0,
+    runs: ClassRuns | None = None, seed: int = 0,
 ) -> Path:  # fmt: skip
     """Write a study folder; whole, or not at all.
 
     ``title`` heads the page; ``inputs`` are names and digests of the files, detector, seed; ``force`` replaces an
-    earlier study folder. ``runs`` are the sessions of the class; the page leads to their pages in the folder ``shared``
-    of ``replay share``, or else to their reports. Raises ``OutputError``: the folder exists, or cannot be written;
-    ``RefusedError``: ``causal-wording``; ``RunFolderError``: ``shared`` is no such folder.
+    earlier study folder. ``runs`` are the sessions of the class; the page leads to their reports. Raises
+    ``OutputError``: the folder exists, or cannot be written; ``RefusedError``: ``causal-wording``.
     """
     refuse_causal_words([title])
     check_study_target(out, force=force)
-    where = {} if runs is None else places(runs, out, shared)
+    where = {} if runs is None else places(runs, out)
     page = study_html(study, title, runs, where, seed)
     with result_folder(out, STUDY, force=force) as folder:
         (folder / PAGE).write_text(page, encoding="utf-8", newline="\n")

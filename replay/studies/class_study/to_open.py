@@ -7,7 +7,6 @@ from typing import Final
 from urllib.parse import quote
 
 from replay.outputs.results.run_folder import REPORT
-from replay.outputs.share.folder import pages_of, run_key
 from replay.outputs.tables import Cell, Marked, Table, table
 from replay.outputs.words import address
 from replay.studies.class_study.class_runs import ClassRuns, Row, grouped
@@ -21,17 +20,12 @@ Place = tuple[str, str]
 """Name and address of a session's page."""
 
 
-def places(runs: ClassRuns, out: Path, shared: Path | None) -> dict[str, Place]:
-    """Run -> name and address, from a page in the folder ``out``: of a shared folder, or else of the run's report."""
-    shared_pages = pages_of(shared) if shared is not None else {}
+def places(runs: ClassRuns, out: Path) -> dict[str, Place]:
+    """Run -> name and address of its report, from a page in the folder ``out``."""
     found = {}
     for run in runs.metrics:
         # A run folder has the name of its session file, which may be a person's.
-        folder, name = runs.top / run, runs.of(run, "session") or run
-        page = folder / REPORT
-        if shared is not None and (key := run_key(folder)) in shared_pages:
-            page = shared / shared_pages[key]
-            name = page.stem if page.stem != "index" else shared.resolve().name
+        name, page = runs.of(run, "session") or run, runs.top / run / REPORT
         found[run] = (name, quote(Path(os.path.relpath(page.resolve(), out.resolve())).as_posix()))
     return found
 

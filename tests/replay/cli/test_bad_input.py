@@ -199,7 +199,8 @@ def test_no_text_of_a_recording_reaches_the_terminal_as_a_command(tmp_path, caps
             events=[Event(5, word, word)], intervals=[Interval(0, 5, word, word)], facts={"missing": word, word: word},
         )  # fmt: skip
         write_session(session, path)
-        for command in (["info", "-v"], ["doctor", "-v"], ["info", "--json"], ["run", "--no-picture", "--out", "x"]):
+        asked = (["info", "-v"], ["doctor", "-v"], ["info", "--format", "json"], ["run", "--no-picture", "--out", "x"])
+        for command in asked:
             main([command[0], str(path), *command[1:]])
             said = "".join(capsys.readouterr())
             assert said and all(one.isprintable() or one == "\n" for one in said), (command, ascii(said))

@@ -35,7 +35,8 @@ def test_a_mended_mesh_changes_as_many_pair_frames_as_are_said(session, capsys):
         str(out), "1 of 6 pair-frames of a change: 1 become contact, 0 are none any more",
     ]  # fmt: skip
     assert said.err.splitlines()[0] == "1 hole closed" and is_closed(load_mesh(out))
-    given = ["mesh", "repair", str(session / "a.glb"), "--session", str(session / "s.mcap"), "--body", "a", "--json"]
+    given = ["mesh", "repair", str(session / "a.glb"), "--session", str(session / "s.mcap"), "--body", "a"]
+    given += ["--format", "json"]
     assert main([*given, "-o", str(session / "again.glb")]) == 0
     plain = json.loads(capsys.readouterr().out)
     assert plain["contacts"] == {"pair_frames": 6, "new": 1, "gone": 0} and plain["done"] == ["1 hole closed"]
@@ -47,7 +48,7 @@ def test_a_mended_mesh_changes_as_many_pair_frames_as_are_said(session, capsys):
 def test_a_mesh_by_itself_is_mended_without_a_recording(session, capsys):
     assert main(["mesh", "repair", str(session / "a.glb"), "-o", str(session / "a.glb")]) == 1
     assert "exists; name another file" in capsys.readouterr().err
-    assert main(["mesh", "repair", str(session / "a.glb"), "-o", str(session / "x" / "m.glb"), "--json"]) == 0
+    assert main(["mesh", "repair", str(session / "a.glb"), "-o", str(session / "x" / "m.glb"), "--format", "json"]) == 0
     assert json.loads(capsys.readouterr().out)["contacts"] is None
     assert np.isclose(load_mesh(session / "x" / "m.glb").volume, 1.0)
     assert main(["mesh", "repair", str(session / "s.mcap"), "-o", str(session / "y.glb")]) == 2

@@ -51,7 +51,7 @@ def test_tables_are_printed_and_the_same_numbers_come_of_the_same_wall_times(tin
 
 @pytest.mark.slow
 def test_quick_runs_to_the_end_and_complete_rows_find_every_face(capsys):
-    assert main(["paper", "--quick", "--json"]) == 0
+    assert main(["paper", "--quick", "--format", "json"]) == 0
     tables = {one["key"]: one for one in json.loads(capsys.readouterr().out)["tables"]}
     assert [row[4] for row in tables["T1a"]["rows"][:7]] == [1.0] * 7
     assert all(row[6] in (1.0, None) for row in tables["T1a"]["rows"])

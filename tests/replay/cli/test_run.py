@@ -86,12 +86,12 @@ def test_a_folder_in_the_way_is_refused_and_force_replaces_it(file, tmp_path, ca
     assert main([*where, "--force"]) == 0
 
 
-def test_cite_prints_the_sources_of_the_detectors_that_looked(file, tmp_path, capsys):
+def test_who_wants_more_gets_the_sources_of_the_detectors_that_looked(file, tmp_path, capsys):
     plain = ["run", file, "--no-picture", "--detectors", "sphere", "--oracle", "hybrid"]
-    assert main([*plain, "-o", str(tmp_path / "one"), "--cite"]) == 0
+    assert main([*plain, "-o", str(tmp_path / "one"), "-v"]) == 0
     printed = capsys.readouterr().out
     assert "detector sphere" in printed and "equation (21)" in printed and "FCL" in printed
-    assert main([*plain, "-o", str(tmp_path / "two"), "--cite", "--format", "json"]) == 0
+    assert main([*plain, "-o", str(tmp_path / "two"), "-v", "--format", "json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert set(report["sources"]) == {"detector sphere", "detector hybrid"}
     assert main([*plain, "-o", str(tmp_path / "three")]) == 0
@@ -144,8 +144,8 @@ def test_a_broken_gate_ends_in_4_and_says_which(file, capsys):
     assert main(["run", file, "--detector", SLOW, "--max-missed", "0.01", "--max-p99-ms", "10000"]) == 4
     assert "slow missed contacts" in capsys.readouterr().err
     assert main(["run", file, "--detector", "hybrid", "--max-missed", "0.01"]) == 0
-    assert main(["run", file, "--detector", "hybrid", "--offline", "--max-p99-ms", "11.1"]) == 4
-    assert "hybrid was not timed frame by frame" in capsys.readouterr().err
+    assert main(["run", file, "--detector", "continuous", "--max-p99-ms", "11.1"]) == 4
+    assert "continuous was not timed frame by frame" in capsys.readouterr().err
 
 
 def test_frames_slower_than_the_gate_end_in_4_and_both_gates_kept_in_0(file, capsys):

@@ -100,7 +100,7 @@ def files(tmp_path):
 def test_a_check_names_every_fault_of_text_meshes_and_effects_once(files, capsys):
     assert main(["scene", "check", str(files / "faulty.toml")]) == 1
     assert capsys.readouterr().out.splitlines() == [f"faulty.toml: {fault.format(folder=files)}" for fault in FAULTS]
-    assert main(["scene", "check", str(files / "faulty.toml"), "--json"]) == 1
+    assert main(["scene", "check", str(files / "faulty.toml"), "--format", "json"]) == 1
     assert len(json.loads(capsys.readouterr().out)["faults"]) == len(FAULTS)
     assert main(["scene", "check", str(files / "other.toml")]) == 0
     assert capsys.readouterr().out.startswith("other.toml: no fault in 2 bodies and 0 effects\nother\n  effects")
@@ -129,7 +129,7 @@ def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
 
 
 def test_the_doctor_names_the_same_faults_and_a_run_the_first(files, capsys):
-    assert main(["doctor", str(files / "faulty.toml"), "--json"]) == 0
+    assert main(["doctor", str(files / "faulty.toml"), "--format", "json"]) == 0
     (found,) = json.loads(capsys.readouterr().out)
     said = [one["message"] for one in found["findings"] if one["code"] == "bad-scene"]
     assert sorted(said) == sorted(f"faulty.toml: {fault.format(folder=files)}" for fault in FAULTS)
@@ -141,7 +141,7 @@ def test_a_key_deep_in_a_scene_that_a_recording_carries_is_found_by_doctor_and_c
     deep = OWN.replace('id = "b"', 'id = "b"\nproperties = { liquid = { volum_ml = 1.0 } }')
     write_session(cubes(PLACES, scene=parse_scene(deep)), files / "deep.mcap")
     fault = "[[body]] 2 ('b') properties liquid: unknown key 'volum_ml'; did you mean 'volume_ml'?"
-    assert main(["doctor", str(files / "deep.mcap"), "--json"]) == 0
+    assert main(["doctor", str(files / "deep.mcap"), "--format", "json"]) == 0
     (found,) = json.loads(capsys.readouterr().out)
     assert [one["message"] for one in found["findings"] if one["code"] == "bad-scene"] == [f"scene.toml: {fault}"]
     assert main(["scene", "check", str(files / "deep.mcap")]) == 1

@@ -27,7 +27,7 @@ def files(tmp_path):
 
 
 def test_analyse_prints_the_associations_and_writes_the_page(files, tmp_path, capsys):
-    assert main(["study", "analyse", *files, "--out", str(tmp_path / "study"), "--title", "Class"]) == 0
+    assert main(["study", "analyse", *files, "--out", str(tmp_path / "study")]) == 0
     printed, said = capsys.readouterr()
     assert "Ease of use is associated with higher motivation" in printed
     assert "contacts as exact sees them, which finds 100 % of contact frames" in " ".join(printed.split())

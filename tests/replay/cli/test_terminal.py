@@ -56,7 +56,7 @@ VERBS = {
     "info": ["info", "{s}"],
     "doctor": ["doctor", "-v", "{s}"],
     "engine": ["tradeoff", "{s}", "--engine", "unity"],
-    "tradeoff": ["tradeoff", "{s}", "--detectors", "exact,discrete[rate_hz=20]", "--repeats", "1"],
+    "tradeoff": ["tradeoff", "{s}", "--detectors", "exact,discrete[rate_hz=20]"],
     "stress": ["stress", "--detectors", "exact,sphere", "--family", "1-2", "--pairs", "10"],
     "study": ["study", "check"],
 }

@@ -23,7 +23,7 @@ def file(tmp_path, monkeypatch):
 
 
 def test_front_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, capsys):
-    assert main(["tradeoff", file, "--out", str(tmp_path / "costs"), "--repeats", "1"]) == 0
+    assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) == 0
     out, err = capsys.readouterr()
     assert err.index("outside the time limit: one audit") < err.index("wrote ")
     said = " ".join(out.split())
@@ -35,14 +35,14 @@ def test_front_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, 
 
 
 def test_detectors_replace_the_list_and_the_same_one_twice_is_a_tie(file, capsys):
-    assert main(["tradeoff", file, "--detectors", "a=exact,b=exact", "--format", "json", "--repeats", "1"]) == 0
+    assert main(["tradeoff", file, "--detectors", "a=exact,b=exact", "--format", "json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert [row["label"] for row in told["rows"]] == ["a", "b"] and told["clock"]["live"]["passes"] >= 7
     assert told["advice"] and all("take a: " in one or "take b: " in one for one in told["advice"])
 
 
 def test_the_steps_of_trust_stand_in_their_order_with_what_each_adds(file, capsys):
-    assert main(["tradeoff", file, "--steps", "--repeats", "1"]) == 0
+    assert main(["tradeoff", file, "--steps"]) == 0
     assert "what the step adds" in " ".join(capsys.readouterr().out.split())
     done = trading.tradeoff(cubes(PLACES), settings=steps_of_trust(), repeats=1, time_limit=None)
     shown = pareto_table(done)
@@ -55,7 +55,7 @@ def test_the_steps_of_trust_stand_in_their_order_with_what_each_adds(file, capsy
 def test_growth_is_timed_when_asked_for_and_its_picture_is_written(file, tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(growth, "SIZES", {"bodies": (1, 2)})
     out = tmp_path / "costs"
-    assert main(["tradeoff", file, "--growth", "--no-picture", "--repeats", "1", "--out", str(out)]) == 0
+    assert main(["tradeoff", file, "--growth", "--no-picture", "--out", str(out)]) == 0
     assert "No size tried takes a complete detector out of its budget" in capsys.readouterr().out
     assert (out / "growth.png").is_file() and "fits up to 4" in (out / "report.html").read_text("utf-8")
     told = json.loads((out / "tradeoff.json").read_text("utf-8"))["growth"]
@@ -75,7 +75,7 @@ def test_help_says_what_the_time_limit_does_not_count(capsys):
 
 @pytest.mark.slow
 def test_sources_and_a_folder_without_a_picture_when_asked(file, tmp_path, capsys):
-    words = ["tradeoff", file, "--repeats", "1", "--cite"]
+    words = ["tradeoff", file, "-v"]
     assert main([*words, "--no-picture", "--out", str(tmp_path / "costs")]) == 0
     out, err = capsys.readouterr()
     assert out.index("To audit a recording") < out.index("detector hybrid") < out.index("detector discrete")

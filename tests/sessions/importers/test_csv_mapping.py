@@ -208,11 +208,10 @@ def openvr_rows(kind):
 
 
 @pytest.mark.parametrize("kind", ["matrix", "triad"])
-@pytest.mark.parametrize("options", [{}, {"preset": "openvr"}])
-def test_a_log_of_openvr_needs_no_mapping(tmp_path, kind, options):
+def test_a_log_of_openvr_needs_no_mapping(tmp_path, kind):
     path = tmp_path / "log.csv"
     path.write_text("\n".join([*openvr_rows(kind), ""]))
-    session = import_session("csv", path, **options)
+    session = import_session("csv", path)
     assert session.names == ("LHR-0", "LHR-1") and session.facts["source_convention"] == "openvr"
     for device in (0, 1):
         track, rows = session.tracks[f"LHR-{device}"], [device, device + 2]
@@ -221,17 +220,6 @@ def test_a_log_of_openvr_needs_no_mapping(tmp_path, kind, options):
         got = Rotation.from_quat(track.quaternions_xyzw).as_matrix()
         assert np.abs(got - TURNS[rows].as_matrix()).max() < 1e-9
         assert track.valid.tolist() == [True, kind == "triad" or device == 1]
-
-
-def test_a_preset_must_be_there_and_stands_alone(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("\n".join([*openvr_rows("matrix"), ""]))
-    with pytest.raises(ImportFileError, match="no preset 'vive'; there are: unity, openvr"):
-        import_session("csv", path, preset="vive")
-    with pytest.raises(ImportFileError, match="line 1: no column 'kind'"):
-        import_session("csv", path, preset="unity")
-    with pytest.raises(ImportFileError, match="a mapping and a preset both say what the columns are"):
-        import_session("csv", path, preset="unity", mapping=UNITY)
 
 
 BARE = """

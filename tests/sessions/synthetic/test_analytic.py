@@ -2,11 +2,11 @@ import itertools
 
 import numpy as np
 import pytest
+from sessions.synthetic.looks import looks, predicted
 
 from cdcore import Verdict
 from sessions.errors import SessionError
 from sessions.synthetic.analytic import ANALYTIC, make_analytic
-from sessions.synthetic.looks import looks, predicted
 from sessions.synthetic.truth import CLEAR, OPEN, PRESENT
 
 

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from sessions.synthetic.looks import looks, predicted
 
 from sessions.geometry.rotations import IDENTITY, quaternion_about
 from sessions.geometry.solids import box, pointed_ball, prism
 from sessions.glassware.catalogue import make_instrument
 from sessions.synthetic.assembly import CLOCKS, stamps
-from sessions.synthetic.looks import looks, predicted
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.sections import _Posed, approach, inscribed_radius, round_in_round
 from sessions.synthetic.truth import PlantedEpisode, Truth

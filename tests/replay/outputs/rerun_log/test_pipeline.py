@@ -31,7 +31,7 @@ def run(taps):
 
 @pytest.fixture(scope="module")
 def watched(run):
-    (one,) = watched_runs(run, all_looks=False)
+    (one,) = watched_runs(run)
     return one
 
 
@@ -168,21 +168,15 @@ def test_frames_timed_one_by_one_have_a_value_each_and_a_99th_percentile(run, wr
     rows = seen.column(f"pipeline/{LABEL}/time/1_search", "Scalars:scalars")
     assert [row[1] for row in rows] == list(range(135))
     assert np.allclose([row[2][0] for row in rows], 1e3 * sum(seconds.values()))
-    (one,) = watched_runs(timed, all_looks=False)
+    (one,) = watched_runs(timed)
     assert budget_words(one).startswith("p99 1.00 = 9 % of a 90 Hz frame")
     frame = one.moments[-1].frame
     said = seen.at(f"pipeline/{LABEL}/frame/price/title/words", "Points2D:labels", frame)
     assert said == [f"{1e3 * (seconds['spheres'] + seconds['search'])[frame]:.2f} ms for this frame"]
 
 
-def test_with_every_look_each_searched_frame_has_its_faces(run, watched):
-    (whole,) = watched_runs(run, all_looks=True)
-    searched = np.flatnonzero(watched.seen.searched.any(axis=1))
-    assert [moment.frame for moment in whole.moments if moment.looked == moment.frame] == searched.tolist()
-
-
 def test_a_detector_without_a_search_has_no_pipeline(demo):
-    assert watched_runs(demo, all_looks=True) == []
+    assert watched_runs(demo) == []
 
 
 @pytest.mark.slow
@@ -195,7 +189,7 @@ def test_the_recording_of_the_demo_holds_every_frame_of_all_detectors_and_counts
             rows = seen.column(f"timing/{label}/{stage}", "Scalars:scalars")
             assert [row[1] for row in rows] == frames, (label, stage)
             assert np.allclose([row[2][0] for row in rows], 1e3 * seconds)
-    (watched,) = watched_runs(result, all_looks=False)
+    (watched,) = watched_runs(result)
     for rank, (stage, count) in enumerate((stage, count) for stage, count in watched.counts.items() if stage != ALL):
         rows = seen.column(pipeline_path("paper", "pairs", f"{rank}_{stage}"), "Scalars:scalars")
         at = np.searchsorted([row[1] for row in rows], frames, side="right") - 1

@@ -21,13 +21,13 @@ from support.ten_minutes import ten_minutes
 import replay
 from replay.base.machine import versions
 from replay.cli.demo import DETECTORS as DEMO
-from replay.errors import OutputError, RunFolderError
+from replay.errors import OutputError
 from replay.outputs.report.markup import ALLOWED
 from replay.outputs.rerun_log import web_viewer as module
 from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.viewer import ViewerError
 from replay.outputs.results.run_folder import read_run_folder
-from replay.outputs.share.folder import pages_of, require_consent, run_key, write_shared_folder
+from replay.outputs.share.folder import require_consent, write_shared_folder
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions.mcap_format.writer import write_session
 
@@ -139,14 +139,6 @@ def texts_of(folder):
                 file.name,
                 repr([(one.schema, one.to_pylist() if one.num_rows < 50 else "") for one in batches]).encode(),
             )
-
-
-def test_a_shared_folder_knows_the_page_of_a_run_again_without_its_name(run, shared, tmp_path):
-    assert pages_of(shared) == {run_key(run): "index.html"}
-    with pytest.raises(RunFolderError, match="is no folder of `replay share` of this version; share its runs again"):
-        pages_of(run)
-    with pytest.raises(RunFolderError, match=r"summary.json cannot be read"):
-        run_key(tmp_path)
 
 
 def test_no_serial_and_no_path_is_in_the_folder(run, shared):

@@ -12,15 +12,10 @@ from support.browser import opened, serious_faults
 from support.class_folders import made_class
 from support.small_worlds import cubes
 
-import replay
 from replay import read
-from replay.cli.main import main
-from replay.outputs.results.run_folder import read_run_folder
-from replay.outputs.share.folder import write_shared_folder
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.page import study_html
 from replay.studies.class_study.to_open import places
-from sessions import write_session
 
 KNOWN = "student <> '' AND NOT held"
 
@@ -32,7 +27,7 @@ def made(tmp_path_factory):
     runs = read_class(made_class(top / "runs", 50, 20, nobody=3))
     (top / "page").mkdir()
     page = top / "page" / "study.html"
-    page.write_text(study_html(None, "Class", runs, places(runs, page.parent, None)), "utf-8")
+    page.write_text(study_html(None, "Class", runs, places(runs, page.parent)), "utf-8")
     return top / "runs", page
 
 
@@ -233,42 +228,13 @@ def session_of(k):
 
 
 @pytest.mark.slow
-def test_of_fifty_shared_runs_the_first_three_are_one_click_from_the_miss_in_the_moving_picture(tmp_path):
-    for k in range(50):
-        write_session(session_of(k), tmp_path / f"s{k:02d}.mcap")
-        lineup = {"detectors": ["slow=discrete[rate_hz=20]", "late=discrete[rate_hz=12]"], "oracle": "exact"}
-        replay.run(tmp_path / f"s{k:02d}.mcap", out=tmp_path / "runs" / f"S{k:02d}", **lineup)
-    folders = [read_run_folder(run) for run in sorted((tmp_path / "runs").iterdir())]
-    assert write_shared_folder(folders, tmp_path / "sent") == ""
-    words = ["study", "page", str(tmp_path / "runs"), "--shared", str(tmp_path / "sent"), "-o", str(tmp_path / "page")]
-    assert main([*words, "-q"]) == 0
-    page = tmp_path / "page" / "study.html"
-    assert not re.search(r"S\d\d", page.read_text("utf-8"))
-    with opened(page.as_uri(), tmp_path / "browser", (1280, 800)) as shown:
-        first = rows(shown, "sessions-to-look-at-first", "session", "ascending")[:3]
-        for place, row in enumerate(first, 1):
-            back(shown, (None, page))
-            link = f"document.querySelector('#sessions-to-look-at-first tbody tr:nth-child({place}) td:nth-child(2) a')"
-            shown.ask(f"setTimeout(() => {link}.click())")
-            arrived(shown, f"location.pathname.endsWith('/{row[0]}.html') && document.readyState === 'complete'")
-            asked = unquote(shown.ask("location.hash"))[1:]
-            assert asked.startswith("miss=") and ("&by=late" in asked) == (row[2] == "late")
-            for _ in range(240):
-                if shown.ask("document.getElementById('picture').dataset.shows") == asked:
-                    break
-                time.sleep(0.5)
-            assert shown.ask("document.getElementById('picture').dataset.shows") == asked
-            assert shown.ask(f"document.getElementById({json.dumps(asked)}) !== null")
-
-
-@pytest.mark.slow
 def test_a_thousand_sessions_are_a_page_below_five_megabytes(tmp_path):
     begun = time.monotonic()
     folder = made_class(tmp_path / "runs", 1000, 300, contacts=20)
     made = time.monotonic()
     runs = read_class(folder)
     gathered = time.monotonic()
-    page = study_html(None, "Class", runs, places(runs, tmp_path, None))
+    page = study_html(None, "Class", runs, places(runs, tmp_path))
     done = time.monotonic()
     print(
         f"{len(page) / 1e6:.2f} MB; made {made - begun:.0f}, read {gathered - made:.1f}, page {done - gathered:.1f} s"

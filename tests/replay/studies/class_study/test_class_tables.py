@@ -1,6 +1,5 @@
 """The tables of a class in every state: nobody, one student, several, some without a name, runs twice."""
 
-import json
 import re
 import shutil
 from dataclasses import replace
@@ -41,17 +40,17 @@ def test_a_class_of_fewer_than_five_has_sessions_to_open_and_no_figure(tmp_path,
             assert hidden == all(one == "" for one in row[place + 1 :])
             assert hidden >= bool(few)
     assert (
-        "There is none in the sessions with a pseudonym." in study_html(None, "t", runs, places(runs, tmp_path, None))
+        "There is none in the sessions with a pseudonym." in study_html(None, "t", runs, places(runs, tmp_path))
     ) == (nobody == 6)
     assert any(row[2] == min(students, 6 - nobody) for row in found[0].rows) != bool(few)
     first, *others = made.headlines()
     assert first == f"6 sessions of {'fewer than 5' if few else min(students, 6 - nobody)} students."
     assert bool(others) != bool(few)
-    assert len(sessions_table(runs, places(runs, tmp_path, None)).rows) == (5 if students >= 5 > nobody else 6)
+    assert len(sessions_table(runs, places(runs, tmp_path)).rows) == (5 if students >= 5 > nobody else 6)
     notes = " ".join(found[-1].notes)
     said = f"{nobody} of 6 sessions state no pseudonym: they are in the list of sessions and in no figure."
     assert (said in notes) == bool(nobody)
-    html = study_html(None, "Class", runs, places(runs, tmp_path, None))
+    html = study_html(None, "Class", runs, places(runs, tmp_path))
     assert "Whether a conclusion changes with the detector is not known: there is no questionnaire." in html
 
 
@@ -72,7 +71,7 @@ def test_no_figure_of_few_students_follows_from_a_total_and_no_row_is_of_one_stu
     assert shown["late"] == "fewer than 5" and shown["search"] == 8
     # Else its nine misses are the total less the two rows that are shown.
     assert shown["budget ran out"] == "not shown"
-    sessions = sessions_table(runs, places(runs, tmp_path, None))
+    sessions = sessions_table(runs, places(runs, tmp_path))
     assert [column.name for column in sessions.columns] == ["session", "look at", "by"] and len(sessions.rows) == 5
 
 
@@ -80,14 +79,14 @@ def test_where_nothing_was_audited_the_page_says_so(tmp_path):
     runs, made = tables_of(tmp_path, 8, 8, detectors={})
     assert [row[:2] for row in made.detectors().rows] == [("exact", "trusted")]
     assert not made.pairs().rows and not made.causes().rows and len(made.headlines()) == 1
-    assert {row[1] for row in sessions_table(runs, places(runs, tmp_path, None)).rows} == {"not audited"}
-    html = study_html(None, "Class", runs, places(runs, tmp_path, None))
+    assert {row[1] for row in sessions_table(runs, places(runs, tmp_path)).rows} == {"not audited"}
+    html = study_html(None, "Class", runs, places(runs, tmp_path))
     assert html.count("There is none in the sessions with a pseudonym.") == 2
 
 
 def test_a_session_without_a_miss_leads_to_its_report(tmp_path):
     runs, _ = tables_of(tmp_path, 5, 5, detectors={"slow": 0.0})
-    for row in sessions_table(runs, places(runs, tmp_path / "page", None)).rows:
+    for row in sessions_table(runs, places(runs, tmp_path / "page")).rows:
         assert row[1] == "nothing missed" and row[0].to == f"../run{int(row[0].text, 16):03}/report.html"
 
 
@@ -139,23 +138,10 @@ def test_every_sentence_of_the_page_is_said_in_some_state(tmp_path):
     runs.metrics["a/run002"]["slow"]["settings"] = "other"
     (other, calm) = (tables_of(tmp_path / name, 6, 6, detectors=label)[0] for name, label in
                      (("d", {}), ("e", {"slow": 0.0})))  # fmt: skip
-    text = "".join(unescape(study_html(None, "Class", one, places(one, tmp_path, None))) for one in (runs, other, calm))
+    text = "".join(unescape(study_html(None, "Class", one, places(one, tmp_path))) for one in (runs, other, calm))
     assert unsaid(re.sub(r"<[^>]*>", "", text), *map(Path, (class_tables.__file__, to_open.__file__))) == []
 
 
 def test_the_sample_says_scenes_and_vr_types(tmp_path):
     _, made = tables_of(tmp_path, 6, 6)
     assert made.sample() == {"content": "lab", "device": "VR type: immersive, desktop"}
-
-
-def test_links_lead_into_a_shared_folder_where_it_has_the_run(tmp_path):
-    runs, _ = tables_of(tmp_path / "runs", 3, 3)
-    shared = tmp_path / "sent to anna"
-    shared.mkdir()
-    from replay.outputs.share.folder import run_key
-
-    pages = {run_key(tmp_path / "runs" / f"run00{k}"): f"run{k + 1}.html" for k in range(2)}
-    (shared / "share.json").write_text(json.dumps({"schema": "vrlab-replay/share/1", "pages": pages}))
-    found = places(runs, tmp_path / "page", shared)
-    assert found["run000"] == ("run1", "../sent%20to%20anna/run1.html")
-    assert found["run002"] == (f"{2:016x}", "../runs/run002/report.html")
