@@ -9,15 +9,14 @@ from typing import Any
 _NAMES = {
     "analytic": "ANALYTIC make_analytic",
     "bench_bumps": "make_bench_bumps",
-    "looks": "Prediction looks predicted",
     "scenes": "SCENES make_scene_session",
     "truth": "PlantedEpisode Fact Truth read_truth write_truth",
 }
 _HOME = {name: f"sessions.synthetic.{module}" for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = [
-    "ANALYTIC", "SCENES", "Fact", "PlantedEpisode", "Prediction", "Truth", "looks", "make_analytic", "make_bench_bumps",
-    "make_scene_session", "predicted", "read_truth", "write_truth",
+    "ANALYTIC", "SCENES", "Fact", "PlantedEpisode", "Truth", "make_analytic", "make_bench_bumps",
+    "make_scene_session", "read_truth", "write_truth",
 ]  # fmt: skip
 
 

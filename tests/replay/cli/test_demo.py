@@ -5,6 +5,7 @@ import time
 from pathlib import Path
 
 import pytest
+from support.looks import predicted
 
 from replay.cli.demo import DETECTORS
 from replay.cli.main import main
@@ -13,7 +14,7 @@ from replay.pipeline.engine import compute
 from replay.pipeline.ranking import ranking
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions import read_session
-from sessions.synthetic import make_bench_bumps, predicted
+from sessions.synthetic import make_bench_bumps
 
 
 def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkeypatch, capsys):

@@ -2,7 +2,7 @@ import itertools
 
 import numpy as np
 import pytest
-from sessions.synthetic.looks import looks, predicted
+from support.looks import looks, predicted
 
 from cdcore import Verdict
 from sessions.errors import SessionError

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sessions.synthetic.looks import looks, predicted
+from support.looks import looks, predicted
 
 from sessions.geometry.rotations import IDENTITY, quaternion_about
 from sessions.geometry.solids import box, pointed_ball, prism
