@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray
+from replay.studies.class_study.intervals import fit_slopes
 from replay.studies.class_study.published import adjusted_fit, p_of_correlation
 from replay.studies.class_study.refusals import LEAST_IN_CELL, LEAST_STUDENTS, StudyRefusedError
 from replay.studies.class_study.regression import PERMUTATION_BELOW, PERMUTATIONS, holm_p
-from replay.studies.class_study.reliability import BOOTSTRAPS, interval
 from sessions.synthetic.rng import random_stream
 
 
@@ -20,8 +20,8 @@ class GroupDifference:
 
     ``students`` and ``means`` are of the first and the second group. ``pooled_beta``, ``pooled_fit`` and ``pooled_p``
     are what the paper's way gives: the correlation with the group, its adjusted fit, and p of Student's t. ``beta`` is
-    the difference of the means, second less first, with its interval, students drawn anew within their group; ``p`` is
-    of Welch's statistic, ``None`` where the rules give none, and ``p_holm`` after Holm's correction.
+    the difference of the means, second less first, with its t-based interval (HC3, quantiles from permutations); ``p``
+    is of Welch's statistic, ``None`` where the rules give none, and ``p_holm`` after Holm's correction.
     """
 
     outcome: str
@@ -73,10 +73,7 @@ def _compare(
     r = float(np.corrcoef(both, of_second)[0, 1])
     found = float(second.mean() - first.mean())
     sizes = (len(first), len(second))
-    drawn = [part[random.integers(0, len(part), (BOOTSTRAPS, len(part)))].mean(axis=1) for part in (first, second)]
-    others = [(part.sum() - part) / (len(part) - 1) for part in (first, second)]
-    left_out = np.concatenate([second.mean() - others[0], others[1] - first.mean()])
-    low, high = interval(drawn[1] - drawn[0], found, left_out)
+    low, high = fit_slopes(both, of_second[:, None].astype(np.float64), random).ends()[0].tolist()
     p, p_from = _p_value(both, of_second, random)
     means = (float(first.mean()), float(second.mean()))
     pooled = (r, adjusted_fit(r, len(both)), p_of_correlation(r, len(both)))

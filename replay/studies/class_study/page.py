@@ -144,6 +144,7 @@ def _methods(study: Study) -> Markup:
     lines = [
         behind(study) + ".",
         "Coefficients are standardised; intervals are bootstrapped over whole students, corrected for bias and skew.",
+        "With groups, intervals are t-based (HC3), for groups of unequal size too, with quantiles from permutations.",
         "A simple regression has one predictor; in a multiple one each coefficient holds the others equal.",
         f"Associated means p below {LEVEL:g} after Holm's correction across every coefficient on this page, and an "
         "interval that leaves out zero.",
@@ -158,7 +159,8 @@ def _forest(study: Study) -> Markup:
 
     def draw(axes: "Axes") -> None:
         for k, (_, c) in enumerate(rows):
-            axes.plot([c.low, c.high], [k, k], color=BLUE, lw=1.6)
+            if c.has_interval:
+                axes.plot([c.low, c.high], [k, k], color=BLUE, lw=1.6)
             axes.plot(c.beta, k, "o", ms=7, color=BLUE, mfc=BLUE if associated(c) else PAPER)
         axes.axvline(0.0, color="#8a93a0", lw=1)
         held = ["" if one.kind == "simple" else ", others held equal" for one, _ in rows]

@@ -1,7 +1,8 @@
 """Regressions stated as what they are: simple or multiple, with intervals, and p-values that fit the sample.
 
 Coefficients are standardised. Their intervals are bootstrapped over students, because the textbook interval of a
-standardised slope forgets that the scales were estimated too: at a correlation of 0.6 it covers the truth in 99 %.
+standardised slope forgets that the scales were estimated too: at a correlation of 0.6 it covers the truth in 99 %. With
+a group among the predictors they are those of ``intervals``.
 """
 
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray, IntArray
+from replay.studies.class_study.intervals import standardised_intervals
 from replay.studies.class_study.refusals import LEAST_STUDENTS, StudyRefusedError
 from replay.studies.class_study.reliability import interval
 
@@ -27,8 +29,9 @@ LEAST_SPREAD: Final = 1e-10
 
 @dataclass(frozen=True)
 class Coefficient:
-    """One predictor of one regression: its standardised coefficient with a 95 % bootstrap interval over students.
+    """One predictor of one regression: its standardised coefficient with a 95 % interval over students.
 
+    ``low`` and ``high`` are nan where no interval would hold: ``interval_words`` says so.
     ``p`` is two-sided, ``None`` where the rules give none, from ``permutation`` or ``t``; ``p_holm`` is that after
     ``holm``; ``vif`` is the variance inflation factor, ``None`` in a simple regression.
     """
@@ -44,8 +47,19 @@ class Coefficient:
 
     @property
     def apart(self) -> bool:
-        """Whether the interval leaves out zero."""
-        return self.low > 0 or self.high < 0
+        """Whether the interval, where there is one, leaves out zero."""
+        return not self.has_interval or self.low > 0 or self.high < 0
+
+    @property
+    def has_interval(self) -> bool:
+        """Whether there is an interval."""
+        return bool(np.isfinite([self.low, self.high]).all())
+
+    def interval_words(self, between: str, digits: int) -> str:
+        """``-0.123 to +0.456``, or that there is no interval."""
+        if not self.has_interval:
+            return "no interval: too skewed"
+        return f"{self.low:+.{digits}f}{between}{self.high:+.{digits}f}"
 
 
 @dataclass(frozen=True)
@@ -80,7 +94,9 @@ def regress(
     table = (table - table.mean(axis=0)) / table.std(axis=0, ddof=1)
     y, x = table[:, 0], table[:, 1:]
     fitted = sm.OLS(y, sm.add_constant(x)).fit()
-    ends = _bootstrap(y, x, random)
+    # With a group among the predictors few students may decide a coefficient, which no bootstrap over students shows.
+    grouped = any(len(np.unique(column)) == 2 for column in x.T)
+    ends = standardised_intervals(y, x, random) if grouped else _bootstrap(y, x, random)
     p, p_from = _p_values(fitted, y, x, random)
     factors = inflation(x) if x.shape[1] > 1 else [None]
     coefficients = tuple(

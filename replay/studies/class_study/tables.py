@@ -68,7 +68,7 @@ def _sentence(regression: Regression, c: Coefficient) -> str:
     more_rows = f" students in {regression.rows} sessions" if regression.rows > regression.students else ""
     return (
         f"{_capital(c.name)} is associated with {more} {words(regression.outcome)}{held}: "
-        f"{c.beta:+.2f} [{c.low:+.2f}, {c.high:+.2f}], n = {regression.students}{more_rows}"
+        f"{c.beta:+.2f} [{c.interval_words(', ', 2)}], n = {regression.students}{more_rows}"
     )
 
 
@@ -100,7 +100,7 @@ def coefficient_table(study: Study) -> Table:
     for one, c in coefficients(study):
         cells = (
             words(one.outcome), words(c.name), one.kind, f"{one.students}", f"{one.rows}", f"{c.beta:+.3f}",
-            f"{c.low:+.3f} to {c.high:+.3f}", p_words(c.p), p_words(c.p_holm), conclusion(c), c.p_from,
+            c.interval_words(" to ", 3), p_words(c.p), p_words(c.p_holm), conclusion(c), c.p_from,
             f"{one.adjusted_r2:.3f}", "" if c.vif is None else f"{c.vif:.2f}",
         )  # fmt: skip
         rows.append([Marked(cell, STRONG if associated(c) else "") for cell in cells])
@@ -108,8 +108,10 @@ def coefficient_table(study: Study) -> Table:
         "outcome", "predictor", "regression", "n", "rows", "beta", "95 % interval", "p", "p (Holm)", "conclusion",
         "p from", "adj. R²", "VIF",
     )  # fmt: skip
-    note = "n counts students; several rows of a student are taken as their mean."
-    return table(behind(study), head, rows, words=3, notes=(note,))
+    notes = ["n counts students; several rows of a student are taken as their mean."]
+    if not all(c.has_interval for _, c in coefficients(study)):
+        notes.append("No interval: a few students far out decide the spread, so that none would hold in 95 %.")
+    return table(behind(study), head, rows, words=3, notes=notes)
 
 
 def reliability_table(study: Study) -> Table:
