@@ -13,7 +13,6 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdcore.errors import InvalidSettingError
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray, readonly
 
@@ -119,12 +118,6 @@ def sphere_in_mode(mesh: TriangleMesh, mode: str) -> Sphere:
 
 _SPHERES: Final[WeakKeyDictionary[TriangleMesh, dict[str, Sphere]]] = WeakKeyDictionary()
 """Balls by mode of the meshes that are in use; it keeps no mesh of a session that is done."""
-
-
-def require_sphere_mode(mode: str) -> None:
-    """Refuse a mode that ``SPHERES`` does not have with an InvalidSettingError."""
-    if mode not in SPHERES:
-        raise InvalidSettingError(f"sphere={mode!r} is no mode; choose one of: {', '.join(SPHERES)}")
 
 
 def _farthest(points: FloatArray, centre: FloatArray) -> int:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidPairError, InvalidSettingError, UnknownDetectorError
 from cdcore.protocol import Body, Detector, resolve_pairs
+from cdcore.protocol.settings import check_settings
 
 DETECTORS: Final[dict[str, str]] = {
     "sphere": "cdcore.detectors.sphere:SphereDetector",
@@ -114,4 +115,6 @@ def create_detector(
     if unknown:
         has = f"it has: {', '.join(known)}" if known else "it has none"
         raise InvalidSettingError(f"detector {name!r} has no setting {unknown[0]!r}; {has}")
-    return detector(bodies, resolve_pairs(bodies, pairs), detector.Settings(**settings))
+    chosen = detector.Settings(**settings)
+    check_settings(chosen)
+    return detector(bodies, resolve_pairs(bodies, pairs), chosen)

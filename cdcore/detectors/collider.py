@@ -11,7 +11,6 @@ from cdcore.bounding.collider_shapes import SHAPES, box_collider
 from cdcore.bounding.compound import union_of
 from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
-from cdcore.errors import InvalidSettingError
 from cdcore.narrow.contact_offset import ContactOffset
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.spacetime.box_tree import build_box_tree
@@ -19,14 +18,15 @@ from cdcore.narrow.spacetime.frame_looks import FrameLooks
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import ByteArray, IntArray
 from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict, contact_or_clear, pair_has_pose
-from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of, require_rate
+from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of
 from cdcore.protocol.live import Live, LiveHeld
+from cdcore.protocol.settings import MOST_HERTZ, MOST_METRES, CheckedSettings, choice, number, whole
 
 FIRST: Final = np.zeros(1, dtype=np.int64)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ColliderSettings:
+class ColliderSettings(CheckedSettings):
     """Settings of ``collider``.
 
     ``shape``: what stands in place of every mesh: hull, box, sphere, capsule, mesh; compound, of convex pieces; or
@@ -36,19 +36,10 @@ class ColliderSettings:
     the contact offset of an engine: two bodies are in contact from twice that distance on.
     """
 
-    shape: str = "hull"
-    rate_hz: float | None = None
-    pieces: int = 16
-    skin_m: float = 0.0
-
-    def __post_init__(self) -> None:
-        if self.shape not in SHAPES:
-            raise InvalidSettingError(f"shape={self.shape!r} is no collider; choose one of: {', '.join(SHAPES)}")
-        require_rate(self.rate_hz)
-        if not isinstance(self.pieces, int) or self.pieces < 1:
-            raise InvalidSettingError(f"pieces={self.pieces!r} is no number of pieces; give 1 or more")
-        if not 0.0 <= self.skin_m < float("inf"):
-            raise InvalidSettingError(f"skin_m={self.skin_m!r} is no distance; give metres, 0 or more")
+    shape: str = choice("hull", SHAPES)
+    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second", optional=True)
+    pieces: int = whole(16, 1, 4096)
+    skin_m: float = number(0.0, 0, MOST_METRES, unit="metres")
 
 
 class ColliderDetector(PairDetector[ColliderSettings]):

@@ -10,20 +10,21 @@ import numpy as np
 from cdcore.bounding.sphere import sphere_best
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.continuous.search import FREE, HIT
-from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, SegmentAnswer, SegmentStage
+from cdcore.narrow.continuous.segment_stage import SegmentAnswer, SegmentStage
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
-from cdcore.narrow.continuous.time_of_impact import require_search_settings
+from cdcore.narrow.continuous.time_of_impact import ImpactSettings
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict, ordered_by_name, pair_has_pose
+from cdcore.protocol.settings import flag
 
 LOST_BEFORE: Final = "no pose in the frame before"
 GAP_BEFORE: Final = "gap in the track before this frame: the way here is not known"
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContinuousSettings:
+class ContinuousSettings(ImpactSettings):
     """Settings of ``continuous``.
 
     ``tolerance``: metres; what comes no closer than this is always decided, nearer things almost always.
@@ -31,12 +32,7 @@ class ContinuousSettings:
     ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
     """
 
-    tolerance: float = DEFAULT_TOLERANCE
-    effort: int = DEFAULT_EFFORT
-    containment: bool = True
-
-    def __post_init__(self) -> None:
-        require_search_settings(self.tolerance, self.effort)
+    containment: bool = flag(True)
 
 
 @dataclass(eq=False)

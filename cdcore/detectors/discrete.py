@@ -8,7 +8,7 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from cdcore.bounding.sphere import require_sphere_mode
+from cdcore.bounding.sphere import SPHERES
 from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.detectors import FCL, PAPER
@@ -17,16 +17,17 @@ from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import Pose, section_of_faces
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
 from cdcore.protocol import NO_FACES, Body, Detection, Explanation, FaceSets, Motion, PairDetector, Verdict
-from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of, pair_has_pose, require_rate
+from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of, pair_has_pose
 from cdcore.protocol.detection import SectionSource
 from cdcore.protocol.live import Live, LiveHeld
+from cdcore.protocol.settings import MOST_HERTZ, CheckedSettings, choice, flag, number
 
 STAGES: Final = ("spheres", "boxes", "meshes", "containment")
 COUNTERS: Final = ("sphere_tests", "box_tests", "mesh_queries", "containment_tests")
 
 
 @dataclass(frozen=True, kw_only=True)
-class DiscreteSettings:
+class DiscreteSettings(CheckedSettings):
     """Settings of ``discrete``.
 
     ``rate_hz``: looks per second of session time; ``None``: every frame.
@@ -34,13 +35,9 @@ class DiscreteSettings:
     ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
     """
 
-    rate_hz: float | None = None
-    sphere: str = "best"
-    containment: bool = True
-
-    def __post_init__(self) -> None:
-        require_sphere_mode(self.sphere)
-        require_rate(self.rate_hz)
+    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second", optional=True)
+    sphere: str = choice("best", SPHERES)
+    containment: bool = flag(True)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,6 @@ from typing import ClassVar
 from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.detectors import OBB_TREE
-from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.spacetime.box_tree import build_box_tree
@@ -16,22 +15,19 @@ from cdcore.narrow.spacetime.frame_looks import FrameLooks
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, FaceSets, Live, Motion, PairDetector, contact_or_clear
+from cdcore.protocol.settings import CheckedSettings, flag, whole
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExactSettings:
+class ExactSettings(CheckedSettings):
     """Settings of ``exact``; none of them changes an answer.
 
     ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
     ``threads``: workers of the search.
     """
 
-    containment: bool = True
-    threads: int = 1
-
-    def __post_init__(self) -> None:
-        if self.threads < 1:
-            raise InvalidSettingError(f"threads is {self.threads}; give 1 or more")
+    containment: bool = flag(True)
+    threads: int = whole(1, 1, 1024)
 
 
 class ExactDetector(PairDetector[ExactSettings]):

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cdcore.bounding.sphere import require_sphere_mode
+from cdcore.bounding.sphere import SPHERES
 from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.detectors import FCL, PAPER
@@ -16,10 +16,11 @@ from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Live, Motion, PairDetector, Verdict
+from cdcore.protocol.settings import CheckedSettings, choice, flag
 
 
 @dataclass(frozen=True, kw_only=True)
-class HybridSettings:
+class HybridSettings(CheckedSettings):
     """Settings of ``hybrid``.
 
     ``sphere``: "paper" for equation (21), "best" for the smallest ball known; the verdicts are the same.
@@ -27,12 +28,9 @@ class HybridSettings:
     ``skip``: whether the sphere stage leaps over frames in which the recorded paths are too short to close the gap.
     """
 
-    sphere: str = "best"
-    containment: bool = True
-    skip: bool = True
-
-    def __post_init__(self) -> None:
-        require_sphere_mode(self.sphere)
+    sphere: str = choice("best", SPHERES)
+    containment: bool = flag(True)
+    skip: bool = flag(True)
 
 
 class HybridDetector(PairDetector[HybridSettings]):

@@ -7,18 +7,18 @@ from typing import ClassVar
 
 import numpy as np
 
-from cdcore.bounding.sphere import require_sphere_mode
+from cdcore.bounding.sphere import SPHERES
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.detectors import COLONY, FCL, PAPER
-from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import REFUSAL, ContainmentStage
 from cdcore.narrow.mesh_stage import MeshAnswer, MeshStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import ByteArray, Int32Array, IntArray
 from cdcore.protocol import NO_FACES, Body, Detection, Explanation, FaceSets, Live, Motion, PairDetector, Verdict
+from cdcore.protocol.settings import choice, flag, number
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.live_search import LiveSearch
-from cdcore.search.settings import SearchSettings
+from cdcore.search.settings import MOST_WEIGHT, SearchSettings
 from cdcore.search.stage import CONTAINMENT_REFUSED, SearchAnswer, SearchMemory, SearchStage
 from cdcore.search.tracing import Watched, watched
 
@@ -34,16 +34,10 @@ class HybridQacoSettings(SearchSettings):
     ``rest``: a tenth of a face, here: a pair that hardly moves is not searched anew in every frame.
     """
 
-    rest: float = 0.1
-    decide: str = "search"
-    sphere: str = "best"
-    containment: bool = True
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_sphere_mode(self.sphere)
-        if self.decide not in ("search", "mesh"):
-            raise InvalidSettingError(f"decide={self.decide!r} is not known; choose one of: search, mesh")
+    rest: float = number(0.1, 0, MOST_WEIGHT)
+    decide: str = choice("search", ("search", "mesh"))
+    sphere: str = choice("best", SPHERES)
+    containment: bool = flag(True)
 
 
 class HybridQacoDetector(PairDetector[HybridQacoSettings]):

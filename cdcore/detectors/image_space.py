@@ -9,20 +9,18 @@ import numpy as np
 
 from cdcore.bounding.sphere import sphere_best
 from cdcore.broad.sphere_stage import SphereStage
-from cdcore.narrow.image_space.overlap import NOTHING, Overlap, overlap_of_placed, require_resolution, turn_of_normals
+from cdcore.narrow.image_space.overlap import MOST_PIXELS, NOTHING, Overlap, overlap_of_placed, turn_of_normals
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns
 from cdcore.numerics import ByteArray, IntArray, place_points
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
+from cdcore.protocol.settings import CheckedSettings, whole
 
 
 @dataclass(frozen=True, kw_only=True)
-class ImageSpaceSettings:
+class ImageSpaceSettings(CheckedSettings):
     """``resolution``: pixels along the longest side of the window that two bodies' boxes share."""
 
-    resolution: int = 32
-
-    def __post_init__(self) -> None:
-        require_resolution(self.resolution)
+    resolution: int = whole(32, 1, MOST_PIXELS)
 
 
 class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):

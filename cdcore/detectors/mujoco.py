@@ -9,28 +9,23 @@ from typing import ClassVar
 
 import numpy as np
 
-from cdcore.errors import InvalidSettingError
 from cdcore.narrow.mujoco_hulls import MujocoHulls
 from cdcore.numerics import IntArray
 from cdcore.protocol import DECIDED, Body, Detection, Explanation, Motion, PairDetector, contact_or_clear, pair_has_pose
-from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of, require_rate
+from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of
+from cdcore.protocol.settings import MOST_HERTZ, MOST_METRES, CheckedSettings, number
 
 
 @dataclass(frozen=True, kw_only=True)
-class MujocoSettings:
+class MujocoSettings(CheckedSettings):
     """Settings of ``mujoco``.
 
     ``rate_hz``: looks per second of session time, 500 is MuJoCo's own step; ``None``: every frame.
     ``margin_m``: metres of distance at which MuJoCo already lists a contact.
     """
 
-    rate_hz: float | None = None
-    margin_m: float = 0.0
-
-    def __post_init__(self) -> None:
-        require_rate(self.rate_hz)
-        if not 0.0 <= self.margin_m < float("inf"):
-            raise InvalidSettingError(f"margin_m={self.margin_m!r} is no distance; give metres, 0 or more")
+    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second", optional=True)
+    margin_m: float = number(0.0, 0, MOST_METRES, unit="metres")
 
 
 class MujocoDetector(PairDetector[MujocoSettings]):

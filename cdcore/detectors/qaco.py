@@ -7,12 +7,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
+from cdcore.bounding.sphere import SPHERES, sphere_in_mode
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.detectors import COLONY, PAPER
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict
+from cdcore.protocol.settings import choice
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.settings import SearchSettings
 from cdcore.search.stage import CONTAINMENT_REFUSED, SearchMemory, SearchStage
@@ -26,11 +27,7 @@ class QacoSettings(SearchSettings):
     ``sphere``: "paper" for equation (21), "best" for the smallest ball known.
     """
 
-    sphere: str = "best"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        require_sphere_mode(self.sphere)
+    sphere: str = choice("best", SPHERES)
 
 
 class QacoDetector(PairDetector[QacoSettings]):

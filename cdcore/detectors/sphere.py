@@ -5,22 +5,20 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
 
-from cdcore.bounding.sphere import require_sphere_mode, sphere_in_mode
+from cdcore.bounding.sphere import SPHERES, sphere_in_mode
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.detectors import PAPER
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector
+from cdcore.protocol.settings import CheckedSettings, choice, flag
 
 
 @dataclass(frozen=True, kw_only=True)
-class SphereSettings:
+class SphereSettings(CheckedSettings):
     """``sphere``: "paper" for equation (21), "best" for the smallest ball known; ``skip``: leap over certain frames."""
 
-    sphere: str = "best"
-    skip: bool = True
-
-    def __post_init__(self) -> None:
-        require_sphere_mode(self.sphere)
+    sphere: str = choice("best", SPHERES)
+    skip: bool = flag(True)
 
 
 class SphereDetector(PairDetector[SphereSettings]):

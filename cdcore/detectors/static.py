@@ -12,7 +12,6 @@ from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.detectors import FCL, PAPER
-from cdcore.errors import InvalidSettingError
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.narrow.sections.section_source import sections_of
@@ -29,10 +28,11 @@ from cdcore.protocol import (
     pair_has_pose,
 )
 from cdcore.protocol.live import Live
+from cdcore.protocol.settings import MOST_METRES, CheckedSettings, flag, number
 
 
 @dataclass(frozen=True, kw_only=True)
-class StaticSettings:
+class StaticSettings(CheckedSettings):
     """Settings of ``static``.
 
     ``epsilon``: metres; an answer stays while no point of one body has moved further than this relative to the other
@@ -40,12 +40,8 @@ class StaticSettings:
     ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
     """
 
-    epsilon: float = 0.0
-    containment: bool = True
-
-    def __post_init__(self) -> None:
-        if not 0.0 <= self.epsilon < float("inf"):
-            raise InvalidSettingError(f"epsilon={self.epsilon!r} is no distance; give metres, 0 or more")
+    epsilon: float = number(0.0, 0, MOST_METRES, unit="metres")
+    containment: bool = flag(True)
 
 
 @dataclass(eq=False)

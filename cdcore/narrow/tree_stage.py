@@ -13,7 +13,6 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.errors import InvalidSettingError
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.face_pair import decided_by_integers
 from cdcore.narrow.pair_frames import Poses, poses_to_ask, turned_faces
@@ -21,6 +20,7 @@ from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.trees.search import UNLIMITED, PairPoses, Searched, TreeSearch
 from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Body, Motion, Verdict, ordered_by_name
+from cdcore.protocol.settings import MOST_WORK, CheckedSettings, choice, flag, whole
 
 FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
 CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)
@@ -33,7 +33,7 @@ SKEW: Final = 2.0 * 3.0 * ORTHONORMAL_KEEP
 
 
 @dataclass(frozen=True, kw_only=True)
-class TreeSettings:
+class TreeSettings(CheckedSettings):
     """Settings of a hierarchy.
 
     ``mode``: "all" faces that meet, or the "first" found, which ends the search of its frame; verdicts are the same.
@@ -42,15 +42,9 @@ class TreeSettings:
     ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
     """
 
-    mode: str = "all"
-    budget: int | None = None
-    containment: bool = True
-
-    def __post_init__(self) -> None:
-        if self.mode not in MODES:
-            raise InvalidSettingError(f"mode={self.mode!r} is no mode; choose one of: {', '.join(MODES)}")
-        if self.budget is not None and self.budget < 1:
-            raise InvalidSettingError(f"budget is {self.budget}; give 1 test or more, or None")
+    mode: str = choice("all", MODES)
+    budget: int | None = whole(None, 1, MOST_WORK, optional=True)
+    containment: bool = flag(True)
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.errors import InvalidPoseError, InvalidSettingError
+from cdcore.errors import InvalidPoseError
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol.body import Body
 from cdcore.protocol.motion import Motion
@@ -89,12 +89,6 @@ class HeldVerdicts:
 
 TICK_SLACK: Final = 1e-6
 """A frame up to a microsecond before a tick counts as at it: stamps are whole nanoseconds, and k/rate is rounded."""
-
-
-def require_rate(rate_hz: float | None) -> None:
-    """Refuse a rate that is none with an InvalidSettingError."""
-    if rate_hz is not None and not 0.0 < rate_hz < float("inf"):
-        raise InvalidSettingError(f"rate_hz={rate_hz!r} is no rate; give looks per second above 0, or None")
 
 
 def looks_of(times: FloatArray, rate_hz: float | None, before: float = -np.inf) -> tuple[BoolArray, float]:

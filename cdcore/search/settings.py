@@ -4,16 +4,19 @@ from dataclasses import dataclass
 from typing import Final
 
 from cdcore.errors import InvalidSettingError
+from cdcore.protocol.settings import MOST_WORK, CheckedSettings, choice, flag, number, whole
 
 VARIANTS: Final = ("memetic", "corrected", "local", "random", "printed")
 """What may search: the colony with local search, the colony alone, two controls, and the equations as printed."""
 
 DECODERS: Final = ("angle", "amplitude")
 EQUATIONS: Final = (15, 16, 17, 18, 19, 20)
+MOST_WEIGHT: Final = 1000.0
+"""Bound of angles, exponents and diameters."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class SearchSettings:
+class SearchSettings(CheckedSettings):
     """Settings of one search for a face pair that meets.
 
     ``variant``: "memetic" (the corrected colony, its best ant improved by local search), "corrected" (the colony
@@ -41,65 +44,34 @@ class SearchSettings:
     Source: section 3 of the project's specification; defaults from its sweep of 36 settings.
     """
 
-    variant: str = "memetic"
-    ants: int = 20
-    turn: float = 0.15 * 3.141592653589793
-    mutation: float = 0.05
-    alpha: float = 1.0
-    beta: float = 3.0
-    evaporation: float = 0.1
-    reward: float = 1.0
-    pheromone_least: float = 1e-3
-    pheromone_most: float = 10.0
-    restart_after: int = 1500
-    decode: str = "angle"
-    without_equation: int | None = None
-    seed: int = 0
-    budget: int = 2000
-    budget_seconds: float | None = None
-    samples: int | str | None = None
-    frame_budget: int = 4000
-    target_recall: float = 0.99
-    stop_first: bool = True
-    warm_start: bool = True
-    rest: float = 0.0
+    variant: str = choice("memetic", VARIANTS)
+    ants: int = whole(20, 1, 10_000)
+    turn: float = number(0.15 * 3.141592653589793, 0, MOST_WEIGHT)
+    mutation: float = number(0.05, 0, 1)
+    alpha: float = number(1.0, 0, MOST_WEIGHT)
+    beta: float = number(3.0, 0, MOST_WEIGHT)
+    evaporation: float = number(0.1, 0, 1)
+    reward: float = number(1.0, 0, MOST_WEIGHT)
+    pheromone_least: float = number(1e-3, 1e-300, 1e300)
+    pheromone_most: float = number(10.0, 1e-300, 1e300)
+    restart_after: int = whole(1500, 1, MOST_WORK)
+    decode: str = choice("angle", DECODERS)
+    without_equation: int | None = choice(None, EQUATIONS, optional=True)
+    seed: int = whole(0, -(2**63), 2**63 - 1)
+    budget: int = whole(2000, 1, MOST_WORK)
+    budget_seconds: float | None = number(None, 1e-9, 1e9, unit="seconds", optional=True)
+    samples: int | str | None = whole(None, 1, MOST_WORK, optional=True, words=("auto",))
+    frame_budget: int = whole(4000, 1, MOST_WORK)
+    target_recall: float = number(0.99, 0, 1)
+    stop_first: bool = flag(True)
+    warm_start: bool = flag(True)
+    rest: float = number(0.0, 0, MOST_WEIGHT)
 
     def __post_init__(self) -> None:
-        _require_one_of("variant", self.variant, VARIANTS)
-        _require_one_of("decode", self.decode, DECODERS)
-        _require_one_of("without_equation", self.without_equation, (None, *EQUATIONS))
-        for name in ("ants", "restart_after", "budget", "frame_budget"):
-            _require(name, getattr(self, name), 1, float("inf"), "a whole number of 1 or more")
-        for name in ("mutation", "evaporation", "target_recall"):
-            _require(name, getattr(self, name), 0.0, 1.0, "a number from 0 to 1")
-        for name in ("turn", "alpha", "beta", "reward", "rest"):
-            _require(name, getattr(self, name), 0.0, 1e3, "a number from 0 to 1000")
-        self._require_samples()
-        if self.budget_seconds is not None:
-            _require("budget_seconds", self.budget_seconds, 1e-9, 1e9, "seconds above 0, or None")
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int):
-            raise InvalidSettingError(f"seed={self.seed!r} is no whole number; give one")
-        _require("pheromone_most", self.pheromone_most, 1e-300, 1e300, "a number above 0")
-        _require("pheromone_least", self.pheromone_least, 1e-300, self.pheromone_most, "above 0, up to pheromone_most")
-
-    def _require_samples(self) -> None:
-        if self.samples == "auto":
-            if self.budget_seconds is not None:
-                raise InvalidSettingError("samples='auto' has its budget in frame_budget; leave budget_seconds out")
-            if not self.stop_first:
-                raise InvalidSettingError("samples='auto' stops at the first hit; leave stop_first=False out")
-        elif self.samples is not None:
-            _require("samples", self.samples, 1, float("inf"), 'a whole number of 1 or more, "auto" or None')
-
-
-def _require_one_of(name: str, value: object, allowed: tuple[object, ...]) -> None:
-    if value not in allowed:
-        known = ", ".join(str(one) for one in allowed if one is not None)
-        raise InvalidSettingError(f"{name}={value!r} is not known; choose one of: {known}")
-
-
-def _require(name: str, value: object, low: float, high: float, wanted: str) -> None:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not low <= value <= high:
-        raise InvalidSettingError(f"{name}={value!r} is out of range; give {wanted}")
-    if isinstance(low, int) and not isinstance(value, int):
-        raise InvalidSettingError(f"{name}={value!r} is out of range; give {wanted}")
+        super().__post_init__()
+        if self.samples == "auto" and self.budget_seconds is not None:
+            raise InvalidSettingError("samples='auto' has its budget in frame_budget; leave budget_seconds out")
+        if self.samples == "auto" and not self.stop_first:
+            raise InvalidSettingError("samples='auto' stops at the first hit; leave stop_first=False out")
+        if self.pheromone_least > self.pheromone_most:
+            raise InvalidSettingError(f"pheromone_least={self.pheromone_least} is too much; give up to pheromone_most")

@@ -19,7 +19,7 @@ from replay.base.constants import BLOCK_FRAMES, HELD_FRAMES
 from replay.base.progress import Advance
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.recorded import RECORDED, recorded_detector
-from replay.errors import DetectorSpecError, ReplayError
+from replay.errors import ReplayError
 from replay.prepare.assembly import Assembly
 
 if TYPE_CHECKING:
@@ -74,14 +74,8 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
     settings, kind = dict(spec.settings), load_detector(spec.name)
     if "seed" in {item.name for item in fields(kind.Settings)}:
         settings.setdefault("seed", seed)
-    try:
-        with blamed(spec, kind, "to be made"):
-            return create_detector(spec.name, assembly.bodies, pairs=assembly.pairs, **settings)
-    except TypeError as error:
-        words = [f"{key}={value}" for key, value in spec.settings.items() if isinstance(value, str)]
-        if not words:
-            raise
-        raise DetectorSpecError(f"{spec.name} cannot take {', '.join(words)} ({error}); write a number") from error
+    with blamed(spec, kind, "to be made"):
+        return create_detector(spec.name, assembly.bodies, pairs=assembly.pairs, **settings)
 
 
 @contextmanager

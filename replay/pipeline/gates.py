@@ -32,7 +32,7 @@ class Gates:
     def __post_init__(self) -> None:
         for name, most in (("max_missed", 1.0), ("max_p99_ms", float_info.max), ("max_invented", 1.0)):
             limit = getattr(self, name)
-            if limit is not None and not 0.0 <= limit <= most:
+            if limit is not None and not (isinstance(limit, (int, float)) and 0.0 <= limit <= most):
                 what = "milliseconds" if name == "max_p99_ms" else "a share from 0 to 1"
                 raise AuditError(f"{name} is {limit}; give {what}")
 

@@ -22,6 +22,8 @@ from sessions.synthetic.tracker import VIVE, TrackerNoise
 COPIES: Final = 64
 """Of 64 copies 61 are the share of 0.95 from which a contact holds, and 3 that up to which it is absent."""
 
+MOST_COPIES: Final = 100_000
+
 STILL_S: Final = 0.5
 """Least length of a stretch at rest; the rest of a VIVE tracker correlates over 0.07 s."""
 
@@ -41,6 +43,8 @@ _UNITS: Final = {
     "m": ("position_rms_m", 1.0), "deg": ("rotation_rms_deg", 1.0), "rad": ("rotation_rms_deg", 180.0 / np.pi),
     "ms": ("correlation_s", 1e-3), "s": ("correlation_s", 1.0),
 }  # fmt: skip
+MOST: Final = {"position_rms_m": 1e3, "rotation_rms_deg": 360.0, "correlation_s": 86_400.0}
+"""No tracker is worse; numbers that overflow when they are drawn are refused with these."""
 _HOW: Final = 'write vive, measured or "0.3 mm, 0.05 deg, 0.1 s", or one of them for a body: beaker=vive'
 
 
@@ -67,8 +71,8 @@ def parse_noise(words: Sequence[str], copies: int = COPIES) -> NoiseSpec | None:
     >>> parse_noise(["0.3 mm, 0.05 deg, 0.1 s"]).usual.rotation_rms_deg
     0.05
     """
-    if copies < 1:
-        raise NoiseError(f"{copies} noisy copies are none; give 1 or more")
+    if not 1 <= copies <= MOST_COPIES:
+        raise NoiseError(f"{copies} noisy copies cannot be drawn; give 1 to {MOST_COPIES}")
     usual: TrackerNoise | str = ""
     own: dict[str, TrackerNoise | str] = {}
     for text in words:
@@ -91,7 +95,7 @@ def _size(text: str) -> TrackerNoise | str:
             value = float(match[1]) * unit if match else -1.0
         except ValueError:
             value = -1.0
-        if name in found or not 0.0 <= value < np.inf or (name == "correlation_s" and not value):
+        if name in found or not 0.0 <= value <= MOST.get(name, 0.0) or (name == "correlation_s" and not value):
             raise NoiseError(f"{text!r} is no noise; {_HOW}")
         found[name] = value
     return TrackerNoise(**found)

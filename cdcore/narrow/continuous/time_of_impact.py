@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdcore.errors import InvalidPoseError, InvalidSettingError
+from cdcore.errors import InvalidPoseError
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.containment.closed_parts import parity_is_inside
 from cdcore.narrow.containment.containment_stage import any_part_inside
@@ -18,6 +17,7 @@ from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLER
 from cdcore.narrow.spacetime.box_tree import BoxTree, build_box_tree
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.protocol import Motion
+from cdcore.protocol.settings import MOST_METRES, MOST_WORK, CheckedSettings, number, whole
 
 
 class Impact(Enum):
@@ -29,6 +29,14 @@ class Impact(Enum):
     """Proven: at no time do the surfaces meet."""
     UNRESOLVED = "UNRESOLVED"
     """Neither, with a reason."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImpactSettings(CheckedSettings):
+    """``tolerance``: metres; what comes no closer is always decided. ``effort``: most tests spent on what is nearer."""
+
+    tolerance: float = number(DEFAULT_TOLERANCE, 0, MOST_METRES, above=True, unit="metres")
+    effort: int = whole(DEFAULT_EFFORT, 0, MOST_WORK)
 
 
 @dataclass(frozen=True)
@@ -100,7 +108,7 @@ def time_of_impact(
     >>> low <= 0.25 <= high < low + 1e-6
     True
     """
-    require_search_settings(tolerance, effort)
+    ImpactSettings(tolerance=tolerance, effort=effort)
     stacked = np.stack([_two(poses_a, "poses_a"), _two(poses_b, "poses_b")], axis=1)
     motion = Motion.from_matrices(times, stacked, names=("A", "B"))
     trees = [build_box_tree(mesh.triangles) for mesh in (mesh_a, mesh_b)]
@@ -118,14 +126,6 @@ def time_of_impact(
     if state == HIT:
         return TimeOfImpact(Impact.HIT, toi, (int(answer.faces[0, 0]), int(answer.faces[0, 1])), inside)
     return TimeOfImpact(Impact.UNRESOLVED, toi, None, inside, stage.reason(state))
-
-
-def require_search_settings(tolerance: float, effort: int) -> None:
-    """Refuse a tolerance that is no distance, or an effort that is no count, with an InvalidSettingError."""
-    if not (tolerance > 0.0 and isfinite(tolerance)):
-        raise InvalidSettingError(f"tolerance={tolerance!r} is no distance; give metres above 0")
-    if effort < 0:
-        raise InvalidSettingError(f"effort={effort!r} is no number of tests; give 0 or more")
 
 
 def _two(poses: ArrayLike, what: str) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:

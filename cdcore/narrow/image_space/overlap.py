@@ -10,7 +10,6 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.errors import InvalidSettingError
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.image_space.layers import overlap_along
 from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray
@@ -43,12 +42,6 @@ class Overlap:
 
 NOTHING: Final = Overlap(0.0, 0, 0, 0, -1)
 """Boxes that have no volume in common."""
-
-
-def require_resolution(resolution: int) -> None:
-    """Refuse a number of pixels out of range with an InvalidSettingError."""
-    if not 1 <= resolution <= MOST_PIXELS:
-        raise InvalidSettingError(f"resolution is {resolution}; give 1 to {MOST_PIXELS} pixels")
 
 
 def turn_of_normals(mesh: TriangleMesh) -> int:

@@ -12,7 +12,6 @@ from support.shapes import ball_mesh, beaker_mesh, box_mesh, moved, revolved_mes
 from cdcore import TriangleMesh
 from cdcore.bounding.sphere import (
     SPHERES,
-    require_sphere_mode,
     sphere_about,
     sphere_best,
     sphere_by_box_centre,
@@ -21,7 +20,6 @@ from cdcore.bounding.sphere import (
     sphere_by_triangle_mean,
     sphere_in_mode,
 )  # fmt: skip
-from cdcore.errors import InvalidSettingError
 from cdcore.numerics import EPS
 
 BUILDERS = SPHERES["best"]
@@ -112,11 +110,9 @@ def test_a_mesh_near_the_limits_of_float64_neither_overflows_nor_vanishes():
     assert np.isfinite(sphere_best(TriangleMesh(large, box_mesh().faces)).radius)
 
 
-def test_modes_are_those_of_the_table_and_others_are_refused():
+def test_modes_are_those_of_the_table():
     assert sphere_in_mode(SHAPES["cone"], "paper").radius == sphere_by_triangle_mean(SHAPES["cone"]).radius
     assert sphere_in_mode(SHAPES["cone"], "best").radius == sphere_best(SHAPES["cone"]).radius
-    with pytest.raises(InvalidSettingError, match="choose one of: paper, best"):
-        require_sphere_mode("exact")
 
 
 def test_a_ball_cannot_be_changed():

@@ -7,7 +7,7 @@ from scipy.spatial import ConvexHull
 from support.shapes import beaker_mesh, box_mesh, lab, random_rotations, rod_mesh, still
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
-from cdcore.errors import InvalidMeshError, InvalidSettingError
+from cdcore.errors import InvalidMeshError
 from cdcore.protocol import counts_as_contact
 from replay.prepare.assemble import assemble
 from sessions.synthetic.scenes import SCENES, make_scene_session
@@ -140,12 +140,6 @@ def test_it_explains_whether_it_looked_and_whether_the_hulls_meet():
     meet = np.array([one.shapes_meet for one in told])
     assert {True, False} == set(meet[known].tolist())
     assert np.array_equal(meet[known], seen[known, pair] == Verdict.CONTACT)
-
-
-@pytest.mark.parametrize("margin", [-1e-3, float("nan"), float("inf")])
-def test_a_margin_that_is_no_distance_is_refused(margin):
-    with pytest.raises(InvalidSettingError, match="is no distance; give metres, 0 or more"):
-        create_detector("mujoco", lab(2)[0], margin_m=margin)
 
 
 @pytest.mark.slow

@@ -102,29 +102,6 @@ def test_settings_arrive_and_are_kept():
     assert create_detector("sphere", BODIES, sphere="paper").settings.sphere == "paper"
 
 
-@pytest.mark.parametrize(
-    ("name", "settings", "message"),
-    [
-        ("sphere", {"sphere": "tight"}, "sphere='tight' is no mode; choose one of: paper, best"),
-        ("hybrid", {"sphere": "tight"}, "is no mode"),
-        ("discrete", {"rate_hz": 0}, "rate_hz=0 is no rate"),
-        ("discrete", {"rate_hz": float("nan")}, "is no rate"),
-        ("static", {"epsilon": -1.0}, "epsilon=-1.0 is no distance"),
-        ("exact", {"threads": 0}, "threads"),
-        ("qaco", {"variant": "best"}, "variant='best'"),
-        ("hybrid-qaco", {"decide": "luck"}, "choose one of: search, mesh"),
-        ("collider", {"shape": "blob"}, "choose one of: hull, box, sphere, capsule, mesh, compound"),
-        ("collider", {"rate_hz": 0.0}, "is no rate"),
-        ("continuous", {"tolerance": -1.0}, "tolerance="),
-        ("continuous", {"tolerance": float("nan")}, "tolerance="),
-        ("continuous", {"effort": -5}, "effort="),
-    ],
-)
-def test_a_value_out_of_range_is_refused(name, settings, message):
-    with pytest.raises(InvalidSettingError, match=message):
-        create_detector(name, BODIES, **settings)
-
-
 def test_the_table_costs_no_engine_until_one_is_used():
     engines = {"fcl", "numba", "scipy", "mujoco"}
     code = f"import sys, cdcore; cdcore.DETECTORS; cdcore.Motion; print({engines} & set(sys.modules))"

@@ -6,7 +6,6 @@ from support.motions import KINDS, exhaustive, motion_of
 from support.shapes import ball_mesh, box_mesh, lab, still
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
-from cdcore.errors import InvalidSettingError
 from cdcore.narrow.level_tree import grow_tree
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
@@ -96,15 +95,6 @@ def test_a_ball_in_a_box_is_contained_unless_nobody_asks(name):
     silent = create_detector(name, bodies, containment=False).detect(motion)
     assert silent.verdict.tolist() == [[Verdict.CLEAR]]
     assert silent.containment == ("refused: containment=False",)
-
-
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [({"mode": "some"}, "mode='some' is no mode; choose one of: all, first"), ({"budget": 0}, "budget is 0; give 1")],
-)
-def test_a_setting_out_of_range_is_refused(settings, message):
-    with pytest.raises(InvalidSettingError, match=message):
-        create_detector("obb", [Body("a", box_mesh()), Body("b", box_mesh())], **settings)
 
 
 def keys_of(values):

@@ -6,7 +6,6 @@ from cdcore.errors import InvalidSettingError, UnknownDetectorError
 from replay.detection import run_detector as detecting
 from replay.detection.detector_spec import parse_detector
 from replay.detection.run_detector import make_detector, run_detector
-from replay.errors import DetectorSpecError
 from replay.prepare.assemble import assemble
 
 
@@ -24,7 +23,7 @@ def test_settings_in_force_are_reported_with_the_answer_and_its_times():
 
 
 def test_a_word_for_a_number_is_one_sentence_that_names_it():
-    with pytest.raises(DetectorSpecError, match=r"discrete cannot take rate_hz=fast .*; write a number"):
+    with pytest.raises(InvalidSettingError, match=r"rate_hz='fast' .*; give looks per second"):
         make_detector(parse_detector("discrete[rate_hz=fast]"), assembly(), 0)
 
 

@@ -30,7 +30,8 @@ def test_a_size_is_read_in_its_units_and_what_is_left_out_is_that_of_vive(words,
 
 
 @pytest.mark.parametrize(
-    "words", ["", "loud", "3", "3 furlongs", "-1 mm", "nan mm", "1 mm, 2 mm", "0 s", "inf m", "1e mm"]
+    "words",
+    ["", "loud", "3", "3 furlongs", "-1 mm", "nan mm", "1e308 m", "1e9 deg", "1 mm, 2 mm", "0 s", "inf m", "1e mm"],
 )
 def test_what_is_no_size_is_one_sentence_with_the_forms_there_are(words):
     with pytest.raises(NoiseError, match="is no noise; write vive, measured or"):
@@ -39,7 +40,7 @@ def test_what_is_no_size_is_one_sentence_with_the_forms_there_are(words):
 
 def test_no_words_are_no_noise_and_no_copies_are_refused():
     assert parse_noise([]) is None
-    with pytest.raises(NoiseError, match="0 noisy copies are none"):
+    with pytest.raises(NoiseError, match="0 noisy copies cannot be drawn"):
         parse_noise(["vive"], 0)
 
 

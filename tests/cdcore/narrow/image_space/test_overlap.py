@@ -6,9 +6,8 @@ from manifold3d import Manifold, Mesh64
 from support.shapes import ball_mesh, box_mesh, random_rotations, revolved_mesh
 
 from cdcore import TriangleMesh
-from cdcore.errors import InvalidSettingError
 from cdcore.narrow.image_space.layers import layers_of, overlap_along, shared_length
-from cdcore.narrow.image_space.overlap import overlap_of_placed, require_resolution, turn_of_normals
+from cdcore.narrow.image_space.overlap import overlap_of_placed, turn_of_normals
 from cdcore.numerics import place_points
 
 
@@ -109,12 +108,6 @@ def test_a_body_within_another_is_said_to_be_inside_with_all_its_volume():
     assert overlap_volume(small, large).inside == 0 and overlap_volume(large, small).inside == 1
     assert overlap_volume(small, large).volume == pytest.approx(0.006, rel=1e-9)
     assert overlap_volume(outward(box_mesh((0.2, 0.3, 3))), large).inside == -1
-
-
-@pytest.mark.parametrize("pixels", [0, 4097])
-def test_a_resolution_out_of_range_is_refused(pixels):
-    with pytest.raises(InvalidSettingError, match=f"resolution is {pixels}; give 1 to 4096"):
-        require_resolution(pixels)
 
 
 NO_SHIFT = np.zeros(2)

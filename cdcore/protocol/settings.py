@@ -1,0 +1,116 @@
+"""Settings of detectors: frozen dataclasses whose fields say what they may be, and are checked when they are made."""
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, fields
+from reprlib import repr as short
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore.errors import InvalidSettingError
+
+MOST_METRES: Final = 1e6
+MOST_HERTZ: Final = 1e6
+MOST_WORK: Final = 10**12
+"""Bounds of lengths, rates and budgets: far above any that is meant, far below what overflows."""
+
+ALLOWED: Final = "allowed"
+"""Key of what a field may be, in its metadata."""
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """What a setting may be: a test, and the same in words."""
+
+    holds: Callable[[object], bool]
+    wanted: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class CheckedSettings:
+    """Settings whose fields are made by ``flag``, ``whole``, ``number`` and ``choice``.
+
+    Raises InvalidSettingError for a value that its field does not allow; one sentence names it and what to give.
+    """
+
+    def __post_init__(self) -> None:
+        check_settings(self)
+
+
+def check_settings(settings: Any) -> None:
+    """Refuse a value that its field does not allow.
+
+    A dataclass from outside may leave its fields plain: then a ``bool``, an ``int`` and a ``float`` are asked for by
+    type only.
+    """
+    for item in fields(settings):
+        value = getattr(settings, item.name)
+        if isinstance(value, np.generic):
+            value = value.item()
+            object.__setattr__(settings, item.name, value)
+        allowed = item.metadata.get(ALLOWED) or PLAIN.get(
+            item.type if isinstance(item.type, str) else item.type.__name__
+        )
+        if allowed is not None and not allowed.holds(value):
+            raise InvalidSettingError(f"{item.name}={short(value)} is not allowed; give {allowed.wanted}")
+
+
+def flag(default: bool) -> Any:
+    """A field that is true or false."""
+    return _field(default, IS_FLAG)
+
+
+def whole(
+    default: int | None, least: int, most: int, *, optional: bool = False, words: tuple[str, ...] = ()
+) -> Any:  # fmt: skip
+    """A field that is a whole number within bounds, or one of some words; ``None`` too where it is optional."""
+    wanted = f"a whole number of {least} or more, at most {most}"
+    return _field(default, Allowed(lambda value: _is_whole(value, least, most), wanted), optional, words)
+
+
+def number(
+    default: float | None, least: float, most: float, *, above: bool = False, unit: str = "", optional: bool = False
+) -> Any:
+    """A field that is a number within bounds, ``above`` the least or from it on; ``None`` too where it is optional."""
+
+    def holds(value: object) -> bool:
+        return _is_number(value) and least <= value <= most and not (above and value == least)  # type: ignore[operator]
+
+    bounds = f"above {least:g}, at most {most:g}" if above else f"from {least:g} to {most:g}"
+    wanted = f"{unit or 'a number'} {bounds}"
+    return _field(default, Allowed(holds, wanted), optional)
+
+
+def choice(default: Any, among: Iterable[Any], *, optional: bool = False) -> Any:
+    """A field that is one of some values; ``None`` too where it is optional."""
+    known = tuple(among)
+    allowed = Allowed(
+        lambda value: isinstance(value, (str, int)) and value in known, f"one of: {', '.join(map(str, known))}"
+    )
+    return _field(default, allowed, optional)
+
+
+def _field(default: Any, allowed: Allowed, optional: bool = False, words: tuple[str, ...] = ()) -> Any:
+    def holds(value: object) -> bool:
+        return (optional and value is None) or (isinstance(value, str) and value in words) or allowed.holds(value)
+
+    others = [repr(word) for word in words] + ["None"] * optional
+    return field(default=default, metadata={ALLOWED: Allowed(holds, " or ".join([allowed.wanted, *others]))})
+
+
+def _is_whole(value: object, least: int, most: int) -> bool:
+    return isinstance(value, int) and not isinstance(value, bool) and least <= value <= most
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+IS_FLAG: Final = Allowed(lambda value: isinstance(value, bool), "true or false")
+PLAIN: Final = {
+    "bool": IS_FLAG,
+    "int": Allowed(lambda value: _is_whole(value, -(2**63), 2**63 - 1), "a whole number"),
+    "float": Allowed(lambda value: _is_number(value) and math.isfinite(value), "a finite number"),  # type: ignore[arg-type]
+}
+"""Type of a plain field -> what it may be."""

@@ -1,0 +1,123 @@
+"""Every setting of every detector is checked when it is given: what is refused gets one sentence, what is not runs."""
+
+from dataclasses import dataclass, fields
+from typing import ClassVar
+
+import numpy as np
+import pytest
+from support.rows import ROWS
+from support.shapes import ball_mesh, box_mesh
+
+from cdcore import Body, FrameDetector, Motion, create_detector
+from cdcore.detectors import load_detector
+from cdcore.errors import CollisionCoreError, InvalidSettingError
+from cdcore.protocol import Detection
+
+BAD = ("off", "yes", "", "12", True, False, 0, -1, 2.5, 10**30, -(10**30), 1e308, -1e308, float("nan"), float("inf"),
+       float("-inf"), [], {}, b"off", 1j, "x" * 10_000, np.zeros(3), object())  # fmt: skip
+"""Values that some settings take and most do not; of those taken, all must run."""
+NEVER = ("off", "", float("nan"), float("inf"), 1e308, [], 1j, "x" * 10_000)
+"""No setting takes these."""
+
+
+@pytest.fixture(params=ROWS)
+def name(request):
+    return request.param
+
+
+def settings_of(name):
+    return [item.name for item in fields(load_detector(name).Settings)]
+
+
+def answer(name, **settings):
+    """What a detector says of a ball that passes a box, or the sentence with which it refuses a setting."""
+    bodies = [Body("ball", ball_mesh(0.4, 4, 6)), Body("box", box_mesh())]
+    places = np.zeros((3, 2, 3))
+    places[:, 0, 0] = 0.6, 0.9, 1.2
+    try:
+        detector = create_detector(name, bodies, **settings)
+    except InvalidSettingError as error:
+        return str(error)
+    except CollisionCoreError:  # an engine that is not installed
+        return None
+    return detector.detect(Motion(np.arange(3) / 90, places, np.tile(np.eye(3), (3, 2, 1, 1))))
+
+
+def assert_one_sentence(said, setting):
+    assert said.startswith(f"{setting}=")
+    assert "give " in said and "\n" not in said and len(said) < 300
+
+
+def test_a_bad_value_of_any_setting_is_refused_in_one_sentence_and_any_other_runs(name):
+    for setting in settings_of(name):
+        for value in BAD:
+            said = answer(name, **{setting: value})
+            if isinstance(said, str):
+                assert_one_sentence(said, setting)
+            else:
+                assert said is None or isinstance(said, Detection)
+
+
+@pytest.mark.parametrize("value", NEVER, ids=lambda value: repr(value)[:10])
+def test_text_lists_and_what_is_not_finite_are_no_value_of_any_setting(name, value):
+    for setting in settings_of(name):
+        assert_one_sentence(answer(name, **{setting: value}), setting)
+
+
+def test_a_flag_is_no_number_and_a_number_no_flag(name):
+    settings = load_detector(name).Settings()
+    for item in fields(settings):
+        wrong = 1 if isinstance(getattr(settings, item.name), bool) else True
+        assert_one_sentence(answer(name, **{item.name: wrong}), item.name)
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "hint"),
+    [
+        ("sphere", {"sphere": "exact"}, "paper, best"), ("discrete", {"rate_hz": 0}, "above 0"),
+        ("static", {"epsilon": -1.0}, "metres from 0"), ("exact", {"threads": 0}, "1 or more"),
+        ("exact", {"containment": "off"}, "true or false"), ("qaco", {"variant": "quick"}, "memetic, corrected"),
+        ("qaco", {"decode": "sine"}, "angle, amplitude"), ("qaco", {"without_equation": 14}, "15, 16"),
+        ("qaco", {"ants": 2.5}, "whole number"), ("qaco", {"mutation": 1.5}, "from 0 to 1"),
+        ("qaco", {"beta": 1001}, "from 0 to 1000"), ("qaco", {"samples": "many"}, "'auto' or None"),
+        ("qaco", {"pheromone_least": 11.0}, "up to pheromone_most"), ("qaco", {"budget_seconds": 0.0}, "seconds"),
+        ("hybrid-qaco", {"decide": "luck"}, "search, mesh"), ("obb", {"mode": "some"}, "all, first"),
+        ("obb", {"budget": 0}, "1 or more"), ("collider", {"shape": "blob"}, "hull, box, sphere, capsule, mesh"),
+        ("collider", {"pieces": 0}, "1 or more"), ("collider", {"skin_m": -0.001}, "metres from 0"),
+        ("continuous", {"tolerance": 0.0}, "metres above 0"), ("continuous", {"effort": -5}, "0 or more"),
+        ("image-space", {"resolution": 4097}, "at most 4096"),
+    ],
+)  # fmt: skip
+def test_the_sentence_says_what_to_give(name, settings, hint):
+    assert hint in answer(name, **settings)
+
+
+def test_numbers_of_numpy_are_numbers():
+    assert create_detector("exact", [Body("a", box_mesh())], threads=np.int64(2)).settings.threads == 2
+    assert create_detector("static", [Body("a", box_mesh())], epsilon=np.float64(0.5)).settings.epsilon == 0.5
+
+
+@dataclass(frozen=True)
+class Plain:
+    """Settings of a detector from outside, which says nothing but types."""
+
+    careful: bool = True
+    looks: int = 1
+    reach: float = 0.5
+
+
+class Outside(FrameDetector):
+    """Says nothing of any pair."""
+
+    Settings: ClassVar[type] = Plain
+
+    def look(self, _rotations, _translations):
+        return [False] * len(self.pairs)
+
+
+@pytest.mark.parametrize(
+    "given", [{"careful": "off"}, {"looks": 1.5}, {"looks": True}, {"reach": float("nan")}], ids=str
+)
+def test_settings_from_outside_are_checked_by_their_types(given):
+    with pytest.raises(InvalidSettingError, match=f"{next(iter(given))}="):
+        create_detector(f"{__name__}:Outside", [Body("a", box_mesh())], **given)
