@@ -10,7 +10,10 @@ from replay.effects.effect_plan import Plan
 from replay.effects.effects_runner import EffectRun
 from replay.effects.output import EffectEvent, FloatArray
 
-RESULTS: Final = ("end-point", "broken", "burn", "precipitate", "collect", "turned", "wrong-order")
+RESULTS: Final = (
+    "broken", "burn", "wrong-order", "warmest", "coldest", "end-point", "precipitate", "collect", "turned",
+    "colour-change", "ph",
+)  # fmt: skip
 """Names of events that an experiment is done for, or ends by, the weightiest first."""
 
 EVENT_ROWS: Final = 60
@@ -65,8 +68,8 @@ def leading(effects: Mapping[str, EffectRun]) -> EffectEvent | None:
     return min(results, key=lambda event: RESULTS.index(event.name), default=found[-1] if found else None)
 
 
-def titration_curves(effects: Mapping[str, EffectRun]) -> dict[str, tuple[FloatArray, FloatArray, float | None]]:
-    """Vessel -> millilitres that came in (n,), its pH (n,), and the millilitres at its end point."""
+def titration_curves(effects: Mapping[str, EffectRun]) -> dict[str, tuple[FloatArray, FloatArray, list[float]]]:
+    """Vessel -> millilitres that came in (n,), its pH (n,), and the millilitres at each end point."""
     found = {}
     volumes = effects["mixing"].series if "mixing" in effects else {}
     for name, ph in effects["reaction"].series.items() if "reaction" in effects else ():
@@ -76,9 +79,8 @@ def titration_curves(effects: Mapping[str, EffectRun]) -> dict[str, tuple[FloatA
             ends = [
                 one.time for one in effects["reaction"].events if (one.name, one.bodies) == ("end-point", (vessel,))
             ]
-            times = np.append(ph.times, ends[:1])
-            added = np.interp(times, volume.times, volume.values) - volume.values[0]
-            found[vessel] = (added[: len(ph.times)], ph.values, float(added[-1]) if ends else None)
+            added, at = (np.interp(times, volume.times, volume.values) - volume.values[0] for times in (ph.times, ends))
+            found[vessel] = (added, ph.values, at.tolist())
     return found
 
 

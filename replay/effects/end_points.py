@@ -139,7 +139,7 @@ def _names(matter: Matter, vessel: str, crossing: _Crossing, low: float, high: f
         acids, bases = sorted(filter(chemistry.is_acid, titrants)), [formula for formula in mine if takes(formula)]
     else:
         acids, bases = [formula for formula in mine if gives(formula)], sorted(filter(chemistry.is_base, titrants))
-    return (" with ".join(acids), " with ".join(bases)) if acids and bases else None
+    return (" + ".join(acids), " + ".join(bases)) if acids and bases else None
 
 
 def _of_electrons(matter: Matter, vessel: str) -> Iterator[tuple[_Crossing, str, str]]:

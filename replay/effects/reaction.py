@@ -1,5 +1,7 @@
 """What is mixed reacts: by constants to equilibrium, by an equation to its end, at once or at a rate; a pH shows it."""
 
+from typing import Final
+
 import numpy as np
 
 from replay.effects.chemistry import Reaction, dissolved
@@ -10,19 +12,23 @@ from replay.effects.matter import Matter, matter_of
 from replay.effects.models.equilibrium import Equilibrium
 from replay.effects.models.ledger import BROUGHT
 from replay.effects.models.speciation import SOLID
-from replay.effects.output import EffectOutput, Findings, FloatArray, LaneSpan, Series
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import is_number
+
+LEAST_PH: Final = 0.05
+"""A pH that ends nearer to its begin tells no result; a school's meter shows 0.1."""
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``end-point`` where acid and base, or oxidant and reductant, are equivalent; extents and pH as series."""
     matter, found = matter_of(inputs), Findings(len(inputs))
     for vessel, history in matter.histories.items():
+        asked = [one for one in matter.recipe.reactions if one.asks_ph and _any(matter, one, vessel)]
+        wet, solved = matter.solved(vessel, history.times)
         for reaction in matter.recipe.reactions:
             times = _times(inputs, matter, reaction, vessel)
-            wet, solved = matter.solved(vessel, times)
             extent = np.zeros(len(times))
             if reaction.process >= 0:
                 extent = matter.states(vessel, times)[1][:, reaction.process]
@@ -35,12 +41,26 @@ def compute(inputs: EffectInputs) -> EffectOutput:
                 found.series[f"{name} of {equation}" if name in found.series else name] = Series(times, extent, "mol")
                 moving = np.flatnonzero(np.diff(extent, prepend=0.0))
                 found.lane(vessel, LaneSpan(float(times[moving[0]]), float(times[moving[-1]]), equation))
-            if reaction.asks_ph and history.added_ml[-1].any() and _any(matter, reaction, vessel):
-                inputs.count("pH solved", len(wet))
-                found.series[f"{vessel}/pH"] = Series(times[wet], solved.ph, "pH")
-        if f"{vessel}/pH" in found.series or matter.recipe.processes:
-            found.events += end_points(matter, vessel)
+        if asked and history.added_ml[-1].any():
+            times = np.unique(np.concatenate([_times(inputs, matter, one, vessel) for one in asked]))
+            if not np.array_equal(times, history.times):
+                wet, solved = matter.solved(vessel, times)
+            inputs.count("pH solved", len(wet))
+            found.series[f"{vessel}/pH"] = Series(times[wet], solved.ph, "pH")
+        if asked or matter.recipe.processes:
+            found.events += end_points(matter, vessel) or _changed_ph(vessel, found.series.get(f"{vessel}/pH"))
     return found.output()
+
+
+def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
+    """What became of a pH that has no end point, at its last change."""
+    if series is None or not len(series.times) or abs(series.values[-1] - series.values[0]) < LEAST_PH:
+        return []
+    times, ph = series.times, series.values
+    changes = np.flatnonzero(np.diff(ph))
+    values = {"from_ph": float(ph[0]), "to_ph": float(ph[-1])}
+    words = f"the pH in {vessel} goes from {ph[0]:.2f} to {ph[-1]:.2f}"
+    return [EffectEvent(float(times[changes[-1] + 1]), "ph", (vessel,), None, values, words)]
 
 
 def _times(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str) -> FloatArray:

@@ -163,20 +163,24 @@ def _draw_timing(axes: "Axes", result: RunResult) -> None:
 
 
 def titration_pictures(result: RunResult) -> list[Markup]:
-    """The pH of each vessel that was titrated over what came in, with a line at its end point."""
+    """The pH of each vessel that was titrated over what came in, with a line at each end point."""
     curves = titration_curves(result.effects)
     return [_titration(shown(vessel), *curve) for vessel, curve in curves.items()]
 
 
-def _titration(vessel: str, added: FloatArray, ph: FloatArray, end: float | None) -> Markup:
+def _titration(vessel: str, added: FloatArray, ph: FloatArray, ends: list[float]) -> Markup:
     def draw(axes: "Axes") -> None:
         axes.plot(added, ph, color=hex_of(SERIES[0]), lw=1.4)
         axes.set_xlabel("came in, mL")
         axes.set_ylabel("pH")
         axes.grid(True, alpha=0.25)
-        if end is not None:
+        for end in ends:
             axes.axvline(end, color=INK, lw=1.0, ls="--")
 
     words = f"The pH in {vessel} over what came in"
-    told = f"{words}; the line is its end point, {end:.2f} mL." if end is not None else f"{words}."
+    told = f"{words}."
+    if len(ends) == 1:
+        told = f"{words}; the line is its end point, {ends[0]:.2f} mL."
+    elif ends:
+        told = f"{words}; the lines are its end points, {' and '.join(f'{end:.2f}' for end in ends)} mL."
     return figure(svg_in_page(7, 3.4, words, draw), told)

@@ -71,5 +71,5 @@ def test_a_curve_is_the_ph_over_what_came_in_and_ends_at_the_end_point():
     end = EffectEvent(2.5, "end-point", ("flask",))
     reaction = told("reaction", end, **{"flask/pH": Series(times, np.array([1.0, 7.0, 12.0]), "pH")})
     added, ph, at = titration_curves({"mixing": mixing, "reaction": reaction})["flask"]
-    assert added.tolist() == [0.0, 5.0, 10.0] and ph.tolist() == [1.0, 7.0, 12.0] and at == 7.5
+    assert added.tolist() == [0.0, 5.0, 10.0] and ph.tolist() == [1.0, 7.0, 12.0] and at == [7.5]
     assert titration_curves({"reaction": reaction}) == {} == titration_curves({"mixing": mixing})

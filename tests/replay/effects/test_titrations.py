@@ -1,0 +1,176 @@
+"""End points are where amounts say, at every rate of recording; the pH is that of the balance of charges."""
+
+import numpy as np
+import pytest
+from mpmath import mpf
+from support.charge_balance import Solution
+from support.liquid_worlds import COLUMN, MIX, glass, run_in
+
+from replay.effects.effect_summary import titration_curves
+from replay.errors import PlanError
+
+BRINGS = {
+    "HCl": (None, -1), "HNO3": (None, -1), "NaOH": (None, 1), "KOH": (None, 1), "Ba(OH)2": (None, 2),
+    "CH3COOH": ("acetate", 0), "CH3COONa": ("acetate", 1), "HF": ("fluoride", 0), "NH3": ("ammonia", 0),
+    "NH4Cl": ("ammonia", -1), "H2SO4": ("sulfate", 0), "H3PO4": ("phosphate", 0), "NaH2PO4": ("phosphate", 1),
+    "Na2HPO4": ("phosphate", 2), "Na2CO3": ("carbonate", 2), "NaHCO3": ("carbonate", 1), "NaHSO4": ("sulfate", 1),
+}  # fmt: skip
+"""Formula -> its family of acids, and the charge of the ions that only look on."""
+
+BASE, ACID = "HCl + NaOH -> NaCl + H2O", "H+ + OH- -> H2O"
+TITRATIONS = [
+    ({"HCl": 0.05}, {"NaOH": 0.1}, [5.0]), ({"HNO3": 0.02}, {"KOH": 0.05}, [4.0]),
+    ({"HCl": 1e-3}, {"NaOH": 2e-3}, [5.0]), ({"HCl": 0.5}, {"Ba(OH)2": 0.5}, [5.0]),
+    ({"NaOH": 0.05}, {"HCl": 0.1}, [5.0]), ({"Ba(OH)2": 0.05}, {"HCl": 0.1}, [10.0]),
+    ({"CH3COOH": 0.05}, {"NaOH": 0.1}, [5.0]), ({"HF": 0.05}, {"KOH": 0.1}, [5.0]),
+    ({"CH3COOH": 0.2}, {"Ba(OH)2": 0.2}, [5.0]),
+    ({"NH3": 0.05}, {"HCl": 0.1}, [5.0]), ({"NH3": 0.1}, {"H2SO4": 0.1}, [5.0]),
+    ({"H2SO4": 0.05}, {"NaOH": 0.1}, [10.0]),
+    ({"NaHSO4": 0.05}, {"NaOH": 0.1}, [5.0]), ({"H3PO4": 0.05}, {"NaOH": 0.1}, [5.0, 10.0]),
+    ({"NaH2PO4": 0.05}, {"NaOH": 0.1}, [5.0]), ({"Na2HPO4": 0.05}, {"HCl": 0.1}, [5.0, 10.0]),
+    ({"Na2CO3": 0.05}, {"HCl": 0.1}, [5.0, 10.0]), ({"NaHCO3": 0.05}, {"HCl": 0.1}, [5.0]),
+    ({"HCl": 0.05, "CH3COOH": 0.05}, {"NaOH": 0.1}, [5.0, 10.0]),
+    ({"HCl": 0.05, "NH4Cl": 0.05}, {"NaOH": 0.1}, [5.0, 10.0]),
+    ({"Na2CO3": 0.03, "NaHCO3": 0.02}, {"HCl": 0.1}, [3.0, 8.0]),
+    ({"CH3COOH": 0.05, "CH3COONa": 0.05}, {"NaOH": 0.1}, [5.0]),
+    ({"HCl": 0.02, "H3PO4": 0.04}, {"NaOH": 0.1}, [6.0, 10.0]),
+]  # fmt: skip
+
+
+def titrated(flask, burette, equations=(ACID,), hz=90, seconds=8.0, more=()):
+    """Effects of 10 mL in the flask into which the burette runs, 18 mL in 8 s."""
+    bodies = []
+    for name, volume, solutes in (("flask", 10.0, flask), ("burette", 50.0, burette)):
+        bodies.append(glass(name, volume, solutes=solutes, **({"cavity": COLUMN} if name == "burette" else {})))
+        for key in ("solute", "molar"):
+            del bodies[-1].extra["properties"]["liquid"][key]
+    tables = [("reaction", {"equation": equation}) for equation in equations]
+    degrees = [0.0, 0.0, *([90.0] * round(seconds * hz)), 0.0]
+    settings = {"full_area_m2": 1.2e-6}
+    return run_in(
+        degrees, MIX, *tables, *more, acid=bodies[0], base=bodies[1], step_ns=round(1e9 / hz), settings=settings
+    )
+
+
+def true_ph(flask, burette, added):
+    """By the balance of charges, of 10 mL and what was added."""
+    acids, strong = {}, mpf(0)
+    for solutes, volume in ((flask, 10.0), (burette, added)):
+        for formula, molar in solutes.items():
+            family, charge = BRINGS[formula]
+            amount = mpf(molar) * mpf(volume) / (mpf(10) + mpf(added))
+            strong += charge * amount
+            if family:
+                acids[family] = acids.get(family, mpf(0)) + amount
+    return float(Solution(acids, {}, {}, strong, [], False).ph())
+
+
+def check(flask, burette, ends, hz):
+    effects = titrated(flask, burette, hz=hz)
+    found = [event.values["volume_ml"] for event in effects["reaction"].output.named("end-point")]
+    assert found == pytest.approx(ends, abs=0.01)
+    ph, volume = effects["reaction"].series["flask/pH"], effects["mixing"].series["flask/volume"]
+    for row in np.linspace(0, len(ph.times) - 1, 5).astype(int).tolist():
+        added = float(volume.values[row]) - 10.0
+        assert ph.values[row] == pytest.approx(true_ph(flask, burette, added), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("flask", "burette", "ends"),
+    [pytest.param(*row, marks=[] if k % 4 == 1 else pytest.mark.slow) for k, row in enumerate(TITRATIONS)],
+)
+def test_end_points_and_ph_are_those_of_amounts_and_charges_at_every_rate(flask, burette, ends):
+    for hz in (30, 90, 250):
+        check(flask, burette, ends, hz)
+
+
+def told(effects):
+    return [event.text for event in effects["reaction"].output.named("end-point")]
+
+
+def test_a_mixture_names_the_strong_acid_first_and_then_the_sum_whatever_the_order_of_tables():
+    tables = ("HCl + NaOH -> NaCl + H2O", "CH3COOH + NaOH -> CH3COONa + H2O")
+    mixture = {"HCl": 0.05, "CH3COOH": 0.05}
+    texts = told(titrated(mixture, {"NaOH": 0.1}, tables))
+    assert [text.partition(" are ")[0] for text in texts] == ["HCl and NaOH", "CH3COOH + HCl and NaOH"]
+    assert "after 5.00 mL (end point 1 of 2)" in texts[0] and "after 10.00 mL (end point 2 of 2); overshot" in texts[1]
+    assert told(titrated(dict(reversed(mixture.items())), {"NaOH": 0.1}, tables[::-1])) == texts
+
+
+@pytest.mark.parametrize("hz", [30, 90, 250])
+def test_carbonate_has_its_first_end_point_where_half_the_acid_is_in_at_every_rate(hz):
+    """With CO2 as a gas, which the base once let go before each carbonate had its proton."""
+    gas = "Na2CO3 + 2 HCl -> 2 NaCl + H2O + CO2"
+    effects = titrated({"Na2CO3": 0.05}, {"HCl": 0.1}, (gas,), hz=hz)
+    found = [event.values["volume_ml"] for event in effects["reaction"].output.named("end-point")]
+    assert found == pytest.approx([5.0, 10.0], abs=0.01)
+    drawn = titration_curves(effects)["flask"][2]
+    assert drawn == pytest.approx([5.0, 10.0], abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("flask", "burette", "equation", "ends", "names"),
+    [({"FeSO4": 0.05, "H2SO4": 0.5}, {"KMnO4": 0.02}, "MnO4- + 5 Fe2+ + 8 H+ -> Mn2+ + 5 Fe3+ + 4 H2O", [5.0], "MnO4-"),
+     ({"I2": 0.05}, {"Na2S2O3": 0.1}, "I2 + 2 S2O32- -> 2 I- + S4O6^2-", [10.0], "S2O3^2-")],
+)  # fmt: skip
+def test_a_titration_by_oxidation_has_one_end_point(flask, burette, equation, ends, names):
+    (event,) = titrated(flask, burette, (equation,))["reaction"].output.named("end-point")
+    assert event.values["volume_ml"] == pytest.approx(ends[0], abs=0.01) and names in event.text
+
+
+@pytest.mark.parametrize(
+    ("equation", "flask", "burette"),
+    [("HCO3- + H+ -> CO2 + H2O", {"NaHCO3": 0.05}, {"HCl": 0.1}),
+     ("NH4+ + OH- -> NH3 + H2O", {"NH4Cl": 0.05}, {"NaOH": 0.1}),
+     ("H2PO4- + OH- -> HPO4^2- + H2O", {"NaH2PO4": 0.05}, {"NaOH": 0.1}),
+     ("HSO4- + OH- -> SO42- + H2O", {"NaHSO4": 0.05}, {"NaOH": 0.1}),
+     ("H3O+ + OH- -> 2 H2O", {"HCl": 0.05}, {"NaOH": 0.1})],
+)  # fmt: skip
+def test_ions_are_reagents_under_their_own_formulas(equation, flask, burette):
+    (event, *_) = titrated(flask, burette, (equation,))["reaction"].output.named("end-point")
+    assert event.values["volume_ml"] == pytest.approx(5.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("flask", "tables", "words"),
+    [({"HCl": 50.0}, [{"equation": ACID}], "holds 50 mol/L of 'HCl'; the strongest solution"),
+     ({"HCl": 0.1}, [{"equation": ACID, "acids": {"HCl": [9.0]}}], r"acids.HCl is \[9.0\] and .* says strong"),
+     ({"CH3COOH": 0.1}, [{"equation": ACID, "acids": {"CH3COOH": [9.0]}}], "the handbook says 4.756"),
+     ({"HCl": 0.1}, [{"equation": ACID, "pkw": 14.0}, {"equation": BASE, "pkw": 13.0}], "pkw is 13 and another table"),
+     ({"HCl": 0.1}, [("precipitation", {"solid": "AgCl", "ksp": 1e10, "colour": "white"})], "at most 1000")],
+)  # fmt: skip
+def test_chemistry_that_cannot_be_is_refused(flask, tables, words):
+    more = [table if isinstance(table, tuple) else ("reaction", table) for table in tables]
+    with pytest.raises(PlanError, match=words):
+        titrated(flask, {"NaOH": 0.1}, (), more=more)
+
+
+def test_a_solute_twice_is_refused():
+    acid = glass("flask", 10.0, solute="HCl", molar=0.1, solutes={"HCl": 0.2})
+    with pytest.raises(PlanError, match="'flask' holds 'HCl' twice"):
+        run_in([0.0, 0.0], MIX, ("reaction", {"equation": ACID}), acid=acid)
+
+
+@pytest.mark.parametrize(
+    ("flask", "burette", "equations", "words"),
+    [({"K2CrO4": 0.1, "NaCl": 0.1}, {"Pb(NO3)2": 0.1},
+      ["Pb(NO3)2 + K2CrO4 -> PbCrO4(s) + 2 KNO3", "Pb(NO3)2 + 2 NaCl -> PbCl2(s) + 2 NaNO3"], "the ksp of 'PbCrO4' is missing")],
+)  # fmt: skip
+def test_solids_that_want_the_same_ion_are_refused_without_their_constant(flask, burette, equations, words):
+    with pytest.raises(PlanError, match=words):
+        titrated(flask, burette, equations)
+
+
+def test_zinc_and_hydrogen_carbonate_that_want_the_same_acid_are_refused_without_a_rate():
+    soda = ("reaction", {"equation": "NaHCO3 + HCl -> NaCl + H2O + CO2"})
+    zinc = {"equation": "Zn + 2 HCl -> ZnCl2 + H2"}
+
+    def mixed(**more):
+        flask = glass("flask", 10.0, solute="NaHCO3", molar=0.1)
+        flask.extra["properties"]["solid"] = {"formula": "Zn", "mass_g": 0.1}
+        acid = glass("burette", 50.0, solute="HCl", molar=0.1, cavity=COLUMN)
+        return run_in([0.0, 0.0, *([90.0] * 50)], MIX, soda, ("reaction", {**zinc, **more}), acid=flask, base=acid)
+
+    with pytest.raises(PlanError, match=r"rate_per_s is missing: 'CO2' wants H\+ too"):
+        mixed()
+    assert mixed(rate_per_s=0.1)["reaction"].series["flask/pH"].values[0] == pytest.approx(8.3, abs=0.1)
