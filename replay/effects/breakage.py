@@ -1,4 +1,9 @@
-"""Breakage by the speed across the surface at the moment of impact; a tracking jump, a loss or a gap breaks nothing."""
+"""Breakage by the speed across the surface at the moment of impact; a tracking jump, a loss or a gap breaks nothing.
+
+A tracked pose shows where a rigid body was at each frame, and so the speed with which it came, from the five to nine
+frames before, whatever happens afterwards. It cannot show where a body was hit between two frames, but for its box, how
+hard a material is, or an impact just after a loss.
+"""
 
 import math
 from dataclasses import replace
@@ -7,8 +12,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
+from replay.effects.bounces import bounces
 from replay.effects.declaring import Declaration, number, pairs
-from replay.effects.fitting import Parabola, before, fitted, settled_runs
+from replay.effects.fitting import HALF_WINDOW, Parabola, before, fitted, settled_runs
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Vector
 from replay.effects.protocol import EffectSpec
@@ -31,11 +37,23 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     collected = Findings(len(inputs))
     for declared in inputs.declared:
         broken: set[str] = set()
-        judged = [(touch, pair) for pair in declared.pairs() for touch in touches.of(pair, flickers=True)]
-        for touch, pair in sorted(judged, key=lambda one: one[0].first):
-            impact = _impact(inputs, touch, pair, collected.ran)
+        judged: list[tuple[int, tuple[str, str], Impact | None, Vector | None]] = []
+        for pair in declared.pairs():
+            seen = bounces(inputs, pair)
+            for bounce in seen:
+                inputs.count("impacts between frames")
+                collected.ran[bounce.before : bounce.before + 3] = True
+                values: dict[str, float | int | str | bool] = {
+                    "speed_m_s": bounce.speed, "across": True, "samples": bounce.samples, "misfit_m": bounce.misfit,
+                }  # fmt: skip
+                judged.append((bounce.before, pair, (bounce.time, bounce.speed, values), bounce.point))
+            for touch in touches.of(pair, flickers=True):
+                # The frames that show a contact after a bounce show the same impact, or slower ones.
+                if not any(0 <= touch.first - bounce.before <= 2 * HALF_WINDOW for bounce in seen):
+                    judged.append((touch.first, pair, _impact(inputs, touch, pair, collected.ran), touch.point))
+        for _, pair, impact, point in sorted(judged, key=lambda row: row[:2]):
             if impact is not None and pair[0] not in broken:
-                found = _events(inputs, declared, pair, touch.point, impact)
+                found = _events(inputs, declared, pair, point, impact)
                 broken |= {pair[0] for event in found if event.name == "broken"}
                 collected.events += found
     return collected.output()

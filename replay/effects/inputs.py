@@ -127,6 +127,7 @@ class EffectInputs:
         default_factory=dict
     )  # declarations of every kind of the plan
     made: dict[str, Any] = field(default_factory=dict)  # what effects share
+    believed: frozenset[str] = frozenset()  # codes of the doctor's findings that the run's policy keeps though doubtful
 
     @property
     def scene(self) -> Scene:

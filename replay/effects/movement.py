@@ -19,8 +19,11 @@ from replay.effects.models.outflow import Stream, entry_times, over_weir, places
 from replay.effects.output import Series
 from replay.effects.spans import BoolArray
 from replay.effects.vessels import ML, Vessel, vessels_of
+from sessions.doctor.track_watch import TURN_BOUND
 
 SPILLED, UNKNOWN = -1, -2
+TURN_OUTLIER = "turn-outlier"
+"""The doctor's finding of a rotation that leaves and comes back faster than a hand turns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +33,7 @@ class Movement:
     vessels: Mapping[str, Vessel]
     volume_ml: Mapping[str, FloatArray]
     streams: tuple[Stream, ...]
+    glitches: Mapping[str, IntArray] = field(default_factory=dict)  # vessel -> frames whose tilt would pour and is none
 
     def changes(self, times: FloatArray, name: str) -> Series:
         """A vessel's volume wherever it changed, and at the first and the last frame."""
@@ -65,6 +69,7 @@ class _Bench:
         self.held = {name: poses.held() for name, poses in self.poses.items()}
         for outlet in self.outlets.values():
             outlet.target, outlet.point = np.full(count, UNKNOWN), np.zeros((count, 3))
+        self.doubtful: dict[str, BoolArray] = {}
         self.kept = {name: self._kept(name) for name, outlet in self.outlets.items() if outlet.declared is None}
         self.most = {name: self._most(name) for name in self.kept}
         self.area = {
@@ -87,7 +92,16 @@ class _Bench:
                 break
             coming = after
         streams = [one for name in self.names for one in self._streams(name, *given[name][:2])]
-        return Movement(self.vessels, {name: given[name][2] for name in self.names}, tuple(streams))
+        volume_ml = {name: given[name][2] for name in self.names}
+        glitches = {name: self._glitches(name, volume_ml[name]) for name in self.kept}
+        return Movement(self.vessels, volume_ml, tuple(streams), glitches)
+
+    def _glitches(self, name: str, volume_ml: FloatArray) -> IntArray:
+        """Frames (n,) that would pour by a tilt which the frame after them does not have."""
+        rows = np.flatnonzero(self.doubtful[name])
+        kept = self.vessels[name].shape.kept_ml(_down(self.poses[name], rows)) if len(rows) else np.zeros(0)
+        after = self.kept[name][np.minimum(rows + 1, len(volume_ml) - 1)]
+        return rows[(kept < volume_ml[rows]) & (after >= volume_ml[rows])]
 
     def _given(self, name: str, coming: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """What leaves by tilt or stopcock, what runs over, and what stays, each (T,), with what comes in."""
@@ -116,6 +130,9 @@ class _Bench:
         known = poses.valid & poses.linked
         # Of the first frame the next one tells.
         known[:1] |= poses.valid[:1] & poses.linked[1:2].all()
+        if TURN_OUTLIER not in self.inputs.believed:
+            known &= ~_turned_and_back(poses)
+        self.doubtful[name] = poses.valid & ~known
         kept = np.full(len(known), np.inf)
         kept[known] = vessel.shape.kept_ml(_down(poses, known))
         self.inputs.count("tilts compared", int(known.sum()))
@@ -196,6 +213,24 @@ class _Bench:
     ) -> Stream:  # fmt: skip
         rows = np.flatnonzero(mask)
         return Stream(source, target, over_brim, self.inputs.times[rows], rows, volume[rows], points[rows])
+
+
+def _turned_and_back(poses: BodyPoses) -> BoolArray:
+    """(T,) whether a frame's rotation was reached and left faster than a hand turns, and undone by more than half."""
+    turn = poses.rotation
+    found = np.zeros(len(turn), dtype=np.bool_)
+    if len(turn) < 3:
+        return found
+    steps = np.maximum(np.diff(poses.times), 1e-9)
+
+    def angle(first: FloatArray, second: FloatArray) -> FloatArray:
+        return np.arccos(np.clip(0.5 * (np.einsum("tij,tij->t", first, second) - 1.0), -1.0, 1.0))
+
+    way = angle(turn[:-1], turn[1:])
+    fast = way > TURN_BOUND * steps
+    across = angle(turn[:-2], turn[2:])
+    found[1:-1] = fast[:-1] & fast[1:] & (across < 0.5 * np.minimum(way[:-1], way[1:]))
+    return found & poses.valid
 
 
 def _outlets(inputs: EffectInputs) -> dict[str, _Outlet]:

@@ -6,14 +6,17 @@ from replay.effects.declaring import Declaration, bodies, number
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import GAP_S, Stream, flows
 from replay.effects.movement import movement_of
-from replay.effects.output import EffectOutput, Findings, FloatArray, LaneSpan, Series
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.vessels import check_vessels, flow_event
 from sessions.model.scene import Scene
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
-    """Events ``pour``, ``spill`` and ``overflow``; the volume of every vessel, and all that was spilled, as series."""
+    """Events ``pour``, ``spill``, ``overflow`` and ``glitch``; volumes of vessels and of all that was spilled.
+
+    A tilt that the doctor calls a ``turn-outlier``, or that only a jump leads to, pours nothing: ``glitch`` says so.
+    """
     moved = movement_of(inputs)
     sources = dict.fromkeys(name for declared in inputs.declared for name in declared.bodies("from"))
     names = dict.fromkeys((*sources, *(name for declared in inputs.declared for name in declared.bodies("into"))))
@@ -32,6 +35,10 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             found.events.append(flow_event(inputs, flow, "spill", f"are spilled from {source}"))
         word = f"into {target}" if target else "runs over" if flow.over else "spills"
         found.lane(source, LaneSpan(float(flow.times[0]), float(flow.times[-1]), word))
+    for name in sources:
+        for row in moved.glitches.get(name, ()):
+            words = f"{name} lies tipped in one frame: a glitch of the tracker, which pours nothing"
+            found.events.append(EffectEvent(float(inputs.times[row]), "glitch", (name,), None, {}, words, "warning"))
     for name in names:
         found.series[f"{name}/volume"] = volume = moved.changes(inputs.times, name)
         found.liquids[name] = moved.vessels[name].drawn(volume.times, volume.values)
@@ -59,7 +66,7 @@ SPEC = EffectSpec(
     compute=compute,
     uses=("burette",),
     fields={
-        "from": bodies("cylindrical vessels that may pour"),
+        "from": bodies("vessels that may pour"),
         "into": bodies("vessels that may receive", required=False),
         "least_ml": number(
             "less than this in one go is booked and is no event", "mL", default=0.05, least=0.0,
@@ -72,7 +79,8 @@ SPEC = EffectSpec(
     },
     trigger="a vessel tilted beyond the angle at which its liquid reaches the lip",
     sources=(
-        "volume kept: a cylinder cut by a plane through its lip (models/sliced.py), quasi-static: no inertia, no rate",
+        "volume kept: the cavity's mesh, or the declared cylinder, cut by the plane through its rim (models/sliced.py)",
+        "rate: as the tilt says, without inertia, and no faster than a weir as wide as the opening (Poleni)",
         "destination: free fall from the lip with the lip's velocity, standard gravity (CGPM 1901)",
         f"flows within {GAP_S} s are one: chosen by us",
     ),

@@ -44,7 +44,7 @@ from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.holding_poses import held
 from replay.prepare.noise import COPIES, parse_noise
-from replay.prepare.policy import Policy, PolicyLike, parse_policy
+from replay.prepare.policy import KEEP, Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
 from sessions import Session
 
@@ -189,7 +189,9 @@ def compute(
     effects = recorded(session, assembly)
     if planned.effects:
         with progress.stage("effects"):
-            effects |= run_effects(planned, session, assembly, _believed(planned, runs, lineup.oracle))
+            believed = frozenset(kind for kind, rule in treatment.policy.rules.items() if rule.action == KEEP)
+            detections = _believed(planned, runs, lineup.oracle)
+            effects |= run_effects(planned, session, assembly, detections, believed)
     measured = Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,

@@ -156,3 +156,47 @@ def test_an_energy_without_a_mass_is_refused_before_the_run():
     bodies = (SceneBody("cup"), SceneBody("top"))
     with pytest.raises(PlanError, match="energy_j needs the mass of 'cup'; give it `mass` in kg"):
         plan(replace(scene(energy_j=0.1), bodies=bodies))
+
+
+def bouncing(height, restitution, depth, rate, phase, noise):
+    """A cube falls on another, dips in by ``depth`` and bounces on until it rests: 1.6 s at a rate."""
+    times = (np.arange(round(1.6 * rate)) + phase) / rate - 0.5
+    speed = np.sqrt(2 * GRAVITY * height)
+    since = times - speed / GRAVITY
+    heights = np.where(times > 0.0, height - 0.5 * GRAVITY * times**2, height)
+    dip = 2.0 * depth / speed
+    later = np.full(len(times), -min(depth, 2e-4))
+    begin, up = dip, restitution * speed
+    while up > 0.01:
+        flight = 2.0 * up / GRAVITY
+        inside = (since >= begin) & (since < begin + flight)
+        later[inside] = up * (since[inside] - begin) - 0.5 * GRAVITY * (since[inside] - begin) ** 2
+        begin, up = begin + flight, restitution * up
+    dipping = -depth * np.sin(np.pi * np.clip(since / max(dip, 1e-12), 0.0, 1.0))
+    heights = np.where(since >= 0.0, np.where(since < dip, dipping, later), heights)
+    return heights + np.random.default_rng(round(100 * phase)).normal(0.0, noise, len(times))
+
+
+def check_falls(height, restitution, depth, rate, noise, phases):
+    speed = np.sqrt(2 * GRAVITY * height)
+    for phase in phases:
+        heights = bouncing(height, restitution, depth, rate, phase, noise)
+        times = np.arange(len(heights)) / rate
+        hard, _, _ = broken(world(heights, times, speed_m_s=speed / 1.2))
+        soft, _, _ = broken(world(heights, times, speed_m_s=speed / 0.8))
+        assert len(hard) == 1 and not soft, phase
+        assert hard[0].values["speed_m_s"] == pytest.approx(speed, rel=0.1)
+
+
+@pytest.mark.parametrize("rate", [30, 90, 250])
+def test_a_flask_that_falls_a_metre_and_bounces_breaks_though_no_frame_shows_it_touching(rate):
+    check_falls(1.0, 0.4, 0.0005, rate, 3e-4, (0.0, 0.35, 0.7))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", [0.0, 3e-4])
+@pytest.mark.parametrize("rate", [30, 90, 250])
+@pytest.mark.parametrize("restitution", [0.0, 0.2, 0.4, 0.6, 0.8])
+def test_falls_break_a_fifth_above_the_threshold_and_never_below_however_they_bounce(restitution, rate, noise):
+    for depth in (0.0, 0.0005, 0.002, 0.005):
+        check_falls(1.0, restitution, depth, rate, noise, np.arange(10) / 10)

@@ -154,7 +154,8 @@ def test_a_solute_twice_is_refused():
 @pytest.mark.parametrize(
     ("flask", "burette", "equations", "words"),
     [({"K2CrO4": 0.1, "NaCl": 0.1}, {"Pb(NO3)2": 0.1},
-      ["Pb(NO3)2 + K2CrO4 -> PbCrO4(s) + 2 KNO3", "Pb(NO3)2 + 2 NaCl -> PbCl2(s) + 2 NaNO3"], "the ksp of 'PbCrO4' is missing")],
+      ["Pb(NO3)2 + K2CrO4 -> PbCrO4(s) + 2 KNO3", "Pb(NO3)2 + 2 NaCl -> PbCl2(s) + 2 NaNO3"],
+      "the ksp of 'PbCrO4' is missing")],
 )  # fmt: skip
 def test_solids_that_want_the_same_ion_are_refused_without_their_constant(flask, burette, equations, words):
     with pytest.raises(PlanError, match=words):
