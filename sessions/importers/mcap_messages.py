@@ -7,13 +7,16 @@ import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import nullcontext, redirect_stderr, redirect_stdout, suppress
+from dataclasses import replace
 from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Final, NamedTuple
+from typing import Any, BinaryIO, Final, NamedTuple
 
 from sessions.errors import ImportFileError
+from sessions.mcap_format.catalogue import MOST_UNPACKED, UNPACKED_PER_BYTE
+from sessions.mcap_format.unpacking import unpacked
 
 LONGEST_READING: Final = 4096  # Bytes; a longer message is a picture or a cloud of points and holds no single number
 NAMED_TOPICS: Final = 8  # Topics that an error names before it ends in dots
@@ -77,15 +80,40 @@ def _message(source: Path, kind: str, schema: Any, channel: Any, record: Any, de
 
 
 def _records(source: Path) -> Iterator[Any]:
-    from mcap.stream_reader import StreamReader
+    """Every record of a file, those of its chunks among them; chunks are unpacked within the bounds of a session's."""
+    from mcap.records import Chunk
+    from mcap.stream_reader import StreamReader, breakup_chunk
 
+    size = source.stat().st_size
+    left = MOST_UNPACKED + UNPACKED_PER_BYTE * size
     try:
         with source.open("rb") as stream:
-            yield from StreamReader(stream, validate_crcs=True).records
+            reader = StreamReader(_Bounded(stream, size), emit_chunks=True, validate_crcs=True, record_size_limit=size)
+            for record in reader.records:
+                if not isinstance(record, Chunk):
+                    yield record
+                    continue
+                left -= record.uncompressed_size
+                if left < 0:
+                    raise ValueError(f"its {size:,} bytes unpack to more than a recording of that size")
+                data = unpacked(record.data, record.compression, record.uncompressed_size)
+                # What is unpacked already, the library may take apart: it trusts what a chunk declares.
+                plain = replace(record, compression="", data=data)
+                yield from breakup_chunk(plain, validate_crc=True)
     except Exception as error:  # the reader of a foreign file raises errors of any kind; each means: damaged
         raise ImportFileError(
             f"{source} is no whole MCAP file ({_why(error)}); record it again, or mend it with `replay recover`"
         ) from None
+
+
+class _Bounded:
+    """A stream that gives no more than is there: the library asks for whatever length a record declares."""
+
+    def __init__(self, stream: BinaryIO, size: int) -> None:
+        self._stream, self._size = stream, size
+
+    def read(self, count: int) -> bytes:
+        return self._stream.read(min(count, self._size))
 
 
 def _decoded(source: Path, schema: Any, channel: Any, data: bytes, decoders: Decoders) -> Any:

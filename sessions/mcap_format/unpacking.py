@@ -91,7 +91,7 @@ def read_region(stream: BinaryIO, region: Region, catalogue: Catalogue) -> Messa
     stream.seek(region.offset)
     packed = stream.read(region.length)
     try:
-        data = _unpacked(packed, region)
+        data = unpacked(packed, region.compression, region.size)
     except (zstandard.ZstdError, RuntimeError, ValueError) as error:
         raise _damaged(catalogue, region, str(error)) from None
     if region.crc and zlib.crc32(data) != region.crc:
@@ -99,12 +99,17 @@ def read_region(stream: BinaryIO, region: Region, catalogue: Catalogue) -> Messa
     return listed(data, region, catalogue)
 
 
-def _unpacked(packed: bytes, region: Region) -> bytes:
-    if region.compression not in _UNPACK:
-        raise ValueError(f"its compression {region.compression!r} is none of: zstd, lz4, none")
-    data = _UNPACK[region.compression](packed, region.size)
-    if len(data) != region.size:
-        raise ValueError(f"it declares {region.size} bytes and holds {len(data)}")
+def unpacked(packed: bytes, compression: str, size: int) -> bytes:
+    """The ``size`` bytes that a chunk declares: the one place where data of a file is unpacked.
+
+    Never takes the memory of more than that. Raises ``zstandard.ZstdError``, ``RuntimeError`` or ``ValueError``: it
+    holds another number of bytes, or is damaged.
+    """
+    if compression not in _UNPACK:
+        raise ValueError(f"its compression {compression!r} is none of: zstd, lz4, none")
+    data = _UNPACK[compression](packed, size)
+    if len(data) != size:
+        raise ValueError(f"it declares {size} bytes and holds {len(data)}")
     return data
 
 
