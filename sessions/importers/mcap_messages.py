@@ -88,7 +88,8 @@ def _records(source: Path) -> Iterator[Any]:
     left = MOST_UNPACKED + UNPACKED_PER_BYTE * size
     try:
         with source.open("rb") as stream:
-            reader = StreamReader(_Bounded(stream, size), emit_chunks=True, validate_crcs=True, record_size_limit=size)
+            bounded: Any = _Bounded(stream, size)
+            reader = StreamReader(bounded, emit_chunks=True, validate_crcs=True, record_size_limit=size)
             for record in reader.records:
                 if not isinstance(record, Chunk):
                     yield record

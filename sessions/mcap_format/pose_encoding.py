@@ -96,7 +96,7 @@ class FrameEncoder:
         self._payloads: dict[tuple[tuple[str, ...], bytes], bytes] = {}
         self._sequence = 0
 
-    def encode(self, frames: Frames) -> Iterator[list[MessageRecord]]:
+    def encode(self, frames: Frames) -> Iterator[MessageRecord]:
         """The messages of each frame, numbered on from the last call; a stamp before 0 is an error."""
         if not len(frames):
             return
@@ -106,7 +106,9 @@ class FrameEncoder:
         channel = np.where((frames.status == Status.ABSENT).all(axis=1), self._tracking, self._tf)
         columns = (channel.tolist(), sequence.tolist(), frames.log_ns.tolist(), frames.stamp_ns.tolist())
         for note, *record in zip(self._tracking_payloads(frames), *columns, _payloads(frames), strict=True):
-            yield [(self._tracking, *record[1:4], note), tuple(record)] if note else [tuple(record)]
+            if note:
+                yield self._tracking, *record[1:4], note
+            yield tuple(record)
 
     def _tracking_payloads(self, frames: Frames) -> list[bytes]:
         """For each frame the ``/tracking`` payload, or nothing when all its samples are valid."""

@@ -1,9 +1,9 @@
 """Records a session live: everything older than a second is in the file, even if the program is killed.
 
-While it records, the file is called ``<name>.partial``; every chunk in it is whole and readable. When the recorder is
-closed, the index is written and the file gets its name. A program that is killed leaves the partial file:
-``read_session(path, torn="keep")`` or ``replay recover`` read it. A power cut may also cost what the operating system
-had not yet put on the disk.
+While it records, the file is called ``<name>.partial``, and every message in it can be read. When the recorder is
+closed, the file is written again in compressed chunks, with an index, and gets its name. A program that is killed
+leaves the partial file: ``read_session(path, torn="keep")`` or ``replay recover`` read it. A power cut may also cost
+what the operating system had not yet put on the disk.
 """
 
 import threading

@@ -1,4 +1,4 @@
-"""The file behind a recorder: each call leaves one more whole chunk in it, and its name appears when it is finished."""
+"""The file behind a recorder: what each call writes can be read at once; its name appears when it is finished."""
 
 import os
 from collections.abc import Mapping, Sequence
@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format.annotations import Message
+from sessions.mcap_format.container import rewrite
 from sessions.mcap_format.writer import SessionWriter
 from sessions.mesh_data import MeshData
 from sessions.model.frames import Frames, Status
 from sessions.model.scene import Scene
-from sessions.whole_files import abandoned, locks, place
+from sessions.whole_files import abandoned, locks, whole_file
 
 PARTIAL = ".partial"
 
@@ -24,7 +25,7 @@ Poses = Mapping[str, tuple[Sequence[float] | NDArray[Any], Sequence[float] | NDA
 
 
 class RecordingFile:
-    """A session file that grows chunk by chunk under the name ``<name>.partial``; see `Recorder`."""
+    """A session file that grows message by message under the name ``<name>.partial``; see `Recorder`."""
 
     def __init__(
         self, path: Path, scene: Scene, meshes: Mapping[str, MeshData], metadata: Mapping[str, str], *, overwrite: bool
@@ -49,7 +50,7 @@ class RecordingFile:
                 f"{path} cannot be recorded ({error.strerror or error}); check the folder and who may write there"
             ) from None
         try:
-            self._writer = SessionWriter(self._stream, scene, meshes, metadata, self._names)
+            self._writer = SessionWriter(self._stream, scene, meshes, metadata, self._names, chunked=False)
             self._stream.flush()
         except BaseException:
             self._stream.close()
@@ -57,7 +58,7 @@ class RecordingFile:
             raise
 
     def write(self, frames: Frames, messages: list[tuple[int, Message]]) -> None:
-        """Write frames and (log_ns, message) pairs as whole chunks, and hand them to the operating system."""
+        """Write frames and (log_ns, message) pairs, and hand them to the operating system."""
         if not len(frames) and not messages:
             return
         self._writer.start(min([*frames.log_ns[:1].tolist(), *(log for log, _ in messages[:1])]))
@@ -66,16 +67,22 @@ class RecordingFile:
             self._writer.bodies(self._names)
         self._writer.logged(messages)
         self._writer.frames(frames)
-        self._writer.close_chunk()
         self._stream.flush()
 
     def finish(self) -> None:
-        """Write the index and give the file its name."""
+        """Write the whole again in compressed chunks with an index, under its name."""
         self._writer.start(0)
         self._writer.finish()
-        os.fsync(self._stream.fileno())
+        self._stream.flush()
+        with (
+            whole_file(self.path, OSError, overwrite=self._overwrite) as target,
+            self.partial.open("rb") as source,
+        ):
+            rewrite(source, target)
+            target.flush()
+            os.fsync(target.fileno())
         self._stream.close()
-        place(self.partial, self.path, overwrite=self._overwrite)
+        self.partial.unlink()
 
     def close(self) -> None:
         """Let go of the file as it is; what is in it stays."""

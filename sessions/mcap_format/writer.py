@@ -9,7 +9,7 @@ from typing import BinaryIO
 from sessions.errors import SceneError, SessionFileError
 from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
-from sessions.mcap_format.container import ContainerWriter
+from sessions.mcap_format.container import MessageRecord, add, finish, started_writer
 from sessions.mcap_format.metadata import (
     BODIES_RECORD,
     SESSION_RECORD,
@@ -20,7 +20,7 @@ from sessions.mcap_format.metadata import (
 )  # fmt: skip
 from sessions.mcap_format.pose_encoding import FrameEncoder, check_stamp
 from sessions.mcap_format.scene_update import scene_update
-from sessions.mcap_format.schemas import PROFILE, SCENE, STREAMS, TF, TRACKING
+from sessions.mcap_format.schemas import PROFILE, SCENE, STREAMS, TF, TRACKING, channel_spec
 from sessions.mesh_data import MeshData
 from sessions.meshes.glb import mesh_to_glb
 from sessions.model.frames import Frames
@@ -29,10 +29,6 @@ from sessions.model.session import Session
 from sessions.whole_files import whole_file
 
 SCENE_FILE = "scene.toml"
-CHUNK_BYTES = 1 << 20
-# A damaged chunk is lost whole, so none holds more than two seconds of poses. A minute of 10 bodies then takes 1.02
-# times the bytes of chunks of 1 MiB, and is written and read in the same time.
-CHUNK_NS = 2_000_000_000
 FRAMES_PER_BLOCK = 2048
 
 
@@ -41,14 +37,13 @@ def write_session(session: Session, path: str | Path, *, overwrite: bool = True)
 
     The file is written under a temporary name in the same folder and renamed when it is whole; a file of that name is
     replaced unless ``overwrite`` is false. First come attachments and metadata, then the drawing for Foxglove, then
-    events, hands and other sparse messages in chunks of their own, then the poses. So a reader that wants the events
-    does not unpack the poses.
+    events, hands and other sparse messages, then the poses. So a reader that wants the events hardly unpacks poses.
 
     Raises ``SessionFileError``: the session cannot be held by a file (a negative stamp), or the place cannot be
     written.
     """
     with whole_file(Path(path), SessionFileError, overwrite=overwrite) as stream:
-        writer = SessionWriter(stream, session.scene, session.meshes, session.facts, session.names, CHUNK_NS)
+        writer = SessionWriter(stream, session.scene, session.meshes, session.facts, session.names)
         for name, solids in session.colliders.items():
             for number, mesh in enumerate(solids):
                 writer.attachment(collider_file(name, number), "model/gltf-binary", mesh_to_glb(mesh, name))
@@ -72,8 +67,11 @@ def _sparse(session: Session) -> Iterator[Message]:
             yield from messages.stream_messages(prefix, key, stream)
 
 
-class SessionWriter(ContainerWriter):
-    """A session file being written: head first, then ``start``, then messages and frames."""
+class SessionWriter:
+    """A session file being written: head first, then ``start``, then messages and frames.
+
+    ``chunked``: in compressed chunks with an index; else as they come, so that what is written can be read at once.
+    """
 
     def __init__(
         self,
@@ -82,9 +80,11 @@ class SessionWriter(ContainerWriter):
         meshes: Mapping[str, MeshData],
         metadata: Mapping[str, str],
         names: tuple[str, ...],
-        chunk_ns: int | None = None,
+        *,
+        chunked: bool = True,
     ) -> None:
-        super().__init__(stream, PROFILE, CHUNK_BYTES, chunk_ns)
+        self._writer = started_writer(stream, PROFILE, chunked=chunked)
+        self._channels: dict[str, int] = {}
         self._scene, self._meshes, self._started = scene, dict(meshes), False
         files = {name: mesh_to_glb(mesh, name) for name, mesh in self._meshes.items()}
         for name, data in files.items():
@@ -92,33 +92,52 @@ class SessionWriter(ContainerWriter):
         if scene != Scene():
             self.attachment(SCENE_FILE, "application/toml", scene_text(scene).encode())
         hashes = {name: hashlib.sha256(data).hexdigest() for name, data in files.items()}
-        self.metadata(SESSION_RECORD, session_record(metadata, hashes))
+        self._writer.add_metadata(SESSION_RECORD, session_record(metadata, hashes))
         self.bodies(names)
         self._encoder = FrameEncoder(self.channel(TF), self.channel(TRACKING))
 
     def bodies(self, names: tuple[str, ...]) -> None:
         """List the tracked bodies; the last list counts."""
-        self.metadata(BODIES_RECORD, bodies_record(names))
+        self._writer.add_metadata(BODIES_RECORD, bodies_record(names))
+
+    def attachment(self, name: str, media_type: str, data: bytes) -> None:
+        """Write an attachment."""
+        self._writer.add_attachment(0, 0, name, media_type, data)
+
+    def channel(self, topic: str) -> int:
+        """The id of a topic of the profile; its schema and channel records are written the first time."""
+        if topic not in self._channels:
+            spec = channel_spec(topic)
+            schema = self._writer.register_schema(spec.schema, "protobuf", spec.descriptor_set)
+            self._channels[topic] = self._writer.register_channel(topic, "protobuf", schema)
+        return self._channels[topic]
 
     def start(self, time_ns: int, messages: Iterable[tuple[int, Message]] = ()) -> None:
-        """The drawing for Foxglove, then the messages, each in chunks of their own; a second call does nothing."""
+        """The drawing for Foxglove, then the messages; a second call does nothing."""
         if self._started:
             return
         self._started = True
         check_stamp("a frame is", time_ns)
         if self._meshes:
             self.logged([(time_ns, (SCENE, time_ns, scene_update(self._meshes, self._scene, time_ns)))])
-            self.close_chunk()
         self.logged(messages)
-        self.close_chunk()
 
     def logged(self, messages: Iterable[tuple[int, Message]]) -> None:
         """Messages with their log times."""
-        self.messages([(self.channel(topic), 0, log_ns, time_ns, data)] for log_ns, (topic, time_ns, data) in messages)
+        for log_ns, (topic, time_ns, data) in messages:
+            self._add((self.channel(topic), 0, log_ns, time_ns, data))
 
     def frames(self, frames: Frames) -> None:
         """The next frames."""
-        self.messages(self._encoder.encode(frames))
+        for record in self._encoder.encode(frames):
+            self._add(record)
+
+    def _add(self, record: MessageRecord) -> None:
+        add(self._writer, record)
+
+    def finish(self) -> None:
+        """Write the index and the footer."""
+        finish(self._writer)
 
 
 def scene_text(scene: Scene) -> str:

@@ -19,7 +19,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Schema
 
 from sessions.errors import SessionFileError
-from sessions.mcap_format.catalogue import DECLARING, Catalogue, ChannelInfo, Region
+from sessions.mcap_format.catalogue import DECLARING, Catalogue, Region
 from sessions.mcap_format.container import MAGIC
 from sessions.mcap_format.mcap_file import read_attachment, read_footer
 from sessions.mcap_format.pose_decoding import MESSAGE_BYTES, FrameDecoder
@@ -30,7 +30,7 @@ from sessions.mcap_format.unpacking import ZSTD_WINDOW_BYTES, MessageTable, list
 from sessions.recovery.lost import LostChunk
 from sessions.recovery.record_scan import RecordScan
 
-POSES = (TF, TRACKING)  # Topics whose messages are checked, and known by their looks where no channel record is left
+POSES = (TF, TRACKING)  # Topics whose messages are checked
 
 INDEX_LIMIT_BYTES = 64 << 20  # A longer index is not trusted over the records it repeats
 
@@ -159,7 +159,6 @@ def _read_region(stream: BinaryIO, found: FileScan, region: Region) -> None:
     table = read_chunk(stream, region, found.declared)
     why = table if isinstance(table, str) else ""
     if not isinstance(table, str):
-        guess_channels(table, found.declared)
         kept = readable(table, found.declared)
         error = found.count(kept)
         if mixed := error is not None and error.code == "bad-message":
@@ -231,30 +230,6 @@ def parsed(topic: str, payload: bytes) -> Any:
         return channel_spec(topic).message.FromString(payload) if len(payload) <= MESSAGE_BYTES else None
     except DecodeError:
         return None
-
-
-def guess_channels(table: MessageTable, declared: Declared) -> None:
-    """Name channels whose messages can only be poses or their validity, where no record does or a damaged one."""
-    known = {number for number, one in declared.channels.items() if one.topic != TF or one.holds_poses}
-    for channel in sorted(set(table.channel.tolist()) - known):
-        row = int(table.of_channels({channel})[0])
-        for topic in POSES:
-            if not declared.ids(topic) - {channel} and _looks_like(topic, table.payload(row)):
-                spec, number = channel_spec(topic), 60_000 + channel
-                declared.raw[Schema][number] = Schema(number, spec.descriptor_set, "protobuf", spec.schema)
-                declared.raw[Channel][channel] = Channel(channel, topic, "protobuf", {}, number)
-                declared.channels[channel] = ChannelInfo(topic, "protobuf", spec.schema)
-                break
-
-
-def _looks_like(topic: str, payload: bytes) -> bool:
-    message = parsed(topic, payload)
-    if message is None:
-        return False
-    if topic == TF:
-        poses = message.transforms
-        return bool(poses) and all(one.child_frame_id and one.HasField("rotation") for one in poses)
-    return bool(message.bodies) and all(one.name for one in message.bodies)
 
 
 def _index_start(stream: BinaryIO) -> int:

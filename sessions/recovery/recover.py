@@ -9,16 +9,17 @@ from pathlib import Path
 from typing import BinaryIO
 
 from mcap.records import Channel, Schema
+from mcap.writer import Writer
 
 from sessions.errors import SessionError, SessionFileError
 from sessions.input_files import opened
 from sessions.mcap_format import metadata
 from sessions.mcap_format.catalogue import check_magic
-from sessions.mcap_format.container import ContainerWriter
+from sessions.mcap_format.container import add, finish, started_writer
 from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.refusals import brief
-from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, STREAMS, TF
-from sessions.mcap_format.writer import CHUNK_BYTES, SCENE_FILE
+from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, STREAMS, TF, channel_spec
+from sessions.mcap_format.writer import SCENE_FILE
 from sessions.recovery.file_scan import FileScan, scan_file
 from sessions.recovery.lost import Recovery
 from sessions.whole_files import whole_file
@@ -74,27 +75,31 @@ def _write(found: FileScan, stream: BinaryIO, target: Path, *, overwrite: bool) 
         notes=(f"{declared.unread} records make no sense",) if declared.unread else (), left_out=found.left_out,
     )  # fmt: skip
     with whole_file(target, SessionFileError, overwrite=overwrite) as file:
-        writer = ContainerWriter(file, profile, CHUNK_BYTES)
+        writer = started_writer(file, profile)
         for name, data in keep.items():
             made = found.attachments[name]
-            writer.attachment(name, made.media_type, data, made.log_time)
+            writer.add_attachment(made.create_time, made.log_time, name, made.media_type, data)
         if own:
             facts = {**metadata.metadata_of(session or {})[0], RECOVERED: "; ".join(result.sentences())}
             meshes = {body: data for file, data in keep.items() if (body := metadata.mesh_name(file)) is not None}
             hashes = {body: hashlib.sha256(data).hexdigest() for body, data in meshes.items()}
-            writer.metadata(metadata.SESSION_RECORD, metadata.session_record(facts, hashes))
+            writer.add_metadata(metadata.SESSION_RECORD, metadata.session_record(facts, hashes))
             bodies = tuple(dict.fromkeys([*listed, *found.names]))
-            writer.metadata(
+            writer.add_metadata(
                 metadata.BODIES_RECORD,
                 metadata.bodies_record(bodies if len(bodies) <= metadata.MAX_BODIES else found.names),
             )
         for name, values in declared.metadata:
             if name not in (metadata.SESSION_RECORD, metadata.BODIES_RECORD) or not own:
-                writer.metadata(name, values)
+                writer.add_metadata(name, values)
         if own and not found.frames:
-            writer.channel(TF)  # without a channel of poses a reader refuses the file
+            spec = channel_spec(TF)  # without a channel of poses a reader refuses the file
+            writer.register_channel(
+                TF, "protobuf", writer.register_schema(spec.schema, "protobuf", spec.descriptor_set)
+            )
         kept, unknown = _messages(found, stream, writer)
-        writer.finish()
+        finish(writer)
+        file.flush()
         if why := refusal_of(Path(file.name)):
             raise _nothing(declared.path, why)
     result = replace(result, messages=kept, unknown=unknown)
@@ -128,15 +133,20 @@ def _profile(found: FileScan, session: dict[str, str] | None, *, own: bool) -> s
     return PROFILE
 
 
-def _messages(found: FileScan, stream: BinaryIO, writer: ContainerWriter) -> tuple[int, int]:
+def _messages(found: FileScan, stream: BinaryIO, writer: Writer) -> tuple[int, int]:
     """Copy the messages, payloads as they are; how many, and how many nobody declares."""
     kept = unknown = 0
     numbers: dict[int, int] = {}
+    schemas = {0: 0}
     raw = found.declared.raw
     for table in found.tables(stream):
         for channel in sorted(set(table.channel.tolist()) & raw[Channel].keys() - numbers.keys()):
             made = raw[Channel][channel]
-            numbers[channel] = writer.adopt(made, raw[Schema].get(made.schema_id))
+            schema = raw[Schema].get(made.schema_id)
+            if schema is not None and schema.id not in schemas:
+                schemas[schema.id] = writer.register_schema(schema.name, schema.encoding, schema.data)
+            where = schemas.get(made.schema_id, 0)
+            numbers[channel] = writer.register_channel(made.topic, made.message_encoding, where, made.metadata)
         rows = table.of_channels(set(numbers))
         unknown += len(table.channel) - len(rows)
         kept += len(rows)
@@ -144,7 +154,8 @@ def _messages(found: FileScan, stream: BinaryIO, writer: ContainerWriter) -> tup
         channels = [numbers[channel] for channel in part.channel.tolist()]
         stamps = (column.tolist() for column in (part.sequence, part.log_ns, part.publish_ns))
         payloads = map(table.payload, rows.tolist())
-        writer.messages([record] for record in zip(channels, *stamps, payloads, strict=True))
+        for record in zip(channels, *stamps, payloads, strict=True):
+            add(writer, record)
     return kept, unknown
 
 

@@ -41,10 +41,15 @@ def _chunk(first: int, value: int, kind: str = "<Q") -> Callable[[bytes], bytes]
     return _record(Opcode.CHUNK, lambda c: c[:first] + struct.pack(kind, value) + c[first + struct.calcsize(kind) :])
 
 
+TF_CHANNEL = 1  # The first channel that a session file declares
+
+
 def _poses(change: Callable[[FrameTransforms], object]) -> Callable[[bytes], bytes]:
     """Change every message of poses in the last chunk."""
 
     def one(part: tuple[int, bytes]) -> tuple[int, bytes]:
+        if part[0] != Opcode.MESSAGE or MESSAGE.unpack_from(part[1])[0] != TF_CHANNEL:
+            return part
         message = FrameTransforms()
         message.ParseFromString(part[1][MESSAGE.size :])
         change(message)

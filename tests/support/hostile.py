@@ -174,7 +174,7 @@ def verbs(path: Path, out: Path) -> dict[str, tuple[bool, str]]:
         found["recover"] = (True, "; ".join(kept[0].sentences()))
         found["whole"] = (kept[0].whole, "")
         found["again"] = _said(lambda: session_info(read_session(out)) and "")
-        structure = {"torn", "unreadable", "damaged-chunk", "bad-message", "data-crc", "index-wrong", "index-missing"}
+        structure = {"torn", "unreadable", "damaged-chunk", "bad-message", "data-crc"}
         left = [one for one in examine(out) if one.code in structure]
         found["healed"] = (not left, "; ".join(f"{one.code}: {one.message}" for one in left))
     else:

@@ -4,6 +4,8 @@ import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+from mcap.data_stream import RecordBuilder
+from mcap.records import Message
 from mcap.writer import CompressionType, Writer
 
 from sessions.mcap_format.schemas import channel_spec
@@ -99,3 +101,11 @@ def write_foreign(path, messages, *, topic="/tf", schema=None, encoding="protobu
             writer.add_message(channel, log, payload, publish)
         writer.finish()
     return path
+
+
+def packed(record):
+    """The bytes of a message record: channel, sequence, log and publish time, payload."""
+    channel, sequence, log_ns, publish_ns, data = record
+    builder = RecordBuilder()
+    Message(channel, log_ns, data, publish_ns, sequence).write(builder)
+    return builder.end()

@@ -1,5 +1,3 @@
-import struct
-
 import numpy as np
 import pytest
 from support.mcap_samples import assert_same_frames
@@ -9,14 +7,14 @@ from sessions import Frames, read_session
 from sessions.doctor.examine import _unknown_frames, examine
 from sessions.doctor.structure import structure_findings
 from sessions.doctor.tolerant_frames import TolerantFrames
-from sessions.mcap_format import writer
+from sessions.mcap_format import container
 from sessions.mcap_format.mcap_file import McapFile
 
 
 @pytest.fixture
 def path(tmp_path, monkeypatch):
     """A clean session in many small chunks."""
-    monkeypatch.setattr(writer, "CHUNK_BYTES", 1 << 15)
+    monkeypatch.setattr(container, "CHUNK_BYTES", 1 << 15)
     return clean().write(tmp_path / "s.mcap")
 
 
@@ -63,30 +61,6 @@ def test_an_attachment_that_changed_is_found(path):
     path.write_bytes(data)
     found = {one.code for one in examine(path)}
     assert {"damaged-attachment", "data-crc"} <= found
-
-
-def test_an_index_that_lies_is_found(path):
-    data = bytearray(path.read_bytes())
-    summary, _, _ = struct.unpack("<QQI", data[-28:-8])
-    place = chunks_of(path)[2]
-    at = data.find(struct.pack("<Q", place.start), summary)
-    data[at] ^= 1
-    path.write_bytes(data)
-    assert codes(path) == ["index-wrong", "index-wrong"]
-
-
-def test_a_file_without_an_index_is_noted(path):
-    data = bytearray(path.read_bytes())
-    summary, _, _ = struct.unpack("<QQI", data[-28:-8])
-    path.write_bytes(bytes(data[:summary]) + struct.pack("<BQQQI", 2, 20, 0, 0, 0) + data[-8:])
-    assert codes(path) == ["index-missing"]
-
-
-def test_chunks_out_of_order_are_found(path, tmp_path):
-    draft = clean()
-    order = np.r_[450:900, 0:450]
-    draft.arrays = {name: values[order] for name, values in draft.arrays.items()}
-    assert "unordered-chunks" in codes(draft.write(tmp_path / "turned.mcap"))
 
 
 def test_an_unknown_version_is_named_and_the_poses_are_examined_all_the_same(path):

@@ -8,13 +8,20 @@ from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from support import reference_reader
-from support.mcap_samples import SECOND, any_frames, assert_same_frames, protobuf_messages, random_frames, write_foreign
+from support.mcap_samples import (
+    SECOND,
+    any_frames,
+    assert_same_frames,
+    packed,
+    protobuf_messages,
+    random_frames,
+    write_foreign,
+)
 from support.reference_reader import read_frames_plainly
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format import pose_decoding
 from sessions.mcap_format.catalogue import Catalogue, ChannelInfo, Region
-from sessions.mcap_format.container import packed
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES, FrameEncoder
 from sessions.mcap_format.schemas import message_class
@@ -27,7 +34,7 @@ def table(*records):
 
 
 def encoded(frames):
-    return [record for group in FrameEncoder(1, 2).encode(frames) for record in group]
+    return list(FrameEncoder(1, 2).encode(frames))
 
 
 def decoder(names=None):
@@ -155,9 +162,9 @@ def test_the_protobuf_library_decodes_the_numbers_that_went_in(frames):
 
 def test_the_note_stands_just_before_its_frame_and_only_where_something_is_not_valid():
     frames = random_frames(4, 300, 3, odd=0.1)
-    groups = list(FrameEncoder(1, 2).encode(frames))
     odd = (frames.status > Status.VALID).any(axis=1)
-    assert [[record[0] for record in group] for group in groups] == [[2, 1] if bad else [1] for bad in odd]
+    expected = [channel for bad in odd for channel in ([2, 1] if bad else [1])]
+    assert [record[0] for record in encoded(frames)] == expected
     for note, frame in pairwise(encoded(frames)):
         if note[0] == 2:
             assert note[1:4] == frame[1:4]
@@ -169,5 +176,5 @@ def test_the_note_stands_just_before_its_frame_and_only_where_something_is_not_v
 def test_frames_are_numbered_on_from_block_to_block():
     frames = random_frames(4, 10)
     encoder = FrameEncoder(1, 2)
-    sequences = [r[1] for part in frames.blocks(3) for (r,) in encoder.encode(part)]
+    sequences = [r[1] for part in frames.blocks(3) for r in encoder.encode(part)]
     assert sequences == list(range(10))

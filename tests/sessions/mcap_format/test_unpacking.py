@@ -9,10 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
 from mcap.records import Message
+from support.mcap_samples import packed
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, Region
-from sessions.mcap_format.container import MESSAGE_HEADER, packed
+from sessions.mcap_format.container import MESSAGE_HEADER
 from sessions.mcap_format.recording_file import RecordedFrame, frames_of, nanoseconds
 from sessions.mcap_format.unpacking import read_region
 from sessions.model.frames import Status

@@ -16,13 +16,12 @@ from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.records import Channel
 from support.damage import chunks, records
+from support.mcap_samples import packed as packed_message
 from support.mcap_samples import protobuf_messages, random_frames, session_of, tetrahedron, write_foreign
 
 from sessions import write_session
 from sessions.mcap_format.catalogue import Catalogue, ChannelInfo, Region
-from sessions.mcap_format.container import packed as record_bytes
-from sessions.mcap_format.unpacking import listed
-from sessions.recovery.file_scan import Declared, guess_channels, read_chunk, scan_file, unpacked_start
+from sessions.recovery.file_scan import read_chunk, scan_file, unpacked_start
 from sessions.recovery.lost import LostChunk, Recovery
 from sessions.recovery.record_scan import RecordScan
 
@@ -136,16 +135,6 @@ def test_messages_outside_chunks_are_found_on_both_sides_of_bytes_that_are_no_re
     assert (found.frames, found.bytes_skipped, len(found.parts)) == (200, 500, 2)
 
 
-def test_poses_and_validity_are_guessed_and_nothing_else(path):
-    frames = random_frames(1, 3, 2)
-    messages = [(7, 0, log, publish, payload) for publish, log, payload in protobuf_messages(frames)]
-    messages.append((8, 0, 1, 1, b"hello"))
-    data = b"".join(map(record_bytes, messages))
-    declared = Declared(path, 0)
-    guess_channels(listed(data, Region(0, 0, "", 0, 0, None), declared), declared)
-    assert declared.ids("/tf") == {7} and 8 not in declared.channels
-
-
 KEPT = Recovery(Path("out.mcap"), 20, 10, 5_000_000_000, 6_000_000_000)
 
 
@@ -181,7 +170,7 @@ class Block(NamedTuple):
 @pytest.fixture(scope="module")
 def block():
     messages = protobuf_messages(random_frames(1, 3000, 3))
-    records = [record_bytes((1, k, log, publish, payload)) for k, (publish, log, payload) in enumerate(messages)]
+    records = [packed_message((1, k, log, publish, payload)) for k, (publish, log, payload) in enumerate(messages)]
     return Block(b"".join(records), [0, *accumulate(map(len, records))])
 
 
