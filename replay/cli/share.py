@@ -17,8 +17,8 @@ from replay.cli.options import ANY_PATH, RUN_FOLDER, common, force
 def command(runs: tuple[Path, ...], out: Path, anyway: bool, force: bool, people: People) -> int:
     """Write a folder that shows runs in any browser, by a double click on its index.html, without a network.
 
-    The page is the report, with the live picture beside it; each miss is a link that moves the picture. Send the whole
-    folder. Of several runs index.html is a list; they share one viewer.
+    The page holds the figures of the report, with the live picture beside it; each miss is a link that moves the
+    picture. Send the whole folder. Of several runs index.html is a list; they share one viewer.
 
     \b
     replay share run1 -o for-anna

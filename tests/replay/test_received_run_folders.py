@@ -57,10 +57,9 @@ def ask(good, at, number, capsys):
     session = ["--session", str(good.parent / "s.mcap")]
     kind, label = random.Random(number).choice([("--miss", "slow"), ("--false", "hull")])
     faults = []
-    pictured = ["--out", at / "diff"] if number % 5 == 0 else []
     for words in (
         ["diff", good, folder],
-        ["diff", folder, good, "--different-sessions", *pictured],
+        ["diff", folder, good, "--different-sessions"],
         ["shrink", folder, kind, "1", "--detector", label, "-o", at / "case", *session],
         ["share", folder, "-o", at / "sent", "--anyway"],
         ["view", folder, "--miss", "1"],

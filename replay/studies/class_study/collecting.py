@@ -83,4 +83,4 @@ def _without_repeats(table: pa.Table) -> pa.Table:
     for row, key in enumerate(zip(*(table[name].to_pylist() for name in KEY), strict=True)):
         if students[first.setdefault(key, row)] != students[row]:
             raise StudyRefusedError("ids", f"metrics: session {key[0]} belongs to two students")
-    return table.take(list(first.values()))
+    return table.take(pa.array(first.values(), pa.int64()))
