@@ -48,16 +48,26 @@ def knob_table(advice: "Advice") -> "Table":
         words = f"{row['number']}  {knob_words(row['knobs'])}"
         false = "" if row["false"] is None else figure(100 * row["false"])
         what = Marked(row["setting"], STRONG, words)
-        ms = "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f}"
-        rows.append((what, row["missed"], row["in_part"], Marked(false, INVENTED if row["false"] else ""), ms))
+        p99 = "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f}"
+        rows.append(
+            (
+                what,
+                row["missed"],
+                row["in_part"],
+                Marked(false, INVENTED if row["false"] else ""),
+                f"{row['ms']:.3f}",
+                p99,
+            )
+        )
     about = advice.result.summary["session"]
     contacts = len(advice.result.episodes[advice.result.oracle])
     title = f"{advice.engine.name}: {contacts} contacts in {about['duration']:.0f} s, beside {advice.result.oracle}"
     notes = (
-        "missed, in part: contacts; false: of the pair-frames reported; ms: p99 of a look, live, of this program, "
+        "missed, in part: contacts; false: of the pair-frames reported; mean: ms a frame; p99: ms of a sample, live, "
+        "of this program, p99 "
         f"empty where a whole recording is asked at once; {AT_PHASE}.",
         f"Each row is checked by: replay run SESSION --detectors SETTING. Words: {advice.engine.source}.",
         *advice.engine.notes,
     )
-    head = ("setting, and what it is there", "missed", "part", "false %", "ms")
+    head = ("setting, and what it is there", "missed", "part", "false %", "mean ms", "p99 ms")
     return table(title, head, rows, whole=(), marks={"missed": IN_RED, "part": PARTLY}, notes=notes)

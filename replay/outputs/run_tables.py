@@ -33,8 +33,8 @@ from sessions import Finding
 OF_FRAME = f"of a {HEADSET_HZ:g} Hz frame"
 RANK_MARKS = {"in part": PARTLY}
 RANK_HEAD = (
-    "detector", "missed", "in part", "undecided", "false", "p99 ms", OF_FRAME, "held: false frames", "held: missed",
-    "asked",
+    "detector", "missed", "in part", "undecided", "false", "mean ms", "p99 ms", OF_FRAME, "held: false frames",
+    "held: missed", "asked",
 )  # fmt: skip
 MAY_LACK = ("undecided", "p99 ms", OF_FRAME, "held: false frames", "held: missed")
 
@@ -60,7 +60,8 @@ def ranking_table(summary: Mapping[str, Any]) -> Table:
         (
             one.label, _of_contacts(one), one.count(one.in_part), one.undecided,
             _false_share(one),
-            "" if one.p99 is None else _ms(one.p99), "" if one.of_frame is None else f"{figure(100 * one.of_frame)} %",
+            _ms(one.mean), "" if one.p99 is None else _ms(one.p99),
+            "" if one.of_frame is None else f"{figure(100 * one.of_frame)} %",
             *one.held, one.setting,
         )
         for one in ranks

@@ -16,10 +16,10 @@ OVER_BUDGET: Final = f"p99 ms (over {BUDGET_MS:.1f})"
 """Column: p99 of a live look with its interval, and in brackets the share of frames over the budget."""
 
 HEAD: Final = (
-    "#", "setting", "front", OVER_BUDGET, "s per minute", "passes", "missed contacts", "missed, % [95 %]",
+    "#", "setting", "front", "mean ms", OVER_BUDGET, "s per minute", "passes", "missed contacts", "missed, % [95 %]",
     "invented, %", "faces, %", "contained", "most of its work",
 )  # fmt: skip
-SHOWN: Final = ("setting", OVER_BUDGET, "s per minute", "passes", "missed contacts", "invented, %", "front")
+SHOWN: Final = ("setting", "mean ms", OVER_BUDGET, "s per minute", "passes", "missed contacts", "invented, %", "front")
 """Columns where there is little room."""
 
 AT_PHASE: Final = "what a step rate misses of the pair-frames it misses at this run's phase"
@@ -79,7 +79,8 @@ def _cells(number: int, row: Row) -> tuple[str, ...]:
     minute = row["seconds_per_minute"] / row["ms_per_frame"]
     lost = f"{row['contacts_lost']:.3g} [{row['lost_low']:.2g}, {row['lost_high']:.2g}] of {row['contacts']}"
     return (
-        str(number), row["label"], ", ".join(marks), p99, _interval(row, *WHOLE, scale=minute),
+        str(number), row["label"], ", ".join(marks),
+        "" if row["mean_ms"] is None else f"{row['mean_ms']:.3g}", p99, _interval(row, *WHOLE, scale=minute),
         f"{row['live_passes']} live, {row['passes']}", lost,
         "{} [{}, {}]".format(*(figure(100 * row[key]) for key in ("missed", "missed_low", "missed_high"))),
         "" if row["precision"] is None else figure(100 * (1 - row["precision"])),

@@ -29,6 +29,7 @@ class Rank:
     unconfirmed: bool  # whether all of these are candidates: only bounding volumes overlap there
     undecided: int  # contacts that it left undecided
     held: tuple[int, int]  # false pair-frames, and contacts missed, between a hand and what it holds: counted apart
+    mean: float  # seconds a frame, over all frames
     p99: float | None  # seconds in which 99 of 100 frames were decided; ``None`` where it was not timed frame by frame
     phases: int  # look phases that the shares are a mean over, where a rate is audited; 1: this run's
 
@@ -70,9 +71,9 @@ def ranking(summary: Mapping[str, Any]) -> tuple[Rank, ...]:
 def _rank(summary: Mapping[str, Any], label: str) -> Rank:
     made, audit = summary["detectors"][label], summary["audit"].get(label)
     setting = made.get("asked", made["name"])
-    p99 = made["seconds"].get("per_frame", {}).get("p99")
+    mean_seconds, p99 = made["seconds"]["per_frame_mean"], made["seconds"].get("per_frame", {}).get("p99")
     if audit is None:
-        return Rank(label, setting, made["contacts"], None, None, None, False, 0, (0, 0), p99, 1)
+        return Rank(label, setting, made["contacts"], None, None, None, False, 0, (0, 0), mean_seconds, p99, 1)
     contacts, held, mean = audit["contacts"], audit.get("held", {}), audit.get("phases")
     missed, in_part, false = (
         mean[name] if mean else share(audit[name], contacts) if name != "invented" else audit[name]
@@ -81,7 +82,7 @@ def _rank(summary: Mapping[str, Any], label: str) -> Rank:
     apart = held.get("invented", 0), held.get("contacts_missed", 0)
     return Rank(
         label, setting, contacts, missed, in_part, false, all_unconfirmed(audit), audit["contacts_undecided"], apart,
-        p99, PHASES if mean else 1,
+        mean_seconds, p99, PHASES if mean else 1,
     )  # fmt: skip
 
 

@@ -262,12 +262,16 @@ class _Sweep:
             row |= {"seconds": price.value, "seconds_per_minute": price.value / minutes}
             row["slowest_seconds"] = float(np.max(one.whole.own))
         if not live:
-            row |= dict.fromkeys(("p50_ms", "p95_ms", *LIVE, "over_share"))
+            row |= dict.fromkeys(("mean_ms", "p50_ms", "p95_ms", *LIVE, "over_share"))
             return
         price = self._live.price(one)
         row |= _columns(LIVE, price, 1e3)
         own = 1e3 * price.value / one.live.quantile(self._live.level)
-        row |= {"p50_ms": own * one.live.quantile(0.5), "p95_ms": own * one.live.quantile(0.95)}
+        row |= {
+            "mean_ms": own * one.live.mean(),
+            "p50_ms": own * one.live.quantile(0.5),
+            "p95_ms": own * one.live.quantile(0.95),
+        }
         row["over_share"] = float((np.array(one.live.own) * 1e3 > BUDGET_MS).mean())
 
     def whole(self, session: Session, wanted: Sequence[Setting]) -> Tradeoff:

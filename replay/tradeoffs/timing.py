@@ -57,6 +57,10 @@ class Passes:
         """Of the asks, each by the median of its passes: an interruption in one pass is not in it."""
         return _typical(np.stack(self.own), level)
 
+    def mean(self) -> float:
+        """Seconds of an ask in the mean over all of them, each by the median of its passes."""
+        return float(np.mean(np.median(np.stack(self.own), axis=0)))
+
     def ratio(self, level: float, widened: float = 1.0) -> Price:
         """The quantile over the reference's, in the same passes; the interval is widened by a factor.
 

@@ -25,7 +25,8 @@ def price_row(label, ms, lost, *, live=None, spread=0.1, precision=1.0, **more):
     missed = lost / 18
     return {
         "label": label, "detector": label, "line": label, "axis": "as it comes", "value": "", "oracle": False,
-        **ends(ms, COLUMNS["offline"]), **ends(live, COLUMNS["live"]), "seconds_per_minute": 5.4 * ms, "passes": 7,
+        **ends(ms, COLUMNS["offline"]), **ends(live, COLUMNS["live"]), "mean_ms": live,
+        "seconds_per_minute": 5.4 * ms, "passes": 7,
         "live_passes": 0 if live is None else 7, "online": live is not None, "over_share": 0.0, "complete": False,
         "simplicity": 0, "containment": True, "contacts": 18, "contacts_lost": lost, "lost_low": 0.9 * lost,
         "lost_high": min(18.0, 3.2 + lost), "phases": 1, "missed": missed, "missed_low": missed / 2,

@@ -179,7 +179,9 @@ def is_timed(run: WatchedRun) -> bool:
 def budget_words(run: WatchedRun) -> str:
     """How a frame's time stands to the budget."""
     total = np.sum(list(stage_ms(run).values()), axis=0)
-    what, ms = ("p99", float(np.percentile(total, 99))) if is_timed(run) else ("mean of all at once", float(total[0]))
+    what, ms = f"mean {total.mean():.2f} ms, p99", float(np.percentile(total, 99))
+    if not is_timed(run):
+        what, ms = "mean of all at once", float(total[0])
     return f"{what} {ms:.2f} = {figure(100 * ms / BUDGET_MS)} % of a {HEADSET_HZ:g} Hz frame ({BUDGET_MS:.1f} ms)"
 
 

@@ -26,7 +26,17 @@ from replay.pipeline.headline import beside, doubts, headlines, price, undecided
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
 
-RANK_COLUMNS: Final = ("detector", "missed", "in part", "undecided", "false", "p99 ms", "what to do", "asked")
+RANK_COLUMNS: Final = (
+    "detector",
+    "missed",
+    "in part",
+    "undecided",
+    "false",
+    "mean ms",
+    "p99 ms",
+    "what to do",
+    "asked",
+)
 
 
 def answer_text(result: RunResult) -> str:

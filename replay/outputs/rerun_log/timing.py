@@ -56,10 +56,10 @@ class Cost:
 
     @property
     def short(self) -> str:
-        """The 99th percentile over looks, else the mean."""
+        """The mean over frames, and the 99th percentile over samples where they were timed."""
         if self.per_frame is None or not len(self.per_frame):
             return f"mean {self.mean_ms:.2f} ms"
-        return f"p99 {np.percentile(self.per_frame, 99):.2f} ms"
+        return f"mean {self.mean_ms:.2f}, p99 {np.percentile(self.per_frame, 99):.2f} ms"
 
 
 def cost_of(detection: Detection) -> Cost:

@@ -157,7 +157,8 @@ ROW = price_row("a", 0.5, 1.8, live=1.25, precision=0.75) | {
 def test_shares_are_percentages_and_what_was_not_measured_is_empty():
     (row,) = tradeoff_table("", [ROW]).rows
     assert dict(zip(HEAD, row, strict=True)) == {
-        "#": "1", "setting": "a", "front": "front, live front", "p99 ms (over 11.1)": "1.25 [1.12, 1.38] (2 %)",
+        "#": "1", "setting": "a", "front": "front, live front", "mean ms": "1.25",
+        "p99 ms (over 11.1)": "1.25 [1.12, 1.38] (2 %)",
         "s per minute": "2.7 [2.43, 2.97]", "passes": "7 live, 7", "missed contacts": "1.8 [1.6, 5] of 18",
         "missed, % [95 %]": "10 [5, 20]", "invented, %": "25", "faces, %": "", "contained": "in",
         "most of its work": "12k tests",
@@ -167,8 +168,8 @@ def test_shares_are_percentages_and_what_was_not_measured_is_empty():
 def test_rows_are_numbered_in_the_order_given():
     slow = {**price_row("b", 2.0, 0, spread=None), "passes": 1, "precision": None, "work": {}}
     rows = tradeoff_table("", quickest_first([slow, ROW])).rows
-    assert [row[:2] for row in rows] == [("1", "a"), ("2", "b")] and rows[1][-1] == rows[1][3] == rows[1][8] == ""
-    assert rows[1][4:6] == ("10.8", "0 live, 1")
+    assert [row[:2] for row in rows] == [("1", "a"), ("2", "b")] and rows[1][-1] == rows[1][3] == rows[1][9] == ""
+    assert rows[1][5:7] == ("10.8", "0 live, 1")
 
 
 def test_a_share_that_is_not_zero_is_not_shown_as_zero():

@@ -58,10 +58,10 @@ def test_a_session_without_contact_passes_no_gate_about_misses():
 
 def test_the_slowest_frames_are_held_to_milliseconds():
     audit = {"x": figures(0, 4)}
-    slow, fast = run(per_frame={"p99": 0.012}), run(per_frame={"p99": 0.011})
+    slow, fast = run(per_frame={"p99": 0.012}, per_frame_mean=0.002), run(per_frame={"p99": 0.011})
     assert Gates(max_p99_ms=11.1).broken(audit, [fast]) == []
     (one,) = Gates(max_p99_ms=11.1).broken(audit, [fast, slow])
-    assert "12 ms" in one and "s.mcap" in one
+    assert "12 ms" in one and "2 ms a frame in the mean" in one and "s.mcap" in one
     (one,) = Gates(max_p99_ms=11.1).broken(audit, [run(detect=1.0)])
     assert one == "--max-p99-ms cannot be checked: x was not timed frame by frame in s.mcap"
 

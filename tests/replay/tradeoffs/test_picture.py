@@ -34,7 +34,7 @@ def test_both_kinds_can_be_opened_and_the_answer_is_the_title(done):
     assert tradeoff_picture.picture(done).startswith(b"\x89PNG")
     drawn = tradeoff_picture.picture(done, "svg").decode()
     ElementTree.fromstring(drawn)
-    assert "costs 0.45 % of a 90 Hz frame: looking less often saves nothing" in done.answer
+    assert "p99 0.45 % of a 90 Hz frame: what sampling less often saves is too small" in done.answer
     words = [done.answer, *subtitle(done), "discrete, looked at less often", "10 Hz", "90 Hz", "sphere: 99 % false"]
     for one in (*words, *(text for plot in plots_of(done) for text in (plot.title, plot.x_words))):
         assert f"<!-- {one}" in drawn or one in drawn, one
