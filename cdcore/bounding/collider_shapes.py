@@ -9,7 +9,6 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.bounding.compound import convex_pieces
 from cdcore.bounding.hull import hull_collider
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray
@@ -42,18 +41,14 @@ def capsule_collider(mesh: TriangleMesh) -> TriangleMesh:
     return _capsule((low + high) / 2, radius, max(0.0, float(size[axis]) / 2 - radius), axis)
 
 
-SHAPES: Final[dict[str, Callable[[TriangleMesh, int], tuple[TriangleMesh, ...]]]] = {
-    "hull": lambda mesh, _: (hull_collider(mesh),),
-    "box": lambda mesh, _: (box_collider(mesh),),
-    "sphere": lambda mesh, _: (sphere_collider(mesh),),
-    "capsule": lambda mesh, _: (capsule_collider(mesh),),
-    "mesh": lambda mesh, _: (mesh,),
-    "compound": convex_pieces,
-    "shipped": lambda mesh, _: (hull_collider(mesh),),
+SHAPES: Final[dict[str, Callable[[TriangleMesh], TriangleMesh]]] = {
+    "hull": hull_collider,
+    "box": box_collider,
+    "sphere": sphere_collider,
+    "capsule": capsule_collider,
+    "mesh": lambda mesh: mesh,
 }
-"""What may stand in place of a mesh, as solids; ``mesh`` leaves it as it is. The number is the most pieces.
-
-``shipped`` is for a body whose own colliders are not known."""
+"""What may stand in place of a mesh, made from it; ``mesh`` leaves it as it is."""
 
 
 def _bounds(mesh: TriangleMesh) -> tuple[FloatArray, FloatArray]:

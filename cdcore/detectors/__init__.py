@@ -1,6 +1,6 @@
 """The table of detectors: a name leads to a class, imported when it is used and not before."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from difflib import get_close_matches
 from importlib import import_module
@@ -110,6 +110,12 @@ def create_detector(
     detector = load_detector(name)
     if not bodies:
         raise InvalidPairError("there are no bodies; a detector needs at least one")
+    return detector(bodies, resolve_pairs(bodies, pairs), settings_of(name, settings))
+
+
+def settings_of(name: str, settings: Mapping[str, object]) -> Any:
+    """The settings of a detector, checked; raises as ``create_detector`` does."""
+    detector = load_detector(name)
     known = [item.name for item in fields(detector.Settings)]
     unknown = [key for key in settings if key not in known]
     if unknown:
@@ -117,4 +123,4 @@ def create_detector(
         raise InvalidSettingError(f"detector {name!r} has no setting {unknown[0]!r}; {has}")
     chosen = detector.Settings(**settings)
     check_settings(chosen)
-    return detector(bodies, resolve_pairs(bodies, pairs), chosen)
+    return chosen

@@ -8,16 +8,27 @@ from typing import ClassVar, Final
 import numpy as np
 
 from cdcore.bounding.collider_shapes import SHAPES, box_collider
-from cdcore.bounding.compound import union_of
+from cdcore.bounding.hull import hull_collider
 from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
+from cdcore.errors import InvalidSettingError
 from cdcore.narrow.contact_offset import ContactOffset
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.spacetime.frame_looks import FrameLooks
 from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import ByteArray, IntArray
-from cdcore.protocol import Body, Detection, Explanation, Motion, PairDetector, Verdict, contact_or_clear, pair_has_pose
+from cdcore.protocol import (
+    Body,
+    Detection,
+    Explanation,
+    Motion,
+    PairDetector,
+    Solids,
+    Verdict,
+    contact_or_clear,
+    pair_has_pose,
+)
 from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of
 from cdcore.protocol.live import Live, LiveHeld
 from cdcore.protocol.settings import MOST_HERTZ, MOST_METRES, CheckedSettings, choice, number, whole
@@ -25,18 +36,22 @@ from cdcore.protocol.settings import MOST_HERTZ, MOST_METRES, CheckedSettings, c
 FIRST: Final = np.zeros(1, dtype=np.int64)
 
 
+COMPOUND, SHIPPED = "compound", "shipped"
+"""Shapes that come with the body: no other detector asks them."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class ColliderSettings(CheckedSettings):
     """Settings of ``collider``.
 
-    ``shape``: what stands in place of every mesh: hull, box, sphere, capsule, mesh; compound, of convex pieces; or
-    shipped, the colliders that came with the recording, and the hull of a body that has none.
+    ``shape``: what stands in place of every mesh: hull, box, sphere, capsule, mesh; compound, the convex pieces that
+    came with the body; or shipped, the colliders that came with the recording, and the hull of a body that has none.
     ``rate_hz``: looks per second of session time, as 50, 60, 72 or 90; ``None``: every frame.
-    ``pieces``: the most of a compound; ``skin_m``: metres around each body within which it is already in contact,
-    the contact offset of an engine: two bodies are in contact from twice that distance on.
+    ``pieces``: the most of a compound, for whoever cuts the meshes. ``skin_m``: metres around each body within which it
+    is already in contact, the contact offset of an engine: two bodies are in contact from twice that distance on.
     """
 
-    shape: str = choice("hull", SHAPES)
+    shape: str = choice("hull", (*SHAPES, COMPOUND, SHIPPED))
     rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second", optional=True)
     pieces: int = whole(16, 1, 4096)
     skin_m: float = number(0.0, 0, MOST_METRES, unit="metres")
@@ -47,8 +62,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
 
     Choose it to see what the simple colliders of a game engine invent (a rod in the hull of a beaker) and miss (a
     corner outside its sphere), and at which step rate. Verdicts speak of the solids: a body inside a collider is
-    CONTAINED. It lists no faces, because those of a collider are not the mesh's. ``shape="compound"`` needs the extra
-    ``engines``, else a MissingEngineError.
+    CONTAINED. It lists no faces, because those of a collider are not the mesh's.
 
     Source: shapes as in ``cdcore.bounding.collider_shapes``. Cost: that of ``exact`` on small meshes; not an engine's.
     """
@@ -68,11 +82,10 @@ class ColliderDetector(PairDetector[ColliderSettings]):
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ColliderSettings) -> None:
         super().__init__(bodies, pairs, settings)
-        shipped = settings.shape == "shipped"
-        parts = [(shipped and body.colliders) or SHAPES[settings.shape](body.mesh, settings.pieces) for body in bodies]
-        self.parts = {body.name: solids for body, solids in zip(bodies, parts, strict=True)}
+        solids = {body.name: _solids_of(body, settings.shape) for body in bodies}
+        self.parts = {name: those.parts for name, those in solids.items()}
         """Name of a body -> the solids that stand in its place, in its frame: what a picture draws."""
-        self.colliders = tuple(Body(name, union_of(solids)) for name, solids in self.parts.items())
+        self.colliders = tuple(Body(name, those.surface) for name, those in solids.items())
         self._trees = [build_box_tree(body.mesh.triangles) for body in self.colliders]
         self._containment = ContainmentStage(self.colliders, pairs)
         skin, grown = settings.skin_m, self.colliders
@@ -130,3 +143,13 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         clock.append(perf_counter())
         seconds = dict(zip(("traversal", "containment"), np.diff(clock).tolist(), strict=True))
         return verdict, answer.work | {"containment_tests": len(frames)}, seconds
+
+
+def _solids_of(body: Body, shape: str) -> Solids:
+    """What stands in place of a body."""
+    if shape in (COMPOUND, SHIPPED) and body.colliders is not None:
+        return body.colliders
+    if shape == COMPOUND:
+        raise InvalidSettingError(f"shape='compound' is not allowed: {body.name} has no convex pieces; give colliders")
+    solid = SHAPES.get(shape, hull_collider)(body.mesh)
+    return Solids((solid,), solid)

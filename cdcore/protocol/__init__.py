@@ -1,7 +1,7 @@
 """The vocabulary that detectors share: bodies, motions, verdicts, detections."""
 
 from cdcore.protocol.blocks import blocks_in_order, contact_or_clear, ordered_by_name, pair_has_pose, require_bodies
-from cdcore.protocol.body import Body, resolve_pairs
+from cdcore.protocol.body import Body, Solids, resolve_pairs
 from cdcore.protocol.detection import DECIDED, Detection, join
 from cdcore.protocol.detector import Detector, Explains, Explanation
 from cdcore.protocol.face_sets import NO_FACES, FaceSets
@@ -13,7 +13,7 @@ from cdcore.protocol.verdict import Verdict, counts_as_contact, is_undecided
 
 __all__ = [
     "DECIDED", "NO_FACES", "REST", "Body", "Detection", "Detector", "Explains", "Explanation", "FaceSets",
-    "FrameDetector", "Live", "LiveHeld", "Motion", "PairDetector", "Verdict", "blocks_in_order",
+    "FrameDetector", "Live", "LiveHeld", "Motion", "PairDetector", "Solids", "Verdict", "blocks_in_order",
     "contact_or_clear", "counts_as_contact", "detect_live", "is_undecided", "join", "live_session", "ordered_by_name",
     "own_failure", "pair_has_pose", "require_bodies", "resolve_pairs", "stream_live",
 ]  # fmt: skip

@@ -13,16 +13,24 @@ from cdcore.numerics import IntArray
 
 
 @dataclass(frozen=True, eq=False)
+class Solids:
+    """Solids that stand for a mesh, in its frame, and one surface around them, where parity tells inside from out."""
+
+    parts: tuple[TriangleMesh, ...]
+    surface: TriangleMesh
+
+
+@dataclass(frozen=True, eq=False)
 class Body:
     """One rigid thing: its name, unique within a scene, and its surface in its own frame.
 
-    ``colliders``: the solids that an engine has in place of the surface, where they are known; ``collider`` with
-    ``shape="shipped"`` asks them, no other detector does.
+    ``colliders``: solids in place of the surface, as an engine has them or a tool has cut them; ``collider`` with the
+    shape "shipped" or "compound" asks them, no other detector does.
     """
 
     name: str
     mesh: TriangleMesh
-    colliders: tuple[TriangleMesh, ...] = ()
+    colliders: Solids | None = None
 
 
 def resolve_pairs(bodies: Sequence[Body], pairs: ArrayLike | None) -> IntArray:

@@ -15,10 +15,10 @@ def advise_engine(session: Path, engine: str, people: People, *, no_picture: boo
     """Print and write what the settings of an engine came to; the exit code of the run behind it."""
     from rich.text import Text
 
-    from cdcore.bounding.compound import cache_folder
     from replay.api.advisor import advise
     from replay.cli.run_report import answer_cited, close_run, sources_of, where_to_look
     from replay.cli.terminal import line, terminal
+    from replay.prepare.convex_pieces import cache_folder
 
     if find_spec("coacd") and not any(cache_folder().glob("pieces-*")):
         people.say("cutting meshes into convex pieces, once per machine: about ten seconds each ...")

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from cdcore import Detection, Detector, Motion, Verdict, create_detector, join
-from cdcore.detectors import DETECTORS, OPTIONAL, load_detector
+from cdcore.detectors import DETECTORS, OPTIONAL, load_detector, settings_of
 from cdcore.errors import CollisionCoreError, OwnDetectorError
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.protocol import FaceSets, PairDetector, detect_live, own_failure, stream_live
@@ -21,6 +21,7 @@ from replay.detection.detector_spec import DetectorSpec
 from replay.detection.recorded import RECORDED, recorded_detector
 from replay.errors import ReplayError
 from replay.prepare.assembly import Assembly
+from replay.prepare.convex_pieces import in_convex_pieces
 
 if TYPE_CHECKING:
     from cdcore.search.tracing import Watched
@@ -62,9 +63,7 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
 
     Raises
     ------
-    UnknownDetectorError, InvalidSettingError
-    DetectorSpecError
-        A word where the detector takes a number.
+    UnknownDetectorError, InvalidSettingError, MissingEngineError
     """
     if spec.name == RECORDED:
         return recorded_detector(
@@ -74,8 +73,11 @@ def make_detector(spec: DetectorSpec, assembly: Assembly, seed: int) -> Detector
     settings, kind = dict(spec.settings), load_detector(spec.name)
     if "seed" in {item.name for item in fields(kind.Settings)}:
         settings.setdefault("seed", seed)
+    bodies = assembly.bodies
+    if spec.name == "collider" and settings.get("shape") == "compound":
+        bodies = in_convex_pieces(bodies, settings_of(spec.name, settings).pieces)
     with blamed(spec, kind, "to be made"):
-        return create_detector(spec.name, assembly.bodies, pairs=assembly.pairs, **settings)
+        return create_detector(spec.name, bodies, pairs=assembly.pairs, **settings)
 
 
 @contextmanager

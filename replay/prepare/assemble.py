@@ -18,6 +18,7 @@ from replay.base.constants import BLOCK_FRAMES
 from replay.base.shown import shown
 from replay.errors import AssemblyError
 from replay.prepare.assembly import Assembly, PoseOrigin
+from replay.prepare.convex_pieces import solids_of
 from replay.prepare.flags import chain_of
 from replay.prepare.interpolation import filled
 from replay.prepare.kinematics import Kinematics, PlacedFrames
@@ -231,8 +232,8 @@ def _breaks(stamps: NDArray[np.int64], jumps: Jumps, chain: Sequence[str]) -> ND
 def _body(session: Session, name: str) -> Body:
     mesh = session.meshes[name]
     try:
-        solids = (TriangleMesh(one.vertices, one.faces) for one in session.colliders.get(name, ()))
-        return Body(name, TriangleMesh(mesh.vertices, mesh.faces), tuple(solids))
+        parts = [TriangleMesh(one.vertices, one.faces) for one in session.colliders.get(name, ())]
+        return Body(name, TriangleMesh(mesh.vertices, mesh.faces), solids_of(parts) if parts else None)
     except InvalidMeshError as error:
         raise InvalidMeshError(f"mesh of body {name!r}: {error}") from error
 

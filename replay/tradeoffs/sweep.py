@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from cdcore.bounding.compound import seconds_to_cut
 from replay.base.constants import BUDGET_MS
 from replay.base.machine import machine, versions
 from replay.base.wilson import OVER_CONTACTS
@@ -25,6 +24,7 @@ from replay.pipeline.run_result import Tradeoff
 from replay.pipeline.summary import session_name
 from replay.prepare.assemble import Pairs
 from replay.prepare.assembly import Assembly
+from replay.prepare.convex_pieces import seconds_to_cut
 from replay.prepare.policy import Policy, PolicyLike
 from replay.tradeoffs.decimation import decimated
 from replay.tradeoffs.pareto import LIVE, WHOLE, Columns, advice_of, answer_of, front_of

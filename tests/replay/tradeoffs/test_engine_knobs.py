@@ -4,6 +4,7 @@ import pytest
 from support.small_worlds import cube
 
 from cdcore import Body, TriangleMesh, create_detector
+from cdcore.protocol import Solids
 from replay.detection.detector_spec import parse_detector
 from replay.errors import TradeoffError
 from replay.tradeoffs.engine_knobs import ENGINES, EXTRA, advice_words, engine_named
@@ -19,9 +20,8 @@ def test_every_row_turns_knobs_of_the_first_and_can_be_audited(name, choice):
     spec, solid = parse_detector(choice.setting), TriangleMesh(*(getattr(cube(), key) for key in ("vertices", "faces")))
     if any(part in choice.setting for part in EXTRA):
         pytest.importorskip(next(module for part, module in EXTRA.items() if part in choice.setting))
-    # One piece is cut without the extra.
-    settings = {**spec.settings, **({"pieces": 1} if spec.settings.get("shape") == "compound" else {})}
-    assert create_detector(spec.name, [Body("a", solid), Body("b", solid)], **settings).name == spec.name
+    bodies = [Body(name, solid, Solids((solid,), solid)) for name in "ab"]
+    assert create_detector(spec.name, bodies, **spec.settings).name == spec.name
 
 
 def test_a_step_a_collider_and_an_offset_are_those_of_the_setting():

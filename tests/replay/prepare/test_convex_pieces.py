@@ -7,12 +7,12 @@ import pytest
 from support.shapes import box_mesh, revolved_mesh
 
 from cdcore import Body, Motion, TriangleMesh, create_detector
-from cdcore.bounding import compound
-from cdcore.bounding.compound import cache_folder, convex_pieces, union_of
 from cdcore.bounding.hull import hull_of
-from cdcore.errors import MissingEngineError
+from cdcore.errors import InvalidSettingError, MissingEngineError
 from cdcore.narrow.containment.closed_parts import parity_is_inside
 from cdcore.protocol import counts_as_contact
+from replay.prepare import convex_pieces as pieces
+from replay.prepare.convex_pieces import cache_folder, convex_pieces, in_convex_pieces, solids_of, union_of
 
 RIM, INNER, OUTER, FLOOR = 0.1, 0.033, 0.035, 0.002
 PROFILE = [(0, 0), (OUTER, 0), (OUTER, RIM), (INNER, RIM), (INNER, FLOOR), (0, FLOOR)]
@@ -48,8 +48,8 @@ class StandIn:
 def engine(monkeypatch, tmp_path):
     made = StandIn()
     monkeypatch.setitem(sys.modules, "coacd", made)
-    monkeypatch.setattr(compound, "version", lambda name: "1")
-    monkeypatch.setattr(compound, "cache_folder", lambda: tmp_path / "cache")
+    monkeypatch.setattr(pieces, "version", lambda name: "1")
+    monkeypatch.setattr(pieces, "cache_folder", lambda: tmp_path / "cache")
     return made
 
 
@@ -64,7 +64,8 @@ def test_a_rod_is_free_inside_a_compound_of_a_beaker_where_the_hull_invents(engi
     places[:, 1] = [(0, 0, 0.05), (0.025, 0, 0.05), (0.031, 0, 0.05), (0.0, 0.0, 0.0015)]
     motion = Motion(np.arange(4) / 90, places, np.broadcast_to(np.eye(3), (4, 2, 3, 3)))
     engine_cuts_rod_too = {"beaker": 13, "rod": 13}
-    says = {shape: create_detector("collider", bodies, shape=shape) for shape in ("mesh", "hull", "compound")}
+    cut = in_convex_pieces(bodies, 16)
+    says = {shape: create_detector("collider", cut, shape=shape) for shape in ("mesh", "hull", "compound")}
     found = {shape: counts_as_contact(one.detect(motion).verdict)[:, 0].tolist() for shape, one in says.items()}
     assert found["mesh"] == [False, False, True, True]
     assert found["hull"] == [True] * 4
@@ -73,7 +74,7 @@ def test_a_rod_is_free_inside_a_compound_of_a_beaker_where_the_hull_invents(engi
 
 def test_shipped_colliders_are_asked_where_a_body_has_them_and_its_hull_elsewhere(engine):
     staves = convex_pieces(BEAKER, 16)
-    beaker, rod = Body("beaker", BEAKER, tuple(staves)), Body("rod", box_mesh((0.006, 0.006, 0.2), (0.0, 0.0, 0.1)))
+    beaker, rod = Body("beaker", BEAKER, solids_of(staves)), Body("rod", box_mesh((0.006, 0.006, 0.2), (0.0, 0.0, 0.1)))
     places = np.zeros((3, 2, 3))
     places[:, 1] = [(0, 0, 0.05), (0.031, 0, 0.05), (0.0, 0.0, 0.0015)]
     motion = Motion(np.arange(3) / 90, places, np.broadcast_to(np.eye(3), (3, 2, 3, 3)))
@@ -89,12 +90,12 @@ def test_shipped_colliders_are_asked_where_a_body_has_them_and_its_hull_elsewher
 
 
 def test_how_long_cutting_takes_is_known_before_it_begins(engine, monkeypatch):
-    monkeypatch.setattr(compound, "find_spec", lambda name: True)
-    assert compound.seconds_to_cut([BEAKER, BEAKER, box_mesh()], 16) == 2 * compound.CUT_SECONDS
+    monkeypatch.setattr(pieces, "find_spec", lambda name: True)
+    assert pieces.seconds_to_cut([BEAKER, BEAKER, box_mesh()], 16) == 2 * pieces.CUT_SECONDS
     convex_pieces(BEAKER, 16)
-    assert compound.seconds_to_cut([BEAKER], 16) == 0 < compound.seconds_to_cut([BEAKER], 4)
-    monkeypatch.setattr(compound, "find_spec", lambda name: None)
-    assert compound.seconds_to_cut([BEAKER], 16) == float("inf")
+    assert pieces.seconds_to_cut([BEAKER], 16) == 0 < pieces.seconds_to_cut([BEAKER], 4)
+    monkeypatch.setattr(pieces, "find_spec", lambda name: None)
+    assert pieces.seconds_to_cut([BEAKER], 16) == float("inf")
 
 
 def test_the_pieces_of_a_beaker_leave_its_hollow_free(engine):
@@ -130,10 +131,15 @@ def test_one_piece_is_the_hull_and_a_flat_mesh_is_its_own(monkeypatch):
     assert convex_pieces(flat, 16) == (flat,) and union_of((flat,)) is flat
 
 
+def test_a_compound_of_a_body_without_pieces_is_refused_by_its_name():
+    with pytest.raises(InvalidSettingError, match=r"shape='compound' .*beaker has no convex pieces"):
+        create_detector("collider", [Body("beaker", BEAKER)], shape="compound")
+
+
 def test_without_the_extra_a_compound_is_refused_in_a_sentence(monkeypatch):
     monkeypatch.setitem(sys.modules, "coacd", None)
     with pytest.raises(MissingEngineError, match=r'^coacd is not installed; pip install -e ".\[engines\]"$'):
-        create_detector("collider", [Body("beaker", BEAKER)], shape="compound")
+        in_convex_pieces([Body("beaker", BEAKER)], 16)
 
 
 @pytest.mark.parametrize(
@@ -146,7 +152,7 @@ def test_without_the_extra_a_compound_is_refused_in_a_sentence(monkeypatch):
 def test_the_cache_lies_where_each_system_keeps_such_files(system, variable, default, monkeypatch, tmp_path):
     monkeypatch.setattr(sys, "platform", system)
     monkeypatch.delenv(variable, raising=False)
-    monkeypatch.setattr(compound.Path, "home", lambda: tmp_path)
+    monkeypatch.setattr(pieces.Path, "home", lambda: tmp_path)
     assert cache_folder() == tmp_path / default / "vrlab-replay"
     monkeypatch.setenv(variable, str(tmp_path / "named"))
     assert cache_folder() == tmp_path / "named" / "vrlab-replay"
@@ -155,7 +161,7 @@ def test_the_cache_lies_where_each_system_keeps_such_files(system, variable, def
 @pytest.mark.slow
 def test_the_compound_that_coacd_cuts_leaves_a_rod_free_where_the_hull_invents(monkeypatch, tmp_path):
     pytest.importorskip("coacd", reason="the extra `engines` is not installed")
-    monkeypatch.setattr(compound, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(pieces, "cache_folder", lambda: tmp_path)
     glass = revolved_mesh(PROFILE, 24)
     bodies = [Body("beaker", glass), Body("rod", box_mesh((0.006, 0.006, 0.2), (0.0, 0.0, 0.1)))]
     away = np.linspace(0, 0.06, 200)
@@ -165,7 +171,8 @@ def test_the_compound_that_coacd_cuts_leaves_a_rod_free_where_the_hull_invents(m
     truth = (np.hypot(away - 0.003, 0) < OUTER) & (away + 0.003 > INNER * np.cos(np.pi / 24))  # a rod beside a wall
     share = {}
     for most in (1, 4, 16, 64):
-        says = [create_detector("collider", bodies, shape="compound", pieces=most).detect(motion) for _ in range(2)]
+        cut = [in_convex_pieces(bodies, most) for _ in range(2)]
+        says = [create_detector("collider", some, shape="compound").detect(motion) for some in cut]
         assert says[0].digest == says[1].digest
         found = counts_as_contact(says[0].verdict)[:, 0]
         assert (found | ~truth).all()
@@ -181,7 +188,7 @@ def test_coacd_cuts_a_beaker_alike_twice_and_its_pieces_hold_every_vertex_to_a_t
     pytest.importorskip("coacd", reason="the extra `engines` is not installed")
     mesh, cut = revolved_mesh(PROFILE, 24), []
     for folder in ("one", "two"):
-        monkeypatch.setattr(compound, "cache_folder", lambda folder=folder: tmp_path / folder)
+        monkeypatch.setattr(pieces, "cache_folder", lambda folder=folder: tmp_path / folder)
         cut.append(convex_pieces(mesh, most))
     assert [one.content_hash for one in cut[0]] == [one.content_hash for one in cut[1]]
     assert 1 < len(cut[0]) <= most
