@@ -1,34 +1,47 @@
-"""``replay view``: the pictures of runs in a viewer of their own."""
+"""``replay view``: the pictures of runs, or of sessions as they were recorded, in a viewer of their own."""
 
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import click
 
 from replay.cli.console import People
-from replay.cli.options import RUN_FOLDER, common
+from replay.cli.options import FILES_OR_FOLDERS, common
 
 
 @click.command()
-@click.argument("runs", type=RUN_FOLDER, metavar="RUN...", nargs=-1, required=True)
+@click.argument("runs", type=FILES_OR_FOLDERS, metavar="RUN|SESSION.mcap...", nargs=-1, required=True)
 @click.option("--miss", type=click.IntRange(min=1), metavar="N", help="Open at this miss; else at the worst moment.")
 @click.option("--false", type=click.IntRange(min=1), metavar="N", help="Open at this false contact.")
 @click.option("--by", default="", metavar="LABEL", help="Of which detector; else of the first that has it.")
 @common
 def command(runs: tuple[Path, ...], miss: int | None, false: int | None, by: str, people: People) -> int:
-    """Open the pictures of run folders in one viewer, on this machine only.
+    """Open the pictures of run folders in one viewer, on this machine only; of a session as it was recorded.
 
     Of several runs the first is shown, and the cursor of each stands at the same second; Ctrl+Alt+Down shows the next.
     The options name a moment of the first run.
 
     \b
     replay view run1
+    replay view session.mcap
     replay view run1 --miss 4
     replay view run1 --false 2 --by hull50
     replay view runs/before runs/after
     """
-    watch(runs, people, miss, false, by)
+    with TemporaryDirectory(prefix="replay-view-") as folder:
+        watch([run if run.is_dir() else _pictured(run, Path(folder), people) for run in runs], people, miss, false, by)
     return 0
+
+
+def _pictured(session: Path, folder: Path, people: People) -> Path:
+    """A run folder with the picture of a session in which no detector was asked."""
+    import replay
+
+    people.say(f"drawing {session} as it was recorded ...")
+    out = folder / session.stem
+    replay.run(session, detectors=(), out=out)
+    return out
 
 
 def watch(

@@ -2,7 +2,7 @@
 
 Motive's space is right-handed, +Y up. A row without numbers is a body that was not seen: it is flagged as lost.
 
-Source: OptiTrack, documentation of Motive, *Data Export: CSV* (format versions 1.2 and later).
+Source: OptiTrack, documentation of Motive, *Data Export: CSV* (format versions 1.21 and later).
 """
 
 import csv
@@ -24,7 +24,7 @@ BODIES: Final = ("Rigid Body", "Bone")
 AXES: Final = "gltf"
 HEAD_LINES: Final = 12  # The lines that name columns are among these; Motive writes 7 or 8
 MILLISECOND: Final = 1_000_000
-FIRST, TIME = "Format Version", "Time (Seconds)"
+FIRST, TIMES = "Format Version", ("Time (Seconds)", "Time")
 
 
 def read_optitrack(source: Path, *, convention: str | None = None) -> Imported:
@@ -49,7 +49,7 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Imported:
         raise ImportFileError(
             f"{source}: line 1: poses are in space {space!r}; export them with Coordinate Space Global"
         )
-    time = next((one for one in table.columns if one.endswith(TIME)), TIME)
+    time = next((one for one in table.columns[:3] if one.endswith(TIMES)), TIMES[0])
     stamps, finer = _unrounded(table.stamps(time, "s", table.every), table, facts)
     tables, notes = {}, []
     for name, columns in _bodies(table, euler).items():
@@ -97,12 +97,21 @@ def _preamble(source: Path) -> tuple[dict[str, str], int, int]:
     starts = [row[1] if row[:1] == [""] and len(row) > 1 else row[0] if row else "" for row in rows]
     if starts[0] != FIRST:
         raise ImportFileError(f"{source}: line 1 does not begin with {FIRST!r}; export from Motive with the header on")
-    if "Type" not in starts or "Frame" not in starts:
+    # Motive 1.21 leaves the words Type and Name out: ",,Rigid Body" and "Frame,Time".
+    first = next(
+        (k for k, row in enumerate(rows) if row[:2] == ["", "Type"] or (row[:2] == ["", ""] and _kinds(row))), -1
+    )
+    if first < 0 or "Frame" not in starts:
         raise ImportFileError(
             f"{source}: no lines that begin with ',Type' and 'Frame' name the columns; export it again with its header"
         )
-    first, last = starts.index("Type"), starts.index("Frame")
+    last = starts.index("Frame")
     return dict(zip(rows[0][::2], rows[0][1::2], strict=False)), first, last - first + 1
+
+
+def _kinds(row: list[str]) -> bool:
+    """Whether a row names kinds of what is tracked."""
+    return bool({*row[2:]} & {*BODIES, "Marker", "Rigid Body Marker"})
 
 
 def _bodies(table: CsvTable, euler: str) -> dict[str, list[str]]:

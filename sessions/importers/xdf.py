@@ -44,8 +44,13 @@ UNITY_ROLES: Final = {
     **{("", f"rot{axis}"): 3 + place for place, axis in enumerate("xyzw")},
     **{("position in world space", axis): place for place, axis in enumerate("xyz")},
     **{("quaternion component", axis): 3 + place for place, axis in enumerate("xyzw")},
+    **{("position", axis): place for place, axis in enumerate("xyz")},
+    **{(kind, axis): 3 + place for kind in ("quaternion", "orientation") for place, axis in enumerate("xyzw")},
 }
-"""Type and label of a channel of LSL4Unity in small letters, or its label alone -> its place, as in ``ROLES``."""
+"""Type and label of a channel in small letters, as LSL4Unity and others send, or its label alone -> as in ``ROLES``."""
+
+UNITY_KINDS: Final = frozenset(("position in world space", "quaternion component"))
+"""Types of channels that LSL4Unity alone sends."""
 
 RAY: Final = ("positionx", "positiony", "positionz", "directionx", "directiony", "directionz")
 """Types of the channels of an eye, in small letters."""
@@ -75,7 +80,7 @@ def read_xdf(source: Path, *, convention: str | None = None) -> Imported:
     lengths = {UNITS.get(unit, unit) for unit in units}
     if len(lengths) > 1 or not lengths <= METRES.keys():
         raise ImportFileError(f"{source}: lengths are in {', '.join(sorted(units))}; record all in one of m, cm, mm")
-    kinds = {"unity" if _kind(stream).startswith(UNITY) else ASSUMED for stream in posed}
+    kinds = {"unity" if _is_unity(stream) else ASSUMED for stream in posed}
     if len(kinds) > 1 and not convention:
         raise ImportFileError(f"{source}: poses of Unity and others are in it; name the axes of all by --convention")
     axes, (unit,) = convention_named(convention or min(kinds)), lengths
@@ -92,8 +97,16 @@ def read_xdf(source: Path, *, convention: str | None = None) -> Imported:
 
 
 def _holds_poses(source: Path, stream: dict[str, Any]) -> bool:
-    bodies = _kind(stream).startswith(UNITY) and next(_bodies(f"{source}: {_where(stream)}", stream), None)
-    return _kind(stream) == "mocap" or bool(bodies)
+    """Whether it is a MoCap, or its channels are a place and a quaternion, whatever it is called."""
+    with suppress(ImportFileError):
+        return _kind(stream) == "mocap" or next(_bodies(f"{source}: {_where(stream)}", stream), None) is not None
+    return _is_unity(stream)
+
+
+def _is_unity(stream: dict[str, Any]) -> bool:
+    """Whether LSL4Unity sent it: by its type, or by the types of its channels."""
+    kinds = {_first(channel, "type").lower() for channel in _channels(stream)}
+    return _kind(stream).startswith(UNITY) or bool(kinds & UNITY_KINDS)
 
 
 def _tables(source: Path, streams: list[dict[str, Any]], whole: bool) -> tuple[dict[str, PoseTable], set[str]]:

@@ -90,3 +90,17 @@ def test_a_folder_that_is_no_run_is_refused(tmp_path, capsys):
     assert main(["view", str(tmp_path)]) == 1
     assert "is not a run folder" in capsys.readouterr().err
     assert main(["view", str(tmp_path / "nowhere")]) == 2
+
+
+def test_view_draws_a_session_that_was_never_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
+    monkeypatch.setattr(Viewer, "opened", [])
+    write_session(cubes(PLACES), tmp_path / "made.mcap")
+    assert main(["view", str(tmp_path / "made.mcap")]) == 0
+    shown = Viewer.opened[0][0]
+    assert shown.name == "made" and Viewer.opened[1:] == ["waited", "closed"] and not shown.exists()
+    assert "made.mcap as it was recorded" in capsys.readouterr().err
+    assert main(["view", str(tmp_path / "made.mcap"), "--miss", "1"]) == 1
+    assert "no miss 1" in capsys.readouterr().err
+    (tmp_path / "none.mcap").write_bytes(b"nothing")
+    assert main(["view", str(tmp_path / "none.mcap")]) == 1
