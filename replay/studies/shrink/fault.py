@@ -17,7 +17,7 @@ from cdcore.numerics import FloatArray, IntArray, place_points
 from cdcore.protocol import counts_as_contact, is_undecided
 from replay.detection.detector_spec import DetectorSpec, parse_detector
 from replay.detection.recorded import RECORDED
-from replay.errors import ShrinkError
+from replay.errors import RunFolderError, ShrinkError
 from replay.outputs.results.run_folder import FALSE_CONTACTS, MISSES, RunFolder
 from replay.pipeline.engine import prepared
 from replay.prepare.assembly import Assembly
@@ -165,7 +165,10 @@ def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Asse
     found = run.recording(session, scene)
     ready = prepared(read_session(found, scene=scene), policy=run.summary["policy"], **run.summary["window"])
     run.require_digest(found, ready.treatment.digest)
-    return ready.assembly
+    told, assembly = run.summary["session"], ready.assembly
+    if len(assembly.motion) != told["frames"] or {*assembly.names} != {*told["bodies"]}:
+        raise RunFolderError(f"{run.path} speaks of other frames or bodies than its recording has; run it again")
+    return assembly
 
 
 def of_case(number: int, spec: DetectorSpec) -> Fault:

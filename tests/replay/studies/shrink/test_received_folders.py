@@ -66,6 +66,15 @@ def test_no_setting_of_a_folder_becomes_a_line_of_the_written_test(folder, key, 
     assert not (folder.parent / "ran").exists()
 
 
+@pytest.mark.parametrize(("part", "key", "value"), [("window", "end", 0), ("session", "frames", 11)])
+def test_a_folder_that_tells_of_other_frames_than_its_recording_is_refused(folder, part, key, value, capsys):
+    summary = json.loads((folder / "summary.json").read_text())
+    summary[part][key] = value
+    (folder / "summary.json").write_text(json.dumps(summary))
+    assert main(["shrink", "run", "--miss", "1", "-o", "case"]) == 1
+    assert "other frames or bodies than its recording" in " ".join(capsys.readouterr().err.split())
+
+
 def test_a_detector_of_ones_own_is_shrunk_when_the_user_names_it(folder, capsys):
     run("s.mcap", detectors="mine=sent_along:Blind", out="own", picture=False)
     assert main(["shrink", "own", "--miss", "1", "-o", "case"]) == 1

@@ -110,7 +110,7 @@ def test_a_false_contact_is_shrunk_by_its_number_though_its_report_begins_rightl
     assert [(row["number"], row["first"], row["last"]) for row in opened.rows(FALSE_CONTACTS)] == [(1, 5, 7)]
     fault = of_run(opened, false=1)
     assert not fault.contact and 0.05 <= fault.motion.times[-1] <= 0.07
-    assert main(["shrink", str(tmp_path / "run"), "--invented", "1", "--out", str(tmp_path / "case")]) == 0
+    assert main(["shrink", str(tmp_path / "run"), "--false", "1", "--out", str(tmp_path / "case")]) == 0
     assert "false contact 1" in (tmp_path / "case" / "README.md").read_text(encoding="utf-8")
     with pytest.raises(ShrinkError, match=r"has no false contact 2$"):
         of_run(opened, false=2)
