@@ -1,4 +1,4 @@
-"""The quantum ant colony: equations (15) to (20) as corrected, each of which can be switched off."""
+"""The quantum ant colony: one iteration of equations (15) to (20), each of which can be switched off."""
 
 import numpy as np
 
@@ -6,10 +6,20 @@ from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.search import state
 from cdcore.search.descent import descend, is_over
+from cdcore.search.equations import (
+    PI,
+    TWO_PI,
+    equation_15,
+    equation_16,
+    equation_17,
+    equation_18,
+    equation_19,
+    equation_20,
+    place_of,
+    wrapped,
+)
 from cdcore.search.pair_test import evaluate
 
-PI = 3.141592653589793
-TWO_PI = 2.0 * PI
 NUMBERS_PER_ANT = 7
 """Random numbers an ant uses in one iteration: whom it follows; per angle a sign, a size and a mutation."""
 FARTHEST = 1e-3
@@ -17,26 +27,12 @@ FARTHEST = 1e-3
 
 
 @hot_kernel
-def wrapped(angle: float) -> float:
-    """The same direction in [-pi, pi]."""
-    return angle - TWO_PI * np.floor(angle / TWO_PI + 0.5)
-
-
-@hot_kernel
 def decoded(angle: float, chain: int, features: int, amplitude: int, without: int) -> int:
-    """Place of the feature an angle stands for, by its cosine (chain 0) or its sine (chain 1): (15).
-
-    ``arccos(cos t) / pi`` is the distance of t to the nearest multiple of 2 pi, over pi; so written it needs no cosine.
-    """
+    """Place of the feature an angle stands for: (15), or without it straight from the angle."""
     stay_one_function()
-    share = 0.0
     if without == 15:
-        share = wrapped(angle) / TWO_PI + 0.5
-    elif amplitude != 0:
-        share = 0.5 + 0.5 * (np.cos(angle) if chain == 0 else np.sin(angle))
-    else:
-        share = abs(wrapped(angle - 0.5 * PI * chain)) / PI
-    return max(0, min(int(share * features), features - 1))
+        return place_of(wrapped(angle) / TWO_PI + 0.5, features)
+    return equation_15(angle, chain, features, amplitude != 0)
 
 
 @hot_kernel
@@ -63,16 +59,15 @@ def clamped(value: float, number: FloatArray) -> float:
 
 @hot_kernel
 def reward(swarm: FloatArray, ant: int, distance: float, number: FloatArray, count: IntArray) -> None:
-    """New fitness and heuristic of an ant, and (19): pheromone follows the change of fitness."""
+    """New fitness and heuristic of an ant; its pheromone follows by (19)."""
     stay_one_function()
     fitness = 1.0 / (1.0 + distance / number[state.SCALE])
     change = fitness - swarm[ant, state.FITNESS]
     swarm[ant, state.FITNESS] = fitness
     swarm[ant, state.HEURISTIC] = 1.0 / (FARTHEST + distance / number[state.SCALE])
     if count[state.WITHOUT] != 19:
-        size = abs(change) if number[state.REWARD] == 1.0 else abs(change) ** number[state.REWARD]
-        step = size if change > 0.0 else -size
-        swarm[ant, state.PHEROMONE] = clamped(swarm[ant, state.PHEROMONE] + step, number)
+        left = equation_19(swarm[ant, state.PHEROMONE], change, number[state.REWARD])
+        swarm[ant, state.PHEROMONE] = clamped(left, number)
 
 
 @hot_kernel
@@ -82,14 +77,13 @@ def weigh(swarm: FloatArray, best: int, number: FloatArray, count: IntArray) -> 
     highest = -np.inf
     for ant in range(count[state.ANTS]):
         if count[state.WITHOUT] != 20:
-            left = (1.0 - number[state.EVAPORATION]) * swarm[ant, state.PHEROMONE]
-            if ant == best:
-                left += number[state.EVAPORATION] * swarm[ant, state.FITNESS]
+            deposit = swarm[ant, state.FITNESS] if ant == best else 0.0
+            left = equation_20(swarm[ant, state.PHEROMONE], number[state.EVAPORATION], deposit)
             swarm[ant, state.PHEROMONE] = clamped(left, number)
         weight = 0.0
         if count[state.WITHOUT] != 16:
-            weight = number[state.ALPHA] * np.log(swarm[ant, state.PHEROMONE])
-            weight += number[state.BETA] * np.log(swarm[ant, state.HEURISTIC])
+            pheromone, heuristic = swarm[ant, state.PHEROMONE], swarm[ant, state.HEURISTIC]
+            weight = equation_16(pheromone, heuristic, number[state.ALPHA], number[state.BETA])
         swarm[ant, state.WEIGHT] = weight
         highest = max(highest, weight)
     total = 0.0
@@ -110,7 +104,7 @@ def followed(swarm: FloatArray, ants: int, level: float) -> int:
 
 @hot_kernel
 def stepped(angle: float, target: float, number: FloatArray, without: int, random: FloatArray, at: int) -> float:
-    """(17): a rotation towards the target angle, and (18): with some probability a NOT gate; uses three numbers."""
+    """A rotation towards the target angle, (17), and with some probability a NOT gate, (18); uses three numbers."""
     stay_one_function()
     ahead = wrapped(target - angle)
     sign = 1.0 if random[at] < 0.5 else -1.0
@@ -119,9 +113,9 @@ def stepped(angle: float, target: float, number: FloatArray, without: int, rando
         size = 2.0 * random[at + 1] * min(number[state.TURN], abs(ahead))
         if without != 17:
             sign = 1.0 if ahead > 0.0 else -1.0
-    turned = wrapped(angle + sign * size)
+    turned = equation_17(angle, sign * size)
     if without != 18 and random[at + 2] < number[state.MUTATION]:
-        turned = 0.5 * PI - turned
+        return equation_18(turned)
     return turned
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import Body, FaceSets, Motion
-from cdcore.search import advance, descent, state, swarm
+from cdcore.search import advance, descent, equations, state, swarm
 from cdcore.search.features import Features
 from cdcore.search.pair_search import PairSearch, Pose
 from cdcore.search.result import Pair, SearchResult
@@ -159,12 +159,19 @@ def _interpreted(
     """The kernels of the search as plain Python; ``evaluate`` is also given the name of the kernel that asks."""
     compiled = {
         name: part.py_func
-        for module in (advance, descent, swarm)
+        for module in (advance, descent, equations, swarm)
         for name, part in vars(module).items()
         if hasattr(part, "py_func")
     }
     plain = {name: FunctionType(part.__code__, dict(part.__globals__), name) for name, part in compiled.items()}
-    shared = {**plain, "np": MATHEMATICS, "is_new": is_new, "stay_one_function": lambda: None, "move": move}
+    shared = {
+        **plain,
+        "np": MATHEMATICS,
+        "is_new": is_new,
+        "stay_one_function": lambda: None,
+        "become_part_of_caller": lambda: None,
+        "move": move,
+    }
     for name, function in plain.items():
         function.__globals__.update(shared, evaluate=partial(evaluate, name))
     return {**plain}

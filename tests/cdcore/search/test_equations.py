@@ -1,0 +1,64 @@
+"""Each corrected equation says what the paper's formula says of unit vectors, powers and probabilities."""
+
+import numpy as np
+import pytest
+
+from cdcore.kernels.compiling import kernel
+from cdcore.search.equations import (
+    equation_15,
+    equation_16,
+    equation_17,
+    equation_18,
+    equation_19,
+    equation_20,
+)  # fmt: skip
+
+
+@kernel
+def ask(number, a, b, c, d):
+    if number == 15:
+        return float(equation_15(a, int(b), int(c), d != 0.0))
+    if number == 16:
+        return equation_16(a, b, c, d)
+    if number == 17:
+        return equation_17(a, b)
+    if number == 18:
+        return equation_18(a)
+    if number == 19:
+        return equation_19(a, b, c)
+    return equation_20(a, b, c)
+
+
+@pytest.fixture(params=range(20))
+def draws(request):
+    return np.random.default_rng(request.param)
+
+
+def amplitudes(angle):
+    return np.array([np.cos(angle), np.sin(angle)])
+
+
+def test_the_feature_is_at_the_share_of_the_angle_between_amplitude_and_axis(draws):
+    angle, chain, features = draws.uniform(-20, 20), int(draws.integers(2)), int(draws.integers(1, 500))
+    share = np.arccos(amplitudes(angle)[chain]) / np.pi
+    assert abs(ask(15, angle, chain, features, 0.0) - min(share * features, features - 1)) <= 1.0
+    linear = 0.5 + 0.5 * amplitudes(angle)[chain]
+    assert abs(ask(15, angle, chain, features, 1.0) - min(linear * features, features - 1)) <= 1.0
+
+
+def test_the_weight_is_the_product_of_powers(draws):
+    tau, eta, alpha, beta = draws.uniform(0.01, 10, 4)
+    assert np.exp(ask(16, tau, eta, alpha, beta)) == pytest.approx(tau**alpha * eta**beta)
+
+
+def test_the_gate_is_a_rotation_and_the_not_gate_swaps_the_amplitudes(draws):
+    angle, step = draws.uniform(-10, 10, 2)
+    rotation = np.array([[np.cos(step), -np.sin(step)], [np.sin(step), np.cos(step)]])
+    np.testing.assert_allclose(amplitudes(ask(17, angle, step, 0.0, 0.0)), rotation @ amplitudes(angle), atol=1e-12)
+    np.testing.assert_allclose(amplitudes(ask(18, angle, 0.0, 0.0, 0.0)), amplitudes(angle)[::-1], atol=1e-12)
+
+
+def test_pheromone_follows_the_change_of_fitness_and_evaporates_towards_what_is_laid_down(draws):
+    tau, change, exponent, rho, deposit = draws.uniform([0, -1, 0.5, 0, 0], [10, 1, 3, 1, 1])
+    assert ask(19, tau, change, exponent, 0.0) == pytest.approx(tau + np.sign(change) * abs(change) ** exponent)
+    assert ask(20, tau, rho, deposit, 0.0) == pytest.approx((1 - rho) * tau + rho * deposit)
