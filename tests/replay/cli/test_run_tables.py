@@ -6,23 +6,16 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 from support.lettered_worlds import STATES, became, missed, run, stretches
-from support.price_rows import ABOUT, price_row
-from support.sentences import sources, unsaid
 from support.small_worlds import cubes, jumping
 
 from replay.api.auditor import audit
 from replay.cli import run_tables as module
-from replay.cli.console import People
-from replay.cli.run_report import close_run, where_to_look
 from replay.cli.run_tables import audit_tables, cause_table, fault_tables, run_tables
 from replay.cli.terminal import terminal
-from replay.cli.tradeoff_tables import pareto_table
 from replay.effects.effect_summary import happened_words
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log.report import report_text
 from replay.pipeline.engine import compute
-from replay.pipeline.run_result import Tradeoff
-from replay.tradeoffs.settings import STEP
 from sessions import Scene
 from sessions.model.scene import SceneBody, SceneEffect
 
@@ -196,22 +189,3 @@ def test_every_sentence_of_the_terminal_holds_in_every_state(state):
         ["both", str(counts[0])], ["missed", str(counts[1])], ["false", str(counts[2])]
     ]  # fmt: skip
     assert ("nothing missed" in figures) == (not lost)
-
-
-def test_no_template_of_the_tables_in_a_terminal_is_untested(monkeypatch, tmp_path, capsys):
-    looked = [run(state) for state in STATES]
-    scene = Scene(bodies=(SceneBody("a", proxy=True), SceneBody("b")), effects=(SceneEffect("penetration"),))
-    proxy = compute(cubes(PLACES, scene=scene), detectors="sphere", oracle="none")
-    calls = replace(scene, effects=(SceneEffect("contact", {"between": ["a", "b"]}),))
-    looked += [proxy, compute(cubes(PLACES, scene=scene), detectors=()), compute(cubes(PLACES, scene=calls))]
-    looked += [compute(jumping(), detectors="exact", oracle="continuous")]
-    looked += [replace(one, out=tmp_path) for one in looked]
-    shown = [text(one, 400) + printed(terminal(*audit_tables(one.summary.get("audit", {}))), 400) for one in looked]
-    shown += ["\n".join(where_to_look(one)) for one in looked]
-    for one in (proxy, replace(proxy, assembly=replace(proxy.assembly, left_out=("c",)))):
-        close_run(one, People())
-    row = price_row("a", 0.5, 2)
-    done = Tradeoff((row,), ("a",), (), (), (), {**ABOUT, "processor_share": 0.5})
-    steps = replace(done, rows=({**row, "axis": STEP},))
-    shown += [printed(terminal(pareto_table(done), pareto_table(steps)), 400), capsys.readouterr().err]
-    assert unsaid("\n".join(shown), *sources("replay/cli/run_*.py", "replay/cli/tradeoff_tables.py")) == []

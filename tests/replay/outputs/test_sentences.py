@@ -12,25 +12,21 @@ import pytest
 from matplotlib.text import Text
 from support.lettered_worlds import STATES, became, missed, run, stretches
 from support.page_cells import Cells
-from support.price_rows import ABOUT, CHECK, price_row
-from support.sentences import picture_text, sources, unsaid
-from support.small_worlds import cubes, jumping
+from support.price_rows import ABOUT, price_row
+from support.sentences import picture_text
+from support.small_worlds import cubes
 
-from replay.comparison.outcome import Episode, Outcome
-from replay.outputs import moments, price_plot, run_tables, tradeoff_table
-from replay.outputs.report import charts, faults, page, tables, tradeoff, tradeoff_picture
-from replay.outputs.report.drawing import DARK, LIGHT
+from replay.comparison.outcome import Outcome
+from replay.outputs import moments, tradeoff_table
+from replay.outputs.report import charts, page, tables, tradeoff, tradeoff_picture
+from replay.outputs.report.drawing import LIGHT
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log import tradeoff as curve
 from replay.outputs.rerun_log.search_picture import path_words
-from replay.outputs.words import LANE_LEGEND, NOTHING_SUSPICIOUS
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import Tradeoff
-from replay.prepare.flags import FlagSpan
-from replay.studies.synthetic_sessions import make_analytic
 from replay.tradeoffs.pareto import advice_of, answer_of
-from sessions import Finding, Severity
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 
@@ -165,9 +161,6 @@ SCENE = Scene(
 )
 
 
-NEAR = SceneEffect("hazard-proximity", {"of": "a", "hazard": "b", "distance": 0.2})
-
-
 @cache
 def flickering():
     """Three contacts of a scene's effects, which nobody audits."""
@@ -222,41 +215,6 @@ def test_the_report_of_a_tradeoff_answers_in_every_state(rows, cut, front):
     assert text.count("<li>For less time, ") == max(0, front - 1)
 
 
-OUTSIDE = {
-    "viewer.py": "ends of errors: test_viewer.py", "run_folder.py": "ends of errors: test_run_folder.py",
-    "focus.py": "an error: test_focus.py", "columns.py": "an error: test_columns.py",
-    "web_viewer.py": "ends of errors: share/test_folder.py", "folder.py": "the shared page: share/test_folder.py",
-}  # fmt: skip
-
-
-def full(result):
-    """A run with every part of a page filled, and with an advice."""
-    span = FlagSpan("frozen", "a", 0, 10_000_000, 0.0, 0.01, 2, "drop", dropped=2)
-    bad = SimpleNamespace(findings=(Finding("frozen", Severity.WARNING, "it stood", "a", 0.0, 0.01),), spans=(span,))
-    left = replace(result.assembly, proxies=("a",), left_out=("c",), notes=("made up",))
-    session = result.summary["session"] | {"dropped_frames": {"lost": 2}, "facts_withheld": 2}
-    filled = result.summary | {"session": session, "flagged_verdicts": {"it": {"CONTACT": 2}}}
-    axes = [*price_plot.WORDS]
-    named = [(f"{axis} {k}", k, {"axis": axis, "line": axis, "phases": 36}) for axis in axes for k in range(2)]
-    rows = tuple(price_row(label, 0.5, lost, live=0.5) | more for label, lost, more in named)
-    done = Tradeoff(rows, ("a", "b"), (), tuple(advice_of(rows)), ("c",), ABOUT, "")
-    in_hand = (Episode(0, 0, 1, 0.0, 0.01),)
-    return replace(result, holdings=in_hand, treatment=bad, assembly=left, summary=filled, tradeoff=done)
-
-
-def at_work():
-    """Runs of searches: of one that misses, with and without boxes, timed frame by frame, and of pairs at rest."""
-    session, _ = make_analytic("spinning-rod", seconds=1.0)
-    result = compute(session, detectors="s=hybrid-qaco[budget=100]", oracle="exact")
-    seen = result.detections["s"]
-    timed = replace(seen, seconds={"spheres": np.full(len(seen.times), 1e-5), "search": np.full(len(seen.times), 1e-3)})
-    yield from (result, replace(result, detections={**result.detections, "s": timed}))
-    yield compute(session, detectors="qaco", oracle="exact")
-    a, b = [0.0] * 5, [3.0, 2.0, 0.9, 0.9, 0.9]
-    for places in ({"a": a, "b": b}, {"a": a, "b": b, "c": [-place for place in b]}):
-        yield compute(cubes(places), detectors="s=hybrid-qaco", oracle="exact")
-
-
 def test_the_path_of_a_look_says_how_near_its_first_pair_and_its_best_ant_came():
     trace = SimpleNamespace(
         best=lambda: np.arange(3), distance=np.array([0.2, 0.1, 0.05]), asked_by=np.array(["walk", "ant", "walk"]),
@@ -264,69 +222,3 @@ def test_the_path_of_a_look_says_how_near_its_first_pair_and_its_best_ant_came()
     )  # fmt: skip
     steps = [(0, "first pair: 200 mm apart"), (1, "best ant, iteration 7: 100 mm; local search takes over"), (2, "end")]
     assert path_words(trace, "end") == steps
-
-
-def everything(monkeypatch, path):
-    """Texts of all worlds, and of one in which every limit of a list is passed and every part of a page is filled."""
-    pages = [run("more than a list holds"), run("undecided")]
-    between, several = compute(jumping(), detectors="it=exact", oracle="continuous"), run("several")
-    calm = compute(cubes({"a": [0.0] * 2, "b": [3.0, 3.1]}, scene=replace(SCENE, effects=(NEAR,))), detectors=())
-    yield from map(report_html, pages)
-    for module, name, most in (
-        (faults, "MOST_CARDS", 1), (tables, "EVENT_ROWS", 1), (charts, "MOST_BARS", 0), (run_tables, "MOST_REASONS", 0),
-    ):  # fmt: skip
-        monkeypatch.setattr(module, name, most)
-    filled = full(several)
-    pages += [flickering(), between, filled, calm, replace(several, treatment=None)]
-    pages.append(compute(several.session, detectors="exact,sphere", oracle="none"))
-    alone = compute(jumping(), detectors="continuous,exact")
-    alone.summary["detectors"]["continuous"]["seconds"]["processor_share"] = 0.5
-    yield report_html(alone)
-    yield from map(report_html, pages)
-    monkeypatch.setattr(charts, "MOST_LANES", 0)
-    pair = Scene(bodies=(SceneBody("a", group="g", tags=("hand",)), SceneBody("b", group="g"), SceneBody("c")))
-    places = {"a": [0.0] * 6, "b": [0.9, 3.0, 0.9, 0.9, 3.0, 0.9], "c": [3.0, -0.9, 3.0, -0.9, 3.0, 3.0]}
-    rated = compute(
-        cubes(places, scene=pair),
-        detectors="it=discrete[rate_hz=50],more=sphere,c=collider[shape=hull]",
-        pairs=[("a", "b"), ("a", "c")],
-    )
-    yield report_html(rated)
-    apart = cubes({"a": [0.0] * 3, "b": [3.0, 1.02, 3.0]})
-    yield report_html(compute(apart, detectors="c=collider[shape=box,skin_m=0.05]"))
-    missed_apart = cubes({"a": [0.0] * 4, "b": [3.0, 0.9, 3.0, 3.0], "c": [3.0, 3.0, 3.0, -0.9]})
-    yield report_html(compute(missed_apart, detectors="it=discrete[rate_hz=50]"))
-    yield picture_text(rated, path)
-    yield report_html(several)
-    for one in (*pages[:-2], *at_work()):
-        yield picture_text(one, path)
-    yield "\n".join(map(str, run_tables.pair_table(several, "it").notes))
-    audit = several.summary["audit"]["it"]
-    phases = dict.fromkeys(("contacts_missed", "contacts_in_part", "invented"), audit["invented"])
-    held = audit | {"held": {"invented": 2, "contacts_missed": 1}, "phases": phases}
-    yield str(run_tables.ranking_table(several.summary | {"audit": {"it": held}}))
-    yield picture_text(compute(several.session, detectors="s=hybrid-qaco", oracle="exact", offline=True), path)
-    grown = {"axis": "bodies", "detector": "exact", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5, "passes": 3}
-    over = {**grown, "axis": "rate", "p99_ms": 2.0}
-    yield str(tradeoff_table.growth_table([grown, over]))
-    yield "\n".join(one.get_text() for one in tradeoff_picture._grown([grown, over], DARK).findobj(Text))
-    yield from (*words_of_picture(filled.tradeoff), *price_plot.WORDS.values())
-    clock = {kind: {**CHECK, "tie": False} for kind in ("live", "offline")}
-    bare = tuple({**row, "containment": False, "front": True} for row in filled.tradeoff.rows)
-    yield curve.advice_text(replace(filled.tradeoff, rows=bare, about=ABOUT | {"clock": clock}))
-    ranked = timed(replace(several, summary=several.summary | {"audit": {"it": held}}), 1e-3, 2e-3)
-    ends = run("false at both ends")
-    for one in (ranked, ends, all_held(ends)):
-        yield picture_text(one, path)
-    monkeypatch.setattr(faults, "MANY", 0)
-    monkeypatch.setattr(faults, "LISTED", 1)
-    yield report_html(ends)
-    yield "\n".join([*moments.TO_DO.values(), *LANE_LEGEND.values()])
-
-
-def test_no_template_of_report_and_picture_is_untested(monkeypatch, tmp_path):
-    text = "\n".join(map(unescape, everything(monkeypatch, tmp_path / "run.rrd")))
-    found = [path for path in sources("replay/outputs/**/*.py") if path.name not in OUTSIDE]
-    tested = "best ant, iteration 7: 100 mm; local search takes over\n## What people did"
-    tested += "\nThe pH in flask over what came in; the line is its end point, 25.00 mL.\ncame in, mL"
-    assert unsaid(text + NOTHING_SUSPICIOUS + tested, *found) == []

@@ -1,34 +1,20 @@
 """Every sentence of headline, advice and gate, against counts worked out by hand, in every state."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 from support.price_rows import price_row as row
-from support.sentences import sources, unsaid
 from support.small_worlds import verdict_column
 
-from replay.base.wilson import share
 from replay.comparison.compare import compare
-from replay.comparison.contact_counts import contact_counts
 from replay.comparison.episodes import episodes
-from replay.comparison.look_phases import OffsetCounts
 from replay.comparison.misses import stretches
-from replay.comparison.noisy_contacts import ABSENT, HOLDS, NoiseResult, NoisySpan
-from replay.comparison.outcome import Episode
-from replay.errors import AuditError
 from replay.outputs.report.tables import trust
 from replay.pipeline import headline
-from replay.pipeline.citations import citations, sources_behind
 from replay.pipeline.gates import Gates
-from replay.pipeline.ranking import PHASES, Rank, fault_words
 from replay.pipeline.scores import score
 from replay.tradeoffs import pareto
-from replay.tradeoffs.engine_knobs import ENGINES, advice_words
-from replay.tradeoffs.growth import UNITS, growth_answer
 from replay.tradeoffs.pareto import advice_of, answer_of
-from replay.tradeoffs.settings import settings_list, steps_of_trust
 from sessions import Finding, Severity
 
 LIMITS = Gates(max_missed=0.0, max_p99_ms=1.0, max_invented=0.0)
@@ -102,11 +88,6 @@ def audited(oracle, subject):
         "detectors": {"exact": {**took, "live": False, "faces_asked": True}, "it": took},
     }  # fmt: skip
     return run
-
-
-def run_of(run, **summary):
-    """The run with another summary in part."""
-    return SimpleNamespace(**vars(run) | {"summary": run.summary | summary})
 
 
 def said(run):
@@ -201,85 +182,3 @@ def test_doubts_are_of_errors_and_of_units_axes_and_handedness_a_line_a_kind():
         "To do: import with the source's handedness."
     )
     assert "(a: 3000 m away; 2 more like it)" in second
-
-
-def test_no_template_is_untested():
-    slow = audited(".C.", ".C.")
-    with pytest.raises(AuditError) as refused:
-        Gates(max_missed=50.0)
-    slow.summary["detectors"]["it"]["seconds"]["per_frame"] = {"p99": 1.0}
-    everything = [line for oracle, subject, _ in STATES.values() for line in said(audited(oracle, subject))]
-    everything += [line for oracle, subject, _ in STATES.values() for line in headline.price(audited(oracle, subject))]
-    everything += [*LIMITS.broken(slow.summary["audit"], [slow.summary]), *LIMITS.broken({}, [])]
-    everything += [line for rows, _ in ADVICE.values() for line in advice_of(rows)]
-    everything += doubted(*(Finding("unit-suspect", Severity.WARNING, "far", "a") for _ in "ab"))
-    everything += [
-        *advice_of(LIVE),
-        *advice_of(LIVE[2:3]),
-        *map(answer_of, (LIVE, LIVE[:1], [*LIVE[:2], row("d", 5.0, 4, live=0.7, phases=36)])),
-    ]
-    figures = slow.summary["detectors"]
-    everything += headline.price(run_of(slow, detectors=figures | {"exact": figures["it"]}))
-    everything += headline.price(run_of(slow, detectors=figures | {"it": figures["it"] | {"name": "recorded"}}))
-    figures["it"]["settings"] = {"rate_hz": 5.0}
-    half = np.arange(16)[:, None] < 8
-    slow.phases = {"it": OffsetCounts(half, ~half, np.ones(1), np.zeros(1), share(8, 16))}
-    over = {"phases": slow.phases["it"].shares(), "offsets": slow.phases["it"].spreads()}
-    everything += LIMITS.broken({"it": slow.summary["audit"]["it"] | over}, [])
-    everything += [headline.headline(slow, "it"), headline.contact_words(contact_counts(slow, "it"))]
-    dearer = {"at_every_frame": 1.0, "per_frame_mean": 1.5, "per_frame": {"looks": 2, "p99": 1.0}}
-    everything += headline.price(run_of(slow, detectors=figures | {"it": figures["it"] | {"seconds": dearer}}))
-    for looks in (2, 4):
-        looked = {"at_every_frame": 1.0, "per_frame_mean": 0.5, "per_frame": {"looks": looks, "p99": 1.0}}
-        everything += headline.price(run_of(slow, detectors=figures | {"it": figures["it"] | {"seconds": looked}}))
-    some = audited("C.C.CC", "..C.CC")
-    wrong = share(1, 16)
-    some.summary["audit"]["it"]["invented"] = wrong
-    everything += headline.invented(some)
-    grip = audited(".C.", "CC.")
-    grip.holdings = (Episode(0, 0, 2, 0.0, 0.2), *grip.episodes["exact"])
-    oracle, subject = grip.detections.values()
-    grip.comparisons = {"it": compare(subject, oracle, holdings=grip.holdings)}
-    everything += headline.held(grip)
-    apart = {**slow.summary["audit"]["it"], "held": {"contacts": 1}, "missed": share(1, 1), "contacts_missed": 1}
-    everything += LIMITS.broken({"it": apart}, [])
-    slow.comparisons["other"] = slow.comparisons["it"]
-    slow.summary["oracle"], slow.summary["detectors"]["exact"]["contacts"] = "exact", 1
-    slow.summary["audit"]["other"], slow.summary["detectors"]["other"] = apart, slow.summary["detectors"]["exact"]
-    slow.summary["detectors"]["it"]["contacts"] = 1
-    everything += headline.headlines(slow)
-    everything.append(headline.cut_words({"contacts": 2, "contacts_cut": 1}))
-    blind = {"oracle": "exact", "detectors": {"exact": {"verdicts": {"NO_POSE": 2, "CLEAR": 1}}}, "audit": {}}
-    everything.append(headline.all_lost(blind))
-    everything += [f"{one.line} {one.axis}" for one in settings_list()]
-    everything += [f"{one.axis} {one.value}" for one in steps_of_trust()]
-    size = {"axis": "bodies", "detector": "exact", "size": 3, "budget_ms": 1.0, "p99_ms": 0.5}
-    everything += [growth_answer([{**size, "p99_ms": ms}]) for ms in (0.5, 2.0)]
-    everything += UNITS.values()
-    everything.append(citations(sources_behind(["support.planted_detectors:Undecided"])))
-    cut = SimpleNamespace(settings=SimpleNamespace(shape="compound", pieces=4), parts={"a": (1, 2), "b": (1,)})
-    everything += headline.compounds(SimpleNamespace(detectors={"it": cut}))
-    knob = {
-        "number": 1, "knobs": {}, "contacts": 1, "missed": 0, "in_part": 0, "undecided": 0, "undecided_in_part": 0,
-        "words": "", "false": 0.0,
-    }  # fmt: skip
-    for state in ({}, {"contacts": 0}, {"missed": 1}, {"false": 0.9}):
-        everything += [*advice_words("it", [knob | state, knob]), *advice_words("it", [knob | state, knob | state])]
-    everything.append(str(ENGINES))
-    half = {"share": 0.5, "count": 1, "of": 2}
-    rank = Rank("it", "discrete", 2, half, half, half, False, 1, (0, 0), 1e-3, None, PHASES)
-    none = replace(rank, missed=None, in_part=None, false=None, undecided=0)
-    everything += map(fault_words, (rank, replace(rank, unconfirmed=True), none, replace(none, contacts=0)))
-    spans = (NoisySpan(0, 0, 0, 0.5),) * 2
-    noise = NoiseResult(64, spans, (HOLDS, ABSENT), spans, spans, 1, 2, 3, "", {})
-    firm = {"contacts": 0, "contacts_missed": 0, "missed": share(0, 0)}
-    slow.noise, slow.summary["audit"]["it"]["holds"], slow.summary["audit"]["other"]["holds"] = noise, firm, firm
-    everything += headline.in_noise(slow)
-    everything += headline.in_noise(
-        SimpleNamespace(noise=replace(noise, contacts=(), words=(), near=()), comparisons=())
-    )
-    one = {"contacts": 1, "contacts_missed": 1, "missed": share(1, 1)}
-    for holds in (firm, one):
-        everything += LIMITS.broken({"it": slow.summary["audit"]["it"] | {"holds": holds}}, [])
-    text = "\n".join([*everything, str(refused.value)])
-    assert unsaid(text, *sources("replay/pipeline/*.py", "replay/tradeoffs/*.py")) == []

@@ -66,7 +66,8 @@ def test_two_audited_detectors_share_one_recording(demo, write):
 
 
 def test_a_run_without_an_audit_shows_the_session_and_one_without_detectors_the_bodies(demo, write):
-    bare = replace(demo, comparisons={}, misses={}, oracle="", episodes={}, detections={})
+    summary = {**demo.summary, "audit": {}, "oracle": ""}
+    bare = replace(demo, comparisons={}, misses={}, oracle="", episodes={}, detections={}, summary=summary)
     assert "/world/rod" in write(bare).entities
     seen = write(replace(bare, detections={ORACLE: demo.detections[ORACLE]}))
     assert {"/world/beaker/mesh", "/detectors/1_beaker-rod/hybrid"} <= set(seen.entities)

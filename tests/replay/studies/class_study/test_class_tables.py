@@ -1,17 +1,12 @@
 """The tables of a class in every state: nobody, one student, several, some without a name, runs twice."""
 
-import re
 import shutil
 from dataclasses import replace
-from html import unescape
-from pathlib import Path
 
 import pytest
 from support.class_folders import made_class
-from support.sentences import unsaid
 
 from replay.errors import RunFolderError
-from replay.studies.class_study import class_tables, to_open
 from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.class_tables import ClassTables
 from replay.studies.class_study.page import study_html
@@ -127,19 +122,6 @@ def test_students_named_in_a_file_are_counted_and_one_session_of_two_is_refused(
         read_class(tmp_path / "runs")
     with pytest.raises(RunFolderError, match="holds no run folders"):
         read_class(tmp_path / "more")
-
-
-def test_every_sentence_of_the_page_is_said_in_some_state(tmp_path):
-    made_class(tmp_path / "a", 12, 6, nobody=1)
-    shutil.copytree(tmp_path / "a" / "run003", tmp_path / "b" / "again")
-    shutil.copytree(tmp_path / "a" / "run004", tmp_path / "b" / "bare")
-    (tmp_path / "b" / "bare" / "metrics.parquet").unlink()
-    runs = read_class(tmp_path)
-    runs.metrics["a/run002"]["slow"]["settings"] = "other"
-    (other, calm) = (tables_of(tmp_path / name, 6, 6, detectors=label)[0] for name, label in
-                     (("d", {}), ("e", {"slow": 0.0})))  # fmt: skip
-    text = "".join(unescape(study_html(None, "Class", one, places(one, tmp_path))) for one in (runs, other, calm))
-    assert unsaid(re.sub(r"<[^>]*>", "", text), *map(Path, (class_tables.__file__, to_open.__file__))) == []
 
 
 def test_the_sample_says_scenes_and_vr_types(tmp_path):
