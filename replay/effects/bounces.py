@@ -158,7 +158,7 @@ def _meeting(
     for _ in range(20):
         half = 0.5 * (low + high)
         low, high = (low, half) if len(touching(half)) else (half, high)
-    return min(high, float(relative.times[row + 1])), vector_of(touching(high))
+    return high, vector_of(touching(high))
 
 
 def _within(points: FloatArray, box: FloatArray, gap: float) -> FloatArray:

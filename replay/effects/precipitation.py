@@ -19,7 +19,7 @@ CLOUDY_MOL_L: Final = 1e-3
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
-    """Event ``precipitate`` at the onset with the mass at the end; mass as a series; a cloudy liquid."""
+    """Events ``precipitate`` at its onset with the greatest mass, ``dissolved``; mass as a series; a cloudy liquid."""
     matter, drawn = matter_of(inputs), inputs.output("mixing").liquids
     found = Findings(len(inputs))
     for declared in inputs.declared:
@@ -40,13 +40,26 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 
 
 def _onset(declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray) -> list[EffectEvent]:
-    rows = np.flatnonzero(amount > 0.0)
-    if not len(rows):
+    there, grown = float(amount[0]), np.flatnonzero(amount > amount[0])
+    if there > 0.0 and not len(grown):
+        return _dissolved(declared, vessel, times, amount)
+    if not len(grown):
         return []
     solid, mass = declared.text("solid"), float(amount.max() * molar_mass(declared.text("solid")))
     values: dict[str, float | int | str | bool] = {"mass_g": mass, "moles": float(amount.max()), "formula": solid}
     words = f"{solid} falls out in {vessel}: {mass:.3g} g, {declared.text('colour')}"
-    return [EffectEvent(float(times[rows[0]]), "precipitate", (vessel,), None, values, words)]
+    return [EffectEvent(float(times[grown[0]]), "precipitate", (vessel,), None, values, words)]
+
+
+def _dissolved(declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray) -> list[EffectEvent]:
+    fallen = np.flatnonzero(np.diff(amount) < 0.0)
+    if not len(fallen):
+        return []
+    solid, per_mol = declared.text("solid"), molar_mass(declared.text("solid"))
+    gone, there = float(amount[0] - amount[-1]) * per_mol, float(amount[0]) * per_mol
+    values: dict[str, float | int | str | bool] = {"mass_g": gone, "left_g": there - gone, "formula": solid}
+    words = f"{gone:.3g} g of {there:.3g} g {solid} dissolve in {vessel}"
+    return [EffectEvent(float(times[fallen[-1] + 1]), "dissolved", (vessel,), None, values, words)]
 
 
 SPEC = EffectSpec(

@@ -18,6 +18,9 @@ SCENES: dict[str, str] = {
     "gas-collection": f"{_EXPERIMENTS}.gas_collection:GAS_COLLECTION",
     "copper-sulfate": f"{_EXPERIMENTS}.copper_sulfate:COPPER_SULFATE",
     "flame-test": f"{_EXPERIMENTS}.flame_test:FLAME_TEST",
+    "carbonate-titration": f"{_EXPERIMENTS}.carbonate_titration:CARBONATE_TITRATION",
+    "marble": f"{_EXPERIMENTS}.marble:MARBLE",
+    "ammonia-calorimetry": f"{_EXPERIMENTS}.ammonia_calorimetry:AMMONIA_CALORIMETRY",
 }
 """Name -> what, called with seed, rate_hz, noise and more, returns (Session, Truth)."""
 

@@ -3,6 +3,9 @@
 The scene declares no effect that needs a contact: replaying it asks no collision detector anything.
 """
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from sessions.geometry.rotations import Array, quaternion_about, turned_about
@@ -30,6 +33,11 @@ UNDER = (0.0, STAND_AT[1] + 0.06)
 
 def perform(lab: Lab) -> None:
     """Bring the flask, run in quickly, throttle, stop after the colour has changed."""
+    titrate(lab, (EQUIVALENCE_ML,))
+
+
+def titrate(lab: Lab, ends_ml: tuple[float, ...]) -> None:
+    """Run in past the last of these end points, each of which is noted with its time."""
     lab.stage("virtual reality")
     with lab.task("look at the burette"):
         lab.look((0.0, 1.45, STAND_AT[1]), after=5.0)
@@ -40,7 +48,7 @@ def perform(lab: Lab) -> None:
         lab.grasp("right", "flask", lab.layout.site("flask", "neck") - np.array([0.0, 0.045, 0.0]))
         lab.carry("right", (UNDER[0] + 0.12, FOOT + 0.02, UNDER[1] + 0.05), high=FOOT + 0.02)
         lab.carry("right", (UNDER[0], FOOT + 0.006, UNDER[1]), 1.0)
-    outlet, end_point = _run_in(lab)
+    outlet = _run_in(lab, ends_ml[-1])
     lab.stage("embodied cognition")
     with lab.task("put the flask aside and read the burette"):
         lab.carry("right", (UNDER[0] + 0.12, FOOT + 0.02, UNDER[1] + 0.08), 1.0)
@@ -50,12 +58,14 @@ def perform(lab: Lab) -> None:
         lab.look((0.0, 1.5, STAND_AT[1]))
         lab.wait(6.0)
     delivered = float(outlet.volume(lab.now)) * 1e6
-    lab.note("end_point", end_point, end_point, ("burette", "flask"), volume_ml=EQUIVALENCE_ML)
+    for volume in ends_ml:
+        end_point = outlet.time_of(volume * 1e-6, 600.0)
+        lab.note("end_point", end_point, end_point, ("burette", "flask"), volume_ml=volume)
     lab.note("delivered", outlet.turns[0].start, outlet.turns[-1].end, ("burette", "flask"), volume_ml=delivered)
     lab.joints["stopcock"] = _stopcock(lab, outlet)
 
 
-def _run_in(lab: Lab) -> tuple[Outlet, float]:
+def _run_in(lab: Lab, last_ml: float) -> Outlet:
     left = lab.hands["left"]
     knob = lab.layout.at("burette") + lab.layout.site("burette", "stopcock")
     with lab.task("run in the base"):
@@ -67,11 +77,11 @@ def _run_in(lab: Lab) -> tuple[Outlet, float]:
         cavity = lab.layout.cavity("burette")
         section = float(cavity.capacity_m3 / (cavity.mark_height - cavity.floor_height))
         outlet = Outlet(FULL_AREA_M2, DISCHARGE, section, float(cavity.mark_height), turns)
-        nearly = outlet.time_of(0.88 * EQUIVALENCE_ML * 1e-6, 600.0)
+        nearly = outlet.time_of(0.88 * last_ml * 1e-6, 600.0)
         swirl(lab, "right", nearly - lab.hands["right"].now)
         left.wait_until(nearly)
         turns.append(_turn(left, lab.late, FAST, SLOW, 0.9))
-        end_point = outlet.time_of(EQUIVALENCE_ML * 1e-6, 600.0)
+        end_point = outlet.time_of(last_ml * 1e-6, 600.0)
         swirl(lab, "right", end_point + 1.5 - lab.hands["right"].now)
         left.wait_until(end_point + 0.8)
         turns.append(_turn(left, lab.late, SLOW, 0.0, 0.5))
@@ -80,7 +90,7 @@ def _run_in(lab: Lab) -> tuple[Outlet, float]:
     for turn in turns:
         angles = {"from_deg": float(np.degrees(turn.start_angle)), "to_deg": float(np.degrees(turn.end_angle))}
         lab.note("stopcock", turn.start, turn.end, ("stopcock",), **angles)
-    return outlet, end_point
+    return outlet
 
 
 def _turn(hand: Script, late: float, start: float, end: float, seconds: float) -> Turn:
@@ -104,6 +114,24 @@ def _stopcock(lab: Lab, outlet: Outlet) -> Path:
     return path
 
 
+def bench(flask: Mapping[str, Any], burette: Mapping[str, Any]) -> dict[str, Placed]:
+    """What stands on the bench of a titration, with what is in the two."""
+    return {
+        "stand": Placed("stand", (STAND_AT[0], BENCH_TOP, STAND_AT[1]), moves=False),
+        "burette": Placed(
+            "burette", (STAND_AT[0], BENCH_TOP + TIP_HEIGHT, STAND_AT[1] + 0.06), moves=False, properties=burette
+        ),
+        "stopcock": Placed("burette_stopcock", (0.0, 0.1, 0.0)),
+        "flask": Placed("erlenmeyer_flask", standing(0.22, 0.06), properties=flask),
+        "bottle": Placed("reagent_bottle", standing(-0.34, -0.06)),
+    }
+
+
+OUTFLOW = SceneEffect("burette", {
+    "body": "burette", "joint": "stopcock", "into": ["flask"], "full_area_m2": FULL_AREA_M2, "full_angle_deg": 90.0,
+    "discharge": DISCHARGE,
+})  # fmt: skip
+
 TITRATION = Experiment(
     "titration",
     (
@@ -111,23 +139,11 @@ TITRATION = Experiment(
         "No effect here needs a contact: no collision detector runs.",
         "The key's pose is relative to the burette; its angle about Z opens the outlet: full_area_m2 at 90 degrees.",
     ),
-    {
-        "stand": Placed("stand", (STAND_AT[0], BENCH_TOP, STAND_AT[1]), moves=False),
-        "burette": Placed(
-            "burette", (STAND_AT[0], BENCH_TOP + TIP_HEIGHT, STAND_AT[1] + 0.06), moves=False,
-            properties=liquid(BASE_ML, "NaOH", BASE_MOLAR),
-        ),
-        "stopcock": Placed("burette_stopcock", (0.0, 0.1, 0.0)),
-        "flask": Placed("erlenmeyer_flask", standing(0.22, 0.06), properties=liquid(ACID_ML, "HCl", ACID_MOLAR)),
-        "bottle": Placed("reagent_bottle", standing(-0.34, -0.06)),
-    },
+    bench(liquid(ACID_ML, "HCl", ACID_MOLAR), liquid(BASE_ML, "NaOH", BASE_MOLAR)),
     (0.034, 0.034),
     perform,
     (
-        SceneEffect("burette", {
-            "body": "burette", "joint": "stopcock", "into": ["flask"], "full_area_m2": FULL_AREA_M2,
-            "full_angle_deg": 90.0, "discharge": DISCHARGE,
-        }),
+        OUTFLOW,
         SceneEffect("mixing", {"in": ["flask"]}),
         SceneEffect("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}),
         # The range as this scene takes it; textbooks give it from 8.0 to 8.3 up to 9.6 to 10.0.

@@ -5,6 +5,7 @@ from functools import cache
 
 import pytest
 
+from replay.effects.effect_summary import leading
 from replay.pipeline.engine import compute
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions.synthetic.scenes import make_scene_session
@@ -124,6 +125,33 @@ def test_every_flame_is_found_with_the_colour_that_was_seen(seed):
         assert event.time == pytest.approx(fact.start, abs=ONSET_S) and event.end == pytest.approx(
             fact.end, abs=ONSET_S
         )
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_both_end_points_of_carbonate_are_found_within_a_drop(seed):
+    result, truth = replayed("carbonate-titration", seed)
+    found, facts = result.effects["reaction"].output.named("end-point"), planted(truth, "end_point")
+    assert len(found) == len(facts) == 2
+    for event, fact in zip(found, facts, strict=True):
+        assert event.values["volume_ml"] == pytest.approx(fact.values["volume_ml"], abs=0.05)
+        assert event.time == pytest.approx(fact.start, abs=0.5)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_all_marble_dissolves_in_acid_that_is_in_excess(seed):
+    result, truth = replayed("marble", seed)
+    (event,), (fact,) = result.effects["precipitation"].output.named("dissolved"), planted(truth, "dissolve")
+    assert event.values["mass_g"] == pytest.approx(fact.values["mass_g"], rel=1e-9) and event.values["left_g"] == 0.0
+    assert result.effects["reaction"].series["marble/pH"].values[-1] == pytest.approx(fact.values["ph"], abs=0.02)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_calorimeter_gets_as_warm_as_its_heat_says_and_that_is_the_result(seed):
+    result, truth = replayed("ammonia-calorimetry", seed)
+    (event,), (fact,) = result.effects["heat"].output.named("warmest"), planted(truth, "temperature")
+    assert event.values["from_c"] == fact.values["from_c"]
+    assert event.values["to_c"] == pytest.approx(fact.values["to_c"], abs=0.1)
+    assert leading(result.effects) == event and "warms from 20.00 to 24.4" in event.text
 
 
 @pytest.mark.parametrize("name", ["acid-dilution", "silver-chloride", "gas-collection"])

@@ -1,0 +1,104 @@
+"""Heat of reaction against the tables it comes from, calorimetry against the closed form, at every rate."""
+
+import numpy as np
+import pytest
+from support.liquid_worlds import glass, poured, still, tilted, world
+
+from replay.errors import PlanError
+from replay.pipeline.engine import compute
+
+PER_ML = 4.18
+HEAT = {"of": "neutralisation", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": PER_ML}
+MIX = ("mixing", {"in": ["a", "b"]})
+
+
+def vessel(name, volume, solute, molar, **properties):
+    body = glass(name, volume, solute=solute, molar=molar)
+    if isinstance(molar, dict):
+        body.extra["properties"]["liquid"] = {"volume_ml": volume, "solutes": molar}
+    body.extra["properties"].update(properties)
+    return body
+
+
+def reacted(first, second, equation, more=(), **reaction):
+    """20 mL of one are poured into 20 mL of the other, all of it; kelvin gained, and what was poured."""
+    second = ("", second) if isinstance(second, dict) else second
+    bodies = (vessel("a", 20.0, *first), vessel("b", 20.0, *second, **dict(more)))
+    told = (MIX, ("reaction", {"equation": equation, **reaction}), ("heat", HEAT))
+    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, *told)
+    moved = effects["pour"].events[0].values["volume_ml"]
+    series = effects["heat"].series["b/temperature"].values
+    return series[-1] - series[0], moved, effects
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "equation", "kj_mol"),
+    # Wagman et al., NBS tables, 1982: differences of enthalpies of formation in water.
+    [(("HCl", 0.5), ("NaOH", 1.0), "HCl + NaOH -> NaCl + H2O", 55.84),
+     (("HCl", 0.5), ("NH3", 1.0), "NH3 + HCl -> NH4Cl", 52.2),
+     (("NaOH", 0.5), ("NH4Cl", 1.0), "NH4Cl + NaOH -> NH3 + NaCl + H2O", 3.6),
+     (("NaOH", 0.5), ("HF", 1.0), "HF + NaOH -> NaF + H2O", 68.0),
+     (("NaOH", 0.5), ("NaHCO3", 1.0), "NaHCO3 + NaOH -> Na2CO3 + H2O", 41.0),
+     # With hydrogen carbonate beside it, so that water takes no carbonate apart.
+     (("HCl", 0.25), {"Na2CO3": 1.0, "NaHCO3": 1.0}, "Na2CO3 + HCl -> NaHCO3 + NaCl", 14.85),
+     (("AgNO3", 0.5), ("NaCl", 1.0), "AgNO3 + NaCl -> AgCl + NaNO3", 65.49)],
+)  # fmt: skip
+def test_a_reaction_gives_the_heat_of_its_enthalpies_of_formation(first, second, equation, kj_mol):
+    kelvin, moved, _ = reacted(first, second, equation)
+    per_mol = kelvin * PER_ML * (20.0 + moved) / (first[1] * moved * 1e-3) / 1e3
+    assert per_mol == pytest.approx(kj_mol, rel=0.02)
+
+
+def test_the_constant_of_the_vessel_and_the_starting_temperature_count():
+    """First in order: 0.5 M into 1 M; a vessel of 30 J/K at 30 degC and a liquid of 10 degC that comes."""
+    bodies = (
+        vessel("a", 20.0, "HCl", 0.5, temperature_c=10.0),
+        vessel("b", 20.0, "NaOH", 1.0, temperature_c=30.0, heat_capacity_j_per_k=30.0),
+    )
+    told = (MIX, ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}), ("heat", HEAT))
+    effects = poured([0.0, *([120.0] * 40), 0.0], bodies, *told)
+    moved = effects["pour"].events[0].values["volume_ml"]
+    told = effects["heat"].series["b/temperature"].values
+    energy = PER_ML * (20.0 * 10.0 - moved * 10.0) + 30.0 * 10.0 + 0.5e-3 * moved * 55.84e3
+    assert told[0] == 30.0 and told[-1] == pytest.approx(20.0 + energy / (PER_ML * (20.0 + moved) + 30.0), rel=1e-5)
+
+
+@pytest.mark.parametrize("hz", [30, 90, 250])
+def test_calorimetry_with_loss_follows_newtons_law_at_every_rate(hz):
+    seconds, count = 6.0, round(7.0 * hz)
+    degrees = np.interp(np.arange(count) / hz, [0.0, 0.2, 0.7, 0.9], [0.0, 0.0, 120.0, 120.0])
+    poses = {"a": tilted(degrees), "b": still(count)}
+    bodies = (vessel("a", 20.0, "HCl", 0.5), vessel("b", 20.0, "NaOH", 1.0))
+    told = (MIX, ("pour", {"from": ["a"], "into": ["b"]}), ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}))
+    heat = ("heat", {**HEAT, "loss_w_per_k": 5.0})
+    series = compute(world(poses, bodies, *told, heat, step_ns=round(1e9 / hz))).effects["heat"].series["b/temperature"]
+    excess = series.values - 20.0
+    at = np.searchsorted(series.times, 1.0)
+    end = np.searchsorted(series.times, 1.0 + seconds - 0.05)
+    since = series.times[end] - series.times[at]
+    assert excess[end] == pytest.approx(excess[at] * np.exp(-5.0 * since / (PER_ML * 40.0)), rel=1e-6)
+    # All heat, less what half of the pour's time takes, within half a hundredth.
+    assert excess.max() == pytest.approx(0.01 * 55.84e3 / (PER_ML * 40.0), rel=0.02)
+    assert excess.max() == pytest.approx(3.322, rel=0.005)
+
+
+def test_heat_of_a_reaction_that_no_effect_declares_is_refused():
+    with pytest.raises(PlanError, match="of: no effect reaction says what gives the heat"):
+        poured([0.0, 0.0], (glass("a", 20.0), glass("b", 20.0)), MIX, ("heat", HEAT))
+
+
+def test_an_enthalpy_that_no_table_knows_is_asked_for_and_taken_as_declared():
+    acid = {"acids": {"C3H6O2": [4.87]}}
+    equation = "C3H6O2 + NaOH -> C3H5NaO2 + H2O"
+    with pytest.raises(PlanError, match="give heat_kj_mol"):
+        reacted(("NaOH", 0.5), ("C3H6O2", 1.0), equation, **acid)
+    kelvin, moved, _ = reacted(("NaOH", 0.5), ("C3H6O2", 1.0), equation, **acid, heat_kj_mol=-50.0)
+    assert kelvin * PER_ML * (20.0 + moved) / (0.5 * moved) == pytest.approx(50.0, rel=0.01)
+
+
+def test_the_series_begins_at_the_start_and_the_warmest_is_a_result():
+    kelvin, _, effects = reacted(("HCl", 0.5), ("NaOH", 1.0), "HCl + NaOH -> NaCl + H2O")
+    series = effects["heat"].series["b/temperature"]
+    (event,) = [one for one in effects["heat"].output.named("warmest") if one.bodies == ("b",)]
+    assert series.times[0] == 0.0 and series.values[0] == 20.0
+    assert event.values["change_k"] == pytest.approx(kelvin) and "b warms from 20.00 to" in event.text
