@@ -82,7 +82,7 @@ def names_of(record: Mapping[str, str] | None, where: Path | str = "a file") -> 
         return ()
     try:
         names = json.loads(record.get("names", ""))
-    except ValueError:
+    except (ValueError, RecursionError):  # brackets may be nested deeper than the stack
         names = None
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names) or len(set(names)) < len(names):
         raise refused(where, "bad-names", f"metadata {BODIES_RECORD} does not list different names")

@@ -7,6 +7,7 @@ import numpy as np
 import zstandard
 from mcap.opcode import Opcode
 
+EXTREMES = [0, 1, 2**31 - 1, 2**32 - 1, 2**53, 2**63 - 1, 2**64 - 1]
 HEAD = struct.Struct("<BQ")
 CHUNK = struct.Struct("<QQQII")
 
@@ -45,3 +46,58 @@ def with_chunk(data: bytes, number: int, change) -> bytes:
     again = zstandard.ZstdCompressor(level=1).compress(plain)
     body = CHUNK.pack(first, last, len(plain), zlib.crc32(plain), 4) + b"zstd" + struct.pack("<Q", len(again)) + again
     return data[:start] + HEAD.pack(Opcode.CHUNK, len(body)) + body + data[end:]
+
+
+def mutated(data: bytes, random: np.random.Generator) -> bytes:
+    """One to four changes, one after the other."""
+    for _ in range(int(random.integers(1, 5))):
+        if not data:
+            return data
+        data = CHANGES[int(random.integers(len(CHANGES)))](data, random)
+    return data
+
+
+def _span(data: bytes, random: np.random.Generator) -> tuple[int, int]:
+    start = int(random.integers(len(data)))
+    return start, min(len(data), start + int(random.integers(1, 200)))
+
+
+def _flip(data: bytes, random: np.random.Generator) -> bytes:
+    changed = bytearray(data)
+    for at in random.integers(0, len(data), int(random.integers(1, 30))).tolist():
+        changed[at] ^= 1 << int(random.integers(8))
+    return bytes(changed)
+
+
+def _cut(data: bytes, random: np.random.Generator) -> bytes:
+    return data[: int(random.integers(len(data)))]
+
+
+def _remove(data: bytes, random: np.random.Generator) -> bytes:
+    start, end = _span(data, random)
+    return data[:start] + data[end:]
+
+
+def _repeat(data: bytes, random: np.random.Generator) -> bytes:
+    start, end = _span(data, random)
+    return data[:end] + data[start:end] * int(random.integers(1, 20)) + data[end:]
+
+
+def _noise(data: bytes, random: np.random.Generator) -> bytes:
+    start, end = _span(data, random)
+    return data[:start] + random.bytes(end - start) + data[end:]
+
+
+def _extreme(data: bytes, random: np.random.Generator) -> bytes:
+    """A number of four or eight bytes somewhere becomes one that no file means."""
+    kind = "<I" if random.random() < 0.5 else "<Q"
+    size = struct.calcsize(kind)
+    at = int(random.integers(max(1, len(data) - size)))
+    if random.random() < 0.5 and data[:5] == b"\x89MCAP":
+        starts = [start + 1 for _, start, _ in records(data)] or [at]
+        at, kind, size = int(random.choice(starts)), "<Q", 8
+    value = EXTREMES[int(random.integers(len(EXTREMES)))] & ((1 << 8 * size) - 1)
+    return data[:at] + struct.pack(kind, value) + data[at + size :]
+
+
+CHANGES = [_flip, _flip, _cut, _remove, _repeat, _noise, _extreme]

@@ -14,8 +14,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
-from support.damage import chunks, with_chunk
-from support.fuzzing import mutated
+from support.damage import chunks, mutated, with_chunk
 
 from sessions import read_session, write_session
 from sessions.errors import SessionError

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from support.fuzzing import CSV
 from support.import_mutants import MUTANTS, survive
 
 from sessions import MeshData
@@ -329,7 +328,10 @@ def test_a_ragged_row_that_is_no_utf_8_is_one_sentence_and_prints_no_traceback(t
         import_session("csv", tmp_path / "take.csv")
 
 
+TAKE = [HEADER, *(f"pose,{0.011 * k:.6f},Cup{k % 2},{0.01 * k},1,0,0,0,0,1,1,," for k in range(60))]
+
+
 @pytest.mark.parametrize("count", MUTANTS)
 def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
     (tmp_path / "take").mkdir()
-    survive("csv", written(tmp_path / "take", CSV.splitlines()), count, convention="unity")
+    survive("csv", written(tmp_path / "take", TAKE), count, convention="unity")

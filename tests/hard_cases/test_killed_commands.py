@@ -1,0 +1,120 @@
+"""A command that is killed, or may write no more, leaves no torn, lost or foreign file, and the next call works."""
+
+import json
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from support.peak_memory import environment
+from support.small_worlds import cubes
+
+from sessions import read_session, write_session
+
+pytestmark = [
+    pytest.mark.slow, pytest.mark.skipif(sys.platform == "win32", reason="no signal kills there, and no limit is known")
+]  # fmt: skip
+CSV = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value\n" + "".join(
+    f"pose,{0.011 * k:.6f},Cup{k % 2},{0.01 * k},1,0,0,0,0,1,1,,\n" for k in range(600)
+)
+VERBS = {
+    "import": ("import", "csv", "../s.csv", "--convention", "unity", "-o", "made.mcap"),
+    "recover": ("recover", "../s.torn", "made.mcap"),
+    "run": ("run", "../s.mcap", "--out", "made.mcap", "-q"),
+    "demo": ("demo", "-q", "--scene", "fast-ball", "-o", "made.mcap"),
+}  # fmt: skip
+RECORD = """
+import time
+from sessions import Recorder
+with Recorder("made.mcap", overwrite=True) as recorder:
+    for k in range(2000):
+        stamp = time.time_ns()
+        recorder.poses(stamp, {"a": ((0.001 * k, 0, 0), (0, 0, 0, 1)), "b": ((0, 1, 0), (0, 0, 0, 1))})
+        print(stamp, flush=True)
+        time.sleep(1 / 90)
+"""
+
+
+@pytest.fixture
+def work(tmp_path):
+    """A folder with a file of somebody else, and beside it what commands read."""
+    write_session(cubes({"a": [0] * 90, "b": [0, 3, 0.9] * 30}), tmp_path / "s.mcap")
+    data = (tmp_path / "s.mcap").read_bytes()
+    (tmp_path / "s.torn").write_bytes(data[: len(data) * 9 // 10])
+    (tmp_path / "s.csv").write_text(CSV)
+    folder = tmp_path / "work"
+    folder.mkdir()
+    (folder / "thesis.txt").write_text("three years of work")
+    return folder
+
+
+def command(verb):
+    return [sys.executable, "-m", "replay", *VERBS[verb], "--force"]
+
+
+def assert_whole(made):
+    """A session with poses, or a run folder with all files that its summary lists."""
+    if made.is_file():
+        assert len(read_session(made).frames) > 0
+        return
+    assert sorted(json.loads((made / "summary.json").read_bytes())["files"]) == sorted(f.name for f in made.iterdir())
+    for table in made.glob("*.parquet"):
+        pq.read_table(table)
+
+
+def assert_called_again(verb, work):
+    done = subprocess.run(command(verb), cwd=work, env=environment(), capture_output=True, text=True, timeout=300)
+    assert done.returncode in (0, 3), done.stderr
+    assert sorted(file.name for file in work.iterdir()) == ["made.mcap", "thesis.txt"]
+    assert (work / "thesis.txt").read_text() == "three years of work"
+    assert_whole(work / "made.mcap")
+
+
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("earlier", [False, True])
+def test_a_killed_command_leaves_what_was_there_and_the_next_call_works(work, verb, earlier):
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    if earlier:
+        assert_called_again(verb, work)
+    process = subprocess.Popen(command(verb), cwd=work, env=environment(), **quiet)
+    while process.poll() is None and not any(work.glob(".made*")):
+        time.sleep(0.0005)
+    time.sleep(float(np.random.default_rng([1, earlier, len(verb)]).uniform(0, 0.03)))
+    process.kill()
+    process.wait()
+    for made in work.glob("made.mcap"):
+        assert_whole(made)
+    assert (work / "made.mcap").exists() or not earlier or any(work.glob(".made*"))
+    assert_called_again(verb, work)
+
+
+def test_a_killed_recorder_loses_at_most_a_second(work):
+    process = subprocess.Popen(
+        [sys.executable, "-c", RECORD], cwd=work, env=environment(), stdout=subprocess.PIPE, text=True
+    )
+    process.stdout.readline()
+    time.sleep(2.5)
+    process.kill()
+    last = int(process.communicate()[0].split()[-2])
+    recover = [sys.executable, "-m", "replay", "recover", "made.mcap.partial", "made.mcap"]
+    assert subprocess.run(recover, cwd=work, env=environment(), timeout=300).returncode == 3
+    assert last - int(read_session(work / "made.mcap").frames.stamp_ns[-1]) < 1e9
+
+
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("room", [4096, 20_000])
+def test_where_no_room_is_left_a_command_says_so_and_changes_nothing(work, verb, room):
+    def limited():
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+
+    done = subprocess.run(
+        command(verb), cwd=work, env=environment(), preexec_fn=limited, capture_output=True, text=True, timeout=300
+    )
+    errors = [line for line in done.stderr.splitlines() if line.startswith("error: ")]
+    assert (done.returncode, len(errors)) in [(1, 1), (0, 0), (3, 0)] and "Traceback" not in done.stderr
+    if done.returncode == 1:
+        assert [file.name for file in work.iterdir()] == ["thesis.txt"]

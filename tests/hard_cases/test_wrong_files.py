@@ -1,0 +1,77 @@
+"""Session files that are wrong: no crash, no contradiction between verbs, and a cost in proportion to their bytes."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from support.peak_memory import environment
+from support.wrong_files import BOMBS, WRONG, closed, contradictions, good_files, message, plus, verbs, wrong_bytes
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    return good_files(tmp_path_factory.mktemp("good"))
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory):
+    return tmp_path_factory.mktemp("place")
+
+
+def test_four_verbs_agree_on_a_good_file(good, tmp_path):
+    (tmp_path / "s.mcap").write_bytes(good["own"])
+    answers = verbs(tmp_path / "s.mcap", tmp_path / "out.mcap")
+    assert all(accepted for accepted, _ in answers.values()), answers
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_four_verbs_do_not_contradict_each_other_about_a_wrong_file(good, tmp_path, case):
+    data = WRONG[case](good["own"])
+    assert data != good["own"] and contradictions(data, tmp_path) == []
+
+
+@given(data=st.data())
+def test_four_verbs_do_not_contradict_each_other_about_any_records(good, place, data):
+    assert contradictions(data.draw(wrong_bytes(good)), place) == []
+
+
+def test_what_a_small_file_unpacks_to_is_bounded_by_its_size(good, tmp_path):
+    path = tmp_path / "bomb.mcap"
+    path.write_bytes(plus(closed([message(5)] * 150_000))(good["own"]))
+    assert not verbs(path, tmp_path / "out.mcap")["info"][0]
+
+
+PROGRAM = """
+import json, sys, time
+from pathlib import Path
+from support.peak_memory import peak_bytes
+from replay.session_info import session_info
+from sessions import examine, read_session, recover
+from sessions.errors import SessionError
+path, verb = Path(sys.argv[1]), sys.argv[2]
+work = {"info": lambda p: session_info(read_session(p)), "doctor": examine,
+        "recover": lambda p: recover(p, p.with_suffix(".out"), overwrite=True)}[verb]
+work(Path(sys.argv[3]))
+plain, began = peak_bytes(), time.process_time()
+try:
+    work(path)
+except SessionError as error:
+    pass
+print(json.dumps([time.process_time() - began, peak_bytes() - plain]))
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", BOMBS)
+@pytest.mark.parametrize("verb", ["info", "doctor", "recover"])
+def test_a_small_file_costs_at_most_100_mb_and_2_s_beyond_what_its_bytes_cost(good, tmp_path, name, verb):
+    path, plain = tmp_path / "bomb.mcap", tmp_path / "good.mcap"
+    plain.write_bytes(good["own"])
+    path.write_bytes(plus(*BOMBS[name]())(good["own"]))
+    command, size = [sys.executable, "-c", PROGRAM, str(path), verb, str(plain)], path.stat().st_size
+    done = subprocess.run(command, env=environment(), capture_output=True, text=True, timeout=120, check=True)
+    seconds, spent = json.loads(done.stdout)
+    assert seconds <= 2 + size / 1e6 and spent <= (100 << 20) + 50 * size
