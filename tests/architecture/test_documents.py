@@ -280,8 +280,9 @@ def test_every_link_leads_to_a_file():
     assert [(str(path), target) for path, target in links() if not (path.parent / target).exists()] == []
 
 
-def test_every_path_that_the_architecture_names_is_there():
-    spans = re.findall(r"`((?:cdcore|sessions|replay|tests)/[\w/.]*)`", page("architecture"))
+@pytest.mark.parametrize("name", ["architecture", "core"])
+def test_every_path_that_a_page_about_files_names_is_there(name):
+    spans = re.findall(r"`((?:cdcore|sessions|replay|tests)/[\w/.]*)`", page(name))
     assert len(spans) > 20 and [path for path in spans if not (ROOT / path).exists()] == []
 
 

@@ -81,7 +81,7 @@ def test_a_column_of_the_table_is_in_a_run_folder(place, run_folder):
 
 
 def test_every_place_of_the_table_was_opened():
-    opened = [place for place in PLACES if re.fullmatch(r"[a-z_.]+:[A-Za-z_.]+|replay .*|\w+\.parquet: \w+", place)]
+    opened = [place for place in PLACES if re.fullmatch(r"[a-z_.]+:\w+(?:\.\w+)*|replay .*|\w+\.parquet: \w+", place)]
     assert sorted(opened) == sorted(PLACES)
 
 
