@@ -75,8 +75,6 @@ class Region:
     """How many it holds, once it was read."""
     indexed: int | None = None
     """How many its message index lists, where it has one."""
-    truncated: bool = False
-    """The file ends inside it."""
 
 
 def chunk_region(start: int, content: bytes) -> Region | None:

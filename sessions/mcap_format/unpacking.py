@@ -135,10 +135,10 @@ def _damaged(catalogue: Catalogue, region: Region, why: str) -> SessionFileError
     return refused(catalogue.path, "damaged-chunk", f"the chunk at byte {region.offset} is damaged ({why})")
 
 
-def listed(data: bytes, region: Region, catalogue: Catalogue, *, truncated: bool = False) -> MessageTable:
+def listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
     """The messages in a region's unpacked bytes; schemas and channels among them go to the catalogue.
 
-    A record that is longer than the rest is an error, but for a truncated region, which ends there.
+    A record that is longer than the rest is an error.
     """
     starts, at, size = array("q"), 0, len(data)
     most = region.messages if region.messages is not None else catalogue.messages_left
@@ -156,7 +156,7 @@ def listed(data: bytes, region: Region, catalogue: Catalogue, *, truncated: bool
         else:
             catalogue.declare(opcode, data[at + head_size : end])
         at = end
-    if at != size and not truncated:
+    if at != size:
         raise _damaged(catalogue, region, f"the record {at} bytes into it has an impossible length")
     catalogue.note(region, len(starts))
     begin = np.array(starts, dtype=np.int64)

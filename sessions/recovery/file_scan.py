@@ -1,37 +1,34 @@
-"""One scan of a damaged file: what it declares, which messages can be trusted, and what is lost. It writes nothing.
+"""One walk through a damaged file: what it declares, which messages can be trusted, what is lost. It writes nothing.
 
-A chunk whose checksum agrees is whole. A truncated chunk is read as far as it goes: what was written was right. A
-chunk whose checksum is wrong is not read at all, because nobody can say which of its bytes changed.
+A chunk whose checksum agrees is whole. One whose checksum is wrong is not read at all, because nobody can say which of
+its bytes changed. What follows a record that is not whole is lost: nothing is guessed among bytes without records.
 """
 
-import io
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import lz4.frame
 import numpy as np
-import zstandard
 from google.protobuf.message import DecodeError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Schema
 
 from sessions.errors import SessionFileError
-from sessions.mcap_format.catalogue import DECLARING, Catalogue, Region
-from sessions.mcap_format.container import MAGIC
+from sessions.mcap_format.catalogue import DECLARING, SMALL_RECORD_BYTES, Catalogue, Region
+from sessions.mcap_format.container import HEAD, MAGIC
 from sessions.mcap_format.mcap_file import read_attachment, read_footer
 from sessions.mcap_format.pose_decoding import MESSAGE_BYTES, FrameDecoder
 from sessions.mcap_format.reader import is_part, read_part
 from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import TF, TRACKING, channel_spec
-from sessions.mcap_format.unpacking import ZSTD_WINDOW_BYTES, MessageTable, listed, read_region
+from sessions.mcap_format.unpacking import MessageTable, read_region
 from sessions.recovery.lost import LostChunk
-from sessions.recovery.record_scan import RecordScan
 
 POSES = (TF, TRACKING)  # Topics whose messages are checked
 
+COPIED_ATTACHMENT_BYTES = 128 << 20  # A mesh larger than this is not copied: it would have 4 million faces
 INDEX_LIMIT_BYTES = 64 << 20  # A longer index is not trusted over the records it repeats
 
 
@@ -63,8 +60,12 @@ class Declared(Catalogue):
             self.raw[kind][record.id] = record
         return record
 
-    def _bound(self, opcode: int, size: int, limit: int) -> None:
-        """Every record was bounded when it was found."""
+    def bound(self, opcode: int, length: int) -> None:
+        """Refuse a record that is too long to be held."""
+        if opcode == Opcode.ATTACHMENT:
+            self._bound(opcode, length, COPIED_ATTACHMENT_BYTES)
+        elif opcode in DECLARING:
+            self._bound(opcode, length, SMALL_RECORD_BYTES)
 
 
 @dataclass
@@ -116,24 +117,35 @@ class FileScan:
 
 
 def scan_file(path: Path, stream: BinaryIO) -> FileScan:
-    """Look through a whole file; memory is one chunk and the whole attachments."""
-    declared = Declared(path, stream.seek(0, 2))
-    found, scan, index_start = FileScan(declared), RecordScan(stream), _index_start(stream)
+    """Walk a file record by record, to its end or to the first one that is not whole; memory is one chunk and the whole
+    attachments."""
+    size = stream.seek(0, 2)
+    declared = Declared(path, size)
+    found, index_start = FileScan(declared), _index_start(stream)
     declaring: list[tuple[bool, int, bytes]] = []
-    for piece in scan.pieces():
-        found.closed |= piece.opcode == Opcode.DATA_END
-        declared.run = declared.run if piece.opcode == Opcode.MESSAGE else None
-        if piece.region is not None:
-            declared.regions.append(piece.region)
-        elif piece.opcode == Opcode.ATTACHMENT:
-            _attachment(scan.bytes_of(piece), found)
-        elif piece.opcode in DECLARING:
-            declaring.append((piece.start >= index_start, piece.opcode, scan.bytes_of(piece)))
-        elif piece.opcode == 0:
-            found.bytes_skipped += piece.end - piece.start
-        else:
-            stream.seek(piece.content)
-            declared.enter(stream, piece.opcode, piece.start, piece.end - piece.content)
+    at = len(MAGIC)
+    while True:
+        stream.seek(at)
+        head = stream.read(HEAD.size)
+        opcode, length = HEAD.unpack(head) if len(head) == HEAD.size else (0, size)
+        after = at + HEAD.size + length
+        if opcode == Opcode.FOOTER and after <= size:
+            break
+        if after > size:
+            found.bytes_skipped = size - at
+            break
+        found.closed |= opcode == Opcode.DATA_END
+        try:
+            declared.bound(opcode, length)
+            if opcode == Opcode.ATTACHMENT:
+                _attachment(stream.read(length), found)
+            elif opcode in DECLARING:
+                declaring.append((at >= index_start, opcode, stream.read(length)))
+            else:
+                declared.enter(stream, opcode, at, length)
+        except SessionFileError as error:
+            found.lost.append(LostChunk(at, 0, 0, None, "damaged" if "damaged" in str(error) else brief(error)))
+        at = after
     # The copies in a checked index come last, because the last of an id counts.
     for _, opcode, content in sorted(declaring, key=lambda one: one[0]):
         declared.take(opcode, content)
@@ -169,36 +181,17 @@ def _read_region(stream: BinaryIO, found: FileScan, region: Region) -> None:
         else:
             found.parts.append((region, mixed))
             found.left_out += len(table.channel) - len(kept.channel)
-    if region.truncated:
-        found.lost.append(LostChunk(region.offset, region.first_ns, region.last_ns, None, "cut short"))
-    elif why:
+    if why:
         found.lost.append(LostChunk(region.offset, region.first_ns, region.last_ns, region.indexed, why))
 
 
 def read_chunk(stream: BinaryIO, region: Region, catalogue: Catalogue) -> MessageTable | str:
     """The messages of a chunk, or why it cannot be trusted; its channels go to the catalogue."""
     try:
-        if region.truncated:
-            stream.seek(region.offset)
-            data = unpacked_start(stream.read(region.length), region)
-            return trusted(listed(data, region, catalogue, truncated=True), catalogue)
         table = read_region(stream, region, catalogue)
     except SessionFileError as error:
         return "damaged" if "is damaged" in str(error) else f"unreadable ({brief(error)})"
     return table if region.crc else trusted(table, catalogue)
-
-
-def unpacked_start(packed: bytes, region: Region) -> bytes:
-    """What can be unpacked of data that ends too early."""
-    try:
-        if region.compression == "zstd":
-            unpacker = zstandard.ZstdDecompressor(max_window_size=ZSTD_WINDOW_BYTES)
-            return bytes(unpacker.stream_reader(io.BytesIO(packed)).read(region.size))
-        if region.compression == "lz4":
-            return bytes(lz4.frame.LZ4FrameDecompressor().decompress(packed, max_length=region.size))
-    except (zstandard.ZstdError, RuntimeError):
-        return b""
-    return packed[: region.size]
 
 
 def trusted(table: MessageTable, catalogue: Catalogue) -> MessageTable:
