@@ -191,7 +191,7 @@ def _placed_blocks(
     low, high = _window(layout.scan, start, end)
     kinematics = Kinematics(session.scene, session.names, [body.name for body in layout.bodies])
     for frames in filled(block.frames for block in in_order(session.blocks(size))):
-        first, stop = np.searchsorted(frames.stamp_ns, [low, high + 1])
+        first, stop = np.searchsorted(frames.stamp_ns, low), np.searchsorted(frames.stamp_ns, high, side="right")
         placed = kinematics.place(frames).part(int(first), int(stop))
         yield from (placed.part(begin, begin + size) for begin in range(0, len(placed), size))
         if len(frames) and frames.stamp_ns[-1] > high:

@@ -115,8 +115,10 @@ class TrackWatch:
         cosine = _cosines(window.quaternion, 1)
         since = np.diff(window.sample_ns)
         found = np.zeros(len(way), dtype=np.uint32)
+        with np.errstate(divide="ignore", invalid="ignore"):  # a clock that only runs backwards has no least step
+            velocity = way / step[:, None]
         for mark, where in (
-            (Mark.TELEPORT, _no_motion(way / step[:, None])), (Mark.SAME_PLACE, same_place),
+            (Mark.TELEPORT, _no_motion(velocity)), (Mark.SAME_PLACE, same_place),
             (Mark.SAME_ROTATION, same_rotation), (Mark.SIGN_FLIP, cosine < 0), (Mark.SAMPLE_BACKWARDS, since < 0),
             (Mark.SAMPLE_REPEATED, (since == 0) & ~(same_place & same_rotation)),
             (Mark.TURN_OUTLIER, _undone(cosine, _cosines(window.quaternion, 2), TURN_BOUND * step)),

@@ -1,4 +1,4 @@
-"""Every text of the recording of a run, read back from the file."""
+"""Every text of a recording, read back from its file."""
 
 from rerun.chunk import RrdReader
 

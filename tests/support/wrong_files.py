@@ -261,7 +261,10 @@ WRONG: dict[str, Callable[[bytes], bytes]] = {
     "a record of 2^63 bytes": lambda data: data[:8] + HEAD.pack(Opcode.METADATA, 2**63) + data[8:],
     "an index at byte 2^63": index_at(2**63),
     "an index at byte 7": index_at(7),
-    "poses in JSON": lambda data: data.replace(b"/tf\x08\x00\x00\x00protobuf", b"/tf\x08\x00\x00\x00json\0\0\0\0"),
+    "poses in JSON": of_kind(
+        Opcode.CHUNK,
+        lambda c: closed([(op, inside.replace(b"protobuf", b"protobad")) for op, inside in opened(c)])[1],
+    ),
     "an unknown version": lambda data: data.replace(b"vrlab/1", b"vrlab/9"),
     "a chunk that unpacks to 2^63": number_at(Opcode.CHUNK, 16, 2**63),
     "a chunk that unpacks to less": number_at(Opcode.CHUNK, 16, 10),

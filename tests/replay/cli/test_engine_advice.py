@@ -19,17 +19,6 @@ def file(tmp_path, monkeypatch):
     return str(tmp_path / "s.mcap")
 
 
-def test_table_and_advice_fit_eighty_columns_and_no_setting_is_broken(file, monkeypatch, capsys):
-    monkeypatch.setenv("COLUMNS", "80")
-    assert main(["tradeoff", file, "--engine", "unity"]) == 0
-    out = capsys.readouterr().out
-    assert max(map(len, out.splitlines())) <= 80
-    assert "collider[shape=hull,rate_hz=50,skin_m=0.01]" in out and "Default Contact" in out
-    words = " ".join(out.split())
-    assert "Unity 6000.0: 2 contacts in 0 s, beside exact" in words and "Nothing is missed in row 1" in words
-    assert "Each row is checked by: replay run SESSION --detectors SETTING." in words
-
-
 def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, capsys):
     out = tmp_path / "runs"
     words = ["tradeoff", file, "--engine", "unreal", "--format", "json", "--out", str(out), "--no-picture"]

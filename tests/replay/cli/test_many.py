@@ -1,15 +1,11 @@
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from support.small_worlds import cubes, framed
 
 from replay.api.auditor import audit
-from replay.api.batch import Batch
-from replay.cli import many
 from replay.cli.main import main
-from replay.cli.many import session_table
 from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -113,24 +109,3 @@ def test_other_settings_need_another_folder_or_force(files, tmp_path, capsys):
 def test_what_is_for_one_session_is_refused_for_several(files, tmp_path, capsys):
     assert main(["run", *files, "-o", str(tmp_path / "runs"), "--view"]) == 2
     assert "--view is for one session" in capsys.readouterr().err and not (tmp_path / "runs").exists()
-
-
-def gist(missed, undecided=0, lost=0):
-    figures = {"contacts": 3, "contacts_missed": missed, "contacts_undecided": undecided}
-    return {
-        "session": {"frames": 10, "dropped_frames": {"repeated": 0}}, "audit": {"x": figures},
-        "flagged": [{"kind": "not-finite", "dropped": lost}] if lost else [],
-    }  # fmt: skip
-
-
-def test_columns_of_nothing_are_left_out_and_long_tables_say_how_long_they_are(monkeypatch):
-    batch = Batch(Path("runs"), (), (), audit={"x": {}}, runs={"a": gist(0), "b": gist(2), "c": gist(2)})
-    made = session_table(batch)
-    assert [column.name for column in made.columns] == ["session", "frames", "contacts", "missed by x"]
-    assert made.rows == (("b", 10, 3, 2), ("c", 10, 3, 2), ("a", 10, 3, 0)) and made.foot == ("all", 30, 9, 4)
-    made = session_table(replace(batch, runs={"a": gist(0, undecided=1), "b": gist(1, lost=4)}))
-    assert [column.name for column in made.columns][4:] == ["undecided", "poses left out"]
-    assert made.rows == (("b", 10, 3, 1, 0, 4), ("a", 10, 3, 0, 1, 0))
-    monkeypatch.setattr(many, "SESSION_ROWS", 1)
-    made = session_table(batch)
-    assert len(made.rows) == 1 and made.notes == ("… and 2 more",) and made.foot == ("all", 30, 9, 4)

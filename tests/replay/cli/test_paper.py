@@ -3,11 +3,8 @@
 import json
 
 import pytest
-from rich.console import Console
 
 from replay.cli.main import main
-from replay.cli.paper import paper_tables
-from replay.outputs.paper_table import PaperTable
 from replay.studies.paper import experiment
 from replay.studies.paper.table_one import measure
 
@@ -56,20 +53,3 @@ def test_quick_runs_to_the_end_and_complete_rows_find_every_face(capsys):
     assert [row[4] for row in tables["T1a"]["rows"][:7]] == [1.0] * 7
     assert all(row[6] in (1.0, None) for row in tables["T1a"]["rows"])
     assert {"Table I", "F7ab", "F7c", "F7e", "F8 coverage", "F8 search"} < set(tables)
-
-
-def test_titles_notes_and_cells_are_printed():
-    console = Console(width=80)
-    with console.capture() as caught:
-        console.print(paper_tables([PaperTable("T1", "a title", ("who", "n"), (("x", 1234), ("y", None)), "a note")]))
-    for words in ("T1: a title", "a note", "1,234", "who", "-"):
-        assert words in caught.get()
-
-
-def test_in_a_narrow_terminal_numbers_are_folded_and_never_cut():
-    console = Console(width=24)
-    row = ("a-long-search", 1.234567, 7654321, 0.000123)
-    with console.capture() as caught:
-        console.print(paper_tables([PaperTable("T1", "a", ("who", "one", "two", "three"), (row,), "")]))
-    assert "…" not in caught.get()
-    assert all(caught.get().count(digit) >= 1 for digit in "7654321")

@@ -1,11 +1,10 @@
 import json
-from dataclasses import replace
 
 import pytest
 from support.small_worlds import cubes, framed
 
 from replay.cli.main import main
-from sessions import MeshData, write_session
+from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 SLOW = "slow=discrete[rate_hz=20]"
@@ -86,18 +85,6 @@ def test_a_folder_in_the_way_is_refused_and_force_replaces_it(file, tmp_path, ca
     assert main([*where, "--force"]) == 0
 
 
-def test_who_wants_more_gets_the_sources_of_the_detectors_that_looked(file, tmp_path, capsys):
-    plain = ["run", file, "--no-picture", "--detectors", "sphere", "--oracle", "hybrid"]
-    assert main([*plain, "-o", str(tmp_path / "one"), "-v"]) == 0
-    printed = capsys.readouterr().out
-    assert "detector sphere" in printed and "equation (21)" in printed and "FCL" in printed
-    assert main([*plain, "-o", str(tmp_path / "two"), "-v", "--format", "json"]) == 0
-    report = json.loads(capsys.readouterr().out)
-    assert set(report["sources"]) == {"detector sphere", "detector hybrid"}
-    assert main([*plain, "-o", str(tmp_path / "three")]) == 0
-    assert "equation (21)" not in capsys.readouterr().out
-
-
 def test_audit_is_another_name_of_run_that_no_help_shows(file, capsys):
     words = [file, "--detectors", SLOW, "--max-missed", "0.01", "--format", "json"]
     told = []
@@ -114,30 +101,6 @@ def test_what_is_false_is_gated_too(file, capsys):
     assert main([*words, "0.1"]) == 4
     assert "gate: slow invented " in capsys.readouterr().err
     assert main([*words, "1"]) == 0
-
-
-def test_counts_of_every_detector_are_printed(file, capsys):
-    assert main(["run", file, "--detectors", f"{SLOW},hybrid", "-v"]) == 0
-    printed = capsys.readouterr().out
-    assert "slow" in printed and "hybrid" in printed
-    for word in ("matched", "missed", "false", "split", "merged", "not examined", "between looks 2"):
-        assert word in printed
-
-
-def test_pairs_whose_containment_is_refused_are_told_in_one_sentence_of_80_columns(tmp_path, capsys, monkeypatch):
-    session, path = cubes({name: [2 * k, 2.01 * k, 2 * k] for k, name in enumerate("abcdef")}), tmp_path / "s.mcap"
-    ajar = {name: MeshData(mesh.vertices, mesh.faces[1:]) for name, mesh in session.meshes.items() if name != "f"}
-    write_session(replace(session, meshes=session.meshes | ajar), path)
-    monkeypatch.setenv("COLUMNS", "80")
-    assert main(["run", str(path), "--detector", "hybrid"]) == 0
-    lines = capsys.readouterr().out.splitlines()
-    first = next(k for k, words in enumerate(lines) if "containment" in words)
-    assert max(map(len, lines)) <= 80
-    assert [words.rstrip() for words in lines[first : first + 3]] == [
-        "exact: containment refused for 15 of 15 pairs: a and b are open; a and c are",
-        "open; a and d are open; a and e are open; 11 more in summary.json.",
-        "",
-    ]
 
 
 def test_a_broken_gate_ends_in_4_and_says_which(file, capsys):

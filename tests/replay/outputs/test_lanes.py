@@ -41,12 +41,3 @@ def test_boxes_never_overlap_and_hold_every_number_once(starts):
         named += range(int(low), int(high or low) + 1)
         assert end - start >= (0.011 + 0.0055 * len(label)) * 60e9 - 1
     assert named == [miss.number for miss in misses]
-
-
-def test_hundreds_of_misses_become_boxes_that_can_be_counted():
-    misses = [at(number, number * 0.15) for number in range(1, 400)]
-    assert 10 <= len(number_boxes(misses, 60_000_000_000)) <= 60
-
-
-def test_lone_misses_keep_their_own_number():
-    assert [box[0] for box in number_boxes([at(1, 5.0), at(2, 20.0)], 60_000_000_000)] == ["1", "2"]

@@ -1,13 +1,11 @@
 """Moments of all detectors stand in one order, no two in one place, and their words are true."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
-import numpy as np
 import pytest
 
 from replay.comparison.outcome import Outcome
-from replay.outputs.moments import FocusMoment, focus_rows, moment_line, pair_in_focus
+from replay.outputs.moments import FocusMoment, focus_rows, pair_in_focus
 from replay.outputs.palette import FOUND, INVENTED, MISSED, PARTLY_MISSED
 
 ONE = FocusMoment(10, 0, 3, (0.0, 0.0, 0.0), "slow", 7, Outcome.MISSED, 9, 12, 0.012, "never found", "")
@@ -39,14 +37,3 @@ def test_the_pair_in_focus_is_that_of_the_nearest_moment():
 )  # fmt: skip
 def test_red_is_missed_and_nothing_else(outcome, kind, colour):
     assert replace(ONE, outcome=outcome, kind=kind).colour == colour
-
-
-def test_a_line_says_who_what_and_how_long_and_no_size_that_was_not_measured():
-    line = "slow miss 7    12.0 mm  a-b   4 frames  never found  between looks"
-    fault = replace(ONE, of=SimpleNamespace(cause="between looks"))
-    assert moment_line(fault, "a-b", (4, 3)) == line
-    unknown = moment_line(replace(fault, size=float("nan")), "a-b", (4, 3))
-    assert unknown == "slow miss 7             a-b   4 frames  never found  between looks"
-    free = replace(ONE, label="", number=0, outcome=Outcome.BOTH, size=0.0, kind="")
-    assert moment_line(free, "a-b", (4, 3)).split() == ["contact", "a-b", "4", "frames"]
-    assert np.isclose(ONE.size, 0.012)

@@ -5,31 +5,25 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.price_rows import price_row
-from support.small_tables import ROWS, made
 from support.small_worlds import cube, cubes, grazing, jumping
 
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
-from replay.guide.pages import page
 from replay.outputs.moments import miss_note
 from replay.outputs.results.fault_tables import miss_table as parquet_misses
 from replay.outputs.run_tables import (
     LATE,
     contact_table,
     cost_table,
-    finding_table,
-    matched_table,
     miss_table,
-    pair_frame_table,
     pair_table,
     stage_table,
 )
 from replay.outputs.tables import Marked
-from replay.outputs.tradeoff_table import HEAD, quickest_first, tradeoff_table
-from replay.outputs.words import CONTACT_WORDS
+from replay.outputs.tradeoff_table import HEAD, tradeoff_table
 from replay.pipeline.engine import compute
 from replay.pipeline.summary import look_figures
-from sessions import Finding, MeshData, Severity
+from sessions import MeshData
 
 
 @pytest.fixture(scope="module")
@@ -61,12 +55,6 @@ def test_a_pair_whose_containment_is_refused_says_why_beside_its_verdicts(run):
     (note,) = pair_table(result, "sphere").only("pair").notes
     assert note == f"exact: {word}" and contact_table(result, "exact").notes == (note,)
     assert result.summary["pairs"][0]["containment"]["exact"] == "refused: a has doubled or overlapping faces"
-
-
-def test_every_miss_has_the_command_that_shows_it(run):
-    made = miss_table("missed", run.misses["slow"])
-    commands = [cell.text for cell in column(made, "look at it")]
-    assert commands == [f"replay view RUN --miss {miss.number}" for miss in run.misses["slow"]]
 
 
 @pytest.mark.parametrize(("away", "known"), [(0.0, True), (1e4, False)])
@@ -132,22 +120,6 @@ def test_quantiles_are_over_looks_and_the_share_over_the_budget_is_over_frames(r
     assert row == ("17.000", "17 %")
 
 
-def test_a_code_is_explained_at_its_first_finding_only():
-    lost = [Finding("tracking-lost", Severity.WARNING, f"loss {k}", start=1.0, end=2.0) for k in range(3)]
-    cells = column(finding_table(lost), "what")
-    assert [bool(cell.below) for cell in cells] == [True, False, False]
-
-
-def test_columns_are_chosen_by_name_and_in_the_order_asked_for():
-    chosen = made().only("mark", "absent", "body")
-    assert [column.name for column in chosen.columns] == ["mark", "body"] and chosen.rows[0][1] == "cup|lid"
-
-
-def test_a_long_table_says_how_much_it_leaves_out_in_a_note():
-    cut = made().first(1, "and {} more")
-    assert cut.rows == tuple(ROWS[:1]) and cut.notes[-1] == "and 1 more" and made().first(2, "{}") == made()
-
-
 ROW = price_row("a", 0.5, 1.8, live=1.25, precision=0.75) | {
     "missed": 0.1, "missed_low": 0.05, "missed_high": 0.2, "work": {"tests": 12_345, "skipped": 99_999},
     "front": True, "front_online": True, "over_share": 0.02,
@@ -163,28 +135,3 @@ def test_shares_are_percentages_and_what_was_not_measured_is_empty():
         "missed, % [95 %]": "10 [5, 20]", "invented, %": "25", "faces, %": "", "contained": "in",
         "most of its work": "12k tests",
     }  # fmt: skip
-
-
-def test_rows_are_numbered_in_the_order_given():
-    slow = {**price_row("b", 2.0, 0, spread=None), "passes": 1, "precision": None, "work": {}}
-    rows = tradeoff_table("", quickest_first([slow, ROW])).rows
-    assert [row[:2] for row in rows] == [("1", "a"), ("2", "b")] and rows[1][-1] == rows[1][3] == rows[1][9] == ""
-    assert rows[1][5:7] == ("10.8", "0 live, 1")
-
-
-def test_a_share_that_is_not_zero_is_not_shown_as_zero():
-    few = {"missed": 1 / 9000, "missed_low": 1 / 90000, "missed_high": 4 / 9000, "precision": 8999 / 9000}
-    (row,) = tradeoff_table("", [{**ROW, **few, "over_share": 1 / 81000}]).rows
-    cells = dict(zip(HEAD, row, strict=True))
-    assert cells["missed, % [95 %]"] == "0.011 [0.0011, 0.044]" and cells["invented, %"] == "0.011"
-    assert cells["p99 ms (over 11.1)"].endswith(" (0.0012 %)")
-
-
-def test_intervals_are_said_to_be_over_contacts_wherever_they_stand(run):
-    audit = run.summary["audit"]
-    tables = pair_frame_table("", audit), matched_table("", audit, CONTACT_WORDS), tradeoff_table("", [])
-    texts = [run.summary["intervals"], *(" ".join(made.titled("", "more").notes) for made in tables)]
-    texts += [" ".join(page(topic).split()) for topic in ("audit", "price")]
-    (word,) = (line for line in page("glossary").splitlines() if line.startswith("| interval |"))
-    assert all("contacts drawn anew" in text.replace("contacts are", "contacts") for text in [*texts, word])
-    assert all("over look phases alone" in text for text in texts)

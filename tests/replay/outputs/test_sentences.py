@@ -1,33 +1,26 @@
 """Every sentence of report and picture against planted worlds: a letter a frame, counted here, in every state."""
 
 from dataclasses import replace
-from functools import cache
 from html import escape, unescape
 from re import findall
-from types import SimpleNamespace
 from unittest.mock import MagicMock
 
-import numpy as np
 import pytest
 from matplotlib.text import Text
 from support.lettered_worlds import STATES, became, missed, run, stretches
 from support.page_cells import Cells
 from support.price_rows import ABOUT, price_row
 from support.sentences import picture_text
-from support.small_worlds import cubes
 
-from replay.comparison.outcome import Outcome
-from replay.outputs import moments, tradeoff_table
-from replay.outputs.report import charts, page, tables, tradeoff, tradeoff_picture
+from replay.outputs import tradeoff_table
+from replay.outputs.report import charts, page, tradeoff, tradeoff_picture
 from replay.outputs.report.drawing import LIGHT
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log import tradeoff as curve
-from replay.outputs.rerun_log.search_picture import path_words
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs.pareto import advice_of, answer_of
-from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -129,58 +122,12 @@ def test_every_sentence_of_the_picture_holds_in_every_state(state, tmp_path):
     assert ("**To do:** see what it left undecided." in text) == (state == "undecided")
 
 
-def timed(result, *p99):
-    """As if oracle and detector had been timed so, frame by frame."""
-    made = dict(result.summary["detectors"])
-    for label, seconds in zip(("exact", "it"), p99, strict=True):
-        made[label] = {**made[label], "seconds": {"per_frame_mean": 1e-4, "per_frame": {"p99": seconds}}}
-    return replace(result, summary=result.summary | {"detectors": made})
-
-
-def test_a_pair_without_a_fault_of_its_own_says_what_each_detector_made_of_it():
-    result = run("false at both ends")
-    (one,) = moments.key_moments(all_held(result))
-    assert one.said.splitlines()[0] == "#### a-b, in the whole session"
-    assert one.said.endswith("- it: 0 frames missed, 0 false, 6 held and counted apart")
-    outcome = np.full_like(result.comparisons["it"].outcome, Outcome.BOTH)
-    calm = replace(result, comparisons={"it": replace(result.comparisons["it"], outcome=outcome)})
-    (one,) = moments.key_moments(replace(calm, false={"it": ()}))
-    assert one.said.endswith("- it: 0 frames missed, 0 false")
-
-
-def all_held(result):
-    """As if the one pair were a hand and what it holds."""
-    outcome = result.comparisons["it"].outcome
-    held = np.where(outcome == Outcome.NEITHER, outcome, np.uint8(Outcome.HELD))
-    return replace(result, comparisons={"it": replace(result.comparisons["it"], outcome=held)}, false={"it": ()})
-
-
-SCENE = Scene(
-    bodies=(SceneBody("a"), SceneBody("b")),
-    effects=(SceneEffect("contact", {"between": ["a", "b"]}), SceneEffect("penetration")),
-)
-
-
-@cache
-def flickering():
-    """Three contacts of a scene's effects, which nobody audits."""
-    return compute(cubes({"a": [0.0] * 12, "b": [0.99, 0.99, 3.0, 3.0] * 3}, scene=SCENE), detectors=())
-
-
 def test_a_page_without_an_audit_counts_what_each_detector_found():
     truth = STATES["several"][0]
     session = run("several").session
     text = unescape(report_html(compute(session, detectors="exact,sphere", oracle="none")))
     contacts = sum(value == "C" for _, _, value in stretches(truth))
     assert f"<h1>{contacts} contacts found by exact, 1 contact found by sphere</h1>" in text
-
-
-def test_a_page_of_effects_counts_what_happened_and_says_how_much_it_leaves_out(monkeypatch):
-    monkeypatch.setattr(tables, "EVENT_ROWS", 2)
-    text = unescape(report_html(flickering()))
-    assert "What the effects found, the first 2 of 3" in text
-    assert "Declared, and not computed by this version: penetration." in text
-    assert "Not called for, so not imported and not run: " in text
 
 
 def words_of_picture(done):
@@ -213,12 +160,3 @@ def test_the_report_of_a_tradeoff_answers_in_every_state(rows, cut, front):
     assert (f"Not tried, for want of time: {', '.join(cut)}." in told) == bool(cut)
     assert told.count("To audit a recording, ") == bool(front) == text.count("<li>To audit a recording, ")
     assert text.count("<li>For less time, ") == max(0, front - 1)
-
-
-def test_the_path_of_a_look_says_how_near_its_first_pair_and_its_best_ant_came():
-    trace = SimpleNamespace(
-        best=lambda: np.arange(3), distance=np.array([0.2, 0.1, 0.05]), asked_by=np.array(["walk", "ant", "walk"]),
-        iteration=np.array([0, 7, 8]),
-    )  # fmt: skip
-    steps = [(0, "first pair: 200 mm apart"), (1, "best ant, iteration 7: 100 mm; local search takes over"), (2, "end")]
-    assert path_words(trace, "end") == steps

@@ -3,7 +3,6 @@
 from types import SimpleNamespace
 
 import pytest
-from support.price_rows import price_row as row
 from support.small_worlds import verdict_column
 
 from replay.comparison.compare import compare
@@ -13,8 +12,6 @@ from replay.outputs.report.tables import trust
 from replay.pipeline import headline
 from replay.pipeline.gates import Gates
 from replay.pipeline.scores import score
-from replay.tradeoffs import pareto
-from replay.tradeoffs.pareto import advice_of, answer_of
 from sessions import Finding, Severity
 
 LIMITS = Gates(max_missed=0.0, max_p99_ms=1.0, max_invented=0.0)
@@ -105,52 +102,6 @@ def test_every_sentence_holds_in_every_state(state):
     assert price == (
         "Being right costs 1 ms (9 % of a 90 Hz frame) with exact (offline, with faces); it took 1 ms "
         "(live). `replay tradeoff` compares alike."
-    )
-
-
-AUDIT = "To audit a recording, take "
-MINUTE = "it takes 5.4 s for a minute of it"
-PART = "of 18 contacts, whole or in part"
-ADVICE = {
-    "none": ([], []),
-    "one": ([row("a", 1.0, 2)], [f"{AUDIT}a: it misses 2 {PART}; {MINUTE}."]),
-    "several": ([row("a", 1.0, 2), row("b", 5.0, 0, precision=0.9)], [
-        f"{AUDIT}b: it misses none of 18 contacts, and 10 % of what it reports is false; it takes 27 s for a minute of "
-        "it.", f"For less time, take a: it misses 2 {PART}; {MINUTE}."]),
-    "a tie": ([row("a", 1.0, 0), row("b", 1.1, 0), row("c", 1.05, 0)], [
-        f"{AUDIT}a: it misses none of 18 contacts; {MINUTE}; a tie with b and c."]),
-    "trusted": ([row("a", 1.0, 0, oracle=True)], [f"{AUDIT}a: it is what the others are compared with; {MINUTE}."]),
-    "a mean over phases": ([row("a", 1.0, 2.25, phases=36)], [f"{AUDIT}a: it misses 2.2 {PART}; {MINUTE}."]),
-    "undecided": ([row("a", 0.5, 0, contact_frames_undecided=3)], []),
-    "not measured": ([row("a", 0.5, 0, precision=None)], []),
-    "more invented than found": ([row("a", 0.5, 0, precision=0.4)], []),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("state", ADVICE)
-def test_advice_is_given_only_of_what_was_decided_and_is_mostly_true(state):
-    rows, sentences = ADVICE[state]
-    assert advice_of(rows) == sentences
-
-
-LIVE = [
-    row("a", 1.0, 2, live=0.6), row("b", 5.0, 0, live=12.0), row("c", 5.0, 0, precision=0.1, live=0.1),
-    row("d", 5.0, 4, live=0.3, phases=36),
-]  # fmt: skip
-
-
-def test_advice_for_a_live_loop_speaks_of_the_99th_percentile():
-    first, second = (one for one in advice_of(LIVE) if "live loop" in one)
-    assert first.startswith(
-        "In a live loop at 60 and 72 Hz, take b: it misses none of 18 contacts; it takes 12 ms in the mean; its p99 is"
-    )
-    assert second.startswith("In a live loop at 90 and 120 Hz, take a: ") and second.endswith("5.4 % of a 90 Hz frame.")
-    (none,) = (one for one in advice_of([row("c", 5.0, 0, precision=0.1, live=0.1)]) if "live loop" in one)
-    assert none == f"In a live loop at 60, 72, 90 and 120 Hz, {pareto.NONE}."
-    assert answer_of(LIVE).endswith("sampling less often saves 0.3 ms a frame at most")
-    assert answer_of([*LIVE[:2], row("d", 5.0, 4, live=0.7, phases=36)]).endswith("saves is too small to compare here")
-    assert answer_of([row("a", 1.0, 0, live=0.6)]).endswith(
-        "costs 0.6 ms a frame in the mean, p99 5.4 % of a 90 Hz frame"
     )
 
 

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sessions.geometry.rotations import quaternion_about, rotated
 from sessions.synthetic import paths
-from sessions.synthetic.motion_profiles import Dips, Polyline, Swing, Turning, joined, outside, passes
+from sessions.synthetic.motion_profiles import Dips, Polyline, Swing, Turning, joined, passes
 
 TURN = tuple(quaternion_about((0.0, 1.0, 0.0), 1.0).tolist())
 
@@ -24,22 +24,9 @@ def test_a_path_is_at_its_keys_and_rests_there():
     assert np.abs(np.diff(path(times)[0], axis=0)).max() < 1e-9
 
 
-def test_an_arc_rises_over_the_line_and_a_linear_key_keeps_its_speed():
-    arc, straight = paths.Key(1.0, (1.0, 0.0, 0.0), arc=0.2), paths.Key(2.0, (3.0, 0.0, 0.0), ease="linear")
-    path = paths.KeyPath([paths.Key(0.0, (0.0, 0.0, 0.0)), arc, straight])
-    position, _ = path(np.array([0.5, 1.0, 1.25, 1.5]))
-    assert position[0, 1] == pytest.approx(0.2)
-    np.testing.assert_allclose(position[1:], [[1.0, 0, 0], [1.5, 0, 0], [2.0, 0, 0]], atol=1e-12)
-
-
 def test_keys_out_of_order_are_refused():
     with pytest.raises(ValueError, match="sort them"):
         paths.KeyPath([paths.Key(1.0, (0.0, 0.0, 0.0)), paths.Key(1.0, (0.0, 0.0, 1.0))])
-
-
-def test_a_tap_goes_out_by_its_amplitude_and_comes_back():
-    tap = paths.Tap(1.0, 0.4, (0.0, 0.0, -1.0), 0.03)
-    np.testing.assert_allclose(tap(np.array([0.5, 1.0, 1.2, 1.4, 2.0]))[:, 2], [0, 0, -0.03, 0, 0], atol=1e-15)
 
 
 def test_stirring_opens_circles_taps_and_closes():
@@ -49,16 +36,6 @@ def test_stirring_opens_circles_taps_and_closes():
     np.testing.assert_allclose(np.hypot(offset[:, 0], offset[:, 2]), stir.reach(times), atol=1e-15)
     assert (offset[:, 1] == 0.0).all()
     assert stir.reach(np.array([0.9, 1.0, 3.0, 4.1, 8.0, 9.0])) == pytest.approx([0, 0, 0.01, 0.03, 0.01, 0])
-
-
-def test_tremor_is_small_fast_and_silent_where_it_must_be():
-    times = np.linspace(0.0, 20.0, 20 * 500)
-    sway = paths.Tremor(np.random.default_rng(3), 0.0002, [(5.0, 7.0)])(times)
-    assert 0.00005 < sway[times < 4.0].std() < 0.0004
-    assert (sway[(times >= 5.0) & (times <= 7.0)] == 0.0).all()
-    power = np.abs(np.fft.rfft(sway[times < 4.8, 0]))
-    peak = np.fft.rfftfreq(int((times < 4.8).sum()), times[1])[power.argmax()]
-    assert 6.5 < peak < 12.5
 
 
 def test_a_carried_thing_keeps_its_place_in_the_hand():
@@ -75,17 +52,6 @@ def test_a_still_body_never_moves():
     position, quaternion = paths.still((1.0, 2.0, 3.0), TURN)(np.arange(3.0))
     assert position.tolist() == [[1.0, 2.0, 3.0]] * 3
     assert quaternion.tolist() == [list(TURN)] * 3
-
-
-def test_a_reach_starts_and_ends_at_rest_and_passes_its_middle_fastest():
-    u = np.linspace(0.0, 1.0, 100_001)
-    s = paths.minimum_jerk(u)
-    speed = np.gradient(s, u)
-    assert (s[0], s[-1], s[50_000]) == pytest.approx((0.0, 1.0, 0.5), abs=1e-12)
-    assert speed[[0, -1]] == pytest.approx([0.0, 0.0], abs=1e-8)
-    assert speed.max() == pytest.approx(1.875, abs=1e-6)
-    assert (np.diff(s) >= 0.0).all()
-    assert paths.minimum_jerk([-1.0, 2.0]).tolist() == [0.0, 1.0]
 
 
 @given(st.floats(1e-9, 1.0 - 1e-9))
@@ -155,12 +121,6 @@ def test_a_turning_is_between_in_every_half_turn(reach, speed, start):
         within |= (a <= TIMES) & (b >= TIMES)
     clear = np.abs(np.abs(folded) - reach) > 1e-6
     assert (within == (np.abs(folded) <= reach))[clear].all()
-
-
-def test_outside_joins_both_sides():
-    spans = outside(Swing(0.0, 1.0, 2.0), 0.5, 2.0, 2.0)
-    np.testing.assert_allclose(spans, [(0.0, 1 / 3), (2 / 3, 4 / 3), (5 / 3, 2.0)], atol=1e-12)
-    assert outside(Swing(0.0, 1.0, 2.0), 3.0, 2.0, 2.0) == []
 
 
 def test_a_dip_below_what_is_foreseen_is_refused():

@@ -1,19 +1,12 @@
-from dataclasses import replace
-from html import unescape
-from types import SimpleNamespace
-
 import pytest
 from support.small_worlds import cubes
 
-from replay.effects.effect_summary import happened_words, leading
-from replay.outputs.report.charts import titration_pictures
+from replay.effects.effect_summary import happened_words
 from replay.outputs.report.markup import rendered
 from replay.outputs.report.page import report_html
 from replay.outputs.report.tables import EVENT_ROWS, effect_parts
 from replay.pipeline.engine import compute
-from sessions import Finding, Severity
 from sessions.model.scene import Scene, SceneBody, SceneEffect
-from sessions.synthetic.scenes import make_scene_session
 
 BETWEEN = {"between": ["a", "b"]}
 
@@ -67,25 +60,3 @@ def test_without_a_detector_the_page_begins_with_what_happened():
     one, two = happened_words(result.effects, 5)
     assert f"<h1>{result.effects['hazard-proximity'].events[0].name}: 2</h1>" in first
     assert first.index(one) < first.index(two) < first.index("No contact was looked for")
-
-
-def test_a_titration_has_its_curve_in_the_page():
-    from support.liquid_worlds import MIX, NEUTRAL, run_in
-
-    runs = run_in([0.0, *[45.0] * 120, 0.0], MIX, NEUTRAL)
-    (picture,) = titration_pictures(SimpleNamespace(effects=runs))
-    (end,) = runs["reaction"].output.named("end-point")
-    assert f"The pH in flask over what came in; the line is its end point, {end.values['volume_ml']:.2f} mL." in picture
-    assert "<svg" in picture and titration_pictures(SimpleNamespace(effects={})) == []
-
-
-def test_a_page_of_effects_begins_with_the_result_of_the_experiment_and_speaks_of_no_verdict():
-    session, _ = make_scene_session("titration", faces=600)
-    result = compute(session, detectors=())
-    page, best = unescape(report_html(result)), leading(result.effects)
-    assert best.name == "end-point" and f"<h1>{best.text[:1].upper()}{best.text[1:]}</h1>" in page
-    assert "Exact about" not in page, "no detector ran, and a bounding sphere is not exact either"
-    warned = replace(result.treatment, findings=(Finding("frozen", Severity.WARNING, "still"),))
-    assert "1 warning." in report_html(replace(result, treatment=warned)), "there are no verdicts that carry a flag"
-    detected = compute(session, detectors="sphere", oracle="none", end=0.2)
-    assert "1 warning: verdicts on these spans carry a flag." in report_html(replace(detected, treatment=warned))

@@ -9,14 +9,10 @@ from support.page_cells import NUMBER, Cells, said_in, shown_as, values_of
 from support.small_worlds import cubes, jumping
 
 from replay.comparison.clusters import clusters
-from replay.outputs.report import faults
 from replay.outputs.report.faults import choices
-from replay.outputs.report.markup import page_table
 from replay.outputs.report.page import report_html
 from replay.outputs.results.fault_tables import false_table, miss_table
 from replay.outputs.results.parquet_tables import event_table
-from replay.outputs.results.run_folder import FALSE_CONTACTS, MISSES
-from replay.outputs.tables import Marked, table
 from replay.pipeline.engine import compute
 from replay.pipeline.ranking import ranking
 from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -84,16 +80,6 @@ def test_the_larger_fault_of_a_detector_and_the_worst_detector_come_first(result
     assert ranks[0].leads_false and next(iter(made.comparisons)) != ranks[0].label
 
 
-def test_a_card_says_the_unit_behind_its_number(page):
-    said = {f"{before} {number} {unit}".strip() for before, unit, number in re.findall(
-        '<td role="cell" class="number" data-name="([^"]*)" data-unit="([^"]*)">([^<]*)</td>', page
-    )}  # fmt: skip
-    assert "at 0.010 s" in said and any(re.fullmatch(r"cut \d+\.\d mm", one) for one in said)
-    assert any(re.fullmatch(r"\d+\.\d mm apart", one) for one in said)
-    unknown = table("t", ("at s",), [(Marked("1.5", below="within 2 microseconds"),)], words=0)
-    assert 'data-name="at s">1.5' in page_table(unknown, [{}]), "the unit would come after the remark"
-
-
 def test_what_has_one_value_cannot_be_chosen_and_a_page_without_a_fault_has_no_choice():
     one = report_html(compute(cubes({"a": PLACES["a"], "b": PLACES["b"]}), detectors="slow=discrete[rate_hz=50]"))
     assert 'id="miss=1"' in one and "<select" not in one
@@ -139,44 +125,6 @@ def rows_of(table):
     return [row | ({"frames": row["last"] - row["first"] + 1} if "first" in row else {}) for row in found]
 
 
-@STATES
-def test_every_number_of_a_card_is_in_the_tables_and_its_cost_in_the_summary(session, asked):
-    result, made = shown_once(session, asked)
-    page, count = Cells(made).tables, 0
-    tables = {"missed": rows_of(miss_table(result)), "reports falsely": rows_of(false_table(result))}
-    for caption, rows in page.items():
-        for label in result.comparisons:
-            kinds = [kind for kind in tables if caption.startswith(f"What {label} {kind}")]
-            for row in rows if kinds else ():
-                (told,) = (one for one in tables[kinds[0]] if (one["detector"], str(one["number"])) == (label, row[0]))
-                seconds = [result.summary["detectors"][name]["seconds"] for name in (label, result.oracle)]
-                costs = [seconds[0].get("at_every_frame"), seconds[1]["per_frame_mean"]]
-                numbers, count = [*values_of([told, costs])], count + 1
-                # What a time is of is said: the oracle's is of the whole motion at once, unless it was asked live.
-                timed = "live" if result.summary["detectors"][result.oracle]["live"] else "offline"
-                assert row[-1].endswith((f" ms a frame, {timed}", " ms each"))
-                assert {told["body_a"], told["body_b"]} == set(row[2].split(" - ")) and told["cause"] == row[4]
-                assert [one for cell in row for one in NUMBER.findall(cell) if not shown_as(one, numbers)] == []
-    assert count == sum(map(len, tables.values()))
-
-
-@STATES
-def test_every_number_of_a_pair_is_in_the_summary(session, asked):
-    result, made = shown_once(session, asked)
-    told, page = {one["name"]: one for one in result.summary["pairs"]}, Cells(made).tables
-    for label in result.comparisons:
-        (rows,) = (rows for caption, rows in page.items() if caption.endswith(f"what {label} made of them"))
-        for pair, count, seconds, longest, *cells in rows:
-            one = told[pair].get("contacts", {}).get(result.oracle, {"count": 0, "seconds": 0.0, "longest": 0.0})
-            assert [count, seconds, longest] == [str(one["count"]), f"{one['seconds']:.3f}", f"{one['longest']:.3f}"]
-            own = told[pair]["audit"][label]
-            frames = [own["pair_frames"][name] for name in ("MISSED", "INVENTED", "WITHIN_TOLERANCE")]
-            assert [int(cell) for cell in cells] == [own["contacts_missed"], own["contacts_in_part"], *frames][
-                : len(cells)
-            ]
-        assert {row[0] for row in rows} == {name for name, one in told.items() if label in one.get("audit", {})}
-
-
 HEADS = {90.0, 95.0, 99.0, 1000 / 90}
 """What only titles of columns say: quantiles, and the frame of a headset."""
 
@@ -203,36 +151,6 @@ def test_every_number_of_the_page_is_in_the_summary_or_in_a_table(session, asked
     numbers = {*values_of(told), *HEADS, *ends, *values_of([*rows, *map(list, groups)])}
     assert [one for one in NUMBER.findall(text) if not shown_as(one, numbers)] == []
     assert len(NUMBER.findall(text)) > 40
-
-
-@STATES
-def test_events_are_rows_of_their_table_and_groups_add_up_to_the_misses(session, asked):
-    result, made = shown_once(session, asked)
-    page = Cells(made).tables
-    listed, told = page.get("What the effects found", ()), rows_of(event_table(result))
-    assert len(listed) == len(told) == (3 if session.scene is EFFECTS else 0)
-    for row, one in zip(listed, told, strict=True):
-        assert row[:3] == [one["source"].removeprefix("effect/"), one["name"], one["message"]]
-        assert row[3:] == ["" if one[end] is None else f"{one[end]:.3f}" for end in ("time", "end_time")]
-    for misses in result.misses.values():
-        found = [rows for caption, rows in page.items() if caption.startswith(f"{len(misses)} misses of")]
-        assert len(found) == (len(misses) > 40)
-        for rows in found:
-            assert sum(int(row[3]) for row in rows) == len(misses)
-            assert sum(int(row[4]) for row in rows) == sum(one.frames for one in misses)
-            assert max(float(row[6]) for row in rows) == round(1e3 * max(one.cut_length for one in misses), 1)
-    for row in page.get("Time of each detector", ()):
-        seconds = result.summary["detectors"][row[0]]["seconds"]
-        stage, stages = max(seconds["stages"], key=seconds["stages"].get), seconds["stages"]
-        share = stages[stage] / sum(stages.values())
-        assert seconds["longest_stage"] == {"stage": stage, "share": pytest.approx(share)}
-        assert row[-1] == f"{stage} {100 * seconds['longest_stage']['share']:.0f} %"
-
-
-def test_a_list_that_was_cut_names_the_file_with_all_of_it(result, monkeypatch):
-    for name, most in (("MANY", 0), ("MOST_CARDS", 1), ("LISTED", 0)):
-        monkeypatch.setattr(faults, name, most)
-    assert set(re.findall(r"are in ([\w.]+)<", report_html(result))) == {MISSES, FALSE_CONTACTS}
 
 
 @pytest.mark.slow

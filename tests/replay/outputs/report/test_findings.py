@@ -5,7 +5,7 @@ from support.planted_faults import FAULTS, clean
 
 from replay.outputs.report.markup import rendered
 from replay.outputs.report.page import report_html
-from replay.outputs.report.tables import finding_parts, trust
+from replay.outputs.report.tables import finding_parts
 from replay.pipeline.engine import compute
 from sessions import Finding, Severity
 
@@ -44,20 +44,3 @@ def test_words_of_a_recording_are_escaped(doubtful):
     odd = Finding("proxy", Severity.NOTE, "<b>", "<script>")
     treatment = replace(doubtful.treatment, findings=(odd,))
     assert "<script>" not in finding_text(replace(doubtful, treatment=treatment))
-
-
-def test_notes_alone_leave_a_recording_trusted_and_no_examination_is_said():
-    assert trust((Finding("proxy", Severity.NOTE, "x"),)).startswith("Nothing suspicious found")
-    result = compute(clean().session(), detectors="sphere", oracle="none")
-    assert "Nothing suspicious found" in finding_text(result)
-    assert "not examined" in finding_text(replace(result, treatment=None))
-
-
-def test_what_a_code_means_is_said_once(doubtful):
-    lost = [Finding("tracking-lost", Severity.WARNING, f"loss {k}") for k in range(9)]
-    odd = Finding("frozen", Severity.WARNING, "still")
-    treatment = replace(doubtful.treatment, findings=(*lost[:5], odd, *lost[5:]))
-    text = finding_text(replace(doubtful, treatment=treatment))
-    assert text.count(f"{lost[0].meaning}; {lost[0].fix}") == text.count(f"{odd.meaning}; {odd.fix}") == 1
-    assert [text.count(f"loss {k}") for k in range(9)] == [1] * 9
-    assert text.index(lost[0].meaning) < text.index("loss 1")

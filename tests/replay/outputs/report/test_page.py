@@ -1,66 +1,24 @@
 """The page says what the result says, and what accuracy costs."""
 
-import base64
-import json
 import re
 from dataclasses import replace
-from html import escape
-from importlib.resources import files
 
 import numpy as np
 import pytest
 from support.browser import opened, serious_faults
 from support.headless import photographed
-from support.page_cells import NUMBER, Cells, said_in, shown_as, values_of
+from support.page_cells import Cells
 from support.small_worlds import cubes, jumping
 
-from replay.outputs.price_plot import subtitle
-from replay.outputs.report.drawing import DARK, LIGHT
-from replay.outputs.report.markup import rendered
-from replay.outputs.report.page import _telling, report_html, write_report
-from replay.outputs.report.tradeoff import tradeoff_parts
-from replay.outputs.results.run_folder import write_run_folder
-from replay.outputs.tradeoff_table import AT_PHASE, how_measured
+from replay.outputs.report.page import report_html, write_report
 from replay.pipeline.engine import compute
-from replay.pipeline.headline import beside, headline, price
-from replay.tradeoffs.settings import Setting
-from replay.tradeoffs.sweep import tradeoff
+from replay.pipeline.headline import headline
 
 
 def test_the_headline_counts_what_the_result_counts(run, page):
     never = {miss.episode for miss in run.misses["slow"] if miss.kind == "never found"}
     assert f"{len(never)} of {len(run.episodes['exact'])} contacts here" in headline(run, "slow")
     assert never and headline(run, "slow") in page
-
-
-def test_the_answer_and_its_price_come_before_the_facts(run, page):
-    told = [escape(one) for one in (*beside(run), *price(run), "To do for slow: look at every frame.")]
-    assert len(told) == 3 and "".join(f'<p class="price">{one}</p>' for one in told) + "</div>" in page.replace(
-        "\n", ""
-    )
-    titles = re.findall("<h2>([^<]*)</h2>", page)
-    assert titles[0] == "Every miss of slow" and titles[-2:] == ["The session", "How to get the same again"]
-
-
-def brightness(colour):
-    """Relative luminance of #rgb or #rrggbb. Source: WCAG 2.2."""
-    digits = colour[1:] if len(colour) == 7 else "".join(2 * one for one in colour[1:])
-    parts = [int(digits[k : k + 2], 16) / 255 for k in (0, 2, 4)]
-    linear = [one / 12.92 if one <= 0.04045 else ((one + 0.055) / 1.055) ** 2.4 for one in parts]
-    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-
-def test_words_can_be_read_on_light_pages_and_on_dark_ones():
-    style = files("replay.outputs.report").joinpath("style.css").read_text(encoding="utf-8")
-    light, dark = (dict(re.findall(r"--(\w+): (#\w+);", one)) for one in re.findall(r":root \{([^}]*)\}", style))
-    assert light.keys() == dark.keys() and brightness(light["paper"]) > 0.9 and brightness(dark["paper"]) < 0.05
-    for colours in (light, dark):
-        for words in ("ink", "faint", "link"):
-            for behind in ("paper", "code"):
-                low, high = sorted(brightness(colours[one]) for one in (words, behind))
-                assert (high + 0.05) / (low + 0.05) >= 4.5, (words, behind, colours)
-    rules = re.sub(r":root \{[^}]*\}", "", style)
-    assert re.findall("#[0-9a-f]{3,6}", rules) == ["#fff"], "all else follows the scheme"
 
 
 def test_every_miss_is_a_row_with_its_numbers_and_the_command_that_shows_it(run, page):
@@ -87,17 +45,6 @@ def test_a_miss_between_frames_is_listed_and_drawn_at_the_moment_of_its_touch():
     assert (number, kind, cause, after) == ("1", "never found", "between frames", "1")
     assert float(at) == pytest.approx(0.01 + 0.01 * 2 / 6, abs=5e-4)
     assert "red: the faces that touch first, between frames 1 and 2" in text
-
-
-def test_contacts_and_times_are_those_of_the_result(run, page):
-    tables = Cells(page).tables
-    (contacts,) = [rows for caption, rows in tables.items() if caption.startswith("Contacts (exact)")]
-    assert sum(int(row[1]) for row in contacts) == len(run.episodes["exact"])
-    assert sum(int(row[6]) for row in contacts) == int((run.comparisons["slow"].outcome == 2).sum())
-    times = {row[0]: float(row[2]) for row in tables["Time of each detector"]}
-    told = run.summary["detectors"]
-    assert times == pytest.approx({label: told[label]["seconds"]["detect"] for label in told}, abs=5e-4)
-    assert all(run.summary["detectors"][label]["digest"] in page for label in run.detections)
 
 
 def test_the_page_needs_nothing_from_outside(page):
@@ -153,43 +100,3 @@ def test_a_checker_of_accessibility_finds_no_serious_fault(page, tmp_path, schem
     with opened((tmp_path / "page.html").as_uri(), tmp_path, (width, 800), scheme) as browser:
         browser.ask("for (const one of document.querySelectorAll('details')) one.open = true")
         assert serious_faults(browser, tmp_path) == []
-
-
-def test_every_detector_that_missed_something_has_a_picture_before_any_has_a_second_of_a_pair(run):
-    (one, *_), label = run.misses["slow"], "slow"
-    shown = [(label, replace(one, number=k, cut_length=1.0 - 0.1 * k)) for k in range(1, 6)]
-    shown.append(("fast", replace(one, number=1, cut_length=0.01)))
-    assert [(who, miss.number) for who, miss in _telling(shown)][:3] == [("slow", 1), ("fast", 1), ("slow", 2)]
-
-
-@pytest.mark.slow
-def test_the_page_holds_the_curve_the_advice_and_a_row_per_setting(run, tmp_path):
-    tried = [Setting("hybrid", "as it comes", ""), Setting("discrete", "step rate", "20 Hz", {"rate_hz": 20.0})]
-    done = replace(tradeoff(run.session, settings=tried, repeats=1), cut=("image-space",))
-    part = "\n".join(map(rendered, tradeoff_parts(done)))
-    assert (
-        "data:image/svg+xml;base64," in part
-        and "<summary>1 setting not tried, for want of time</summary><p>image-space.</p>" in part
-    )
-    themes = [base64.b64decode(one).decode().upper() for one in re.findall(r"svg\+xml;base64,([^\"]+)", part)]
-    assert [[theme.grid in one for theme in (DARK, LIGHT)] for one in themes] == [[True, False], [False, True]]
-    assert part.index("(prefers-color-scheme: dark)") < part.index("<img")
-    for sentence in done.advice:
-        assert sentence in part
-    # A reader finds which times are live, passes, phases, what intervals are over, containment and faces.
-    for sentence in (AT_PHASE, *subtitle(done), *how_measured(done)):
-        assert escape(sentence) in part
-    assert part.count("<tr") == 1 + len(tried)
-    hybrid = next(row for row in done.rows if row["detector"] == "hybrid")
-    counted = [f">{count} {name.replace('_', ' ')}<" for name, count in hybrid["work"].items() if count]
-    assert any(one in part for one in counted) and "skipped" not in part and done.about["machine"]["processor"] in part
-    page = report_html(replace(run, tradeoff=done))
-    write_run_folder(replace(run, tradeoff=done), tmp_path / "run")
-    told = json.loads((tmp_path / "run" / "summary.json").read_text())["tradeoff"]
-    minute = [row["seconds_per_minute"] / row["ms_per_frame"] * row[end] for row in told["rows"]
-              for end in ("ms_low", "ms_high") if row[end] is not None]  # fmt: skip
-    numbers = {*values_of(told), *minute, 95.0, 90.0, told["seconds"] / 60, 1000 / 90}
-    numbers |= {1 - row["precision"] for row in told["rows"] if row["precision"] is not None}
-    assert [one for one in NUMBER.findall(said_in(part)) if not shown_as(one, numbers)] == []
-    assert part in page and "What accuracy costs" in page and "What accuracy costs" not in report_html(run)
-    assert f"<h1>{done.answer}</h1>" in page and page.index(part) < page.index("<h2>When: slow")

@@ -7,19 +7,14 @@ import rerun as rr
 from rerun.chunk import RrdReader
 
 from replay.effects.effects_runner import SKIPPED, EffectRun
-from replay.effects.output import FACE_PAIRS, EffectEvent, EffectOutput, LaneSpan, Liquid, Series
+from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.recorded import NOTHING, UNSEEN, Looked
-from replay.outputs.palette import SERIES
-from replay.outputs.rerun_log import effects
 from replay.outputs.rerun_log.columns import RecordingWriter
 from replay.outputs.rerun_log.effects import (
-    _log_series,
     drawn_rows,
-    effect_views,
     log_effects,
     log_happened,
-    tab_name,
 )
 from replay.outputs.rerun_log.overview import read_moments
 
@@ -90,15 +85,6 @@ def test_gaze_is_a_line_to_what_it_meets_or_into_the_air_and_none_while_the_eyes
     assert strips == [[[[0.0, 1.0, 0.0], [0.0, 1.0, -2.0]]], [[[0.0, 1.0, 0.0], [0.0, 1.0, -1.5]]], []]
 
 
-def test_the_tab_is_called_what_is_in_it():
-    assert tab_name({"pour": 0}) == "Effects" and tab_name({"pour": 0, "gaze": 0}) == "Effects and signals"
-    assert tab_name({"scalars": 0}) == tab_name({"gaze": 0, "scalars": 0}) == "Signals"
-
-
-def test_only_what_somebody_should_mind_gets_a_marker(entities):
-    assert values(entities["/world/effects/pour/1"], "positions") == [[[1.0, 2.0, 3.0]]]
-
-
 def test_a_liquid_is_a_cylinder_from_the_floor_to_its_level_and_unseen_when_empty(entities):
     batches = entities["/world/cup/liquid"]
     assert np.allclose(np.ravel(values(batches, "lengths")), [0.04, 0.02, 1e-6], atol=1e-7)
@@ -111,26 +97,6 @@ def test_a_lane_goes_from_word_to_word_without_a_gap(entities):
     assert [state for state in states if state] == ["pours", "spills"] and states[-1] == ""
 
 
-def test_the_tab_gets_a_plot_per_unit_and_every_lane():
-    views = effect_views(RUNS)
-    assert views.plots == {"Volume (mL)": ("effects/pour/cup/volume",)} and views.events == ("effects/pour/events",)
-    assert views.lanes == ("effects/pour/lanes/cup", "effects/gaze/lanes/anna")
-
-
-def test_the_list_of_events_is_headed_by_the_result_where_there_is_one():
-    assert effect_views(RUNS).headline == "What happened"
-    ends = EffectEvent(95.3, "end-point", ("flask",), message="equivalent after 25.00 mL; overshot by 0.09 mL")
-    both = {**RUNS, "reaction": run_of("reaction", EffectOutput(events=(ends,)))}
-    assert effect_views(both).headline == "equivalent after 25.00 mL; overshot by 0.09 mL (95.3 s)"
-
-
-def test_a_lane_has_the_colour_that_its_word_names(monkeypatch):
-    sent = []
-    monkeypatch.setattr(effects, "send_spans", lambda *given: sent.append(given[-1]))
-    effects._log_lane(None, "lane", [LaneSpan(0.0, 1.0, "pink", (235, 90, 165, 200)), LaneSpan(1.0, 2.0, "pours")])
-    assert sent == [[("pink", (235, 90, 165, 200)), ("pours", SERIES[1])]]
-
-
 def test_of_a_curve_of_too_many_points_the_least_and_the_largest_are_drawn():
     values = np.random.default_rng(3).normal(size=1003)
     values[[100, 101, 102, 1002]], values[500], values[777] = np.nan, 50.0, -50.0
@@ -141,28 +107,6 @@ def test_of_a_curve_of_too_many_points_the_least_and_the_largest_are_drawn():
         part, drawn = values[start : start + 11], values[[row for row in rows if start <= row < start + 11]]
         assert (np.nanmin(part), np.nanmax(part)) == (np.nanmin(drawn), np.nanmax(drawn))
     assert drawn_rows(np.full(50, np.nan), 10).max() < 50
-
-
-def test_a_vessel_is_drawn_once_as_the_effect_that_ran_last_says():
-    from types import SimpleNamespace
-
-    from replay.outputs.rerun_log.effects import _drawn
-
-    runs = {kind: SimpleNamespace(output=SimpleNamespace(liquids=told)) for kind, told in
-            (("pour", {"a": "clear", "b": "clear"}), ("colour", {"b": "pink"}))}  # fmt: skip
-    assert _drawn(runs) == {"a": "clear", "b": "pink"}
-
-
-@pytest.mark.parametrize(("unit", "policy", "mode"), [("mL", "Off", "Linear"), (FACE_PAIRS, "Max", "StepAfter")])
-def test_a_plot_shows_every_sample_of_a_quantity_and_the_peaks_of_a_count_as_steps(unit, policy, mode):
-    sent = []
-    writer = SimpleNamespace(static=lambda path, one: sent.append(one), session_rows=lambda *given: None)
-    _log_series(writer, "effects/pour/flow", "flow", Series(np.arange(3.0), np.array([0.0, 5.0, 0.0]), unit), 0)
-    for kept, kind, word in (
-        (sent[0].aggregation_policy, rr.components.AggregationPolicy, policy),
-        (sent[0].interpolation_mode, rr.components.InterpolationMode, mode),
-    ):
-        assert kept.as_arrow_array().to_pylist() == [getattr(kind, word).value]
 
 
 ENDS = run_of("reaction", EffectOutput(events=(EffectEvent(0.1, "end-point", ("cup",), message="equivalent"),)))

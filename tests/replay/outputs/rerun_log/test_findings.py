@@ -7,8 +7,7 @@ import pytest
 from rerun.chunk import RrdReader
 from support.planted_faults import FAULTS, clean
 
-from replay.outputs.palette import INVENTED, MISSED
-from replay.outputs.rerun_log.findings import KIND_LOOKS, finding_lanes, finding_list
+from replay.outputs.rerun_log.findings import finding_lanes, finding_list
 from replay.outputs.rerun_log.recording import write_recording
 from replay.pipeline.engine import compute
 
@@ -45,18 +44,7 @@ def test_a_lane_says_the_doubt_of_every_frame(doubtful, tmp_path):
     assert states[360] == "teleport" and not any(states[:300]) and not any(states[361:])
 
 
-def test_the_list_explains_each_code_once(doubtful):
-    text = finding_list(doubtful)
-    assert text.count("**frozen**") == 1 and "| warning | frozen | hand-left | 3.333 to 3.989 |" in text
-    assert "nothing for 1.01 s" in text
-
-
 def test_without_an_examination_there_is_neither_lane_nor_list(doubtful):
     bare = replace(doubtful, treatment=None)
     assert finding_lanes(bare) is None
     assert finding_list(bare) == "Nothing suspicious found."
-
-
-def test_no_doubt_wears_the_colour_of_a_miss():
-    colours = [colour for _, colour in KIND_LOOKS.values()]
-    assert len(set(colours)) == len(colours) and MISSED not in colours and INVENTED not in colours

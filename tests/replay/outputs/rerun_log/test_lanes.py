@@ -9,8 +9,7 @@ import pytest
 from cdcore import Verdict
 from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE, NoiseResult, NoisySpan
 from replay.comparison.outcome import Outcome
-from replay.outputs.palette import MISSED, OUTCOMES
-from replay.outputs.rerun_log.columns import packed
+from replay.outputs.palette import OUTCOMES
 from replay.outputs.rerun_log.lanes import audit_lanes, session_lanes
 from sessions import Interval
 
@@ -55,31 +54,6 @@ def test_the_last_state_lasts_one_frame(demo, write):
     stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
     lane = seen.lane("lanes/2_beaker-rod")
     assert lane[-2:] == [(0, "MISSED"), (int(stamps[-1]) + 11_111_111, "")]
-
-
-def test_lanes_are_on_the_session_timeline_alone(read):
-    names = {name for batch in read.entities["/lanes/2_beaker-rod"] for name in batch.schema.names}
-    assert "session" in names
-    assert "frame" not in names
-
-
-def test_the_red_of_a_lane_is_the_red_of_the_picture(read):
-    values = read.column("lanes/2_beaker-rod", "StateConfiguration:values")[0][2]
-    colours = read.column("lanes/2_beaker-rod", "StateConfiguration:colors")[0][2]
-    assert colours[values.index("MISSED")] == packed([MISSED])[0]
-
-
-def test_every_lane_has_a_row_at_the_start(read):
-    lanes = [path for path in read.entities if path.startswith(("/lanes/", "/detectors/"))]
-    assert lanes
-    assert all(read.lane(path[1:])[0][0] == 0 for path in lanes)
-
-
-@pytest.mark.parametrize("number", [0, 4])
-def test_the_number_lane_shows_the_number_at_the_miss(demo, read, number):
-    miss = demo.misses[SUBJECT][number]
-    low, _, high = states_at(read.lane("lanes/1_missed"), np.array([round(miss.start * 1e9)]))[0].partition("-")
-    assert int(low) <= miss.number <= int(high or low)
 
 
 def test_below_each_pair_a_lane_says_what_noise_leaves_of_its_contacts(demo, write):

@@ -1,24 +1,15 @@
 """All detectors on one screen: lanes, list, words and eye are those of the moment in focus, wherever the cursor is."""
 
-from collections import Counter
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from support.small_worlds import cubes
 
 from cdcore.protocol import counts_as_contact
 from replay.comparison.outcome import Outcome
 from replay.errors import RunFolderError
-from replay.outputs.moments import KINDS, key_moments, leading, pair_in_focus
+from replay.outputs.moments import KINDS, key_moments, pair_in_focus
 from replay.outputs.palette import OUTCOMES
-from replay.outputs.rerun_log.overview import LANES, overview_lanes, read_moments
-from replay.outputs.rerun_log.recording import write_recording
-from replay.outputs.rerun_log.report import answer_text
+from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.viewer import _target
-from replay.pipeline.engine import compute
-from replay.pipeline.headline import price
-from replay.pipeline.ranking import fault_words, ranking
 
 SUBJECT = "22.5Hz"
 
@@ -94,47 +85,6 @@ def test_a_flag_stands_while_a_fault_in_focus_lasts_and_carries_its_number(momen
             (flag,) = read.at("world/focus/flag", "Points3D:labels", one.frame)
             near = [other for other in moments if other.frame == one.frame]
             assert flag in [f"{other.label}: {other.words}" for other in near]
-
-
-def test_the_answer_stands_at_all_times_with_why_and_cost_beside_what(demo, read):
-    ((at, _, (text,)),) = read.column("answer", "TextDocument:text")
-    assert at is None and text == answer_text(demo)
-    assert text.startswith(f"## {SUBJECT}: {fault_words(ranking(demo.summary)[0]).split(';')[0]}\n")
-    assert f"**Cost:** {price(demo)[0]}" in text
-    why = Counter(one.cause for one in demo.false[SUBJECT]).most_common(1)[0]
-    assert f"**Why:** {why[0]} ({why[1]} of {len(demo.false[SUBJECT])} false contacts). **To do:** " in text
-
-
-def test_a_screen_has_four_lanes_at_most_the_worst_detectors_first(demo):
-    lanes = overview_lanes(demo, ["worst", "second", "third", "fourth"])
-    assert lanes.near == [f"focus/pair/{k}" for k in ("1_hybrid", "2_worst", "3_second", "4_third")]
-    assert len(lanes.whole) == LANES == 4
-
-
-def test_the_larger_fault_of_the_worst_leads(demo, moments, recording, stamps):
-    longest = max(demo.false[SUBJECT], key=lambda one: one.frames)
-    lead = moments[leading(demo, moments)]
-    assert lead.outcome == Outcome.INVENTED and lead.last - lead.first + 1 == longest.frames
-    assert _target(recording, None, None, "") == int(stamps[lead.frame]) + lead.later
-    figures = demo.summary["audit"][SUBJECT]
-    audit = {SUBJECT: figures | {"contacts_missed": figures["contacts"]}}
-    other = moments[leading(replace(demo, summary=demo.summary | {"audit": audit}), moments)]
-    deepest = max(demo.misses[SUBJECT], key=lambda one: one.cut_length)
-    assert (other.outcome, other.number) == (Outcome.MISSED, deepest.number)
-
-
-def test_a_number_that_only_a_later_detector_has_leads_to_its_miss(tmp_path):
-    places = {"a": [0] * 30, "b": [3, *[0.9, 3, 3] * 9, 3, 3]}
-    result = compute(cubes(places), detectors="few=discrete[rate_hz=60],many=discrete[rate_hz=5]")
-    few, many = (result.misses[label] for label in ("few", "many"))
-    assert 0 < len(few) < len(many)
-    write_recording(result, tmp_path / "run.rrd")
-    stamps = result.assembly.stamp_ns - result.assembly.stamp_ns[0]
-    for asked, misses in (("", [*few, *many[len(few) :]]), ("few", few), ("many", many)):
-        found = [_target(tmp_path / "run.rrd", miss.number, None, asked) for miss in misses]
-        assert np.allclose(found, [stamps[miss.shown[0]] for miss in misses], atol=1e3, rtol=0)
-    with pytest.raises(RunFolderError, match=f"numbered 1 to {len(many)}"):
-        _target(tmp_path / "run.rrd", len(many) + 1, None, "")
 
 
 def test_a_number_leads_to_its_moment_and_a_wrong_one_is_one_sentence(moments, recording, stamps):

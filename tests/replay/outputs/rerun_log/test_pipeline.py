@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -12,10 +9,8 @@ from cdcore.bounding.sphere import sphere_best
 from replay.cli.demo import DETECTORS
 from replay.outputs.palette import MISSED, SERIES, WHITE
 from replay.outputs.rerun_log.columns import packed
-from replay.outputs.rerun_log.pipeline import budget_words, pipeline_path, stage_ms
-from replay.outputs.rerun_log.pipeline_frame import _remarks
+from replay.outputs.rerun_log.pipeline import pipeline_path
 from replay.outputs.rerun_log.recording import write_recording
-from replay.outputs.rerun_log.search_picture import shaded_faces
 from replay.outputs.watched_run import ALL, CONTACT, LOST, NEAR, watched_runs
 from replay.pipeline.engine import compute
 from replay.studies.synthetic_sessions import synthetic_session
@@ -87,15 +82,6 @@ def test_the_funnel_counts_what_the_run_counted(run, watched, read):
     assert (np.array(told["boxes meet"]) <= told["spheres meet"]).all()
 
 
-def test_words_after_a_count_name_what_stands_as_before_and_what_is_confirmed():
-    counts = {"spheres meet": np.array([3, 3, 3]), "boxes meet": np.array([2, 3, 3]), "searched": np.array([2, 2, 1])}
-    run = SimpleNamespace(counts=counts, detection=SimpleNamespace(verdict=np.array([[0, 0, 0], [0, 1, 0], [1, 1, 1]])))
-    assert _remarks(run, SimpleNamespace(pair_name=("a-b", "c-d", "e-f").__getitem__)) == {
-        "searched": ["", "   the other stands as before", "   the other 2 stand as before"],
-        "confirmed": ["", "   c-d", "   a-b and 2 more"],
-    }
-
-
 def test_a_look_stands_in_its_frame_alone_with_all_its_faces_and_ends_in_the_colour_of_its_verdict(run, watched, read):
     kinds = {moment.kind for moment in watched.moments}
     assert {CONTACT, LOST} <= kinds
@@ -120,59 +106,11 @@ def test_the_confirmed_pair_lies_where_the_bodies_meet(run, watched, read):
             assert np.linalg.norm(section - end, axis=1).min() < 0.11
 
 
-def test_more_pheromone_is_more_yellow_and_local_search_is_pale(watched):
-    trace = watched.trace(watched.moments[-1])
-    faces, shades = shaded_faces(trace, 0)
-    yellow = faces.tolist().index(trace.faces[np.nanargmax(trace.pheromone), 0])
-    assert shades[yellow] == packed([(253, 231, 37, 255)])[0]
-
-
-def test_each_pair_whose_spheres_meet_is_a_line_of_its_own_in_the_frames_that_matter(run, watched, read):
-    assembly = run.assembly
-    for moment in watched.moments:
-        for column, ends in enumerate(assembly.pairs[:2].tolist()):
-            path = f"pipeline/{LABEL}/near/pairs/{assembly.pair_name(column)}"
-            strips = read.at(path, "LineStrips3D:strips", moment.frame)
-            meets = overlaps(assembly, column)[moment.frame] and assembly.motion.valid[moment.frame, ends].all()
-            assert len(strips) == int(meets)
-            if meets:
-                turns, moves = assembly.motion.rotations[moment.frame], assembly.motion.translations[moment.frame]
-                balls = [turns[body] @ sphere_best(assembly.bodies[body].mesh).centre + moves[body] for body in ends]
-                assert np.allclose(strips[0], balls, atol=1e-6)
-            if column == moment.pair and moment.kind != NEAR:
-                colour = packed([{CONTACT: SERIES[2], LOST: MISSED}[moment.kind]])
-                assert read.at(path, "LineStrips3D:colors", moment.frame) == colour.tolist()
-    assert f"/pipeline/{LABEL}/near/pairs/bench-rod" not in read.entities, "the ball of the bench holds the room"
-
-
 def test_the_work_of_the_search_adds_up_to_what_the_run_counted(run, read):
     for name in ("evaluations", "iterations"):
         rows = read.column(f"pipeline/{LABEL}/work/{name}", "Scalars:scalars")
         assert sum(row[2][0] for row in rows) == run.detections[LABEL].work[name] > 0
         assert {0, 134} <= {row[1] for row in rows}
-
-
-def test_times_are_added_up_and_the_title_compares_them_with_the_budget(run, watched, read):
-    seconds = run.detections[LABEL].seconds
-    mean = sum(seconds.values()) * 1e3 / 135
-    total = read.column(f"pipeline/{LABEL}/time/1_{list(stage_ms(watched))[-1]}", "Scalars:scalars")
-    assert [row[1] for row in total] == [0, 134] and total[0][2] == [pytest.approx(mean, abs=1e-3)]
-    assert f"{mean:.2f}"[:4] in budget_words(watched) and "90 Hz" in budget_words(watched)
-
-
-def test_frames_timed_one_by_one_have_a_value_each_and_a_99th_percentile(run, write):
-    detection = run.detections[LABEL]
-    seconds = {"spheres": np.full(135, 1e-5), "search": np.linspace(0.0, 1e-3, 135)}
-    timed = replace(run, detections={**run.detections, LABEL: replace(detection, seconds=seconds)})
-    seen = write(timed)
-    rows = seen.column(f"pipeline/{LABEL}/time/1_search", "Scalars:scalars")
-    assert [row[1] for row in rows] == list(range(135))
-    assert np.allclose([row[2][0] for row in rows], 1e3 * sum(seconds.values()))
-    (one,) = watched_runs(timed)
-    assert budget_words(one).startswith("mean 0.51 ms, p99 1.00 = 9 % of a 90 Hz frame")
-    frame = one.moments[-1].frame
-    said = seen.at(f"pipeline/{LABEL}/frame/price/title/words", "Points2D:labels", frame)
-    assert said == [f"{1e3 * (seconds['spheres'] + seconds['search'])[frame]:.2f} ms for this frame"]
 
 
 def test_a_detector_without_a_search_has_no_pipeline(demo):

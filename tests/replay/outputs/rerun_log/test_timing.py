@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from cdcore import detect_live
-from replay.base.constants import BUDGET_MS
-from replay.outputs.rerun_log.timing import cost_of, cost_text
+from replay.outputs.rerun_log.timing import cost_of
 
 ORACLE, SUBJECT = "hybrid", "22.5Hz"
 
@@ -48,30 +47,7 @@ def test_an_offline_detector_is_a_mean_over_the_session(demo, read):
     assert "all at once" in cost_of(demo.detections[ORACLE]).words()
 
 
-def test_the_budget_is_a_frame_at_90_hz(read):
-    assert {row[2][0] for row in read.column("timing/budget", "Scalars:scalars")} == {BUDGET_MS}
-    assert pytest.approx(11.111, abs=1e-3) == BUDGET_MS
-
-
 def test_counters_read_back_as_they_are(demo, read):
     for label, detection in demo.detections.items():
         for name, value in detection.work.items():
             assert read.column(f"counters/{label}/{name}", "Scalars:scalars")[0][2] == [float(value)]
-
-
-def test_counters_per_pair_frame_are_summed_over_pairs(demo, write):
-    table = np.arange(270 * 3, dtype=np.uint32).reshape(270, 3)
-    counted = replace(demo.detections[ORACLE], work={"tests": table})
-    seen = write(replace(demo, detections={**demo.detections, ORACLE: counted}))
-    assert [row[2][0] for row in seen.column("counters/hybrid/tests", "Scalars:scalars")] == table.sum(axis=1).tolist()
-
-
-def test_peaks_survive_zooming_out(read):
-    assert read.column("timing/22.5Hz/1_total", "SeriesLines:aggregation_policy")
-
-
-def test_the_table_names_every_detector_stage_and_counter(demo):
-    text = cost_text(demo.detections, {SUBJECT: "misses in 3 of 9 contacts"})
-    assert "misses in 3 of 9 contacts" in text
-    for label, detection in demo.detections.items():
-        assert all(word in text for word in (label, *detection.seconds, *detection.work))

@@ -2,18 +2,15 @@ import time
 from dataclasses import replace
 
 import pytest
-from matplotlib.text import Text
 from rerun.chunk import RrdReader
 from support.headless import pixels, viewer_or_skip
 from support.small_worlds import cubes
 
-from replay.outputs.report import tradeoff_picture
 from replay.outputs.report.drawing import DARK
 from replay.outputs.report.tradeoff_picture import picture
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.tradeoff import advice_text
 from replay.outputs.rerun_log.viewer import open_viewer
-from replay.outputs.tradeoff_table import how_measured
 from replay.pipeline.engine import compute
 from replay.tradeoffs.settings import Setting
 from replay.tradeoffs.sweep import tradeoff
@@ -40,31 +37,6 @@ def test_the_recording_holds_the_picture_and_the_advice(session, done, tmp_path)
     (blob,) = held["/tradeoff/plots", "EncodedImage:blob"]
     assert bytes(blob) == picture(done, "png", DARK, beside_words=True)
     assert held["/tradeoff/advice", "TextDocument:text"] == [advice_text(done)]
-
-
-def test_beside_words_the_letters_of_the_picture_are_larger_and_the_title_is_left_to_the_words(done):
-    drawn = [tradeoff_picture._drawn(done, DARK, beside_words=beside) for beside in (False, True)]
-    texts = [{one.get_text(): one for one in figure.findobj(Text)} for figure in drawn]
-    assert done.answer in texts[0] and done.answer not in texts[1] and done.answer in advice_text(done)
-    shares = [
-        some["LIVE: frame by frame, as an engine asks"].get_fontsize() / one.get_figwidth()
-        for some, one in zip(texts, drawn, strict=True)
-    ]
-    assert shares[1] == pytest.approx(1.4 * shares[0])
-
-
-def test_in_a_narrow_view_of_the_table_what_is_missed_stands_before_what_is_cut(done):
-    told = advice_text(done)
-    assert told.count("| setting | missed contacts | p99 ms") == 2
-
-
-def test_the_words_name_the_answer_the_front_the_cut_the_clock_and_the_machine(done):
-    told = advice_text(replace(done, cut=("qaco",)))
-    for words in (done.answer, *done.advice, *done.front, "Not tried", "qaco", "cores", *how_measured(done)):
-        assert words in told
-    assert told.count("\n| ") >= len(done.rows) + len(done.front)
-    for number, label in enumerate(done.front, 1):
-        assert f"\n| {number} | {label} | " in told
 
 
 @pytest.mark.slow

@@ -21,8 +21,8 @@ from replay import read
 from replay.errors import RunFolderError
 from replay.guide.pages import page
 from replay.metrics.row import metric_rows
-from replay.outputs.results.data_set import DATA_SET, SAID
-from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, read_table
+from replay.outputs.results.data_set import DATA_SET
+from replay.outputs.results.parquet import KEYS, SCHEMA, read_table
 from replay.outputs.results.run_folder import write_run_folder
 from replay.pipeline.engine import compute
 from sessions import Event, Interval
@@ -189,10 +189,6 @@ RECOUNTS = (
 )  # fmt: skip
 
 
-def test_the_guide_asks_ten_questions():
-    assert len(QUESTIONS) == len(RECOUNTS) == 10
-
-
 @pytest.mark.parametrize("number, recount", list(enumerate(RECOUNTS)), ids=[one.__name__ for one in RECOUNTS])
 def test_a_question_of_the_guide_gives_what_a_recount_of_the_runs_gives(number, recount, results, tables):
     db = duckdb.connect()
@@ -238,15 +234,6 @@ def test_every_row_says_its_run_session_student_task_and_stage(tables, results):
                 every = None if name == "four" else {"task": "stir + pour", "stage": "first + second"}[span]
                 assert row[span] == (every if kind == "metrics" else doing(name, span, frame)), row
     assert len(set(digests.values())) == len(PLACES) and all(re.fullmatch("[0-9a-f]{16}", d) for d in digests.values())
-
-
-def test_the_columns_of_a_table_are_those_that_a_run_writes(top, tables):
-    for name, (file, kinds) in DATA_SET.items():
-        written = pq.read_table(top / path("four") / file, partitioning=None)
-        said = list(SAID) if name == "metrics" else []
-        assert ["run", *written.column_names, *said] == list(kinds), name
-        assert [tables[name].schema.field(column).type for column in kinds] == [TYPES[kind] for kind in kinds.values()]
-        assert written.schema.metadata[b"schema"].decode() == SCHEMA
 
 
 def older(folder):

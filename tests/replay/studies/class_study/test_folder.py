@@ -1,4 +1,3 @@
-import csv
 import json
 
 import pytest
@@ -7,7 +6,6 @@ from support.study_samples import a_class, codebook, metrics, questionnaire
 from replay.errors import OutputError
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.folder import (
-    SCHEMA,
     as_json,
     association_rows,
     check_study_target,
@@ -22,23 +20,6 @@ def study():
     answers, contacts = a_class(20)
     book = codebook((("motivation", "ease of use"), ("motivation", "contacts_per_min")))
     return analyse(book, questionnaire(answers), metrics(contacts, detectors=("exact", "hybrid"), recall=(1.0, 0.8)))
-
-
-def test_page_tables_and_json_tell_the_same_figures(study, tmp_path):
-    out = write_study(study, tmp_path / "study", title="Class", inputs={"seed": "0"})
-    told = json.loads((out / "study.json").read_text("utf-8"))
-    assert told["schema"] == SCHEMA and told["inputs"] == {"seed": "0"}
-    page = (out / "study.html").read_text("utf-8")
-    with (out / "associations.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert len(rows) == len(told["associations"]) == 2
-    for row, again in zip(rows, told["associations"], strict=True):
-        assert float(row["beta"]) == again["beta"] and f"{again['beta']:+.3f}" in page
-        assert row["students"] == "20" and row["detector"] == "exact" and float(row["recall"]) == 1.0
-    with (out / "reliability.csv").open(newline="") as file:
-        assert [float(row["alpha"]) for row in csv.DictReader(file)] == [r["alpha"] for r in told["reliability"]]
-    with (out / "sensitivity.csv").open(newline="") as file:
-        assert [row["detector"] for row in csv.DictReader(file)] == ["hybrid"]
 
 
 def test_a_folder_is_not_replaced_unless_forced_and_only_if_it_is_a_study(study, tmp_path):

@@ -1,11 +1,8 @@
 import numpy as np
 import pytest
 from scipy import stats
-from support.study_samples import a_class, codebook, metrics, questionnaire
 
-from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.groups import _welch, compare_groups
-from replay.studies.class_study.tables import group_table, sample_table
 
 NAMES = ("first", "second")
 
@@ -81,24 +78,3 @@ def test_groups_that_do_not_differ_are_told_apart_in_one_of_twenty(count):
         ((one,), _) = compared(*two(count // 2, 0.0, spread=3.0, seed=seed))
         held += one.low <= 0.0 <= one.high
     assert held >= 34
-
-
-def test_the_table_stands_beside_the_printed_one_and_says_what_each_side_computes():
-    answers, contacts = a_class(40)
-    book = codebook((("motivation", "contacts_per_min"),), groups=("arm", NAMES))
-    study = analyse(book, questionnaire(answers, NAMES * 20), metrics(contacts, sessions=2))
-    made = group_table(study)
-    assert [row[0].text for row in made.rows] == ["ease of use", "motivation", "contacts per minute"]
-    one = study.groups[2]
-    assert one.students == (20, 20) and one.means[0] == pytest.approx(contacts[::2].mean())
-    _, means, n, paper, apart, p, _ = made.rows[2]
-    assert (means.text, means.below, n) == (f"{one.means[0]:.2f}, {one.means[1]:.2f}", "first, second", "20, 20")
-    fit = f"fit {one.pooled_fit:.3f}, significance {one.pooled_p:.3f}"
-    assert (paper.text, paper.below) == (f"{one.pooled_beta:+.3f}", fit)
-    assert (apart.text, apart.below) == (f"{one.difference:+.2f}", f"{one.low:+.2f} to {one.high:+.2f}")
-    assert (p.text, p.below) == (f"{one.p_holm:.3f}", f"{one.p:.3f} by permutation")
-    assert any("As the paper computes: coefficient, adjusted fit and significance" in note for note in made.notes)
-    assert any("What the data allow: the second group's mean less the first's" in note for note in made.notes)
-    sample = {row[0]: row[1:] for row in sample_table(study, {"device": "immersive"}).rows}
-    assert sample["groups"] == ("2 of 26", "first 20, second 20") and sample["students"][1] == "40"
-    assert sample["device"] == ("HTC VIVE", "immersive") and sample["content"][1] == "not stated"

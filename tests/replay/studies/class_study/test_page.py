@@ -97,14 +97,6 @@ def test_every_n_is_that_of_the_rows_used_not_of_the_questionnaire():
     assert "n = 21." in page and "n = 26" not in page and "26 students, 52 sessions" in page
 
 
-def test_the_first_sentence_says_how_many_students_and_sessions_stand_behind_it():
-    answers, contacts = a_class(30, seed=1, slope=0.0, contacts=0.8)
-    study = analyse(
-        codebook((("motivation", "contacts_per_min"),)), questionnaire(answers), metrics(contacts, sessions=3)
-    )
-    assert headlines(study)[0].endswith("n = 30 students in 90 sessions")
-
-
 def test_what_p_and_interval_disagree_about_is_counted_as_undecided(study):
     one = study.regressions[0]
     (c,) = one.coefficients

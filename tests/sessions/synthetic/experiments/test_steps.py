@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from sessions.geometry.rotations import IDENTITY, quaternion_about, rotated
-from sessions.synthetic.assembly import START_NS, Recording
+from sessions.geometry.rotations import IDENTITY, quaternion_about
+from sessions.synthetic.assembly import Recording
 from sessions.synthetic.bench import BENCH_TOP, Placed, standing
 from sessions.synthetic.experiments.lab import SNAP, SPOUT_LEFT, Lab, layout_of
 from sessions.synthetic.experiments.pouring import GRAVITY
 from sessions.synthetic.experiments.practice import make_practice
-from sessions.synthetic.experiments.steps import come_close, pour, rap, stir, swirl
+from sessions.synthetic.experiments.steps import come_close, pour, rap
 from sessions.synthetic.experiments.things import Falling, Held, Standing, placed_by
 
 GLASS_AT = standing(0.1, 0.15)
@@ -43,38 +43,11 @@ def test_a_pour_moves_liquid_and_nothing_is_lost(lab):
     assert lab.last("spill").values["onset_tilt_deg"] == fact.values["greatest_tilt_deg"]
 
 
-def test_a_vessel_is_upright_again_after_a_pour(lab):
-    lab.grasp("right", "from", (0.0, 0.05, 0.0))
-    lab.volumes["from"] = 30.0
-    pour(lab, "right", "into", 12.0)
-    np.testing.assert_allclose(np.abs(lab.where["from"][1]), np.abs(SPOUT_LEFT), atol=1e-12)
-
-
 def test_more_than_there_is_cannot_be_poured(lab):
     lab.volumes["from"] = 5.0
     lab.grasp("right", "from", (0.0, 0.05, 0.0))
     with pytest.raises(ValueError, match="cannot keep"):
         pour(lab, "right", "into", 12.0)
-
-
-def test_stirring_plants_the_touches_it_is_told_to(lab):
-    lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
-    stir(lab, "right", "into", 10.0, radius=0.009, touches=(0.02, 0.3))
-    lengths = [episode.nominal[1] - episode.nominal[0] for episode in lab.episodes]
-    assert lengths == pytest.approx([0.02, 0.3])
-    assert all(lab.last("stir").start < episode.nominal[0] < lab.last("stir").end for episode in lab.episodes)
-
-
-def test_swirling_moves_the_held_vessel_in_circles(lab):
-    lab.grasp("right", "from", (0.0, 0.05, 0.0))
-    lab.carry("right", (0.0, 1.0, 0.0))
-    swirl(lab, "right", 5.0)
-    fact, start = lab.last("swirl"), lab.hands["right"].now - 5.0
-    assert (fact.start, fact.end) == pytest.approx((start + 0.022, start + 5.022))
-    times = np.linspace(fact.start + 1.0, fact.end - 1.0, 200)
-    position, _ = lab.hands["right"].path()(times)
-    middle = np.array(lab.hands["right"].position)
-    np.testing.assert_allclose(np.linalg.norm(position - middle, axis=1), fact.values["radius_m"], atol=1e-9)
 
 
 def test_a_rap_touches_and_a_near_miss_does_not(lab):
@@ -139,17 +112,6 @@ def test_a_grasped_thing_snaps_rides_and_is_put_down_exactly(lab):
     assert glass[0][held][:, 1].min() > BENCH_TOP + SNAP
 
 
-def test_a_carried_thing_gets_where_it_is_sent_turned_as_asked(lab):
-    lab.grasp("right", "glass", (0.0, 0.05, 0.0))
-    turn = quaternion_about((0.0, 0.0, 1.0), 0.5)
-    lab.carry("right", (0.0, 1.2, 0.1), quaternion=turn)
-    lab.hands["right"].wait(0.5)
-    _, _, glass = poses(lab)
-    np.testing.assert_allclose(glass[0][-1], (0.0, 1.2, 0.1), atol=1e-9)
-    up = rotated(turn, np.array([0.0, 1.0, 0.0]))
-    np.testing.assert_allclose(rotated(glass[1][-1], np.array([0.0, 1.0, 0.0])), up, atol=1e-9)
-
-
 def test_a_dropped_thing_lands_in_contact_and_breaks_when_fast_enough(lab):
     lab.grasp("left", "glass", (0.0, 0.05, 0.0))
     lab.carry("left", (0.1, BENCH_TOP + 0.3, 0.0))
@@ -169,25 +131,6 @@ def test_a_slow_drop_breaks_nothing(lab):
     lab.carry("left", (0.1, BENCH_TOP + 0.05, 0.0))
     lab.drop("left", threshold_speed=1.5)
     assert not [fact for fact in lab.facts if fact.kind == "break"]
-
-
-def test_tasks_stages_and_features_become_intervals(lab):
-    lab.stage("virtual reality")
-    with lab.task("look"):
-        lab.wait(5.0)
-    lab.stage("perceptual interaction")
-    with lab.task("take"):
-        lab.grasp("right", "glass", (0.0, 0.05, 0.0))
-        lab.place("right", GLASS_AT)
-    lab.finish(60.0)
-    found = {(span.kind, span.name): (span.start_ns - START_NS, span.end_ns - START_NS) for span in lab.intervals}
-    assert found["task", "look"] == (0, 5 * 10**9)
-    assert found["stage", "virtual reality"] == (0, 5 * 10**9)
-    assert found["stage", "perceptual interaction"][1] == 60 * 10**9
-    assert found["feature", "immersion"] == (0, 60 * 10**9)
-    assert found["feature", "conception"] == found["stage", "virtual reality"]
-    held = lab.last("hold")
-    assert found["feature", "interactivity"][0] == round(held.start * 1e9)
 
 
 def test_hands_are_not_lost_while_they_hold(lab):
