@@ -26,7 +26,7 @@ from replay.outputs.words import (
     tallied,
 )  # fmt: skip
 from replay.pipeline.gates import figure, percent
-from replay.pipeline.ranking import Rank, ranking
+from replay.pipeline.ranking import Rank, all_unconfirmed, ranking
 from replay.pipeline.run_result import RunResult, Summarised
 from sessions import Finding
 
@@ -38,8 +38,12 @@ RANK_HEAD = (
 )  # fmt: skip
 MAY_LACK = ("undecided", "p99 ms", OF_FRAME, "held: false frames", "held: missed")
 
+UNCONFIRMED = "unconfirmed frames"
+"""Stands for *false frames* of a detector that only calls them candidates."""
+
 AUDIT_MARKS = {
     "missed": IN_RED, "in part": PARTLY, "frames found": FOUND, "frames missed": PARTLY, "false frames": INVENTED,
+    UNCONFIRMED: INVENTED,
     WITHIN: FAINT,
 }  # fmt: skip
 
@@ -138,7 +142,8 @@ def pair_table(result: Summarised, label: str) -> Table:
             cut = _cut(one, "held_contacts", result.oracle)
             apart.append((f"{one['name']} (held)", *_lengths(one, "held_contacts", result.oracle), *counts, 0, cut))
     rows.sort(key=lambda row: (-row[-4], -row[-3]))
-    head = ("pair", "contacts", "seconds", "longest s", *AUDIT_MARKS, CUT)
+    other = "false frames" if all_unconfirmed(result.summary["audit"][label]) else UNCONFIRMED
+    head = ("pair", "contacts", "seconds", "longest s", *(name for name in AUDIT_MARKS if name != other), CUT)
     title, notes = f"Contacts ({result.oracle}) and what {label} made of them", containment_notes(result, result.oracle)
     made = table(title, head, rows + apart, marks=AUDIT_MARKS, notes=notes)
     empty = {name for k, name in enumerate(head) if name in (WITHIN, CUT) and not any(row[k] for row in rows + apart)}

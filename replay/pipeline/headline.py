@@ -132,7 +132,9 @@ def held(result: RunResult) -> list[str]:
         apart = held_counts(result, label)
         contacts, frames = apart["contacts"], apart["invented"]
         said = [f"misses {apart['contacts_missed']} of {contacts} contact" + "s" * (contacts != 1)] * bool(contacts)
-        said += [f"reports {frames:,} false frame" + "s" * (frames != 1)] * bool(frames)
+        if frames:
+            word = "unconfirmed" if all_unconfirmed(result.summary["audit"][label]) else "false"
+            said.append(f"reports {frames:,} {word} frame{'' if frames == 1 else 's'}")
         if said:
             words = " and ".join(said)
             lines.append(f"Counted apart, of a hand with what it holds, {label} {words}.")

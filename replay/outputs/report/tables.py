@@ -19,6 +19,7 @@ MOST_FINDINGS: Final = 200
 
 PAIR_HEAD: Final = (
     "pair", "contacts", "seconds", "longest s", "missed", "in part", "frames missed", "false frames",
+    run_tables.UNCONFIRMED,
     "within tolerance", run_tables.CUT,
 )  # fmt: skip
 FRAME_WORDS: Final = (
