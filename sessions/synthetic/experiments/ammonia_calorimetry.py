@@ -58,8 +58,6 @@ AMMONIA_CALORIMETRY = Experiment(
     (0.034, 0.034),
     perform,
     (
-        SceneEffect("contact", {"between": ["tag:hand", "tag:glass"]}),
-        SceneEffect("contact", {"between": ["rod", "tag:vessel"]}),
         SceneEffect("pour", {"from": ["acid"], "into": ["calorimeter"]}),
         SceneEffect("mixing", {"in": ["calorimeter"]}),
         SceneEffect("reaction", {"equation": "NH3 + HCl -> NH4Cl"}),

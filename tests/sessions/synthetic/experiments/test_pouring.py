@@ -180,8 +180,8 @@ def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(one):
     assert all((one.session.meshes[name].vertices == mesh.vertices).all() for name, mesh in again.items())
 
 
-def test_only_titrations_call_for_no_contact(made):
+def test_only_titrations_and_calorimetry_call_for_no_contact(made):
     for name in EXPERIMENTS:
         kinds = {effect.kind for effect in made(name).session.scene.effects}
         asks = kinds & {"contact", "grasp", "penetration", "sweep", "breakage", "burn-exposure", "placement"}
-        assert bool(asks) == ("titration" not in name), name
+        assert bool(asks) == (not name.endswith(("titration", "calorimetry"))), name
