@@ -14,7 +14,6 @@ from sessions.importers import import_session
 
 WAND = DATA / "webxr-vive-controller" / "htc-vive-none.glb"
 CAPTURES = DATA / "aframe-motion-capture"
-DANCE = DATA / "a-saturday-night" / "dance.json"
 
 TRUTH = {
     "grabLeft": (1127, 59, [(195, 278)]), "grabRight": (1436, 121, []),
@@ -84,25 +83,3 @@ def test_imported_and_run_from_the_command_line_it_has_exactly_the_contact_frame
         assert all({row["body_a"], row["body_b"]} == {"left", "right"} for row in rows)
     frames = pq.read_table(out / "frames.parquet").to_pylist()
     assert [row["frame"] for row in frames] == [t for first, last in truth for t in range(first, last + 1)]
-
-
-def test_a_recording_below_recording_is_imported_with_the_names_of_its_devices():
-    session = import_session("aframe", DANCE)
-    assert session.names == ("camera", "leftHand", "rightHand")
-    assert len(session.frames) == 1496
-    assert 1e9 / np.median(np.diff(session.frames.stamp_ns)) == pytest.approx(90.5, abs=0.1)
-    for hand in ("leftHand", "rightHand"):
-        column = session.names.index(hand)
-        steps = np.diff(session.frames.position[:, column], axis=0)
-        assert int((steps == 0).all(axis=1).sum()) == 64  # positions held; rotations go on in 55 of them
-    assert {body.id: body.instrument for body in session.scene.bodies} == {
-        "camera": "proxy_headset", "leftHand": "proxy_wand", "rightHand": "proxy_wand",
-    }  # fmt: skip
-    assert all(body.proxy for body in session.scene.bodies)
-
-
-def test_buttons_of_the_wands_are_their_triggers():
-    session = import_session("aframe", CAPTURES / "tracked-recording.json", proxies=False)
-    presses = {side: int((np.diff(hand.trigger, prepend=0.0) > 0).sum()) for side, hand in session.hands.items()}
-    assert presses == {"student/left": 8, "student/right": 10}
-    assert sum(event.name == "buttonchanged" for event in session.events) == 72

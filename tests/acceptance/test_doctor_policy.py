@@ -61,19 +61,6 @@ def test_a_policy_changes_verdicts_in_the_flagged_span_only_and_says_how(kind, a
     assert stated == int(((flag > 0) & (verdict != Verdict.NO_POSE)).sum())
 
 
-def test_two_policies_differ_only_where_flagged():
-    draft = touching()
-    for name, at in FAULTY.values():
-        FAULTS[name](draft, 1, at)
-    dropped = {"not-finite": "drop", "zero-quaternion": "drop", "non-unit-quaternion": "drop"}
-    loose = verdicts(draft, policy={**dropped, "identity-while-lost": "keep", "frozen": "keep"})
-    strict = verdicts(draft, policy={**dropped, "identity-while-lost": "drop", "frozen": "drop", "teleport": "drop"})
-    flag = strict.flags.of_pairs(strict.assembly.pairs)
-    assert np.array_equal(flag, loose.flags.of_pairs(loose.assembly.pairs))
-    apart = loose.detections["hybrid"].verdict != strict.detections["hybrid"].verdict
-    assert apart.any() and (flag[apart] > 0).all()
-
-
 def test_the_run_folder_flags_every_verdict_that_rests_on_a_pose_in_doubt(tmp_path, capsys):
     draft = touching()
     FAULTS["frozen pose"](draft, 1, 400)

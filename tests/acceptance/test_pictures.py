@@ -3,28 +3,19 @@
 import re
 import time
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import rerun.blueprint as rrb
-from support.first_picture import AROUND, TOASTS_GONE, film_picture, opened, record_demo
-from support.headless import photographed, pixels, viewer_or_skip
-from support.sentences import recording_text
-from support.small_worlds import jumping
+from support.first_picture import AROUND, film_picture, opened, record_demo
+from support.headless import pixels, viewer_or_skip
 
 from replay.cli.demo import DETECTORS
 from replay.comparison.clusters import by_depth
-from replay.outputs.palette import SERIES
-from replay.outputs.report.page import report_html
-from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.recording import write_recording
-from replay.outputs.rerun_log.viewer import start_viewer
-from replay.outputs.watched_run import watched_runs
 from replay.pipeline.engine import compute
 from replay.studies.synthetic_sessions import synthetic_session
-from sessions.synthetic import make_analytic
 
 Image = pytest.importorskip("PIL.Image", reason="Pillow reads the pictures: pip install pillow")
 
@@ -46,16 +37,6 @@ def red(picture):
 def blue(picture):
     """Pixels of lanes that say *both*."""
     return int((np.abs(picture - [44, 97, 137]).max(axis=-1) < 24).sum())
-
-
-def wears(picture, colour):
-    """Pixels of this colour."""
-    return int((np.abs(picture - np.array(colour[:3])).max(axis=-1) < 24).sum())
-
-
-def laned(picture, colour):
-    """Pixels of lanes of this colour, which the viewer draws darker."""
-    return wears(picture, [0.8 * one for one in colour[:3]])
 
 
 def view(viewer, title):
@@ -132,12 +113,6 @@ def test_what_was_missed_is_red_in_every_view_of_the_audit(audit, title):
     assert red(view(audit, title)) >= SHOWN[title]
 
 
-def test_lanes_hold_what_both_found_and_the_note_is_read_in_white(audit):
-    assert blue(view(audit, "When and which")) > 300
-    note = view(audit, "The miss in the close-up")
-    assert int((note.min(axis=-1) > 180).sum()) > 300 and red(note) == 0
-
-
 def yellow(picture):
     """Pixels of lanes and wires that are false contact."""
     r, g, b = np.moveaxis(picture, -1, 0)
@@ -171,45 +146,6 @@ def test_choosing_a_moment_moves_lanes_close_up_and_words(looking, audited):
     assert np.abs(note - words).max() > 200
 
 
-def lines_of(picture):
-    """How many lines of text a view has, by rows of pixels that are bright somewhere."""
-    bright = (picture.min(axis=-1) > 170).sum(axis=1) > 2
-    return int((np.diff(bright.astype(int)) == 1).sum())
-
-
-@pytest.mark.parametrize("size", [(1280, 800), (1920, 1080)])
-def test_what_when_where_why_and_cost_are_read_without_a_click(audited, tmp_path, size):
-    write_recording(audited, tmp_path / "run.rrd")
-    (answer,) = re.findall(r"## hull50: .*", recording_text(tmp_path / "run.rrd"))
-    assert answer.startswith("## hull50: ") and "% of the contact time it reports is false" in answer
-    lead = next(one for one in read_moments(tmp_path / "run.rrd") if one.leads)
-    with viewer_or_skip(start_viewer, headless=True, size=size) as viewer:
-        viewer.open(tmp_path / "run.rrd")
-        viewer.seek(lead.session_ns)
-        time.sleep(TOASTS_GONE)
-        titles = ("Answer", "Where", "Close-up    wires", "The pair in focus", "When    red", "The moment in")
-        what, where, near, pair, when, why = (view(viewer, title) for title in titles)
-    assert min(len(pair), len(when)) >= 24 + 4 * 40, "a ruler and four lanes"
-    assert lines_of(what) >= 8, "title, why, cost, and the row of every detector"
-    assert (what[-4:].min(axis=-1) > 170).sum() == 0, "no line is cut"
-    assert yellow(where) > 200 and yellow(near) > 200 and yellow(pair) > 2000
-    assert red(when) > 500 < yellow(when) and lines_of(why) >= 3
-
-
-def test_the_effects_open_at_what_happened_with_stages_tasks_and_the_liquid(tmp_path):
-    session, _ = synthetic_session("titration", 0, None)
-    write_recording(compute(session, detectors=()), tmp_path / "run.rrd")
-    with viewer_or_skip(start_viewer, headless=True, size=(1280, 800)) as viewer:
-        viewer.open(tmp_path / "run.rrd")
-        viewer.seek(next(one.session_ns for one in read_moments(tmp_path / "run.rrd") if one.leads))
-        time.sleep(TOASTS_GONE)
-        room, lanes = pixels(viewer.screenshot())[200:600, :640], view(viewer, "When: what")
-        words = view(viewer, "Answer: what")
-    r, g, b = np.moveaxis(room, -1, 0)
-    assert int(((r - g > 20) & (b - g > 20)).sum()) > 500, "the liquid is pink"
-    assert all(laned(lanes, colour) > 300 for colour in SERIES[:5]) and lines_of(words) >= 2
-
-
 def small(picture):
     """Without the plot of times below, which is another on every machine."""
     picture = picture[: int(0.78 * len(picture))]
@@ -230,73 +166,6 @@ def test_the_pictures_of_the_readme_are_what_the_demo_looks_like_today(demo):
         assert np.abs(kept[:, ::-1] - now).mean() > 7.5, "so much differs in a picture that is not the same"
 
 
-def test_a_miss_between_frames_is_red_at_its_moment_and_not_before(tmp_path):
-    write_recording(compute(jumping(), detectors="exact", oracle="continuous"), tmp_path / "run.rrd")
-    (miss,) = (one for one in read_moments(tmp_path / "run.rrd") if one.kind == "miss")
-    with viewer_or_skip(opened, tmp_path, 1) as viewer:
-        there = red(view(viewer, "Close-up: the moment"))
-        viewer.seek(miss.session_ns - 1)
-        time.sleep(1.5)
-        before = red(view(viewer, "Close-up: the moment"))
-    assert there > 300 > 10 > before
-
-
-@pytest.fixture(scope="module")
-def hundreds():
-    """A ball on a plate for a minute and a half, of which every seventh frame of contact is lost."""
-    session, _ = make_analytic("ball-plate", seconds=90.0)
-    result = compute(session, detectors="it=support.planted_detectors:Dropping")
-    assert len(result.misses["it"]) > 200
-    return result
-
-
-def test_hundreds_of_misses_are_clusters_and_numbers_in_red(hundreds, tmp_path):
-    write_recording(hundreds, tmp_path / "run.rrd")
-    with viewer_or_skip(opened, tmp_path) as viewer:
-        listed = view(viewer, "Moments")
-        lanes, near = view(viewer, "When    red"), view(viewer, "The pair in focus")
-    assert int(((listed - listed[..., 1:2])[..., 0] > 60).sum()) > 500
-    assert is_red(lanes).mean(axis=1).max() > 0.3, "the numbers fill their lane"
-    assert blue(near) > 300 and red(near) > 60
-
-
-def test_hundreds_of_misses_are_a_page_that_ends_with_the_clusters(hundreds, tmp_path):
-    none = replace(hundreds, misses={"it": hundreds.misses["it"][:1]})
-    heights = []
-    for result in (hundreds, none):
-        page = report_html(result)
-        assert len(page) < 1_500_000
-        picture, _ = photographed(page, tmp_path, "1280,9000")
-        heights.append(int(np.flatnonzero((picture < 200).any(axis=(1, 2)))[-1]))
-        assert red(picture) > 500
-    assert heights[0] < heights[1] + 45 * 40 and heights[0] < 8900, "a row per cluster, and all others folded"
-
-
 def test_the_recording_of_the_demo_is_small(audited, tmp_path):
     write_recording(audited, tmp_path / "run.rrd")
     assert (tmp_path / "run.rrd").stat().st_size < 10_000_000
-
-
-def pictures_of(viewer):
-    """The three pictures of the tab *Pipeline*, of one screenshot: near bodies, the search, the frame in numbers."""
-    whole = pixels(viewer.screenshot())
-    height, width = whole.shape[:2]
-    upper = whole[height // 10 : int(0.65 * height)]
-    return upper[:, : int(0.32 * width)], upper[:, int(0.34 * width) : int(0.70 * width)], upper[:, int(0.72 * width) :]
-
-
-def test_the_tab_pipeline_shows_spheres_and_a_search_that_ends_green_or_red(looking, audited):
-    (watched,) = watched_runs(audited)
-    first = {kind: next(one for one in watched.moments if one.kind == kind) for kind in ("contact", "missed")}
-    with looking("Pipeline") as viewer:
-        seen = {}
-        for kind, moment in first.items():
-            seek(viewer, audited, moment.frame)
-            seen[kind] = pictures_of(viewer)
-        assert not any(one.reports for one in viewer.state().views)
-    near, search, frame = zip(*(seen[kind] for kind in ("contact", "missed")), strict=True)
-    assert red(search[1]) > 100 > 20 > red(search[0])
-    assert wears(search[0], SERIES[2]) > 100
-    assert all(wears(one, SERIES[0]) > 300 for one in near)
-    assert all(wears(one, SERIES[0]) > 200 and wears(one, SERIES[1]) > 200 for one in frame)
-    assert red(near[1]) > 20 and not any(red(one) for one in (near[0], *frame)), "the line of the missed pair"

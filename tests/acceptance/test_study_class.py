@@ -2,32 +2,17 @@
 
 import csv
 import json
-import os
 import re
-import signal
-import subprocess
-import sys
 import time
 
 import pyarrow.parquet as pq
 import pytest
 
-from replay.api.batch import run_batch
 from replay.cli.main import main
 
 pytestmark = pytest.mark.slow
 
 STUDENTS = 60
-SETTINGS = {"detectors": "hybrid", "oracle": "none", "picture": False}
-
-SCRIPT = f"""
-import sys
-from pathlib import Path
-from replay.api.batch import run_batch
-if __name__ == "__main__":
-    batch = run_batch(sorted(Path(sys.argv[1]).glob("*.mcap")), Path(sys.argv[2]), jobs=2, settings={SETTINGS!r})
-    print(batch.digest, len(batch.kept), len(batch.failed))
-"""
 
 
 @pytest.fixture(scope="module")
@@ -78,30 +63,3 @@ def test_outputs_hold_pseudonyms_and_no_cell_of_fewer_than_five(made):
         with (out / "study" / name).open(newline="") as file:
             assert all(int(row["students"]) >= 5 for row in csv.DictReader(file))
     assert not re.search(r"LHR-", (out / "runs" / "S01" / "summary.json").read_text("utf-8"))
-
-
-def finished(runs):
-    return len([path for path in runs.glob("*/summary.json") if not path.parent.name.startswith(".")])
-
-
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
-def test_sixty_sessions_killed_twice_end_with_the_digest_of_one_process(made, tmp_path):
-    sessions, runs = made[0] / "sessions", tmp_path / "runs"
-    script = tmp_path / "go.py"
-    script.write_text(SCRIPT)
-    command = [sys.executable, str(script), str(sessions), str(runs)]
-    for least in (10, 30):
-        batch = subprocess.Popen(command)
-        limit = time.monotonic() + 300
-        while finished(runs) < least and time.monotonic() < limit:
-            assert batch.poll() is None, "the batch ended before it could be killed"
-            time.sleep(0.05)
-        os.kill(batch.pid, signal.SIGKILL)
-        batch.wait()
-        assert finished(runs) < STUDENTS
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    digest, kept, failed = done.stdout.split()
-    assert int(kept) >= 30 and failed == "0"
-    assert not list(runs.glob(".*.partial"))
-    alone = run_batch(sorted(sessions.glob("*.mcap")), tmp_path / "alone", settings=SETTINGS)
-    assert alone.digest == digest != ""

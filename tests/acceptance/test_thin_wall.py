@@ -9,19 +9,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.shapes import box_mesh
 
-import replay
 from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.protocol import counts_as_contact
-from replay.comparison.outcome import Outcome
 from replay.studies.stress.scenes import crossing
-from sessions import Session
-from sessions.geometry.shapes import make_shape
 
 CUBE, PLATE = Body("cube", box_mesh((0.005,) * 3)), Body("plate", box_mesh((0.2, 0.2, 0.001)))
-SIZES = (("plate", 0.2, 0.001), ("cube", 0.005, 0.005))
 PHASES = (np.arange(1000) + 0.5) / 1000
-REACH = 0.003
-"""Half the cube and half the plate, metres: the surfaces meet while the centres are no further apart."""
 
 
 def crossings(speed, aside=0.0):
@@ -62,25 +55,6 @@ def test_a_thousand_near_passes_are_proven_clear_turning_or_not(speed, turns):
     beside = Motion(motion.times, motion.translations, turn, linked=motion.linked)
     verdict = create_detector("continuous", (CUBE, PLATE)).detect(beside).verdict.reshape(1000, frames)
     assert (verdict[:, 1:] == Verdict.CLEAR).all()
-
-
-def test_a_run_with_continuous_as_oracle_names_the_miss_between_two_frames():
-    count = 9
-    upright, rest = np.tile([0.0, 0.0, 0.0, 1.0], (count, 1)), np.zeros((count, 3))
-    fall = rest.copy()
-    fall[:, 1] = 0.0496 - 0.0111 * np.arange(count)
-    shapes = {name: make_shape("box", {"x": x, "y": y, "z": x}) for name, x, y in SIZES}
-    stamps = (np.arange(count) * 1e9 / 90).astype(np.int64)
-    session = Session.from_arrays(stamps, {"plate": (rest, upright), "cube": (fall, upright)}, meshes=shapes)
-    result = replay.run(session, detectors="exact", oracle="continuous")
-    (miss,) = result.misses["exact"]
-    assert (miss.first, miss.last, miss.kind) == (5, 5, "never found")
-    ((low, high),) = result.detections["continuous"].toi.values()
-    assert low <= (0.0496 - REACH) / 0.0111 / 90 + 1e-9
-    assert high >= (0.0496 - REACH) / 0.0111 / 90 - 1e-9
-    turned_round = replay.run(session, detectors="continuous", oracle="exact")
-    outcome = turned_round.comparisons["continuous"].outcome[:, 0]
-    assert (outcome[5], set(outcome[np.arange(count) != 5])) == (Outcome.BETWEEN_FRAMES, {Outcome.NEITHER})
 
 
 @pytest.mark.slow

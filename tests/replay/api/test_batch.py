@@ -1,12 +1,7 @@
 import json
-import os
 import signal
-import subprocess
-import sys
-import time
 
 import numpy as np
-import psutil
 import pytest
 from support.small_worlds import cubes
 from support.spawned import spawned_by
@@ -172,28 +167,3 @@ def test_sessions_of_killed_processes_are_done_once_and_one_that_always_kills_it
     for batch in (one_more, from_scratch):
         assert batch.done == ("s0", "s1", "s2") and list(batch.failed) == ["deadly"]
         assert "ended 3 times" in batch.failed["deadly"] and batch_digest(batch.out, batch.done)[0] == alone.digest
-
-
-@pytest.mark.slow
-@needs_sigkill
-def test_processes_of_a_killed_batch_end_with_it(files, tmp_path):
-    """The batch is killed as its workers start; within seconds nobody works for it any more."""
-
-    code = (
-        "import sys; from pathlib import Path; from replay.api.batch import run_batch\n"
-        "if __name__ == '__main__':\n"
-        "    run_batch(sorted(Path(sys.argv[1]).glob('*.mcap')), Path(sys.argv[2]), jobs=2,"
-        " settings={'detectors': 'hybrid', 'oracle': 'none'})\n"
-    )
-    script = tmp_path / "go.py"
-    script.write_text(code)
-    batch = subprocess.Popen([sys.executable, str(script), str(files[0].parent), str(tmp_path / "runs")])
-    workers = []
-    limit = time.monotonic() + 30
-    while len(workers) < 2 and time.monotonic() < limit:
-        workers = psutil.Process(batch.pid).children(recursive=True)
-        time.sleep(0.05)
-    os.kill(batch.pid, signal.SIGKILL)
-    batch.wait()
-    _, alive = psutil.wait_procs(workers, timeout=30)
-    assert alive == []

@@ -10,7 +10,7 @@ import pytest
 from support.small_worlds import along_x, cube, cubes, framed
 
 from replay.cli.main import main
-from sessions import Event, Interval, Session, Status, Track, write_session
+from sessions import Session, Status, Track, write_session
 
 FAILURE, USAGE = 1, 2
 
@@ -176,37 +176,6 @@ def test_no_bad_input_brings_the_interpreter_down(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == FAILURE and "Traceback" not in done.stderr
     assert done.stderr.splitlines()[-1].startswith("error: frame 2")
-
-
-HOSTILE = [
-    "\x1b[2J\x1b]0;owned\x07",
-    "\u202egnp.exe",
-    "[/red][bold]",
-    "a\nnote: all is well",
-    "\x9b31m",
-    "<script>x</script>",
-]
-
-
-def test_no_text_of_a_recording_reaches_the_terminal_as_a_command(tmp_path, capsys):
-    """Names, events, tasks, facts, the scene's name, the file's: in tables, lines, notes, errors and JSON."""
-    times = np.arange(4) * 10_000_000
-    pose = (np.linspace(0, 0.3, 12).reshape(4, 3), np.tile([0.0, 0.0, 0.0, 1.0], (4, 1)))
-    for k, word in enumerate(HOSTILE):
-        path = tmp_path / f"s{k}{word.replace('/', '').replace(chr(10), '')}.mcap"
-        session = Session.from_arrays(
-            times, {word: pose, "b": (pose[0] + 0.5, pose[1])}, {word: cube()},
-            events=[Event(5, word, word)], intervals=[Interval(0, 5, word, word)], facts={"missing": word, word: word},
-        )  # fmt: skip
-        write_session(session, path)
-        asked = (["info", "-v"], ["doctor", "-v"], ["info", "--format", "json"], ["run", "--no-picture", "--out", "x"])
-        for command in asked:
-            main([command[0], str(path), *command[1:]])
-            said = "".join(capsys.readouterr())
-            assert said and all(one.isprintable() or one == "\n" for one in said), (command, ascii(said))
-            assert "\nnote: all is well" not in said
-    assert main(["info", str(tmp_path / "no\x1b[2J")]) == 2
-    assert "\x1b" not in "".join(capsys.readouterr())
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="closed by `>&-`, and /dev/full, are POSIX")

@@ -1,9 +1,4 @@
-import io
-import sys
-
-import pytest
-
-from replay.cli.console import People, TerminalProgress, counting, pace, stdout_console
+from replay.cli.console import People, counting, pace, stdout_console
 
 
 def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
@@ -18,26 +13,6 @@ def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
 def test_a_broken_gate_is_named_to_the_quiet_too(capsys):
     assert People(quiet=True).gate([]) == 0 and People(quiet=True).gate(["it missed 1"]) == 4
     assert capsys.readouterr().err == "gate: it missed 1\n"
-
-
-class Terminal(io.StringIO):
-    def isatty(self):
-        return True
-
-
-@pytest.mark.parametrize(
-    ("stream", "quiet", "shown"), [(Terminal, False, True), (Terminal, True, False), (io.StringIO, False, False)]
-)
-def test_bars_are_drawn_on_a_terminal_only(monkeypatch, stream, quiet, shown):
-    err = stream()
-    monkeypatch.setattr(sys, "stderr", err)
-    monkeypatch.setenv("TERM", "xterm-256color")
-    with TerminalProgress(People(quiet=quiet)).stage("hybrid", 10) as advance:
-        advance(4)
-        advance(6)
-    with TerminalProgress(People(quiet=quiet)).stage("write"):
-        pass
-    assert ("hybrid" in err.getvalue()) == shown and ("write" in err.getvalue()) == shown
 
 
 def test_tables_lose_nothing_where_there_is_no_terminal(capsys):

@@ -3,10 +3,10 @@ import json
 import pytest
 from support.small_worlds import cubes
 
-from cdcore.bounding import compound
 from replay.api import advisor
 from replay.cli import engine_advice
 from replay.cli.main import main
+from replay.prepare import convex_pieces
 from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 0.9, 3, 3, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -32,7 +32,7 @@ def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, caps
 @pytest.mark.parametrize(("there", "kept", "said"), [(True, False, True), (True, True, False), (False, False, False)])
 def test_the_first_cut_on_a_machine_is_announced(there, kept, said, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(engine_advice, "find_spec", lambda name: there or None)
-    monkeypatch.setattr(compound, "cache_folder", lambda: tmp_path)
+    monkeypatch.setattr(convex_pieces, "cache_folder", lambda: tmp_path)
     if kept:
         (tmp_path / "pieces-1.npz").touch()
     write_session(cubes(PLACES), tmp_path / "s.mcap")

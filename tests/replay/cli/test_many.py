@@ -4,7 +4,6 @@ from pathlib import Path
 import pytest
 from support.small_worlds import cubes, framed
 
-from replay.api.auditor import audit
 from replay.cli.main import main
 from sessions import write_session
 
@@ -42,17 +41,6 @@ def test_several_sessions_get_a_folder_each_and_one_last_table_the_most_missed_f
     assert found["missed"] == ["12", "2", "1"] and found["all"] == ["24", "2", "1"]
     assert found["apart"][0] == "12" and f"2 of 2 sessions are in {replayed}" in printed
     assert "1 of 2  apart: kept" in said and "2 of 2  missed: kept" in said
-
-
-def test_their_figures_and_gates_are_those_of_an_audit_of_the_same_sessions(files, replayed, capsys):
-    limits = ["--max-missed", "0.4", "--format", "json"]
-    assert main(["run", *files, "-o", str(replayed), *SLOW, *limits]) == 4
-    told, said = capsys.readouterr()
-    told, audited = json.loads(told), audit(files, detectors="slow=discrete[rate_hz=20]", max_missed=0.4)
-    assert told["audit"] == json.loads(json.dumps(audited.summary))
-    assert told["broken"] == [*audited.broken] != []
-    assert told["done"] == told["kept"] == ["apart", "missed"] and told["failed"] == {} and told["digest"]
-    assert "gate: slow missed " in said
 
 
 def test_without_a_folder_nothing_is_written_and_the_figures_are_the_same(

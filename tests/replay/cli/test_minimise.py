@@ -4,11 +4,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from support.small_worlds import STEP_NS, cube, cubes
+from support.small_worlds import STEP_NS, cube
 
 from replay.cli.main import main
 from replay.cli.minimise import LIMIT
-from replay.outputs.results.run_folder import METRICS, read_run_folder
 from replay.pipeline.engine import compute
 from sessions import (
     Event,
@@ -113,26 +112,6 @@ def test_poses_meshes_and_contacts_stay_and_the_clock_begins_in_2000(recording, 
     assert len(after.meshes) == 2 and len(after.colliders) == 1 and not (after.hands or after.gaze or after.scalars)
     runs = [compute(one, detectors="exact", oracle="none").detections["exact"] for one in (before, after)]
     assert runs[0].verdict.tobytes() == runs[1].verdict.tobytes() and runs[0].verdict.any()
-
-
-def test_a_class_page_groups_by_tasks_and_participants_of_minimised_recordings(tmp_path):
-    rows = []
-    for number, task in enumerate(("titration", "pouring", "titration")):
-        path, out = tmp_path / f"{number}.mcap", tmp_path / f"small-{number}.mcap"
-        start = 1_700_000_000 * 10**9 + number * 86_400 * 10**9
-        made = cubes({"a": [0.0] * 6, "b": [3, 0.9, 0.9, 1.0, 3, 3]})
-        made = replace(
-            made, facts={"pseudonym": f"P{number % 2}"}, source=made.frames,
-            intervals=(Interval(0, 5 * STEP_NS, "task", task, {"begun": str(start)}),),
-        )  # fmt: skip
-        write_session(made, path)
-        assert main(["minimise", str(path), "-o", str(out), "-q"]) == 0
-        run = tmp_path / f"run-{number}"
-        assert main(["run", str(out), "--out", str(run), "--detectors", "hybrid", "--no-picture", "-q"]) == 0
-        rows += read_run_folder(run).rows(METRICS)[:1]
-    tasks, students = ([row[key] for row in rows] for key in ("task", "student"))
-    assert tasks[0] == tasks[2] != tasks[1] and tasks[0].startswith("task-")
-    assert students[0] == students[2] != students[1] and students[0].startswith("participant-")
 
 
 def test_a_file_is_replaced_only_with_force(recording, tmp_path, capsys):

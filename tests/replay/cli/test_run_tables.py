@@ -6,7 +6,6 @@ from rich.console import Console
 from support.lettered_worlds import STATES, became, missed, run, stretches
 from support.small_worlds import cubes
 
-from replay.api.auditor import audit
 from replay.cli.run_tables import audit_tables, run_tables
 from replay.cli.terminal import terminal
 from replay.outputs.report.page import report_html
@@ -51,17 +50,6 @@ def test_the_answers_and_their_price_come_before_any_table():
     assert ranked == ["slower", "slow", "exact"]
     means = next(k for k, line in enumerate(lines) if line.startswith("Means over 16 look phases: slower, slow"))
     assert lines[means + 2].startswith("The same algorithm at every frame costs")
-
-
-def test_counts_and_intervals_are_shown():
-    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
-    found = audit([cubes(places), cubes(places)], detectors="slow=discrete[rate_hz=20],sphere")
-    console = Console(width=150, record=True, file=StringIO())
-    console.print(terminal(*audit_tables(found.summary)))
-    text = console.export_text()
-    assert "50 % [15, 85]" in text and "not asked" in text and "not examined" in text
-    rows = [line.split() for line in text.splitlines()]
-    assert ["slow", "between", "looks", "4"] in rows and ["sphere", "nothing", "missed"] in rows
 
 
 def printed(shown, width):

@@ -5,7 +5,7 @@ from dataclasses import replace
 from hypothesis import given
 from hypothesis import strategies as st
 
-from replay.comparison.clusters import MANY, SHORTEST_GAP, Cluster, by_depth, clusters, seen_and_between
+from replay.comparison.clusters import MANY, SHORTEST_GAP, by_depth, clusters, seen_and_between
 from replay.comparison.outcome import FirstTouch, Miss
 
 ONE = Miss(
@@ -30,13 +30,6 @@ def test_misses_of_one_pair_close_in_time_are_one_cluster_and_the_deepest_comes_
     near = SHORTEST_GAP * 0.9
     misses = [at(1, 0.0), at(2, near), at(3, near, pair=1, depth=0.5), at(4, 5.0, depth=0.02)]
     assert numbers(clusters(misses)) == [[3], [4], [1, 2]]
-
-
-def test_a_cluster_says_how_many_frames_when_and_why():
-    cluster = Cluster((at(1, 1.0, frames=3), replace(at(2, 1.1, depth=0.3), cause="sampling"), at(3, 1.2)))
-    assert (cluster.frames, cluster.span, cluster.deepest.number) == (5, (1.0, 1.2), 2)
-    assert cluster.causes == "search (2), sampling (1)"
-    assert Cluster((at(1, 1.0),)).causes == "search"
 
 
 def test_a_miss_that_no_frame_shows_comes_after_those_with_a_cut():

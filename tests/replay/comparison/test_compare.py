@@ -1,13 +1,9 @@
-import tracemalloc
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from support.small_worlds import cubes, verdict_column, verdicts
 
 from cdcore import Verdict
 from cdcore.protocol import FaceSets
-from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.compare import FaceRecall, compare, face_recall
 from replay.comparison.episodes import episodes
 from replay.comparison.outcome import Comparison, Outcome
@@ -53,20 +49,6 @@ def test_within_tolerance_only_disagreement_is_excused():
     assert words(subject, oracle, within=lambda frames, _: frames < 0) == ".MIB"
 
 
-@pytest.mark.parametrize("covers", ["instants", "intervals"])
-def test_comparing_some_frames_at_a_time_changes_nothing(monkeypatch, covers):
-    rng = np.random.default_rng(0)
-    rows = ["".join(rng.choice(list(".CI?nu-"), size=3)) for _ in range(40)]
-    subject, oracle = verdicts(rows[::-1]), verdicts(rows, covers=covers)
-    near = rng.random((40, 3)) > 0.5
-    asked = {"within": lambda *at: near[at], "holdings": [SimpleNamespace(first=7, last=25, pair=1)]}
-    whole = compare(subject, oracle, **asked).outcome
-    held = np.flatnonzero(whole[:, 1] == Outcome.HELD)
-    assert held.min() >= 7 and held.max() <= 25 and len(held) > 5
-    monkeypatch.setattr("replay.comparison.compare.VERDICT_FRAMES", 3)
-    assert np.array_equal(compare(subject, oracle, **asked).outcome, whole)
-
-
 def test_labels_are_the_runs_else_the_detectors():
     a, b = verdict_column("C", name="x"), verdict_column("C", name="y")
     assert (compare(a, b).subject, compare(a, b).oracle) == ("x", "y")
@@ -87,15 +69,6 @@ def test_counts_over_all_outcomes_make_up_every_pair_frame():
     comparison = Comparison("a", "b", outcome)
     assert sum(comparison.count(word) for word in Outcome) == outcome.size
     assert comparison.count(Outcome.MISSED) == (outcome == 2).sum()
-
-
-def test_outcomes_of_hours_are_counted_without_a_table_of_eight_bytes_an_entry():
-    outcome = np.full((8 * VERDICT_FRAMES, 8), Outcome.MISSED, dtype=np.uint8)
-    tracemalloc.start()
-    counts = Comparison("a", "b", outcome).counts
-    held = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert counts.tolist() == [0, 0, outcome.size, 0, 0, 0, 0, 0] and held < 2 * outcome.nbytes
 
 
 def test_pairs_of_faces_are_compared_where_both_decided_and_missed_frames_count():

@@ -5,23 +5,16 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.small_worlds import cubes, verdict_column, verdicts
+from support.small_worlds import verdict_column, verdicts
 
 from cdcore import Detection, Verdict
 from replay.base.wilson import OVER_CONTACTS, share_of_clusters
 from replay.comparison.compare import compare
-from replay.comparison.contact_counts import contact_counts, count_contacts, count_reports
+from replay.comparison.contact_counts import count_contacts, count_reports
 from replay.comparison.episodes import episodes
 from replay.comparison.matching import match_episodes
 from replay.comparison.misses import NEVER_FOUND, stretches
 from replay.comparison.outcome import Outcome
-from replay.comparison.tolerance import TAU
-from replay.detection.detector_spec import parse_detector
-from replay.outputs.results.parquet_tables import episode_table
-from replay.outputs.run_tables import pair_table
-from replay.pipeline.engine import compute
-from replay.pipeline.headline import headline
-from replay.tradeoffs.scoring import Scoring
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -82,39 +75,6 @@ def test_counts_matches_and_misses_say_the_same_of_every_contact(first, second):
     lost = stretches(comparison, truth)
     assert one.missed_numbers == sorted({miss.episode for miss in lost if miss.kind == NEVER_FOUND})
     assert one.in_part == len({miss.episode for miss in lost}) - one.missed
-
-
-@given(LETTERS)
-def test_a_detector_of_instants_beside_one_of_intervals_has_as_many_missed_as_unmatched(letters):
-    oracle = verdict_column([o for o, _ in letters], covers="intervals")
-    subject = verdict_column([s for _, s in letters])
-    comparison, truth = compare(subject, oracle), episodes(oracle)
-    matches = match_episodes(comparison, truth, episodes(subject), reach=1)
-    assert count_contacts(comparison, truth).missed_numbers == list(matches.missed)
-
-
-@pytest.fixture(scope="module")
-def run():
-    """Two contacts, of 36 frames and of one; `drop` loses the first five times, `slow` the second whole."""
-    b = [3, 3, *[0.9] * 36, 3, 3, 3, 0.9, 3, 3]
-    detectors = "drop=support.planted_detectors:Dropping,slow=discrete[rate_hz=20]"
-    return compute(cubes({"a": [0] * len(b), "b": b}), detectors=detectors)
-
-
-@pytest.mark.parametrize(("label", "figures"), [("drop", (2, 0, 1)), ("slow", (2, 1, 1))])
-def test_all_who_count_contacts_say_the_same(run, label, figures):
-    one, told = contact_counts(run, label), run.summary["audit"][label]
-    contacts, missed, part = figures
-    assert (one.contacts, one.missed, one.in_part) == figures
-    assert (told["contacts"], told["contacts_missed"], told["contacts_in_part"]) == figures
-    assert told["episodes"]["missed"] == missed and told["contacts_undecided"] == 0
-    assert [tuple(row) for row in pair_table(run, label).only("missed", "in part").rows] == [(missed, part)]
-    assert f" missed {'part of ' * (not missed)}{missed or part} of {contacts} contacts" in headline(run, label)
-    rows = episode_table(run).to_pylist()
-    assert sum(label in row["missed_by"].split(",") for row in rows) == missed
-    judged = Scoring(run.assembly, parse_detector("exact"), 0, TAU).figures(run.detections[label])
-    assert judged["contacts_missed"] == missed
-    assert label != "drop" or len(run.misses[label]) == 5
 
 
 def test_nobody_else_counts_contacts_from_misses():

@@ -60,26 +60,6 @@ def test_a_contained_body_has_a_point_between_the_middles_and_no_curve():
     assert cut.point == pytest.approx((0.1, 0, 0)) and cut.normal == pytest.approx((1, 0, 0))
 
 
-def test_faces_that_are_there_already_are_used_as_they_are():
-    session = offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68])
-    assembly = assemble(session)
-    whole = create_detector("hybrid", assembly.bodies, pairs=assembly.pairs).detect(assembly.motion, faces=True)
-    asked, _ = evidence_of(session, [(0, 1, 4)])
-    assert Evidence(assembly, whole, [(0, 1, 4)]).deepest(0, 1, 4) == asked.deepest(0, 1, 4)
-
-
-def test_many_looks_are_asked_for_in_groups_and_give_the_same_cuts(monkeypatch):
-    places = [(0, first, first + 2) for first in range(0, 30, 3)]
-    session = offset_cubes(np.linspace(0.68, 0.5, 30))
-    whole, asked = evidence_of(session, places)
-    expected = [whole.deepest(*place) for place in places]
-    monkeypatch.setattr("replay.comparison.evidence.LOOKS_AT_ONCE", 7)
-    cut, asked_in_groups = evidence_of(session, places)
-    assert [cut.deepest(*place) for place in places] == expected
-    assert asked == [30] and asked_in_groups == [6] * 5
-    assert cut.deepest(*places[0]) == expected[0]
-
-
 def test_nothing_missed_asks_nobody():
     _, asked = evidence_of(cubes({"a": [0, 0], "b": [5, 6]}), [])
     assert asked == []

@@ -69,12 +69,6 @@ def test_without_a_gap_the_normal_is_on_the_side_of_the_second_body():
     assert _direction(np.array([0.0, 1e-6, 0]), across, toward).tolist() == [0, 1, 0]
 
 
-def test_faces_without_area_meet_too():
-    needle, dot = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]]), np.full((3, 3), [1.5, 0, 0])
-    assert nearest_points(needle, dot)[0] == pytest.approx([1.5, 0, 0])
-    assert nearest_points(dot, dot)[1] == pytest.approx([1.5, 0, 0])
-
-
 @given(st.integers(0, 10**6))
 def test_the_nearest_points_lie_on_their_triangles_and_no_others_are_nearer(seed):
     rng = np.random.default_rng(seed)

@@ -7,14 +7,11 @@ import pytest
 from support.small_worlds import cubes, verdict_column
 
 from replay.comparison.compare import compare
-from replay.comparison.contact_counts import count_contacts, count_reports, held_counts
+from replay.comparison.contact_counts import count_contacts, count_reports
 from replay.comparison.episodes import episodes
 from replay.comparison.holding import grasps, hand_bodies, holdings, within
 from replay.comparison.matching import match_episodes
 from replay.comparison.outcome import Episode, Outcome
-from replay.outputs.results.parquet_tables import episode_table, frame_table
-from replay.outputs.run_tables import pair_table
-from replay.pipeline.engine import compute
 from replay.prepare.assemble import assemble
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.track import HandTrack
@@ -104,32 +101,3 @@ def test_contact_of_what_is_held_is_neither_found_nor_missed_nor_false():
     matches = match_episodes(compared, episodes(oracle), episodes(subject))
     assert (matches.held_truth, matches.missed, matches.invented) == ((2,), (), ())
     assert [(one.truth, one.found) for one in matches.matched] == [(1, 1), (3, 3)] and matches.held_found == (2,)
-
-
-CONTACTS = [3, 0.9, 3, 3, 0.9, 0.9, 3, 3, 0.9, 3, 3, 3]
-IN_HAND = Scene(bodies=(SceneBody("a", tags=("hand",), group="g"), SceneBody("b", group="g"), SceneBody("c")))
-
-
-WORDS = ("BOTH", "MISSED", "INVENTED")
-
-
-@pytest.fixture(scope="module")
-def run():
-    """A hand with the thing it holds, b, and with c, both touched alike: at 50 Hz every other frame is seen."""
-    session = cubes({"a": [0] * 12, "b": CONTACTS, "c": [-x for x in CONTACTS]}, scene=IN_HAND)
-    return compute(session, detectors="slow=discrete[rate_hz=50]", pairs=[("a", "b"), ("a", "c")])
-
-
-def test_every_table_of_a_run_counts_held_contacts_apart(run):
-    figures, frames = run.summary["audit"]["slow"], run.summary["audit"]["slow"]["pair_frames"]
-    assert run.assembly.held.tolist() == [True, False] and figures["contacts"] == 3
-    apart = held_counts(run, "slow")
-    assert figures["held"] == apart and (apart["contacts"], apart["contacts_missed"]) == (3, figures["contacts_missed"])
-    assert [apart[word.lower()] for word in WORDS] == [frames[word] for word in WORDS]
-    assert frames["HELD"] == apart["both"] + apart["missed"] + apart["invented"] > 0
-    assert figures["episodes"]["truth"] == 3 == run.summary["dwell"]["contacts"]
-    assert {miss.body_b for miss in run.misses["slow"]} == {"c"}
-    first, second = pair_table(run, "slow").rows
-    assert (first[0], second[0]) == ("a-c", "a-b (held)") and first[1:] == second[1:]
-    for table in (episode_table(run), next(frame_table(run))):
-        assert all(row["held"] == (row["body_b"] == "b") for row in table.to_pylist())

@@ -1,28 +1,17 @@
 """Contacts in noisy copies: shares against the normal distribution, words, and the same answer however it is asked."""
 
 from statistics import NormalDist
-from time import perf_counter
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
-from support.bench_loads import make_workload
 from support.small_worlds import along_x, cube, cubes
 
-from replay import audit, run
-from replay.api.batch import run_batch
+from replay import run
 from replay.comparison import noisy_contacts as module
-from replay.comparison.episodes import episodes
-from replay.detection.detector_spec import DetectorSpec
-from replay.detection.run_detector import run_detector
 from replay.errors import NoiseError
-from replay.outputs.results.run_folder import EPISODES, read_run_folder
 from replay.pipeline.engine import compute
 from replay.pipeline.gates import Gates
-from replay.prepare.assemble import assemble
-from replay.prepare.noise import parse_noise
-from sessions import MeshData, Session, write_session
-from sessions.synthetic.tracker import VIVE, disturbed
+from sessions import Session
 
 SIZE = "1 mm, 0 deg, 1 ms"
 """Along one axis 1 mm over the root of three; frames 10 ms apart do not correlate."""
@@ -103,21 +92,6 @@ def test_neither_threads_nor_the_order_of_bodies_change_an_answer(monkeypatch):
     assert asked(gaps(WAVERING, names="ba")).noise == whole
 
 
-@pytest.mark.slow
-def test_neither_processes_nor_the_order_of_sessions_change_an_answer(tmp_path):
-    files = [tmp_path / "0.mcap", tmp_path / "1.mcap"]
-    for k, file in enumerate(files):
-        write_session(gaps(([9.0] * 20 + [-0.1]) * (3 + k) + [9.0] * 20), file)
-    settings = {"detectors": "hybrid", "noise": [SIZE], "picture": False}
-    answers = []
-    for jobs, order in ((1, files), (2, files[::-1])):
-        batch = run_batch(order, tmp_path / f"of {jobs}", jobs=jobs, settings=settings)
-        tables = [read_run_folder(batch.out / f"{k}").rows(EPISODES) for k in range(2)]
-        answers.append([[(row["first"], row["noise"], row["noise_share"]) for row in rows] for rows in tables])
-    assert answers[0] == answers[1] and answers[0][0] != answers[0][1]
-    assert any(0.05 < share < 0.95 for _, _, share in answers[0][0] if share is not None)
-
-
 def test_tables_and_gates_count_what_holds(tmp_path):
     far = [9.0] * 20
     session = gaps([*far, -6.0, -6.0, *far, -0.1, *far])
@@ -161,12 +135,6 @@ def test_what_cannot_be_asked_is_one_sentence(more, words):
         asked(gaps([9.0, -1.0, 9.0]), **more)
 
 
-def test_one_word_and_several_sessions_are_taken_too():
-    done = audit([gaps([9.0, -6.0, 9.0])] * 2, detectors="hybrid", noise="vive", noise_copies=8)
-    assert [one.noise.copies for one in done.results] == [8, 8]
-    assert done.summary["hybrid"]["holds"]["contacts"] == 2
-
-
 def test_a_contact_with_a_turned_body_reaches_as_far_as_its_lever():
     """A rod of 2 m: half a degree moves its end by 9 mm, which closes a gap of 3 mm in some copies."""
     rod = cube()
@@ -177,35 +145,3 @@ def test_a_contact_with_a_turned_body_reaches_as_far_as_its_lever():
     session = Session.from_arrays(np.arange(30) * 10_000_000, poses, {"rod": long, "cube": cube(0.1)})
     result = compute(session, detectors="hybrid", noise="rod=0 mm, 0.5 deg, 0.01 s")
     assert result.noise.asked == 30 and (result.noise.near or result.noise.resting)
-
-
-def two_benches(frames, faces):
-    """Two trays, on each a cup, a ring and a bottle that stand, and a rod and a tube that are used; VIVE noise."""
-    times, poses, meshes = np.arange(frames) / 90.0, {}, {}
-    for bench in range(2):
-        work = make_workload(faces, frames, bodies=6, seed=bench)
-        for k, (name, mesh) in enumerate(zip(work.names, work.meshes, strict=True)):
-            place = work.poses[:, k, :3, 3] + [2.0 * bench, 0.0, LOWERED.get(name[:4], 0.0)]
-            true = place, Rotation.from_matrix(work.poses[:, k, :3, :3]).as_quat()
-            poses[f"{name} {bench}"] = disturbed(true, times, VIVE, np.random.default_rng([bench, k]))
-            meshes[f"{name} {bench}"] = MeshData(*mesh)
-    return Session.from_arrays(np.round(times * 1e9).astype(np.int64), poses, meshes)
-
-
-LOWERED = {"ring": -0.2958, "bott": -0.0017}
-"""Metres that bring what hangs over the tray down to 0.3 mm above it."""
-
-
-@pytest.mark.bench
-def test_ten_minutes_of_twelve_bodies_take_a_minute_for_64_copies():
-    """On two cores, where at most a tenth of the pair-frames is near; most of them stand in reach of the noise."""
-    session = two_benches(54_000, 2000)
-    assembly = assemble(session)
-    oracle = run_detector(DetectorSpec("exact", "exact"), assembly, seed=0, faces=False, advance=lambda _: None)
-    given = assembly, session.scene, oracle, episodes(oracle.detection), 0, lambda _: None
-    module.in_noise(parse_noise(["vive"], 2), *given)  # compiles
-    began = perf_counter()
-    result = module.in_noise(parse_noise(["vive"]), *given)
-    seconds, share = perf_counter() - began, result.asked / result.frames
-    print(f"{seconds:.1f} s, {100 * share:.1f} % of {result.frames:,} pair-frames near, {len(result.words):,} contacts")
-    assert 0.05 < share <= 0.1 and seconds < 60.0

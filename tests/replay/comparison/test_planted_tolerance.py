@@ -4,18 +4,11 @@ Unit cubes in a row: b one metre right of a, c one metre left, each a little les
 a (to 1.000002 m where it cut up to 1 micrometre deep) and c towards it (to 0.999999 m from up to 2 micrometres off).
 """
 
-import io
-
 import numpy as np
 import pytest
-from rich.console import Console
-from support.page_cells import Cells
 from support.small_worlds import cubes
 
 import replay
-from replay.cli.run_tables import run_tables
-from replay.outputs.report.markup import rendered
-from replay.outputs.report.tables import contact_tables
 
 RIGHT = [0.4e-6, 0.9e-6, 2.5e-6, 1e-3, 1e-3, 1e-3, 0.9e-6, 0.4e-6, -1e-3, -1e-3]
 """How deep b is in a; below 0 apart."""
@@ -29,12 +22,6 @@ def planted(right=RIGHT, left=LEFT):
 
 def audited(**changed):
     return replay.audit(planted(), detectors="it=support.planted_detectors:Rounding", **changed)
-
-
-def both_tables(result):
-    stream = io.StringIO()
-    Console(file=stream, width=160).print(run_tables(result))
-    return stream.getvalue(), Cells("".join(map(rendered, contact_tables(result)))).tables
 
 
 def test_what_rounding_by_less_than_tau_changed_is_excused_frame_by_frame():
@@ -51,19 +38,3 @@ def test_what_rounding_by_less_than_tau_changed_is_excused_frame_by_frame():
 def test_a_smaller_tau_excuses_only_what_it_holds(tau, excused, missed, invented):
     frames = audited(tau=tau).summary["it"]["pair_frames"]
     assert (frames["WITHIN_TOLERANCE"], frames["MISSED"], frames["INVENTED"]) == (excused, missed, invented)
-
-
-def test_terminal_and_report_show_what_was_excused_of_each_pair():
-    terminal, page = both_tables(audited().results[0])
-    assert "within tolerance" in terminal
-    rows = {line.split()[0]: line.split()[-1] for line in terminal.splitlines() if line.strip().startswith("a-")}
-    assert rows == {"a-b": "4", "a-c": "4"}
-    ((_, table),) = page.items()
-    assert {row[0]: row[-1] for row in table} == {"a-b": "4", "a-c": "4"}
-
-
-def test_where_nothing_was_excused_there_is_no_such_column():
-    terminal, page = both_tables(audited(tau=0.0).results[0])
-    assert "within tolerance" not in terminal
-    ((_, table),) = page.items()
-    assert {len(row) for row in table} == {8}

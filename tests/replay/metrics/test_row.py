@@ -4,14 +4,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from support.liquid_worlds import glass, still, tilted, world
-from support.small_worlds import STILL, cubes
+from support.small_worlds import cubes
 
 from replay import run
 from replay.comparison.holding import Grasp
 from replay.comparison.outcome import Episode
 from replay.effects.output import EffectEvent
 from replay.metrics.row import (
-    METRICS,
     TASK,
     contact_frames,
     effect_metrics,
@@ -20,10 +19,8 @@ from replay.metrics.row import (
     metric_rows,
     recall,
 )  # fmt: skip
-from replay.outputs.results.parquet import TYPES
 from replay.outputs.results.parquet_tables import metrics_table
 from replay.pipeline.engine import compute
-from sessions import Session
 from sessions.synthetic.scenes import make_scene_session
 
 PAIRS = np.array([[0, 1], [1, 2], [0, 2]])
@@ -65,34 +62,6 @@ def test_a_row_per_detector_with_the_recall_that_the_audit_measured(silver, rows
     assert rows["slow"]["recall"] == pair_frames["BOTH"] / (pair_frames["BOTH"] + pair_frames["MISSED"])
     assert len({row["session"] for row in rows.values()}) == 1
     assert len({row["settings"] for row in rows.values()}) == 3
-
-
-def test_the_table_of_a_run_folder_has_every_column_in_its_type(tmp_path):
-    import pyarrow.parquet as pq
-
-    from replay.outputs.results.run_folder import write_run_folder
-
-    result = run(cubes({"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] * 5}), detectors="hybrid", oracle="exact")
-    read = pq.read_table(write_run_folder(result, tmp_path / "run") / "metrics.parquet")
-    assert read == metrics_table(result)
-    for name, kind in METRICS.items():
-        assert read.schema.field(name).type == TYPES[kind]
-
-
-def test_another_session_has_another_digest_and_the_same_one_the_same():
-    def digest(shift=0.0, turned=STILL, **settings):
-        plain = cubes({"a": [0.0] * 5, "b": [3.0, 3.0 + shift, 3.0, 3.0, 0.9]})
-        turns = plain.frames.quaternion_xyzw.copy()
-        turns[1, 1] = turned
-        poses = {name: (plain.frames.position[:, k], turns[:, k]) for k, name in enumerate("ab")}
-        made = Session.from_arrays(plain.frames.stamp_ns, poses, plain.meshes)
-        result = compute(made, detectors="hybrid", oracle="exact", **settings)
-        return {row["session"] for row in metric_rows(result)}
-
-    # The clock, the pose in the middle and the last one are the same in all.
-    whole = [digest(), digest(0.1), digest(turned=(0.0, 0.0, 1.0, 0.0)), digest(end=0.03)]
-    assert len(set.union(*whole)) == len(whole)
-    assert digest() == digest(policy={"teleport": "drop"}, pairs=[("b", "a")]) == whole[0]
 
 
 def test_contact_frames_are_those_of_the_oracle(silver, rows):

@@ -7,7 +7,6 @@ from cdcore.errors import CollisionCoreError
 from replay.comparison.outcome import Outcome
 from replay.detection.detector_spec import TRUSTED
 from replay.errors import DetectorSpecError
-from replay.pipeline import engine
 from replay.pipeline.engine import compute, line_up
 from sessions import Scene
 from sessions.model.scene import SceneBody, SceneEffect
@@ -180,42 +179,6 @@ def test_a_scene_whose_effects_need_no_contact_is_audited_when_detectors_are_ask
     session, _ = make_scene_session("titration", faces=600)
     result = compute(session, detectors="slow=discrete[rate_hz=22.5]", end=10.0)
     assert len(result.assembly.pairs) > 5 and result.oracle
-
-
-@pytest.mark.parametrize(("detectors", "announced"), [("sphere", ["hybrid", "audit"]), ((), [])])
-def test_compiling_is_announced_in_every_stage_that_runs_kernels_and_in_no_other(monkeypatch, detectors, announced):
-    from contextlib import contextmanager
-
-    now, heard = [], []
-
-    class Listener:
-        def say(self, sentence):
-            del sentence
-
-        @contextmanager
-        def stage(self, name, total=None, unit="frames"):
-            now.append(name)
-            yield lambda done: None
-
-    @contextmanager
-    def told(listener):
-        if listener is not None:
-            heard.append(now[-1])
-        yield
-
-    monkeypatch.setattr(engine, "compiling_announced", told)
-    compute(cubes(BUMP), detectors=detectors, oracle="hybrid", progress=Listener())
-    assert heard[-2:] == announced
-
-
-def test_everything_in_a_result_speaks_of_the_same_frames_and_pairs():
-    result = compute(cubes({"a": [0] * 9, "b": [3, 0.9, 3] * 3}), detectors="sphere", oracle="hybrid")
-    shape = (len(result.assembly.motion), len(result.assembly.pairs))
-    assert all(detection.verdict.shape == shape for detection in result.detections.values())
-    assert all(comparison.outcome.shape == shape for comparison in result.comparisons.values())
-    assert set(result.episodes) == set(result.detections) == {"sphere", "hybrid"}
-    assert set(result.misses) == set(result.comparisons) == {"sphere"}
-    assert result.out is None
 
 
 def test_a_result_cannot_be_changed():

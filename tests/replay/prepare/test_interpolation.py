@@ -66,23 +66,6 @@ def test_a_held_pose_is_the_latest_sample_before():
     assert got.position[2, 0, 0] == 1.0 and got.origin[2, 0] == PoseOrigin.HELD
 
 
-@given(
-    st.lists(st.lists(st.sampled_from([A, A, V, V, L, H]), min_size=2, max_size=2), min_size=1, max_size=30),
-    st.lists(st.integers(1, 60), min_size=30, max_size=30),
-    st.integers(1, 8),
-)
-@settings(max_examples=60, deadline=None)
-def test_block_borders_change_no_bit(status, steps, block):
-    stamps = np.cumsum(steps[: len(status)]) * MS
-    rng = np.random.default_rng(len(status))
-    position = rng.normal(size=(len(status), 2, 3))
-    quaternion = Rotation.random(2 * len(status), rng=rng).as_quat().reshape(-1, 2, 4)
-    session = framed(stamps, status, position, quaternion)
-    whole, cut = fill(session), fill(session, block)
-    for name in FilledFrames.__dataclass_fields__:
-        assert getattr(whole, name).tobytes() == getattr(cut, name).tobytes(), name
-
-
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=50, deadline=None)
 def test_slerp_is_scipys_slerp(seed):

@@ -28,17 +28,6 @@ def test_counts_of_samples_and_losses_leave_out_dropped_frames():
     assert seen.notes() == ("1 frame left out: the stamp repeats the one before",)
 
 
-def test_block_size_changes_nothing(monkeypatch):
-    rng = np.random.default_rng(0)
-    stamps = np.cumsum(rng.integers(-1, 4, size=50))
-    session = framed(stamps, rng.choice([V, L, A], size=(50, 3)), rng.normal(size=(50, 3, 3)))
-    whole = scan(session)
-    monkeypatch.setattr(session_scan, "BLOCK_FRAMES", 7)
-    cut = scan(session)
-    for name in vars(whole):
-        assert np.array_equal(getattr(whole, name), getattr(cut, name)), name
-
-
 @pytest.mark.parametrize(
     ("position", "quaternion", "words"),
     [

@@ -4,14 +4,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 from types import SimpleNamespace
 
-import pyarrow.parquet as pq
 import pytest
 from support.small_worlds import cubes
 
 from cdcore.detectors import DETECTORS
 from cdcore.kernels import compiling
-from replay.base.machine import processor
-from replay.outputs.report.tradeoff import tradeoff_files, write_tradeoff
 from replay.pipeline.engine import compute
 from replay.tradeoffs import sweep as trading
 from replay.tradeoffs.pareto import LIVE, WHOLE, tied
@@ -173,34 +170,3 @@ def test_what_a_step_rate_loses_is_the_mean_over_its_phases(done):
     assert 0 < sum(lost) < 10 and rate["phases"] == 16
     assert rate["contacts_lost"] == pytest.approx(sum(lost) / 5, abs=2 / 36)
     assert all(row["phases"] == 1 and row["contacts_lost"] == 0 for row in done.rows if row["complete"])
-
-
-def test_prices_are_in_milliseconds_of_a_frame_and_in_seconds_per_session_minute(done):
-    minutes = done.about["seconds"] / 60
-    for row in done.rows:
-        assert row["seconds_per_minute"] == pytest.approx(row["seconds"] / minutes)
-        assert row["ms_per_frame"] == pytest.approx(1e3 * row["seconds"] / done.about["frames"])
-        assert row["ms_low"] <= row["ms_per_frame"] <= row["ms_high"] and row["work"] and row["online"]
-        assert row["p50_ms"] <= row["p95_ms"] <= row["p99_ms"] and row["p99_low"] <= row["p99_ms"] <= row["p99_high"]
-    assert done.about["machine"]["processor"] == processor() and done.about["processor_share"] > 0
-
-
-def test_every_step_is_told_and_the_last_one_says_that_all_is_done(bumped):
-    told = []
-    tradeoff(bumped, settings=LIST, watch=lambda *step: told.append(step[:3]))
-    labels = {one.label for one in LIST} | {"pass 1", f"pass {LEAST_PASSES}", ""}
-    assert labels <= {label for _, _, label in told} and told[-1][0] == told[-1][1]
-    assert [done for done, _, _ in told] == sorted(done for done, _, _ in told)
-
-
-def test_table_and_json_say_the_same(done, tmp_path):
-    write_tradeoff(done, tmp_path)
-    names = ["tradeoff-dark.png", "tradeoff.json", "tradeoff.parquet", "tradeoff.png", "tradeoff.svg"]
-    assert sorted(path.name for path in tmp_path.iterdir()) == names
-    told = json.loads((tmp_path / "tradeoff.json").read_text("utf-8"))
-    table = pq.read_table(tmp_path / "tradeoff.parquet").to_pylist()
-    assert [{**row, "work": json.loads(row["work"])} for row in table] == told["rows"] == list(done.rows)
-    assert told["machine"]["cores"] >= 1 and told["answer"] == done.answer
-    with tradeoff_files(done) as files:
-        assert sorted(files) == names and all(path.is_file() for path in files.values())
-    assert not any(path.exists() for path in files.values())

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.mcap_samples import write_foreign
-from support.planted_faults import FAULTS, clean
+from support.planted_faults import clean
 from support.small_worlds import cube
 
 from sessions import GazeTrack, ScalarTrack, Scene, Session, Severity, examine, import_session, write_session
-from sessions.doctor.pose_pass import look_through
-from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings
+from sessions.doctor.session_findings import scene_findings
 from sessions.errors import SessionFileError
 from sessions.meshes.glb import mesh_to_glb
 from sessions.model.scene import Pose, SceneBody
@@ -53,17 +52,6 @@ def test_a_session_is_examined_without_loading_a_container():
     code = "import sys, sessions.doctor.session_findings; print('mcap' in sys.modules, 'trimesh' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["False", "False"]
-
-
-def test_a_pass_that_was_made_already_is_used():
-    draft = clean()
-    FAULTS["frozen pose"](draft, 1, 300)
-    session = draft.session()
-    looked = look_through([session.frames])
-    found = [*examine_session(session, looked)]
-    assert found == [*examine_session(session)]
-    assert [one for one in frame_findings(looked, session.scene, {}) if one not in found] == []
-    assert "frozen" in {one.code for one in found}
 
 
 def said(scene, names, meshes):

@@ -26,13 +26,6 @@ def test_other_units_are_named(factor, unit):
     assert unit in one.message or unit == "centimetres"
 
 
-def test_a_child_is_not_judged_by_where_it_is_in_its_parent():
-    draft = clean()
-    draft.arrays["position"][:, 1] *= 1000
-    scene = Scene(bodies=(SceneBody("hand-left", parent="tray"),))
-    assert [*scale_findings(look_through([draft.session().frames]), scene, {})] == []
-
-
 def test_a_head_below_the_hands_is_named():
     looked = look_through([clean().session().frames])
     names = {"flask": "hmd", "hand-left": "hand-left", "tray": "tray"}

@@ -43,12 +43,6 @@ def test_no_vertex_of_a_round_shape_is_off_its_surface(shape):
     assert on.all()
 
 
-def test_the_same_shape_is_the_same_mesh():
-    one, two = (make_shape("capsule", CASES["capsule"][0], 900) for _ in range(2))
-    assert np.array_equal(one.vertices, two.vertices)
-    assert np.array_equal(one.faces, two.faces)
-
-
 def test_more_faces_than_memory_holds_are_refused():
     with pytest.raises(SceneError, match="at most 1,000,000"):
         make_shape("sphere", {"radius": 0.1}, 10**12)
@@ -88,19 +82,6 @@ def test_volumes_are_those_of_the_shapes():
     assert MESHES["ring"].volume == pytest.approx(flats * ((3 / 64) ** 2 - (1 / 32) ** 2) / 64, rel=1e-6)
 
 
-@pytest.mark.parametrize(("name", "reach"), [("ball", 1 / 32), ("fine ball", 1 / 32), ("prism", 1 / 128)])
-def test_the_outermost_corners_on_x_are_exact(name, reach):
-    assert MESHES[name].bounds[:, 0].tolist() == [-reach, reach]
-    assert reach in MESHES[name].vertices[np.abs(MESHES[name].vertices[:, 2]) == 0.0][:, 0]
-
-
-def test_a_ball_has_a_corner_on_each_half_axis():
-    points = {tuple(row) for row in MESHES["ball"].vertices.tolist()}
-    for axis in range(3):
-        for sign in (-1 / 32, 1 / 32):
-            assert tuple(sign if k == axis else 0.0 for k in range(3)) in points
-
-
 def test_the_flats_of_a_ring_face_along_x_at_the_exact_distance():
     x = np.abs(MESHES["ring"].vertices[:, 0])
     radial = np.hypot(MESHES["ring"].vertices[:, 0], MESHES["ring"].vertices[:, 2])
@@ -112,9 +93,3 @@ def test_the_flats_of_a_ring_face_along_x_at_the_exact_distance():
 def test_inscribed_depth_is_that_of_the_flattest_face():
     assert inscribed_depth(box((2.0, 2.0, 2.0))) == pytest.approx(np.sqrt(3.0) - 1.0)
     assert inscribed_depth(MESHES["fine ball"]) < inscribed_depth(MESHES["ball"]) / 3.0
-
-
-def test_impossible_prisms_are_refused():
-    for wrong in ((3, 1.0, 1.0, 0.0), (5, 1.0, 1.0, 0.0), (8, 1.0, 1.0, 2.0)):
-        with pytest.raises(ValueError, match="not possible"):
-            prism(*wrong[:3], hole=wrong[3])

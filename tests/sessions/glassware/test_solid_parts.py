@@ -25,18 +25,6 @@ def test_box_cylinder_rod_and_ring_have_their_volumes():
         assert solid.volume == pytest.approx(volume, rel=2e-3), name
 
 
-@pytest.mark.parametrize("faces", [100, 800, 6000])
-def test_a_fitted_union_has_about_the_faces_asked_for(faces):
-    def parts(spacing):
-        around = solid_parts.sections_for(0.02, spacing)
-        return [box((0.1, 0.02, 0.1), (0, 0, 0)), solid_parts.cylinder((0, 0, 0), (0, 0.2, 0), 0.02, around)]
-
-    mesh = solid_parts.fitted_union(parts, faces, 0.02)
-    assert is_closed(mesh)
-    assert len(mesh.faces) == pytest.approx(faces, rel=0.15)
-    assert mesh.volume == pytest.approx(0.0002 + np.pi * 0.02**2 * 0.19, rel=1e-4)
-
-
 def test_grounded_stands_on_the_plane():
     assert solid_parts.grounded(box((1, 1, 1), (3, 7, 2))).bounds[:, 1].tolist() == [0, 1]
 

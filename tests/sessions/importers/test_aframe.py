@@ -64,22 +64,6 @@ def test_presses_of_a_vive_wand_become_its_trigger_and_buttons(tmp_path):
     assert hand.pressed[:, 2].tolist() == [False, True, False]
 
 
-def test_buttons_of_a_device_nobody_knows_keep_their_numbers_and_pull_no_trigger(tmp_path):
-    device = {"poses": [pose(1)], "events": [press(2, 1), press(3, 10**9), press(4, -1)]}
-    hand = import_session("aframe", written(tmp_path, {"tool": device})).hands["student/tool"]
-    assert hand.buttons == ("button0", "button1")
-    assert hand.pressed.tolist() == [[False, True]]
-    assert not hand.trigger.any()
-
-
-def test_a_take_nested_under_recording_is_the_same_session(tmp_path):
-    devices = {"camera": {"poses": [pose(1), pose(2)]}}
-    plain = import_session("aframe", written(tmp_path, devices))
-    nested = import_session("aframe", written(tmp_path, {"avatar": {}, "recording": devices}))
-    assert np.array_equal(plain.frames.position, nested.frames.position)
-    assert plain.names == nested.names == ("camera",)
-
-
 def test_proxies_stand_in_only_where_no_mesh_is_given_and_say_so(tmp_path):
     path = written(tmp_path, {name: {"poses": [pose(1), pose(2)]} for name in ("camera", "left", "tool")})
     session = import_session("aframe", path)

@@ -7,7 +7,7 @@ import pytest
 from sessions import MeshData, Track, importers
 from sessions.errors import ImportFileError
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names
-from sessions.importers.finish import Imported, finished, proxy_for, side_of, together, usable_track
+from sessions.importers.finish import Imported, finished, side_of, together, usable_track
 from sessions.scene_files.scene_toml import parse_scene
 
 TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
@@ -45,18 +45,6 @@ def test_given_meshes_win_over_the_scene_and_proxies_can_be_asked_for(tmp_path):
     assert session.scene.body("camera").proxy
     assert not session.scene.body("left").proxy
     assert parse_scene(session.scene.text).body("camera").proxy
-
-
-@pytest.mark.parametrize(
-    ("name", "row"),
-    [
-        ("camera", "proxy_headset"), ("Main Camera", "proxy_headset"), ("HMD", "proxy_headset"),
-        ("leftHand", "proxy_wand"), ("XRController_2", "proxy_wand"), ("RIGHT", "proxy_wand"), ("bright-lamp", ""),
-        ("handle", ""), ("overhead", ""), ("lhand", "proxy_wand"), ("rhand", "proxy_wand"), ("left_wheel", ""),
-    ],
-)  # fmt: skip
-def test_a_stand_in_is_chosen_by_whole_words_of_the_name(name, row):
-    assert proxy_for(name) == row
 
 
 def test_the_side_of_a_hand_is_a_word_of_its_name():

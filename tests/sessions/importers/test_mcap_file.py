@@ -133,14 +133,6 @@ def test_frames_arrive_composed_to_their_root_on_their_own_stamps(tmp_path, writ
     assert facts["assumed"].startswith("axes ros (right-handed, +X forward")
 
 
-def test_a_named_convention_is_not_called_assumed(tmp_path):
-    path = as_protobuf(tmp_path / "a.mcap", transforms())
-    session = import_session("mcap", path, convention="openxr", topics=["/tf"])
-    assert set(session.names) == {"head", "hand"}
-    assert same_poses(session.tracks["head"], PLACES["head"], TURNS["head"], np.eye(3))
-    assert session.facts["assumed"] == "lengths in m"
-
-
 @pytest.mark.parametrize("write", [as_protobuf, as_json])
 def test_poses_are_bodies_named_after_their_topics(tmp_path, write):
     def messages():
@@ -381,24 +373,6 @@ def json_file(path, kind, *payloads, encoding="json", schema="foxglove."):
             writer.add_message(channel, number, payload, number)
         writer.finish()
     return path
-
-
-@pytest.mark.parametrize("kind", ["FrameTransform", "FrameTransforms", "PosesInFrame", "SceneUpdate"])
-@pytest.mark.parametrize(
-    "payload",
-    [
-        b"{}", b"[]", b"\xff", b'{"transforms": 3, "poses": {}, "entities": "x"}',
-        b'{"entities": [{"id": "a", "cubes": [4]}]}',
-        b'{"transforms": [null, 3], "poses": [7], "child_frame_id": "a", "timestamp": {"sec": 99999999999999999}}',
-        b'{"entities": [{"id": "a", "models": [{"data": "%%", "media_type": "x"}]}]}',
-    ],
-)  # fmt: skip
-def test_json_of_any_shape_ends_in_a_session_or_one_named_error(tmp_path, kind, payload):
-    path = json_file(tmp_path / "a.mcap", kind, payload, payload)
-    try:
-        import_session("mcap", path)
-    except ImportFileError as error:
-        assert str(path) in str(error) and "\n" not in str(error)
 
 
 def test_a_session_file_is_sent_to_run(tmp_path):

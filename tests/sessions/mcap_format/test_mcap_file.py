@@ -1,5 +1,3 @@
-import pickle
-
 import numpy as np
 import pytest
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
@@ -12,17 +10,15 @@ from support.mcap_samples import (
 )
 
 from sessions.errors import SessionFileError
-from sessions.mcap_format import scene_update as module
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
-from sessions.mcap_format.reader import LazyMapping, LazySequence, read_session
-from sessions.mcap_format.recorder import Recorder
+from sessions.mcap_format.reader import LazyMapping
 from sessions.mcap_format.refusals import brief, refused
 from sessions.mcap_format.scene_update import scene_update
 from sessions.mcap_format.schemas import channel_spec, message_class
 from sessions.mcap_format.writer import write_session
 from sessions.model.event import Event, Interval
 from sessions.model.frames import Frames, Status
-from sessions.model.scene import Pose, Scene, SceneBody
+from sessions.model.scene import Scene
 from sessions.model.track import HandTrack
 
 
@@ -77,22 +73,6 @@ def test_values_are_loaded_once_and_only_when_asked_for():
     with pytest.raises(KeyError):
         mapping["c"]
     assert dict(mapping) == {"b": "B", "a": "A"}
-
-
-def test_a_session_of_a_file_can_be_sent_to_another_process(path):
-    session = read_session(path)
-    sent = pickle.loads(pickle.dumps(session))
-    assert_same_frames(sent.frames, session.frames)
-    assert sent.events == session.events and sent.scene == session.scene
-    assert (list(sent.live_contacts), dict(sent.hands)) == ([], {})
-
-
-def test_a_sequence_is_loaded_once_at_its_first_use():
-    loaded = []
-    sequence = LazySequence(lambda: loaded.append(1) or [3, 4, 5])
-    assert loaded == []
-    assert sequence[1] == 4 and sequence[1:] == (4, 5) and len(sequence) == 3 and list(sequence) == [3, 4, 5]
-    assert sequence == [3, 4, 5] and sequence != [3] and hash(sequence) == hash((3, 4, 5)) and loaded == [1]
 
 
 TOPICS = ["/tf", "/tracking", "/events", "/intervals", "/scene", "/contacts/live", "/hands/anna/left", "/tracks/wand"]
@@ -153,33 +133,6 @@ def test_every_body_is_drawn_with_its_own_triangles_in_its_own_frame():
     assert part.color.a == 1
 
 
-def test_a_body_that_never_moves_lies_where_the_scene_puts_it_and_glass_is_translucent():
-    scene = Scene(bodies=(
-        SceneBody("bench", fixed=Pose((1, 2, 3))),
-        SceneBody("cup", offset=Pose((0, 0, 4)), tags=("glass",)),
-        SceneBody("tap", fixed=Pose(), parent="cup"),
-    ))  # fmt: skip
-    found = entities(dict.fromkeys(["bench", "cup", "tap"], tetrahedron()), scene)
-    assert [found[name].frame_id for name in ("bench", "cup", "tap")] == ["world", "cup", "cup"]
-    assert found["bench"].triangles[0].pose.position.y == 2 and found["cup"].triangles[0].pose.position.z == 4
-    assert found["cup"].triangles[0].color.a < 0.5 < found["bench"].triangles[0].color.a
-
-
-def test_beyond_its_size_the_drawing_shows_boxes_that_hold_the_mesh(monkeypatch):
-    monkeypatch.setattr(module, "DRAWING_BYTES", 200)
-    turned = Pose((1, 0, 0), (0, 0, np.sqrt(0.5), np.sqrt(0.5)))  # a quarter turn about z
-    scene = Scene(bodies=(SceneBody("big", offset=turned),))
-    big = tetrahedron(2.0)
-    found = entities({"big": big, "small": tetrahedron()}, scene)
-    assert found["small"].cubes or found["big"].cubes
-    found = entities({"one": tetrahedron(), "big": big}, scene)
-    assert len(found["one"].triangles) == 1
-    (box,) = found["big"].cubes
-    assert (box.size.x, box.size.y, box.size.z) == (2, 2, 2)
-    centre = [box.pose.position.x, box.pose.position.y, box.pose.position.z]
-    assert np.allclose(centre, [1 - 1, 1, 1], atol=1e-12)
-
-
 chunk = pytest.importorskip("rerun.chunk")
 
 
@@ -230,29 +183,6 @@ def test_rerun_reads_every_pose_as_a_transform_with_its_device_stamp(opened):
         assert np.array_equal(
             quaternion[mine].astype(np.float32), frames.quaternion_xyzw[rows, number].astype(np.float32)
         )
-
-
-def test_rerun_reads_events_as_text_and_our_own_messages_by_their_fields(opened):
-    _, batches = opened
-    assert column(batches["/events"], "TextLog:text") == [["drop: the glass fell"]]
-    assert [row["name"] for rows in column(batches["/intervals"], "vrlab.Interval:message") for row in rows] == ["pour"]
-    hands = [row for rows in column(batches["/hands/anna/left"], "vrlab.Hand:message") for row in rows]
-    assert [row["trigger"] for row in hands] == [0.0, 1.0]
-    tracked = [row for rows in column(batches["/tracking"], "vrlab.Tracking:message") for row in rows]
-    told = {body["status"]["name"] for row in tracked for body in row["bodies"] or ()}
-    assert told == {"LOST", "HELD", "INTERPOLATED"}
-    assert any(row["frame_without_samples"] for row in tracked)
-
-
-def test_rerun_reads_what_a_recorder_wrote_in_many_small_chunks(tmp_path):
-    with Recorder(tmp_path / "s.mcap", meshes={"cup": tetrahedron()}) as recorder:
-        for number in range(1200):
-            recorder.poses(number, {"cup": ((number, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))} if number % 100 else {})
-            recorder.hand(number, "anna", "left", trigger=1.0)
-    parts = [part for part in chunk.McapReader(str(tmp_path / "s.mcap")).stream() if not part.is_static]
-    tf = [part.to_record_batch() for part in parts if part.entity_path == "/tf"]
-    x = [row[0][0] for row in column(tf, "Transform3D:translation")]
-    assert sorted(x) == [number for number in range(1200) if number % 100]
 
 
 def test_a_refusal_in_brief_leaves_out_file_and_cure():

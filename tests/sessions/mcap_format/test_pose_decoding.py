@@ -1,4 +1,3 @@
-import ast
 from itertools import pairwise
 from pathlib import Path
 
@@ -7,7 +6,6 @@ import pytest
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support import reference_reader
 from support.mcap_samples import (
     SECOND,
     any_frames,
@@ -56,14 +54,6 @@ def test_frames_survive_wherever_a_chunk_ends_even_between_a_note_and_its_frame(
     records = encoded(frames)
     tables = [table(*records[start : start + every]) for start in range(0, len(records), every)]
     assert_same_frames(decoded(tables, frames.names), frames)
-
-
-def test_parts_of_a_region_are_bounded_in_size(monkeypatch):
-    monkeypatch.setattr(pose_decoding, "CELLS_AT_ONCE", 20)
-    frames = random_frames(3, 100, 4, absent=0.3, odd=0.3)
-    parts = list(decoder(frames.names).decode(table(*encoded(frames))))
-    assert len(parts) == 20
-    assert_same_frames(Frames.join(parts), frames)
 
 
 def test_columns_are_added_in_the_order_in_which_bodies_first_appear():
@@ -130,13 +120,6 @@ def test_it_reads_what_the_protobuf_library_wrote(tmp_path):
     frames = random_frames(1, 60, 3, absent=0.2)
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames))
     assert_same_frames(read_frames_plainly(path, frames.names), frames)
-
-
-def test_the_plain_reader_shares_no_code_with_this_one():
-    tree = ast.parse(Path(reference_reader.__file__).read_text(encoding="utf-8"))
-    modules = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module}
-    ours = {name for name in modules if name.startswith("sessions")}
-    assert ours == {"sessions.model.frames", "sessions.mcap_format.schemas"}
 
 
 @settings(deadline=None)

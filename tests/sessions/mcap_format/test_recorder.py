@@ -1,14 +1,10 @@
-import json
-import os
-import signal
-import subprocess
 import sys
 import threading
 import time
 
 import numpy as np
 import pytest
-from support.mcap_samples import SECOND, assert_same_frames, random_frames, tetrahedron
+from support.mcap_samples import assert_same_frames, random_frames, tetrahedron
 from support.reference_reader import read_frames_plainly
 
 from sessions import Recorder, read_session
@@ -259,81 +255,6 @@ def test_a_full_disk_is_told_by_the_next_call_and_what_was_written_stays(tmp_pat
     with pytest.raises(SessionFileError, match="No space left"):
         recorder.close()
     assert len(read_session(tmp_path / "s.mcap.partial", torn="keep").frames) == 1
-
-
-KILLED = """
-import json, os, sys, time
-from sessions import Recorder
-folder, wave, count = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
-children = []
-for number in range(count):
-    child = os.fork()
-    if child == 0:
-        with Recorder(f"{folder}/{wave}-{number}.mcap") as recorder:
-            while True:
-                now = time.time_ns()
-                recorder.poses(now, {f"body {k}": ((k, 1, 2), (0, 0, 0, 1)) for k in range(8)}, log_ns=now)
-                recorder.hand(now, "anna", "left", trigger=0.5)
-                if not os.path.exists(f"{folder}/{wave}-{number}.started"):
-                    with open(f"{folder}/{wave}-{number}.started", "w") as note:
-                        note.write(str(now))
-                time.sleep(1 / 90)
-    children.append(child)
-print(json.dumps(children), flush=True)
-for child in children:
-    os.waitpid(child, 0)
-"""
-
-
-def killed_recordings(folder, wave, count, rng):
-    """Record at 90 Hz in ``count`` processes, kill each at a random moment; (partial file, first frame, moment)."""
-    with subprocess.Popen(
-        [sys.executable, "-c", KILLED, str(folder), str(wave), str(count)], stdout=subprocess.PIPE
-    ) as parent:
-        children = json.loads(parent.stdout.readline())
-        notes = [folder / f"{wave}-{number}.started" for number in range(count)]
-        deadline = time.monotonic() + 60
-        while not all(note.exists() and note.read_text() for note in notes):
-            assert parent.poll() is None and time.monotonic() < deadline, "the recorders did not start"
-            time.sleep(0.01)
-        begun, killed = time.monotonic(), {}
-        for number, moment in enumerate(np.sort(rng.uniform(0.0, 2.0, count)).tolist()):
-            time.sleep(max(0.0, begun + moment - time.monotonic()))
-            killed[number] = time.time_ns()
-            os.kill(children[number], signal.SIGKILL)
-        parent.wait()
-    return [(folder / f"{wave}-{n}.mcap.partial", int(notes[n].read_text()), at) for n, at in killed.items()]
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(os.name != "posix", reason="SIGKILL and fork are POSIX")
-def test_a_recorder_killed_at_any_moment_loses_at_most_one_second_and_says_so(tmp_path):
-    rng, lost = np.random.default_rng(7), []
-    for wave in range(10):  # five at a time: fifty at once on two cores measure the scheduler, not the recorder
-        for partial, first, at in killed_recordings(tmp_path, wave, 5, rng):
-            session = read_session(partial, torn="keep")
-            count = len(session.frames)
-            lost.append((at - int(session.frames.log_ns[-1] if count else first)) / SECOND)
-            kept = f"at {session.frames.stamp_ns[-1]} ns" if count else "no frame is left"
-            assert "everything after byte" in session.facts["missing"] and kept in session.facts["missing"]
-    print(f"\nlost of {len(lost)} recordings: median {np.median(lost):.2f} s, most {max(lost):.2f} s")
-    assert len(lost) == 50
-    assert max(lost) <= 1.0
-
-
-@pytest.mark.bench
-def test_recording_at_full_speed_is_at_least_twenty_times_faster_than_real_time(tmp_path):
-    frames = random_frames(1, 200, 12)
-    places, turns = frames.position.tolist(), frames.quaternion_xyzw.tolist()
-    pool = [dict(zip(frames.names, zip(*row, strict=True), strict=True)) for row in zip(places, turns, strict=True)]
-    started = time.perf_counter()
-    with Recorder(tmp_path / "s.mcap") as recorder:
-        for number in range(54_000):
-            recorder.poses(number * 11_111_111, pool[number % 200])
-    taken = time.perf_counter() - started
-    print(f"\nrecorded {600 / taken:.0f} times faster than real time")
-    assert len(read_session(tmp_path / "s.mcap").frames) == 54_000
-    assert 600 / taken >= 20
 
 
 def test_a_recording_that_cannot_begin_says_why(tmp_path):

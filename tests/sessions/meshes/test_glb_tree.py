@@ -98,21 +98,6 @@ def test_a_skin_is_cut_by_the_joint_that_moves_a_face_most_and_is_not_deformed()
     assert len(read.split(["palm"])["palm"].faces) == 4
 
 
-@pytest.mark.parametrize(
-    ("mode", "corners", "faces"),
-    [
-        (4, [0, 1, 2, 2, 1, 3], [[0, 1, 2], [2, 1, 3]]), (5, [0, 1, 2, 3], [[0, 1, 2], [1, 3, 2]]),
-        (6, [0, 1, 2, 3], [[0, 1, 2], [0, 2, 3]]),
-    ],
-)  # fmt: skip
-def test_lists_strips_and_fans_are_triangles(mode, corners, faces):
-    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], dtype="<f4")
-    data = glb(one_mesh({}, primitive(indices=1, mode=mode)), points, np.array(corners, dtype="<u2"))
-    assert mesh_from_bytes(data, "glb").faces.tolist() == faces
-    bare = glb(one_mesh({}, primitive(mode=mode)), points[corners])
-    assert mesh_from_bytes(bare, "glb").triangles.tolist() == points[np.array(faces)].tolist()
-
-
 def test_short_and_sparse_positions_are_what_they_stand_for():
     short = np.array([[0, 0, 0], [32767, 0, 0], [0, -32768, 0]], dtype="<i2")
     tree = one_mesh({"scale": [2, 2, 2]}, primitive())

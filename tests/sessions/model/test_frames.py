@@ -28,20 +28,6 @@ def test_blocks_joined_again_are_the_frames(length):
     assert_same_frames(Frames.join(blocks), frames)
 
 
-def test_a_part_shares_memory_with_the_whole():
-    frames = random_frames(0)
-    part = frames.part(10, 20)
-    assert len(part) == 10 and np.shares_memory(part.position, frames.position)
-    assert part.stamp_ns.tolist() == frames.stamp_ns[10:20].tolist()
-
-
-def test_no_frames_have_the_shapes_of_frames_and_no_block():
-    none = Frames.empty(("a", "b"))
-    assert len(none) == 0 and list(none.blocks(5)) == []
-    assert_same_frames(Frames.join([none, none]), none)
-    assert none.quaternion_xyzw.shape == (0, 2, 4)
-
-
 def test_a_track_holds_read_only_copies_of_what_was_given():
     times, positions = np.array([1, 2]), np.ones((2, 3))
     track = Track(times, positions, np.zeros((2, 4)))

@@ -2,10 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.mcap_samples import assert_same_frames, random_frames, session_of, tetrahedron
+from support.mcap_samples import assert_same_frames, random_frames, session_of
 
 from sessions.errors import MeshFileError, SessionError
-from sessions.model.event import Event
 from sessions.model.frames import Frames, Status
 from sessions.model.scene import Pose, Scene, SceneBody, absent_bodies, wanted_pairs
 from sessions.model.session import Session
@@ -101,30 +100,6 @@ def test_a_faster_track_stands_for_the_samples_in_the_frames():
     fast = track_of(range(100))
     session = session_of(random_frames(3), fast_tracks={"body 1": fast})
     assert session.tracks["body 1"] is fast and len(session.tracks["body 0"]) == 50
-
-
-def test_parts_are_kept_as_given():
-    event = Event(1, "x")
-    session = Session.from_tracks(
-        {"a": track_of([1])}, events=[event], facts={"vr_type": "desktop"}, meshes={"a": tetrahedron()}
-    )
-    assert session.events == (event,) and session.facts == {"vr_type": "desktop"} and session.origin == ""
-    assert session.hands == {} and session.live_contacts == ()
-
-
-def test_what_is_not_given_is_released():
-    hand = HandTrack([1, 2], buttons=("a",))
-    assert hand.trigger.tolist() == hand.grip.tolist() == [0, 0] and hand.pressed.tolist() == [[False], [False]]
-    assert len(hand) == 2
-
-
-def test_arrays_are_read_only_copies():
-    trigger = np.array([0.5])
-    hand = HandTrack([1], trigger)
-    trigger[0] = 9
-    assert hand.trigger[0] == 0.5
-    with pytest.raises(ValueError, match="read-only"):
-        hand.trigger[0] = 1
 
 
 @pytest.mark.parametrize(

@@ -214,14 +214,6 @@ def test_a_scene_written_as_toml_reads_back_the_same(name, found, effects):
     assert scene_to_toml(back) == scene_to_toml(scene)
 
 
-def test_a_rich_scene_written_as_toml_reads_back_the_same():
-    scene = parse_scene(BENCH)
-    back = parse_scene(scene_to_toml(scene))
-    assert (back.bodies, back.pairs, back.ignore, back.effects) == (
-        scene.bodies, scene.pairs, scene.ignore, scene.effects,
-    )  # fmt: skip
-
-
 @given(st.text(max_size=200) | st.lists(st.sampled_from(BENCH.splitlines()), max_size=30).map("\n".join))
 def test_no_text_ends_in_anything_but_a_scene_or_one_named_error(text):
     try:
@@ -247,16 +239,6 @@ def test_true_is_no_number_and_infinity_neither():
 def test_without_a_near_name_all_are_listed():
     assert nearest("zzz", ["b", "a"]) == "; there are: a, b"
     assert nearest("zzz", []) == "; there are none"
-
-
-def test_nested_tables_carry_their_place():
-    whole = parse_toml("[a]\nb = { c = 1 }\n[[d]]\ne = 1\n", "f.toml", SceneError)
-    inner = whole.table("a").table("b")
-    with pytest.raises(SceneError, match=r"f.toml: \[a\] b: c is 1; give text"):
-        inner.text("c")
-    (row,) = whole.tables("d")
-    with pytest.raises(SceneError, match=r"\[\[d\]\] 1: e is 1; give true or false"):
-        row.flag("e")
 
 
 def test_a_hostile_nesting_is_an_error_and_no_crash():

@@ -91,13 +91,3 @@ def test_a_tap_is_in_contact_for_exactly_the_asked_time(depth, seconds, apart):
     inside = (times > start + 1e-7) & (times < end - 1e-7)
     assert (beyond[inside] > -1e-12).all()
     assert (beyond[(times < start - 1e-7) | (times > end + 1e-7)] < 1e-12).all()
-
-
-def test_deeper_levels_are_shorter_and_none_below_the_bottom():
-    dent = Dent(0.002, 0.02, 0.026)
-    tap = Tap(0.0, dent.period, (1.0, 0.0, 0.0), dent.amplitude)
-    lengths = [sum(b - a for a, b in dent.intervals(tap, level)) for level in (0.001, 0.0, -0.001, -0.0021)]
-    assert lengths[0] > lengths[1] > lengths[2] > lengths[3] == 0.0
-    (episode,) = dent.episodes(("a", "b"), tap, 0.001, (0.0, 9.0), "a tap")
-    assert episode.note == "a tap"
-    assert episode.possibly[0] < episode.nominal[0] < episode.surely[0]

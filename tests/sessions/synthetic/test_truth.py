@@ -15,9 +15,7 @@ from sessions.synthetic.truth import (
     PlantedEpisode,
     Truth,
     levelled,
-    ordered,
     read_truth,
-    sorted_episodes,
     sorted_facts,
     truth_path,
     write_truth,
@@ -55,13 +53,6 @@ def test_while_a_body_is_lost_nothing_is_expected_of_it():
     stamps = np.array([10**18 + 1_500_000_000])
     assert truth(LOSS).expected("a", "b", stamps).tolist() == [OPEN]
     assert truth().expected("a", "b", stamps).tolist() == [PRESENT]
-
-
-def test_order_is_by_pair_and_time():
-    late = PlantedEpisode(("a", "b"), "contact", None, None, (8.0, 9.0))
-    other = PlantedEpisode(("a", "a2"), "contact", None, None, (9.0, 9.5))
-    assert sorted_episodes([late, TOUCH, other]) == (other, TOUCH, late)
-    assert ordered("z", "a") == ("a", "z")
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"format": "vrlab-truth/9"}', '{"format": "vrlab-truth/1"}'])
@@ -114,14 +105,6 @@ def test_poses_recorded_late_shift_the_episode_but_not_the_start_of_the_session(
 def test_an_unknown_scene_is_refused_with_what_there_is():
     with pytest.raises(SessionError, match="bench-bumps"):
         make_scene_session("bench-lumps")
-
-
-@pytest.mark.slow
-def test_a_scene_is_made_by_name_with_its_settings():
-    session, truth = make_scene_session("bench-bumps", seed=3, noise="off", jitter="even", faces=600)
-    assert (truth.name, truth.seed, truth.noise) == ("bench-bumps", 3, "off")
-    assert session.scene.name == "bench-bumps"
-    assert len(session.frames) == 5401
 
 
 @pytest.mark.parametrize("name", sessions.synthetic.__all__)

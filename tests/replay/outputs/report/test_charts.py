@@ -5,14 +5,12 @@ import io
 import re
 
 import numpy as np
-import pytest
 from PIL import Image
 from support.small_worlds import along_x, cube, cubes
 
-from replay.comparison.outcome import Outcome
 from replay.outputs.camera import FIELD_OF_VIEW, Eye
 from replay.outputs.report.bench_picture import HIGH, WIDE, _covered, bench_picture
-from replay.outputs.report.charts import LABEL, LANE, RIGHT, STRETCH, WIDTH, lane_bars, timeline, timing
+from replay.outputs.report.charts import timeline, timing
 from replay.outputs.report.page import report_html
 from replay.pipeline.engine import compute
 from sessions import MeshData, Session
@@ -26,26 +24,6 @@ def test_every_miss_has_its_number(run):
 def numbers_in(text):
     boxes = [box.split("-") for box in re.findall(r'class="miss">([0-9-]+)<', text)]
     return [number for box in boxes for number in range(int(box[0]), int(box[-1]) + 1)]
-
-
-def test_a_flickering_lane_shows_shares_and_hides_no_miss():
-    times = np.arange(5400) / 90
-    outcome = np.full(5400, Outcome.BOTH, dtype=np.uint8)
-    outcome[:2700:4] = Outcome.MISSED
-    outcome[4000] = Outcome.MISSED
-    bar = r'<rect x="([0-9.]+)" y="(\d+)" width="([0-9.]+)" height="(\d+)"[^>]*><title>(\w+)'
-    found = re.findall(bar, "".join(lane_bars(outcome, times, 0)))
-    bars = [(float(x), int(y), float(width), int(high), word) for x, y, width, high, word in found]
-    red = [bar for bar in bars if bar[4] == "MISSED"]
-    quarter = sum(width for _, _, width, high, _ in red if high == round((LANE - 6) / 4))
-    assert abs(quarter - (WIDTH - RIGHT - LABEL) / 2) < 60
-    (lone,) = [bar for bar in red if bar[0] > LABEL + 0.6 * (WIDTH - RIGHT - LABEL)]
-    assert lone[1:4] == (0, STRETCH, 1), "one frame of a stretch keeps a point of height"
-    area = sum(width * high for _, _, width, high, _ in bars)
-    assert area == pytest.approx((WIDTH - RIGHT - LABEL) // STRETCH * STRETCH * (LANE - 6)), (
-        "every frame is in the lane once"
-    )
-    assert len(bars) < 300
 
 
 def test_the_plot_names_each_detector_and_the_budget(run):

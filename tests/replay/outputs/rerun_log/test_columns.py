@@ -46,12 +46,6 @@ def test_a_long_session_is_strided_but_whole_around_a_miss(demo):
     assert far.tolist() == list(range(0, int(near[0]), 3))
 
 
-def test_misses_everywhere_do_not_keep_every_frame_of_a_long_session(demo):
-    everywhere = [(second / 10, second / 10) for second in range(30)]
-    clock = RecordingClock.of(demo.assembly, everywhere, limit=50)
-    assert 91 <= len(clock.kept) <= 150
-
-
 def test_a_time_after_the_end_is_the_last_frame(demo):
     clock = RecordingClock.of(demo.assembly)
     assert clock.frame_at(1e6) == 269

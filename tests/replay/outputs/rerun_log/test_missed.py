@@ -1,13 +1,10 @@
 """Red faces are those of the misses, in the body's frame; pins and flags agree with the list."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from support.small_worlds import jumping
 
-from cdcore import Body, TriangleMesh
-from replay.outputs.rerun_log.missed import LARGE_FACE, PUSHED_OUT, face_areas, pushed_out
+from replay.outputs.rerun_log.missed import LARGE_FACE, PUSHED_OUT, face_areas
 from replay.pipeline.engine import compute
 
 SUBJECT, ORACLE = "22.5Hz", "hybrid"
@@ -31,21 +28,6 @@ def test_red_faces_are_those_that_met_unseen_and_no_frame_else_has_any(demo, rea
         wanted = mesh.triangles[sorted(missed.get(frame, ()))]
         assert corners.shape == wanted.shape, frame
         assert np.abs(corners - wanted).max(initial=0.0) < PUSHED_OUT + 1e-6
-
-
-def test_a_bench_top_is_not_painted_but_two_large_bodies_are(demo, read, write):
-    assert all(not row[2] for row in read.column("world/bench/missed_faces", "Mesh3D:vertex_positions"))
-    one = next(one for one in demo.misses[SUBJECT] if one.body_a == "bench")
-    large = [Body(body.name, TriangleMesh(body.mesh.vertices * 100, body.mesh.faces)) for body in demo.assembly.bodies]
-    seen = write(replace(demo, assembly=replace(demo.assembly, bodies=tuple(large))))
-    assert seen.at("world/bench/missed_faces", "Mesh3D:vertex_positions", one.deepest)
-
-
-def test_faces_are_pushed_out_along_their_normals():
-    flat = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], [[0.0, 0.0, 0.0]] * 3])
-    moved = pushed_out(flat) - flat
-    assert np.allclose(moved[0], [0, 0, PUSHED_OUT])
-    assert (moved[1] == 0).all()
 
 
 def test_every_miss_has_a_pin_at_its_point(demo, read):

@@ -6,14 +6,10 @@ import numpy as np
 import pytest
 
 from cdcore.bounding.sphere import sphere_best
-from replay.cli.demo import DETECTORS
 from replay.outputs.palette import MISSED, SERIES, WHITE
 from replay.outputs.rerun_log.columns import packed
-from replay.outputs.rerun_log.pipeline import pipeline_path
 from replay.outputs.rerun_log.recording import write_recording
-from replay.outputs.watched_run import ALL, CONTACT, LOST, NEAR, watched_runs
-from replay.pipeline.engine import compute
-from replay.studies.synthetic_sessions import synthetic_session
+from replay.outputs.watched_run import CONTACT, LOST, NEAR, watched_runs
 
 LABEL = "paper"
 END = {CONTACT: SERIES[2], LOST: MISSED, NEAR: WHITE}
@@ -115,20 +111,3 @@ def test_the_work_of_the_search_adds_up_to_what_the_run_counted(run, read):
 
 def test_a_detector_without_a_search_has_no_pipeline(demo):
     assert watched_runs(demo) == []
-
-
-@pytest.mark.slow
-def test_the_recording_of_the_demo_holds_every_frame_of_all_detectors_and_counts_of_every_stage(write):
-    result = compute(synthetic_session("bench-bumps", 0, None)[0], detectors=DETECTORS)
-    seen, frames = write(result), list(range(len(result.assembly.motion)))
-    assert list(result.detections) == ["paper", "hull50", "mesh50", "exact"]
-    for label, detection in result.detections.items():
-        for stage, seconds in {**detection.seconds, "1_total": sum(detection.seconds.values())}.items():
-            rows = seen.column(f"timing/{label}/{stage}", "Scalars:scalars")
-            assert [row[1] for row in rows] == frames, (label, stage)
-            assert np.allclose([row[2][0] for row in rows], 1e3 * seconds)
-    (watched,) = watched_runs(result)
-    for rank, (stage, count) in enumerate((stage, count) for stage, count in watched.counts.items() if stage != ALL):
-        rows = seen.column(pipeline_path("paper", "pairs", f"{rank}_{stage}"), "Scalars:scalars")
-        at = np.searchsorted([row[1] for row in rows], frames, side="right") - 1
-        assert [rows[k][2][0] for k in at] == count.tolist(), stage

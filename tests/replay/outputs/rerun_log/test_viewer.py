@@ -4,14 +4,10 @@ import socket
 import time
 from io import BytesIO
 
-import numpy as np
 import psutil
 import pytest
-from rerun.chunk import RrdReader
 from support.headless import pixels, viewer_or_skip
-from support.small_worlds import cubes
 
-import replay
 from replay.errors import RunFolderError
 from replay.outputs.rerun_log import viewer as module
 from replay.outputs.rerun_log.overview import read_moments
@@ -114,54 +110,6 @@ def test_the_viewer_listens_on_the_loopback_interface_alone(opened):
     ]
     assert opened.port in {address.port for address in listening}
     assert {address.ip for address in listening} <= {"127.0.0.1", "::1"}
-
-
-LEFT_OUT = {
-    "nothing": ([], "Close-up: the moment"), "contacts": (["/world/contacts/**"], "Close-up: the moment"),
-    "red faces": (["/world/beaker/missed_faces", "/world/rod/missed_faces"], "Close-up: the moment"),
-    "pins and flags": (["/world/focus/pins", "/world/focus/flag", "/world/focus/pole"], "Where: red missed,"),
-    "meshes": ([f"/world/{body}/mesh" for body in ("bench", "beaker", "rod", "hand", "headset")], "Where: red missed,"),
-    "numbers in lanes": (["/focus/all/2_22\\.5Hz"], "When    red"), "the list": (["/focus/moments"], "Moments"),
-    "lanes of the pair": (["/focus/pair/**"], "The pair in focus"), "the answer": (["/answer"], "Answer"),
-}  # fmt: skip
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("what", LEFT_OUT)
-def test_the_picture_changes_when_and_only_when_something_is_left_out(opened, demo, recording, tmp_path, what):
-    entities, title = LEFT_OUT[what]
-    longest = max(demo.misses["22.5Hz"], key=lambda one: one.cut_length)
-    place = next(one for one in read_moments(recording) if (one.kind, one.number) == ("miss", longest.number))
-    store = RrdReader(recording).recordings()[0]
-    pictures = []
-    for number, dropped in enumerate(([], entities)):
-        # The same application id: the viewer shows both in one layout, so that only the data differ.
-        path, stream = tmp_path / f"{number}.rrd", RrdReader(recording).stream()
-        (stream.drop(content=dropped) if dropped else stream).write_rrd(
-            path, application_id=store.application_id, recording_id=f"{what}-{number}".replace(" ", "-")
-        )
-        opened.open(path)
-        opened.seek(place.session_ns)
-        pictures.append(settled(opened, title))
-    assert pictures[0].shape == pictures[1].shape
-    changed = (np.abs(pictures[0] - pictures[1]).max(axis=2) > 24).mean()
-    assert (changed > 2e-4) == bool(entities), f"{changed:.2e} of the pixels"
-
-
-@pytest.mark.slow
-def test_two_runs_are_open_side_by_side_at_one_second_under_their_own_names(tmp_path):
-    places = {"a": [0] * 8, "b": [3, 3, 3, 0.9, 3, 3, 3, 3]}
-    runs = [
-        replay.run(cubes(places), detectors=f"slow=discrete[rate_hz={rate}]", oracle="exact", out=tmp_path / name).out
-        for name, rate in (("before", 20), ("after", 100))
-    ]
-    with viewer_or_skip(open_viewer, *runs, headless=True) as viewer:
-        time.sleep(0.5)
-        state = viewer.state()
-        own = [RrdReader(run / "run.rrd").recordings()[0].recording_id for run in runs]
-        assert sorted(one.store_id.rpartition(":")[2] for one in state.recordings) == sorted(own)
-        assert str(state.active_recording).endswith(own[0])
-        assert [(one.current_timeline, one.current_time) for one in state.recordings] == [("session", 30_000_000)] * 2
 
 
 @pytest.mark.slow

@@ -41,27 +41,6 @@ def test_a_body_without_a_pose_is_not_drawn(demo, read):
     assert all(row[1] not in lost for row in read.column("world/hand", "Transform3D:translation"))
 
 
-def test_glass_is_translucent_in_the_file(read):
-    assert read.column("world/beaker/mesh", "Mesh3D:albedo_factor")[0][2][0] & 0xFF == 34
-    assert read.column("world/bench/mesh", "Mesh3D:albedo_factor")[0][2][0] & 0xFF == 255
-
-
-def test_a_box_has_flat_sides():
-    vertices, normals, faces = shaded(box_mesh())
-    assert len(vertices) == 24
-    assert np.allclose(np.abs(normals).max(axis=1), 1.0)
-    assert (normals[faces] == normals[faces][:, :1]).all()
-
-
-def test_a_fine_cylinder_is_smooth_around():
-    angle = np.arange(32) * (2 * np.pi / 32)
-    ring = np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
-    faces = [f for k in range(32) for f in ((k, 32 + k, (k + 1) % 32), ((k + 1) % 32, 32 + k, 32 + (k + 1) % 32))]
-    vertices, normals, _ = shaded(TriangleMesh(np.concatenate([ring, ring + np.array([0, 1, 0])]), faces))
-    assert len(vertices) == 64
-    assert (np.abs((normals * vertices * [1, 0, 1]).sum(axis=1)) > np.cos(np.radians(11.25))).all()
-
-
 def test_drawing_keeps_every_face_and_its_corners():
     mesh = box_mesh()
     vertices, _, faces = shaded(mesh)

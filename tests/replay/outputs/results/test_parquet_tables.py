@@ -5,7 +5,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.outputs.results import parquet_tables as tables
-from replay.outputs.results.fault_tables import false_table, miss_table
+from replay.outputs.results.fault_tables import miss_table
 from replay.outputs.results.parquet_tables import episode_table, event_table, frame_table, timing_table
 from replay.pipeline.engine import compute
 from sessions import Event, Interval, Scene
@@ -52,15 +52,6 @@ def test_every_frame_has_its_seconds_by_stage_and_the_oracle_has_none(result):
     assert table["frame"].to_pylist() == list(range(12)) and table["time"].to_pylist()[4] == 0.04
     for stage, seconds in stages.items():
         assert table[f"seconds/slow/{stage}"].to_pylist() == seconds.tolist()
-
-
-def test_work_per_pair_frame_becomes_a_column(result):
-    slow = result.detections["slow"]
-    work = np.arange(slow.verdict.size, dtype=np.uint32).reshape(slow.verdict.shape)
-    counted = replace(slow, work={"tests": work, "total": 3})
-    (table,) = frame_table(replace(result, detections={**result.detections, "slow": counted}))
-    assert {row["frame"]: row["work/slow/tests"] for row in rows(table)}[8] == work[8, 0]
-    assert "work/slow/total" not in table.column_names
 
 
 def test_a_long_frame_table_comes_in_parts_that_join_to_the_whole(result, monkeypatch):
@@ -115,23 +106,3 @@ def test_events_keep_the_sessions_clock_in_a_run_that_starts_later():
     session = cubes(PLACES, events=[Event(50_000_000, "x")])
     late = compute(session, detectors="hybrid", oracle="none", start=0.03)
     assert rows(event_table(late))[0]["time"] == pytest.approx(0.05, abs=1e-12)
-
-
-def test_a_false_contact_has_the_same_number_in_its_own_table_in_the_frames_and_in_the_summary(result):
-    told = rows(false_table(result))
-    (one,) = result.false["slow"]
-    assert [(row["detector"], row["number"], row["first"], row["last"]) for row in told] == [
-        ("slow", 1, one.first, one.last)
-    ]
-    assert (told[0]["gap"], told[0]["cause"], told[0]["body_a"], told[0]["body_b"]) == (one.gap, one.cause, "a", "b")
-    (table,) = frame_table(result)
-    false = {row["frame"] for row in rows(table) if row["false/slow"] == 1}
-    assert (
-        false
-        == set(range(one.first, one.last + 1))
-        == {row["frame"] for row in rows(table) if row["outcome/slow"] == "INVENTED"}
-    )
-    audit = result.summary["audit"]["slow"]
-    assert (audit["false_contacts"], audit["false_causes"]) == (1, {one.cause: 1})
-    blind = replace(result, false={"slow": (replace(one, gap=float("nan")),)})
-    assert rows(false_table(blind))[0]["gap"] is None

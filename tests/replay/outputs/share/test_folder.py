@@ -9,18 +9,14 @@ import time
 from dataclasses import replace
 
 import numpy as np
-import pyarrow.parquet as pq
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from rerun.chunk import RrdReader
 from support.browser import opened, serious_faults
 from support.headless import pixels
 from support.small_worlds import cubes
-from support.ten_minutes import ten_minutes
 
 import replay
-from replay.base.machine import versions
-from replay.cli.demo import DETECTORS as DEMO
 from replay.errors import OutputError
 from replay.outputs.report.markup import ALLOWED
 from replay.outputs.rerun_log import web_viewer as module
@@ -28,7 +24,6 @@ from replay.outputs.rerun_log.overview import read_moments
 from replay.outputs.rerun_log.viewer import ViewerError
 from replay.outputs.results.run_folder import read_run_folder
 from replay.outputs.share.folder import require_consent, write_shared_folder
-from replay.studies.synthetic_sessions import synthetic_session
 from sessions.mcap_format.writer import write_session
 
 PLACES = {"a": [0] * 24, "b": [*[3] * 6, 0.9, *[3] * 9, 0.9, *[3] * 7]}
@@ -113,18 +108,6 @@ def test_every_miss_of_the_run_is_a_link_with_a_moment(run, shared):
     rows = read_run_folder(run).rows("misses.parquet")
     asked = {f"miss={one['number']}" + ("" if one["detector"] == "slow" else f"&by={one['detector']}") for one in rows}
     assert asked and asked <= links and asked <= sent.keys()
-
-
-def test_the_page_says_what_it_shows_and_whose_the_viewer_is(run, shared):
-    page, version = (shared / "index.html").read_text(), versions()["rerun-sdk"]
-    assert f"The picture is drawn by Rerun {version}, licensed under MIT and Apache 2.0; notices of others lie" in page
-    assert (shared / module.NOTICES).stat().st_size > 100_000
-    for words in (
-        "The picture is loading; the report can be read",
-        "The session in motion, in 3D, by Rerun",
-        "Fill the",
-    ):
-        assert words in page and words not in (run / "report.html").read_text()
 
 
 def texts_of(folder):
@@ -231,51 +214,6 @@ def cursor_at(page, address):
     page.wait_for(f"document.getElementById('picture').dataset.shows === {json.dumps(address)}", 180)
     state = bytes(page.ask("[...document.getElementById('picture').viewer.viewer_state()]"))
     return control("State").FromString(state).recording.at.moment.time
-
-
-def demo():
-    """What ``replay demo`` audits."""
-    return synthetic_session("bench-bumps", 0, None)[0], DEMO
-
-
-def minutes():
-    """Ten minutes, looked at too seldom."""
-    return ten_minutes(), "slow=discrete[rate_hz=22.5]"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("made", [demo, minutes])
-def test_the_folder_of_a_real_audit_opens_in_time_lists_every_miss_and_goes_to_each(made, tmp_path):
-    session, detectors = made()
-    run = replay.run(session, detectors=detectors, oracle="exact", out=tmp_path / "run").out
-    write_shared_folder([read_run_folder(run)], tmp_path / "sent")
-    folder = read_run_folder(run)
-    first = next(iter(folder.summary["audit"]))
-    time = {row["frame"]: row["time"] for row in pq.read_table(run / "frames.parquet").to_pylist()}
-    asked = {
-        f"miss={one['number']}" + f"&by={one['detector']}" * (one["detector"] != first): time[one["deepest"]]
-        for one in folder.rows("misses.parquet")
-    }
-    assert len(asked) > 5
-    with opened((tmp_path / "sent" / "index.html").as_uri(), tmp_path, (1280, 800)) as page:
-        in_time(page)
-        listed = page.ask("[...document.querySelectorAll('[id^=\"miss=\"]')].map(one => one.id)")
-        assert sorted(listed) == sorted(asked)
-        for address in sorted(asked, key=asked.get):
-            # moments of one frame are told apart by nanoseconds
-            assert cursor_at(page, address) == pytest.approx(1e9 * asked[address], abs=1000), address
-        assert not page.errors()
-        assert all(one.startswith(((tmp_path / "sent").as_uri(), "data:")) for one in page.requests())
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("width", [1000, 1280, 1500, 1920])
-def test_the_viewer_is_wide_enough_for_the_titles_of_its_views(shared, tmp_path, width):
-    with opened((shared / "index.html").as_uri(), tmp_path, (width, 800)) as page:
-        canvas = "document.querySelector('#picture canvas').getBoundingClientRect()"
-        assert page.ask(f"{canvas}.width") > min(0.95 * width, 1250) and page.ask(f"{canvas}.height") > 600
-        page.ask("document.getElementById('picture').scrollIntoView()")
-        assert page.ask("document.documentElement.scrollWidth <= innerWidth")
 
 
 @pytest.mark.slow

@@ -10,7 +10,6 @@ import duckdb
 import pytest
 from support.browser import opened, serious_faults
 from support.class_folders import made_class
-from support.small_worlds import cubes
 
 from replay import read
 from replay.studies.class_study.class_runs import read_class
@@ -218,29 +217,3 @@ def test_the_page_fits_a_phone_says_no_error_and_asks_for_nothing_else(made, tmp
 def test_the_accessibility_checker_finds_nothing_serious(made, tmp_path, scheme):
     with opened(made[1].as_uri(), tmp_path, scheme=scheme) as page:
         assert serious_faults(page, tmp_path) == []
-
-
-def session_of(k):
-    """A session of which both detectors miss contacts, the later one more: ``k`` of its contacts last a frame."""
-    many = 1 + k % 7
-    places = [*[3.0, 0.9, *[3.0] * (7 + k)] * many, 3.0 + 0.01 * k]
-    return cubes({"a": [0.0] * len(places), "b": places}, facts={"pseudonym": f"S{k % 10:02d}", "consent": "share"})
-
-
-@pytest.mark.slow
-def test_a_thousand_sessions_are_a_page_below_five_megabytes(tmp_path):
-    begun = time.monotonic()
-    folder = made_class(tmp_path / "runs", 1000, 300, contacts=20)
-    made = time.monotonic()
-    runs = read_class(folder)
-    gathered = time.monotonic()
-    page = study_html(None, "Class", runs, places(runs, tmp_path))
-    done = time.monotonic()
-    print(
-        f"{len(page) / 1e6:.2f} MB; made {made - begun:.0f}, read {gathered - made:.1f}, page {done - gathered:.1f} s"
-    )
-    assert len(page.encode()) < 5e6 and page.count("report.html#miss=") == 5
-    assert done - made < 60.0
-    (tmp_path / "study.html").write_text(page, "utf-8")
-    with opened((tmp_path / "study.html").as_uri(), tmp_path / "browser") as shown:
-        assert len(rows(shown, "sessions-to-look-at-first", "session")) == 5

@@ -55,16 +55,6 @@ def test_a_run_beside_itself_changed_nothing(folders):
     assert all(one.same_verdicts and one.time_ratio == 1.0 for one in found.detectors.values())
 
 
-def test_the_command_prints_both_forms(folders, capsys):
-    assert main(["diff", str(folders / "a"), str(folders / "c"), "--different-sessions"]) == 0
-    printed = " ".join(capsys.readouterr().out.split())
-    assert "lost a - b at 0.040 s, 1 frame" in printed and "begins -10.0 ms, ends -10.0 ms" in printed
-    assert f"only in {folders / 'a'}: hybrid" in printed and "contacts changed" in printed
-    assert main(["diff", str(folders / "a"), str(folders / "b"), "--different-sessions", "--format", "json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["settings"]["seed"] == [0, 3] and told["changed"] is True
-
-
 def test_runs_of_different_recordings_are_refused_unless_that_is_meant(folders, tmp_path, capsys):
     assert main(["diff", str(folders / "a"), str(folders / "c")]) == 1
     said = capsys.readouterr().err

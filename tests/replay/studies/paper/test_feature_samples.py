@@ -58,22 +58,6 @@ def test_the_exponent_of_a_square_is_two():
 
 
 @pytest.mark.slow
-def test_the_three_tables_have_a_row_for_every_family_and_size(drawn):
-    coverage, search, grown = feature_samples.feature_sample_tables(drawn, feature_samples.pace_of(drawn))
-    assert len(coverage.rows) == 2 * len(feature_samples.SIZES) and len(search.rows) == 2 * len(
-        feature_samples.SIZES
-    ) * (1 + len(feature_samples.SEARCHERS))
-    for row in coverage.rows:
-        assert row[3] == round(row[4] * row[2]) and row[5] <= row[4] <= row[6]
-    whole = [row for row in search.rows if row[2] == feature_samples.ALL and row[1] != feature_samples.EXPECTED]
-    assert all(row[3] == coverage.rows[0][2] for row in whole if row[0] == "torus-sphere")
-    for row in search.rows:
-        if row[5] is not None:
-            assert row[6] <= row[5] <= row[7] and row[4] == round(row[5] * row[3])
-    assert set(grown.column("search")) == {feature_samples.EXPECTED, *feature_samples.SEARCHERS}
-
-
-@pytest.mark.slow
 def test_draws_share_the_colliding_poses_among_them(drawn):
     sizes = [len(one.meeting[None]) for one in drawn[:2]]
     assert max(sizes) - min(sizes) <= 1 and sum(sizes) < 40 and feature_samples.DRAWS > 1

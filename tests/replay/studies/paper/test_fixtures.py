@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from cdcore import Body, TriangleMesh
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.numerics import place_points
 from replay.studies.paper import fixtures
@@ -60,17 +59,6 @@ def test_the_meshes_are_closed_at_any_tessellation():
 def test_faces_are_counted_once_however_many_pairs_they_belong_to():
     assert faces_of_pairs(np.array([[0, 5], [0, 6], [1, 6]])) == 4
     assert faces_of_pairs(np.zeros((0, 2), dtype=np.int64)) == 0
-
-
-def test_bodies_part_by_distance_of_the_middles_of_their_boxes():
-    boxes = [TriangleMesh([[0, 0, 0], [k, 0, 0], [0, 2, 1]], [[0, 1, 2]]) for k in (1, 3)]
-    bodies = tuple(Body(str(k), box) for k, box in enumerate(boxes))
-    motion = fixtures._Way(np.random.default_rng(4), bodies).motion(np.array([0.0, 0.7]))
-    middles = [
-        [place_points(np.array([[k / 2, 1, 0.5]]), *pose)[0] for k, pose in zip((1, 3), frame, strict=True)]
-        for frame in (zip(*both, strict=True) for both in zip(motion.rotations, motion.translations, strict=True))
-    ]
-    assert [np.linalg.norm(b - a) for a, b in middles] == pytest.approx([0.0, 0.7], abs=1e-12)
 
 
 def test_a_target_that_no_pose_meets_is_refused(monkeypatch):

@@ -7,7 +7,7 @@ from sessions.synthetic.bench import BENCH_TOP, Placed, standing
 from sessions.synthetic.experiments.lab import SNAP, SPOUT_LEFT, Lab, layout_of
 from sessions.synthetic.experiments.pouring import GRAVITY
 from sessions.synthetic.experiments.practice import make_practice
-from sessions.synthetic.experiments.steps import come_close, pour, rap
+from sessions.synthetic.experiments.steps import pour
 from sessions.synthetic.experiments.things import Falling, Held, Standing, placed_by
 
 GLASS_AT = standing(0.1, 0.15)
@@ -48,18 +48,6 @@ def test_more_than_there_is_cannot_be_poured(lab):
     lab.grasp("right", "from", (0.0, 0.05, 0.0))
     with pytest.raises(ValueError, match="cannot keep"):
         pour(lab, "right", "into", 12.0)
-
-
-def test_a_rap_touches_and_a_near_miss_does_not(lab):
-    rap(lab, "left", "into", 0.055, 0.25, note="a rap")
-    (episode,) = lab.episodes
-    assert episode.pair == ("hand-left", "into") and episode.note == "a rap"
-    assert episode.nominal[1] - episode.nominal[0] == pytest.approx(0.25)
-    come_close(lab, "left", "into", 0.055, 0.005)
-    assert len(lab.episodes) == 1
-    fact, begun = lab.last("near_miss"), lab.hands["left"].quiet[-1][0] + 0.1
-    assert (fact.start, fact.end) == pytest.approx((begun + 0.022, begun + 0.522))
-    assert fact.values["clearance_m"] == 0.005
 
 
 TIMES = np.linspace(0.0, 10.0, 1001)
