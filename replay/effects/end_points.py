@@ -1,4 +1,4 @@
-"""End points of a titration: where acid and base, or what oxidises and what is oxidised, are equivalent.
+"""End points of a titration: where acid and base, oxidant and reductant, or the ions of a salt are equivalent.
 
 What is equivalent follows from the amounts alone: the excess of protons over all steps of pKa above a cut changes its
 sign. Only a cut at which the pH has an inflection is an end point: nobody could see the others.
@@ -12,6 +12,7 @@ import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay.effects.matter import Matter
+from replay.effects.models.equation import charge_of
 from replay.effects.models.equilibrium import equilibrium
 from replay.effects.models.ledger import BROUGHT
 from replay.effects.models.speciation import PROTON
@@ -29,6 +30,9 @@ HALF_STEP: Final = np.linspace(-0.5, 0.5, 42)
 NARROW: Final = 0.15
 """An inflection further from the cut, as a share of that step, is none of it."""
 
+ABOUT: Final = 0.02
+"""Share of a metal ion by which it is looked at before and after it is equivalent."""
+
 STRONGEST, WEAKEST = -2.0, 16.0
 """A pKa beyond these is no step: the acid gives its proton whole, or keeps it in water."""
 
@@ -42,6 +46,10 @@ class _Crossing:
     share: float
     rising: bool
 
+    def same(self, other: "_Crossing") -> bool:
+        """Whether it is where another one is."""
+        return self.before == other.before and abs(self.share - other.share) < 1e-6
+
 
 def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
     """Events in order of what came in, with its volume, what overshot it, and whose it is.
@@ -51,8 +59,12 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
     history = matter.histories[vessel]
     if not history.added_ml[-1].any():
         return []
-    found = [*_of_protons(matter, vessel), *_of_electrons(matter, vessel)]
-    found.sort(key=lambda row: (row[0].before, row[0].share))
+    found = sorted(
+        [*_of_protons(matter, vessel), *_of_electrons(matter, vessel), *_of_ions(matter, vessel)],
+        key=lambda row: (row[0].before, row[0].share),
+    )
+    # Where a salt falls out of an acid and its base both are equivalent at once.
+    found = [row for k, row in enumerate(found) if not k or not row[0].same(found[k - 1][0])]
     events = []
     for number, (crossing, left, right) in enumerate(found, start=1):
         a, b = crossing.before, crossing.after
@@ -140,6 +152,40 @@ def _names(matter: Matter, vessel: str, crossing: _Crossing, low: float, high: f
     else:
         acids, bases = [formula for formula in mine if gives(formula)], sorted(filter(chemistry.is_base, titrants))
     return (" + ".join(acids), " + ".join(bases)) if acids and bases else None
+
+
+def _of_ions(matter: Matter, vessel: str) -> Iterator[tuple[_Crossing, str, str]]:
+    """Where a metal ion has as much as falls out with it, one salt after the other, the least soluble first."""
+    speciation = matter.recipe.speciation
+    if speciation is None:
+        return
+    mixture, history = speciation.mixture, matter.histories[vessel]
+    totals = matter.totals(history.amounts)
+    salts = [row for row, uses in enumerate(mixture.uses) if uses[0] == 0.0 and np.count_nonzero(uses) == 2]
+    for metal in (place for place, part in enumerate(mixture.parts) if charge_of(part) > 0):
+        bound, names = np.zeros(len(totals)), []
+        for salt in sorted((row for row in salts if mixture.uses[row, metal]), key=lambda row: mixture.products[row]):
+            (other,) = (place for place in np.flatnonzero(mixture.uses[salt]).tolist() if place != metal)
+            bound = bound + totals[:, other] * mixture.uses[salt, metal] / mixture.uses[salt, other]
+            names.append(mixture.parts[other])
+            if not totals[:, other].any():
+                continue
+            for crossing in _crossings(totals[:, metal] - bound):
+                if _jumps(matter, vessel, crossing, metal, totals):
+                    yield crossing, mixture.parts[metal], " + ".join(sorted(names))
+
+
+def _jumps(matter: Matter, vessel: str, crossing: _Crossing, metal: int, totals: FloatArray) -> bool:
+    """Whether the free metal ion changes by a power of ten about a crossing: less nobody sees."""
+    assert matter.recipe.speciation is not None
+    mixture, volume = matter.recipe.speciation.mixture, matter.histories[vessel].volume_ml
+    a, b = crossing.before, crossing.after
+    point = np.tile(totals[a] + crossing.share * (totals[b] - totals[a]), (2, 1))
+    point[:, metal] *= (1.0 - ABOUT, 1.0 + ABOUT)
+    litres = np.full(2, 1e-3 * (volume[a] + crossing.share * (volume[b] - volume[a])))
+    free = mixture.species.index(mixture.parts[metal])
+    low, high = equilibrium(mixture, point, litres).species[:, free]
+    return bool(low > 0.0 and high > 10.0 * low)
 
 
 def _of_electrons(matter: Matter, vessel: str) -> Iterator[tuple[_Crossing, str, str]]:

@@ -47,7 +47,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
                 wet, solved = matter.solved(vessel, times)
             inputs.count("pH solved", len(wet))
             found.series[f"{vessel}/pH"] = Series(times[wet], solved.ph, "pH")
-        if asked or matter.recipe.processes:
+        if matter.recipe.reactions:
             found.events += end_points(matter, vessel) or _changed_ph(vessel, found.series.get(f"{vessel}/pH"))
     return found.output()
 
