@@ -102,3 +102,29 @@ def test_the_series_begins_at_the_start_and_the_warmest_is_a_result():
     (event,) = [one for one in effects["heat"].output.named("warmest") if one.bodies == ("b",)]
     assert series.times[0] == 0.0 and series.values[0] == 20.0
     assert event.values["change_k"] == pytest.approx(kelvin) and "b warms from 20.00 to" in event.text
+
+
+@pytest.mark.parametrize("hz", [30, 90, 250])
+@pytest.mark.parametrize("order", [["a", "b"], ["b", "a"]])
+def test_a_chain_of_pours_loses_no_energy_whichever_vessel_is_named_first(order, hz):
+    """Hot water goes from a into b while b runs into c: 60 mL of 60 K above the room, wherever they end."""
+    times = np.arange(round(4.0 * hz)) / hz
+    poses = {
+        "a": tilted(np.interp(times, [0.2, 3.5], [0.0, 75.0]), (0.0, 0.5, 0.0)),
+        "b": tilted(np.interp(times, [0.2, 3.5], [0.0, 25.0]), (0.02, 0.2, 0.0)),
+        "c": still(len(times), (0.02, 0.0, 0.0)),
+    }  # fmt: skip
+    bodies = [vessel("a", 60.0, "", 0.0, temperature_c=80.0), vessel("b", 70.0, "", 0.0), vessel("c", 0.0, "", 0.0)]
+    heat = ("heat", {**HEAT, "of": "dilution", "solute": "HCl", "heat_j_mol": 1.0, "half_water": 1.0})
+    shelf = vessel("shelf", 1.0, "HCl", 1e-3)
+    shelf.extra["properties"]["liquid"]["water_molar"] = 55.0
+    told = (("pour", {"from": order, "into": ["b", "c"]}), ("mixing", {"in": sorted(order)}), heat)
+    bodies = bodies if order[0] == "a" else bodies[::-1]
+    effects = compute(world(poses, (*bodies, shelf), *told, step_ns=round(1e9 / hz))).effects
+    volumes = {name: effects["pour"].series[f"{name}/volume"].values[-1] for name in "abc"}
+    celsius = {name: effects["heat"].series[f"{name}/temperature"].values[-1] for name in "abc"}
+    assert volumes["c"] > 5.0 and celsius["c"] > 21.0 and effects["pour"].series["spilled/volume"].values[-1] == 0.0
+    energy = sum(volumes[name] * (celsius[name] - 20.0) for name in "abc")
+    assert energy == pytest.approx(60.0 * 60.0, rel=1e-9)
+    # At every rate and in both orders the same: 37.02 degC as the steps get short.
+    assert celsius["c"] == pytest.approx(37.02, rel=0.005)
