@@ -13,8 +13,8 @@ from sessions import Frames, Session
 from sessions.model.session import FrameSource
 
 MOST_POSES: Final = 8_000_000
-"""Frames times bodies of one run: two hours of twelve bodies at 90 Hz are 7,776,000, and take 1.2 GiB in all, of which
-96 bytes a pose are the motion (`tests/replay/test_memory.py` measures it)."""
+"""Frames times bodies of one run: two hours of twelve bodies at 90 Hz are 7,776,000. Their motion takes 96 bytes a
+pose, 0.75 GB; `tests/replay/test_memory.py` measures what a run takes in all."""
 
 DECODED_POSES: Final = MOST_POSES // 2
 """Up to here decoded frames are held beside the motion: 65 bytes a pose."""
