@@ -1,0 +1,155 @@
+"""Worlds, detectors, ways of asking: every complete detector finds the faces that meet, and no way changes an answer.
+
+Truth is brute force over all faces in integers (``oracles.brute_force``), which knows nothing of trees.
+"""
+
+import tracemalloc
+from functools import cache
+
+import numpy as np
+import pytest
+from oracles.brute_force import meeting_faces, placed
+from support.random_worlds import SHAPES, World, bodies_of, plate, random_world, rotation
+
+from cdcore import Motion, Verdict, create_detector, join
+from cdcore.protocol import detect_live
+
+COMPLETE = ("exact", "aabb", "obb", "rapid-style", "solid-style")
+PLAIN = {"containment": False}
+GONE = (1e7, 1e15, 1e60, 1e80, 1e160, 1e300)
+"""Metres: from a pose that no room has to one whose square is no number."""
+QUICK, SLOW = range(5, 6), range(6, 30)
+quick_and_slow = pytest.mark.parametrize("seeds", [QUICK, pytest.param(SLOW, marks=pytest.mark.slow)], ids=len)
+
+
+def corrupted(far):
+    """A world in which one body, then two, are that far away for a frame, and one loses its pose before."""
+    world = random_world(2, "soup")
+    place, valid = world.motion.translations.copy(), world.motion.valid.copy()
+    place[4, 0, 1], place[8, :2, 0] = far, -far
+    valid[7] = False
+    return World(world.bodies, Motion(world.motion.times, place, world.motion.rotations, valid))
+
+
+@cache
+def world_of(key):
+    kind, value = key
+    return corrupted(value) if kind == "corrupt" else random_world(value, kind)
+
+
+@cache
+def truth(key, frames):
+    """Faces of the pairs with poses in some frames: (frame, column) -> (k, 2), or ``None`` without a pose."""
+    world, answer = world_of(key), {}
+    turns, places = world.motion.rotations, world.motion.translations
+    for frame in frames:
+        for column, ends in enumerate(((0, 1), (0, 2), (1, 2))):
+            if not world.motion.valid[frame, list(ends)].all():
+                answer[frame, column] = None
+                continue
+            faces = [placed(world.bodies[k].mesh.triangles, turns[frame, k], places[frame, k]) for k in ends]
+            answer[frame, column] = meeting_faces(*faces)
+    return answer
+
+
+def assert_true(key, name, frames=(0, 5, 12)):
+    """Verdicts and faces of a detector are those of brute force; how many face pairs met."""
+    detection = create_detector(name, world_of(key).bodies, **PLAIN).detect(world_of(key).motion, faces=True)
+    count = 0
+    for (frame, column), faces in truth(key, frames).items():
+        verdict, where = detection.verdict[frame, column], (key, name, frame, column)
+        if faces is None:
+            assert verdict == Verdict.NO_POSE, where
+            continue
+        assert verdict == (Verdict.CONTACT if len(faces) else Verdict.CLEAR), where
+        assert np.array_equal(detection.faces(frame, column), faces), where
+        count += len(faces)
+    return count
+
+
+@quick_and_slow
+@pytest.mark.parametrize("name", COMPLETE)
+def test_every_complete_detector_finds_the_faces_that_meet_and_no_others(name, seeds):
+    assert sum(assert_true((shape, seed), name) for shape in SHAPES for seed in seeds) > 100
+
+
+@pytest.mark.parametrize("far", GONE)
+@pytest.mark.parametrize("name", ["exact", "aabb", "solid-style"])
+def test_a_corrupt_pose_changes_no_other_frame(name, far):
+    assert assert_true(("corrupt", far), name, frames=(0, 3, 4, 5, 7, 8, 9, 12)) > 0
+
+
+@quick_and_slow
+@pytest.mark.parametrize("name", COMPLETE)
+def test_blocks_threads_order_and_frames_alone_change_no_answer(name, seeds):
+    for key in [*((shape, seed) for shape in SHAPES for seed in seeds), *(("corrupt", far) for far in GONE)]:
+        world = world_of(key)
+        detector, motion = create_detector(name, world.bodies, **PLAIN), world.motion
+        whole = detector.detect(motion, faces=True)
+        assert detector.detect(motion).digest == whole.digest, key
+        assert detect_live(detector, motion).digest == whole.digest, key
+        for block in (1, 5):
+            joined = join(detector.stream(motion.blocks(block), faces=True))
+            assert (joined.digest, joined.faces_digest) == (whole.digest, whole.faces_digest), (key, block)
+        turned = create_detector(name, world.bodies, pairs=[(2, 1), (1, 0), (0, 2)], **PLAIN)
+        other = turned.detect(motion, faces=True)
+        assert (other.digest, other.faces_digest) == (whole.digest, whole.faces_digest), key
+        if name == "exact":
+            two = create_detector(name, world.bodies, threads=2, **PLAIN).detect(motion, faces=True)
+            assert (two.digest, two.faces_digest) == (whole.digest, whole.faces_digest), key
+
+
+def long_motion(frames, away=0.0):
+    """A soup that wanders to and fro beside a ball, turned a little more each frame; ``away``: how far off it stays."""
+    rng, number = np.random.default_rng(4), np.arange(frames)
+    bodies = bodies_of([SHAPES["soup"](rng), SHAPES["ball"](rng)])
+    place, turn = np.zeros((frames, 2, 3)), np.tile(np.eye(3), (frames, 2, 1, 1))
+    place[:, 0] = np.stack([number * 37 % 101, number * 11 % 89, number * 7 % 97], axis=1) / 64 + [away, 0, 0]
+    turn[:, 0] = rotation(np.stack([number / 256, 1 + 0 * number, 0 * number, number / 512], axis=1))
+    return bodies, Motion(number / 90, place, turn)
+
+
+@pytest.mark.parametrize("far", [1e9, 1e15, 1e80])
+def test_a_corrupt_pose_costs_the_other_frames_nothing(far):
+    bodies, motion = long_motion(400)
+    place = motion.translations.copy()
+    place[200, 0] = far
+    work = [
+        create_detector("exact", bodies, **PLAIN).detect(given, faces=True).work
+        for given in (motion, Motion(motion.times, place, motion.rotations))
+    ]
+    assert work[1]["node_tests"] <= 1.2 * work[0]["node_tests"] + 100
+    assert work[1]["world_tests"] <= 1.2 * work[0]["world_tests"] + 100
+
+
+def test_distant_bodies_are_dismissed_span_by_span_however_long_they_wander():
+    tests = []
+    for frames in (1_024, 8_192):
+        work = create_detector("exact", long_motion(8)[0], **PLAIN).detect(long_motion(frames, away=100.0)[1]).work
+        assert work["skipped"] == frames and work["gap_tests"] == work["blocks"] == 0
+        tests.append(work["span_tests"])
+    assert tests[1] <= tests[0] + 1
+
+
+def test_bodies_at_rest_are_asked_once_and_keep_their_faces():
+    bodies = bodies_of([plate(None), plate(None)])
+    motion = Motion(np.arange(500), np.zeros((500, 2, 3)), np.tile(np.eye(3), (500, 2, 1, 1)))
+    detection = create_detector("exact", bodies, **PLAIN).detect(motion, faces=True)
+    assert detection.work["reused"] == 499 and detection.work["blocks"] == 1
+    assert (detection.face_counts == detection.face_counts[0]).all() and detection.face_counts[0, 0] > 0
+    assert len(detection.face_sets.faces) == detection.face_counts[0, 0]
+
+
+def test_a_question_about_contact_of_coplanar_grids_needs_no_list_of_all_faces():
+    bodies = bodies_of([plate(None, size=40), plate(None, size=40)])
+    place = np.zeros((24, 2, 3))
+    place[:, 0, 0] = np.arange(24) / 64
+    motion = Motion(np.arange(24), place, np.tile(np.eye(3), (24, 2, 1, 1)))
+    detector = create_detector("exact", bodies, **PLAIN)
+    detector.detect(motion.frames(0, 1))
+    tracemalloc.start()
+    detection = detector.detect(motion)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert (detection.verdict == Verdict.CONTACT).all()
+    assert peak < 2e6 and detection.work["exact_tests"] < 24 * 600
