@@ -118,3 +118,16 @@ def test_where_no_room_is_left_a_command_says_so_and_changes_nothing(work, verb,
     assert (done.returncode, len(errors)) in [(1, 1), (0, 0), (3, 0)] and "Traceback" not in done.stderr
     if done.returncode == 1:
         assert [file.name for file in work.iterdir()] == ["thesis.txt"]
+
+
+PLAIN = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
+
+
+@pytest.mark.parametrize("variables", [{"HOME": "/dev/null", "XDG_CACHE_HOME": ""}, PLAIN], ids=["no home", "locale C"])
+def test_a_command_works_without_a_home_or_utf_8_in_a_folder_of_any_name(work, variables):
+    folder = work.rename(work.parent / "\u00dcbung $(c) 'd' [red] \u6771")
+    done = subprocess.run(
+        command("import"), cwd=folder, env=environment() | variables, capture_output=True, timeout=300
+    )
+    assert done.returncode == 0, done.stderr
+    assert_whole(folder / "made.mcap")
