@@ -20,21 +20,26 @@ def column_runs(columns: Iterable[NDArray[np.bool_]]) -> NDArray[np.int64]:
     return table[np.lexsort((table[:, 0], table[:, 1]))]
 
 
-def episodes(detection: Detection) -> tuple[Episode, ...]:
+def episodes(detection: Detection, valid: BoolArray | None = None) -> tuple[Episode, ...]:
     """Every contact of a detection, in order of time, then pair.
+
+    ``valid`` (T, N): where the motion has poses. A detector of intervals says NO_POSE after a jump too, where both
+    poses are known and the bodies may be apart; ``None``: poses are lost wherever the detection says NO_POSE.
 
     A single frame without contact ends an episode; lost poses do not: what is in contact before and after them is one
     contact, which they cut. Flicker of a resting contact is a finding about the recording or the detector, and
     hysteresis belongs to effects.
     """
     ends = frame_ends(detection.times)
-    found = [
-        Episode(column, *span, float(detection.times[span[0]]), float(ends[span[1]]), lost, cuts)
-        # Column by column: a table of flags for hours of frames would double the memory that the verdicts take.
-        for column, verdict in enumerate(detection.verdict.T)
-        for span, lost, cuts in _across_lost_poses(counts_as_contact(verdict), verdict == Verdict.NO_POSE)
-    ]
-    return tuple(sorted(found, key=lambda one: (one.first, one.pair)))
+    contacts = []
+    # Column by column: a table of flags for hours of frames would double the memory that the verdicts take.
+    for column, verdict in enumerate(detection.verdict.T):
+        first, second = detection.pairs[column]
+        no_pose = verdict == Verdict.NO_POSE if valid is None else ~(valid[:, first] & valid[:, second])
+        for span, lost, cuts in _across_lost_poses(counts_as_contact(verdict), no_pose):
+            start, end = float(detection.times[span[0]]), float(ends[span[1]])
+            contacts.append(Episode(column, *span, start, end, lost, cuts))
+    return tuple(sorted(contacts, key=lambda episode: (episode.first, episode.pair)))
 
 
 Span = tuple[int, int]

@@ -161,7 +161,7 @@ def compute(
             )  # fmt: skip
     # Misses are examined with other kernels; without a detection no compiler is loaded.
     with progress.stage("audit"), compiling_announced(progress if runs else None):
-        found = {label: episodes(run.detection) for label, run in runs.items()}
+        found = {label: episodes(run.detection, assembly.motion.valid) for label, run in runs.items()}
         again = face_source(assembly, seed, runs.get(lineup.oracle))
         tolerance = Tolerance(assembly, again, tau)
         truth = found.get(lineup.oracle, ())

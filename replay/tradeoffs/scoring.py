@@ -35,7 +35,7 @@ class Scoring:
         self._trusted, self._motion = make_detector(spec, assembly, seed), assembly.motion
         self._seen: dict[str, Detection] = {}
         self.truth = self._trusted.detect(assembly.motion)
-        found = episodes(self.truth)
+        found = episodes(self.truth, assembly.motion.valid)
         self._held = holdings(assembly, session, found)
         self.contacts = tuple(one for one in found if one not in set(self._held))
         if not self.contacts:

@@ -46,7 +46,7 @@ def sample_frames(seed: int) -> list[Sampled]:
     """One made-up session, looked at with every step of ``STEPS``."""
     assembly = assemble(synthetic_session(SCENE, seed=seed)[0])
     truth = create_detector("continuous", assembly.bodies, pairs=assembly.pairs).detect(assembly.motion)
-    contacts = episodes(truth)
+    contacts = episodes(truth, assembly.motion.valid)
     dwell = contact_durations(assembly, truth, contacts)
     seen = create_detector("exact", assembly.bodies, pairs=assembly.pairs).detect(assembly.motion)
     touching = counts_as_contact(seen.verdict)

@@ -44,5 +44,13 @@ def test_lost_poses_cut_a_contact_and_do_not_make_two_of_it(letters, expected):
     assert [(e.first, e.last, e.frames, e.cuts) for e in episodes(verdict_column(letters))] == expected
 
 
+def test_a_jump_between_known_poses_joins_no_contacts():
+    """A detector of intervals says NO_POSE of the way across a jump, though both bodies have a pose at its end."""
+    known = np.ones((3, 2), dtype=bool)
+    assert [(e.first, e.last, e.cuts) for e in episodes(verdict_column("C-C"), known)] == [(0, 0, 0), (2, 2, 0)]
+    known[1, 0] = False
+    assert [(e.first, e.last, e.cuts) for e in episodes(verdict_column("C-C"), known)] == [(0, 2, 1)]
+
+
 def test_nothing_found_is_no_episode():
     assert episodes(verdicts(["..", "n-", "uu"])) == ()

@@ -253,7 +253,7 @@ ORIGINAL = dict(EFFECTS)
 @pytest.mark.slow
 def test_an_effect_that_secretly_asks_a_detector_is_found_by_counters_trace_and_imports(mutant, monkeypatch):
     mutant("ASKS")
-    assert proofs.detectors_made(lambda: run_small(NEAR), monkeypatch) == ["static"]
+    assert set(proofs.detectors_made(lambda: run_small(NEAR), monkeypatch)) == {"static"}
     assert proofs.calls(lambda: run_small(NEAR), *QUERIES) != {}
     code = (
         "import support.effect_proofs as p\nfrom dataclasses import replace\n"
