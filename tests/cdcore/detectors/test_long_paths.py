@@ -51,10 +51,17 @@ def scene(places, step, handle):
     return bodies, pairs, motion, (x - 0.5 <= plate_x) & (plate_x <= x + 0.5)
 
 
+def jumps(frames):
+    return np.where(np.arange(frames) % 2 == 0, JUMP, 0.0) * np.random.default_rng(1).uniform(0.9, 1.0, frames)
+
+
 @cache
 def jumps_then_rest():
-    jumps = np.where(np.arange(20000) % 2 == 0, JUMP, 0.0) * np.random.default_rng(1).uniform(0.9, 1.0, 20000)
-    return scene(jumps, 3e-8, handle=False)
+    return scene(jumps(20_000), 3e-8, handle=False)
+
+
+def an_hour_of_jumps_then_rest():
+    return scene(jumps(330_000), 3e-7, handle=False)
 
 
 @cache
@@ -64,7 +71,7 @@ def corrupt_pose_then_rest():
 
 @pytest.mark.parametrize(
     ("name", "recording"),
-    [("exact", jumps_then_rest)]
+    [("exact", jumps_then_rest), pytest.param("exact", an_hour_of_jumps_then_rest, marks=pytest.mark.slow)]
     + [(name, corrupt_pose_then_rest) for name in ("exact", "aabb", "obb", "rapid-style", "solid-style", "hybrid")],
 )
 def test_a_contact_after_a_long_path_begins_in_its_frame_however_it_is_asked(name, recording):
