@@ -85,8 +85,8 @@ def test_a_folder_for_a_file_and_a_file_for_a_folder_are_answered_with_what_to_g
     session.write_bytes(b"")
     assert main(["tradeoff", str(tmp_path)]) == 2
     assert f"name a file, like {session}" in capsys.readouterr().err
-    assert main(["view", str(session)]) == 2
-    assert f"replay it first: replay run {session} --out RUN" in capsys.readouterr().err
+    assert main(["view", str(session)]) == 1
+    assert "it is empty" in capsys.readouterr().err
 
 
 def failing(monkeypatch, error):

@@ -56,7 +56,8 @@ def test_view_opens_several_runs_in_one_viewer(run_folder, tmp_path, monkeypatch
     assert f"{bare} holds no picture" in capsys.readouterr().err
     assert main(["view", str(run_folder), str(other), "--miss", "1"]) == 0
     assert Viewer.opened == [(run_folder, other, 1, None, ""), "waited", "closed"]
-    assert f"{run_folder / 'run.rrd'} and {other / 'run.rrd'} at miss 1" in capsys.readouterr().err
+    told = " ".join(capsys.readouterr().err.split())
+    assert f"{run_folder / 'run.rrd'} and {other / 'run.rrd'} at miss 1" in told
 
 
 def test_a_run_opens_its_own_picture_when_asked(tmp_path, monkeypatch, capsys):

@@ -10,7 +10,7 @@ from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
 from sessions.scene_files.scene_toml import parse_scene
 from sessions.synthetic import bump_scripts, planting
 from sessions.synthetic.assembly import Recording
-from sessions.synthetic.bench import BENCH_TOP, STAND_M, Instruments, with_text
+from sessions.synthetic.bench import BENCH_TOP, STAND_M, Instruments, Placed, standing, with_text
 from sessions.synthetic.bench_bumps import PLACED, SECONDS, make_bench_bumps
 from sessions.synthetic.bump_scripts import BumpPlan, left_hand, right_hand
 from sessions.synthetic.truth import CLEAR, PRESENT
@@ -99,6 +99,13 @@ SCENE = Scene(
     ),
     effects=(SceneEffect("contact", {"between": ["tag:glass", "tag:bench"]}),),
 )
+
+
+@pytest.fixture(scope="module")
+def layout():
+    glass = Placed("beaker_100", standing(0.1, -0.2), properties={"liquid": "water"}, tags=("hot",))
+    hand = Placed("hand_left", options={"grip_radius": 0.02}, faces=800)
+    return Instruments({"bench": Placed("bench", moves=False), "glass": glass, "hand": hand}, 600)
 
 
 def test_what_stands_is_lifted_from_the_bench_by_a_tenth_of_a_millimetre(layout):
