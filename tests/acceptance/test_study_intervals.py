@@ -8,6 +8,7 @@ from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.codebook import Codebook, Item, RegressionQuestion
 from replay.studies.class_study.conclusions import associated
 from replay.studies.class_study.joining import Questionnaire
+from replay.studies.class_study.regression import regress
 from replay.studies.class_study.reliability import reliability
 
 pytestmark = pytest.mark.slow
@@ -21,6 +22,36 @@ def covered(intervals, truth):
     share = np.mean([low <= truth <= high for low, high in intervals])
     print(f"truth {truth:g} inside {share:.1%} of {len(intervals)} intervals")
     return share
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.3, 0.6, 0.8])
+def test_intervals_of_a_simple_coefficient_hold_the_truth(slope):
+    found = []
+    for k in range(CLASSES):
+        random = np.random.default_rng([k, round(1000 * slope)])
+        x = random.normal(size=STUDENTS)
+        y = slope * x + np.sqrt(1 - slope**2) * random.normal(size=STUDENTS)
+        c = regress("y", y, ["x"], x[:, None], np.arange(STUDENTS), random).coefficients[0]
+        found.append((c.low, c.high))
+    assert LOW <= covered(found, slope) <= HIGH
+
+
+def test_intervals_of_a_multiple_regression_hold_the_truth():
+    """Predictors correlate at 0.4; the truth is the standardised coefficient of the population."""
+    betas = np.array([0.5, -0.3])
+    between = np.array([[1.0, 0.4], [0.4, 1.0]])
+    rest = np.sqrt(1.0 - betas @ between @ betas)
+    root = np.linalg.cholesky(between)
+    found = []
+    for k in range(CLASSES):
+        random = np.random.default_rng([k, 77])
+        x = random.normal(size=(STUDENTS, 2)) @ root.T
+        y = x @ betas + rest * random.normal(size=STUDENTS)
+        found.append(
+            [(c.low, c.high) for c in regress("y", y, ["a", "b"], x, np.arange(STUDENTS), random).coefficients]
+        )
+    for column, truth in enumerate(betas):
+        assert LOW <= covered([one[column] for one in found], truth) <= HIGH
 
 
 def test_intervals_of_alpha_hold_the_truth():

@@ -2,12 +2,15 @@ import dataclasses
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from support.small_worlds import along_x, cube, cubes, framed
 
 from cdcore import Motion
+from cdcore.errors import InvalidPoseError
 from replay.errors import AssemblyError
-from replay.prepare.assemble import assemble
+from replay.prepare.assemble import assemble, assemble_blocks, lay_out
 from replay.prepare.assembly import PoseOrigin
 from sessions import Scene, Session, Status, Track
 from sessions.model.scene import Pose, SceneBody
@@ -162,6 +165,12 @@ def test_an_empty_cut_is_refused_with_the_length_of_the_session(start, end):
         assemble(session, start=start, end=end)
 
 
+@pytest.mark.parametrize("cut", [{"start": np.nan}, {"start": 1e308}, {"end": -np.inf}, {"end": 1e10}])
+def test_a_cut_that_is_no_time_is_one_sentence(cut):
+    with pytest.raises(AssemblyError, match="s is no time of a recording; give seconds from its first frame"):
+        assemble(cubes({"a": range(11), "b": [50] * 11}), **cut)
+
+
 def test_a_session_that_offers_nothing_to_look_at_is_refused_and_told_why():
     with pytest.raises(AssemblyError, match="no frames"):
         assemble(framed(np.zeros(0), np.zeros((0, 1))))
@@ -192,6 +201,55 @@ def test_bodies_without_a_mesh_are_why_there_is_no_pair(meshed, bare, why):
     moving = {name: along_x([0, 0] if len(meshed) > 1 else [0, 1]) for name in names}
     with pytest.raises(AssemblyError, match=f"^no pair to look at: {why}"):
         assemble(Session.from_arrays([0, 1], moving, {name: cube() for name in meshed}))
+
+
+def test_a_pose_that_is_none_is_refused_with_frame_time_and_body_even_far_into_a_file():
+    place, turn = along_x(range(100))
+    place[70] = np.nan
+    session = Session.from_arrays(
+        np.arange(100) * 10 * MS, {"a": (place, turn), "b": along_x([0] * 100)}, {"a": cube(), "b": cube()}
+    )
+    with pytest.raises(InvalidPoseError, match=r"frame 70 \(0.700000 s\), body a: position .* is not finite"):
+        assemble(session)
+    with pytest.raises(InvalidPoseError, match=r"frame 70 \(0.700000 s\), body a"):
+        list(assemble_blocks(session, 8))
+
+
+def messy_session(seed, frames=60, bodies=3):
+    """Missing, lost and held samples, a jittery clock that repeats and steps back, gaps and teleports, a child."""
+    rng = np.random.default_rng(seed)
+    step = rng.choice([-3, 0, 7, 11, 11, 11, 40, 90], size=frames) * MS + rng.integers(0, 3, size=frames)
+    stamps = np.cumsum(step)
+    status = rng.choice([0, 0, 1, 1, 1, 1, 2, 3], size=(frames, bodies))
+    status[0] = 1
+    position = np.cumsum(rng.normal(size=(frames, bodies, 3)) * 0.1, axis=0)
+    quaternion = Rotation.random(frames * bodies, rng=rng).as_quat().reshape(frames, bodies, 4)
+    session = framed(stamps - stamps.min(), status, position, quaternion)
+    scene = Scene(bodies=(SceneBody("b", parent="a", offset=Pose((0.1, 0.2, 0.3))), SceneBody("w", fixed=Pose())))
+    return dataclasses.replace(session, scene=scene, meshes={**session.meshes, "w": cube()})
+
+
+@given(st.integers(0, 10_000), st.integers(1, 13))
+@settings(max_examples=15, deadline=None)
+def test_blocks_joined_equal_the_whole_to_the_last_bit(seed, size):
+    session = messy_session(seed)
+    whole, blocks = assemble(session), list(assemble_blocks(session, size))
+    assert max(len(block.motion) for block in blocks) <= size
+    for name in ("times", "translations", "rotations", "valid", "linked"):
+        joined = np.concatenate([getattr(block.motion, name) for block in blocks])
+        assert joined.tobytes() == getattr(whole.motion, name).tobytes(), name
+    for name in ("stamp_ns", "origin"):
+        joined = np.concatenate([getattr(block, name) for block in blocks])
+        assert joined.tobytes() == getattr(whole, name).tobytes(), name
+    assert all(block.pairs.tolist() == whole.pairs.tolist() for block in blocks)
+    assert all(block.notes == whole.notes for block in blocks)
+
+
+def test_a_layout_made_once_serves_again():
+    session = messy_session(0)
+    layout = lay_out(session, pairs=[("a", "w")])
+    assert assemble(session, layout=layout).pairs.tolist() == layout.pairs.tolist()
+    assert len(layout.pairs) == 1
 
 
 def test_a_pair_is_named_after_its_bodies_in_the_order_of_the_pair():

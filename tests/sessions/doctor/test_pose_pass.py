@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 from support.planted_faults import FAULTS, clean
 
 from sessions import Frames, Scene, Severity, Status, examine
-from sessions.doctor.pose_pass import look_through
+from sessions.doctor import pose_pass
+from sessions.doctor.pose_pass import LOOKS_PER_BLOCK, look_through, sampled_poses
 from sessions.doctor.pose_spans import MOST_OF_A_KIND, pose_findings, pose_spans, rest_spans
 from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
@@ -21,6 +22,16 @@ def broken():
     draft.arrays["status"][700:720, 1] = Status.LOST
     draft.arrays["status"][::3, 2] = Status.ABSENT
     return draft.session()
+
+
+@pytest.mark.parametrize("size", [1, 7, 100, 899])
+def test_the_marks_do_not_depend_on_blocks(size):
+    session = broken()
+    whole, parts = look_through([session.frames]), look_through(session.frames.blocks(size))
+    assert np.array_equal(whole.marks, parts.marks)
+    assert np.array_equal(whole.steps, parts.steps, equal_nan=True)
+    assert np.array_equal(whole.worst_norm, parts.worst_norm)
+    assert whole.pose_digest == parts.pose_digest
 
 
 def test_each_odd_sample_has_its_mark():
@@ -49,6 +60,22 @@ def test_a_body_that_appears_later_gets_a_column():
 def test_nothing_is_looked_at_without_frames():
     looked = look_through([])
     assert len(looked.stamp_ns) == 0 and looked.names == ()
+
+
+def test_the_poses_kept_are_few_and_none_is_lost():
+    frames = broken().frames
+    kept = sampled_poses(frames)
+    assert len(kept) <= LOOKS_PER_BLOCK and kept[0, 0, :3].tolist() == frames.position[0, 0].tolist()
+    assert np.isnan(kept[:, 1]).any() and np.isfinite(frames.position[:, 1]).all()
+
+
+def test_of_a_long_recording_fewer_poses_are_kept_from_its_beginning_to_its_end(monkeypatch):
+    monkeypatch.setattr(pose_pass, "MOST_LOOKS", 600)
+    monkeypatch.setattr(pose_pass, "JOINED_FRAMES", 100)
+    frames = clean().session().frames
+    long = look_through(frames.blocks(100))
+    at = [int(np.flatnonzero((frames.position[:, 0] == place).all(axis=1))[0]) for place in long.position[:, 0]]
+    assert 300 <= len(at) <= 600 and at == sorted(at) and at[0] == 0 and at[-1] >= 896 and max(np.diff(at)) <= 4
 
 
 def findings(draft, code):
