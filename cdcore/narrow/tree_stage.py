@@ -26,6 +26,8 @@ FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
 CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)
 MARGIN_TESTS: Final = 128
 """Tests spent on whether surfaces are apart by a margin, before they are asked without one."""
+SMALLEST_MARGIN: Final = 1e-60
+"""Metres: products of four lengths as small as this are still numbers; of surfaces nearer than that none is known."""
 MODES: Final = ("all", "first")
 
 SKEW: Final = 2.0 * 3.0 * ORTHONORMAL_KEEP
@@ -115,7 +117,8 @@ class TreeStage:
         counts, truncated, pad = self._scratch
         tight, left = position_pad(size, SKEW) + UNDERFLOW_PAD, self._search.undismissed
         # With a margin some hundred tests only: where surfaces are near each other, most faces lie within it.
-        for extra, budget in ((margin, MARGIN_TESTS), (0.0, UNLIMITED)):
+        reaches = ((margin, MARGIN_TESTS), (0.0, UNLIMITED)) if margin > SMALLEST_MARGIN else ((0.0, UNLIMITED),)
+        for extra, budget in reaches:
             counts[:], truncated[0], pad[0] = 0, 0, tight + extra
             found = self._search.found_by(
                 a, b, turns[0], moves[0], turns[1], moves[1], pad, False, budget, counts, truncated

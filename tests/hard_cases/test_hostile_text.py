@@ -93,7 +93,7 @@ def class_of(word):
 
 
 def shared_of(word):
-    return folder._beside(report_of(word), "run", RunFolder(Path(word), {}))
+    return folder._beside(report_of(word), word)
 
 
 def list_of(word):

@@ -234,4 +234,4 @@ def test_a_far_pose_costs_the_other_frames_nothing(name, size):
         held[what] = tracemalloc.get_traced_memory()[1]
         tracemalloc.stop()
     assert np.median(taken["corrupt"][1:]) < 2.0 * np.median(taken["sound"][1:]) + 0.005
-    assert held["corrupt"] < 2.0 * held["sound"]
+    assert held["corrupt"] < 3.0 * held["sound"]
