@@ -13,6 +13,18 @@ TASKS, STAGES, TYPES = ("pour", "stir", None), ("first", "second"), ("immersive"
 CAUSES = ("between two looks", "thinner than a step")
 DETECTORS = {"slow": 0.3, "coarse": 0.1}
 """Label -> share of the contacts that it never finds."""
+UNREAD = {
+    "first": 0,
+    "last": 0,
+    "frames": 1,
+    "deepest": 0,
+    "stamp_ns": 0,
+    "message": "",
+    "start": 0.0,
+    "end": 0.0,
+    "time": 0.0,
+}
+"""What every row of a run states and no page of a class prints."""
 
 
 def made_class(folder, sessions=40, students=20, *, seed=0, contacts=8, detectors=DETECTORS, nobody=0, rare=3):
@@ -71,7 +83,7 @@ class Session:
         return values[int(self.random.integers(len(values)))]
 
     def add(self, table, **row):
-        self.rows[table].append(self.keys | row)
+        self.rows[table].append(UNREAD | self.keys | row)
 
     def write(self, folder, vr_type):
         folder.mkdir(parents=True)

@@ -12,7 +12,15 @@ from replay.outputs.results.fault_tables import FALSE_COLUMNS, FALSE_MEASURES, M
 from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, read_table
 from replay.outputs.results.parquet_tables import EPISODE_COLUMNS, EVENT_COLUMNS, HEADS
 from replay.outputs.results.reading import checked_table, read_json
-from replay.outputs.results.run_folder import EPISODES, EVENTS, FALSE_CONTACTS, METRICS, MISSES, SUMMARY
+from replay.outputs.results.run_folder import (
+    EPISODES,
+    EVENTS,
+    FALSE_CONTACTS,
+    METRICS,
+    MISSES,
+    READ_TABLES,
+    SUMMARY,
+)
 
 RUN: Final[dict[str, type]] = {"run": str}
 
@@ -21,6 +29,9 @@ SAID: Final = ("oracle", "vr_type")
 
 ADDED: Final = ("run", *SAID)
 """Columns that reading adds; a file that has one of them was written by nobody's run."""
+
+YOUNGER: Final = frozenset(("cause",))
+"""Columns that readers of one run need and older versions did not write."""
 
 DATA_SET: Final[dict[str, tuple[str, Mapping[str, type]]]] = {
     "episodes": (EPISODES, RUN | HEADS | EPISODE_COLUMNS | KEYS),
@@ -89,5 +100,6 @@ def _plain(file: Path, kinds: Mapping[str, type]) -> pa.Table:
     version = schema.rpartition("/")[2] or "0"
     if not version.isdecimal() or int(version[:9]) > int(SCHEMA.rpartition("/")[2]):
         raise RunFolderError(f"{file} has schema {schema!r}, this version reads up to {SCHEMA!r}; update it")
-    needed = frozenset(("detector", "session") if file.name == METRICS else ())
-    return checked_table(file, table.drop_columns([one for one in ADDED if one in table.column_names]), kinds, needed)
+    needed = READ_TABLES[file.name][1] - YOUNGER
+    table = table.drop_columns([column for column in ADDED if column in table.column_names])
+    return checked_table(file, table, kinds, needed)

@@ -269,7 +269,9 @@ def test_what_a_newer_version_wrote_is_refused_and_a_broken_table_named(results,
     pq.write_table(pq.read_table(file).replace_schema_metadata({"schema": newer}), file)
     with pytest.raises(RunFolderError, match=rf"events.parquet has schema '{newer}', this version reads up to"):
         read(tmp_path)
-    pq.write_table(pa.table({"stamp_ns": ["noon"]}), file)
+    events = pq.read_table(file).replace_schema_metadata({"schema": SCHEMA})
+    noon = pa.array(["noon"] * len(events))
+    pq.write_table(events.set_column(events.column_names.index("stamp_ns"), "stamp_ns", noon), file)
     with pytest.raises(RunFolderError, match=r"one/events.parquet: the column 'stamp_ns' is string, not int64"):
         read(tmp_path)
     file.write_bytes(b"x")
