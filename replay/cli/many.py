@@ -22,7 +22,7 @@ RARE: Final = ("undecided", "frames left out", "poses left out")
 
 def run_many(
     files: Sequence[Path], out: Path | None, people: People, *, settings: Mapping[str, Any], limits: "Gates",
-    as_json: bool = False, **how: Any,
+    as_json: bool = False, as_markdown: bool = False, **how: Any,
 ) -> int:  # fmt: skip
     """Run sessions as ``run_batch`` does, ``how`` it is asked; print figures over all of them; the exit code.
 
@@ -47,10 +47,19 @@ def run_many(
     lines = ["", f"{len(batch.done)} of {len(files)} sessions {where}"]
     lines += [f"failed: {name}: {why}" for name, why in batch.failed.items()]
     lines.append(f"digest: {batch.digest or 'none, sessions failed'}")
+    if as_markdown:
+        from replay.cli.run_markdown import batch_markdown
+
+        print(batch_markdown(f"{len(files)} sessions", broken, lines, tables[:1:-1]))
+        return people.gate(broken, DATA_LOSS if batch_lost(batch) else OK)
     told = {"out": None if out is None else str(out), **plain, "broken": broken}
     answer_cited(as_json, told, lambda: terminal(*tables), {}, lines)
-    lost = batch.failed or any(lost_frames(one) or lost_poses(one) for one in batch.runs.values())
-    return people.gate(broken, DATA_LOSS if lost else OK)
+    return people.gate(broken, DATA_LOSS if batch_lost(batch) else OK)
+
+
+def batch_lost(batch: "Batch") -> bool:
+    """Whether a session failed, or frames or poses of one were left out."""
+    return bool(batch.failed) or any(lost_frames(one) or lost_poses(one) for one in batch.runs.values())
 
 
 def session_table(batch: "Batch") -> "Table":

@@ -118,18 +118,30 @@ def common(command: Callable[..., int]) -> Callable[..., int]:
     )(spoken)
 
 
-def reporting(command: Callable[..., int]) -> Callable[..., int]:
-    """``--format text|json`` and what ``common`` gives: the verb gets ``as_json``, what stdout carries, too."""
+def answering(*formats: str) -> Option:
+    """``--format`` and what ``common`` gives: the verb gets ``as_json``, what stdout carries, too.
 
-    @wraps(command)
-    def chosen(*, format_: str, **given: Any) -> int:
-        return command(as_json=format_ == "json", **given)
+    A verb that can write Markdown gets ``as_markdown`` besides.
+    """
 
-    choice, words = click.Choice(["text", "json"]), "What to print on stdout."
-    return together(
-        click.option("--format", "format_", type=choice, default="text", show_default=True, help=words),
-        common,
-    )(chosen)
+    def applied(command: Callable[..., int]) -> Callable[..., int]:
+        @wraps(command)
+        def chosen(*, format_: str, **given: Any) -> int:
+            if MARKDOWN in formats:
+                given["as_markdown"] = format_ == MARKDOWN
+            return command(as_json=format_ == "json", **given)
+
+        choice, words = click.Choice(formats), "What to print on stdout."
+        return together(
+            click.option("--format", "format_", type=choice, default="text", show_default=True, help=words),
+            common,
+        )(chosen)
+
+    return applied
+
+
+MARKDOWN = "markdown"
+reporting = answering("text", "json")
 
 
 def require_free(*files: Path, force: bool) -> None:
@@ -210,10 +222,10 @@ window = together(
 )
 replaying = together(
     force, scene, window, tau, click.option("--policy", multiple=True, metavar="KIND=ACTION", help=ACTIONS),
-    click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun."), reporting,
+    click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun."),
 )  # fmt: skip
-"""What every verb takes that replays a session: which part of it, what is trusted, and how the answer is said."""
-auditing = together(lineup, noise, workers, gates, replaying)
+"""What every verb takes that replays a session: which part of it, and what is trusted."""
+auditing = together(lineup, noise, workers, gates, replaying, answering("text", "json", MARKDOWN))
 """What ``run`` takes: of whom, how and by whom, with limits."""
 
 

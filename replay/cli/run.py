@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @auditing
 def command(
     sessions: tuple[Path, ...], out: Path | None, view: bool, no_picture: bool, limits: "Gates",
-    as_json: bool, people: People, jobs: int, scheduler: str | None, **asked: Any,
+    as_json: bool, as_markdown: bool, people: People, jobs: int, scheduler: str | None, **asked: Any,
 ) -> int:  # fmt: skip
     """Replay each FILE.mcap through detectors and say what each missed beside the oracle, and why.
 
@@ -45,17 +45,24 @@ def command(
         from replay.cli.many import run_many
 
         how = {"jobs": jobs, "scheduler": scheduler, "force": asked.pop("force"), "limits": limits}
-        return run_many(files, out, people, settings={**asked, "picture": not no_picture}, as_json=as_json, **how)
+        return run_many(files, out, people, settings={**asked, "picture": not no_picture}, as_json=as_json,
+                        as_markdown=as_markdown, **how)  # fmt: skip
     people.say(f"replaying {files[0]}")
     from replay.api.batch import run_near
     from replay.api.places import check_place
-    from replay.cli.run_report import report_run, where_to_look
+    from replay.cli.run_report import close_run, report_run, where_to_look
 
     check_place(out, force=asked["force"])
     asked |= {"out": out, "picture": not no_picture, "progress": TerminalProgress(people)}
     result = run_near(files[0], asked)
     broken = limits.broken(result.summary["audit"], [result.summary])
-    code = report_run(result, people, broken, as_json=as_json)
+    if as_markdown:
+        from replay.cli.run_markdown import run_markdown
+
+        print(run_markdown(result, broken))
+        code = close_run(result, people)
+    else:
+        code = report_run(result, people, broken, as_json=as_json)
     people.say("", *where_to_look(result, picture=not no_picture))
     if view and out is not None:
         from replay.cli.view import watch

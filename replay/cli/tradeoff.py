@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying
+from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying, reporting
 
 
 @click.command()
@@ -22,6 +22,7 @@ from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying
 @click.option("--engine", metavar="NAME", help="Instead, what one can turn in unity, unreal or mujoco, in its words.")
 @click.option("--growth", is_flag=True, help="Then grow the session: bodies, faces, rate. As much time again.")
 @replaying
+@reporting
 def command(
     session: Path, scene: Path | None, out: Path | None, force: bool, time_limit: float, steps: bool,
     growth: bool, engine: str | None, no_picture: bool, as_json: bool, people: People, **asked: Any,

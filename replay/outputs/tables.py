@@ -3,6 +3,7 @@
 The renderers are ``replay.cli.terminal`` (rich), ``replay.outputs.report.markup`` (HTML) and ``markdown`` here.
 """
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Final
@@ -113,9 +114,14 @@ def markdown(table: Table, level: int = 0) -> str:
     """A table below its title, a heading of this level; without a level there is no title."""
     heading = [f"{'#' * level} {table.title}", ""] if level else []
     lines = [_line([column.name for column in table.columns]), "|---" * len(table.columns) + "|"]
-    lines += [_line([_cell(cell) for cell in row]) for row in table.rows]
+    lines += [_line([_cell(cell) for cell in row]) for row in (*table.rows, *([table.foot] if table.foot else []))]
     notes = [line for note in table.notes for line in ("", note)]
     return "\n".join([*heading, *lines, *notes])
+
+
+def markdown_words(text: str) -> str:
+    """Words of a recording as they may stand in Markdown: no tag, link or picture comes of a name."""
+    return re.sub(r"<|(?<=\])\(", r"\\\g<0>", shown(text))
 
 
 def _line(cells: list[str]) -> str:
@@ -124,4 +130,5 @@ def _line(cells: list[str]) -> str:
 
 def _cell(cell: Cell) -> str:
     around = MARKDOWN_MARKS.get(cell.mark, "") if isinstance(cell, Marked) else ""
-    return around + text_of(cell).replace("|", "\\|") + around
+    words = text_of(cell) if around else markdown_words(text_of(cell))
+    return around + words.replace("|", "\\|") + around

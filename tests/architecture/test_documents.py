@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 import pytest
+import yaml
 from support.small_worlds import cube
 
 from replay.cli.commands import COMMANDS
@@ -21,6 +22,7 @@ DOCUMENTS = {"README": README} | {f"guide/{topic}": page(topic) for topic in [IN
 OTHERS = [ROOT / ".github" / name for name in ("CONTRIBUTING.md", "CHANGELOG.md", "SECURITY.md")]
 PLAQUES = [path for package in ("cdcore", "sessions", "replay") for path in (ROOT / package).rglob("README.md")]
 
+ACTION = ROOT / ".github" / "actions" / "audit" / "action.yml"
 BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 OPENS_A_WINDOW = {"view"}
 
@@ -119,6 +121,12 @@ def test_the_blocks_of_a_page_run_from_top_to_bottom(name, tmp_path, monkeypatch
             assert capsys.readouterr().out, "a block that prints nothing shows nothing"
 
 
+def inputs_given(workflow):
+    """Names of the inputs that a workflow gives to the action of this repository."""
+    steps = [step for job in yaml.safe_load(workflow)["jobs"].values() for step in job["steps"]]
+    return {name for step in steps if "/actions/audit@" in step["uses"] for name in step["with"]}
+
+
 def test_every_toml_and_yaml_block_is_a_file_that_is_understood(tmp_path):
     from replay.studies.class_study.codebook import read_codebook
     from sessions import parse_scene
@@ -132,13 +140,15 @@ def test_every_toml_and_yaml_block_is_a_file_that_is_understood(tmp_path):
             path.write_text(body, "utf-8")
             if path.suffix == ".yaml":
                 assert read_codebook(path)
+            elif path.suffix == ".yml":
+                assert inputs_given(body) <= set(yaml.safe_load(ACTION.read_text("utf-8"))["inputs"])
             elif path.suffix == ".toml":
                 assert next(reader for key, reader in readers.items() if key in body)(path)
             read.append(path.suffix)
         assert len(blocks(text, "toml") + blocks(text, "yaml")) == sum(
-            file.endswith((".toml", ".yaml")) for file in shown_files(text)
+            file.endswith((".toml", ".yaml", ".yml")) for file in shown_files(text)
         )
-    assert {".toml", ".yaml", ".csv", ".json", ".py"} == set(read)
+    assert {".toml", ".yaml", ".yml", ".csv", ".json", ".py"} == set(read)
 
 
 def test_python_blocks_import_names_of_the_facades_only():
@@ -207,7 +217,7 @@ def test_every_file_that_a_command_reads_was_shown_made_or_named_as_yours_on_its
 def test_installing_never_names_the_distribution_alone():
     for name, text in DOCUMENTS.items():
         for installed in re.findall(r"pip install (.*?)(?:[`;&)]|$)", text, re.MULTILINE):
-            assert re.fullmatch(r'-e "\.\[\w+\]"\s*', installed), (name, installed)
+            assert re.fullmatch(r'-e "\.\[\w+\]"\s*|PATH-OF-THIS-REPOSITORY', installed), (name, installed)
 
 
 def links():

@@ -1,0 +1,85 @@
+"""The steps of the GitHub action as its file has them, in the shell that it names; the tool is installed already."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+from support.small_worlds import cubes
+
+from replay.cli import console
+from replay.guide.pages import page
+from sessions import write_session
+
+ROOT = Path(__file__).resolve().parents[2]
+ACTION = yaml.safe_load((ROOT / ".github" / "actions" / "audit" / "action.yml").read_text("utf-8"))
+STEPS = {step["name"]: step for step in ACTION["runs"]["steps"] if "run" in step}
+GATE = "slow missed contacts"
+
+needs_bash = pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash, as GitHub has it")
+
+
+def filled(text, inputs):
+    """What GitHub makes of the expressions in a value."""
+
+    def value(found):
+        kind, _, name = found[1].partition(".")
+        return inputs[name] if kind == "inputs" else {"steps.install.outputs.python": sys.executable}[found[1]]
+
+    return re.sub(r"\$\{\{ ([\w.-]+) \}\}", value, text)
+
+
+def audited(folder, **given):
+    """Run the step *Audit* in a folder: its exit code, the page of the job, and what it hands on."""
+    inputs = {name: one.get("default", "") for name, one in ACTION["inputs"].items()}
+    inputs |= {name.replace("_", "-"): value for name, value in given.items()}
+    step, files = STEPS["Audit"], {name: folder / f"{name}.md" for name in ("GITHUB_STEP_SUMMARY", "GITHUB_OUTPUT")}
+    values = {name: filled(value, inputs) for name, value in step["env"].items()}
+    values |= {name: str(file) for name, file in files.items()} | {"RUNNER_TEMP": str(folder)}
+    words = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]]
+    done = subprocess.run(words, cwd=folder, env={**os.environ, **values}, capture_output=True, text=True, timeout=300)
+    return done.returncode, *(file.read_text("utf-8") for file in files.values())
+
+
+@pytest.fixture
+def recordings(tmp_path):
+    (tmp_path / "recordings").mkdir()
+    places = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+    write_session(cubes(places), tmp_path / "recordings" / "bench.mcap")
+    return tmp_path
+
+
+@needs_bash
+def test_a_regression_fails_the_build_with_its_sentence_and_a_sound_detector_passes(recordings):
+    code, shown, said = audited(recordings, sessions="recordings", detectors="hybrid", max_missed="0", out="sound")
+    assert (code, said) == (0, "exit-code=0\n") and "gate failed" not in shown
+    assert (recordings / "sound" / "bench" / "report.html").is_file()
+    (recordings / "GITHUB_STEP_SUMMARY.md").unlink()
+    (recordings / "GITHUB_OUTPUT.md").unlink()
+    slower = "slow=discrete[rate_hz=20]"
+    code, shown, said = audited(recordings, sessions="recordings", detectors=slower, max_missed="0", out="regression")
+    assert (code, said) == (4, "exit-code=4\n")
+    assert f"**gate failed:** {GATE}" in shown and "more than --max-missed 0" in shown
+    assert "| bench | 12 | 2 | 1 |" in shown and (recordings / "regression" / "bench" / "report.html").is_file()
+
+
+@needs_bash
+def test_words_of_an_input_are_data_and_an_error_stands_on_the_page(recordings):
+    code, shown, said = audited(recordings, sessions="$(touch ran)\n; touch ran", options="--no-picture\n--seed\n1")
+    assert (code, said) == (2, "exit-code=2\n") and "does not exist" in shown
+    assert not (recordings / "ran").exists()
+
+
+def test_no_step_writes_an_input_into_its_script():
+    assert set(STEPS) == {"Install", "Audit"}
+    assert not [name for name, step in STEPS.items() if "${{" in step["run"]]
+
+
+def test_the_table_of_exit_codes_has_those_that_the_verbs_end_with():
+    codes = {int(code) for code in re.findall(r"^\| (\d+) \|", page("ci"), re.MULTILINE)}
+    there = {console.OK, console.FAILURE, 2, console.DATA_LOSS, console.GATE_FAILED, console.INTERRUPTED}
+    assert codes == there
