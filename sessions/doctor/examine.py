@@ -1,5 +1,6 @@
 """``examine``: finds everything wrong with a recording, a scene or a mesh; no fault ends the search."""
 
+import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
@@ -7,16 +8,18 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from mcap.records import DataEnd
+
 from sessions.doctor.finding import Finding, Severity, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.scale import table_findings
 from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings, stream_findings
-from sessions.doctor.structure import structure_findings
 from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SceneError, SessionError, SessionFileError
 from sessions.input_files import opened
 from sessions.mcap_format import reader
+from sessions.mcap_format.container import bytes_at, parsed
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import GAZE_PREFIX, SCALARS_PREFIX, WORLD, topic_key
@@ -29,6 +32,7 @@ if TYPE_CHECKING:
     from sessions.scene_files.scene_meshes import Planned
 
 Result = TypeVar("Result")
+READ_BYTES: Final = 1 << 22
 MESH_FILES: Final = (".glb", ".obj", ".stl", ".ply", ".off")
 
 
@@ -119,11 +123,11 @@ def refusal(error: SessionFileError, body: str = "") -> Finding:
 
 def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -> Iterator[Finding]:
     try:
-        file = McapFile(path)
+        file = McapFile(path, strict=False)
     except SessionFileError as error:
         yield refusal(error)
         return
-    yield from structure_findings(file)
+    yield from _file_findings(file)
     tried = _Tried()
     nothing: tuple[dict[str, str], dict[str, str]] = ({}, {})
     facts, hashes = tried(lambda: reader.session_facts(file), nothing)
@@ -161,6 +165,27 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
     yield from stream_findings({"gaze": streams[GAZE_PREFIX], "scalar": streams[SCALARS_PREFIX]}, looked)
 
 
+def _file_findings(file: McapFile) -> Iterator[Finding]:
+    """Everything about the file that needs no message."""
+    catalogue = file.catalogue
+    if catalogue.tear is not None:
+        message = f"it ends or breaks off at byte {catalogue.tear} of {catalogue.size}, without an index"
+        yield Finding("torn", Severity.ERROR, message, count=catalogue.size - catalogue.tear)
+    elif catalogue.data_end is not None:
+        with file.path.open("rb") as stream:
+            data_end = parsed(bytes_at(stream, catalogue.data_end))
+            stated = data_end.data_section_crc if isinstance(data_end, DataEnd) else 0
+            size, crc = catalogue.data_end.start, 0
+            stream.seek(0)
+            for start in range(0, size if stated else 0, READ_BYTES):
+                crc = zlib.crc32(stream.read(min(READ_BYTES, size - start)), crc)
+        if crc != stated:
+            yield Finding(
+                "data-crc", Severity.ERROR, f"the first {size} bytes fail the checksum of the file", count=size
+            )
+    yield from (refusal(fault.error, fault.name) for fault in catalogue.faults)
+
+
 def _attached(file: McapFile, planned: "Planned") -> Checked:
     """The scene that a file carries."""
     from sessions.scene_files.scene_meshes import checked_scene
@@ -174,7 +199,7 @@ def _noted(noted: Noted, looked: PosePass, listed: tuple[str, ...]) -> Iterator[
     zero = int(looked.stamp_ns[0]) if len(looked.stamp_ns) else 0
     for region, error in (*noted.unpacked, *noted.unread):
         found = refusal(error)
-        if region.start:
+        if region.is_chunk:
             span = Span(region.first_ns, region.last_ns, zero)
             yield span.finding(found.code, Severity.ERROR, found.message, count=region.size)
         else:

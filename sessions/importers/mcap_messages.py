@@ -7,16 +7,17 @@ import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import nullcontext, redirect_stderr, redirect_stdout, suppress
-from dataclasses import replace
 from importlib import import_module
 from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, BinaryIO, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
-from sessions.errors import ImportFileError
-from sessions.mcap_format.catalogue import MOST_UNPACKED, UNPACKED_PER_BYTE
-from sessions.mcap_format.unpacking import unpacked
+from sessions.errors import ImportFileError, SessionFileError
+from sessions.mcap_format.catalogue import ChannelInfo
+from sessions.mcap_format.mcap_file import McapFile
+from sessions.mcap_format.refusals import brief
+from sessions.mcap_format.unpacking import MessageTable
 
 LONGEST_READING: Final = 4096  # Bytes; a longer message is a picture or a cloud of points and holds no single number
 NAMED_TOPICS: Final = 8  # Topics that an error names before it ends in dots
@@ -42,27 +43,26 @@ def received(source: Path, kinds: Sequence[str], topics: Sequence[str]) -> Itera
     Raises ``ImportFileError``: a file that is no MCAP, damaged or cut short; a message that cannot be read; no message
     of these kinds, or a topic that is not there: names the topics there are.
     """
-    from mcap.records import Channel, Header, Message, Schema
-
-    schemas: dict[int, Schema] = {}
-    channels: dict[int, Channel] = {}
     decoders: Decoders = {}
     found = False
-    for record in _records(source):
-        if isinstance(record, Header) and record.profile.startswith("vrlab/"):
-            raise ImportFileError(f"{source} is a session already; run `replay run {source}`")
-        if isinstance(record, Schema):
-            schemas[record.id] = record
-        elif isinstance(record, Channel):
-            channels[record.id] = record
-        elif isinstance(record, Message) and record.channel_id in channels:
-            channel = channels[record.channel_id]
-            schema = schemas.get(channel.schema_id)
-            if channel.topic in (topics or (channel.topic,)):
-                kind = _kind(schema) if _kind(schema) in kinds else ""
+    try:
+        file = McapFile(source)
+    except SessionFileError as error:
+        raise _unreadable(source, brief(error)) from None
+    if file.own:
+        raise ImportFileError(f"{source} is a session already; run `replay run {source}`")
+    if file.catalogue.tear is not None:
+        raise _unreadable(source, f"it is cut short at byte {file.catalogue.tear}")
+    for table in _tables(file):
+        for row, number in enumerate(table.channel.tolist()):
+            channel = file.catalogue.channels.get(number)
+            if channel is not None and channel.topic in (topics or (channel.topic,)):
+                kind = _kind(channel.schema) if _kind(channel.schema) in kinds else ""
                 found |= bool(kind)
-                yield from _message(source, kind, schema, channel, record, decoders)
-    seen = {one.topic: getattr(schemas.get(one.schema_id), "name", "no schema") for one in channels.values()}
+                record = int(table.log_ns[row]), table.payload(row)
+                yield from _message(source, kind, channel, record, decoders)
+    channels = file.catalogue.channels.values()
+    seen = {channel.topic: channel.schema_name or "no schema" for channel in channels}
     absent = [f"no topic {topic!r}" for topic in topics if topic not in seen]
     absent += [] if found else [f"no message of poses ({', '.join(kinds)})"]
     if absent:
@@ -71,62 +71,39 @@ def received(source: Path, kinds: Sequence[str], topics: Sequence[str]) -> Itera
         raise ImportFileError(f"{source}: {absent[0]}; there are: {there or 'none'}")
 
 
-def _message(source: Path, kind: str, schema: Any, channel: Any, record: Any, decoders: Decoders) -> Iterator[Received]:
+def _message(
+    source: Path, kind: str, channel: ChannelInfo, record: tuple[int, bytes], decoders: Decoders
+) -> Iterator[Received]:
     """The message, decoded; one that holds no pose where it is short and can be read."""
-    if kind or len(record.data) <= LONGEST_READING:
+    log_ns, data = record
+    if kind or len(data) <= LONGEST_READING:
         with nullcontext() if kind else suppress(ImportFileError):
-            content = _decoded(source, schema, channel, record.data, decoders)
-            yield Received(channel.topic, kind, record.log_time, content)
+            yield Received(channel.topic, kind, log_ns, _decoded(source, channel, data, decoders))
 
 
-def _records(source: Path) -> Iterator[Any]:
-    """Every record of a file, those of its chunks among them; chunks are unpacked within the bounds of a session's."""
-    from mcap.records import Chunk
-    from mcap.stream_reader import StreamReader, breakup_chunk
-
-    size = source.stat().st_size
-    left = MOST_UNPACKED + UNPACKED_PER_BYTE * size
+def _tables(file: McapFile) -> Iterator[MessageTable]:
+    """The messages of every region, in file order."""
     try:
-        with source.open("rb") as stream:
-            bounded: Any = _Bounded(stream, size)
-            reader = StreamReader(bounded, emit_chunks=True, validate_crcs=True, record_size_limit=size)
-            for record in reader.records:
-                if not isinstance(record, Chunk):
-                    yield record
-                    continue
-                left -= record.uncompressed_size
-                if left < 0:
-                    raise ValueError(f"its {size:,} bytes unpack to more than a recording of that size")
-                data = unpacked(record.data, record.compression, record.uncompressed_size)
-                # What is unpacked already, the library may take apart: it trusts what a chunk declares.
-                plain = replace(record, compression="", data=data)
-                yield from breakup_chunk(plain, validate_crc=True)
-    except Exception as error:  # the reader of a foreign file raises errors of any kind; each means: damaged
-        raise ImportFileError(
-            f"{source} is no whole MCAP file ({_why(error)}); record it again, or mend it with `replay recover`"
-        ) from None
+        yield from file.read(file.catalogue.regions)
+    except SessionFileError as error:
+        raise _unreadable(file.path, brief(error)) from None
 
 
-class _Bounded:
-    """A stream that gives no more than is there: the library asks for whatever length a record declares."""
-
-    def __init__(self, stream: BinaryIO, size: int) -> None:
-        self._stream, self._size = stream, size
-
-    def read(self, count: int) -> bytes:
-        return self._stream.read(min(count, self._size))
+def _unreadable(source: Path, why: str) -> ImportFileError:
+    return ImportFileError(f"{source} is no whole MCAP file ({why}); record it again, or mend it with `replay recover`")
 
 
-def _decoded(source: Path, schema: Any, channel: Any, data: bytes, decoders: Decoders) -> Any:
+def _decoded(source: Path, channel: ChannelInfo, data: bytes, decoders: Decoders) -> Any:
+    number = channel.record.id
     try:
-        if channel.id not in decoders:
-            decoders[channel.id] = _decoder(channel.message_encoding, schema)
-        return decoders[channel.id](data)
+        if number not in decoders:
+            decoders[number] = _decoder(channel.record.message_encoding, channel.schema)
+        return decoders[number](data)
     except ImportFileError as error:
         raise ImportFileError(f"{source}: {channel.topic}: {error}") from None
     except Exception as error:  # decoders of foreign bytes raise errors of any kind; each means: damaged
         raise ImportFileError(
-            f"{source}: {channel.topic}: a {getattr(schema, 'name', 'message')} cannot be read ({_why(error)}); "
+            f"{source}: {channel.topic}: a {channel.schema_name or 'message'} cannot be read ({_why(error)}); "
             "record it again or leave the topic out"
         ) from None
 

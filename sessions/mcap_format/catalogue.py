@@ -1,32 +1,27 @@
-"""Where the parts of an MCAP file are; declared lengths are checked before anything is allocated.
+"""What an MCAP file holds beside its messages, and where these are; no chunk is unpacked.
 
-The walk reads record heads and skips chunks: a few reads per chunk. It does not need the index at the end, so a file
-without an index, or with messages outside chunks, is read the same way.
+One walk over the records serves everybody: a reader refuses the first fault, the doctor names it, and `recover` goes
+on behind it. It does not need the index at the end, so a file without one, or with messages outside chunks, is read
+the same way.
 """
 
 import io
-import struct
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO, NamedTuple
 
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Channel, Header, Metadata, Schema
+from mcap.records import Attachment, Channel, Chunk, Header, McapRecord, MessageIndex, Metadata, Schema
 
 from sessions.errors import SessionFileError
-from sessions.input_files import opened
-from sessions.mcap_format.container import CHUNK_HEAD, HEAD, MAGIC
+from sessions.mcap_format.container import HEAD, MAGIC, Place, bytes_at, parsed, places
 from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import TF, channel_spec
 
-# Records that are held whole while a file is opened. Ours are below 1 KiB; 16 MiB is what the largest published
-# schema sets stay far below.
-SMALL_RECORD_BYTES = 16 << 20
+# A record is held whole while it is looked at: a longer one, such as a mesh of a gigabyte, is refused unread.
+RECORD_LIMIT_BYTES = 1 << 30
 # A chunk may declare this many bytes unpacked; the writers of other tools default to 0.75 to 4 MiB.
 CHUNK_LIMIT_BYTES = 64 << 20
-ATTACHMENT_LIMIT_BYTES = 1 << 30
 # Messages outside chunks are read in runs of about this many bytes.
 RUN_BYTES = 1 << 20
 
@@ -37,37 +32,43 @@ MOST_UNPACKED, UNPACKED_PER_BYTE = 32 << 20, 100
 MOST_MESSAGES, BYTES_PER_MESSAGE = 100_000, 4
 MOST_SAMPLES = 250_000
 MOST_CHANNELS = 2048
-# A compression with a longer name is damage; the specification knows "zstd" and "lz4".
-NAME_LIMIT_BYTES = 64
+MOST_FAULTS = 1000
 
 
-@dataclass(frozen=True)
-class ChannelInfo:
-    """One channel of a file: its topic and how its messages are written."""
+class ChannelInfo(NamedTuple):
+    """One channel of a file: its record, and that of its schema."""
 
-    topic: str
-    encoding: str
-    schema: str
+    record: Channel
+    schema: Schema | None
+
+    @property
+    def topic(self) -> str:
+        """Its topic."""
+        return str(self.record.topic)
+
+    @property
+    def schema_name(self) -> str:
+        """What its messages are."""
+        return "" if self.schema is None else str(self.schema.name)
 
     @property
     def holds_poses(self) -> bool:
         """Whether its messages are of the schema that a reader understands on /tf."""
-        return (self.encoding, self.schema) == ("protobuf", channel_spec(TF).schema)
+        return (self.record.message_encoding, self.schema_name) == ("protobuf", channel_spec(TF).schema)
 
 
 @dataclass
 class Region:
-    """A stretch of the file that holds message records: the data of a chunk, or a run of records outside chunks."""
+    """A stretch of the file that holds message records: a chunk, or a run of records outside chunks."""
 
-    offset: int
-    length: int
-    compression: str
+    place: Place
+    """Of the chunk's record, or from the first record of the run to the end of the last."""
     size: int
-    crc: int
+    """Bytes of its messages, unpacked."""
     channels: set[int] | None
     """Channels with messages here, or ``None`` when the file does not say."""
-    start: int = 0
-    """First byte of the chunk record; 0 for a run of records outside chunks."""
+    checked: bool = False
+    """Whether a checksum proves its messages right."""
     first_ns: int = 0
     last_ns: int = 0
     """Log times that the chunk declares."""
@@ -76,18 +77,19 @@ class Region:
     indexed: int | None = None
     """How many its message index lists, where it has one."""
 
+    @property
+    def is_chunk(self) -> bool:
+        """Whether it is a chunk."""
+        return self.place.opcode == Opcode.CHUNK
 
-def chunk_region(start: int, content: bytes) -> Region | None:
-    """The region of the chunk record at byte ``start``, from the first bytes of its content; ``None``: damaged."""
-    if len(content) < CHUNK_HEAD.size:
-        return None
-    first, last, size, crc, name_length = CHUNK_HEAD.unpack_from(content)
-    after = CHUNK_HEAD.size + name_length
-    if name_length >= NAME_LIMIT_BYTES or len(content) < after + 8:
-        return None
-    name = content[CHUNK_HEAD.size : after].decode("utf-8", errors="replace")
-    length = int.from_bytes(content[after : after + 8], "little")
-    return Region(start + HEAD.size + after + 8, length, name, size, crc, None, start, first, last)
+
+class Fault(NamedTuple):
+    """A record that cannot be used: its opcode, its first byte, why, and of an attachment its name."""
+
+    opcode: int
+    start: int
+    error: SessionFileError
+    name: str = ""
 
 
 @dataclass
@@ -96,33 +98,47 @@ class Catalogue:
 
     path: Path
     size: int = 0
+    strict: bool = True
+    """Whether a damaged record is an error; else it is among the ``faults``."""
     unpacked: int = 0
     """Bytes of the regions read so far."""
     messages: int = 0
     """Messages in them."""
     profile: str = ""
     regions: list[Region] = field(default_factory=list)
-    schemas: dict[int, str] = field(default_factory=dict)
+    schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, ChannelInfo] = field(default_factory=dict)
-    attachments: dict[str, tuple[int, int]] = field(default_factory=dict)
-    """Name -> (first byte, length) of what follows the record's head."""
+    attachments: dict[str, Place] = field(default_factory=dict)
     metadata: list[tuple[str, dict[str, str]]] = field(default_factory=list)
+    faults: list[Fault] = field(default_factory=list)
+    """The first ones, up to ``MOST_FAULTS``."""
     tear: int | None = None
     """Byte at which the file is cut short, or ``None``."""
+    data_end: Place | None = None
+    """The record that ends the data."""
     run: Region | None = None
     """The messages outside chunks that the next one joins."""
 
-    def declare(self, opcode: int, content: bytes) -> None:
-        """Take in a schema or channel record, wherever it was met."""
-        if opcode == Opcode.SCHEMA:
-            schema = self._parsed(Schema, content)
-            self.schemas[schema.id] = schema.name
-        elif opcode == Opcode.CHANNEL:
-            if len(self.channels) >= MOST_CHANNELS:
-                raise refused(self.path, "too-much", f"it has more than {MOST_CHANNELS} channels")
-            channel = self._parsed(Channel, content)
-            name = self.schemas.get(channel.schema_id, "")
-            self.channels[channel.id] = ChannelInfo(channel.topic, channel.message_encoding, name)
+    def declare(self, content: bytes) -> None:
+        """Take in a schema or channel record, head included, wherever it was met; the last of an id counts."""
+        record = parsed(content)
+        if isinstance(record, Schema):
+            self.schemas[record.id] = record
+        elif isinstance(record, Channel) and len(self.channels) < MOST_CHANNELS:
+            self.channels[record.id] = ChannelInfo(record, self.schemas.get(record.schema_id))
+        elif isinstance(record, Channel):
+            self.refuse(Opcode.CHANNEL, 0, "too-much", f"it has more than {MOST_CHANNELS} channels")
+        elif content[0] in (Opcode.SCHEMA, Opcode.CHANNEL):
+            kind = "Schema" if content[0] == Opcode.SCHEMA else "Channel"
+            self.refuse(content[0], 0, "unreadable", f"a {kind} record is damaged")
+
+    def refuse(self, opcode: int, start: int, code: str, what: str, name: str = "") -> None:
+        """Refuse the file for a record, or note the fault and go on."""
+        error = refused(self.path, code, what)
+        if self.strict:
+            raise error
+        if len(self.faults) < MOST_FAULTS:
+            self.faults.append(Fault(opcode, start, error, name))
 
     def ids(self, topic: str) -> set[int]:
         """Channels of a topic."""
@@ -137,26 +153,10 @@ class Catalogue:
         ids = self.ids(TF)
         for channel in map(self.channels.__getitem__, ids):
             if not channel.holds_poses:
-                kind, encoding = channel.schema or "messages without a schema", channel.encoding or "unknown bytes"
-                raise refused(self.path, "no-poses", f"/tf holds {kind} as {encoding}")
+                kind, encoding = channel.schema_name or "messages without a schema", channel.record.message_encoding
+                raise refused(self.path, "no-poses", f"/tf holds {kind} as {encoding or 'unknown bytes'}")
         if not ids and self.tear is None:
             raise refused(self.path, "no-poses", "it has no poses")
-
-    def take(self, opcode: int, content: bytes) -> None:
-        """Take in a small record of the data or summary section."""
-        if opcode == Opcode.HEADER:
-            self.profile = self._parsed(Header, content).profile
-        elif opcode == Opcode.METADATA:
-            record = self._parsed(Metadata, content)
-            self.metadata.append((record.name, record.metadata))
-        else:
-            self.declare(opcode, content)
-
-    def _parsed(self, kind: Any, content: bytes) -> Any:
-        try:
-            return kind.read(ReadDataStream(io.BytesIO(content)))
-        except (McapError, struct.error, UnicodeDecodeError, OverflowError):
-            raise refused(self.path, "unreadable", f"a {kind.__name__} record is damaged") from None
 
     @property
     def most_samples(self) -> int:
@@ -170,8 +170,8 @@ class Catalogue:
 
     def check_unpacked(self, region: Region) -> None:
         """Refuse a region with which the file unpacks to more than a recording does."""
-        if region.messages is None and self.unpacked + region.size > MOST_UNPACKED + UNPACKED_PER_BYTE * self.size:
-            most = MOST_UNPACKED + UNPACKED_PER_BYTE * self.size
+        most = MOST_UNPACKED + UNPACKED_PER_BYTE * self.size
+        if region.messages is None and self.unpacked + region.size > most:
             raise refused(self.path, "too-much", f"its {self.size:,} bytes unpack to more than the {most:,} allowed")
 
     def note(self, region: Region, messages: int) -> None:
@@ -181,89 +181,98 @@ class Catalogue:
             self.unpacked += region.size
             self.messages += messages
 
-    def enter(self, stream: BinaryIO, opcode: int, at: int, length: int) -> None:
-        """Take in the record at byte ``at``, of whose content, ``length`` bytes, the stream stands at the first one."""
-        if opcode == Opcode.MESSAGE:
-            self._message(at, length, int.from_bytes(stream.read(2), "little"))
+    def enter(self, stream: BinaryIO, place: Place) -> None:
+        """Take in a record, behind whose head the stream stands."""
+        is_message, length = place.opcode == Opcode.MESSAGE, place.end - place.start
+        if not is_message:
+            self.run = None
+        if self._is_beyond(place, length, CHUNK_LIMIT_BYTES if is_message else RECORD_LIMIT_BYTES):
             return
-        self.run = None
-        if opcode == Opcode.CHUNK:
-            self._chunk(at, length, stream.read(min(length, CHUNK_HEAD.size + NAME_LIMIT_BYTES + 8)))
-        elif opcode == Opcode.MESSAGE_INDEX and self.regions and length >= 6:
-            channel, entries = struct.unpack("<HI", stream.read(6))
-            region = self.regions[-1]
-            region.indexed = (region.indexed or 0) + entries // 16
-            region.channels = region.channels or set()
-            if entries:
-                region.channels.add(channel)
-        elif opcode == Opcode.ATTACHMENT:
-            self._attachment(stream, at + HEAD.size, length)
-        elif opcode in DECLARING:
-            self._bound(opcode, length, SMALL_RECORD_BYTES)
-            self.take(opcode, stream.read(length))
+        if is_message:
+            self._message(place, int.from_bytes(stream.read(2), "little"))
+        elif place.opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+            self.declare(bytes_at(stream, place))
+        elif place.opcode == Opcode.DATA_END:
+            self.data_end = place
+        elif place.opcode in ENTERED:
+            content = bytes_at(stream, place)
+            self._record(place, parsed(content), content)
 
-    def _message(self, at: int, length: int, channel: int) -> None:
+    def _record(self, place: Place, record: McapRecord | None, content: bytes) -> None:
+        if isinstance(record, Header):
+            self.profile = record.profile
+        elif isinstance(record, Metadata):
+            self.metadata.append((record.name, record.metadata))
+        elif isinstance(record, Attachment):
+            self.attachments[record.name] = place
+        elif isinstance(record, Chunk):
+            if not self._is_beyond(place, record.uncompressed_size, CHUNK_LIMIT_BYTES):
+                times = record.message_start_time, record.message_end_time
+                checked = bool(record.uncompressed_crc)
+                self.regions.append(Region(place, record.uncompressed_size, None, checked, *times))
+        elif isinstance(record, MessageIndex) and self.regions:
+            region = self.regions[-1]
+            region.indexed = (region.indexed or 0) + len(record.records)
+            region.channels = region.channels or set()
+            if record.records:
+                region.channels.add(record.channel_id)
+        elif place.opcode == Opcode.ATTACHMENT:
+            name = attachment_name(content)
+            what = f"the attachment {name!r} is damaged" if name else f"the attachment at byte {place.start} is damaged"
+            self.refuse(place.opcode, place.start, "damaged-attachment", what, name)
+        elif place.opcode != Opcode.MESSAGE_INDEX:
+            what = f"the {Opcode(place.opcode).name.lower()} at byte {place.start} is damaged"
+            self.refuse(place.opcode, place.start, "unreadable", what)
+
+    def _message(self, place: Place, channel: int) -> None:
         """Join records outside chunks into runs that are read at once."""
-        if self.run is None or self.run.length > RUN_BYTES:
-            self.run = Region(at, 0, "", 0, 0, set())
+        if self.run is None or self.run.size > RUN_BYTES:
+            self.run = Region(place, 0, set())
             self.regions.append(self.run)
-        self.run.length += HEAD.size + length
-        self.run.size = self.run.length
-        self._bound(Opcode.MESSAGE, self.run.size, CHUNK_LIMIT_BYTES)
+        self.run.place = self.run.place._replace(end=place.end)
+        self.run.size = place.end - self.run.place.start
         if self.run.channels is not None:
             self.run.channels.add(channel)
 
-    def _chunk(self, at: int, length: int, head: bytes) -> None:
-        region = chunk_region(at, head)
-        if region is None or region.offset + region.length > at + HEAD.size + length:
-            raise self._damaged("chunk", at + HEAD.size)
-        self._bound(Opcode.CHUNK, region.size, CHUNK_LIMIT_BYTES)
-        self.regions.append(region)
-
-    def _attachment(self, stream: BinaryIO, start: int, length: int) -> None:
-        self._bound(Opcode.ATTACHMENT, length, ATTACHMENT_LIMIT_BYTES)
-        head = stream.read(min(length, 20))
-        name_length = int.from_bytes(head[16:], "little")
-        if len(head) < 20 or name_length > length:
-            raise self._damaged("attachment", start)
-        name = stream.read(name_length).decode("utf-8", errors="replace")
-        self.attachments[name] = (start, length)
-
-    def _bound(self, opcode: int, size: int, limit: int) -> None:
+    def _is_beyond(self, place: Place, size: int, limit: int) -> bool:
         if size > limit:
-            what = f"a {Opcode(opcode).name.lower()} record declares {size} bytes, more than the {limit} allowed"
-            raise refused(self.path, "unreadable", what)
-
-    def _damaged(self, what: str, at: int) -> SessionFileError:
-        return refused(self.path, "unreadable", f"the {what} at byte {at} is damaged")
-
-
-DECLARING = {Opcode.HEADER, Opcode.SCHEMA, Opcode.CHANNEL, Opcode.METADATA}  # Small records that say what the file is
+            kind = Opcode(place.opcode).name.lower() if place.opcode in set(Opcode) else "unknown"
+            what = f"a {kind} record declares {size} bytes, more than the {limit} allowed"
+            self.refuse(place.opcode, place.start, "unreadable", what)
+        return size > limit
 
 
-def read_catalogue(path: Path) -> Catalogue:
-    """Walk a file from its magic to its footer, or to where it is cut short (see ``tear``).
+ENTERED = {Opcode.HEADER, Opcode.METADATA, Opcode.CHUNK, Opcode.MESSAGE_INDEX, Opcode.ATTACHMENT}
+"""Records that a catalogue takes in; what the index repeats of others is not looked at."""
 
-    SessionFileError where it cannot be opened, is empty, is no MCAP, or a record in it is damaged.
+
+def attachment_name(content: bytes) -> str:
+    """The name of an attachment record, as far as it can be read."""
+    start = HEAD.size + 20
+    length = int.from_bytes(content[start - 4 : start], "little")
+    return content[start : start + length].decode(errors="replace") if length <= len(content) - start else ""
+
+
+def read_catalogue(path: Path, stream: BinaryIO, *, strict: bool = True) -> Catalogue:
+    """What a file holds, from its magic to its footer or to where it is cut short (see ``tear``); memory is one record.
+
+    SessionFileError where it is empty or no MCAP; where a record is damaged or too long, which only a strict reader
+    refuses: else it is left out and among the ``faults``.
     """
-    with opened(path, "session file", SessionFileError) as stream:
-        size = stream.seek(0, io.SEEK_END)
-        check_magic(path, stream)
-        stream.seek(0)
-        if stream.read(len(MAGIC)) != MAGIC:
-            raise refused(path, "unreadable", "its first bytes are damaged")
-        found, at = Catalogue(path, size), len(MAGIC)
-        while True:
-            stream.seek(at)
-            head = stream.read(HEAD.size)
-            opcode, length = HEAD.unpack(head) if len(head) == HEAD.size else (0, size)
-            after = at + HEAD.size + length
-            if after > size or opcode == Opcode.FOOTER:
-                whole = after <= size and stream.seek(after) and stream.read(len(MAGIC)) == MAGIC
-                found.tear = None if whole else at
-                return found
-            found.enter(stream, opcode, at, length)
-            at = after
+    check_magic(path, stream)
+    found = Catalogue(path, stream.seek(0, io.SEEK_END), strict)
+    stream.seek(0)
+    if stream.read(len(MAGIC)) != MAGIC:
+        found.refuse(0, 0, "unreadable", "its first bytes are damaged")
+    place = Place(0, 0, len(MAGIC))
+    for place in places(stream):
+        found.enter(stream, place)
+    stream.seek(place.end)
+    if place.opcode != Opcode.FOOTER:
+        found.tear = place.end
+    elif stream.read(len(MAGIC)) != MAGIC:
+        found.tear = place.start
+    return found
 
 
 def check_magic(path: Path, stream: BinaryIO) -> None:

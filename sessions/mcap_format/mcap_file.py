@@ -1,62 +1,33 @@
 """One MCAP file opened for reading: its messages by topic, its attachments, and its frames block by block."""
 
-import io
-import struct
-import zlib
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import nullcontext, suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import BinaryIO
 
 import numpy as np
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
-from mcap.opcode import Opcode
-from mcap.records import Attachment, Footer
+from mcap.records import Attachment
 from numpy.typing import NDArray
 
+from sessions.errors import SessionFileError
+from sessions.input_files import opened
 from sessions.mcap_format.catalogue import Region, read_catalogue
-from sessions.mcap_format.container import HEAD, MAGIC
+from sessions.mcap_format.container import bytes_at, parsed
 from sessions.mcap_format.pose_decoding import FrameDecoder
-from sessions.mcap_format.refusals import refused
 from sessions.mcap_format.schemas import PROFILE_FAMILY, TF, TRACKING
 from sessions.mcap_format.unpacking import MessageTable, read_region, together
 from sessions.model.frames import Frames
 
-FOOTER_BYTES = HEAD.size + 20
 LEAST_POSE_BYTES = 24  # Of a message: a body's name, a stamp and the heads of fields; zeros are left out
-
-
-def read_attachment(content: bytes) -> tuple[Attachment, bool] | None:
-    """An attachment record, and whether a checksum proves it right (0 means: none); ``None`` when it is damaged."""
-    stream = io.BytesIO(content)
-    try:
-        found = Attachment.read(ReadDataStream(stream))
-    except (McapError, struct.error, ValueError, OverflowError):
-        return None
-    stated = int.from_bytes(content[-4:], "little")
-    if stream.tell() != len(content) or (stated and zlib.crc32(content[:-4]) != stated):
-        return None
-    return found, bool(stated)
-
-
-def read_footer(stream: BinaryIO) -> tuple[int, bytes, Footer] | None:
-    """Where the footer record begins, its bytes, and what it says; ``None`` where the file does not end in one."""
-    place = stream.seek(0, io.SEEK_END) - len(MAGIC) - FOOTER_BYTES
-    if place < len(MAGIC):
-        return None
-    stream.seek(place)
-    record = stream.read(FOOTER_BYTES)
-    if HEAD.unpack_from(record) != (Opcode.FOOTER, 20):
-        return None
-    return place, record, Footer.read(ReadDataStream(io.BytesIO(record[HEAD.size :])))
 
 
 class McapFile:
     """A file whose records have been listed; it is closed between calls."""
 
-    def __init__(self, path: Path) -> None:
-        self.path, self.catalogue = path, read_catalogue(path)
+    def __init__(self, path: Path, *, strict: bool = True) -> None:
+        self.path = path
+        with opened(path, "session file", SessionFileError) as stream:
+            self.catalogue = read_catalogue(path, stream, strict=strict)
         if self.catalogue.tear is not None and self.catalogue.regions:
             # The message index of the last whole chunk may be cut short, so what it lists may not be all.
             self.catalogue.regions[-1].channels = None
@@ -65,7 +36,8 @@ class McapFile:
             for region in self.catalogue.regions:
                 known = self.catalogue.channels.keys()
                 if not known or (region.channels is not None and region.channels - known):
-                    read_region(stream, region, self.catalogue)
+                    with nullcontext() if strict else suppress(SessionFileError):
+                        read_region(stream, region, self.catalogue)
 
     @property
     def own(self) -> bool:
@@ -108,16 +80,16 @@ class McapFile:
         return None
 
     def attachment(self, name: str) -> bytes | None:
-        """The bytes of an attachment, checked against its checksum; ``None`` when there is none of that name."""
+        """The bytes of an attachment, ``None`` when there is none of that name; an error: it is damaged."""
+        damaged = [fault.error for fault in self.catalogue.faults if name and fault.name == name]
+        if damaged:
+            raise damaged[0]
         if name not in self.catalogue.attachments:
             return None
-        offset, length = self.catalogue.attachments[name]
         with self.path.open("rb") as stream:
-            stream.seek(offset)
-            found = read_attachment(stream.read(length))
-        if found is None:
-            raise refused(self.path, "damaged-attachment", f"the attachment {name!r} is damaged")
-        return bytes(found[0].data)
+            record = parsed(bytes_at(stream, self.catalogue.attachments[name]))
+        assert isinstance(record, Attachment)
+        return bytes(record.data)
 
 
 @dataclass(frozen=True, eq=False)

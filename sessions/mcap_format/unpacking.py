@@ -14,12 +14,13 @@ import lz4.frame
 import numpy as np
 import zstandard
 from mcap.opcode import Opcode
+from mcap.records import Chunk
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, Region
-from sessions.mcap_format.container import HEAD, LENGTH_BEFORE_DATA, MESSAGE_HEADER
+from sessions.mcap_format.container import HEAD, LENGTH_BEFORE_DATA, MESSAGE_HEADER, bytes_at, parsed
 from sessions.mcap_format.refusals import refused
 
 _MESSAGE = np.dtype(
@@ -88,14 +89,16 @@ def _joined(tables: list[MessageTable]) -> MessageTable:
 def read_region(stream: BinaryIO, region: Region, catalogue: Catalogue) -> MessageTable:
     """Unpack a region, check it, and list its messages; an error says how it is damaged."""
     catalogue.check_unpacked(region)
-    stream.seek(region.offset)
-    packed = stream.read(region.length)
-    try:
-        data = unpacked(packed, region.compression, region.size)
-    except (zstandard.ZstdError, RuntimeError, ValueError) as error:
-        raise _damaged(catalogue, region, str(error)) from None
-    if region.crc and zlib.crc32(data) != region.crc:
-        raise _damaged(catalogue, region, "its checksum is wrong")
+    data = bytes_at(stream, region.place)
+    if region.is_chunk:
+        chunk = parsed(data)
+        assert isinstance(chunk, Chunk)
+        try:
+            data = unpacked(chunk.data, chunk.compression, chunk.uncompressed_size)
+        except (zstandard.ZstdError, RuntimeError, ValueError) as error:
+            raise _damaged(catalogue, region, str(error)) from None
+        if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+            raise _damaged(catalogue, region, "its checksum is wrong")
     return listed(data, region, catalogue)
 
 
@@ -132,7 +135,7 @@ _UNPACK: dict[str, Callable[[bytes, int], bytes]] = {
 
 
 def _damaged(catalogue: Catalogue, region: Region, why: str) -> SessionFileError:
-    return refused(catalogue.path, "damaged-chunk", f"the chunk at byte {region.offset} is damaged ({why})")
+    return refused(catalogue.path, "damaged-chunk", f"the chunk at byte {region.place.start} is damaged ({why})")
 
 
 def listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
@@ -154,7 +157,7 @@ def listed(data: bytes, region: Region, catalogue: Catalogue) -> MessageTable:
                 raise refused(catalogue.path, "too-much", what)
             starts.append(at)
         else:
-            catalogue.declare(opcode, data[at + head_size : end])
+            catalogue.declare(data[at:end])
         at = end
     if at != size:
         raise _damaged(catalogue, region, f"the record {at} bytes into it has an impossible length")

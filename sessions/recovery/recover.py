@@ -8,14 +8,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
-from mcap.records import Channel, Schema
+from mcap.opcode import Opcode
+from mcap.records import Attachment
 from mcap.writer import Writer
 
 from sessions.errors import SessionError, SessionFileError
 from sessions.input_files import opened
 from sessions.mcap_format import metadata
-from sessions.mcap_format.catalogue import check_magic
-from sessions.mcap_format.container import add, finish, started_writer
+from sessions.mcap_format.catalogue import Catalogue
+from sessions.mcap_format.container import add, bytes_at, finish, parsed, started_writer
 from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, STREAMS, TF, channel_spec
@@ -24,6 +25,7 @@ from sessions.recovery.file_scan import FileScan, scan_file
 from sessions.recovery.lost import Recovery
 from sessions.whole_files import whole_file
 
+NOT_SMALL = (Opcode.CHUNK, Opcode.MESSAGE, Opcode.ATTACHMENT)
 RECOVERED = "recovered"  # The fact that says what a recovered file lacks
 
 
@@ -48,9 +50,8 @@ def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Re
         if not overwrite:
             raise SessionFileError(f"{out} is there already; name another file to write")
     with opened(source, "session file", SessionFileError) as stream:
-        check_magic(source, stream)
         found = scan_file(source, stream)
-        if not found.parts and not found.attachments:
+        if not found.parts and not found.declared.attachments:
             first = f"its first chunk is {found.lost[0].why}, and no other is whole" if found.lost else ""
             raise _nothing(source, first or "there is no chunk in it")
         return _write(found, stream, target, overwrite=overwrite)
@@ -67,21 +68,21 @@ def _write(found: FileScan, stream: BinaryIO, target: Path, *, overwrite: bool) 
     listed = _listed_names(records.get(metadata.BODIES_RECORD), declared.path)
     profile = _profile(found, session, own=own)
     held = set(found.names)
-    keep, lost = _attachments(found, session or {})
+    keep, lost = _attachments(declared, stream, session or {})
+    unread = len({fault.start for fault in declared.faults if fault.opcode not in NOT_SMALL})
     result = Recovery(
         out=target, messages=0, frames=found.frames, first_ns=found.first_ns, last_ns=found.last_ns,
         chunks=tuple(found.lost), bytes_skipped=found.bytes_skipped, closed=found.closed, attachments=lost,
         bodies=tuple(name for name in listed if name not in held),
-        notes=(f"{declared.unread} records make no sense",) if declared.unread else (), left_out=found.left_out,
+        notes=(f"{unread} records make no sense",) if unread else (), left_out=found.left_out,
     )  # fmt: skip
     with whole_file(target, SessionFileError, overwrite=overwrite) as file:
         writer = started_writer(file, profile)
-        for name, data in keep.items():
-            made = found.attachments[name]
-            writer.add_attachment(made.create_time, made.log_time, name, made.media_type, data)
+        for name, made in keep.items():
+            writer.add_attachment(made.create_time, made.log_time, name, made.media_type, made.data)
         if own:
             facts = {**metadata.metadata_of(session or {})[0], RECOVERED: "; ".join(result.sentences())}
-            meshes = {body: data for file, data in keep.items() if (body := metadata.mesh_name(file)) is not None}
+            meshes = {body: made.data for file, made in keep.items() if (body := metadata.mesh_name(file)) is not None}
             hashes = {body: hashlib.sha256(data).hexdigest() for body, data in meshes.items()}
             writer.add_metadata(metadata.SESSION_RECORD, metadata.session_record(facts, hashes))
             bodies = tuple(dict.fromkeys([*listed, *found.names]))
@@ -92,7 +93,7 @@ def _write(found: FileScan, stream: BinaryIO, target: Path, *, overwrite: bool) 
         for name, values in declared.metadata:
             if name not in (metadata.SESSION_RECORD, metadata.BODIES_RECORD) or not own:
                 writer.add_metadata(name, values)
-        if own and not found.frames:
+        if not found.frames and (own or declared.ids(TF)):
             spec = channel_spec(TF)  # without a channel of poses a reader refuses the file
             writer.register_channel(
                 TF, "protobuf", writer.register_schema(spec.schema, "protobuf", spec.descriptor_set)
@@ -138,11 +139,10 @@ def _messages(found: FileScan, stream: BinaryIO, writer: Writer) -> tuple[int, i
     kept = unknown = 0
     numbers: dict[int, int] = {}
     schemas = {0: 0}
-    raw = found.declared.raw
+    known = found.declared.channels
     for table in found.tables(stream):
-        for channel in sorted(set(table.channel.tolist()) & raw[Channel].keys() - numbers.keys()):
-            made = raw[Channel][channel]
-            schema = raw[Schema].get(made.schema_id)
+        for channel in sorted(set(table.channel.tolist()) & known.keys() - numbers.keys()):
+            made, schema = known[channel]
             if schema is not None and schema.id not in schemas:
                 schemas[schema.id] = writer.register_schema(schema.name, schema.encoding, schema.data)
             where = schemas.get(made.schema_id, 0)
@@ -159,15 +159,20 @@ def _messages(found: FileScan, stream: BinaryIO, writer: Writer) -> tuple[int, i
     return kept, unknown
 
 
-def _attachments(found: FileScan, session: dict[str, str]) -> tuple[dict[str, bytes], tuple[str, ...]]:
+def _attachments(
+    declared: Catalogue, stream: BinaryIO, session: dict[str, str]
+) -> tuple[dict[str, Attachment], tuple[str, ...]]:
     """Attachments to keep, and those that are lost: damaged, named by a hash and absent, or unreadable."""
-    keep: dict[str, bytes] = {}
-    lost = list(found.lost_attachments)
+    keep: dict[str, Attachment] = {}
+    lost = [fault.name for fault in declared.faults if fault.opcode == Opcode.ATTACHMENT]
     hashes = {metadata.mesh_file(name): stated for name, stated in metadata.metadata_of(session)[1].items()}
-    for name, made in found.attachments.items():
-        right = name in found.checked or hashes.get(name) in (None, hashlib.sha256(made.data).hexdigest())
-        if _reads(name, made.data) and right:
-            keep[name] = made.data
+    for name, place in declared.attachments.items():
+        content = bytes_at(stream, place)
+        made = parsed(content)
+        assert isinstance(made, Attachment)
+        right = any(content[-4:]) or hashes.get(name) in (None, hashlib.sha256(made.data).hexdigest())
+        if right and _reads(name, made.data):
+            keep[name] = made
         else:
             lost.append(name)
     lost += [name for name in hashes if name not in keep]

@@ -6,6 +6,8 @@ import pytest
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mcap.opcode import Opcode
+from mcap.records import Channel
 from support.mcap_samples import (
     SECOND,
     any_frames,
@@ -20,6 +22,7 @@ from support.reference_reader import read_frames_plainly
 from sessions.errors import SessionFileError
 from sessions.mcap_format import pose_decoding
 from sessions.mcap_format.catalogue import Catalogue, ChannelInfo, Region
+from sessions.mcap_format.container import Place
 from sessions.mcap_format.pose_decoding import FrameDecoder
 from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES, FrameEncoder
 from sessions.mcap_format.schemas import message_class
@@ -28,7 +31,7 @@ from sessions.model.frames import Frames, Status
 
 
 def table(*records):
-    return listed(b"".join(map(packed, records)), Region(0, 0, "", 0, 0, None), Catalogue(None))
+    return listed(b"".join(map(packed, records)), Region(Place(Opcode.MESSAGE, 0, 0), 0, None), Catalogue(None))
 
 
 def encoded(frames):
@@ -38,7 +41,7 @@ def encoded(frames):
 def decoder(names=None):
     catalogue = Catalogue(Path("file"))
     for number, topic in ((1, "/tf"), (2, "/tracking")):
-        catalogue.channels[number] = ChannelInfo(topic, "protobuf", "")
+        catalogue.channels[number] = ChannelInfo(Channel(number, topic, "protobuf", {}, 0), None)
     return FrameDecoder(catalogue, names)
 
 

@@ -8,12 +8,13 @@ import zstandard
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.data_stream import RecordBuilder
-from mcap.records import Message
+from mcap.opcode import Opcode
+from mcap.records import Chunk, Message
 from support.mcap_samples import packed
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Catalogue, Region
-from sessions.mcap_format.container import MESSAGE_HEADER
+from sessions.mcap_format.container import MESSAGE_HEADER, Place
 from sessions.mcap_format.recording_file import RecordedFrame, frames_of, nanoseconds
 from sessions.mcap_format.unpacking import read_region
 from sessions.model.frames import Status
@@ -25,8 +26,11 @@ PACK = {"zstd": zstandard.compress, "lz4": lz4.frame.compress, "": bytes}
 def unpacked(given, compression, size=None, crc=None):
     size = len(DATA) if size is None else size
     crc = zlib.crc32(DATA) if crc is None else crc
-    region = Region(0, len(given), compression, size, crc, None)
-    return read_region(io.BytesIO(given), region, Catalogue("file"))
+    builder = RecordBuilder()
+    Chunk(compression, given, 0, 0, crc, size).write(builder)
+    record = builder.end()
+    region = Region(Place(Opcode.CHUNK, 0, len(record)), size, None)
+    return read_region(io.BytesIO(record), region, Catalogue("file"))
 
 
 @pytest.mark.parametrize("compression", PACK)

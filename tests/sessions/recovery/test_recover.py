@@ -1,4 +1,6 @@
 import hashlib
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from support.mcap_samples import (
 from sessions import Event, examine, read_session, write_session
 from sessions.errors import SessionFileError
 from sessions.model.frames import Frames
+from sessions.recovery.lost import LostChunk, Recovery
 from sessions.recovery.recover import RECOVERED, recover
 
 COUNT = 5400
@@ -67,7 +70,7 @@ def test_a_damaged_chunk_says_how_many_messages_it_had_and_when_and_so_do_the_fa
     assert result.frames == COUNT - int(inside.sum())
     assert chunk.messages >= int(inside.sum()) and chunk.why == "damaged"
     told = read_session(tmp_path / "out.mcap").facts[RECOVERED]
-    assert "lost" in told and "messages" in told and f"byte {start}" not in told
+    assert "lost" in told and "messages" in told and f"byte {start}" in told
 
 
 def cut_keeps_all_before(tmp_path, data, spans, truth, place):
@@ -147,6 +150,42 @@ def test_where_there_is_nothing_to_save_it_says_why_and_writes_nothing(tmp_path,
     with pytest.raises(SessionFileError, match=words):
         recover(damaged(tmp_path, data), tmp_path / "out.mcap")
     assert not (tmp_path / "out.mcap").exists()
+
+
+KEPT = Recovery(Path("out.mcap"), 20, 10, 5_000_000_000, 6_000_000_000)
+
+
+def test_nothing_lost_is_whole_and_anything_lost_is_not():
+    assert KEPT.whole and KEPT.sentences() == ["kept 10 frames and 20 messages"]
+    chunk = LostChunk(7, 5_500_000_000, 5_700_000_000, 18, "damaged")
+    parts = {"chunks": (chunk,), "bytes_skipped": 1, "bodies": ("a",), "attachments": ("m",), "unknown": 2}
+    for name, value in parts.items():
+        lost = replace(KEPT, **{name: value})
+        assert not lost.whole and len(lost.sentences()) == 2
+
+
+def test_a_lost_chunk_says_what_when_and_where():
+    chunk = LostChunk(7, 5_500_000_000, 5_700_000_000, 18, "damaged")
+    words = replace(KEPT, chunks=(chunk,)).sentences()[1]
+    assert words == "lost 18 messages, 0.500 s to 0.700 s: the chunk at byte 7 is damaged"
+    cut = LostChunk(7, 0, 0, None, "cut short")
+    assert "an unknown number of messages: the chunk" in replace(KEPT, chunks=(cut,)).sentences()[1]
+
+
+def test_a_damaged_head_of_a_channel_is_overruled_by_the_copy_in_the_index(whole, tmp_path):
+    data = bytearray(whole.read_bytes())
+    start, end = next((a, b) for opcode, a, b in records(bytes(data)) if opcode == Opcode.CHANNEL)
+    at = bytes(data).index(b"/tf", start, end)
+    data[at : at + 3] = b"/xx"
+    assert recover(damaged(tmp_path, bytes(data)), tmp_path / "out.mcap").frames == COUNT
+
+
+def test_without_a_checksum_poses_that_are_none_are_left_out(tmp_path):
+    messages = protobuf_messages(random_frames(3, 200, 2))
+    messages[7] = (*messages[7][:2], b"\xff" + messages[7][2][1:])
+    path = write_foreign(tmp_path / "f.mcap", messages, enable_crcs=False)
+    result = recover(path, tmp_path / "out.mcap")
+    assert result.frames == 199 and not result.whole
 
 
 def test_neither_the_damaged_file_nor_another_is_overwritten(whole, tmp_path):
