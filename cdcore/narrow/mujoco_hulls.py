@@ -40,7 +40,7 @@ class MujocoHulls:
         try:
             import mujoco
         except ImportError as error:
-            raise MissingEngineError('mujoco is not installed; pip install -e ".[engines]"') from error
+            raise MissingEngineError('mujoco is not installed; pip install "vrlab-replay[engines]"') from error
         self._order = np.array(sorted(range(len(bodies)), key=lambda k: bodies[k].name), dtype=np.int64)
         geom_of = np.argsort(self._order)
         asked = np.sort(geom_of[pairs], axis=1)

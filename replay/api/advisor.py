@@ -55,14 +55,14 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) 
     if not held.colliders:
         chosen = replace(chosen, choices=tuple(one for one in chosen.choices if SHIPPED not in one.setting))
     if module := _lacks(chosen.choices[0].setting):
-        raise TradeoffError(f'{module} itself is asked and is not installed; pip install -e ".[engines]"')
+        raise TradeoffError(f'{module} itself is asked and is not installed; pip install "vrlab-replay[engines]"')
     lacking = {k: module for k, one in enumerate(chosen.choices, 1) if (module := _lacks(one.setting))}
     numbers = {f"row-{k}": k for k in range(1, len(chosen.choices) + 1) if k not in lacking}
     specs = {label: chosen.choices[k - 1].setting for label, k in numbers.items()}
     result = run(held, detectors=specs, **asked)
     rows = [_row(result, label, k, chosen) for label, k in numbers.items() if label in result.comparisons]
     left = [
-        f'Row {k} was not tried: {module} is not installed; pip install -e ".[engines]"'
+        f'Row {k} was not tried: {module} is not installed; pip install "vrlab-replay[engines]"'
         for k, module in lacking.items()
     ]
     return Advice(chosen, tuple(rows), (*advice_words(chosen.name, rows), *left), result)

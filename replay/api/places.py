@@ -24,7 +24,9 @@ def place(name: Any) -> Path:
         _ = found.fs
     except (ImportError, ValueError) as error:
         missing = isinstance(error, ImportError) and error.name in ("upath", "fsspec")
-        todo = 'pip install -e ".[cluster]"' if missing else "install what fsspec needs for it, or name a folder"
+        todo = "install what fsspec needs for it, or name a folder"
+        if missing:
+            todo = 'pip install "vrlab-replay[cluster]"'
         raise PlaceError(f"{name} cannot be reached ({error}); {todo}") from error
     return found
 

@@ -59,6 +59,8 @@ def run(
         from replay.outputs.results.run_folder import check_target
 
         check_target(target, force=force)
+        if picture:
+            import replay.outputs.rerun_log  # noqa: F401  # before the work: whether this Rerun can draw it
     session = opened(session_or_path, scene)
     result = compute(
         session, detectors=detectors, oracle=oracle, pairs=pairs, start=start, end=end, seed=seed, faces=faces,

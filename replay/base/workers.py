@@ -102,8 +102,8 @@ class Workers(AbstractContextManager["Workers"]):
         try:
             from distributed import Client, LocalCluster
         except ImportError as error:
-            words = f'--jobs and --scheduler need {error.name}, which is not installed; pip install -e ".[cluster]"'
-            raise WorkerError(words) from error
+            words = f"--jobs and --scheduler need {error.name}, which is not installed"
+            raise WorkerError(f'{words}; pip install "vrlab-replay[cluster]"') from error
         self._cluster, self._jobs = None, jobs
         if scheduler is None:
             # The system ends who takes too much memory; a worker that Dask stops for it would wait for ever.

@@ -70,7 +70,7 @@ def command(
     at_most = QUICK_PAIRS if quick else pairs
     absent = [name for name in PEERS if name not in installed_peers()]
     if ALL in detector.split(",") and absent:
-        people.say(f'not installed, so not asked: {", ".join(absent)}; pip install -e ".[peers]"')
+        people.say(f'not installed, so not asked: {", ".join(absent)}; pip install "vrlab-replay[peers]"')
     result = StressResult(seed, min(pairs, at_most), tau, ())
     shared: dict[str, Any] = {"families": chosen, "seed": seed, "out": out, "progress": TerminalProgress(people)}
     if family is not None or everything:

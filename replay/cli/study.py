@@ -13,7 +13,7 @@ from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, common, force
 def command() -> None:
     """Join what students did with what they answered; check printed tables.
 
-    Needs the extra `study`:  pip install -e ".[study]"
+    Needs the extra `study`:  pip install "vrlab-replay[study]"
     """
 
 
@@ -25,7 +25,7 @@ def require_extra() -> None:
         import statsmodels  # noqa: F401
         import yaml  # noqa: F401
     except ImportError as error:
-        raise StudyError(f'{error.name} is not installed; pip install -e ".[study]"') from error
+        raise StudyError(f'{error.name} is not installed; pip install "vrlab-replay[study]"') from error
 
 
 @command.command()

@@ -101,7 +101,7 @@ def _kept(mesh: TriangleMesh, most: int) -> list[FloatArray]:
     try:
         import coacd
     except ImportError as error:
-        raise MissingEngineError('coacd is not installed; pip install -e ".[engines]"') from error
+        raise MissingEngineError('coacd is not installed; pip install "vrlab-replay[engines]"') from error
     file = _file(mesh.content_hash, most)
     with suppress(Exception), np.load(file) as kept:  # whatever a damaged file raises, it is made again
         return np.split(kept["corners"], kept["ends"][:-1])

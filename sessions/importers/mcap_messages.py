@@ -121,7 +121,7 @@ def _decoder(encoding: str, schema: Any) -> Callable[[bytes], Any]:
             from mcap_ros2.decoder import DecoderFactory
         except ImportError:
             raise ImportFileError(
-                'messages of ROS 2 need mcap-ros2-support; install it: pip install -e ".[formats]"'
+                'messages of ROS 2 need mcap-ros2-support; install it: pip install "vrlab-replay[formats]"'
             ) from None
         # Of a schema that it cannot read the library prints lines of its own beside the error.
         with redirect_stderr(StringIO()), redirect_stdout(StringIO()):

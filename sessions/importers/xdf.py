@@ -134,7 +134,7 @@ def _streams(source: Path) -> tuple[list[dict[str, Any]], list[str]]:
     try:
         from pyxdf import load_xdf
     except ImportError:
-        raise ImportFileError('XDF needs pyxdf; install it: pip install -e ".[formats]"') from None
+        raise ImportFileError('XDF needs pyxdf; install it: pip install "vrlab-replay[formats]"') from None
     _check_size(source)
     heard = _Heard(logging.WARNING)
     logger = logging.getLogger("pyxdf")

@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import tomllib
 from pathlib import Path
 
 import click
@@ -214,10 +215,30 @@ def test_every_file_that_a_command_reads_was_shown_made_or_named_as_yours_on_its
     assert count > 50
 
 
-def test_installing_never_names_the_distribution_alone():
+EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+
+
+def test_pages_install_from_this_copy_or_an_extra_there_is_of_what_is_installed():
     for name, text in DOCUMENTS.items():
         for installed in re.findall(r"pip install (.*?)(?:[`;&)]|$)", text, re.MULTILINE):
-            assert re.fullmatch(r'-e "\.\[\w+\]"\s*|PATH-OF-THIS-REPOSITORY', installed), (name, installed)
+            extra = re.fullmatch(r'(?:-e "\.|"vrlab-replay)\[(\w+)\]"\s*', installed)
+            assert installed == "PATH-OF-THIS-REPOSITORY" or extra[1] in EXTRAS, (name, installed)
+
+
+def test_the_page_of_a_registry_links_no_file():
+    made = README
+    build = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["metadata"]["hooks"]
+    for rule in build["fancy-pypi-readme"]["substitutions"]:
+        made = re.sub(rule["pattern"], rule["replacement"], made)
+    assert "](" not in re.sub(r"\]\(https?:", "", made)
+    assert "`replay guide audit`" in made and "`replay guide`" in made
+
+
+def test_the_citation_names_the_version_of_the_package():
+    stated = yaml.safe_load((ROOT / ".github" / "CITATION.cff").read_text("utf-8"))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+    assert (stated["title"], stated["version"]) == (project["name"], project["version"])
+    assert stated["authors"] == project["authors"] and stated["abstract"] == project["description"]
 
 
 def links():

@@ -94,7 +94,7 @@ def test_a_setting_it_does_not_have_is_answered_with_those_it_has():
 @pytest.mark.parametrize("name", OPTIONAL)
 def test_a_row_whose_engine_is_not_installed_says_how_to_install_it(name, monkeypatch):
     monkeypatch.setitem(sys.modules, name, None)
-    with pytest.raises(MissingEngineError, match=rf'^{name} is not installed; pip install -e ".\[engines\]"$'):
+    with pytest.raises(MissingEngineError, match=rf'^{name} is not installed; pip install "vrlab-replay\[engines\]"$'):
         create_detector(name, BODIES)
 
 

@@ -56,10 +56,10 @@ def test_colliders_that_came_with_the_recording_get_a_row_that_tells_them_from_h
 
 def test_without_the_extra_a_row_becomes_a_sentence(plain):
     advice = replay.advise(cubes(PLACES), engine="unreal")
-    install = 'was not tried: coacd is not installed; pip install -e ".[engines]"'
+    install = 'was not tried: coacd is not installed; pip install "vrlab-replay[engines]"'
     assert advice.sentences[-2:] == (f"Row 3 {install}", f"Row 4 {install}")
     assert not any("compound" in row["setting"] for row in advice.rows)
-    with pytest.raises(TradeoffError, match=r"^mujoco itself is asked and is not installed; pip install -e"):
+    with pytest.raises(TradeoffError, match=r"^mujoco itself is asked and is not installed; pip install "):
         replay.advise(cubes(PLACES), engine="mujoco")
 
 

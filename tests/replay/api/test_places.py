@@ -53,7 +53,7 @@ def test_a_url_that_nobody_reads_says_what_to_install(monkeypatch):
     with pytest.raises(PlaceError, match=r"nonsense://a cannot be reached .*or name a folder"):
         place("nonsense://a")
     monkeypatch.setitem(sys.modules, "upath", None)
-    with pytest.raises(PlaceError, match=r"s3://a cannot be reached .*pip install -e \"\.\[cluster\]\""):
+    with pytest.raises(PlaceError, match=r"s3://a cannot be reached .*pip install \"vrlab-replay\[cluster\]\""):
         place("s3://a")
 
 

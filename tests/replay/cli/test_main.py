@@ -13,6 +13,7 @@ from replay.cli import main as module
 from replay.cli.commands import COMMANDS, GROUPS
 from replay.cli.main import main
 from replay.errors import AssemblyError
+from replay.guide.pages import INDEX, page
 from sessions import write_session
 
 
@@ -191,3 +192,11 @@ def test_ctrl_c_in_the_middle_of_work_is_130_and_leaves_nothing_behind(tmp_path)
 def test_python_m_replay_is_the_command():
     done = subprocess.run([sys.executable, "-m", "replay", "--version"], capture_output=True, check=True)
     assert done.stdout.startswith(b"replay ")
+
+
+def test_the_shell_completes_verbs_as_the_guide_says():
+    asked = {"COMP_WORDS": "replay doc", "COMP_CWORD": "1", "_REPLAY_COMPLETE": "bash_complete"}
+    assert "_REPLAY_COMPLETE=bash_source replay" in page(INDEX)
+    words = [sys.executable, "-m", "replay"]
+    done = subprocess.run(words, env={**os.environ, **asked}, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["plain,doctor"]

@@ -36,7 +36,7 @@ def test_all_prints_a_row_per_detector_and_names_absent_peers(capsys, monkeypatc
     printed, said = capsys.readouterr()
     for name in ("exact", "discrete", "hybrid"):
         assert name in printed
-    assert 'not installed, so not asked: coal, trimesh; pip install -e ".[peers]"' in said
+    assert 'not installed, so not asked: coal, trimesh; pip install "vrlab-replay[peers]"' in said
 
 
 @pytest.mark.parametrize("words", [["--format", "json"]])

@@ -97,7 +97,7 @@ def test_without_the_extra_one_sentence_says_what_to_install(monkeypatch, capsys
 
     monkeypatch.setitem(sys.modules, "statsmodels", None)
     assert main(["study", "check"]) == 1
-    assert 'pip install -e ".[study]"' in capsys.readouterr().err
+    assert 'pip install "vrlab-replay[study]"' in capsys.readouterr().err
 
 
 @pytest.fixture

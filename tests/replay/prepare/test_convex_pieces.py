@@ -138,7 +138,7 @@ def test_a_compound_of_a_body_without_pieces_is_refused_by_its_name():
 
 def test_without_the_extra_a_compound_is_refused_in_a_sentence(monkeypatch):
     monkeypatch.setitem(sys.modules, "coacd", None)
-    with pytest.raises(MissingEngineError, match=r'^coacd is not installed; pip install -e ".\[engines\]"$'):
+    with pytest.raises(MissingEngineError, match=r'^coacd is not installed; pip install "vrlab-replay\[engines\]"$'):
         in_convex_pieces([Body("beaker", BEAKER)], 16)
 
 

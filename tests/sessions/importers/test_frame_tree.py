@@ -123,7 +123,9 @@ def test_static_frames_and_moving_ones_are_composed_as_tf2_does(bag):
 
 def test_ros_without_its_library_is_one_sentence(bag, monkeypatch):
     monkeypatch.setitem(sys.modules, "mcap_ros2.decoder", None)
-    with pytest.raises(ImportFileError, match=r'need mcap-ros2-support; install it: pip install -e "\.\[formats\]"'):
+    with pytest.raises(
+        ImportFileError, match=r'need mcap-ros2-support; install it: pip install "vrlab-replay\[formats\]"'
+    ):
         import_session("ros2", bag[0])
 
 

@@ -289,7 +289,7 @@ def test_another_file_and_a_missing_library_are_one_sentence(tmp_path, monkeypat
     with pytest.raises(ImportFileError, match="is no whole XDF file"):
         import_session("xdf", path)
     monkeypatch.setitem(sys.modules, "pyxdf", None)
-    with pytest.raises(ImportFileError, match=r'XDF needs pyxdf; install it: pip install -e "\.\[formats\]"'):
+    with pytest.raises(ImportFileError, match=r'XDF needs pyxdf; install it: pip install "vrlab-replay\[formats\]"'):
         import_session("xdf", path)
 
 
