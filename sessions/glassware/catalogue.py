@@ -19,8 +19,8 @@ _MODULE_OF = {
     "pipette": "tubes", "dropper": "tubes", "watch_glass": "beakers", "evaporating_dish": "beakers",
     "gas_jar": "beakers", "gas_jar_cover": "beakers", "delivery_tube": "tools", "rubber_stopper": "tools",
     "stirring_rod": "tools", "tongs": "tools", "alcohol_lamp": "tools", "wick_holder": "tools", "stand": "furniture",
-    "tripod": "furniture", "wire_gauze": "furniture", "bench": "furniture", "hand_left": "hands",
-    "hand_right": "hands", "proxy_wand": "proxies", "proxy_headset": "proxies",
+    "tripod": "furniture", "wire_gauze": "furniture", "bench": "furniture", "hand_left": "devices",
+    "hand_right": "devices", "proxy_wand": "devices", "proxy_headset": "devices",
 }  # fmt: skip
 INSTRUMENTS: Mapping[str, tuple[str, str, dict[str, int]]] = MappingProxyType(
     {f"beaker_{size}": ("beakers", "beaker", {"millilitres": size}) for size in (50, 100, 250, 400, 600)}

@@ -7,9 +7,9 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from support.surface_rays import distances_along_rays
 
-from sessions.glassware import field, hands, proxies
+from sessions.glassware import devices
 from sessions.glassware.catalogue import INSTRUMENTS, UnknownInstrumentError, made_instrument, make_instrument
-from sessions.glassware.proxies import proxy_headset, proxy_wand
+from sessions.glassware.devices import proxy_headset, proxy_wand
 from sessions.mesh_data import is_closed, least_area
 from sessions.meshes.glb import mesh_to_glb
 from sessions.meshes.mesh_files import mesh_from_bytes
@@ -94,8 +94,7 @@ def test_an_instrument_says_what_it_is(made):
 @pytest.mark.slow
 def test_the_same_call_gives_the_same_bytes(made, faces):
     if faces == 500:
-        for remembered in (field._dense_surface, hands._right_skin, proxies._surface_once):
-            remembered.cache_clear()
+        devices._shipped.cache_clear()
         again = make_instrument(made.name, faces)
         assert mesh_to_glb(again.mesh, made.name) == mesh_to_glb(made.mesh, made.name)
 

@@ -4,8 +4,8 @@ from support.surface_rays import distances_along_rays, points_on_faces
 
 from sessions.geometry.solids import box
 from sessions.glassware import solid_parts
+from sessions.glassware.devices import GRIPS, hand_left, hand_right
 from sessions.glassware.furniture import test_tube_rack
-from sessions.glassware.hands import hand_left, hand_right
 from sessions.glassware.instrument import mass_of
 from sessions.glassware.tools import delivery_tube, stirring_rod
 from sessions.glassware.tubes import test_tube
@@ -84,8 +84,7 @@ def test_a_test_tube_fits_every_hole_of_the_rack_without_touching():
         assert 0.2 - down[0] == pytest.approx(y, abs=1e-6)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("grip_radius", [0.02, *(pytest.param(one, marks=pytest.mark.slow) for one in (0.008, 0.045))])
+@pytest.mark.parametrize("grip_radius", GRIPS)
 def test_a_hand_goes_round_a_cylinder_of_the_grip_without_entering_it(grip_radius):
     mesh = hand_right(3000, grip_radius=grip_radius).mesh
     radii = np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 2])

@@ -1,19 +1,27 @@
-"""Closed surfaces of solids that are given as a signed distance: hands and controllers, whose shapes flow into each
-other.
+"""Make the meshes of hands, wand and headset that `sessions.glassware` ships: python .ci/device_meshes.py
 
-Marching tetrahedra cut a grid into a surface that is closed by construction; the vertices are then evened out and
-laid back onto the solid. Distances are in metres, negative inside.
+A hand is palm, thumb and four fingers curled about a cylinder whose axis is +Y through the origin. Wand and headset
+are in the manner of the VIVE, of our own geometry: real device models belong to their makers, and these have the
+proportions that matter to contacts, a handle, a ring, a face.
+
+The solids are given as signed distances, in metres, negative inside. Marching tetrahedra cut a grid into a surface
+that is closed by construction; the vertices are then evened out and laid back onto the solid.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
-from functools import lru_cache
+from dataclasses import dataclass
+from functools import partial
 from itertools import permutations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from sessions.glassware.devices import FOLDER, GRIPS
+from sessions.glassware.instrument import in_single_precision
 from sessions.mesh_data import MeshData
-from sessions.meshes.mesh_files import simplified
+from sessions.meshes.glb import mesh_to_glb
 
 Points = NDArray[np.float64]
 Distance = NDArray[np.float64]
@@ -24,21 +32,12 @@ SMOOTHING_STEPS = 6
 # A crossing is kept this share of an edge away from its ends, so that no triangle collapses at a grid point.
 LEAST_SHARE = 0.08
 GRADIENT_STEP = 1e-6
-# Below this a mesh of this many faces is simplified: flat parts give up their faces, straps and fingers keep theirs.
 DENSE_FACES = 14_000
 COUNT_TOLERANCE = 0.05
-FIRST_TOLERANCE, LAST_TOLERANCE, TOLERANCE_GROWTH = 1e-4, 0.02, 1.15
 
 
 def surface_of(solid: Solid, low: Corner, high: Corner, faces: int) -> MeshData:
     """Return the closed surface of ``solid`` within the box ``low`` to ``high`` with about ``faces`` faces."""
-    mesh = _dense_surface(solid, low, high, max(faces, DENSE_FACES))
-    return mesh if faces >= DENSE_FACES else _thinned(mesh, faces)
-
-
-@lru_cache(maxsize=8)
-def _dense_surface(solid: Solid, low: Corner, high: Corner, faces: int) -> MeshData:
-    """Made once for meshes of any size: most of a second, and a folder of recordings asks for it again and again."""
     corners = np.array(low), np.array(high)
     spacing = float(np.cbrt((corners[1] - corners[0]).prod())) / 30.0
     surface = _marched(solid, *corners, spacing)
@@ -190,10 +189,154 @@ def _is_odd(order: list[int]) -> bool:
     return sum(a > b for i, a in enumerate(order) for b in order[i + 1 :]) % 2 == 1
 
 
-def _thinned(mesh: MeshData, faces: int) -> MeshData:
-    """Return the mesh with about ``faces`` faces, simplified in small steps: one large step stalls at 730."""
-    tolerance, before, after = FIRST_TOLERANCE, mesh, mesh
-    while len(after.faces) > faces and tolerance < LAST_TOLERANCE:
-        before, after = after, simplified(after, tolerance)
-        tolerance *= TOLERANCE_GROWTH
-    return min(before, after, key=lambda trial: abs(np.log(len(trial.faces) / faces)))
+CLEARANCE = 2.0e-3  # between skin and the held cylinder; blending takes up to half of it
+MOST_BEND = np.radians(105.0)
+WRIST = 0.135  # how far behind the grip the arm is cut off
+
+
+@dataclass(frozen=True)
+class Finger:
+    """Height of a finger above the grip, how far in front its knuckle lies, the lengths of its bones and its radius."""
+
+    height: float
+    forward: float
+    lengths: tuple[float, float, float]
+    radius: float
+    droop: float
+
+
+FINGERS = (
+    Finger(0.031, 0.011, (0.043, 0.025, 0.020), 0.0088, -0.002),
+    Finger(0.011, 0.015, (0.047, 0.029, 0.021), 0.0092, -0.001),
+    Finger(-0.009, 0.012, (0.044, 0.027, 0.021), 0.0088, 0.001),
+    Finger(-0.027, 0.006, (0.035, 0.020, 0.018), 0.0076, 0.003),
+)
+THUMB = Finger(0.036, 0.030, (0.036, 0.030, 0.024), 0.0104, 0.0015)
+
+
+def _distance(points: Points, grip: float) -> Distance:
+    palm = grip + CLEARANCE + 0.0125
+    back = rounded_box(points, (palm, 0.002, 0.026), (0.0125, 0.043, 0.042), 0.0122)
+    heel = ellipsoid(points, (palm + 0.001, -0.012, 0.062), (0.015, 0.031, 0.030))
+    ball = capsule(points, (palm - 0.003, 0.026, 0.060), (palm - 0.006, 0.037, 0.034), 0.0155, 0.0125)
+    flat = points * np.array([1.4, 1.0, 1.0])
+    wrist = capsule(flat, (1.4 * palm + 0.004, -0.003, 0.070), (1.4 * palm + 0.010, -0.003, 0.180), 0.026, 0.029) / 1.2
+    hand = blended(blended(blended(back, heel, 0.012), ball, 0.014), wrist, 0.016)
+    hand = carved(hand, WRIST - points[:, 2], 0.004)
+    for finger in FINGERS:
+        hand = blended(hand, _curled(points, _joints(finger, grip, 1.0), finger.radius), 0.0055)
+    return blended(hand, _curled(points, _joints(THUMB, grip, -1.0), THUMB.radius), 0.008)
+
+
+def _curled(points: Points, joints: NDArray[np.float64], radius: float) -> Distance:
+    """Return the distance to a finger along four joints, thicker at its knuckles than between them."""
+    sizes = radius * np.array([1.10, 1.0, 0.93, 0.82])
+    bones = [capsule(points, joints[i], joints[i + 1], sizes[i], sizes[i + 1]) for i in range(3)]
+    knuckles = [np.linalg.norm(points - joints[i], axis=1) - 1.06 * sizes[i] for i in (1, 2)]
+    distance: Distance = np.minimum(bones[0], knuckles[0])
+    for other in (bones[1], knuckles[1], bones[2]):
+        distance = blended(distance, other, 0.0015)
+    return distance
+
+
+def _joints(finger: Finger, grip: float, side: float) -> NDArray[np.float64]:
+    """Return the joints (4, 3) of a finger; ``side`` is 1 for fingers, which bend round the front, -1 for a thumb.
+
+    Each bone points along the tangent to the held cylinder, widened by the finger's radius, as links wrap a post.
+    """
+    post = grip + CLEARANCE + 1.1 * finger.radius
+    place = np.array([grip + CLEARANCE + 0.0115, finger.forward])
+    heading = np.pi / 2.0
+    joints = [place]
+    for length in finger.lengths:
+        beyond = float(np.arccos(min(1.0, post / float(np.hypot(*place)))))
+        wanted = float(np.arctan2(place[1], place[0])) + beyond + np.pi / 2.0
+        bend = np.mod(wanted - heading + np.pi, 2.0 * np.pi) - np.pi
+        heading += float(np.clip(bend, 0.0, MOST_BEND))
+        place = place + length * np.array([np.cos(heading), np.sin(heading)])
+        joints.append(place)
+    heights = finger.height + finger.droop * np.arange(4)
+    return np.array([[x, y, -side * forward] for (x, forward), y in zip(joints, heights, strict=True)])
+
+
+def _wand(points: Points) -> Distance:
+    flat = points * np.array([0.82, 1.0, 1.0])
+    neck = capsule(flat, (0.0, -0.008, -0.015), (0.0, -0.012, 0.045), 0.0185, 0.0165)
+    handle = capsule(flat, (0.0, -0.012, 0.045), (0.0, -0.030, 0.138), 0.0160, 0.0150)
+    wand = blended(neck, handle, 0.004)
+    ring = hoop(points, (0.0, -0.022, -0.045), (0.0, 0.80, -0.60), 0.044, 0.0115, 0.0085)
+    wand = blended(wand, ring, 0.010)
+    bridge = capsule(points, (0.0, -0.012, 0.0), (0.0, -0.004, -0.012), 0.020, 0.017)
+    wand = blended(wand, bridge, 0.008)
+    # The hole stays open where the neck and the bridge would fill it.
+    hole = capsule(points, (0.0, 0.042, -0.093), (0.0, -0.086, 0.003), 0.031, 0.031)
+    before_handle = 0.006 - points[:, 2] - 0.75 * (points[:, 1] + 0.022)
+    wand = carved(wand, np.maximum(hole, -before_handle), 0.004)
+    groove = hoop(points, (0.0, 0.0085, 0.030), (0.0, 1.0, 0.14), 0.0165, 0.0016, 0.0035)
+    pad = ellipsoid(points, (0.0, 0.0045, 0.030), (0.0160, 0.0050, 0.0160))
+    wand = carved(blended(wand, pad, 0.001), groove, 0.001)
+    for z in (0.003, 0.056):
+        button = np.linalg.norm(points - np.array([0.0, 0.0045 - 0.1 * (z - 0.003), z]), axis=1) - 0.0048
+        wand = blended(wand, button, 0.001)
+    trigger = capsule(points, (0.0, -0.030, 0.012), (0.0, -0.040, 0.030), 0.0085, 0.0050)
+    return blended(wand, trigger, 0.003)
+
+
+def _headset(points: Points) -> Distance:
+    body = rounded_box(points, (0.0, 0.0, -0.050), (0.088, 0.050, 0.040), 0.030)
+    brow = ellipsoid(points, (0.0, 0.006, -0.072), (0.080, 0.044, 0.030))
+    shell = blended(body, brow, 0.015)
+    cushion = rounded_box(points, (0.0, 0.0, -0.004), (0.074, 0.044, 0.022), 0.018)
+    shell = blended(shell, cushion, 0.006)
+    face = ellipsoid(points, (0.0, 0.002, 0.030), (0.062, 0.036, 0.062))
+    nose = capsule(points, (0.0, -0.075, 0.01), (0.0, -0.020, -0.012), 0.030, 0.010)
+    shell = carved(carved(shell, face, 0.006), nose, 0.006)
+    camera = np.linalg.norm(points - np.array([0.0, -0.030, -0.099]), axis=1) - 0.007
+    shell = blended(shell, camera, 0.003)
+    # Hollows of the sensors: two rows on the front, and the temples.
+    dimples = [(x, y, -0.1065 + 4.5 * x * x) for y in (0.030, -0.008) for x in (-0.055, -0.028, 0.0, 0.028, 0.055)]
+    dimples += [(sign * 0.094, y, -0.052) for sign in (-1.0, 1.0) for y in (0.022, -0.022)]
+    for x, y, z in dimples:
+        shell = carved(shell, np.linalg.norm(points - np.array([x, y, z]), axis=1) - 0.0095, 0.002)
+    straps = np.minimum(_band(points), _crown(points))
+    return blended(shell, straps, 0.008)
+
+
+def _band(points: Points) -> Distance:
+    """Return the strap that runs level round the head, an oval ribbon behind the face."""
+    local = points - np.array([0.0, 0.012, 0.075])
+    behind = np.maximum(local[:, 2], 0.0) * 0.078 / 0.105
+    oval = np.column_stack([local[:, 0], behind])
+    out = np.linalg.norm(oval, axis=1) - 0.080
+    section = np.column_stack([out, local[:, 1] + 0.06 * local[:, 2], np.zeros_like(out)])
+    ribbon = rounded_box(section, (0.0, 0.0, 0.0), (0.0060, 0.0150, 0.01), 0.0058)
+    return np.maximum(ribbon, -0.100 - local[:, 2])
+
+
+def _crown(points: Points) -> Distance:
+    """Return the strap that runs over the head from the brow to the back."""
+    local = points - np.array([0.0, 0.005, 0.075])
+    oval = local[:, 1:]
+    out = np.linalg.norm(oval, axis=1) - 0.107
+    section = np.column_stack([local[:, 0], out, np.zeros_like(out)])
+    ribbon = rounded_box(section, (0.0, 0.0, 0.0), (0.0140, 0.0060, 0.01), 0.0058)
+    return np.maximum(ribbon, -local[:, 1] + 0.005)
+
+
+def main() -> None:
+    """Write every mesh."""
+    meshes = {
+        "wand": surface_of(_wand, (-0.065, -0.085, -0.11), (0.065, 0.05, 0.165), DENSE_FACES),
+        "headset": surface_of(_headset, (-0.12, -0.10, -0.11), (0.12, 0.13, 0.20), DENSE_FACES),
+    }
+    for grip in GRIPS:
+        reach = grip + 0.06
+        corners = (-reach, -0.07, -reach), (reach + 0.03, 0.075, 0.15)
+        meshes[f"hand_{1e3 * grip:.0f}"] = surface_of(partial(_distance, grip=grip), *corners, DENSE_FACES)
+    for name, mesh in meshes.items():
+        (FOLDER / f"{name}.glb").write_bytes(mesh_to_glb(in_single_precision(mesh), name))
+        print(f"{name:10} {len(mesh.faces):6,} faces")
+
+
+if __name__ == "__main__":
+    main()

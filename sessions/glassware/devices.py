@@ -1,0 +1,83 @@
+"""What a student wears and holds: hands, and a wand and a headset in the manner of the VIVE.
+
+The meshes were made once, by ``python .ci/device_meshes.py``, and are shipped with many faces; they are simplified to
+the number asked for. The hands hold a cylinder whose axis is +Y through the origin, so a hand's pose in a scene is the
+pose of the thing it holds: put the origin on the axis of a beaker at the height of the grip.
+"""
+
+from functools import lru_cache
+from pathlib import Path
+from typing import Final
+
+import numpy as np
+
+from sessions.glassware.instrument import TYPICAL, Instrument, Site, weighed
+from sessions.glassware.solid_parts import fitted
+from sessions.mesh_data import MeshData
+from sessions.meshes.mesh_files import load_mesh, refined, simplified
+
+FOLDER: Final = Path(__file__).with_name("device_meshes")
+GRIPS: Final = (0.008, 0.02, 0.03, 0.034, 0.045)
+"""Radii in metres of the cylinders that there are hands for: a rod, a test tube, three beakers."""
+
+WAND_MASS, HEADSET_MASS = 0.2, 0.5  # kg, round figures for hollow plastic; the meshes are solid
+WRIST = 0.135  # how far behind the grip the arm is cut off
+
+FIRST_TOLERANCE, LAST_TOLERANCE, TOLERANCE_GROWTH = 1e-4, 0.02, 1.15
+SPLIT_M = 4e-3  # The first length tried that edges are split to where more faces are asked for
+
+
+def hand_right(faces: int, *, grip_radius: float = 0.030) -> Instrument:
+    """Return a right hand about a cylinder of about ``grip_radius``, the nearest of `GRIPS`: thumb up, fingers forward
+    (-Z) and round to -X."""
+    return _hand("hand_right", faces, grip_radius, 1.0)
+
+
+def hand_left(faces: int, *, grip_radius: float = 0.030) -> Instrument:
+    """Return a left hand, the mirror image of `hand_right` in X."""
+    return _hand("hand_left", faces, grip_radius, -1.0)
+
+
+def proxy_wand(faces: int) -> Instrument:
+    """Return a wand: handle towards +Z, trackpad up, trigger below, an open ring in front, tilted forward.
+
+    The origin lies under the trackpad, where the handle meets the ring.
+    """
+    sites = {"grip": Site(point=(0.0, -0.018, 0.09), direction=(0.0, 0.0, 1.0))}
+    mesh, origin = _shipped("wand", faces), "under the trackpad"
+    return weighed("proxy_wand", mesh, "controller tool", "plastic", mass=WAND_MASS, sites=sites, origin=origin)
+
+
+def proxy_headset(faces: int) -> Instrument:
+    """Return a headset that looks towards -Z, with straps round the head; the origin lies between the eyes."""
+    sites = {"view": Site(point=(0.0, 0.0, 0.0), direction=(0.0, 0.0, -1.0))}
+    mesh, origin = _shipped("headset", faces), "between the eyes"
+    return weighed("proxy_headset", mesh, "headset", "plastic", mass=HEADSET_MASS, sites=sites, origin=origin)
+
+
+def _hand(name: str, faces: int, grip_radius: float, side: float) -> Instrument:
+    grip = min(GRIPS, key=lambda radius: abs(radius - grip_radius))
+    mesh = _shipped(f"hand_{1e3 * grip:.0f}", faces)
+    if side < 0.0:
+        mesh = mesh.transformed(np.diag([-1.0, 1.0, 1.0, 1.0]))
+    sites = {
+        "grip": Site(point=(0.0, 0.0, 0.0)),
+        "wrist": Site(point=(side * (grip + 0.022), -0.003, WRIST), direction=(0.0, 0.0, 1.0)),
+    }
+    origin = "on the axis of what is held, between the second and third finger"
+    tags, sources = f"hand {name.removeprefix('hand_')}", (f"a hand of 185 mm: {TYPICAL}",)
+    return weighed(name, mesh, tags, "tissue", sources, sites=sites, origin=origin)
+
+
+@lru_cache(maxsize=16)
+def _shipped(name: str, faces: int) -> MeshData:
+    """A shipped mesh with about ``faces`` faces, made once: scenes ask for the same hand on both sides."""
+    mesh = load_mesh(FOLDER / f"{name}.glb")
+    if faces > len(mesh.faces):
+        return fitted(lambda length: refined(mesh, length), faces, SPLIT_M)[0]
+    tolerance, before, after = FIRST_TOLERANCE, mesh, mesh
+    # In small steps: one large step stalls at 730 faces.
+    while len(after.faces) > faces and tolerance < LAST_TOLERANCE:
+        before, after = after, simplified(after, tolerance)
+        tolerance *= TOLERANCE_GROWTH
+    return min(before, after, key=lambda trial: abs(np.log(len(trial.faces) / faces)))
