@@ -31,8 +31,18 @@ DETECTORS: Final[dict[str, str]] = {
 }
 """Name -> ``module:Class``. Rows from outside come in through the entry-point group below."""
 
-OPTIONAL: Final[dict[str, str]] = {"mujoco": "cdcore.detectors.mujoco:MujocoDetector"}
-"""Rows that need an engine of the extra ``engines``; without it they are refused when they are made."""
+OPTIONAL: Final[dict[str, str]] = {
+    "mujoco": "cdcore.detectors.mujoco:MujocoDetector",
+    "rapier": "cdcore.detectors.rapier:RapierDetector",
+    "bullet": "cdcore.detectors.bullet:BulletDetector",
+    "physx": "cdcore.detectors.physx:PhysxDetector",
+}
+"""Rows that need an engine of an extra; without it they are refused when they are made."""
+
+ENGINE_MODULE: Final[dict[str, str]] = {
+    "mujoco": "mujoco", "rapier": "rapier3d", "bullet": "pybullet", "physx": "ovphysx",
+}  # fmt: skip
+"""Row of ``OPTIONAL`` -> the module that it asks."""
 
 ENTRY_POINT_GROUP: Final = "vrlab_replay.detectors"
 

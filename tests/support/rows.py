@@ -4,9 +4,9 @@ from importlib.util import find_spec
 
 import pytest
 
-from cdcore.detectors import DETECTORS, OPTIONAL
+from cdcore.detectors import DETECTORS, ENGINE_MODULE
 
 ROWS = list(DETECTORS) + [
-    pytest.param(name, marks=pytest.mark.skipif(find_spec(name) is None, reason=f"{name} is no part of `test`"))
-    for name in OPTIONAL
+    pytest.param(name, marks=pytest.mark.skipif(find_spec(module) is None, reason=f"{module} is no part of `test`"))
+    for name, module in ENGINE_MODULE.items()
 ]

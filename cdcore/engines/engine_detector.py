@@ -1,0 +1,129 @@
+"""The common part of rows that ask a physics engine: which frames it is asked, and what its list of contacts means."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import ClassVar, Protocol, TypeVar
+
+import numpy as np
+
+from cdcore.engines.engine_solids import EngineSolid, engine_poses, engine_solid
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.protocol import (
+    DECIDED,
+    Body,
+    Detection,
+    Explanation,
+    Motion,
+    PairDetector,
+    Verdict,
+    contact_or_clear,
+    pair_has_pose,
+)
+from cdcore.protocol.blocks import HeldVerdicts, looks_at, looks_of
+from cdcore.protocol.settings import MOST_HERTZ, CheckedSettings, choice, number
+
+
+@dataclass(frozen=True, kw_only=True)
+class EngineSettings(CheckedSettings):
+    """Settings of every row that asks an engine.
+
+    ``shape``: hull, the convex hull of every mesh; or mesh, the triangles of a mesh that is not convex.
+    ``rate_hz``: looks per second of session time; ``None``: every frame.
+    """
+
+    shape: str = choice("hull", ("hull", "mesh"))
+    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second", optional=True)
+
+
+class EngineWorld(Protocol):
+    """An engine with the solids of a scene in it."""
+
+    def touching(self, places: FloatArray, turns: FloatArray, valid: BoolArray) -> BoolArray:
+        """Which two solids are in the engine's list of contacts, (N, N).
+
+        ``places`` (N, 3) metres, ``turns`` (N, 4) quaternions x, y, z, w; rows that are not ``valid`` (N,) have no
+        pose and touch nothing.
+        """
+        ...
+
+
+SettingsT = TypeVar("SettingsT", bound=EngineSettings)
+
+
+class EngineDetector(PairDetector[SettingsT]):
+    """Asks an engine for its contacts at the recorded poses, and holds each answer until its next look.
+
+    A pair of shapes that the engine has no test for is INVALID, "not supported", not CLEAR. Bodies stand in the order
+    of their names, so that neither their order nor that of a pair changes an answer.
+    """
+
+    kind: ClassVar[str] = "engine"
+    online: ClassVar[bool] = True
+    title: ClassVar[str]
+    """The engine's name in sentences."""
+    meshes_meet: ClassVar[bool] = False
+    """Whether the engine tests one triangle mesh against another."""
+
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SettingsT) -> None:
+        super().__init__(bodies, pairs, settings)
+        self._order = np.array(sorted(range(len(bodies)), key=lambda k: bodies[k].name), dtype=np.int64)
+        self._solids = [engine_solid(bodies[k], settings.shape, self.title) for k in self._order.tolist()]
+        self._columns = np.sort(np.argsort(self._order)[pairs], axis=1)
+        meshes = np.array([solid.faces is not None for solid in self._solids], dtype=np.bool_)
+        self._refused: BoolArray = np.zeros(len(pairs), dtype=np.bool_)
+        if not self.meshes_meet:
+            self._refused |= meshes[self._columns].all(axis=1)
+        self._world = self._make_world(self._solids)
+
+    @abstractmethod
+    def _make_world(self, solids: list[EngineSolid]) -> EngineWorld:
+        """The engine with these solids; MissingEngineError where it is not installed."""
+
+    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
+        """Say whether the frame was tested, and whether the engine lists the pair there; ``None``: not supported."""
+        del faces
+        meet = None if self._refused[pair] else bool(self._touch(motion, frame)[pair])
+        return Explanation(looked=looks_at(motion.times, frame, self.settings.rate_hz), shapes_meet=meet)
+
+    def _fresh_memory(self) -> HeldVerdicts:
+        return HeldVerdicts(len(self.pairs))
+
+    def _touch(self, motion: Motion, frame: int) -> BoolArray:
+        """Which pairs the engine lists, (P,)."""
+        valid = motion.valid[frame, self._order]
+        # A pose that is not valid may hold anything.
+        turns = np.where(valid[:, None, None], motion.rotations[frame, self._order], np.eye(3))
+        places = np.where(valid[:, None], motion.translations[frame, self._order], 0.0)
+        hits = self._world.touching(*engine_poses(self._solids, turns, places), valid)
+        first, second = self._columns.T
+        return hits[first, second] | hits[second, first]
+
+    def _run(self, motion: Motion, memory: HeldVerdicts, _faces: bool) -> Detection:
+        looks, memory.tick = looks_of(motion.times, self.settings.rate_hz, memory.tick)
+        frames = np.flatnonzero(looks)
+        hits, seconds = np.zeros((len(frames), len(self.pairs)), dtype=np.bool_), np.zeros(len(motion))
+        for row, frame in enumerate(frames.tolist()):
+            start = perf_counter()
+            hits[row] = self._touch(motion, frame)
+            seconds[frame] = perf_counter() - start
+        seen = contact_or_clear(hits, motion.take(frames), self.pairs)
+        verdict, work = memory.hold(seen, looks, pair_has_pose(motion, self.pairs))
+        verdict = self._with_refusals(verdict)
+        why = f"not supported: {self.title} tests no triangle mesh against another"
+        in_vain = [(int(frame), int(pair)) for frame, pair in np.argwhere(verdict == Verdict.INVALID)]
+        return self._detection(
+            motion,
+            verdict,
+            containment=[f"refused: {why}" if refused else DECIDED for refused in self._refused],
+            work=work,
+            seconds={"engine": seconds},
+            reasons=dict.fromkeys(in_vain, why),
+        )
+
+    def _with_refusals(self, verdict: ByteArray) -> ByteArray:
+        asked_in_vain = self._refused & (verdict != Verdict.NO_POSE)
+        return np.where(asked_in_vain, np.uint8(Verdict.INVALID), verdict).astype(np.uint8)

@@ -1,0 +1,92 @@
+"""What an engine is given for a mesh: the corners of its hull, or its triangles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Final
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from cdcore.bounding.hull import hull_of
+from cdcore.errors import InvalidMeshError
+from cdcore.mesh import TriangleMesh
+from cdcore.numerics import FloatArray, Int32Array
+from cdcore.protocol import Body
+
+SHEET: Final = 1e-4
+"""Metres: engines refuse flat meshes, so one that is thinner than this gets this thickness."""
+
+LARGEST: Final = 1e5
+"""Metres: the corners are kept in float32, in which a body of this size is known to a centimetre."""
+
+CONVEX_SHARE: Final = 1e-6
+"""A mesh whose volume is less than its hull's by no more than this share is convex; files keep seven digits."""
+
+
+@dataclass(frozen=True, eq=False)
+class EngineSolid:
+    """One body as an engine has it, about its own middle.
+
+    ``corners`` (n, 3) metres from ``middle`` (3,); ``faces`` (m, 3) of a triangle mesh, ``None``: the hull of the
+    corners stands in its place.
+    """
+
+    corners: FloatArray
+    middle: FloatArray
+    faces: Int32Array | None = None
+
+
+def engine_solid(body: Body, shape: str, engine: str) -> EngineSolid:
+    """The hull of a body (``shape`` "hull"), or its triangles if it is not convex ("mesh").
+
+    InvalidMeshError for a body so large that an engine of float32 does not know its corners.
+    """
+    points = body.mesh.referenced_vertices
+    low, high = points.min(axis=0), points.max(axis=0)
+    size = float((high - low).max())
+    if size > LARGEST:
+        raise InvalidMeshError(
+            f"{engine} keeps float32, too coarse for {body.name}, which is {size:g} m large; "
+            f"give it in metres, at most {LARGEST:g} m"
+        )
+    middle = (low + high) / 2
+    if shape == "mesh" and not is_convex(body.mesh):
+        return EngineSolid(body.mesh.vertices - middle, middle, body.mesh.faces)
+    solid = thickened(points - middle)
+    hull = hull_of(solid)
+    return EngineSolid(solid if hull is None else hull.vertices, middle)
+
+
+def is_convex(mesh: TriangleMesh) -> bool:
+    """Whether a closed mesh fills its hull."""
+    if not mesh.is_closed:
+        return False
+    hull = hull_of(mesh.referenced_vertices)
+    if hull is None:
+        return False
+    full = _volume(hull)
+    return abs(full - abs(_volume(mesh))) <= CONVEX_SHARE * full
+
+
+def thickened(points: FloatArray) -> FloatArray:
+    """The points (n, 3); those of a sheet or a needle on both sides of it, ``SHEET`` apart."""
+    about = points - points.mean(axis=0)
+    for axis in np.linalg.eigh(about.T @ about)[1].T:
+        if np.ptp(points @ axis) < SHEET:
+            points = np.concatenate([points - SHEET / 2 * axis, points + SHEET / 2 * axis])
+    return points
+
+
+def engine_poses(
+    solids: list[EngineSolid], rotations: FloatArray, translations: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Where the middles are, (N, 3) metres, and quaternions (N, 4) as x, y, z, w."""
+    middles = np.array([solid.middle for solid in solids]).reshape(-1, 3)
+    places = translations + np.einsum("nij,nj->ni", rotations, middles)
+    return places, Rotation.from_matrix(rotations).as_quat()
+
+
+def _volume(mesh: TriangleMesh) -> float:
+    a, b, c = np.moveaxis(mesh.triangles - mesh.vertices[0], 1, 0)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)

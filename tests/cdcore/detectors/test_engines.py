@@ -1,0 +1,196 @@
+"""Engines of others say what their documentation says, whatever was asked before; truth by known gaps between hulls."""
+
+import subprocess
+import sys
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+from support.hull_gaps import hulls_at
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, rod_mesh, still
+
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+from cdcore.detectors import ENGINE_MODULE
+from cdcore.errors import InvalidMeshError
+from cdcore.protocol import counts_as_contact
+
+ENGINES = [
+    pytest.param(name, marks=pytest.mark.skipif(find_spec(module) is None, reason=f"{module} is an extra"))
+    for name, module in ENGINE_MODULE.items()
+]
+OURS = [row for row in ENGINES if row.values[0] != "mujoco"]
+GAPS = np.array([-1, -0.1, 0.1, 1, 1.9, 2.1, 3.7, 4, 10, 10.8, 11, 15, 19.9, 20.1]) / 1000
+
+REACH = {
+    # Cube of 10 cm on a plate, millimetres below which the engine's own defaults list a contact.
+    # MuJoCo: geom margin 0, mujoco.readthedocs.io/en/stable/XMLreference.html#body-geom-margin.
+    "mujoco": 0.0,
+    # Rapier: normalized_prediction_distance 0.02 times length_unit 1, rapier.rs/docs: integration parameters.
+    "rapier": 20.0,
+    # Bullet: 1 mm of collision margin a body (PyBullet Quickstart Guide, changeDynamics), then the contact breaking
+    # threshold, 0.02 times the smaller half diagonal with its margin: btCollisionShape::getContactBreakingThreshold.
+    "bullet": 2 * 1.0 + 0.02 * (50 + 1) * 3**0.5,
+    # PhysX: contactOffset computed from gravity and step, twice 9.81 / 60**2 m a body, and contact below the sum of
+    # both: nvidia-omniverse.github.io/PhysX/ovphysx, simulation_setup/collision, "Rest and Contact Offsets".
+    "physx": 2 * 2 * 9.81 / 60**2 * 1000,
+}
+
+
+def cube_above_plate(gaps):
+    places = [[[0.01, 0.02, 0.06 + gap], [0, 0, 0]] for gap in gaps]
+    motion = Motion(np.arange(len(gaps)), places, np.tile(np.eye(3), (len(gaps), 2, 1, 1)))
+    return [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("plate", box_mesh((1, 1, 0.02)))], motion
+
+
+def in_contact(name, bodies, motion, **settings):
+    return counts_as_contact(create_detector(name, bodies, **settings).detect(motion).verdict[:, 0])
+
+
+@pytest.mark.parametrize("name", ENGINES)
+def test_a_cube_above_a_plate_is_in_contact_below_the_distance_that_the_engine_documents(name):
+    found = in_contact(name, *cube_above_plate(GAPS))
+    assert found.tolist() == np.less(GAPS * 1000, REACH[name]).tolist()
+
+
+@pytest.mark.skipif(find_spec("rapier3d") is None, reason="rapier3d is an extra")
+def test_the_default_of_rapier_is_that_of_its_own_parameters():
+    from rapier3d import IntegrationParameters
+
+    default = create_detector("rapier", [Body("a", box_mesh())]).settings.prediction_m
+    assert default == pytest.approx(IntegrationParameters().prediction_distance(), rel=1e-6)
+
+
+@pytest.mark.skipif(find_spec("pybullet") is None, reason="pybullet is an extra")
+def test_the_default_of_bullet_is_that_of_a_new_body():
+    import pybullet
+
+    client = pybullet.connect(pybullet.DIRECT)
+    shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, vertices=box_mesh().vertices.tolist())
+    margin = pybullet.getDynamicsInfo(pybullet.createMultiBody(1.0, shape), -1)[11]
+    pybullet.disconnect(client)
+    assert create_detector("bullet", [Body("a", box_mesh())]).settings.margin_m == margin
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "millimetres"),
+    [
+        ("rapier", {"prediction_m": 0.005}, 5.0),
+        ("bullet", {"margin_m": 0.004}, 2 * 4.0 + 0.02 * (50 + 4) * 3**0.5),
+        ("physx", {"contact_offset_m": 0.01}, 20.0),
+    ],
+)
+def test_another_offset_moves_the_distance_by_as_much(name, settings, millimetres):
+    pytest.importorskip(ENGINE_MODULE[name])
+    found = in_contact(name, *cube_above_plate([(millimetres - 0.1) / 1000, (millimetres + 0.1) / 1000]), **settings)
+    assert found.tolist() == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("name", "settings", "reach", "early", "late"),
+    [
+        # A millimetre and more too late between edges: Rapier measures at corners of faces.
+        ("rapier", {"prediction_m": 0.01}, 0.01, 1e-6, 3e-3),
+        ("bullet", {}, 0.002, 1e-3, 0.0),
+        ("physx", {"contact_offset_m": 0.01}, 0.02, 1e-6, 2e-5),
+    ],
+)
+def test_between_random_hulls_it_errs_by_no_more_than_its_row_says(name, settings, reach, early, late):
+    pytest.importorskip(ENGINE_MODULE[name])
+    about = np.concatenate([-np.logspace(-2.3, -8, 18), np.logspace(-8, -2.3, 18)])
+    for seed in range(12):
+        bodies, motion = hulls_at(seed, reach + about)
+        found = in_contact(name, bodies, motion, **settings)
+        assert found[about < -late].all()
+        assert not found[about > early].any()
+
+
+@pytest.mark.parametrize("shape", ["hull", "mesh"])
+@pytest.mark.parametrize("name", OURS)
+def test_what_was_asked_before_changes_no_answer(name, shape):
+    bodies, motion = lab(120)
+    detector = create_detector(name, bodies, shape=shape)
+    whole = detector.detect(motion).verdict
+    frames = np.random.default_rng(0).permutation(120)[:40].tolist()
+    alone = [detector.detect(motion.frames(k, k + 1)).verdict[0] for k in frames]
+    assert np.array_equal(alone, whole[frames])
+    new = create_detector(name, bodies, shape=shape).detect(motion.frames(frames[0], frames[0] + 1))
+    assert np.array_equal(new.verdict[0], whole[frames[0]])
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_a_rod_within_a_beaker_touches_its_hull_and_not_its_mesh(name):
+    bodies = [Body("beaker", beaker_mesh()), Body("rod", rod_mesh())]
+    motion = still(bodies, [[0, 0, 0], [0, 0, 0.2]])
+    for height, hull, mesh in ((0.2, False, False), (0.075, True, False)):
+        motion = still(bodies, [[0, 0, 0], [0, 0, height]])
+        assert in_contact("exact", bodies, motion)[0] == mesh
+        settings = {"prediction_m": 0.001} if name == "rapier" else {}
+        settings |= {"contact_offset_m": 0.001} if name == "physx" else {}
+        assert in_contact(name, bodies, motion, shape="hull", **settings)[0] == hull
+        assert in_contact(name, bodies, motion, shape="mesh", **settings)[0] == mesh
+
+
+@pytest.mark.parametrize("name", ["bullet", "physx"])
+def test_two_meshes_that_the_engine_cannot_test_are_not_supported_and_never_clear(name):
+    pytest.importorskip(ENGINE_MODULE[name])
+    bodies = [Body("a", beaker_mesh()), Body("b", beaker_mesh()), Body("ball", ball_mesh(0.01))]
+    motion = Motion(
+        np.arange(2), np.array([[[0, 0, 0], [0, 0, 9], [0, 0, 5]], [[0, 0, 0], [0, 0, 0.01], [0, 0, 5]]]),
+        np.tile(np.eye(3), (2, 3, 1, 1)), np.array([[True, True, True], [True, False, True]]),
+    )  # fmt: skip
+    found = create_detector(name, bodies, shape="mesh").detect(motion)
+    assert found.verdict[:, 0].tolist() == [Verdict.INVALID, Verdict.NO_POSE]
+    assert "not supported" in found.reasons[0, 0] and "not supported" in found.containment[0]
+    assert (found.verdict[:, 1] == Verdict.CLEAR).all()
+    explained = create_detector(name, bodies, shape="mesh").explain(motion, 0, 0, np.zeros((0, 2)))
+    assert explained.shapes_meet is None
+    assert create_detector(name, bodies, shape="hull").detect(motion).verdict[0, 0] == Verdict.CLEAR
+
+
+@pytest.mark.skipif(find_spec("rapier3d") is None, reason="rapier3d is an extra")
+def test_rapier_tests_two_meshes():
+    bodies = [Body("a", beaker_mesh()), Body("b", beaker_mesh())]
+    motion = Motion([0, 1], [[[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0.03, 0, 0]]], np.tile(np.eye(3), (2, 2, 1, 1)))
+    assert in_contact("rapier", bodies, motion, shape="mesh").tolist() == [False, True]
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_between_its_looks_it_holds_its_answer(name):
+    bodies, motion = lab(60)
+    always, slow = (create_detector(name, bodies, rate_hz=rate).detect(motion) for rate in (None, 30.0))
+    assert slow.work["looks"] < 30 < always.work["looks"]
+    assert np.count_nonzero(slow.seconds["engine"]) == slow.work["looks"]
+    both = motion.valid.all(axis=1)
+    assert np.array_equal(slow.verdict[0], always.verdict[0])
+    assert (slow.verdict[both] != always.verdict[both]).any()
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_a_sheet_is_a_body_and_one_larger_than_float32_can_tell_is_refused_by_name(name):
+    sheet = TriangleMesh(box_mesh((0.3, 0.3, 1.0)).vertices * [1, 1, 0], box_mesh().faces)
+    bodies = [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("sheet", sheet)]
+    motion = Motion([0, 1], [[[0, 0, 0.049], [0, 0, 0]], [[0, 0, 1], [0, 0, 0]]], np.tile(np.eye(3), (2, 2, 1, 1)))
+    assert in_contact(name, bodies, motion).tolist() == [True, False]
+    with pytest.raises(InvalidMeshError, match="slab"):
+        create_detector(name, [Body("slab", TriangleMesh(box_mesh().vertices * 1e100, box_mesh().faces))])
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_a_mesh_far_from_the_origin_of_its_body_keeps_its_digits(name):
+    far = np.array([300.0, -200.0, 100.0])
+    bodies, motion = cube_above_plate(GAPS)
+    moved = [Body(body.name, TriangleMesh(body.mesh.vertices + far, body.mesh.faces)) for body in bodies]
+    there = Motion(motion.times, motion.translations - far, motion.rotations)
+    assert np.array_equal(in_contact(name, moved, there), in_contact(name, bodies, motion))
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_an_engine_prints_nothing(name):
+    code = (
+        "from cdcore import Body, Motion, TriangleMesh, create_detector; import numpy as np;"
+        "mesh = TriangleMesh(np.eye(4, 3), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]);"
+        f"detector = create_detector({name!r}, [Body('a', mesh), Body('b', mesh)]);"
+        "detector.detect(Motion([0.0], np.zeros((1, 2, 3)), np.tile(np.eye(3), (1, 2, 1, 1))))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert done.stdout + done.stderr == ""

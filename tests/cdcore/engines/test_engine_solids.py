@@ -1,0 +1,39 @@
+"""What an engine is given for a mesh fills it, or its hull, and stays where it was."""
+
+import numpy as np
+import pytest
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, random_rotations, rod_mesh, without_faces
+
+from cdcore import Body, TriangleMesh
+from cdcore.engines.engine_solids import SHEET, engine_poses, engine_solid, is_convex
+
+
+@pytest.mark.parametrize(
+    ("mesh", "convex"),
+    [(box_mesh(), True), (ball_mesh(0.1), True), (rod_mesh(), True), (beaker_mesh(), False),
+     (without_faces(box_mesh(), 1), False)],
+)  # fmt: skip
+def test_only_a_closed_mesh_that_fills_its_hull_is_convex(mesh, convex):
+    turn = random_rotations(np.random.default_rng(1), 1)[0]
+    for vertices in (mesh.vertices, mesh.vertices @ turn.T + 5, mesh.vertices.astype(np.float32)):
+        assert is_convex(TriangleMesh(vertices, mesh.faces)) == convex
+
+
+def test_its_corners_at_a_pose_are_the_corners_of_the_mesh_there():
+    rng = np.random.default_rng(2)
+    for mesh in (box_mesh(), TriangleMesh(beaker_mesh().vertices + np.array([3, -2, 1]), beaker_mesh().faces)):
+        solid = engine_solid(Body("a", mesh), "mesh", "Engine")
+        turn, move = random_rotations(rng, 1)[0], rng.normal(size=3)
+        places, quaternions = engine_poses([solid], turn[None], move[None])
+        x, y, z, w = quaternions[0]
+        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        placed = solid.corners @ (np.eye(3) + 2 * w * cross + 2 * cross @ cross).T + places[0]
+        there = mesh.vertices @ turn.T + move
+        assert np.abs(placed[:, None] - there).max(axis=2).min(axis=1).max() < 1e-12
+
+
+def test_a_sheet_gets_a_thickness_and_a_solid_keeps_its_own():
+    flat = TriangleMesh(box_mesh().vertices * [1, 1, 0], box_mesh().faces)
+    assert np.ptp(engine_solid(Body("a", flat), "hull", "Engine").corners[:, 2]) == pytest.approx(SHEET)
+    solid = engine_solid(Body("a", box_mesh()), "hull", "Engine")
+    assert np.allclose(np.ptp(solid.corners, axis=0), np.ptp(box_mesh().vertices, axis=0))
