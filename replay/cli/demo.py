@@ -21,16 +21,6 @@ FOLDER: Final = Path("replay-demo")
 CLASS_FOLDER: Final = Path("class")
 SESSION: Final = "session.mcap"
 
-FIRST_WORDS: Final = {
-    "contact": "two bodies touch, from the first frame to the last",
-    "detector": "what says in which frames they do: an engine, or a rule of one",
-    "oracle": "the detector that the others are compared with",
-    "missed": "a contact of the oracle that a detector never reports",
-    "in part": "reported, but late, not to its end, or with a gap",
-    "false": "reported where the oracle sees none",
-}
-"""All that a reader of an answer must know; what else it says is explained where it stands, or in the glossary."""
-
 
 @click.command()
 @click.option("--scene", default="bench-bumps", show_default=True, help="Which made-up session.")
@@ -62,7 +52,7 @@ def command(
         from replay.cli.demo_class import demo_class
 
         return demo_class(out or CLASS_FOLDER, students, seed=made["seed"], jobs=jobs, people=people)
-    from replay.cli.run_report import report_run, where_to_look
+    from replay.cli.run_report import report_run
     from sessions.synthetic.truth import truth_path
 
     doing = f"making up a session in a laboratory ({made['scene']})"
@@ -77,11 +67,9 @@ def command(
     people.say(f"{doing}, recording it, replaying it ...")
     folder = out or FOLDER
     result = _demo(folder, force or out is None, people, **made)
-    code = report_run(result, people, as_json=as_json)
-    if result.detections:
-        people.say("", "six words:", *(f"  {word}: {meaning}" for word, meaning in FIRST_WORDS.items()))
-    people.say("", f"the recorded session is {folder / SESSION}", *where_to_look(result))
-    return code
+    seconds = result.summary["session"]["duration"]
+    people.say(f"Made up a {seconds:.0f} s session: {folder / SESSION}")
+    return report_run(result, people, as_json=as_json, recording=folder / SESSION)
 
 
 def _record(file: Path, *, scene: str, seed: int, noise: str | None) -> Path:

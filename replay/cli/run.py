@@ -50,7 +50,7 @@ def command(
     people.say(f"replaying {files[0]}")
     from replay.api.batch import run_near
     from replay.api.places import check_place
-    from replay.cli.run_report import close_run, report_run, where_to_look
+    from replay.cli.run_report import close_run, report_run
 
     check_place(out, force=asked["force"])
     asked |= {"out": out, "picture": not no_picture, "progress": TerminalProgress(people)}
@@ -62,8 +62,7 @@ def command(
         print(run_markdown(result, broken))
         code = close_run(result, people)
     else:
-        code = report_run(result, people, broken, as_json=as_json)
-    people.say("", *where_to_look(result, picture=not no_picture))
+        code = report_run(result, people, broken, as_json=as_json, picture=not no_picture, recording=files[0])
     if view and out is not None:
         from replay.cli.view import watch
 

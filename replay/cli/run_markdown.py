@@ -15,13 +15,13 @@ LEVEL = 3
 
 
 def run_markdown(result: "RunResult", broken: Sequence[str]) -> str:
-    """One session: which gates failed, what is wrong, the ranking, and what being right costs."""
+    """One session: which gates failed, what is wrong, the ranking, and what the reference takes."""
     from replay.outputs.run_tables import ranking_table
 
     name = result.session.scene.name or "Session"
     lines = [f"{result.summary['session']['frames']:,} frames, {len(result.assembly.bodies)} bodies"]
-    lines += [f"**{words}.**" for words in map(markdown_words, headlines(result))]
-    tables = [ranking_table(result.summary)] if len(result.comparisons) > 1 else []
+    lines += [f"**{words}**" for words in map(markdown_words, headlines(result))]
+    tables = [ranking_table(result)] if len(result.comparisons) > 1 else []
     return _page(name, broken, [*map(markdown_words, doubts(result)), *lines], tables, price(result))
 
 

@@ -1,13 +1,13 @@
-"""What ``run`` and ``demo`` say when they are done: tables or JSON on stdout, what to do next on stderr."""
+"""What ``run`` and ``demo`` say when they are done: the answer or JSON on stdout, notes on stderr."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from math import isnan
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from replay.cli.console import DATA_LOSS, OK, People, answer
-from replay.comparison.clusters import by_depth
 from replay.pipeline.run_result import RunResult
 from replay.prepare.repair import DAMAGE
 
@@ -18,20 +18,32 @@ Sources: TypeAlias = Mapping[str, tuple[str, ...]]
 """``detector NAME`` or ``effect KIND`` -> citations."""
 
 
-def report_run(result: RunResult, people: People, broken: Sequence[str] = (), *, as_json: bool = False) -> int:
-    """Print a run, for who wants more with the sources behind it; the exit code: 3 when frames could not be used.
+def report_run(
+    result: RunResult, people: People, broken: Sequence[str] = (), *, as_json: bool = False, picture: bool = True,
+    recording: Path | None = None,
+) -> int:  # fmt: skip
+    """Print a run, the tables and sources too for who wants more; the exit code: 3 when frames could not be used.
 
-    ``broken`` are the gates that failed; they stand in the JSON.
+    ``broken`` are the gates that failed; they stand in the JSON. ``recording`` is the file that was replayed.
     """
-    from replay.cli.run_tables import run_tables
+    from replay.cli.run_tables import run_screen, run_tables
+    from replay.pipeline.answer import SESSION
 
     behind = sources_of([result]) if people.verbose else {}
+    where = where_to_look(result, picture=picture)
 
     def plain() -> dict[str, Any]:
         return run_json(result) | {"broken": [*broken]}
 
-    answer_cited(as_json, plain, lambda: run_tables(result, everything=people.verbose), behind)
-    return close_run(result, people)
+    code = close_run(result, people)
+    if people.verbose and not as_json:
+        answer_cited(False, None, lambda: run_tables(result), behind)
+    named = SESSION if recording is None else str(recording)
+    cited = behind if as_json else {}
+    answer_cited(as_json, plain, lambda: run_screen(result, where, recording=named), cited)
+    if as_json:
+        people.say("", *where)
+    return code
 
 
 def sources_of(results: Sequence[RunResult]) -> Sources:
@@ -43,14 +55,14 @@ def sources_of(results: Sequence[RunResult]) -> Sources:
 
 
 def answer_cited(
-    as_json: bool, plain: Mapping[str, Any] | Callable[[], Mapping[str, Any]],
+    as_json: bool, plain: Mapping[str, Any] | Callable[[], Mapping[str, Any]] | None,
     shown: "Callable[[], RenderableType]", behind: Sources, sentences: Sequence[str] = (),
 ) -> None:  # fmt: skip
     """``answer``; where it is text, sentences below it; then the sources ``behind`` it, none if not asked for."""
     from replay.pipeline.citations import citations
 
     def told() -> dict[str, Any]:
-        return {**(plain() if callable(plain) else plain), **({"sources": behind} if behind else {})}
+        return {**((plain() if callable(plain) else plain) or {}), **({"sources": behind} if behind else {})}
 
     answer(as_json, told, shown)
     below = [*sentences, *(["", *citations(behind).splitlines()] if behind else [])]
@@ -74,20 +86,16 @@ def close_run(result: RunResult, people: People) -> int:
 
 
 def where_to_look(result: RunResult, *, picture: bool = True) -> list[str]:
-    """What was written, and the commands that show it: the page, the picture, and the longest cut that was missed."""
+    """The commands that show a run: the picture at the moment of its answer, and the page."""
     if result.out is None:
-        return ["nothing was written; with --out DIR there are a report, tables and a picture of every miss"]
-    lines = [f"wrote {result.out}; read {result.out / 'report.html'}"]
-    if not picture:
-        return lines
-    lines.append(f"open the picture:      replay view {result.out}")
-    worst = [(label, by_depth(found)[0]) for label, found in result.misses.items() if found]
-    if worst:
-        label, longest = max(worst, key=lambda one: one[1].cut_length)
-        where = "at the longest cut: " if longest.touch is None else "between two frames: "
-        by = f" --by {label}" if len(result.misses) > 1 else ""
-        lines.append(f"or {where}replay view {result.out} --miss {longest.number}{by}")
-    return lines
+        return ["Nothing was written; with --out DIR there are a report, tables and a picture of every moment."]
+    lines = []
+    if picture:
+        first = result.answers[0] if result.answers else None
+        moment = "" if first is None or first.moment is None else f" {first.moment.option}"
+        by = f" --by {first.label}" if first is not None and moment and len(result.comparisons) > 1 else ""
+        lines.append(f"See it   replay view {result.out}{moment}{by}")
+    return [*lines, f"Read it  {result.out / 'report.html'}   (-v prints every table here)"]
 
 
 def lost_frames(summary: Mapping[str, Any]) -> int:

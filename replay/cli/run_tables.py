@@ -1,23 +1,23 @@
-"""What a terminal shows of a run: the answers first, then the tables."""
+"""What a terminal shows of a run: a screen that ends with what to do, or every table."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from shlex import quote
 from typing import Any, Final
 
 from rich.console import Group, RenderableType
 from rich.text import Text
 
 from replay.base.constants import CAVEAT
-from replay.cli.terminal import STYLES, line, terminal
-from replay.comparison.contact_counts import contact_counts
+from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
 from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import happened_words
 from replay.outputs import run_tables as built
 from replay.outputs.moments import worst_first
 from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table, table
-from replay.outputs.words import CONTACT_WORDS_SHORT, false_thing
-from replay.pipeline.headline import beside, doubts, headlines, price
-from replay.pipeline.ranking import ranking
+from replay.outputs.words import CONTACT_WORDS_SHORT, false_thing, tallied
+from replay.pipeline.answer import RUN, SESSION
+from replay.pipeline.headline import beside, doubts, price, undecided
 from replay.pipeline.run_result import RunResult
 
 FAULT_ROWS: Final = 20
@@ -32,55 +32,95 @@ COST_HEAD: Final = ("detector", "how", "mean ms", *built.QUANTILES.values(), bui
 MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cause")
 FALSE_HEAD: Final = ("false", "at s", "pair", "frames", "mm apart", "why")
 
+SCREEN_HEADS: Final = {
+    "detector": "", "what": "", "missed": "missed", built.LATE_OR_SHORT: "late or\ncut short",
+    "undecided": "undecided", built.FALSE_CONTACT: "false\ncontact", "mean ms": "mean\nms", "p99 ms": "p99\nms",
+}  # fmt: skip
+"""Columns of the ranking that fit into 80 columns, and what stands above them."""
 
-def run_tables(result: RunResult, *, everything: bool = False) -> Group:
-    """What a terminal shows of a run; ``everything``: pair-frames, matched contacts and causes too."""
-    first = [*first_words(result)]
-    if result.comparisons:
-        first += [line(f"{note}.", FAINT) for note in built.containment_notes(result, result.oracle)]
-    parts: list[Table | RenderableType] = [Text(), *first] if first else []
+
+def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str = SESSION) -> Group:
+    """What a terminal shows of a run unless it is asked for more; what to do next comes last.
+
+    ``where``: lines that say how to see it; ``recording``: the file that was replayed, for the commands.
+    """
+    parts: list[Table | RenderableType] = [line(words, INVENTED) for words in doubts(result)]
+    if result.ranking:
+        parts += [built.ranking_table(result).only(*SCREEN_HEADS).headed(SCREEN_HEADS)]
+        parts += [Paragraph("", words) for words in undecided(result)]
+    elif result.detections:
+        parts += [built.contact_table(result, label) for label in result.detections]
+    else:
+        parts += [Text(), line(no_detection(result))]
+    parts += effect_parts(result)
+    if result.ranking:
+        parts += answer_lines(result, recording)
+    if where:
+        parts += [] if result.ranking else [Text()]
+        parts += [Paragraph("", words) for words in where]
+    return terminal(*parts)
+
+
+def answer_lines(result: RunResult, recording: str) -> Iterator[RenderableType]:
+    """What is wrong with the worst detector, why, what mends it and what that costs."""
+    first = result.answers[0]
+    yield Text()
+    yield Paragraph("", first.sentence, STYLES[_mark(result)])
+    if first.why:
+        yield Paragraph("  Why   ", first.why)
+    if first.fix is not None:
+        yield Paragraph("  Fix   ", first.fix.words)
+        folder = str(result.out or RUN)
+        if first.fix.command:
+            yield Command(first.fix.command.replace(SESSION, quote(recording)).replace(RUN, quote(folder)))
+    for number, words in enumerate(price(result)):
+        yield Paragraph("        " if number else "  Cost  ", words)
+
+
+def effect_parts(result: RunResult) -> list[Table | RenderableType]:
+    """What effects found: a table where no detector was asked, else a line of those that are not contacts alone."""
+    if not result.detections and result.effects:
+        table = built.effect_table(result).only("effect", "found", "ms", "% of the run", "% skipped")
+        return [table, Text(), *(line(words) for words in happened_words(result.effects, EVENT_ROWS))]
+    found = [
+        f"{kind} ({tallied(figures['events'])})"
+        for kind, figures in result.summary["effects"].items()
+        if kind != "contact" and figures["events"]
+    ]
+    return [Paragraph("Effects  ", f"{', '.join(found)}; -v has the table.")] if found else []
+
+
+def run_tables(result: RunResult) -> Group:
+    """Every table of a run: ranking, pairs, misses, false contacts, pair-frames, causes, times, effects."""
+    parts: list[Table | RenderableType] = []
+    if result.ranking:
+        parts += [built.ranking_table(result, intervals=True)]
+        notes = [*built.containment_notes(result, result.oracle), *built.sampling_notes(result), *beside(result)]
+        parts += [line(note, FAINT) for note in notes]
     for label in worst_first(result):
         pairs = built.pair_table(result, label).only("pair", "contacts", *built.AUDIT_MARKS, built.CUT)
         parts.append(pairs.first(PAIR_ROWS, "… and {} more").titled(f"contacts, and what {label} made of them"))
     parts += fault_tables(result)
-    if everything and result.comparisons:
+    if result.comparisons:
         parts += audit_tables(result.summary["audit"])
-    if not result.comparisons and result.detections:
-        parts += [built.contact_table(result, label) for label in result.detections]
     if result.detections:
         parts.append(built.cost_table(result).only(*COST_HEAD))
-    else:
-        parts += [Text(), line(no_detection(result))]
-    if result.effects:
+    if result.effects and result.detections:
         parts.append(built.effect_table(result).only("effect", "found", "ms", "% of the run", "% skipped"))
-        if not result.detections:
-            parts += [Text(), *(line(words) for words in happened_words(result.effects, EVENT_ROWS))]
     parts += [Text(), line(CAVEAT, FAINT)]
     if result.assembly.proxies:
         parts.append(line(f"Proxy meshes stand in for: {', '.join(result.assembly.proxies)}.", FAINT))
     return terminal(*parts)
 
 
-def first_words(result: RunResult) -> Iterator[RenderableType]:
-    """Before all else: what is suspicious, what the detectors missed and invented, in one table, and what that took."""
-    yield from (line(words, INVENTED) for words in doubts(result))
-    for words in headlines(result):
-        text = Text(words, style=STYLES[_mark(result)])
-        yield text.append(f"  (oracle: {result.oracle})", style="dim")
-    if len(result.comparisons) > 1:
-        yield terminal(built.ranking_table(result.summary))
-    yield from (line(words, INVENTED) for words in beside(result))
-    yield from (line(words, FAINT) for words in price(result))
-
-
 def _mark(result: RunResult) -> str:
     """Red is for what is missed, where that comes first; green for contacts that were all decided, and found."""
-    worst, several = ranking(result.summary)[0], len(result.comparisons) > 1
-    counts = contact_counts(result, worst.label)
-    if worst.lost and not worst.leads_false if several else counts.missed or counts.in_part:
+    worst = result.ranking[0]
+    if worst.lost and not worst.leads_false:
         return IN_RED
-    good = counts.contacts and not counts.frames_undecided
-    return GOOD if good and not (several and worst.fault) else INVENTED
+    if worst.fault or worst.undecided:
+        return INVENTED
+    return GOOD if worst.contacts else ""
 
 
 def no_detection(result: RunResult) -> str:
@@ -109,7 +149,7 @@ def fault_tables(result: RunResult) -> list[Table]:
 def audit_tables(audit: Mapping[str, Any]) -> list[Table]:
     """Pair-frames and contacts with a column per detector, and why contacts were missed."""
     contacts = "contacts: from the first frame of touching to the last, matched one to one"
-    frames = built.pair_frame_table("pair-frames: one pair of bodies in one frame, beside the oracle", audit)
+    frames = built.pair_frame_table("pair-frames: one pair of bodies in one frame, beside the reference", audit)
     return [replace(frames, notes=()), built.matched_table(contacts, audit, CONTACT_WORDS_SHORT), cause_table(audit)]
 
 

@@ -1,5 +1,7 @@
-"""Tables for a terminal: every mark has a style, a count of zero is a dot, and no word is cut at any width."""
+"""Tables for a terminal: every mark has a style, and no word is cut at any width."""
 
+from dataclasses import dataclass
+from textwrap import fill
 from typing import Final
 
 from rich import box
@@ -50,6 +52,46 @@ def plain(text: str, style: str = "") -> Text:
 def line(text: str, mark: str = "") -> Text:
     """A sentence; its words are not broken."""
     return Text(shown(text), style=STYLES[mark])
+
+
+WIDEST: Final = 80
+"""Columns of a sentence at most, however wide the terminal: what a mail or a second pane shows whole."""
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """A sentence folded between words, its label before it, its later lines below the first."""
+
+    label: str
+    text: str
+    style: str = ""
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """As wide as there is room, up to ``WIDEST``."""
+        del console
+        indent = " " * len(self.label)
+        room = max(min(options.max_width, WIDEST), len(indent) + 20)
+        text = fill(
+            shown(self.text), room, initial_indent=self.label, subsequent_indent=indent, break_long_words=False,
+            break_on_hyphens=False,
+        )  # fmt: skip
+        yield Text(text, style=self.style, no_wrap=True, overflow="ignore")
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command to be copied, below the text of a label; a long one is continued before an option."""
+
+    text: str
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """On one line where it fits, else with ``\\`` at the end of each but the last."""
+        del console
+        indent, room = " " * 8, min(options.max_width, WIDEST)
+        words = shown(self.text)
+        if len(indent) + len(words) > room:
+            words = words.replace(" --", f" \\\n{indent}  --")
+        yield Text(indent + words, no_wrap=True, overflow="ignore")
 
 
 GAP: Final = 2
@@ -122,7 +164,7 @@ class Fitted:
 
 def _cell(cell: Cell, column: Column) -> Text:
     if cell == 0:
-        return Text("·", style="dim")
+        return Text("0", style="dim")
     mark = cell.mark if isinstance(cell, Marked) and cell.mark else column.mark
     text = Text(text_of(cell), style=STYLES[mark])
     if isinstance(cell, Marked) and cell.below:

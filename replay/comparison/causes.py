@@ -39,7 +39,7 @@ class Cause(StrEnum):
     """Contact by less than tau: too small to decide, and no miss."""
     BETWEEN_FRAMES = "between frames"
     """No instant shows it; only an oracle of intervals does."""
-    BETWEEN_LOOKS = "between looks"
+    BETWEEN_LOOKS = "between samples"
     """The detector did not examine that frame."""
     BETWEEN_STEPS = "between physics steps"
     """No step of the engine falls into what its reports miss."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from cdcore import Detection, Verdict
+from cdcore.numerics import FloatArray, place_points
 from cdcore.protocol import NO_FACES, Explains, Explanation, counts_as_contact
 from replay.comparison.causes import Cause, delay_cause
 from replay.comparison.contact_counts import REPORTED
@@ -32,14 +33,21 @@ _, STARTS_EARLY, ENDS_LATE, JOINS_TWO = FALSE_KINDS
 VOLUMES: Final = "only bounding volumes overlap"
 """Cause of what is *unconfirmed*: a candidate, whose triangles nobody asked."""
 
-SOLIDS: Final = "its solids meet, the meshes do not"
-HELD: Final = "held since its last look"
+SOLIDS: Final = "colliders meet, surfaces do not"
+HOLLOW: Final = "hull fills a hollow"
+"""A part of the other body is in a hull, and outside the mesh that it stands for."""
+
+HELD: Final = "held since its last sample"
 UNEXPLAINED: Final = "unexplained"
 
 LOOKS: Final = 9
 LOOKS_IN_ALL: Final = 1000
 """Frames in which the gap of a stretch is measured, and of all stretches: a distance of meshes takes milliseconds.
 With more stretches than that the longest ones are measured."""
+
+
+MOST_VERTICES: Final = 500
+"""Vertices of a body that are asked whether a hull holds them."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +65,7 @@ class FalseContact:
     gap : metres between the meshes there; nan: not measured.
     point : the middle between their nearest points there, or between the bodies' origins; world metres.
     cause : why it was reported.
+    hollow : name of the body whose convex hull fills a hollow, where that is the cause; else ``""``.
     """
 
     number: int
@@ -72,6 +81,7 @@ class FalseContact:
     gap: float
     point: Vector
     cause: str
+    hollow: str = ""
 
     @property
     def frames(self) -> int:
@@ -96,9 +106,46 @@ class FalseReporter:
     def _delays(self) -> dict[int, int]:
         return {}
 
+    @cached_property
+    def _planes(self) -> dict[int, FloatArray]:
+        return {}
+
     def is_candidate(self, frame: int, pair: int) -> bool:
         """Whether only bounding volumes were asked."""
         return self.subject is not None and int(self.subject.verdict[frame, pair]) == Verdict.CANDIDATE
+
+    def hollow_at(self, assembly: Assembly, pair: int, frame: int) -> str:
+        """Name of the body of a pair into whose convex hull the other reaches, at a frame without contact.
+
+        Of two such bodies the one into whose hull more vertices reach; ``""``: neither, or no hulls were asked.
+        """
+        settings = getattr(self.detector, "settings", None)
+        if getattr(settings, "shape", None) != "hull":
+            return ""
+        ends = assembly.pairs[pair].tolist()
+        inside = [self._inside(assembly, frame, body, other) for body, other in (ends, ends[::-1])]
+        most = int(inside[1] > inside[0])
+        return assembly.names[ends[most]] if inside[most] else ""
+
+    def _inside(self, assembly: Assembly, frame: int, body: int, other: int) -> int:
+        """How many vertices of another body, of some spread over it, are in the convex hull of a body."""
+        motion, vertices = assembly.motion, assembly.bodies[other].mesh.vertices
+        some = vertices[:: 1 + len(vertices) // MOST_VERTICES]
+        world = place_points(some, motion.rotations[frame, other], motion.translations[frame, other])
+        local = (world - motion.translations[frame, body]) @ motion.rotations[frame, body]
+        planes = self._hull_planes(assembly, body)
+        return int((local @ planes[:, :3].T + planes[:, 3] < 0.0).all(axis=1).sum()) if len(planes) else 0
+
+    def _hull_planes(self, assembly: Assembly, body: int) -> FloatArray:
+        """Planes (n, 4) of the convex hull of a body, normals outwards, in its own frame; none of a flat mesh."""
+        from scipy.spatial import ConvexHull, QhullError
+
+        if body not in self._planes:
+            try:
+                self._planes[body] = ConvexHull(assembly.bodies[body].mesh.vertices).equations
+            except QhullError:
+                self._planes[body] = np.zeros((0, 4))
+        return self._planes[body]
 
     def moved(self, frame: int, pair: int) -> Cause | None:
         """``late`` or ``early`` where all that is said of the pair is so by a constant number of frames, as here."""
@@ -144,7 +191,9 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: FalseReporter
                 kind_within(FALSE_KINDS, outcome[:, pair], (begin, end), first, last), frame, gap, point, "",
             )
         )  # fmt: skip
-        made[-1] = replace(made[-1], cause=_cause(by, assembly, made[-1]))
+        cause = _cause(by, assembly, made[-1])
+        hollow = by.hollow_at(assembly, pair, frame) if cause == SOLIDS else ""
+        made[-1] = replace(made[-1], cause=HOLLOW if hollow else cause, hollow=hollow)
     return tuple(made)
 
 

@@ -14,13 +14,25 @@ from cdcore.protocol.blocks import HeldVerdicts, looks_of
 from replay.base.constants import HELD_FRAMES
 from replay.base.wilson import share_of_clusters
 from replay.comparison.compare import compare
-from replay.comparison.contact_counts import REPORTED, count_contacts
+from replay.comparison.contact_counts import REPORTED, count_contacts, count_reports
 from replay.comparison.contact_duration import PHASES
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Episode, Outcome
 from replay.comparison.tolerance import Tolerance
 from replay.detection.run_detector import Run, make_detector
 from replay.prepare.assembly import Assembly
+
+
+@dataclass(frozen=True)
+class EveryFrame:
+    """What the detector makes of the oracle's contacts when it samples at every frame: a run without its rate."""
+
+    contacts_missed: int
+    contacts_in_part: int
+    contacts_undecided: int
+    invented: dict[str, Any]  # share of the pair-frames that it reports which are no contact
+    seconds: float | None = None  # a frame in the mean; ``None`` where it was not asked live
+
 
 Shares = Mapping[str, dict[str, Any]]
 """``contacts_missed``, ``contacts_in_part``, ``missed`` and ``invented``: counts over all offsets, and their shares."""
@@ -31,7 +43,8 @@ class OffsetCounts:
     """What a detector of a fixed rate makes of the oracle's contacts, by where its sampling starts.
 
     ``missed``, ``in_part``: (offsets, C) contacts never found, and found in part; ``frames_missed``, ``frames_found``:
-    (C,) pair-frames over all offsets; ``invented``: share of the pair-frames that it reports which are no contact.
+    (C,) pair-frames over all offsets; ``invented``: share of the pair-frames that it reports which are no contact;
+    ``every_frame``: the same detector without its rate, of all contacts.
     """
 
     missed: BoolArray
@@ -39,6 +52,7 @@ class OffsetCounts:
     frames_missed: IntArray
     frames_found: IntArray
     invented: dict[str, Any]
+    every_frame: EveryFrame | None = None
 
     def only(self, kept: BoolArray) -> "OffsetCounts":
         """Of the contacts for which ``kept`` (C,) is true; what is invented belongs to none and stays."""
@@ -91,6 +105,10 @@ def over_phases(
             counts[label] = offset_counts(run.settings["rate_hz"], every, oracle, contacts, holdings, tolerance)
             if run.live:
                 seconds[label] = sum(float(np.sum(stage)) for stage in every.seconds.values()) / frames
+                known = counts[label].every_frame
+                counts[label] = replace(
+                    counts[label], every_frame=None if known is None else replace(known, seconds=seconds[label])
+                )
     return counts, seconds
 
 
@@ -119,4 +137,16 @@ def offset_counts(
     runs = column_runs((said > 0).T).tolist()
     sums = [[int(one[a : b + 1, pair].sum(dtype=np.int64)) for pair, a, b in runs] for one in (false, said)]
     invented = share_of_clusters(*sums)
-    return OffsetCounts(lost, part, frames[:, Outcome.MISSED], frames[:, Outcome.BOTH], invented)
+    without_rate = at_every_frame(every, oracle, contacts, holdings, tolerance)
+    return OffsetCounts(lost, part, frames[:, Outcome.MISSED], frames[:, Outcome.BOTH], invented, without_rate)
+
+
+def at_every_frame(
+    every: Detection, oracle: Detection, contacts: Sequence[Episode], holdings: Sequence[Episode], tolerance: Tolerance
+) -> EveryFrame:
+    """The counts of a detector that samples at every frame, as a run without its rate has them."""
+    comparison = compare(every, oracle, within=tolerance.judge(every, oracle), holdings=holdings)
+    counts = count_contacts(comparison, contacts)
+    return EveryFrame(
+        counts.missed, counts.in_part, counts.undecided, count_reports(comparison).share(Outcome.INVENTED)
+    )

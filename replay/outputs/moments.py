@@ -14,13 +14,12 @@ import numpy as np
 from cdcore.numerics import IntArray
 from replay.comparison.causes import Cause
 from replay.comparison.clusters import by_depth
-from replay.comparison.false_contacts import SOLIDS, VOLUMES, FalseContact
+from replay.comparison.false_contacts import HOLLOW, SOLIDS, VOLUMES, FalseContact
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.effects.output import Vector, vector_of
 from replay.outputs.palette import FOUND, INVENTED, MISSED, PARTLY_MISSED, Rgba
 from replay.outputs.words import bound_words, counted, false_thing
-from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import BETWEEN_LOOKS, LISTED
 
@@ -65,7 +64,7 @@ class FocusMoment:
 
 TO_DO: Final[Mapping[str, str]] = {
     **dict.fromkeys(BETWEEN_LOOKS, LOOK),
-    **dict.fromkeys((SOLIDS, Cause.COLLIDER_SHAPE), PARTS),
+    **dict.fromkeys((SOLIDS, HOLLOW, Cause.COLLIDER_SHAPE), PARTS),
     **dict.fromkeys((VOLUMES, Cause.SEARCH, Cause.SAMPLING, Cause.BUDGET), DECIDE),
     Cause.SPHERE_STAGE: "larger volumes",
     Cause.CLOCK: "a common clock",
@@ -152,7 +151,7 @@ def _contact(result: RunResult, pair: int, one: Episode) -> FocusMoment:
     for label, comparison in result.comparisons.items():
         kinds = (Outcome.MISSED, Outcome.INVENTED, Outcome.HELD)
         missed, invented, held = (int((comparison.outcome[:, pair] == one).sum()) for one in kinds)
-        apart = f", {held:,} held and counted apart" if held else ""
+        apart = f", {held:,} held, not counted" if held else ""
         counts.append(f"- {label}: {counted(missed, 'frame')} missed, {invented:,} false{apart}")
     lines = [f"#### {result.assembly.pair_name(pair)}, in the whole session", "", *counts]
     return FocusMoment(
@@ -203,20 +202,15 @@ def false_note(one: FalseContact, count: int, label: str, oracle: str) -> str:
 
 def worst_first(result: RunResult) -> list[str]:
     """Audited detectors, the one with the largest fault first."""
-    return [one.label for one in ranking(result.summary)[:-1]]
+    return [one.label for one in result.ranking[:-1]]
 
 
 def leading(result: RunResult, moments: Sequence[FocusMoment]) -> int:
-    """Which moment comes first: the larger fault of the worst detector, where it is longest."""
-    worst = ranking(result.summary)[0]
-    kind = Outcome.INVENTED if worst.leads_false else Outcome.MISSED
-
-    def rank(k: int) -> tuple[bool, bool, float]:
-        one = moments[k]
-        return (
-            one.label == worst.label,
-            one.outcome == kind,
-            one.size if kind == Outcome.MISSED else one.last - one.first,
-        )
-
-    return max(range(len(moments)), key=rank)
+    """Which moment comes first: that of the answer; where nothing is wrong the longest contact."""
+    key = result.answers[0].moment if result.answers else None
+    if key is None:
+        return max(range(len(moments)), key=lambda k: moments[k].last - moments[k].first)
+    kind = Outcome.INVENTED if key.kind == "false" else Outcome.MISSED
+    wanted = (result.answers[0].label, kind, key.number)
+    found = (k for k, one in enumerate(moments) if (one.label, one.outcome, one.number) == wanted)
+    return next(found, 0)

@@ -25,24 +25,27 @@ from replay.outputs.words import (
     span_words,
     tallied,
 )  # fmt: skip
+from replay.pipeline.answer import busy_words, milliseconds
 from replay.pipeline.gates import figure, percent
-from replay.pipeline.ranking import Rank, all_unconfirmed, ranking
+from replay.pipeline.ranking import Range, Rank, all_unconfirmed, range_words
 from replay.pipeline.run_result import RunResult, Summarised
 from sessions import Finding
 
 OF_FRAME = f"of a {HEADSET_HZ:g} Hz frame"
-RANK_MARKS = {"in part": PARTLY}
+LATE_OR_SHORT = "late or cut short"
+FALSE_CONTACT = "false contact"
 RANK_HEAD = (
-    "detector", "missed", "in part", "undecided", "false", "mean ms", "p99 ms", OF_FRAME, "held: false frames",
-    "held: missed", "asked",
+    "detector", "what", "missed", LATE_OR_SHORT, "undecided", FALSE_CONTACT, "mean ms", "p99 ms", OF_FRAME, "settings",
 )  # fmt: skip
-MAY_LACK = ("undecided", "p99 ms", OF_FRAME, "held: false frames", "held: missed")
+REFERENCE = "reference"
+NOT_APPLICABLE = "-"
+NOT_MEASURED = "not measured"
 
 UNCONFIRMED = "unconfirmed frames"
 """Stands for *false frames* of a detector that only calls them candidates."""
 
 AUDIT_MARKS = {
-    "missed": IN_RED, "in part": PARTLY, "frames found": FOUND, "frames missed": PARTLY, "false frames": INVENTED,
+    "missed": IN_RED, LATE_OR_SHORT: PARTLY, "frames found": FOUND, "frames missed": PARTLY, "false frames": INVENTED,
     UNCONFIRMED: INVENTED,
     WITHIN: FAINT,
 }  # fmt: skip
@@ -54,45 +57,65 @@ MOST_REASONS = 4
 """Reasons listed why containment was refused; each open body makes one of its own."""
 
 
-def ranking_table(summary: Mapping[str, Any]) -> Table:
-    """Every detector of a run, the one with the largest fault first, and the oracle last, without columns of nothing.
+def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
+    """Every detector of a run, the one with the largest fault first, and the reference last.
 
-    A hand and what it holds stand in columns of their own.
+    Counts are smallest to largest over the sampling offsets; ``intervals``: beside each share its own.
     """
-    ranks = ranking(summary)
+    ranks = result.ranking
     rows = [
         (
-            one.label, _of_contacts(one), one.count(one.in_part), one.undecided,
-            _false_share(one),
-            _ms(one.mean), "" if one.p99 is None else _ms(one.p99),
-            "" if one.of_frame is None else f"{figure(100 * one.of_frame)} %",
-            *one.held, one.setting,
+            rank.label,
+            rank.what,
+            REFERENCE if rank.missed_counts is None else _count(rank.missed_counts, IN_RED),
+            NOT_APPLICABLE if rank.late_counts is None else _count(rank.late_counts, PARTLY),
+            NOT_APPLICABLE if rank.missed_counts is None else rank.undecided,
+            _false_share(rank, intervals),
+            NOT_MEASURED if rank.mean is None else milliseconds(rank.mean),
+            NOT_MEASURED if rank.p99 is None else milliseconds(rank.p99),
+            NOT_MEASURED if rank.of_frame is None else f"{figure(100 * rank.of_frame)} %",
+            rank.setting,
         )
-        for one in ranks
-    ]  # fmt: skip
-    empty = {name for k, name in enumerate(RANK_HEAD) if name in MAY_LACK and not any(row[k] for row in rows)}
-    title = f"{counted(ranks[-1].contacts, 'contact')} of {summary['oracle']}, the worst detector first"
-    mean = [one.label for one in ranks if one.phases > 1]
-    notes = [f"Means over {PHASES} look phases: {', '.join(mean)}."] if mean else []
-    made = table(title, RANK_HEAD, rows, words=("detector", "asked"), marks=RANK_MARKS, notes=(*notes, OVER_CONTACTS))
-    return made.only(*(name for name in RANK_HEAD if name not in empty))
+        for rank in ranks
+    ]
+    title = f"{happened(ranks[-1].contacts) if ranks else ''} What each detector made of them:"
+    busy = busy_words(result.summary)
+    notes = [OVER_CONTACTS] if intervals else []
+    made = table(
+        title, RANK_HEAD, rows, words=("detector", "what", "settings"), whole=("detector", "what"),
+        notes=[*notes, busy] if busy else notes,
+    )  # fmt: skip
+    some = any(rank.undecided for rank in ranks)
+    return made.only(*(name for name in RANK_HEAD if some or name != "undecided"))
 
 
-def _of_contacts(rank: Rank) -> Cell:
-    if rank.missed is None:
-        return ""
-    low, high = (f"{rank.missed[end] * rank.contacts:.2g}" for end in ("low", "high"))
-    return _marked(f"{rank.count(rank.missed)} [{low}, {high}]", IN_RED, rank.missed)
+def happened(contacts: int) -> str:
+    """How many contacts the reference found, as a sentence."""
+    return f"{counted(contacts, 'contact')} happened." if contacts else "No contact happened."
 
 
-def _false_share(rank: Rank) -> Cell:
+def sampling_notes(result: Summarised) -> list[str]:
+    """Over what the counts of detectors of a fixed rate range, and at which offset their moments are."""
+    labels = [rank.label for rank in result.ranking if rank.phases > 1]
+    if not labels:
+        return []
+    who = ", ".join(labels)
+    return [f"Counts of {who}: over {PHASES} sampling offsets; moments are those of the offset of this run."]
+
+
+def _count(counts: Range, mark: str) -> Cell:
+    return Marked(range_words(counts), mark if counts[1] else "")
+
+
+def _false_share(rank: Rank, intervals: bool) -> Cell:
     if rank.false is None:
-        return ""
-    return _marked(percent(rank.false, "unconfirmed" if rank.unconfirmed else ""), INVENTED, rank.false)
-
-
-def _marked(words: str, mark: str, part: Mapping[str, Any]) -> Cell:
-    return Marked(words, mark) if part["count"] else words
+        return NOT_APPLICABLE
+    if rank.false["share"] is None:
+        return "0 %"
+    word = " unconfirmed" if rank.unconfirmed else ""
+    plain = f"{figure(100 * rank.false['share'])} %{word}"
+    words = percent(rank.false, word.strip()) if intervals else plain
+    return Marked(words, INVENTED if rank.false["count"] else "")
 
 
 def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
@@ -244,29 +267,24 @@ def cluster_table(label: str, misses: Sequence[Miss]) -> Table:
 
 
 def cost_table(result: Summarised) -> Table:
-    """What each detector took; quantiles are over the frames at which it looked, ``LATE`` is a share of all frames."""
-    rows, notes, others = [], [], []
+    """What each detector took; mean, quantiles and the share over budget are over all frames."""
+    rows, notes = [], list[str]()
     for label, figures in result.summary["detectors"].items():
         seconds = figures["seconds"]
         frame, longest = seconds.get("per_frame"), seconds["longest_stage"]
-        role = "oracle" if label == result.oracle else "live" if figures["live"] else "offline"
+        role = "reference" if label == result.oracle else "live" if figures["live"] else "offline"
         if label in result.summary["audit"] and not figures["online"]:
             notes.append(f"{label} cannot be asked live")
-        if (busy := 1 - seconds.get("processor_share", 1.0)) > BUSY:
-            others.append(f"{figure(100 * busy)} % of the clock of {label}")
         share = f"{longest['stage']} {100 * longest['share']:.0f} %" if longest else ""
         each = [_ms(frame[key]) if frame else "" for key in QUANTILES]
         late = f"{figure(100 * frame['over_budget'])} %" if frame else ""
         rows.append((label, role, f"{seconds['detect']:.3f}", _ms(seconds["per_frame_mean"]), *each, late, share))
     head = ("detector", "how", "whole s", "mean ms", *QUANTILES.values(), LATE, "longest stage")
-    if others:
-        notes.append(f"other work took {', '.join(others)}: another run may take other times")
+    if busy := busy_words(result.summary):
+        notes.append(busy)
     words = ("detector", "how", "longest stage")
     return table("Time of each detector", head, rows, words=words, whole=words, notes=notes)
 
-
-BUSY = 0.05
-"""Share of the clock that others had; with less, the 99 % of three runs lie within 30 % of each other."""
 
 QUANTILES = {"median": "median ms", "p95": "95 % ms", "p99": "99 % ms", "max": "worst ms"}
 LATE = f"over {BUDGET_MS:.1f} ms"
@@ -274,13 +292,13 @@ LATE = f"over {BUDGET_MS:.1f} ms"
 
 
 def stage_table(result: Summarised) -> Table:
-    """What each stage of a look took, of every detector whose frames were timed one by one."""
+    """What each stage took, of every detector whose frames were timed one by one."""
     rows = [
         (label, stage, *(_ms(one[key]) for key in QUANTILES))
         for label, figures in result.summary["detectors"].items()
         for stage, one in figures["seconds"].get("per_frame", {"stages": {}})["stages"].items()
     ]
-    return table("Time of each stage of a look", ("detector", "stage", *QUANTILES.values()), rows, words=2)
+    return table("Time of each stage", ("detector", "stage", *QUANTILES.values()), rows, words=2)
 
 
 def _ms(seconds: float) -> str:

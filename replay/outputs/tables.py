@@ -70,6 +70,11 @@ class Table:
         rest = len(self.rows) - most
         return self if rest <= 0 else replace(self, rows=self.rows[:most], notes=(*self.notes, more.format(rest)))
 
+    def headed(self, heads: Mapping[str, str]) -> "Table":
+        """The same table with other words above the columns of these names."""
+        columns = (replace(column, name=heads.get(column.name, column.name)) for column in self.columns)
+        return replace(self, columns=tuple(columns))
+
     def titled(self, title: str, *notes: str) -> "Table":
         """The same table below another title, with further notes."""
         return replace(self, title=title, notes=(*self.notes, *notes))

@@ -36,7 +36,9 @@ from replay.effects.effect_plan import Plan, plan
 from replay.effects.effects_runner import run_effects
 from replay.effects.recorded import recorded
 from replay.errors import DetectorSpecError, NoiseError
+from replay.pipeline.diagnosis import answers
 from replay.pipeline.faces import face_source, recall_of_faces
+from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import Measured, RunResult
 from replay.pipeline.summary import summarise
 from replay.prepare.assemble import AssemblyLayout, Pairs, assemble, lay_out
@@ -200,7 +202,10 @@ def compute(
         detectors={label: run.detector for label, run in runs.items()}, watched=watched,
     )  # fmt: skip
     summary = summarise(measured, runs, layout.scan, planned, window=(start, end), seed=seed, tau=tau, began=began)
-    return RunResult(**vars(measured), summary=summary, out=out)
+    ranks = ranking(summary)
+    told = answers(measured, summary, ranks)
+    summary["answers"] = [answer.as_json() for answer in told]
+    return RunResult(**vars(measured), summary=summary, ranking=ranks, answers=told, out=out)
 
 
 def _called_for(

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import floor, log10
 from sys import float_info
-from typing import Any
+from typing import Any, Final
 
 from replay.base.wilson import share
 from replay.comparison.contact_duration import PHASES
@@ -19,7 +19,7 @@ class Gates:
     ----------
     max_missed : share of the oracle's contacts never found, and of its pair-frames in contact not reported; of a
         detector of a step rate in the mean over its sampling offsets.
-    max_p99_ms : milliseconds within which 99 of 100 looks are decided, of detectors that decide frame by frame.
+    max_p99_ms : milliseconds within which 99 of 100 frames are decided, of detectors that decide frame by frame.
     max_invented : share of the pair-frames that a detector reports as contact which are none.
 
     Raises ``AuditError``: a share beyond 0 to 1, or a limit that is no number.
@@ -105,7 +105,7 @@ def _invented(name: str, label: str, figures: Mapping[str, Any], most: float) ->
 
 def _apart(figures: Mapping[str, Any]) -> str:
     """What is not in the figures of a gate."""
-    return "; what a hand holds is counted apart" if any(figures.get("held", {}).values()) else ""
+    return "; what a hand holds is not counted" if any(figures.get("held", {}).values()) else ""
 
 
 def _undecided_oracle(name: str, figures: Mapping[str, Any]) -> Iterator[str]:
@@ -126,7 +126,7 @@ def _late(audit: Mapping[str, Any], summaries: Sequence[Mapping[str, Any]], most
                 found.append(f"--max-p99-ms cannot be checked: {label} was not timed frame by frame in {where}")
             elif per_frame["p99"] * 1e3 > most:
                 found.append(
-                    f"{label} takes {per_frame['p99'] * 1e3:.3g} ms at the 99th percentile of its samples in {where}, "
+                    f"{label} takes {per_frame['p99'] * 1e3:.3g} ms at the 99th percentile of frames in {where}, "
                     f"{1e3 * seconds['per_frame_mean']:.3g} ms a frame in the mean, more than --max-p99-ms {most:g}"
                 )
     return found
@@ -137,7 +137,14 @@ def percent(part: Mapping[str, Any], word: str = "") -> str:
     if part["share"] is None:
         return "none"
     share, low, high = (figure(100 * part[name]) for name in ("share", "low", "high"))
-    return f"{share} %{' ' if word else ''}{word} [{low}, {high}]"
+    sure = f"[{low}, {high}]" if part["high"] - part["low"] <= WIDEST else TOO_FEW
+    return f"{share} %{' ' if word else ''}{word} {sure}"
+
+
+WIDEST: Final = 0.6
+"""An interval wider than this spans most of 0 to 100 %."""
+
+TOO_FEW: Final = "(too few contacts to say)"
 
 
 def figure(percentage: float) -> str:

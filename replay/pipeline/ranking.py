@@ -2,67 +2,73 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Final
 
 from replay.base.constants import BUDGET_MS
 from replay.base.wilson import share
 from replay.comparison.contact_duration import PHASES
+from replay.detection.recorded import RECORDED
 from replay.pipeline.gates import figure
+from replay.pipeline.sentences import detector_words, plural
 
 Share = Mapping[str, Any]
 """``count``, ``of``, ``share`` (null of nothing), ``low`` and ``high``, as ``replay.base.wilson.share`` makes it."""
+
+Range = tuple[int, int]
+"""Smallest and largest count over the sampling offsets; equal where a detector has no rate."""
 
 
 @dataclass(frozen=True)
 class Rank:
     """What one detector made of the oracle's contacts, without those that a hand has with what it holds.
 
-    The oracle itself has no shares.
+    The oracle itself has no shares and no counts.
     """
 
     label: str  # what the run calls it
+    what: str  # what it is, in words: ``convex hulls at 50 Hz``
     setting: str  # the detector with its settings: ``discrete[rate_hz=50]``
     contacts: int  # of the oracle
     missed: Share | None  # of the contacts, never found
-    in_part: Share | None  # of the contacts, found in part
+    in_part: Share | None  # of the contacts, found late or cut short
+    missed_counts: Range | None  # contacts never found
+    late_counts: Range | None  # contacts found late or cut short
     false: Share | None  # of the pair-frames it reports as contact, those that are none
     unconfirmed: bool  # whether all of these are candidates: only bounding volumes overlap there
     undecided: int  # contacts that it left undecided
-    held: tuple[int, int]  # false pair-frames, and contacts missed, between a hand and what it holds: counted apart
-    mean: float  # seconds a frame, over all frames
-    p99: float | None  # seconds in which 99 of 100 frames were decided; ``None`` where it was not timed frame by frame
-    phases: int  # look phases that the shares are a mean over, where a rate is audited; 1: this run's
+    held: tuple[int, int]  # while a hand holds the body, and so not counted: false pair-frames, and contacts missed
+    mean: float | None  # seconds a frame, over all frames; ``None``: the time of an engine was not measured
+    p99: float | None  # seconds in which 99 of 100 of these frames were decided; ``None``: not timed one by one
+    phases: int  # sampling offsets that the shares are a mean over, where a rate is audited; 1: this run's
 
     @property
     def lost(self) -> bool:
-        """Whether any contact is missed, or a part of one."""
-        return _part(self.missed) + _part(self.in_part) > 0.0
+        """Whether any contact is missed, late or cut short."""
+        return part_of(self.missed) + part_of(self.in_part) > 0.0
 
     @property
     def leads_false(self) -> bool:
         """Whether what it says falsely is the larger fault."""
-        return _part(self.false) > _part(self.missed)
+        return part_of(self.false) > part_of(self.missed)
 
     @property
     def fault(self) -> float:
         """The larger of what it misses or leaves undecided, and of what it says falsely, 0 to 1."""
-        return max(_part(self.missed) + self.undecided / max(1, self.contacts), _part(self.false))
+        return max(part_of(self.missed) + self.undecided / max(1, self.contacts), part_of(self.false))
 
     @property
     def of_frame(self) -> float | None:
-        """The 99th percentile as a share of a frame at the headset's rate."""
-        return None if self.p99 is None else 1e3 * self.p99 / BUDGET_MS
-
-    def count(self, part: Share | None) -> int | str:
-        """Contacts of a share, for people: a whole number at one phase, two decimals in the mean over phases."""
-        number = _part(part) * self.contacts
-        return "" if part is None else f"{number:.2f}" if number and self.phases > 1 else round(number)
+        """The mean as a share of a frame at the headset's rate."""
+        return None if self.mean is None else 1e3 * self.mean / BUDGET_MS
 
 
 def ranking(summary: Mapping[str, Any]) -> tuple[Rank, ...]:
-    """The audited detectors of a run's summary, the one with the largest fault first, and the oracle last."""
+    """The audited detectors of a run's summary, the one with the largest fault first, and the oracle last.
+
+    A run computes it once (``RunResult.ranking``), and so does a run folder that is read.
+    """
     found = [_rank(summary, label) for label in summary["audit"]]
-    found.sort(key=lambda one: (-one.fault, -_part(one.in_part)))
+    found.sort(key=lambda rank: (-rank.fault, -part_of(rank.in_part)))
     if not found:
         return ()
     return (*found, replace(_rank(summary, summary["oracle"]), contacts=found[0].contacts))
@@ -71,19 +77,42 @@ def ranking(summary: Mapping[str, Any]) -> tuple[Rank, ...]:
 def _rank(summary: Mapping[str, Any], label: str) -> Rank:
     made, audit = summary["detectors"][label], summary["audit"].get(label)
     setting = made.get("asked", made["name"])
-    mean_seconds, p99 = made["seconds"]["per_frame_mean"], made["seconds"].get("per_frame", {}).get("p99")
+    what = detector_words(made["name"], made.get("settings", {}))
+    mean, p99 = made["seconds"]["per_frame_mean"], made["seconds"].get("per_frame", {}).get("p99")
+    if made["name"] == RECORDED:
+        mean = p99 = None
     if audit is None:
-        return Rank(label, setting, made["contacts"], None, None, None, False, 0, (0, 0), mean_seconds, p99, 1)
-    contacts, held, mean = audit["contacts"], audit.get("held", {}), audit.get("phases")
-    missed, in_part, false = (
-        mean[name] if mean else share(audit[name], contacts) if name != "invented" else audit[name]
-        for name in ("contacts_missed", "contacts_in_part", "invented")
-    )
-    apart = held.get("invented", 0), held.get("contacts_missed", 0)
+        return Rank(
+            label=label, what=what, setting=setting, contacts=made["contacts"], missed=None, in_part=None,
+            missed_counts=None, late_counts=None, false=None, unconfirmed=False, undecided=0, held=(0, 0), mean=mean,
+            p99=p99, phases=1,
+        )  # fmt: skip
+    contacts, held, over = audit["contacts"], audit.get("held", {}), audit.get("phases")
     return Rank(
-        label, setting, contacts, missed, in_part, false, all_unconfirmed(audit), audit["contacts_undecided"], apart,
-        mean_seconds, p99, PHASES if mean else 1,
-    )  # fmt: skip
+        label=label,
+        what=what,
+        setting=setting,
+        contacts=contacts,
+        missed=over["contacts_missed"] if over else share(audit["contacts_missed"], contacts),
+        in_part=over["contacts_in_part"] if over else share(audit["contacts_in_part"], contacts),
+        missed_counts=counts_over_offsets(audit, "contacts_missed"),
+        late_counts=counts_over_offsets(audit, "contacts_in_part"),
+        false=over["invented"] if over else audit["invented"],
+        unconfirmed=all_unconfirmed(audit),
+        undecided=audit["contacts_undecided"],
+        held=(held.get("invented", 0), held.get("contacts_missed", 0)),
+        mean=mean,
+        p99=p99,
+        phases=PHASES if over else 1,
+    )
+
+
+def counts_over_offsets(audit: Mapping[str, Any], name: str) -> Range:
+    """Smallest and largest count of a name over the sampling offsets; this run's where no other was sampled."""
+    spread = audit.get("offsets", {}).get(name)
+    if spread is None:
+        return audit[name], audit[name]
+    return round(spread["smallest"]), round(spread["largest"])
 
 
 def all_unconfirmed(audit: Mapping[str, Any]) -> bool:
@@ -92,34 +121,58 @@ def all_unconfirmed(audit: Mapping[str, Any]) -> bool:
     return count > 0 and count == audit["pair_frames"]["INVENTED"]
 
 
-def false_words(share: Share | None, unconfirmed: bool) -> str:
+def range_words(counts: Range) -> str:
+    """``0-1``: smallest to largest; one number where they are equal."""
+    smallest, largest = counts
+    return str(smallest) if smallest == largest else f"{smallest}-{largest}"
+
+
+def false_words(share: Share | None, unconfirmed: bool = False, whose: str = "its") -> str:
     """How much of what a detector reports is false, or ``unconfirmed``; ``""``: nothing.
 
     Every pair-frame counts alike: it is a share of time as far as frames are evenly spaced.
     """
-    false = _part(share)
+    false = part_of(share)
     if not false:
         return ""
     what = "unconfirmed: only bounding volumes overlap" if unconfirmed else "false"
-    return f"{figure(100 * false)} % of the contact time it reports is {what}"
+    return f"{figure(100 * false)} % of {whose} contact time is {what}"
 
 
-def fault_words(rank: Rank) -> str:
-    """What is wrong with a detector, its larger fault first; follows its label, fit for a title."""
-    lost, false = _part(rank.missed), _part(rank.false)
-    things = f"of {rank.contacts} contact{'s' * (rank.contacts != 1)}"
-    misses = f"misses {rank.count(rank.missed)} {things}, {rank.count(rank.in_part)} in part"
-    none = "finds the one contact" if rank.contacts == 1 else f"misses none {things}"
-    none = "" if rank.undecided or not rank.contacts else none
+def lost_words(missed: Range, late: Range, contacts: int) -> str:
+    """``0-2 of 18 contacts missed, 5-9 late or cut short``; ``""``: none of both."""
+    parts = []
+    things = plural(contacts, "contact")
+    if missed[1]:
+        parts.append(f"{range_words(missed)} of {things} missed")
+        things = ""
+    if late[1]:
+        of = f" of {things}" if things else ""
+        parts.append(f"{range_words(late)}{of} late or cut short")
+    return ", ".join(parts)
+
+
+def fault_words(rank: Rank, *, largest: bool = False, whose: str = "its") -> str:
+    """What is wrong with a detector, its larger fault first; follows its label, fit for a title.
+
+    ``largest``: that fault alone; ``whose`` the contact time is, that is false.
+    """
+    lost = lost_words(rank.missed_counts or (0, 0), rank.late_counts or (0, 0), rank.contacts)
+    undecided = f"{rank.undecided} of {plural(rank.contacts, 'contact')} undecided" if rank.undecided else ""
     words = [
-        (2.0, f"leaves {rank.undecided} {things} undecided" if rank.undecided else ""),
-        (lost, misses if rank.lost else none if false else ""),
-        (false, false_words(rank.false, rank.unconfirmed)),
+        (2.0, undecided),
+        (part_of(rank.missed), lost),
+        (part_of(rank.false), false_words(rank.false, rank.unconfirmed, whose)),
     ]
-    told = "; ".join(text for _, text in sorted(words, key=lambda one: -one[0]) if text)
-    mean = f" (mean over {rank.phases} look phases)" if rank.phases > 1 else ""
-    return (told or f"{none or 'has no contact to miss'} and says nothing false") + mean
+    told = [text for _, text in sorted(words, key=lambda entry: -entry[0]) if text]
+    if told:
+        return told[0] if largest else "; ".join(told)
+    return f"no contact of {rank.contacts} missed, none false" if rank.contacts else NOTHING
 
 
-def _part(share: Share | None) -> float:
+NOTHING: Final = "no contact to miss, and none false"
+
+
+def part_of(share: Share | None) -> float:
+    """A share from 0 to 1; 0 of nothing."""
     return 0.0 if share is None or share["share"] is None else float(share["share"])

@@ -15,6 +15,8 @@ from replay.comparison.matching import EpisodeMatches
 from replay.comparison.noisy_contacts import NoiseResult
 from replay.comparison.outcome import Comparison, Episode, Miss
 from replay.effects.effects_runner import EffectRun
+from replay.pipeline.answer import Answer
+from replay.pipeline.ranking import Rank
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.repair import Repair
@@ -95,6 +97,10 @@ class Summarised(Protocol):
     def oracle(self) -> str:
         """Label of the detection the others are compared with, or ``""``."""
 
+    @property
+    def ranking(self) -> tuple[Rank, ...]:
+        """The audited detectors, the worst first, and the oracle last."""
+
 
 @dataclass(frozen=True, eq=False)
 class RunResult(Measured):
@@ -106,5 +112,7 @@ class RunResult(Measured):
     """
 
     summary: Mapping[str, Any] = field(default_factory=dict)
+    ranking: tuple[Rank, ...] = ()  # the worst audited detector first, the oracle last; none without an audit
+    answers: tuple[Answer, ...] = ()  # of each audited detector, in the order of the ranking
     tradeoff: Tradeoff | None = None
     out: Path | None = None

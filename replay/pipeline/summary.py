@@ -146,13 +146,16 @@ def _seconds(run: Run) -> dict[str, Any]:
 
 
 def look_figures(detection: Detection) -> dict[str, Any] | None:
-    """Quantiles of seconds over the frames with a look, in all and by stage, and the share of frames over budget."""
+    """Quantiles of seconds over all frames, in all and by stage, and the share of frames over budget.
+
+    They have the basis of the mean: a frame without a sample counts with what it took.
+    """
     total, looks = frame_seconds(detection), looked(detection)
     if total is None or looks is None or not looks.any():
         return None
-    by_stage = {name: _quantiles(np.asarray(value)[looks]) for name, value in detection.seconds.items()}
+    by_stage = {name: _quantiles(np.asarray(value)) for name, value in detection.seconds.items()}
     counts = {"looks": int(looks.sum()), "over_budget": float(np.mean(total > BUDGET_MS / 1e3))}
-    return {**_quantiles(total[looks]), **counts, "stages": by_stage}
+    return {**_quantiles(total), **counts, "stages": by_stage}
 
 
 def _quantiles(seconds: FloatArray) -> dict[str, float]:

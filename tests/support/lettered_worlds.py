@@ -7,17 +7,18 @@ from support.small_worlds import cubes
 
 from replay.pipeline.engine import compute
 
-FALSE = "% of the contact time it reports is false"
+FALSE = "% of its contact time is false."
+IT = "support.planted_detectors:Scripted (it):"
 STATES = {
     # state: (oracle, subject, headline)
-    "none": ("......", "nnnnnn", "No contact found by exact, so none for it to miss"),
-    "one": (".CC...", "nnnnnn", "it missed 1 of 1 contact"),
-    "several": ("C.C.CC", "nncncn", "it missed 1 of 3 contacts and part of 1 more"),
-    "undecided": (".C.CC.", "nunuun", "it left 2 of 2 contacts undecided"),
-    "not measured": ("......", "uuuuuu", "Nothing compared: exact and it both decided none of 6 pair-frames"),
-    "more invented than found": ("C.....", "cnccnc", f"it: 75 {FALSE}; finds the one contact"),
-    "false at both ends": ("..CC..C.", "nccccccn", f"it: 50 {FALSE}; misses none of 2 contacts"),
-    "more than a list holds": ("C." * 41, "n" * 82, "it missed 41 of 41 contacts"),
+    "none": ("......", "nnnnnn", "No contact happened, so none for it to miss, and it reported none."),
+    "one": (".CC...", "nnnnnn", f"{IT} 1 of 1 contact missed."),
+    "several": ("C.C.CC", "nncncn", f"{IT} 1 of 3 contacts missed, 1 late or cut short."),
+    "undecided": (".C.CC.", "nunuun", f"{IT} 2 of 2 contacts undecided."),
+    "not measured": ("......", "uuuuuu", "Nothing compared: exact and it both decided none of 6 pair-frames."),
+    "more invented than found": ("C.....", "cnccnc", f"{IT} 75 {FALSE}"),
+    "false at both ends": ("..CC..C.", "nccccccn", f"{IT} 50 {FALSE}"),
+    "more than a list holds": ("C." * 41, "n" * 82, f"{IT} 41 of 41 contacts missed."),
 }
 
 

@@ -15,7 +15,6 @@ from replay.outputs.moments import LOOK, TO_DO
 from replay.outputs.report.markup import Markup, Part, element, page_table
 from replay.outputs.tables import STRONG, Column, Marked, Table
 from replay.outputs.words import address, false_thing
-from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import LISTED, MOST_CARDS, cost_of_mending
 
@@ -80,7 +79,7 @@ def fault_sections(result: RunResult) -> Iterator[tuple[str, list[Part]]]:
     """A part of the page for what each detector missed, and one for what it reports falsely; the larger comes first."""
     offered = choices(result)
     first = chooser(offered)
-    for rank in ranking(result.summary)[:-1]:
+    for rank in result.ranking[:-1]:
         false = false_thing(result.false.get(rank.label, ()))
         kinds = [("miss", result.misses, miss_cards), (false, result.false, false_cards)]
         for what, found, cards in reversed(kinds) if rank.leads_false else kinds:

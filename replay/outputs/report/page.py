@@ -61,7 +61,7 @@ def _headlines(result: RunResult) -> list[str]:
     if result.tradeoff is not None:
         return [result.tradeoff.answer]
     if result.comparisons:
-        return [f"{words}, compared with {result.oracle}" for words in headlines(result)]
+        return headlines(result)
     if result.detections:
         counts = [f"{counted(len(found), 'contact')} found by {label}" for label, found in result.episodes.items()]
         return [", ".join(counts)]
@@ -91,7 +91,7 @@ def _sections(result: RunResult, worst: FocusMoment | None) -> Iterator[tuple[st
 
         yield "What accuracy costs", tradeoff_parts(result.tradeoff)
     if len(result.comparisons) > 1:
-        yield "Detectors", [ranking_table(result.summary)]
+        yield "Detectors", [ranking_table(result, intervals=True)]
     yield from fault_sections(result)
     if pictures := _close_ups(result, worst):
         yield "Close-ups", [element("div", *pictures, class_="pictures")]

@@ -18,7 +18,7 @@ MOST_FINDINGS: Final = 200
 """Findings listed; ``summary.json`` holds them all."""
 
 PAIR_HEAD: Final = (
-    "pair", "contacts", "seconds", "longest s", "missed", "in part", "frames missed", "false frames",
+    "pair", "contacts", "seconds", "longest s", "missed", "late or cut short", "frames missed", "false frames",
     run_tables.UNCONFIRMED,
     "within tolerance", run_tables.CUT,
 )  # fmt: skip

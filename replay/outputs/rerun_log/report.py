@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Final
@@ -11,7 +10,6 @@ import rerun as rr
 
 from replay.base.constants import CAVEAT
 from replay.base.shown import shown
-from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.clusters import MANY, Cluster, clusters
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Miss
@@ -20,64 +18,46 @@ from replay.outputs.moments import FocusMoment, to_do
 from replay.outputs.palette import MISSED, PARTLY_MISSED
 from replay.outputs.rerun_log.columns import RecordingWriter, packed
 from replay.outputs.run_tables import ranking_table
-from replay.outputs.tables import markdown, table, text_of
-from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words, false_thing
+from replay.outputs.tables import markdown, table
+from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted, depth_words
 from replay.pipeline.headline import beside, doubts, headlines, price, undecided
-from replay.pipeline.ranking import Rank, ranking
+from replay.pipeline.ranking import Rank
 from replay.pipeline.run_result import RunResult
 
 RANK_COLUMNS: Final = (
     "detector",
+    "what",
     "missed",
-    "in part",
+    "late or cut short",
     "undecided",
-    "false",
+    "false contact",
     "mean ms",
     "p99 ms",
     "what to do",
-    "asked",
 )
 
 
 def answer_text(result: RunResult) -> str:
-    """What is wrong, why, what being right costs, and of several detectors the ranking, the worst first."""
-    ranks = ranking(result.summary)
-    title, _, more = headlines(result)[0].partition("; ")
-    cost = [f"**Cost:** {words}" for words in price(result)]
-    several = len(ranks) > 2
-    also = [f"Also: {more}."] if more else []
-    # The table holds what else there is: at 1,280 x 800 it stands whole below three lines.
-    parts = [f"## {title}", *also * (not several), *why(result, ranks[0]), *cost]
-    if several:
-        parts += [_ranks(result, ranks), *also, "*missed*: never reported. *in part*: late, early, or with gaps."]
-    wrong = [f"{one.label} {one.held[0]:,} false frames, {one.held[1]} missed" for one in ranks if any(one.held)]
-    held = [f"A hand and what it holds are counted apart: {'; '.join(wrong)}."] * bool(wrong)
-    return "\n\n".join([*parts, *undecided(result), *held, *doubts(result), f"*{CAVEAT}*"])
-
-
-def why(result: RunResult, worst: Rank) -> list[str]:
-    """A line with the cause of most of the larger fault of the worst detector, and what mends it."""
-    found, mends = result.false[worst.label] if worst.leads_false else result.misses[worst.label], ""
-    if len(result.comparisons) == 1:
-        mends = f"**To do:** {to_do(result, worst.label)}."
-    if not found:
-        return [mends] * bool(mends)
-    (cause, count), *_ = Counter(one.cause for one in found).most_common()
-    if worst.leads_false:
-        thing = counted(len(found), false_thing(result.false[worst.label]))
-    else:
-        thing = counted(len(found), "miss", "misses")
-    return [f"**Why:** {cause} ({count:,} of {thing}). {mends}".rstrip()]
+    """What is wrong, why, what mends it, what that costs, and of several detectors the ranking, the worst first."""
+    first = result.answers[0]
+    parts = [f"## {first.sentence}"]
+    if first.why:
+        parts.append(f"**Why:** {first.why}")
+    if first.fix is not None:
+        command = f" `{first.fix.command}`" if first.fix.command else ""
+        parts.append(f"**Fix:** {first.fix.words}{command}")
+    parts.append(f"**Cost:** {' '.join(price(result))}")
+    if len(result.ranking) > 2:
+        parts.append(_ranks(result, result.ranking))
+    return "\n\n".join([*parts, *undecided(result), *doubts(result), f"*{CAVEAT}*"])
 
 
 def _ranks(result: RunResult, ranks: Sequence[Rank]) -> str:
     """The audited detectors; the oracle's time stands in the price."""
-    made = ranking_table(result.summary)
-    made = replace(made, rows=made.rows[:-1], notes=tuple(one for one in made.notes if one != OVER_CONTACTS))
+    made = ranking_table(result)
+    made = replace(made, rows=made.rows[:-1])
     made = made.beside("what to do", [to_do(result, one.label) for one in ranks[:-1]]).only(*RANK_COLUMNS)
-    # Page and terminal have room for intervals; here they would push out what to do.
-    plain = [tuple(text_of(cell).partition(" [")[0] for cell in row[:-1]) + row[-1:] for row in made.rows]
-    return markdown(replace(made, title="", rows=tuple(plain)))
+    return markdown(replace(made, title=""))
 
 
 def report_text(result: RunResult) -> str:
@@ -89,9 +69,9 @@ def report_text(result: RunResult) -> str:
         f"{span:.1f} s, {len(times):,} frames, {len(assembly.bodies)} bodies, {counted(len(assembly.pairs), 'pair')}.",
     ]
     parts += doubts(result)
-    parts += [f"**{words}.**" for words in headlines(result)]
+    parts += [f"**{words}**" for words in headlines(result)]
     if len(result.comparisons) > 1:
-        parts.append(markdown(ranking_table(result.summary)))
+        parts.append(markdown(ranking_table(result)))
     parts += [*beside(result), *price(result)]
     if not result.detections:
         parts += [f"- {line}" for line in happened_words(result.effects, MANY)]
@@ -102,7 +82,7 @@ def report_text(result: RunResult) -> str:
         parts.append(f"Without a mesh, so not examined: {', '.join(assembly.left_out)}.")
     if result.holdings:
         held = dict.fromkeys(assembly.pair_name(one.pair) for one in result.holdings)
-        parts.append(f"Held, listed apart: {', '.join(held)}.")
+        parts.append(f"While a hand holds it, not counted: {', '.join(held)}.")
     parts += [f"- {note}" for note in assembly.notes]
     return "\n\n".join([*parts, f"*{CAVEAT}*"])
 

@@ -5,6 +5,7 @@ import shutil
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -20,6 +21,7 @@ from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
 from replay.outputs.results import fault_tables, parquet_tables
 from replay.outputs.results.parquet import KEYS, read_table, with_keys
 from replay.outputs.results.reading import checked_contacts, checked_summary, checked_table, read_json
+from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds, recording_mark
 from sessions.model.constants import SCENE_FACT
@@ -168,6 +170,11 @@ class RunFolder:
     def oracle(self) -> str:
         """Label of the detection the others are compared with, or ``""``."""
         return str(self.summary["oracle"])
+
+    @cached_property
+    def ranking(self) -> tuple[Rank, ...]:
+        """The audited detectors, the worst first, and the oracle last."""
+        return ranking(self.summary)
 
     @property
     def picture(self) -> Path:

@@ -18,7 +18,7 @@ from replay.outputs.run_tables import cost_table, effect_table, pair_table, rank
 from replay.outputs.tables import STRONG, Marked, Table, table
 from replay.outputs.words import NOT_LOOKED_FOR, address, counted, span_words
 from replay.pipeline.headline import price
-from replay.pipeline.ranking import fault_words, ranking
+from replay.pipeline.ranking import fault_words
 from replay.pipeline.scores import MOST_CARDS
 from sessions.mcap_format.metadata import NOT_STATED
 
@@ -54,9 +54,9 @@ def _answer(run: RunFolder) -> str:
     tradeoff = run.summary.get("tradeoff")
     if tradeoff is not None:
         return str(tradeoff["answer"])
-    ranks = ranking(run.summary)
+    ranks = run.ranking
     if ranks:
-        return f"{ranks[0].label}: {fault_words(ranks[0])}, compared with {run.oracle}"
+        return f"{ranks[0].label}: {fault_words(ranks[0])}"
     found = [
         f"{counted(figures['contacts'], 'contact')} found by {label}"
         for label, figures in run.summary["detectors"].items()
@@ -79,15 +79,15 @@ def _sections(run: RunFolder) -> Iterator[tuple[str, Sequence[Part]]]:
     """What was missed, then when, then at what price; a section without a part is left out."""
     summary, audited = run.summary, list(run.summary["audit"])
     if len(audited) > 1:
-        yield "Detectors", [ranking_table(summary)]
-    for rank in ranking(summary)[:-1]:
+        yield "Detectors", [ranking_table(run)]
+    for rank in run.ranking[:-1]:
         by = "" if rank.label == audited[0] else rank.label
         for title, file, kind in (("miss", MISSES, "miss"), ("false contact", FALSE_CONTACTS, "false")):
             found = [row for row in run.rows(file) if row["detector"] == rank.label]
             found.sort(key=lambda row: (-(row.get("cut_length") or 0.0), row["first"] - row["last"], row["number"]))
             yield f"Every {title} of {rank.label}", _cards(found[:MOST_CARDS], kind, by)
     if audited:
-        yield "Contacts", [pair_table(run, rank.label) for rank in ranking(summary)[:-1]]
+        yield "Contacts", [pair_table(run, rank.label) for rank in run.ranking[:-1]]
     if summary["detectors"]:
         yield "What it cost in time", [cost_table(run), stage_table(run)]
     if audited:

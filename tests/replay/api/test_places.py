@@ -89,7 +89,7 @@ def test_a_session_that_is_not_in_the_store_fails_alone_and_with_its_name(store,
 def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
     words = [f"{store}/sessions/s0.mcap", "--detectors", "hybrid", "--no-picture", "-o"]
     assert main(["run", *words, f"{store}/one"]) == 0
-    assert f"wrote {place(f'{store}/one')}" in capsys.readouterr().err
+    assert f"Read it  {place(f'{store}/one')}" in capsys.readouterr().out
     assert main(["run", *words, f"{store}/one"]) == 1
     assert "replace it with --force" in capsys.readouterr().err
     assert main(["run", *words, f"{store}/one", "--force"]) == 0 and place(f"{store}/one/summary.json").is_file()

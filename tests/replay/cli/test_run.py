@@ -21,8 +21,9 @@ def test_run_writes_the_folder_prints_tables_and_says_how_to_look(file, tmp_path
     out = tmp_path / "run"
     assert main(["run", file, "--out", str(out), "--detectors", "slow=discrete[rate_hz=20]", "--oracle", "hybrid"]) == 0
     printed, said = capsys.readouterr()
-    assert "missed 1 of 2 contacts here" in printed
-    assert f"replay view {out}" in said and "replay view" not in printed
+    words = " ".join(printed.split())
+    assert "2 contacts happened." in words and "of 2 contacts missed" in words
+    assert f"See it replay view {out} --miss" in words and "replay view" not in said
     assert (out / "run.rrd").is_file() and (out / "summary.json").is_file()
 
 
@@ -124,8 +125,8 @@ def test_a_detector_that_decides_nothing_is_told_so_first_and_passes_no_gate(fil
     words = ["run", file, "--detector", "it=support.planted_detectors:Undecided", "--max-missed", "1"]
     assert main(words) == 4
     printed, said = capsys.readouterr()
-    assert printed.split("\n")[1].startswith("it left 2 of 2 contacts undecided ")
-    assert "12 of 12 pair-frames with a pose are undecided by exact or it: nothing is known of them." in printed
+    assert "(it): 2 of 2 contacts undecided." in printed
+    assert "Not counted: 12 of 12 pair-frames with a pose, which exact or it did not decide." in printed
     assert "gate: --max-missed cannot be checked: it left 4 pair-frames in contact undecided, 2 of 2 contacts" in said
     assert main([*words[:-2], "--max-invented", "1"]) == 4
     assert "it was compared in no pair-frame" in capsys.readouterr().err

@@ -45,6 +45,7 @@ def test_json_says_where_the_run_lies():
 
 def test_a_miss_that_no_frame_shows_is_not_called_a_cut(tmp_path):
     result = compute(jumping(), detectors="exact", oracle="continuous")
-    assert where_to_look(replace(result, out=tmp_path))[-1] == f"or between two frames: replay view {tmp_path} --miss 1"
+    assert where_to_look(replace(result, out=tmp_path))[0] == f"See it   replay view {tmp_path} --miss 1"
+    assert "between two recorded frames" in result.answers[0].why
     found = compute(jumping(), detectors="exact", oracle="hybrid")
     assert "--miss" not in "".join(where_to_look(replace(found, out=tmp_path)))

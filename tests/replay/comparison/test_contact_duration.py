@@ -134,5 +134,5 @@ def test_an_oracle_of_intervals_measures_what_one_of_instants_does_and_the_passe
     assert len(dwell.seconds) == len(spans) and not dwell.open.any()
     assert np.allclose(np.stack([dwell.begin, dwell.end], axis=1), spans, atol=3e-6)
     told = result.summary["audit"]["slow"]
-    assert {miss.cause for miss in result.misses["slow"]} <= {"between looks", "between frames"}
+    assert {miss.cause for miss in result.misses["slow"]} <= {"between samples", "between frames"}
     assert told["causes"]["misses"]["between frames"] > 0 and told["between_frames"] != "not examined"

@@ -82,7 +82,7 @@ def test_the_false_tail_of_a_late_detector_is_late_and_what_spheres_alone_say_is
     assert {one.cause for one in ball.false["ball"]} == {"only bounding volumes overlap"}
     printed = terminal_text(ball)
     assert "unconfirmed frames" in printed and "unexplained" not in printed
-    assert "false contact" not in printed and "false frames" not in printed
+    assert "false contacts of" not in printed and "false frames" not in printed
 
 
 def test_invented_contacts_are_counted_and_match_nothing(plate):

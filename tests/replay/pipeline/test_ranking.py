@@ -1,11 +1,13 @@
 """The ranking of a run's detectors, from hand-made figures."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from replay.base.wilson import share
 from replay.comparison.contact_duration import PHASES
 from replay.outputs.run_tables import ranking_table
-from replay.outputs.tables import IN_RED, INVENTED, Marked
+from replay.outputs.tables import IN_RED, Marked, text_of
 from replay.pipeline.ranking import fault_words, ranking
 
 
@@ -44,46 +46,65 @@ def test_the_worst_comes_first_by_its_larger_fault_and_the_oracle_last():
 @pytest.mark.parametrize(
     ("figures", "words"),
     [
-        (BENCH["hull50"], "96.7 % of the contact time it reports is false; misses 0 of 18 contacts, 1 in part"),
-        (BENCH["mesh50"], "misses 1 of 18 contacts, 6 in part; 4 % of the contact time it reports is false"),
-        (BENCH["paper"], "misses 0 of 18 contacts, 1 in part"),
-        (audited(0, 0, 0), "misses none of 18 contacts and says nothing false"),
-        (audited(0, 0, 0, undecided=2), "leaves 2 of 18 contacts undecided"),
-        (
-            audited(0, 0, 1, 4, undecided=2),
-            "leaves 2 of 18 contacts undecided; 25 % of the contact time it reports is false",
-        ),
+        (BENCH["hull50"], "96.7 % of its contact time is false; 1 of 18 contacts late or cut short"),
+        (BENCH["mesh50"], "1 of 18 contacts missed, 6 late or cut short; 4 % of its contact time is false"),
+        (BENCH["paper"], "1 of 18 contacts late or cut short"),
+        (audited(0, 0, 0), "no contact of 18 missed, none false"),
+        (audited(0, 0, 0, undecided=2), "2 of 18 contacts undecided"),
+        (audited(0, 0, 1, 4, undecided=2), "2 of 18 contacts undecided; 25 % of its contact time is false"),
     ],
 )
 def test_the_larger_fault_leads(figures, words):
-    assert fault_words(ranking(run(it=figures))[0]) == words
+    rank = ranking(run(it=figures))[0]
+    assert fault_words(rank) == words and fault_words(rank, largest=True) == words.partition("; ")[0]
 
 
-def test_an_audited_rate_is_ranked_by_its_mean_over_look_phases():
+def test_a_rate_is_ranked_by_its_mean_over_the_offsets_and_shown_from_smallest_to_largest():
     mean = {"contacts_missed": share(16, 16 * 18), "contacts_in_part": share(0, 16 * 18), "invented": share(1, 10)}
-    (one, _) = ranking(run(slow=audited(9, 0, 0, phases=mean)))
-    assert (one.phases, one.count(one.missed), one.count(one.in_part)) == (PHASES, "1.00", 0)
-    assert fault_words(one) == (
-        "10 % of the contact time it reports is false; misses 1.00 of 18 contacts, 0 in part (mean over 16 look phases)"
-    )
+    offsets = {
+        "contacts_missed": {"smallest": 0, "largest": 2, "mean": 1.0},
+        "contacts_in_part": {"smallest": 0, "largest": 0, "mean": 0.0},
+    }
+    (rank, _) = ranking(run(slow=audited(9, 0, 0, phases=mean, offsets=offsets)))
+    assert (rank.phases, rank.missed_counts, rank.late_counts) == (PHASES, (0, 2), (0, 0))
+    assert rank.missed["share"] == pytest.approx(1 / 18)
+    assert fault_words(rank) == "10 % of its contact time is false; 0-2 of 18 contacts missed"
 
 
 def test_what_is_undecided_or_found_by_nobody_is_ranked_too():
     lazy, blind = audited(0, 0, 0, undecided=18), audited(0, 0, 0, 0)
-    assert [one.label for one in ranking(run(blind=blind, lazy=lazy))] == ["lazy", "blind", "exact"]
+    assert [rank.label for rank in ranking(run(blind=blind, lazy=lazy))] == ["lazy", "blind", "exact"]
     nothing = {**audited(0, 0, 0, 0), "contacts": 0}
-    (one, _) = ranking(run(it=nothing))
-    assert one.fault == 0.0 and fault_words(one) == "has no contact to miss and says nothing false"
+    (rank, _) = ranking(run(it=nothing))
+    assert rank.fault == 0.0 and fault_words(rank) == "no contact to miss, and none false"
 
 
-def test_the_table_has_a_row_each_and_leaves_out_columns_of_nothing():
-    table = ranking_table(run(**BENCH))
+def of(**audit):
+    summary = run(**audit)
+    return SimpleNamespace(summary=summary, ranking=ranking(summary))
+
+
+def test_the_table_has_a_row_each_zero_is_zero_and_the_reference_has_dashes():
+    table = ranking_table(of(**BENCH))
     assert [row[0] for row in table.rows] == ["hull50", "mesh50", "paper", "exact"]
     assert [column.name for column in table.columns] == [
-        "detector", "missed", "in part", "false", "mean ms", "p99 ms", "of a 90 Hz frame", "held: false frames",
-        "asked",
+        "detector", "what", "missed", "late or cut short", "false contact", "mean ms", "p99 ms", "of a 90 Hz frame",
+        "settings",
     ]  # fmt: skip
-    false = Marked("96.7 % [95.4, 97.6]", INVENTED)
-    assert table.rows[0] == ("hull50", "0 [0, 3.2]", 1, false, "0.4", "1.100", "9.9 %", 5324, "hull50[x=1]")
-    assert table.rows[1][1] == Marked("1 [0.18, 4.6]", IN_RED) and table.rows[3][:4] == ("exact", "", "", "")
-    assert "undecided" in {column.name for column in ranking_table(run(it=audited(0, 0, 0, undecided=1))).columns}
+    first = [text_of(cell) for cell in table.rows[0]]
+    assert first[2:] == ["0", "1", "96.7 %", "0.40", "1.10", "3.6 %", "hull50[x=1]"]
+    assert table.rows[1][2] == Marked("1", IN_RED) and table.rows[3][2:5] == ("reference", "-", "-")
+    assert "undecided" in {column.name for column in ranking_table(of(it=audited(0, 0, 0, undecided=1))).columns}
+
+
+def test_an_interval_of_most_of_0_to_100_says_that_there_are_too_few_contacts():
+    few, many = audited(0, 0, 1, 2), audited(0, 0, 500, 1000)
+    column = [ranking_table(of(it=one), intervals=True).rows[0][4] for one in (few, many)]
+    assert "too few contacts to say" in column[0].text and "[" in column[1].text
+
+
+def test_the_time_of_an_engine_that_was_not_measured_is_not_that_of_looking_it_up():
+    summary = run(recorded=audited(1, 0, 0))
+    summary["detectors"]["recorded"]["name"] = "recorded"
+    (row, _) = ranking_table(SimpleNamespace(summary=summary, ranking=ranking(summary))).only("mean ms", "p99 ms").rows
+    assert row == ("not measured", "not measured")

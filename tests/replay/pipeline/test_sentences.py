@@ -1,4 +1,4 @@
-"""Every sentence of headline, advice and gate, against counts worked out by hand, in every state."""
+"""Every sentence about what was not counted, and of gates, against counts worked out by hand, in every state."""
 
 from types import SimpleNamespace
 
@@ -19,50 +19,42 @@ LIMITS = Gates(max_missed=0.0, max_p99_ms=1.0, max_invented=0.0)
 STATES = {
     # state: (oracle, subject, every sentence)
     "none": ("......", "......", [
-        "No contact found by exact, so none for it to miss",
         "--max-missed cannot be checked: there is no contact for it to miss",
     ]),
     "one": (".C....", "......", [
-        "it missed 1 of 1 contact",
-        "it missed 1 of 1 contacts (100 % [21, 100]), more than --max-missed 0",
-        "it missed 1 of 1 pair-frames in contact (100 % [21, 100]), more than --max-missed 0",
+        "it missed 1 of 1 contacts (100 % (too few contacts to say)), more than --max-missed 0",
+        "it missed 1 of 1 pair-frames in contact (100 % (too few contacts to say)), more than --max-missed 0",
     ]),
-    "one found": (".C....", ".C....", ["it found the one contact"]),
+    "one found": (".C....", ".C....", []),
     "several": ("C.C.CC", "..C.C.", [
-        "it missed 1 of 3 contacts and part of 1 more",
-        "it missed 1 of 3 contacts (33 % [6.1, 79]), more than --max-missed 0",
-        "it missed 2 of 4 pair-frames in contact (50 % [5.5, 94.5]), more than --max-missed 0",
+        "it missed 1 of 3 contacts (33 % (too few contacts to say)), more than --max-missed 0",
+        "it missed 2 of 4 pair-frames in contact (50 % (too few contacts to say)), more than --max-missed 0",
     ]),
     "in part": ("CCCC..", "C.C...", [
-        "it missed part of 1 of 1 contact",
-        "it missed 2 of 4 pair-frames in contact (50 % [5.5, 94.5]), more than --max-missed 0",
+        "it missed 2 of 4 pair-frames in contact (50 % (too few contacts to say)), more than --max-missed 0",
     ]),
     "undecided": (".C.CC.", ".u.uu.", [
-        "it left 2 of 2 contacts undecided",
-        "3 of 6 pair-frames with a pose are undecided by exact or it: nothing is known of them.",
+        "Not counted: 3 of 6 pair-frames with a pose, which exact or it did not decide.",
         "--max-missed cannot be checked: it left 3 pair-frames in contact undecided, 2 of 2 contacts whole",
     ]),
     "undecided in part": (".C.CC.", ".C.uC.", [
-        "it left part of 1 of 2 contacts undecided; missed none where it decided",
-        "1 of 6 pair-frames with a pose are undecided by exact or it: nothing is known of them.",
+        "Not counted: 1 of 6 pair-frames with a pose, which exact or it did not decide.",
         "--max-missed cannot be checked: it left 1 pair-frames in contact undecided, 0 of 2 contacts whole",
     ]),
     "not measured": ("uuuuuu", "......", [
-        "Nothing compared: exact and it both decided none of 6 pair-frames",
-        "6 of 6 pair-frames with a pose are undecided by exact or it: nothing is known of them.",
+        "Not counted: 6 of 6 pair-frames with a pose, which exact or it did not decide.",
         "--max-missed cannot be checked: there is no contact for it to miss",
         "--max-missed cannot be checked: the oracle left 6 pair-frames undecided",
         "--max-invented cannot be checked: it was compared in no pair-frame",
         "--max-invented cannot be checked: the oracle left 6 pair-frames undecided",
     ]),
     "no pose": ("------", "------", [
-        "Nothing compared: exact and it both decided none of 6 pair-frames",
         "--max-missed cannot be checked: there is no contact for it to miss",
         "--max-invented cannot be checked: it was compared in no pair-frame",
     ]),
     "more invented than found": ("C.....", "C.CC.C", [
-        "it: 75 % of the contact time it reports is false; finds the one contact",
-        "it invented 3 of the 4 pair-frames in contact that it reports (75 % [12, 98.5]), more than --max-invented 0",
+        "it invented 3 of the 4 pair-frames in contact that it reports (75 % (too few contacts to say)), "
+        "more than --max-invented 0",
     ]),
 }  # fmt: skip
 UNTIMED = "--max-p99-ms cannot be checked: it was not timed frame by frame in s.mcap"
@@ -88,9 +80,8 @@ def audited(oracle, subject):
 
 
 def said(run):
-    """Headline, what stands beside it, and what the gates say; without the price."""
-    lines = [*headline.headlines(run), *headline.undecided(run), *headline.invented(run)]
-    return lines + LIMITS.broken(run.summary["audit"], [run.summary])
+    """What was not counted, and what the gates say."""
+    return headline.undecided(run) + LIMITS.broken(run.summary["audit"], [run.summary])
 
 
 @pytest.mark.parametrize("state", STATES)
@@ -98,11 +89,6 @@ def test_every_sentence_holds_in_every_state(state):
     oracle, subject, sentences = STATES[state]
     run = audited(oracle, subject)
     assert said(run) == [*sentences, UNTIMED]
-    (price,) = headline.price(run)
-    assert price == (
-        "Being right costs 1 ms (9 % of a 90 Hz frame) with exact (offline, with faces); it took 1 ms "
-        "(live). `replay tradeoff` compares alike."
-    )
 
 
 @pytest.mark.parametrize(

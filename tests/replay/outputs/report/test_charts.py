@@ -70,7 +70,7 @@ def test_a_false_contact_shows_in_yellow_what_invents_it_and_the_whole_pair():
     apart = cubes({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]})
     result = compute(apart, detectors="c=collider[shape=box,skin_m=0.05]")
     page = report_html(result)
-    assert "False contact 1 of c: a-b for 3 frames from 0.010 s: its solids meet" in page
+    assert "False contact 1 of c: a-b for 3 frames from 0.010 s: colliders meet" in page
     assert page.index("; yellow: the solids") < page.index("</header>")
     seen = pixels(base64.b64decode(re.search('image/png;base64,([^"]+)"', page)[1]))
     r, g, b = np.moveaxis(seen, -1, 0)

@@ -17,7 +17,9 @@ from replay.comparison.false_contacts import FalseReporter, false_contacts
 from replay.comparison.holding import holdings
 from replay.comparison.misses import misses, stretches
 from replay.outputs.rerun_log.recording import write_recording
+from replay.pipeline.diagnosis import answers
 from replay.pipeline.engine import compute
+from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import score
 from replay.pipeline.summary import look_seconds
@@ -107,7 +109,9 @@ def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
         detectors={label: subject}, holdings=held,
         false={label: false_contacts(assembly, comparison, FalseReporter(subject))},
     )  # fmt: skip
-    return replace(result, summary=figures(result))
+    summary = figures(result)
+    ranks = ranking(summary)
+    return replace(result, summary=summary, ranking=ranks, answers=answers(result, summary, ranks))
 
 
 def figures(result):
@@ -118,6 +122,7 @@ def figures(result):
         frame = {} if looks is None else {"per_frame": {"p99": float(np.quantile(looks, 0.99))}}
         made[label] = {
             "name": label, "contacts": len(result.episodes[label]), "live": bool(frame), "faces_asked": True,
+            "settings": {},
             "seconds": {"per_frame_mean": 1e-4, **frame},
         }  # fmt: skip
     return {

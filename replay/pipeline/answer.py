@@ -1,0 +1,99 @@
+"""What a run says first of each detector: what is wrong, why, what mends it, and the one moment that shows it.
+
+``replay.pipeline.diagnosis`` makes it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Final
+
+from replay.base.constants import BUDGET_MS, HEADSET_HZ
+from replay.pipeline.gates import figure
+
+SESSION: Final = "SESSION"
+"""Stands in a command for the recording that was replayed."""
+
+RUN: Final = "RUN"
+"""Stands in a command for the folder of the run."""
+
+TIMES_ARE: Final = "Times of this tool on this machine, not of your engine."
+
+BUSY: Final = 0.05
+"""Share of the clock that others had; with less, the 99 % of three runs lie within 30 % of each other."""
+
+
+@dataclass(frozen=True)
+class KeyMoment:
+    """The one moment of a detector that sentence, arrow, caption and command share."""
+
+    kind: str  # ``miss`` or ``false``
+    number: int  # of the miss or false contact
+    frame: int
+    later_ns: int  # nanoseconds after the frame
+    seconds: float  # on the session's clock
+    pair: tuple[str, str]  # names of the bodies
+    metres: float | None  # between the surfaces, or of the intersection curve; ``None``: not measured
+
+    @property
+    def option(self) -> str:
+        """Its option of ``replay view``: ``--false 15``."""
+        return f"--{self.kind} {self.number}"
+
+
+@dataclass(frozen=True)
+class Fix:
+    """What mends most of a detector's larger fault."""
+
+    words: str  # what to do, and where it was measured its figures
+    measured: bool  # whether the figures are those of this session
+    command: str = ""  # what measures it, with ``SESSION`` or ``RUN`` in place of a path; ``""``: there is none
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What is said first of a detector."""
+
+    label: str
+    sentence: str
+    why: str  # ``""`` where nothing is wrong
+    fix: Fix | None
+    moment: KeyMoment | None
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data."""
+        told = asdict(self)
+        if self.moment is not None:
+            told["moment"]["pair"] = list(self.moment.pair)
+        return told
+
+
+def cost(summary: Mapping[str, Any], oracle: str) -> str:
+    """What the reference takes, in the same statistic as the table; ``""``: nothing was audited."""
+    if not summary["audit"]:
+        return ""
+    figures = summary["detectors"][oracle]
+    seconds = figures["seconds"]
+    mean = seconds["per_frame_mean"]
+    percentage = figure(1e5 * mean / BUDGET_MS)
+    words = f"{oracle} takes {milliseconds(mean)} ms a frame, {percentage} % of a {HEADSET_HZ:g} Hz frame"
+    if "per_frame" in seconds:
+        words += f"; p99 {milliseconds(seconds['per_frame']['p99'])} ms"
+    how = "" if figures["live"] else " Asked of all frames at once, not frame by frame."
+    return f"{words}.{how}"
+
+
+def busy_words(summary: Mapping[str, Any]) -> str:
+    """That other programs took the processor while detectors were timed; ``""``: they did not."""
+    shares = [1.0 - figures["seconds"].get("processor_share", 1.0) for figures in summary["detectors"].values()]
+    most = max(shares, default=0.0)
+    if most <= BUSY:
+        return ""
+    return f"The machine was busy ({figure(100 * most)} %): run again for reliable times."
+
+
+def milliseconds(seconds: float) -> str:
+    """Two decimals, and below a tenth of a millisecond two digits: ``0.86``, ``0.041``, ``12.7``."""
+    number = 1e3 * seconds
+    if number >= 10.0:
+        return f"{number:.1f}"
+    return f"{number:.2f}" if number >= 0.1 else f"{number:.2g}"

@@ -1,0 +1,185 @@
+"""Why each detector of a run is wrong, what mends it, and which moment shows it: its ``Answer``."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
+
+from replay.base.constants import HEADSET_HZ
+from replay.comparison.causes import Cause
+from replay.comparison.clusters import by_depth
+from replay.comparison.false_contacts import HELD, HOLLOW, SOLIDS, VOLUMES, FalseContact
+from replay.comparison.misses import NEVER_FOUND
+from replay.comparison.outcome import Miss, Outcome
+from replay.detection.detector_spec import DetectorSpec, parse_detector
+from replay.detection.recorded import RECORDED
+from replay.pipeline.answer import RUN, SESSION, Answer, Fix, KeyMoment, milliseconds
+from replay.pipeline.gates import figure
+from replay.pipeline.ranking import Rank, Share, counts_over_offsets, fault_words, lost_words, part_of
+from replay.pipeline.run_result import Measured
+from replay.pipeline.sentences import detector_words, plural, sentence_of, why_false, why_missed
+
+
+def answers(result: Measured, summary: Mapping[str, Any], ranks: Sequence[Rank]) -> tuple[Answer, ...]:
+    """One for each audited detector, in the order of ``ranks``, the worst first."""
+    return tuple(_answer(result, summary, rank, number == 0, len(ranks) > 2) for number, rank in enumerate(ranks[:-1]))
+
+
+def _answer(result: Measured, summary: Mapping[str, Any], rank: Rank, worst: bool, several: bool) -> Answer:
+    figures = summary["detectors"][rank.label]
+    fault = _key_fault(result, rank)
+    sentence = _sentence(result, summary, rank, worst=worst, several=several)
+    if fault is None:
+        return Answer(rank.label, sentence, "", None, None)
+    if isinstance(fault, Miss):
+        contact = result.episodes[result.oracle][fault.episode - 1]
+        why = why_missed(fault, rank.label, figures, contact)
+    else:
+        seconds = float(result.assembly.motion.times[fault.widest])
+        why = why_false(fault, rank.label, figures, seconds)
+    return Answer(rank.label, sentence, why, _fix(result, summary, rank, fault), _moment(result, fault))
+
+
+def _sentence(result: Measured, summary: Mapping[str, Any], rank: Rank, *, worst: bool, several: bool) -> str:
+    """What is wrong with a detector; of several that the first is the worst."""
+    cut = summary["audit"][rank.label].get("contacts_cut", 0)
+    more = f" Lost poses cut {cut} of {plural(rank.contacts, 'contact')}." if cut else ""
+    if not rank.contacts and not part_of(rank.false):
+        return _nothing_happened(result, summary, rank.label) + more
+    who, code = f"{sentence_of(rank.what)} ({rank.label})", ":" in rank.what
+    whose = "its" if code else "their"
+    if not (several and worst):
+        return f"{who}: {fault_words(rank, whose=whose)}.{more}"
+    if not (rank.lost or rank.fault):
+        return f"No detector missed a contact or reported a false one.{more}"
+    return f"{who} {'is' if code else 'are'} worst: {fault_words(rank, largest=True, whose=whose)}.{more}"
+
+
+def _nothing_happened(result: Measured, summary: Mapping[str, Any], label: str) -> str:
+    """Why there is no contact that a detector could miss."""
+    outcome = result.comparisons[label].outcome
+    if (outcome == Outcome.LEFT_OUT).all():
+        return f"Nothing compared: {result.oracle} and {label} both decided none of {outcome.size:,} pair-frames."
+    verdicts = summary["detectors"][result.oracle].get("verdicts", {})
+    lost, every = verdicts.get("NO_POSE", 0), sum(verdicts.values())
+    if lost:
+        return f"No contact found, but poses are lost in {lost:,} of {every:,} pair-frames, where a contact may be."
+    return f"No contact happened, so none for {label} to miss, and it reported none."
+
+
+def _key_fault(result: Measured, rank: Rank) -> Miss | FalseContact | None:
+    """Of the larger fault of a detector, of its most frequent cause, the longest: the most to look at."""
+    misses, false = result.misses.get(rank.label, ()), result.false.get(rank.label, ())
+    if (rank.leads_false and false) or not misses:
+        cause = _main_cause(false)
+        alike = [fault for fault in false if fault.cause == cause]
+        return max(alike, key=lambda fault: (fault.frames, -fault.number), default=None)
+    never = [miss for miss in misses if miss.kind == NEVER_FOUND] or list(misses)
+    cause = _main_cause(never)
+    return by_depth(miss for miss in never if miss.cause == cause)[0]
+
+
+def _main_cause(faults: Sequence[Miss | FalseContact]) -> str:
+    """The cause of most frames."""
+    frames: Counter[str] = Counter()
+    for fault in faults:
+        frames[fault.cause] += fault.frames
+    return frames.most_common(1)[0][0] if frames else ""
+
+
+def _moment(result: Measured, fault: Miss | FalseContact) -> KeyMoment:
+    pair, times = (fault.body_a, fault.body_b), result.assembly.motion.times
+    if isinstance(fault, FalseContact):
+        gap = fault.gap if fault.gap == fault.gap else None
+        return KeyMoment("false", fault.number, fault.widest, 0, float(times[fault.widest]), pair, gap)
+    frame, later = fault.shown
+    return KeyMoment("miss", fault.number, frame, later, float(times[frame]) + later / 1e9, pair, fault.cut_length)
+
+
+def _fix(result: Measured, summary: Mapping[str, Any], rank: Rank, fault: Miss | FalseContact) -> Fix | None:
+    """What mends a fault: figures where this run holds them, else the command that measures it."""
+    figures = summary["detectors"][rank.label]
+    spec = parse_detector(f"fix={figures.get('asked', figures['name'])}")
+    if spec.name == RECORDED:
+        command = f"replay tradeoff {SESSION} --engine unity"
+        return Fix("Other settings of the engine: not measured. To measure them:", False, command)
+    cause = str(fault.cause)
+    if cause in (Cause.BETWEEN_LOOKS, HELD):
+        return _at_every_frame(result, rank, spec)
+    mended = _mended(spec, cause)
+    if mended is None:
+        kind = "miss" if isinstance(fault, Miss) else "false"
+        command = f"replay shrink {RUN} --{kind} {fault.number} --by {rank.label}"
+        return Fix("Not known. A small test of this fault is made by", False, command)
+    words = sentence_of(_words(mended))
+    for label, other in summary["detectors"].items():
+        if other["name"] == mended.name and _alike(mended, other["settings"]):
+            return _measured(words, label, summary)
+    return Fix(f"{words}: not measured. To measure it:", False, f'replay run {SESSION} --detectors "{_asked(mended)}"')
+
+
+def _mended(spec: DetectorSpec, cause: str) -> DetectorSpec | None:
+    """The detector without a cause; ``None``: nobody knows."""
+    if cause in (SOLIDS, HOLLOW, Cause.COLLIDER_SHAPE) and spec.name == "collider":
+        rest = {key: value for key, value in spec.settings.items() if key not in ("shape", "pieces")}
+        pieces = 2 * int(spec.settings.get("pieces", 16)) if spec.settings.get("shape") == "compound" else 16
+        return DetectorSpec("fix", "collider", {"shape": "compound", "pieces": pieces} | rest)
+    if cause == Cause.BETWEEN_FRAMES:
+        return DetectorSpec("fix", "continuous")
+    if cause in DECIDED_BY_TRIANGLES:
+        return DetectorSpec("fix", "exact")
+    return None
+
+
+DECIDED_BY_TRIANGLES: Final = frozenset((
+    VOLUMES, SOLIDS, HOLLOW, Cause.COLLIDER_SHAPE, Cause.SPHERE_STAGE, Cause.SAMPLING, Cause.BUDGET, Cause.SEARCH,
+))  # fmt: skip
+"""Causes that testing every triangle removes."""
+
+
+def _at_every_frame(result: Measured, rank: Rank, spec: DetectorSpec) -> Fix:
+    """Sampling at every frame, which a run of a fixed rate asks beside its sampling offsets."""
+    words = f"Sample every frame ({HEADSET_HZ:g} Hz)"
+    offsets = result.phases.get(rank.label)
+    every = None if offsets is None else offsets.every_frame
+    if every is None:
+        settings = {key: value for key, value in spec.settings.items() if key != "rate_hz"}
+        asked = _asked(DetectorSpec("fix", spec.name, settings))
+        return Fix(f"{words}: not measured. To measure it:", False, f'replay run {SESSION} --detectors "{asked}"')
+    missed, late = (every.contacts_missed,) * 2, (every.contacts_in_part,) * 2
+    took = "" if every.seconds is None else f"; {milliseconds(every.seconds)} ms a frame"
+    told = figures_words(lost_words(missed, late, rank.contacts), every.invented)
+    return Fix(f"{words}: {told}{took} (measured on this session).", True)
+
+
+def _measured(words: str, label: str, summary: Mapping[str, Any]) -> Fix:
+    """With the figures of another detector of this run, or of the reference itself."""
+    figures, audit = summary["detectors"][label], summary["audit"].get(label)
+    took = f"{milliseconds(figures['seconds']['per_frame_mean'])} ms a frame"
+    if audit is None:
+        return Fix(f"{words} ({label}), the reference here: {took} (measured on this session).", True)
+    missed, late = (counts_over_offsets(audit, name) for name in ("contacts_missed", "contacts_in_part"))
+    told = figures_words(lost_words(missed, late, audit["contacts"]), audit.get("phases", audit)["invented"])
+    return Fix(f"{words} ({label}): {told}; {took} (measured on this session).", True)
+
+
+def figures_words(lost: str, false: Share) -> str:
+    """``none missed, 3 % false``: what a setting gets wrong, both kinds."""
+    return f"{lost or 'none missed or late'}, {figure(100 * part_of(false))} % false"
+
+
+def _alike(spec: DetectorSpec, settings: Mapping[str, Any]) -> bool:
+    """Whether a detector of the run is the one meant; of a compound with any number of pieces."""
+    wanted = {key: value for key, value in spec.settings.items() if key != "pieces"}
+    return all(settings.get(key) == value for key, value in wanted.items()) and (
+        settings.get("rate_hz") == wanted.get("rate_hz")
+    )
+
+
+def _words(spec: DetectorSpec) -> str:
+    pieces = spec.settings.get("pieces")
+    words = detector_words(spec.name, spec.settings)
+    return f"{pieces} {words.replace('convex pieces', 'convex pieces a mesh')}" if pieces else words
+
+
+def _asked(spec: DetectorSpec) -> str:
+    return str(spec).partition("=")[2]
