@@ -39,7 +39,6 @@ def advise_engine(session: Path, engine: str, people: People, *, no_picture: boo
 def knob_table(advice: "Advice") -> "Table":
     """A row a choice: the setting that ``run`` takes, below it what it is in the engine."""
     from replay.outputs.tables import IN_RED, INVENTED, PARTLY, STRONG, Marked, table
-    from replay.outputs.tradeoff_table import AT_PHASE
     from replay.pipeline.gates import figure
     from replay.tradeoffs.engine_knobs import knob_words
 
@@ -65,7 +64,7 @@ def knob_table(advice: "Advice") -> "Table":
     notes = (
         "missed, in part: contacts; false: of the pair-frames reported; mean: ms a frame; p99: ms of a sample, live, "
         "of this program, p99 "
-        f"empty where a whole recording is asked at once; {AT_PHASE}.",
+        "empty where a whole recording is asked at once.",
         f"Each row is checked by: replay run SESSION --detectors SETTING. Words: {advice.engine.source}.",
         *advice.engine.notes,
     )

@@ -44,7 +44,8 @@ class OffsetCounts:
 
     ``missed``, ``in_part``: (offsets, C) contacts never found, and found in part; ``frames_missed``, ``frames_found``:
     (C,) pair-frames over all offsets; ``invented``: share of the pair-frames that it reports which are no contact;
-    ``every_frame``: the same detector without its rate, of all contacts.
+    ``false_contacts``: (offsets,) stretches of reported contact in which the oracle sees none; ``every_frame``: the
+    same detector without its rate, of all contacts.
     """
 
     missed: BoolArray
@@ -52,6 +53,7 @@ class OffsetCounts:
     frames_missed: IntArray
     frames_found: IntArray
     invented: dict[str, Any]
+    false_contacts: IntArray
     every_frame: EveryFrame | None = None
 
     def only(self, kept: BoolArray) -> "OffsetCounts":
@@ -124,6 +126,7 @@ def offset_counts(
     lost, part = np.zeros((2, PHASES, len(contacts)), dtype=np.bool_)
     frames = np.zeros((len(contacts), len(Outcome)), dtype=np.int64)
     said, false, known = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
+    stretches = np.zeros(PHASES, dtype=np.int64)
     for offset, looks in enumerate(looked):
         believed, _ = HeldVerdicts(len(every.pairs)).hold(every.verdict[looks], looks, every.verdict != Verdict.NO_POSE)
         subject = replace(every, verdict=believed)
@@ -134,11 +137,14 @@ def offset_counts(
         frames += counts
         said += np.isin(outcome, REPORTED)
         false += outcome == Outcome.INVENTED
+        stretches[offset] = len(column_runs((outcome == Outcome.INVENTED).T))
     runs = column_runs((said > 0).T).tolist()
     sums = [[int(one[a : b + 1, pair].sum(dtype=np.int64)) for pair, a, b in runs] for one in (false, said)]
     invented = share_of_clusters(*sums)
     without_rate = at_every_frame(every, oracle, contacts, holdings, tolerance)
-    return OffsetCounts(lost, part, frames[:, Outcome.MISSED], frames[:, Outcome.BOTH], invented, without_rate)
+    return OffsetCounts(
+        lost, part, frames[:, Outcome.MISSED], frames[:, Outcome.BOTH], invented, stretches, without_rate
+    )
 
 
 def at_every_frame(

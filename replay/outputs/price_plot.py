@@ -1,20 +1,18 @@
-"""What accuracy costs as two plots, live and offline, laid out in the unit square.
+"""What accuracy costs as one plot, laid out in the unit square.
 
-x is a time on a logarithmic axis; y are contacts missed, 0 on top. Every curve is named beside it, so there is no
-legend; what invents more than it finds is a ring apart from the curves.
+x is the mean time of a frame on a logarithmic axis; y are wrong contacts, 0 on top. Every curve is named beside it, so
+there is no legend.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from math import ceil, floor, inf, log10
+from math import ceil, floor, log1p, log10
 from typing import Final
 
-from replay.base.constants import HEADSET_HZ
+from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.outputs.words import counted
-from replay.pipeline.gates import figure
 from replay.pipeline.run_result import Tradeoff
-from replay.tradeoffs.pareto import LIVE, RATES_HZ, WHOLE, Columns, Row, best_of, budget_ms, counts
-from replay.tradeoffs.settings import AS_IT_COMES
+from replay.tradeoffs.pareto import Row, counts
 
 BEST, COMPLETE, FAINT, INVENTS = "best", "complete", "faint", "invents"
 CURVES: Final = ("first", "second", "third")
@@ -23,21 +21,14 @@ CURVES: Final = ("first", "second", "third")
 LETTER, LINE = 0.0105, 0.034
 """Width of a letter and height of a line, in shares of a plot: what words need to stand apart."""
 
-WORDS: Final = {
-    "step rate": "looked at less often", "budget": "given less to spend", "samples": "fewer samples",
-    "mesh resolution": "coarser meshes", "tolerance": "other tolerances", "shape": "in simple shapes",
-}  # fmt: skip
-"""Axis of a curve -> what is done along it."""
-
-TITLES: Final = {
-    LIVE: ("LIVE: frame by frame, as an engine asks", "p99 time of one frame, ms (logarithmic)"),
-    WHOLE: ("OFFLINE: the whole session at once", "seconds of computing per minute of session (logarithmic)"),
-}
+TITLE: Final = "Wrong contacts: missed, late or cut short, and false"
+X_WORDS: Final = "mean time of a frame, ms (logarithmic)"
+TICKS: Final = (0, 1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 100_000)
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A setting in the unit square, y downwards: where it is, the ends of its interval over contacts, what it is."""
+    """A setting in the unit square, y downwards: where it is, the ends of its counts over offsets, what it is."""
 
     x: float
     y: float
@@ -72,87 +63,80 @@ class Plot:
     words: tuple[Words, ...]
 
 
-def plots_of(done: Tradeoff, letters: float = 1.0) -> tuple[Plot, Plot]:
-    """The live plot and the offline one, for letters so many times as large; they share no axis."""
-    return _Layout(done, LIVE).plot(letters), _Layout(done, WHOLE).plot(letters)
+def plot_of(done: Tradeoff, letters: float = 1.0) -> Plot:
+    """The plot, for letters so many times as large."""
+    return _Layout(done).plot(letters)
 
 
 def subtitle(done: Tradeoff) -> tuple[str, str]:
     """What was measured on what, and how: the two lines under the title of a picture."""
-    about, rows = done.about, [row for row in done.rows if row["front"] or row["front_online"]]
-    passes = min((row["live_passes"] for row in done.rows if row["front_online"]), default=0)
-    phases = max((row["phases"] for row in done.rows), default=1)
+    about = done.about
     things = (("bodies", "body", "bodies"), ("pairs", "pair", "pairs"), ("contacts", "contact", "contacts"))
-    counts = ", ".join(counted(about[key], *words) for key, *words in things)
-    how = f"{counted(passes, 'live pass', 'live passes')}, {counted(phases, 'look phase')}"
-    contained = "in" if all(row["containment"] for row in rows) else "not in everywhere"
+    numbers = ", ".join(counted(about[key], *words) for key, *words in things)
     return (
-        f"{about['session']}: {about['seconds'] / 60:.2g} min, {counts}; trusted: {about['oracle']}. {how}. "
-        f"Containment {contained}, faces out.",
-        "Bars: 95 % interval over contacts. Rings invent more than they find.",
+        f"{about['session']}: {about['seconds'] / 60:.2g} min, {numbers}; reference: {about['oracle']}.",
+        "Bars: smallest to largest over 16 sampling offsets. Green: the front.",
     )
 
 
 class _Layout:
-    """Where rows are in one plot, and what they are called there."""
+    """Where rows are in the plot, and what they are called there."""
 
-    def __init__(self, done: Tradeoff, time: Columns) -> None:
-        self._time, self._rows = time, [row for row in done.rows if row[time[0]] is not None]
-        minutes = done.about["seconds"] / 60 or 1.0
-        self._scale = 1.0 if time == LIVE else done.about["frames"] / 1e3 / minutes
-        self._budgets = [(budget_ms(rate), f"{rate:g} Hz") for rate in RATES_HZ] if time == LIVE else []
-        times = [*(row[time[0]] * self._scale for row in self._rows), *(ms for ms, _ in self._budgets)]
-        self._low = floor(log10(min(times, default=1.0)))
-        self._high = max(self._low + 1, ceil(log10(max(times, default=1.0))))
-        self._contacts = max((row["contacts"] for row in self._rows), default=1)
-        self._best = best_of(self._rows, time, budget_ms(HEADSET_HZ) if time == LIVE else inf)
-        self._lines = dict(zip(CURVES, _lines(self._rows), strict=False))
+    def __init__(self, done: Tradeoff) -> None:
+        self._rows = done.rows
+        times = [*(row["mean_ms"] for row in done.rows), BUDGET_MS]
+        self._low = floor(log10(min(times)))
+        self._high = max(self._low + 1, ceil(log10(max(times))))
+        self._most = max([1, *(row["wrong_largest"] for row in done.rows)])
+        self._lines = dict(zip(CURVES, _lines(done.rows), strict=False))
 
     def plot(self, letters: float) -> Plot:
         """Everything in its place; words last, where nothing is."""
-        title, x_words = TITLES[self._time]
         kinds = [(self._kind(row), row) for row in self._rows]
         marks = tuple(self._mark(row, kind) for kind, row in kinds)
         placed = _Placed(marks, letters)
         for kind, line in self._lines.items():
-            name = f"{line[0]['detector']}, {WORDS.get(line[0]['axis'], line[0]['axis'])}"
-            placed.add(self._mark(line[len(line) // 2], kind), name, strong=True)
-        for kind, row in sorted(kinds, key=lambda one: (one[0] != BEST, one[0] == FAINT)):
-            false = f": {figure(100 * (1 - row['precision']))} % false" if kind == INVENTS and row["precision"] else ""
-            name = row["value"] if kind in CURVES else f"{row['label']}{false}"
-            placed.add(self._mark(row, kind), name, strong=kind == BEST)
+            placed.add(self._mark(line[len(line) // 2], kind), line[0]["line"], strong=True)
+        for kind, row in sorted(kinds, key=lambda known: (known[0] != BEST, known[0] == FAINT)):
+            named = row["label"] if kind not in CURVES else row["value"]
+            placed.add(self._mark(row, kind), named, strong=kind == BEST)
         curves = tuple((kind, tuple(self._mark(row, kind) for row in line)) for kind, line in self._lines.items())
-        steps = sorted({round(self._contacts * k / 6) for k in range(7)})
+        ticks = [tick for tick in TICKS if tick <= self._most]
         return Plot(
-            title, x_words, f"contacts missed, whole or in part, of {self._contacts}",
-            tuple((self._x(10.0**k), f"{10.0**k:g}") for k in range(self._low, self._high + 1)),
-            tuple((step / self._contacts, f"{step}") for step in steps),
-            tuple((self._x(ms), words) for ms, words in self._budgets), curves, marks, tuple(placed.words),
+            title=TITLE, x_words=X_WORDS, y_words="wrong contacts",
+            x_ticks=tuple((self._x(10.0**k), f"{10.0**k:g}") for k in range(self._low, self._high + 1)),
+            y_ticks=tuple((self._y(tick), f"{tick:,}") for tick in ticks),
+            budgets=((self._x(BUDGET_MS), f"a frame at {HEADSET_HZ:g} Hz"),),
+            curves=curves, marks=marks, words=tuple(placed.words),
         )  # fmt: skip
 
     def _x(self, value: float) -> float:
         return (log10(value) - self._low) / (self._high - self._low)
 
+    def _y(self, wrong: float) -> float:
+        """Logarithmic, with room for none: spheres have ten times as many wrong contacts as anything else."""
+        return log1p(wrong) / log1p(self._most)
+
     def _mark(self, row: Row, kind: str) -> Mark:
-        lost, low, high = (row[name] / self._contacts for name in ("contacts_lost", "lost_low", "lost_high"))
-        return Mark(self._x(row[self._time[0]] * self._scale), lost, low, high, kind)
+        middle, low, high = (self._y(row[name]) for name in ("wrong", "wrong_smallest", "wrong_largest"))
+        return Mark(self._x(row["mean_ms"]), middle, low, high, kind)
 
     def _kind(self, row: Row) -> str:
-        if row is self._best:
+        if row["front"]:
             return BEST
         for kind, line in self._lines.items():
-            if any(row is one for one in line):
+            if any(row is other for other in line):
                 return kind
-        return INVENTS if not counts(row) else COMPLETE if row["complete"] else FAINT
+        return COMPLETE if row["complete"] else FAINT
 
 
 def _lines(rows: Iterable[Row]) -> list[list[Row]]:
-    """The first lines of the table with several settings that count, each from what misses most on."""
+    """The first lines of the table with several settings that count, each from what has most wrong contacts on."""
     lines: dict[str, list[Row]] = {}
     for row in rows:
-        if row["axis"] != AS_IT_COMES and counts(row):
+        if row["line"] and counts(row):
             lines.setdefault(row["line"], []).append(row)
-    return [sorted(line, key=lambda row: -float(row["contacts_lost"])) for line in lines.values() if len(line) > 1]
+    return [sorted(line, key=lambda row: float(row["mean_ms"])) for line in lines.values() if len(line) > 1]
 
 
 class _Placed:
@@ -161,7 +145,7 @@ class _Placed:
     def __init__(self, marks: Sequence[Mark], letters: float) -> None:
         self._letter, self._line = LETTER * letters, LINE * letters
         self.words: list[Words] = []
-        self._taken = [(one.x - 0.008, one.y - 0.012, one.x + 0.008, one.y + 0.012) for one in marks]
+        self._taken = [(mark.x - 0.008, mark.y - 0.012, mark.x + 0.008, mark.y + 0.012) for mark in marks]
 
     def add(self, mark: Mark, text: str, *, strong: bool = False) -> None:
         """Words of a mark: right or left of it, then further and further away."""
@@ -171,7 +155,7 @@ class _Placed:
                 x = mark.x + side * (wide + 0.03)
                 for y in (mark.y - step * self._line, mark.y + step * self._line):
                     box = (x - wide / 2, y - self._line / 2, x + wide / 2, y + self._line / 2)
-                    # Above 0 is room for the names of what misses nothing.
+                    # Above 0 is room for the names of what is always right.
                     inside = box[0] >= 0.0 and box[2] <= 1.0 and box[1] >= -0.17 and box[3] <= 1.0
                     if inside and not any(_meet(box, other) for other in self._taken):
                         self._taken.append(box)
@@ -179,5 +163,5 @@ class _Placed:
                         return
 
 
-def _meet(one: tuple[float, float, float, float], other: tuple[float, float, float, float]) -> bool:
-    return one[0] < other[2] and other[0] < one[2] and one[1] < other[3] and other[1] < one[3]
+def _meet(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]

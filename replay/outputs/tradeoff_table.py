@@ -1,111 +1,121 @@
 """Accuracy beside its price, a row per setting that was tried."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
 from replay.base.constants import BUDGET_MS
-from replay.base.wilson import OVER_CONTACTS
-from replay.outputs.tables import Table, table
-from replay.outputs.words import counted
+from replay.outputs.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, table
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs.growth import UNITS, growth_answer, leaves_at
-from replay.tradeoffs.pareto import LIVE, WHOLE, Row, front_of
-
-OVER_BUDGET: Final = f"p99 ms (over {BUDGET_MS:.1f})"
-"""Column: p99 of a live look with its interval, and in brackets the share of frames over the budget."""
+from replay.tradeoffs.pareto import BUSY, Row
 
 HEAD: Final = (
-    "#", "setting", "front", "mean ms", OVER_BUDGET, "s per minute", "passes", "missed contacts", "missed, % [95 %]",
-    "invented, %", "faces, %", "contained", "most of its work",
+    "setting", "missed", "late or cut short", "false contacts", "wrong", "mean ms", "p99 ms", "front", "false %",
+    "passes", "settings",
 )  # fmt: skip
-SHOWN: Final = ("setting", "mean ms", OVER_BUDGET, "s per minute", "passes", "missed contacts", "invented, %", "front")
+SHOWN: Final = HEAD[:8]
 """Columns where there is little room."""
 
-AT_PHASE: Final = "what a step rate misses of the pair-frames it misses at this run's phase"
-
-NOT_DONE: Final = ("skipped", "reused", "held", "cache_hits")
-"""Counters of work that was saved."""
-
-
-def quickest_first(rows: Iterable[Row]) -> list[Row]:
-    """Rows in order of their time per frame."""
-    return sorted(rows, key=lambda row: float(row["ms_per_frame"]))
-
-
-def front_rows(rows: Sequence[Row]) -> list[Row]:
-    """The rows on the front, quickest first."""
-    by_label = {row["label"]: row for row in rows}
-    return [by_label[label] for label in front_of(rows)]
-
-
-def how_measured(done: Tradeoff) -> tuple[str, ...]:
-    """Which times are live, how often they were taken, what the intervals are over, and what was asked."""
-    about, made = done.about, done.about["machine"]
-    pareto = [row for row in done.rows if row["front"] or row["front_online"]]
-    without = [row["label"] for row in pareto if not row["containment"]]
-    contained = f"in, but not of {', '.join(without)}" if without else "in"
-    phases = max((row["phases"] for row in done.rows), default=1)
-    mean = f"; of a step rate it is the mean over {phases} look phases" if phases > 1 else ""
-    return (
-        f"Live: one frame after the other, {about['live_frames']:,} frames a pass. Offline: the whole session at once.",
-        f"Every pass is timed in turns with {about['reference']}; intervals of times are at 95 % over passes, and "
-        "those that overlap are a tie.",
-        *(_self_check(done, kind) for kind in ("live", "offline")),
-        f"Missed contacts are missed whole or in part, at 95 % over contacts{mean}.",
-        f"Containment is {contained}; faces are out, but of settings that say so.",
-        f"Measured on {made['system']} {made['processor']}, {made['cores']} cores; compare ratios, not milliseconds.",
-    )
-
-
-def _self_check(done: Tradeoff, kind: str) -> str:
-    check = done.about["clock"][kind]
-    between = "" if check["low"] is None else f" [{check['low']:.3g}, {check['high']:.3g}]"
-    held = "a tie" if check["tie"] else f"no tie, so every {kind} interval is widened by {check['widened']:.3g}"
-    passes = counted(check["passes"], "pass", "passes")
-    twice = f"{done.about['reference']} timed twice gives {check['ratio']:.3g}{between}"
-    return f"The clock's self-check, {kind}: {twice}, {held}; {passes}."
+SHORT: Final = 12
+"""Rows of a list that is cut short; those on the front are always in it."""
 
 
 def tradeoff_table(title: str, rows: Iterable[Row]) -> Table:
-    """These rows, in the order given and numbered in it."""
-    cells = (_cells(number, row) for number, row in enumerate(rows, 1))
-    return table(title, HEAD, cells, words=HEAD[1:3], notes=(OVER_CONTACTS,))
+    """These rows, in the order given."""
+    cells = [_cells(row) for row in rows]
+    return table(title, HEAD, cells, words=("setting", "front", "settings"), whole=("setting", "settings"))
 
 
-def _cells(number: int, row: Row) -> tuple[str, ...]:
-    marks = ["oracle"] * row["oracle"] + ["front"] * row["front"] + ["live front"] * row["front_online"]
-    p99 = "" if row["p99_ms"] is None else f"{_interval(row, *LIVE)} ({figure(100 * row['over_share'])} %)"
-    minute = row["seconds_per_minute"] / row["ms_per_frame"]
-    lost = f"{row['contacts_lost']:.3g} [{row['lost_low']:.2g}, {row['lost_high']:.2g}] of {row['contacts']}"
+def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
+    """What a terminal shows: the settings by wrong contacts, the front marked, long lists cut short."""
+    about, rows = done.about, list(done.rows)
+    shown = [row for number, row in enumerate(rows) if everything or row["front"] or number < SHORT]
+    title = f"{about['contacts']} contacts in {about['seconds']:.0f} s, beside {about['oracle']}"
+    notes = [*_more(done, len(rows) - len(shown)), *slow_frames(rows)]
+    if everything:
+        notes += how_measured(done)
+    return tradeoff_table(title, shown).only(*(HEAD if everything else SHOWN)).titled(title, *notes)
+
+
+def _more(done: Tradeoff, hidden: int) -> list[str]:
+    """How many rows are not shown, and how many settings were not tried."""
+    parts = []
+    if hidden:
+        parts.append(f"{hidden} more with -v")
+    if done.cut:
+        one = len(done.cut) == 1
+        limit = figure(done.about["time_limit"] or 0.0)
+        parts.append(f"{len(done.cut)} {'setting was' if one else 'settings were'} not tried within {limit} s")
+    return [f"... {'; '.join(parts)}"] if parts else []
+
+
+def slow_frames(rows: Sequence[Row]) -> list[str]:
+    """The slowest frame of all, and why it was slow; nothing where it fits into a frame of the headset."""
+    timed = [row for row in rows if row["p99_ms"] is not None]
+    worst = max(timed, key=lambda row: float(row["worst_ms"]), default=None)
+    if worst is None or worst["worst_ms"] <= BUDGET_MS:
+        return []
+    usual = f"{figure(worst['worst_usual_ms'])} ms in the median pass"
+    why = f"the search, {usual}" if worst["worst_cause"] == "search" else f"the machine, not the detector ({usual})"
+    return [f"Slowest frame: {worst['worst_ms']:.1f} ms at {worst['worst_time']:.2f} s ({worst['label']}): {why}."]
+
+
+def how_measured(done: Tradeoff) -> tuple[str, ...]:
+    """Which times these are, how often they were taken, and how far they hold."""
+    about, made, check = done.about, done.about["machine"], done.about["clock"]
+    between = "" if check["low"] is None else f" [{check['low']:.3g}, {check['high']:.3g}]"
+    tie = "a tie" if check["tie"] else f"no tie, so every interval is widened by {check['widened']:.3g}"
+    ranges = any(row["offsets"] > 1 for row in done.rows)
     return (
-        str(number), row["label"], ", ".join(marks),
-        "" if row["mean_ms"] is None else f"{row['mean_ms']:.3g}", p99, _interval(row, *WHOLE, scale=minute),
-        f"{row['live_passes']} live, {row['passes']}", lost,
-        "{} [{}, {}]".format(*(figure(100 * row[key]) for key in ("missed", "missed_low", "missed_high"))),
-        "" if row["precision"] is None else figure(100 * (1 - row["precision"])),
-        "" if row["face_recall"] is None else figure(100 * row["face_recall"]),
-        "in" if row["containment"] else "out", _most_work(row["work"]),
+        "Wrong: missed, late or cut short, and false contacts. On the front is what is surely quicker than all with "
+        "fewer wrong contacts.",
+        *(
+            ["A range is the smallest and the largest count over 16 sampling offsets; the order goes by the mean."]
+            if ranges
+            else []
+        ),
+        f"Times: frame by frame, {about['live_frames']:,} frames a pass, in turns with {about['reference']}; no "
+        "compilation is in them. Times of this tool on this machine, not of your engine.",
+        f"The clock's self-check: {about['reference']} timed twice gives {check['ratio']:.3g}{between}, {tie}.",
+        f"Measured on {made['system']} {made['processor']}, {made['cores']} cores.",
+        *busy_words(done),
+    )
+
+
+def busy_words(done: Tradeoff) -> list[str]:
+    """That the machine was busy, where it was."""
+    share = done.about["processor_share"]
+    if share >= BUSY:
+        return []
+    return [f"The machine was busy ({figure(100 * (1 - share))} %): run again for reliable times."]
+
+
+def count_words(row: Row, name: str) -> str:
+    """``0-1``, the smallest and the largest count over the sampling offsets; one number where they are equal."""
+    low, high = row[f"{name}_smallest"], row[f"{name}_largest"]
+    return f"{low}" if low == high else f"{low}-{high}"
+
+
+MARKS: Final = {"missed": IN_RED, "late": PARTLY, "false_contacts": INVENTED, "wrong": ""}
+"""Count -> how a number above 0 is marked."""
+
+
+def _cells(row: Row) -> tuple[Cell, ...]:
+    p99 = "-" if row["p99_ms"] is None else f"{row['p99_ms']:.2f}"
+    false = "-" if row["false"] is None else figure(100 * row["false"])
+    counts = [Marked(count_words(row, name), mark if row[name] else "") for name, mark in MARKS.items()]
+    return (
+        row["label"], *counts, f"{row['mean_ms']:.3f}", p99, "front" if row["front"] else "", false,
+        str(row["passes"]), row["asked"] or "-",
     )  # fmt: skip
-
-
-def _interval(row: Row, name: str, low: str, high: str, scale: float = 1.0) -> str:
-    """A time and its interval; of one pass there is none."""
-    ends = "" if row[low] is None else f" [{scale * row[low]:.3g}, {scale * row[high]:.3g}]"
-    return f"{scale * row[name]:.3g}{ends}"
-
-
-def _most_work(work: Mapping[str, int]) -> str:
-    """The largest counter of work done: the same on any machine; the table in the run folder has them all."""
-    count, name = max(((count, name) for name, count in work.items() if name not in NOT_DONE), default=(0, ""))
-    return f"{count if count < 10_000 else f'{count // 1000:,}k'} {name.replace('_', ' ')}" if count else ""
 
 
 def growth_table(rows: Sequence[dict[str, Any]]) -> Table:
     """A row a detector: on each axis the size at which it fills a frame, or the largest that fits."""
     axes, names = ([*dict.fromkeys(row[key] for row in rows)] for key in ("axis", "detector"))
     cells = [(name, *(_growth(rows, axis, name) for axis in axes)) for name in names]
-    note = f"p99 of live looks, {rows[0]['passes']} passes in turns; containment in, faces out" if rows else ""
+    note = f"p99 of frames, {rows[0]['passes']} passes in turns; containment in, faces out" if rows else ""
     return table(growth_answer(rows), ("detector", *(UNITS[axis] for axis in axes)), cells, notes=(note,))
 
 

@@ -25,7 +25,7 @@ from sessions import Session
 if TYPE_CHECKING:
     from cdcore.search.tracing import Watched
 
-TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/2"
+TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/3"
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,28 +34,31 @@ class Tradeoff:
 
     Parameters
     ----------
-    rows : one per setting, in the order of the list: plain data, the columns of ``tradeoff.parquet``.
-    front, front_online : labels, quickest first, by the time of a whole answer and by that of a live look.
-    advice : sentences; ``answer``: the shortest one, with two numbers.
-    growth : rows of ``replay.tradeoffs.growth``, where that was asked for.
+    rows : one per setting that was tried, by wrong contacts and then by mean time: plain data, the columns of
+        ``tradeoff.parquet``.
+    front : labels, quickest first: each has fewer wrong contacts than all before it.
+    advice : sentences: what being right costs and what less costs, or why there is no advice.
     cut : labels that the time limit left out.
-    about : session, oracle, machine, versions, seed, ``clock`` (its self-check, live and offline), and
-        ``processor_share``: of the seconds on the clock those in
-        which this process was at work; far below 1, others were, and times are upper bounds.
+    about : session, oracle, machine, versions, seed, ``clock`` (its self-check) and ``processor_share``: of the seconds
+        on the clock those in which this process was at work; far below 1, others were, and times are upper bounds.
+    growth : rows of ``replay.tradeoffs.growth``, where that was asked for.
     """
 
     rows: tuple[dict[str, Any], ...]
     front: tuple[str, ...]
-    front_online: tuple[str, ...]
     advice: tuple[str, ...]
     cut: tuple[str, ...] = ()
     about: dict[str, Any] = field(default_factory=dict)
-    answer: str = ""
     growth: tuple[dict[str, Any], ...] = ()
+
+    @property
+    def answer(self) -> str:
+        """The first sentence of the advice, without its full stop."""
+        return self.advice[0].removesuffix(".")
 
     def as_json(self) -> dict[str, Any]:
         """Everything as plain data."""
-        lists = {name: list(getattr(self, name)) for name in ("advice", "front", "front_online", "cut", "rows")}
+        lists = {name: list(getattr(self, name)) for name in ("advice", "front", "cut", "rows")}
         return {"schema": TRADEOFF_SCHEMA, **self.about, "answer": self.answer, **lists, "growth": list(self.growth)}
 
 

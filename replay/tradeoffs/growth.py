@@ -17,8 +17,8 @@ from replay.pipeline.engine import prepared
 from replay.prepare.assembly import Assembly
 from replay.tradeoffs.decimation import with_faces
 from replay.tradeoffs.pareto import budget_ms
-from replay.tradeoffs.settings import AS_IT_COMES, Setting
-from replay.tradeoffs.timing import LiveFrames, Passes, Timed
+from replay.tradeoffs.settings import Setting
+from replay.tradeoffs.timing import LiveFrames, Timed
 from sessions import Session
 
 GROWN: Final = ("exact", "solid-style", "hybrid", "hybrid-qaco")
@@ -68,13 +68,13 @@ def grow(
 
 
 def _timed(assembly: Assembly, names: Sequence[str]) -> dict[str, float]:
-    """Milliseconds of the p99 of a look by each, in turns."""
-    asked = [Timed(name, make_detector(DetectorSpec(name, name), assembly, 0), assembly.motion) for name in names]
+    """Milliseconds of the p99 of a frame by each, in turns."""
+    timed = [Timed(name, make_detector(DetectorSpec(name, name), assembly, 0), assembly.motion) for name in names]
     frames = LiveFrames(assembly.motion, FRAMES)
-    LiveFrames(assembly.motion.frames(0, min(len(assembly.motion), 20)), 20).live_pass(asked)
-    passes = [frames.live_pass(asked, number) for number in range(PASSES)]
-    found = {one.label: Passes([each[k] for each in passes]) for k, one in enumerate(asked)}
-    return {name: 1e3 * one.quantile(0.99) for name, one in found.items()}
+    LiveFrames(assembly.motion.frames(0, min(len(assembly.motion), 20)), 20).live_pass(timed)
+    passes = [frames.live_pass(timed, number) for number in range(PASSES)]
+    medians = {one.label: np.median([each[k] for each in passes], axis=0) for k, one in enumerate(timed)}
+    return {name: 1e3 * float(np.quantile(seconds, 0.99)) for name, seconds in medians.items()}
 
 
 def grown(assembly: Assembly, axis: str, wanted: float) -> tuple[float, Assembly]:
@@ -124,7 +124,7 @@ def leaves_at(rows: Sequence[Row], axis: str, detector: str) -> float | None:
 
 def growth_answer(rows: Sequence[Row]) -> str:
     """On which axes a complete detector leaves the budget, and on which none does."""
-    names = {row["detector"] for row in rows if Setting(row["detector"], AS_IT_COMES, "").complete}
+    names = {row["detector"] for row in rows if Setting(row["detector"], row["detector"]).complete}
     axes = dict.fromkeys(row["axis"] for row in rows)
     left = {axis: any(leaves_at(rows, axis, name) for name in names) for axis in axes}
     cost, free = (" and ".join(axis for axis, over in left.items() if over == wanted) for wanted in (True, False))

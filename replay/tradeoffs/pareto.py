@@ -1,34 +1,28 @@
-"""The front, ties and the advice, from the table alone.
+"""The front and the advice, from the table alone.
 
-Times are compared by their intervals. Where intervals overlap, or one is not known, the times are a tie: it goes to
-what loses fewer contacts, then to the complete detector, then to the simpler one. What leaves contact undecided, and
-rows of whose reported pair-frames fewer than ``PRECISION`` are true (a detector that always reports contact misses
-nothing), are in the table and not on the front.
+Times are compared by their intervals. Where two intervals overlap, the times are a tie: it goes to what is wrong less
+often, then to the complete detector, then to the simpler one. One pass has no interval, and ties with nothing.
 """
 
 from collections.abc import Mapping, Sequence
-from itertools import groupby
 from math import inf
-from typing import Any, Final, TypeAlias
+from typing import Any, Final, TypeAlias, TypeVar
 
 from replay.base.constants import HEADSET_HZ
 from replay.pipeline.gates import figure
-from replay.pipeline.headline import TOO_SMALL
+from replay.tradeoffs.settings import USUAL_HZ
 
 Row: TypeAlias = Mapping[str, Any]
-Columns: TypeAlias = tuple[str, str, str]
-"""A time and the ends of its interval."""
+AnyRow = TypeVar("AnyRow", bound=Row)
 
-LIVE: Final[Columns] = ("p99_ms", "p99_low", "p99_high")
-WHOLE: Final[Columns] = ("ms_per_frame", "ms_low", "ms_high")
+FEWEST: Final = 3
+"""Settings that advice needs."""
 
-PRECISION: Final = 0.5
-"""Share of the reported pair-frames that must be contacts; below it most alarms are false."""
+BUSY: Final = 0.9
+"""A process that had less of the clock than this shared its core: a quiet machine gives 0.97 and more."""
 
-RATES_HZ: Final = (60.0, 72.0, HEADSET_HZ, 120.0)
-"""Frame rates of headsets, for whose budgets there is advice."""
-
-NONE: Final = "nothing tried live is surely in time and right in most of its reports"
+CHEAPER: Final = 0.95
+"""A p99 above this share of another one is no cheaper."""
 
 
 def budget_ms(rate_hz: float) -> float:
@@ -37,133 +31,121 @@ def budget_ms(rate_hz: float) -> float:
 
 
 def counts(row: Row) -> bool:
-    """Whether a row may be on a front: of one that left contact undecided nobody knows what it misses."""
-    decided = row["precision"] is not None and not row.get("contact_frames_undecided")
-    return decided and bool(row["precision"] >= PRECISION)
+    """Whether a row may be on the front: of one that left contact undecided nobody knows what it misses."""
+    return not row["contact_frames_undecided"] and row["mean_ms"] is not None
 
 
-def tied(a: Row, b: Row, time: Columns) -> bool:
-    """Whether the intervals of two times overlap, or one of them is not known."""
-    ends = [_ends(row, time) for row in (a, b)]
-    return ends[0][0] <= ends[1][1] and ends[1][0] <= ends[0][1]
+def tied(a: Row, b: Row) -> bool:
+    """Whether two times are equal, or their intervals overlap."""
+    if a["mean_ms"] == b["mean_ms"]:
+        return True
+    ends = [row[end] for row in (a, b) for end in ("mean_low", "mean_high")]
+    return None not in ends and ends[0] <= ends[3] and ends[2] <= ends[1]
 
 
-def _ends(row: Row, time: Columns) -> tuple[float, float]:
-    low, high = row[time[1]], row[time[2]]
-    return -inf if low is None else low, inf if high is None else high
+def quicker(a: Row, b: Row) -> bool:
+    """Whether one time is surely less than another one."""
+    return bool(a["mean_ms"] < b["mean_ms"]) and not tied(a, b)
 
 
-def winner_of(rows: Sequence[Row], time: Columns) -> Row:
+def winner_of(rows: Sequence[Row]) -> Row:
     """Of the quickest row and all that tie with it, the one to name; of equals the earlier in the table."""
-    quickest = min(rows, key=lambda row: float(row[time[0]]))
-    ties = [row for row in rows if tied(row, quickest, time)]
-    return min(ties, key=lambda row: (row["contacts_lost"], not row["complete"], row["simplicity"]))
+    quickest = min(rows, key=lambda row: float(row["mean_ms"]))
+    ties = [row for row in rows if tied(row, quickest)]
+    return min(ties, key=lambda row: (row["wrong"], not row["complete"], row["simplicity"]))
 
 
-def front_of(rows: Sequence[Row], time: Columns = WHOLE) -> list[str]:
-    """Labels on the front, quickest first: each loses fewer contacts than all before it."""
-    left = [row for row in rows if counts(row) and row[time[0]] is not None]
-    front: list[str] = []
-    while left:
-        best = winner_of(left, time)
-        front.append(best["label"])
-        left = [row for row in left if row["contacts_lost"] < best["contacts_lost"]]
-    return front
+def front_of(rows: Sequence[Row]) -> list[str]:
+    """Labels on the front, quickest first: each is surely quicker than all that have fewer wrong contacts."""
+    front: list[Row] = []
+    left = [row for row in rows if counts(row)]
+    for wrong in sorted({row["wrong"] for row in left}):
+        best = winner_of([row for row in left if row["wrong"] == wrong])
+        if not front or quicker(best, front[-1]):
+            front.append(best)
+    return [row["label"] for row in reversed(front)]
 
 
-def best_of(rows: Sequence[Row], time: Columns, most: float = inf) -> Row | None:
-    """What loses fewest contacts, of those whose whole interval is at most ``most``; ``None``: there is none."""
-    fits = [row for row in rows if row[time[0]] is not None and (_ends(row, time)[1] <= most or most == inf)]
-    labels = front_of(fits, time)
-    return next((row for row in fits if labels and row["label"] == labels[-1]), None)
-
-
-def advice_of(rows: Sequence[Row]) -> list[str]:
-    """Sentences: what to take in a live loop at each frame rate, and for a recording at each price."""
-    return [*_live_advice(rows), *_whole_advice(rows)]
-
-
-def _live_advice(rows: Sequence[Row]) -> list[str]:
-    live = [row for row in rows if row[LIVE[0]] is not None]
-    chosen = [(best_of(live, LIVE, budget_ms(rate)), rate) for rate in RATES_HZ if live]
-    sentences = []
-    for label, some in groupby(chosen, key=lambda one: None if one[0] is None else one[0]["label"]):
-        found = list(some)
-        best, rates = found[0][0], _listed([f"{rate:g}" for _, rate in found])
-        if best is None:
-            sentences.append(f"In a live loop at {rates} Hz, {NONE}.")
-            continue
-        share = f"{figure(100 * best['p99_ms'] / budget_ms(HEADSET_HZ))} % of a {HEADSET_HZ:g} Hz frame"
-        took = f"it takes {best['mean_ms']:.3g} ms in the mean; its p99 is {_between(best, LIVE, 'ms')}, {share}"
-        sentences.append(
-            f"In a live loop at {rates} Hz, take {label}: {_faults(best)}; {took}{_ties(rows, best, LIVE)}."
-        )
-    return sentences
-
-
-def _whole_advice(rows: Sequence[Row]) -> list[str]:
-    by_label = {row["label"]: row for row in rows}
-    sentences: list[str] = []
-    for label in reversed(front_of(rows, WHOLE)):
-        row = by_label[label]
-        what = "For less time" if sentences else "To audit a recording"
-        minute = f"{row['seconds_per_minute']:.2g} s for a minute of it"
-        sentences.append(f"{what}, take {label}: {_faults(row)}; it takes {minute}{_ties(rows, row, WHOLE)}.")
-    return sentences
-
-
-def _ties(rows: Sequence[Row], best: Row, time: Columns) -> str:
-    """The other settings that lose as few contacts and whose time is a tie."""
-    others = [
-        row["label"] for row in rows
-        if row is not best and counts(row) and row[time[0]] is not None
-        and row["contacts_lost"] <= best["contacts_lost"] and tied(row, best, time)
+def contenders_of(rows: Sequence[Row]) -> list[str]:
+    """Labels of what is on the front, or would be if its time were known better."""
+    left = [row for row in rows if counts(row)]
+    return [
+        row["label"] for row in left
+        if not any(other["wrong"] < row["wrong"] and other["mean_ms"] <= row["mean_ms"] for other in left)
     ]  # fmt: skip
-    return f"; a tie with {_listed(others)}" if others else ""
 
 
-def _listed(words: Sequence[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+def sorted_rows(rows: Sequence[AnyRow]) -> list[AnyRow]:
+    """By wrong contacts, then by the mean; what was not decided comes last."""
+    return sorted(rows, key=lambda row: (not counts(row), row["wrong"], row["mean_ms"] or inf))
 
 
-def _between(row: Row, time: Columns, unit: str) -> str:
-    value, low, high = (row[name] for name in time)
-    return f"{value:.3g} {unit}" + ("" if low is None or high is None else f" [{low:.3g}, {high:.3g}]")
+def advice_of(rows: Sequence[Row], *, processor_share: float = 1.0) -> list[str]:
+    """What being right costs and what less costs; or one sentence that says why there is no advice.
 
-
-def _faults(row: Row) -> str:
-    """What it loses of the contacts, and invents of its reports; the trusted one is what the others are held to."""
-    if row["oracle"] and not row["contacts_lost"]:
-        return "it is what the others are compared with"
-    what = f"it misses {lost_words(row)}"
-    if row["precision"] < 1.0:
-        what += f", and {figure(100 * (1 - row['precision']))} % of what it reports is false"
-    return what
-
-
-def lost_words(row: Row) -> str:
-    """``none of 18 contacts``, ``16 of 18 contacts, whole or in part``; a mean over phases has a digit more."""
-    lost, of = row["contacts_lost"], row["contacts"]
-    if not lost:
-        return f"none of {of} contacts"
-    return f"{lost:.{1 if row['phases'] > 1 else 0}f} of {of} contacts, whole or in part"
-
-
-def answer_of(rows: Sequence[Row]) -> str:
-    """The answer in two numbers: what the best costs live of a frame, and what sampling less often saves.
-
-    Saved is time a frame in the mean: a slow sample, which p99 is, gets no quicker by being asked for less often.
+    ``processor_share``: of the seconds on the clock those in which this process was at work.
     """
-    best, frame = best_of(rows, LIVE, budget_ms(HEADSET_HZ)), budget_ms(HEADSET_HZ)
-    if best is None:
-        return f"For {HEADSET_HZ:g} Hz {NONE}"
-    miss = "Missing nothing" if not best["contacts_lost"] else f"Missing {lost_words(best)},"
-    share = f"{figure(100 * best['p99_ms'] / frame)} % of a {HEADSET_HZ:g} Hz frame"
-    cost = f"{miss} costs {best['mean_ms']:.3g} ms a frame in the mean, p99 {share}"
-    rare = [row["mean_ms"] for row in rows if row["phases"] > 1 and row["mean_ms"] is not None]
-    if not rare:
-        return cost
-    saved = best["mean_ms"] - min(rare)
-    if saved <= 0:
-        return f"{cost}: what sampling less often saves is {TOO_SMALL}"
-    return f"{cost}: sampling less often saves {saved:.2g} ms a frame at most"
+    candidates = [row for row in rows if counts(row) and row["mean_low"] is not None]
+    if len(candidates) < FEWEST:
+        return [f"No advice: {_settings(len(candidates))} timed twice or more, and advice needs {FEWEST}."]
+    if processor_share < BUSY:
+        busy = figure(100 * (1 - processor_share))
+        return [
+            f"No advice: the machine was busy with other work for {busy} % of the time. Run again for reliable times."
+        ]
+    by_label = {row["label"]: row for row in candidates}
+    front = front_of(candidates)
+    best = by_label[front[-1]]
+    first = f"{_least(best)} {_ms(best)} a frame ({best['label']}), {_of_frame(best)}."
+    other = _usual(candidates, best) or (by_label[front[-2]] if len(front) > 1 else None)
+    if other is None:
+        return [first, "No setting that was tried is surely quicker."]
+    if not quicker(other, best):
+        return [first, f"{other['label'].capitalize()} take {_ms(other)}, not surely less: {_wrong(other)}."]
+    return [first, f"At {_ms(other)} ({other['label']}) {_wrong(other)}; {_slow_frames(other, best)}."]
+
+
+def _usual(rows: Sequence[Row], best: Row) -> Row | None:
+    """What an engine does in a new project, as far as it was tried: the meshes at its step, else another rate."""
+    rates = [row for row in rows if row["rate_hz"] and row["wrong"] > best["wrong"]]
+    return min(rates, key=lambda row: (abs(row["rate_hz"] - USUAL_HZ), row["wrong"]), default=None)
+
+
+def _settings(number: int) -> str:
+    return "1 setting was" if number == 1 else f"{number} settings were"
+
+
+def _least(row: Row) -> str:
+    if not row["wrong"]:
+        return "Missing nothing costs"
+    return f"The fewest wrong contacts, {_count(row, 'wrong')}, cost"
+
+
+def _ms(row: Row) -> str:
+    return f"{row['mean_ms']:.2g} ms"
+
+
+def _of_frame(row: Row) -> str:
+    return f"{figure(100 * row['mean_ms'] / budget_ms(HEADSET_HZ))} % of a {HEADSET_HZ:g} Hz frame"
+
+
+def _count(row: Row, name: str) -> str:
+    """The smallest and the largest count over the sampling offsets, one number where they are equal."""
+    low, high = row[f"{name}_smallest"], row[f"{name}_largest"]
+    return f"{low}" if low == high else f"{low}-{high}"
+
+
+def _wrong(row: Row) -> str:
+    """``1 of 18 contacts is missed, 7 are late or cut short and 9 contacts are false``."""
+    missed, late, false = (_count(row, name) for name in ("missed", "late", "false_contacts"))
+    contacts = f"{row['contacts']} contact" if row["contacts"] == 1 else f"{row['contacts']} contacts"
+    parts = [f"{missed} of {contacts} {'is' if missed == '1' else 'are'} missed"]
+    parts.append(f"{late} {'is' if late == '1' else 'are'} late or cut short")
+    parts.append("1 more is false" if false == "1" else f"{false} more are false")
+    return f"{parts[0]}, {parts[1]} and {parts[2]}"
+
+
+def _slow_frames(row: Row, best: Row) -> str:
+    if row["p99_ms"] is None or best["p99_ms"] is None or row["p99_ms"] >= CHEAPER * best["p99_ms"]:
+        return "slow frames (p99) get no cheaper"
+    return f"slow frames (p99) take {row['p99_ms']:.2g} ms in place of {best['p99_ms']:.2g} ms"

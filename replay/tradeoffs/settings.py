@@ -1,6 +1,6 @@
-"""The fixed list of what is tried: every algorithm, and every axis on which accuracy costs, cheap and telling first.
+"""What is tried: one setting of each family first, then the others of a family, nearest to the front first.
 
-The list is the same on every machine with the same extras and in every run; a time limit cuts its tail.
+The list is the same on every machine with the same extras; a time limit decides how much of it is tried.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -8,48 +8,45 @@ from dataclasses import dataclass, field
 from importlib.util import find_spec
 from typing import Any, Final
 
-from replay.base.constants import HEADSET_HZ
 from replay.detection.detector_spec import DetectorSpec, SpecsLike, parse_detectors
 
 
 @dataclass(frozen=True)
 class Setting:
-    """One point of the picture: a detector, what is turned (``axis``, such as ``step rate``) and how far (``value``).
+    """One row: a detector with its settings, under a label in plain words.
 
-    ``settings`` are the detector's; ``cell`` metres of the grid that makes meshes coarser, 0: as recorded; ``faces``
-    says whether every face pair is listed; ``named`` is a label that somebody chose.
+    ``line`` names the settings that differ in one value only, and ``value`` is that one; ``cell``: metres of the grid
+    that makes meshes coarser, 0: as recorded; ``named``: whether somebody chose the label.
     """
 
+    label: str
     detector: str
-    axis: str
-    value: str
     settings: Mapping[str, Any] = field(default_factory=dict)
+    line: str = ""
+    value: str = ""
     cell: float = 0.0
-    faces: bool = False
-    named: str = ""
-
-    @property
-    def label(self) -> str:
-        """Unique in the list: ``hybrid-qaco samples 240``; ``hybrid faces`` needs no axis to be understood."""
-        if self.named or self.axis == AS_IT_COMES:
-            return self.named or self.detector
-        return " ".join((self.detector, *([] if self.axis == ASKED else [self.axis]), self.value))
-
-    @property
-    def line(self) -> str:
-        """Points of one line in the picture: one algorithm, one axis."""
-        return self.label if self.axis == AS_IT_COMES else f"{self.detector}, {self.axis}"
+    named: bool = False
 
     @property
     def spec(self) -> DetectorSpec:
         """What to run."""
-        return DetectorSpec(self.named or self.detector, self.detector, dict(self.settings))
+        return DetectorSpec(self.label if self.named else self.detector, self.detector, dict(self.settings))
+
+    @property
+    def asked(self) -> str:
+        """What ``replay run --detectors`` takes to run it; nothing where meshes are made coarser."""
+        return "" if self.cell else str(self.spec).partition("=")[2]
+
+    @property
+    def rate_hz(self) -> float | None:
+        """Samples per second; ``None``: every frame."""
+        return self.settings.get("rate_hz")
 
     @property
     def complete(self) -> bool:
         """Whether it says of every frame, by every face as recorded, only if bodies meet: nothing is sampled or cut."""
         needs = COMPLETE.get(self.detector)
-        cut = any(self.settings.get(key) for key in ("budget", "rate_hz", "epsilon")) or bool(self.cell) or self.faces
+        cut = any(self.settings.get(key) for key in ("budget", "rate_hz", "epsilon")) or bool(self.cell)
         return needs is not None and not cut and needs.items() <= {"containment": True, **self.settings}.items()
 
     @property
@@ -57,7 +54,7 @@ class Setting:
         """Less is simpler: fewer settings changed, then the place in ``COMPLETE``; decides where times are a tie."""
         names = [*COMPLETE]
         place = names.index(self.detector) if self.detector in names else len(names)
-        return (len(self.settings) + self.faces + bool(self.cell)) * (len(names) + 1) + place
+        return (len(self.settings) + bool(self.cell)) * (len(names) + 1) + place
 
 
 COMPLETE: Final[Mapping[str, Mapping[str, Any]]] = {
@@ -66,105 +63,110 @@ COMPLETE: Final[Mapping[str, Mapping[str, Any]]] = {
 } | {"collider": {"shape": "mesh"}, "hybrid-qaco": {"decide": "mesh", "containment": True}}
 """Detectors that can miss nothing at a frame, and the settings which that takes; the simpler to explain come first."""
 
-AS_IT_COMES: Final = "as it comes"
-
-ASKED: Final = "booleans or faces"
-"""The axis of what is asked: every face pair that meets, beside the detector as it comes, which only says whether."""
-
-EARLY_RATES: Final = (10.0, 22.5, 45.0)
-RATES: Final = (HEADSET_HZ, 60.0, 72.0, 5.0, 2.0)
-"""Looks per second: from a slow poll to the headset's own rate; 45 and more are what engines ship. Three come early, so
-that 20 seconds say what looking less often saves."""
-
-COLLIDER_RATES: Final = (4.0, 5.0, 6.0, 8.0, 10.0, 12.0, 15.0, 22.5, 45.0)
-"""Denser where most is lost: this is the cheap end of the front."""
+RATES: Final = (2, 5, 10, 15, 22.5, 30, 45, 50, 60, 72, 90, 120)
+"""Samples per second: from a slow poll to what engines and headsets do."""
 
 CELLS_MM: Final = (1.0, 2.0, 5.0, 10.0)
-SAMPLES: Final = (30, 120, 480, 1920, "auto")
-"""Faces of each body that a search samples."""
+SAMPLES: Final = (30, 120, 480, 1920)
+"""Faces of each body that the search of the paper samples."""
 
 BUDGETS: Final = (30, 120, 480, 1920, 7680)
-"""Evaluations that a search may spend on a pair and frame."""
+"""Evaluations that this search may spend on a pair and frame."""
 
 TREE_BUDGETS: Final = (30, 100, 300, 1000, 3000)
-TOLERANCES_MM: Final = (1.0, 0.1, 0.01)
-FIRST: Final = ("exact", "hybrid", "solid-style", "sphere", "hybrid-qaco")
-SLOW: Final = ("static", "discrete", "rapid-style", "obb", "aabb", "qaco")
-SHAPES: Final = ("hull", "box", "capsule", "sphere")
 PIECES: Final = (4, 16)
-"""Of a compound. They come last, because cutting a mesh takes seconds, once per machine."""
-LISTING: Final = ("hybrid", "solid-style", "hybrid-qaco")
-"""Asked for faces too: a complete one by engine meshes, one by trees, and a search, which lists what it came upon."""
+"""Of a compound. Cutting a mesh takes seconds, once per machine."""
+
+FASTEST: Final = 0.99
+"""A rate of so many times the recording's own, or more, sees every frame and is no setting of its own."""
 
 
-def settings_list(*, shipped: bool = False) -> tuple[Setting, ...]:
-    """Everything that is tried, in order: the first ones answer most for least time, the last ones are slow.
+def settings_list(*, frames_hz: float = float("inf"), shipped: bool = False) -> tuple[Setting, ...]:
+    """Everything that is tried: one setting of each family, then the lines.
 
-    Compounds are among it where the extra ``engines`` is installed; ``shipped``: whether the recording has colliders.
-    ``image-space`` is not among them: its two settings would take most of the time.
+    ``frames_hz`` is the rate of the recording, whose frames a faster step cannot tell apart; ``shipped``: whether the
+    recording has colliders. Compounds are among the list where the extra ``engines`` is installed.
     """
-    ours = ("shipped",) if shipped else ()
-    cut = PIECES if find_spec("coacd") else ()
-    first, slow = ([Setting(name, AS_IT_COMES, "") for name in names] for names in (FIRST, SLOW))
-    return (
-        *first,
-        *_varied("discrete", "step rate", "rate_hz", EARLY_RATES, " Hz"),
-        *slow[:4],
-        # What an engine can change: colliders, step rate, mesh resolution.
-        *_varied("collider", "step rate", "rate_hz", COLLIDER_RATES, " Hz", shape="mesh"),
-        *_varied("collider", "shape", "shape", (*ours, *SHAPES)),
-        *_varied("hybrid", "mesh resolution", "cell", CELLS_MM, " mm"),
-        *_varied("solid-style", "budget", "budget", TREE_BUDGETS),
-        *(Setting(name, ASKED, "faces", faces=True) for name in LISTING),
-        *_varied("continuous", "tolerance", "tolerance", TOLERANCES_MM, " mm"),
-        *_varied("discrete", "step rate", "rate_hz", RATES, " Hz"),
-        *_varied("hybrid-qaco", "samples", "samples", SAMPLES),
-        *_varied("hybrid-qaco", "budget", "budget", BUDGETS),
-        *_varied("hybrid-qaco", "decide", "decide", ("mesh",)),
-        *_varied("rapid-style", "budget", "budget", TREE_BUDGETS),
-        *_varied("obb", "budget", "budget", TREE_BUDGETS[2:]),
-        *slow[4:],
-        *_varied("aabb", "boxes", "mode", ("first",)),
-        *_varied("collider", "pieces", "pieces", cut, shape="compound"),
-    )
+    rates = [rate for rate in RATES if rate < FASTEST * frames_hz]
+    meshes = [*_line("meshes at a step rate", "meshes at {} Hz", "collider", "rate_hz", rates, shape="mesh")]
+    hulls = [*_line("hulls at a step rate", "hulls at {} Hz", "collider", "rate_hz", rates, shape="hull")]
+    coarse = [
+        Setting(f"{size:g} mm coarser meshes", "exact", line="coarser meshes", value=f"{size:g} mm", cell=size / 1e3)
+        for size in CELLS_MM
+    ]
+    recorded = [Setting("colliders of recording", "collider", {"shape": "shipped"})] if shipped else []
+    pieces = [
+        Setting(f"{most} convex pieces", "collider", {"shape": "compound", "pieces": most}, "convex pieces", str(most))
+        for most in PIECES
+        if find_spec("coacd")
+    ]
+    first = [
+        Setting("exact", "exact"),
+        *[setting for setting in (*meshes, *hulls) if setting.rate_hz == USUAL_HZ],
+        Setting("paper", "hybrid-qaco"),
+        *[setting for setting in meshes if setting.rate_hz in EARLY],
+        *recorded,
+        Setting("hulls, every frame", "collider", {"shape": "hull"}),
+        *(Setting(f"{words}, every frame", "collider", {"shape": shape}) for shape, words in SIMPLE.items()),
+        Setting("FCL", "hybrid"),
+        coarse[2],
+        *(Setting(name, name) for name in ("solid-style", "discrete", "static", "rapid-style", "aabb")),
+    ]
+    rest = [
+        *meshes,
+        *hulls,
+        *coarse,
+        *pieces,
+        *_line("paper, samples", "paper, {} samples", "hybrid-qaco", "samples", SAMPLES),
+        *_line("paper, evaluations", "paper, {} evaluations", "hybrid-qaco", "budget", BUDGETS),
+        Setting("paper, deciding by meshes", "hybrid-qaco", {"decide": "mesh"}),
+        *_line("solid-style, tests", "solid-style, {} tests", "solid-style", "budget", TREE_BUDGETS),
+        *_line("rapid-style, tests", "rapid-style, {} tests", "rapid-style", "budget", TREE_BUDGETS),
+        Setting("obb", "obb"),
+        Setting("qaco", "qaco"),
+    ]
+    return tuple({setting.label: setting for setting in (*first, *rest)}.values())
+
+
+USUAL_HZ: Final = 50.0
+"""The step of an engine in a new project."""
+
+EARLY: Final = (10.0, 22.5)
+"""Rates of meshes that are tried early: they say what sampling less often saves."""
+
+SIMPLE: Final = {"box": "boxes", "capsule": "capsules", "sphere": "spheres"}
+"""Simple shape of a collider -> its word."""
 
 
 def settings_of(detectors: SpecsLike) -> tuple[Setting, ...]:
     """These detectors instead of the list, under the labels that they were given."""
-    return tuple(
-        Setting(spec.name, AS_IT_COMES, "", spec.settings, named=spec.label) for spec in parse_detectors(detectors)
-    )
+    return tuple(Setting(spec.label, spec.name, spec.settings, named=True) for spec in parse_detectors(detectors))
 
 
-def _varied(
-    detector: str, axis: str, key: str, values: Sequence[Any], unit: str = "", **fixed: Any
-) -> Iterator[Setting]:
-    """One parameter of a detector at several values, written in the unit that people read (mm for metres)."""
+def next_to_front(untried: Sequence[Setting], every: Sequence[Setting], front: Sequence[str]) -> list[Setting]:
+    """The untried settings, those first whose line has a neighbour on the front; of equals the earlier in the list."""
+    lines: dict[str, list[str]] = {}
+    for setting in sorted(every, key=_place):
+        lines.setdefault(setting.line, []).append(setting.label)
+    near = set(front)
+
+    def distance(setting: Setting) -> float:
+        labels = lines[setting.line] if setting.line else []
+        place = {label: number for number, label in enumerate(labels)}
+        return min(
+            (abs(place[setting.label] - place[label]) for label in labels if label in near), default=float("inf")
+        )
+
+    return sorted(untried, key=distance)
+
+
+def _place(setting: Setting) -> float:
+    """The place of a setting on its line."""
+    return float(setting.value.removesuffix(" mm")) if setting.value else 0.0
+
+
+def _line(line: str, label: str, detector: str, key: str, values: Sequence[Any], **fixed: Any) -> Iterator[Setting]:
+    """One parameter of a detector at several values, which ascend."""
     for value in values:
-        text = value if isinstance(value, str) else f"{value:g}{unit}"
-        settings = {**fixed, key: value / 1e3 if unit == " mm" else value}
-        yield Setting(detector, axis, text, cell=settings.pop("cell", 0.0), settings=settings)
-
-
-STEP: Final = "step of trust"
-"""The axis of ``TRUST``; a value says what the step adds."""
-
-TRUST: Final[tuple[tuple[str, str, Mapping[str, Any], str], ...]] = (
-    ("sphere", "sphere", {}, "a ball in place of each body"),
-    ("boxes", "collider", {"shape": "box"}, "boxes in place of balls"),
-    ("collider", "collider", {}, "convex hulls, as engines ship"),
-    ("colony", "hybrid-qaco", {}, "real faces, as far as a search finds them"),
-    ("FCL", "hybrid", {"containment": False}, "every real face, by a widely used engine"),
-    ("exact", "exact", {"containment": False}, "degenerate faces and resting ties"),
-    ("containment", "exact", {}, "+ a body inside another"),
-    ("faces", "exact", {}, "+ which faces meet"),
-    ("continuous", "continuous", {}, "+ what happens between frames"),
-)
-
-
-def steps_of_trust() -> tuple[Setting, ...]:
-    """From a ball to every moment: what each step adds, and what it costs."""
-    return tuple(
-        Setting(detector, STEP, adds, settings, faces=label == "faces", named=label)
-        for label, detector, settings, adds in TRUST
-    )
+        text = f"{value:g}"
+        yield Setting(label.format(text), detector, {**fixed, key: value}, line, text)

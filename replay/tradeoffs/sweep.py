@@ -1,13 +1,12 @@
-"""``replay.tradeoffs.sweep.tradeoff``: a session in, a table of what every setting misses and takes out.
+"""``replay.tradeoffs.sweep.tradeoff``: a session in, a table of what every setting gets wrong and takes out.
 
-Verdicts, and so recalls, are the same in every run; only times differ, and those are ratios of one machine.
+Verdicts, and so counts, are the same in every run; only times differ, and those are ratios of one machine.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from itertools import cycle
 from time import perf_counter
 from typing import TYPE_CHECKING, Any, Final
 
@@ -15,7 +14,6 @@ import numpy as np
 
 from replay.base.constants import BUDGET_MS
 from replay.base.machine import machine, versions
-from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.tolerance import TAU
 from replay.detection.detector_spec import TRUSTED, SpecLike, SpecsLike, parse_detector
 from replay.detection.run_detector import make_detector, warm_frames
@@ -27,10 +25,10 @@ from replay.prepare.assembly import Assembly
 from replay.prepare.convex_pieces import seconds_to_cut
 from replay.prepare.policy import Policy, PolicyLike
 from replay.tradeoffs.decimation import decimated
-from replay.tradeoffs.pareto import LIVE, WHOLE, Columns, advice_of, answer_of, front_of
+from replay.tradeoffs.pareto import advice_of, contenders_of, front_of, sorted_rows
 from replay.tradeoffs.scoring import Scoring
-from replay.tradeoffs.settings import AS_IT_COMES, Setting, settings_list, settings_of
-from replay.tradeoffs.timing import Clock, LiveFrames, Price, Timed, whole_pass
+from replay.tradeoffs.settings import Setting, next_to_front, settings_list, settings_of
+from replay.tradeoffs.timing import MEAN, P99, Clock, LiveFrames, Timed
 from sessions import Session
 
 if TYPE_CHECKING:
@@ -39,30 +37,31 @@ if TYPE_CHECKING:
 TIME_LIMIT: Final = 150.0
 """Seconds a tradeoff takes at most when nothing is said."""
 
-REPEATS: Final = 3
-"""Passes of what advice names only where it is surely quicker, as far as the time goes."""
+PASSES: Final = 3
+"""Of every setting that is tried: a price from one pass is none."""
 
-LEAST_PASSES, MOST_PASSES = 7, 21
-"""Of what advice may name: the least, and where it ends though the interval is still wide."""
+FRONT_PASSES: Final = 7
+"""Of the settings on the front, as far as the time goes."""
 
-SLOWER: Final = 3.0
-"""A complete setting so many times slower than the quickest of them is not named: it is timed with the others."""
+FIRST_ROUND, LATER_ROUNDS = 18, 6
+"""Settings that are timed in turns with each other: one of each family, then those around the front."""
 
-MOST_FRAMES: Final = 5_400
-"""Frames asked live in one pass: a minute at 90 Hz."""
+BEGIN, TIME, REFINE = 0.35, 0.7, 0.8
+"""Of the time limit: when the first round has begun its settings, when it has timed them, and when the last round
+begins; what is left is for the front."""
 
-SHARE: Final = 0.6
-"""Of the time limit that what advice may name gets; the others get what is left."""
+MOST_FRAMES, FEWEST_FRAMES = 5_400, 900
+"""Frames timed in one pass: a minute at 90 Hz, and with less time ten seconds spread over the session."""
 
 OVERHEAD: Final = 1.5
-"""Seconds of a live pass over those on its clocks, and what the turns of others cost its caches."""
+"""Seconds of a pass over those on its clocks, and what the turns of others cost its caches."""
 
 Watch = Callable[[int, int, str, Sequence[dict[str, Any]]], None]
-"""Called with steps done, steps in all, what is next, and the rows so far."""
+"""Called with settings begun, settings in all, what is next, and the rows so far."""
 
 
 class _Trial(Timed):
-    """A setting that has run at least once; ``frame`` and ``seconds``: what a look and a whole answer are to take."""
+    """A setting that was begun: ``frame`` seconds of a frame, ``answer`` seconds of a whole answer, as foretold."""
 
     def __init__(self, setting: Setting, assembly: Assembly, seed: int) -> None:
         self.setting = setting
@@ -70,38 +69,38 @@ class _Trial(Timed):
         began = perf_counter()
         detector = make_detector(setting.spec, self.assembly, seed)
         self.prepared = perf_counter() - began
-        super().__init__(setting.label, detector, self.assembly.motion, setting.faces)
+        super().__init__(setting.label, detector, self.assembly.motion)
         self.row: dict[str, Any] = {}
-        self.frame, self.seconds = self._warmed()
+        self.frame, self.answer = self._warmed()
 
     def _warmed(self) -> tuple[float, float]:
-        """Seconds that a live look and a whole answer will take: the second of two, for the first compiles."""
+        """The second of two samples of each kind, for the first one compiles."""
         motion = self.motion
         sample = motion.take(warm_frames(len(motion)))
-        asked = Timed(
-            self.label, self.detector, sample, self.faces, self.detector.detect(sample, faces=self.faces).digest
-        )
-        whole = whole_pass([asked])[0][0] * len(motion) / max(1, len(sample))
-        if not self.detector.online or self.faces:
-            return float("inf"), whole
+        spent = []
+        for _ in range(2):
+            began = perf_counter()
+            self.detector.detect(sample)
+            spent.append(perf_counter() - began)
+        answer = min(spent) * len(motion) / max(1, len(sample))
+        asked = Timed(self.label, self.detector, sample)
         frames = LiveFrames(sample, len(sample))
-        return min(frames.live_pass([asked])[0].mean() for _ in range(2)), whole
+        return min(float(frames.live_pass([asked])[0].mean()) for _ in range(2)), answer
 
 
 def tradeoff(
     session: Session, *, settings: Sequence[Setting] | None = None, detectors: SpecsLike | None = None,
     oracle: SpecLike | None = None, pairs: Pairs | None = None, start: float | None = None, end: float | None = None,
-    seed: int = 0, tau: float = TAU, policy: PolicyLike | Policy | None = None, repeats: int = REPEATS,
+    seed: int = 0, tau: float = TAU, policy: PolicyLike | Policy | None = None,
     time_limit: float | None = TIME_LIMIT, watch: Watch | None = None,
 ) -> Tradeoff:  # fmt: skip
-    """Run every setting over a session, beside the oracle, and time it live and offline.
+    """Run many settings over a session, beside the oracle, and time them frame by frame.
 
     Parameters
     ----------
-    settings : what to try; ``None``: ``detectors``, and without those the fixed list.
+    settings : what to try; ``None``: ``detectors``, and without those the list of ``replay.tradeoffs.settings``.
     detectors, oracle, policy : as ``replay.run``.
     tau : metres; a disagreement about less is *within tolerance* and counts neither way.
-    repeats : timed passes of what advice names only where it is surely quicker; of the rest at least seven.
     time_limit : seconds; a setting that cannot end within them is not begun and is in ``cut``; ``None``: no limit.
         Compiling, once per machine, does not count.
     watch : called after every step.
@@ -110,192 +109,177 @@ def tradeoff(
     """
     from cdcore.kernels.compiling import compiling_reported  # loads the compiler: not for those who only write tables
 
-    listed = settings_list(shipped=bool(session.colliders)) if detectors is None else settings_of(detectors)
-    wanted = tuple(listed if settings is None else settings)
     with compiling_reported(lambda *_: None) as compiled:
-        watched = _Watched(watch, len(wanted) + LEAST_PASSES, time_limit, compiled)
+        deadline = _Deadline(time_limit, compiled)
         ready = prepared(session, pairs=pairs, start=start, end=end, policy=policy)
         motion = ready.assembly.motion
         assembly = replace(ready.assembly, motion=motion.frames(0, len(motion)))
         session = ready.treatment.session
+        wanted = _wanted(session, assembly, settings, detectors)
         scoring = Scoring(assembly, parse_detector(oracle or TRUSTED), seed, tau, session)
-        sweep = _Sweep(assembly, scoring, seed, watched)
-        sweep.begin([one for one in wanted if one.complete])
-        sweep.settle()
-        sweep.others(wanted, repeats)
-        watched.next("", sweep.rows())
-    return sweep.whole(session, wanted)
+        sweep = _Sweep(assembly, scoring, seed, deadline, wanted)
+        sweep.run(watch or (lambda *_: None))
+    return sweep.whole(session)
 
 
-class _Watched:
-    """Reports how far the work is, and knows how much time is left."""
+def frames_hz(assembly: Assembly) -> float:
+    """Frames per second of a recording, by the median of its steps; infinite of a single frame."""
+    steps = np.diff(assembly.motion.times)
+    return 1.0 / float(np.median(steps)) if len(steps) else float("inf")
 
-    def __init__(self, watch: Watch | None, total: int, limit: float | None, compiled: Compiled) -> None:
-        self._watch, self._total, self.limit, self._compiled = watch, total, limit, compiled
-        self._began, self._done = perf_counter(), 0
+
+def _wanted(
+    session: Session, assembly: Assembly, settings: Sequence[Setting] | None, detectors: SpecsLike | None
+) -> tuple[Setting, ...]:
+    if settings is not None:
+        return tuple(settings)
+    if detectors is not None:
+        return settings_of(detectors)
+    return settings_list(frames_hz=frames_hz(assembly), shipped=bool(session.colliders))
+
+
+class _Deadline:
+    """Knows how much time is left; seconds spent on compiling are given back."""
+
+    def __init__(self, limit: float | None, compiled: Compiled) -> None:
+        self.limit, self.compiled, self._began = limit, compiled, perf_counter()
 
     def left(self, share: float = 1.0) -> float:
-        """Seconds until this share of the limit is used up; those spent on compiling are given back."""
+        """Seconds until this share of the limit is used up."""
         if self.limit is None:
             return float("inf")
-        return share * self.limit + self._compiled.seconds - (perf_counter() - self._began)
-
-    def next(self, label: str, rows: Sequence[dict[str, Any]]) -> None:
-        """Report what comes next; an empty label says that all is done."""
-        if self._watch is not None:
-            self._watch(min(self._done, self._total) if label else self._total, self._total, label, rows)
-        self._done += 1
+        return share * self.limit + self.compiled.seconds - (perf_counter() - self._began)
 
 
 class _Sweep:
-    """The trials of one tradeoff, and the two clocks: frame by frame, and over the whole session at once."""
+    """The trials of one tradeoff: round by round begun, counted and timed in turns."""
 
-    def __init__(self, assembly: Assembly, scoring: Scoring, seed: int, watched: _Watched) -> None:
-        self._assembly, self._scoring, self._seed, self._watched = assembly, scoring, seed, watched
+    def __init__(
+        self, assembly: Assembly, scoring: Scoring, seed: int, deadline: _Deadline, wanted: Sequence[Setting]
+    ) -> None:
+        self._assembly, self._scoring, self._seed, self._deadline = assembly, scoring, seed, deadline
+        self._wanted = wanted
+        self._pair = [_Trial(Setting(TRUSTED, TRUSTED), assembly, seed) for _ in range(2)]
+        self._clock: Clock | None = None
         self._trials: list[_Trial] = []
-        self._pair = [_Trial(Setting(TRUSTED, AS_IT_COMES, ""), assembly, seed) for _ in range(2)]
-        for one in self._pair:
-            one.digest = one.detect().digest
-        self._whole = Clock("whole", whole_pass, 0.5, *self._pair)
+        self._refused: set[str] = set()
 
-    def rows(self) -> list[dict[str, Any]]:
+    def run(self, watch: Watch) -> None:
+        """Rounds until everything was tried or the time is up; what is left of it goes to the front."""
+        size, share = FIRST_ROUND, BEGIN
+        while batch := self._begun(size, share, watch):
+            self._timed(batch)
+            size, share = LATER_ROUNDS, REFINE
+        for _ in range(FRONT_PASSES - PASSES):
+            near = {*front_of(self._rows()), *contenders_of(self._rows())}
+            front = [trial for trial in self._trials if trial.label in near]
+            if self._pass_seconds(front) < self._deadline.left():
+                watch(len(self._trials), len(self._wanted), "the front again", self._rows())
+                self._pass(front)
+        watch(len(self._wanted), len(self._wanted), "", self._rows())
+
+    def _rows(self) -> list[dict[str, Any]]:
         """Those that have a price by now."""
-        return [one.row for one in self._trials if one.row.get("ms_per_frame")]
+        return [trial.row for trial in self._trials if trial.passes]
 
-    def begin(self, settings: Sequence[Setting]) -> None:
-        """Make and score those that advice may name; then settle how many frames they can be asked live."""
-        for setting in settings:
-            self._try(setting, SHARE / 2)
-        cost = sum(one.frame for one in {*self._pair, *self._named("frame")})
-        most = self._watched.left(SHARE) / (LEAST_PASSES * OVERHEAD * cost)
-        self._frames = LiveFrames(self._assembly.motion, int(min(MOST_FRAMES, most)))
-        self._live = Clock("live", self._frames.live_pass, 0.99, *self._pair)
-
-    def settle(self) -> None:
-        """Time what advice may name in passes over all of it, until intervals are narrow or its time is up."""
-        for number in range(MOST_PASSES):
-            self._watched.next(f"pass {number + 1}", self.rows())
-            for clock, named in ((self._live, self._named("frame")), (self._whole, self._named("seconds"))):
-                # Live passes ask as many frames as there is time for; a whole one takes what it takes.
-                late = number > 0 and clock is self._whole and self._watched.left() < 0
-                if not late and (number < LEAST_PASSES or not all(clock.price(one).precise for one in named)):
-                    clock.time(named)
-            if number == 0:
-                self._tell_times()
-            if number + 1 >= LEAST_PASSES and self._watched.left(SHARE) < 0:
+    def _begun(self, size: int, share: float, watch: Watch) -> list[_Trial]:
+        """The next settings, made and counted, as many as can be timed too within the limit."""
+        known = {trial.label for trial in self._trials} | self._refused
+        left = [setting for setting in self._wanted if setting.label not in known]
+        front = front_of(self._rows())
+        batch: list[_Trial] = []
+        for setting in next_to_front(left, self._wanted, front) if front else left:
+            # The first setting is tried whatever it takes: a table without rows says nothing.
+            if len(batch) == size or (self._trials and self._deadline.left(share) <= 0):
                 break
-        self._tell_times()
+            watch(len(self._trials), len(self._wanted), setting.label, self._rows())
+            trial = self._counted(setting, batch)
+            if trial is None:
+                self._refused.add(setting.label)
+                continue
+            self._trials.append(trial)
+            batch.append(trial)
+        return batch
 
-    def _tell_times(self) -> None:
-        for one in self._trials:
-            if one.live or one.whole:
-                self._tell_time(one)
-
-    def others(self, settings: Sequence[Setting], repeats: int) -> None:
-        """One pass of everything that was not tried yet, in its order, then more in turns while there is time."""
-        tried = {one.label for one in self._trials}
-        for setting in settings:
-            if setting.label not in tried and (one := self._try(setting, 1.0)) is not None:
-                self._once(one)
-        left = [one for one in self._trials if min(len(one.live), len(one.whole)) < LEAST_PASSES]
-        for number, one in zip(range(repeats * len(left)), cycle(left), strict=False):
-            self._watched.next(one.label, self.rows())
-            if number >= len(left) or not one.row.get("ms_per_frame"):
-                self._once(one, repeats)
-
-    def _once(self, one: _Trial, most: int = 1) -> None:
-        """One pass of each kind that it has fewer of than ``most``, where there is time."""
-        for clock, cost in ((self._whole, one.seconds), (self._live, OVERHEAD * one.frame * self._frames.count)):
-            alone = one is self._trials[0] and not one.whole
-            if len(clock.of(one)) < most and (alone or cost < self._watched.left()):
-                clock.time([one])
-        self._tell_time(one)
-
-    def _named(self, cost: str, *more: _Trial) -> list[_Trial]:
-        """Complete trials that are not far slower than the quickest of them."""
-        complete = [one for one in (*self._trials, *more) if one.setting.complete]
-        least = min((getattr(one, cost) for one in complete), default=0.0)
-        return [one for one in complete if getattr(one, cost) <= SLOWER * least < float("inf")]
-
-    def _try(self, setting: Setting, share: float) -> _Trial | None:
-        """Make a setting, warm it up, let it answer and count, if that ends within a share of the limit; or first."""
-        self._watched.next(setting.label, self.rows())
-        left = self._watched.left(share) if self._trials else float("inf")
+    def _counted(self, setting: Setting, batch: Sequence[_Trial]) -> _Trial | None:
+        """Make a setting, warm it up, let it answer and count; ``None``: it cannot be timed too within the limit."""
+        left = self._deadline.left() if self._trials else float("inf")
         turned = setting.settings
-        cutting = turned.get("shape") == "compound" and seconds_to_cut(
-            (body.mesh for body in self._assembly.bodies), turned.get("pieces", 16)
-        )
-        if left <= cutting:
+        if turned.get("shape") == "compound":
+            meshes = (body.mesh for body in self._assembly.bodies)
+            if left <= seconds_to_cut(meshes, turned.get("pieces", 16)):
+                return None
+        twin = self._pair[1]
+        trial = twin if setting == twin.setting else _Trial(setting, self._assembly, self._seed)
+        if trial.answer + self._pass_seconds([*batch, trial]) * PASSES > left:
             return None
-        if setting.spec == self._pair[1].setting.spec:
-            one = self._pair[1]
-        else:
-            one = _Trial(setting, self._assembly, self._seed)
-        named = share == 1.0 or not self._trials or any(one in self._named(cost, one) for cost in ("frame", "seconds"))
-        if one.seconds > left or not named:
-            return None
-        began = perf_counter()
-        detection = one.detect()
-        one.seconds, one.digest = perf_counter() - began, detection.digest
-        one.row = {
-            "label": setting.label, "line": setting.line, "detector": setting.detector, "axis": setting.axis,
-            "value": setting.value, "settings": str(setting.spec).partition("=")[2], "cell_mm": setting.cell * 1e3,
-            "faces_listed": setting.faces, "mesh_faces": sum(len(body.mesh.faces) for body in one.assembly.bodies),
+        detection = trial.detector.detect(trial.motion)
+        trial.row = {
+            "label": setting.label, "asked": setting.asked, "detector": setting.detector, "line": setting.line,
+            "value": setting.value, "rate_hz": setting.rate_hz, "cell_mm": setting.cell * 1e3,
             "complete": setting.complete, "simplicity": setting.simplicity,
-            "containment": bool(getattr(one.detector.settings, "containment", False)),
-            "covers": detection.covers, "oracle": setting.detector == self._scoring.spec.name,
-            "prepare_seconds": one.prepared, "digest": detection.digest,
+            "oracle": setting.detector == self._scoring.spec.name,
+            "prepare_seconds": trial.prepared, "digest": detection.digest,
             "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
-            **self._scoring.figures(detection, spec=setting.spec, other=one.assembly if setting.cell else None),
+            **self._scoring.figures(detection, setting, trial.assembly),
         }  # fmt: skip
-        self._trials.append(one)
-        return one
+        return trial
 
-    def _tell_time(self, one: _Trial) -> None:
+    def _pass_seconds(self, trials: Sequence[_Trial]) -> float:
+        """What a pass over these takes, with the reference and its twin."""
+        count = FEWEST_FRAMES if self._clock is None else self._clock.frames.count
+        return OVERHEAD * count * sum(trial.frame for trial in {*self._pair, *trials})
+
+    def _timed(self, batch: Sequence[_Trial]) -> None:
+        """Passes over a round; the first round settles how many frames a pass has."""
+        if self._clock is None:
+            frame = self._pass_seconds(batch) / FEWEST_FRAMES
+            most = self._deadline.left(TIME) / (PASSES * frame)
+            frames = LiveFrames(self._assembly.motion, int(max(FEWEST_FRAMES, min(MOST_FRAMES, most))))
+            self._clock = Clock(frames, self._pair[0], self._pair[1], self._deadline.compiled)
+        for _ in range(PASSES):
+            self._pass(batch)
+
+    def _pass(self, trials: Sequence[_Trial]) -> None:
+        assert self._clock is not None
+        self._clock.time(trials)
+        for trial in self._trials:
+            if trial.passes:
+                self._tell_time(trial, self._clock)
+
+    def _tell_time(self, trial: _Trial, clock: Clock) -> None:
         """Prices of the passes so far, into the row."""
-        frames, minutes = max(1, len(one.motion)), float(np.ptp(one.motion.times)) / 60 or 1.0
-        row, live = one.row, len(one.live)
-        row |= {"passes": len(one.whole), "online": live > 0, "live_passes": live, "live_frames": self._frames.count}
-        if len(one.whole):
-            price = self._whole.price(one)
-            row |= _columns(WHOLE, price, 1e3 / frames)
-            row |= {"seconds": price.value, "seconds_per_minute": price.value / minutes}
-            row["slowest_seconds"] = float(np.max(one.whole.own))
-        if not live:
-            row |= dict.fromkeys(("mean_ms", "p50_ms", "p95_ms", *LIVE, "over_share"))
-            return
-        price = self._live.price(one)
-        row |= _columns(LIVE, price, 1e3)
-        own = 1e3 * price.value / one.live.quantile(self._live.level)
+        row = trial.row
+        for name, level in (("mean", MEAN), ("p99", P99)):
+            price = clock.price(trial, level)
+            ends = {"ms": price.value, "low": price.low, "high": price.high}
+            known = level is MEAN or trial.detector.online
+            row |= {f"{name}_{end}": 1e3 * value if known and value else None for end, value in ends.items()}
+        worst = trial.slowest(clock.frames.numbers)
         row |= {
-            "mean_ms": own * one.live.mean(),
-            "p50_ms": own * one.live.quantile(0.5),
-            "p95_ms": own * one.live.quantile(0.95),
-        }
-        row["over_share"] = float((np.array(one.live.own) * 1e3 > BUDGET_MS).mean())
+            "passes": trial.passes, "frames": clock.frames.count,
+            "over_share": float((np.array(trial.own) * 1e3 > BUDGET_MS).mean()),
+            "worst_ms": 1e3 * worst.seconds, "worst_usual_ms": 1e3 * worst.usual, "worst_cause": worst.cause,
+            "worst_time": float(trial.motion.times[worst.frame]),
+        }  # fmt: skip
 
-    def whole(self, session: Session, wanted: Sequence[Setting]) -> Tradeoff:
+    def whole(self, session: Session) -> Tradeoff:
         """Everything that was found."""
-        priced = {row["label"]: row for row in self.rows()}
-        rows = tuple(priced[one.label] for one in wanted if one.label in priced)
-        scoring, times = self._scoring, self._assembly.motion.times
-        front, online = front_of(rows, WHOLE), front_of(rows, LIVE)
+        assert self._clock is not None
+        rows, scoring, times = self._rows(), self._scoring, self._assembly.motion.times
+        front = front_of(rows)
         for row in rows:
-            row["front"], row["front_online"] = row["label"] in front, row["label"] in online
-        clocks = (self._live, self._whole)
+            row["front"] = row["label"] in front
+        at_work = self._clock.at_work / self._clock.seconds
         about = {
             "session": session_name(session, "in memory"),
             "frames": len(times), "bodies": len(self._assembly.bodies),
             "seconds": float(times[-1] - times[0]), "pairs": len(self._assembly.pairs), "oracle": scoring.spec.name,
             "contacts": len(scoring.contacts), "seed": self._seed, "machine": machine(), "versions": versions(),
-            "intervals": OVER_CONTACTS, "reference": TRUSTED, "live_frames": self._frames.count,
-            "clock": {"live": self._live.as_json(), "offline": self._whole.as_json()},
-            "processor_share": sum(one.at_work for one in clocks) / sum(one.seconds for one in clocks),
+            "reference": TRUSTED, "live_frames": self._clock.frames.count, "time_limit": self._deadline.limit,
+            "clock": self._clock.as_json(), "processor_share": at_work,
         }  # fmt: skip
-        cut = tuple(setting.label for setting in wanted if setting.label not in priced)
-        return Tradeoff(rows, tuple(front), tuple(online), tuple(advice_of(rows)), cut, about, answer_of(rows))
-
-
-def _columns(names: Columns, price: Price, scale: float) -> dict[str, float | None]:
-    ends = (price.value, price.low, price.high)
-    return {name: None if end is None else scale * end for name, end in zip(names, ends, strict=True)}
+        tried = {row["label"] for row in rows}
+        cut = tuple(setting.label for setting in self._wanted if setting.label not in tried)
+        advice = tuple(advice_of(rows, processor_share=at_work))
+        return Tradeoff(tuple(sorted_rows(rows)), tuple(front), advice, cut, about)

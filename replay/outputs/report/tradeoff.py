@@ -1,4 +1,4 @@
-"""A tradeoff in page and folder: recall against time as a picture, the advice, and a row per setting."""
+"""A tradeoff in page and folder: wrong contacts against time as a picture, the advice, and a row per setting."""
 
 import base64
 import json
@@ -13,9 +13,8 @@ from replay.outputs.report.drawing import DARK, LIGHT, Theme
 from replay.outputs.report.markup import Markup, Part, element, listed
 from replay.outputs.report.tradeoff_picture import growth_picture, picture
 from replay.outputs.results.parquet import write_rows
-from replay.outputs.tradeoff_table import AT_PHASE, HEAD, growth_table, how_measured, quickest_first, tradeoff_table
+from replay.outputs.tradeoff_table import growth_table, how_measured, slow_frames, tradeoff_table
 from replay.outputs.words import counted
-from replay.pipeline.gates import figure
 from replay.pipeline.run_result import Tradeoff
 
 TABLE: Final = "tradeoff.parquet"
@@ -55,10 +54,8 @@ def tradeoff_parts(done: Tradeoff) -> Iterator[Part]:
     if done.cut:
         count = f"{counted(len(done.cut), 'setting')} not tried, for want of time"
         yield element("details", element("summary", count), element("p", f"{', '.join(done.cut)}."))
-    busy = figure(min(100.0, 100 * done.about["processor_share"]))
-    share = f"This process had {busy} % of the time on the clocks."
-    yield listed((*subtitle(done), *how_measured(done), share, f"In % of pair-frames: {AT_PHASE}."))
-    yield tradeoff_table("Every setting that was tried", quickest_first(done.rows)).only(*HEAD[1:])
+    yield listed((*subtitle(done), *slow_frames(done.rows), *how_measured(done)))
+    yield tradeoff_table("Every setting that was tried", done.rows)
     if done.growth:
         yield growth_table(done.growth)
 

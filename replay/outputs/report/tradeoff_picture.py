@@ -1,11 +1,11 @@
-"""What accuracy costs, live and offline side by side, and how it grows with a session; the answer is the title."""
+"""What accuracy costs, and how it grows with a session; the answer is the title."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
 from replay.base.constants import BUDGET_MS, ONE_FRAME
 from replay.base.shown import drawable
-from replay.outputs.price_plot import BEST, CURVES, FAINT, INVENTS, Plot, plots_of, subtitle
+from replay.outputs.price_plot import BEST, CURVES, FAINT, Plot, plot_of, subtitle
 from replay.outputs.report.drawing import DARK, LIGHT, Theme, saved
 from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs.growth import UNITS, growth_answer, leaves_at
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-SIZE: Final = (15.0, 7.6)
+SIZE: Final = (10.0, 7.6)
 BESIDE: Final = 1.4
 """So many times smaller is a picture with words beside it: with the same letters it is read in less room."""
 
@@ -39,11 +39,10 @@ def _drawn(done: Tradeoff, theme: Theme, *, beside_words: bool = False) -> "Figu
     small = BESIDE if beside_words else 1.0
     drawn = Figure(figsize=(SIZE[0] / small, SIZE[1] / small))
     if not beside_words:
-        drawn.text(0.05, 0.95, done.answer, fontsize=17, fontweight="bold", va="center")
+        drawn.text(0.05, 0.95, done.answer, fontsize=13, fontweight="bold", va="center")
         for place, line in zip((0.915, 0.887), subtitle(done), strict=True):
             drawn.text(0.05, place, drawable(line), fontsize=10, color=theme.faint, va="center")
-    for axes, plot in zip(drawn.subplots(1, 2, gridspec_kw={"wspace": 0.14}), plots_of(done, small), strict=True):
-        _panel(axes, plot, theme)
+    _panel(drawn.subplots(), plot_of(done, small), theme)
     drawn.subplots_adjust(left=0.05 * small, right=0.985, top=0.94 if beside_words else 0.83, bottom=0.09 * small)
     return drawn
 
@@ -64,9 +63,8 @@ def _panel(axes: "Axes", plot: Plot, theme: Theme) -> None:
         axes.plot([one.x for one in marks], [one.y for one in marks], color=theme.kinds[kind], lw=1.8)
     for one in plot.marks:
         colour, faint = theme.kinds[one.kind], one.kind == FAINT
-        fill = theme.paper if one.kind == INVENTS else colour
         axes.plot([one.x] * 2, [one.low, one.high], color=colour, lw=4, alpha=0.15 if faint else 0.3)
-        axes.plot(one.x, one.y, "o", color=colour, ms=4 if faint else 8, mew=1.6, mfc=fill)
+        axes.plot(one.x, one.y, "o", color=colour, ms=4 if faint else 8, mew=1.6)
     for word in plot.words:
         strong: dict[str, Any] = {"fontsize": 9.5, "fontweight": "bold"} if word.strong else {"fontsize": 8.5}
         axes.text(word.x, word.y, word.text, color=theme.kinds[word.kind], ha="center", va="center", **strong)

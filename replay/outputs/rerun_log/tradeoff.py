@@ -13,15 +13,12 @@ from replay.outputs.report.tradeoff_picture import picture
 from replay.outputs.rerun_log.columns import RecordingWriter
 from replay.outputs.rerun_log.views import PLAIN, text_view
 from replay.outputs.tables import markdown
-from replay.outputs.tradeoff_table import OVER_BUDGET, front_rows, how_measured, quickest_first, tradeoff_table
+from replay.outputs.tradeoff_table import SHOWN, how_measured, tradeoff_table
 from replay.pipeline.run_result import Tradeoff
 
 PLOTS: Final = "tradeoff/plots"
 ADVICE: Final = "tradeoff/advice"
 TAB: Final = "What accuracy costs"
-
-SHOWN: Final = ("setting", "missed contacts", OVER_BUDGET, "s per minute", "invented, %")
-"""Columns, what is read first in front: in a narrow view the others are cut."""
 
 
 def log_tradeoff(writer: RecordingWriter, done: Tradeoff) -> None:
@@ -32,16 +29,16 @@ def log_tradeoff(writer: RecordingWriter, done: Tradeoff) -> None:
 
 
 def curve_tab() -> Any:
-    """Contacts missed against time, live and offline, and what to take."""
-    plots = rrb.Spatial2DView(origin=f"/{PLOTS}", name="Contacts missed against time", background=PLAIN)
+    """Wrong contacts against time, and what to take."""
+    plots = rrb.Spatial2DView(origin=f"/{PLOTS}", name="Wrong contacts against time", background=PLAIN)
     return rrb.Horizontal(plots, text_view(ADVICE, "What to take"), column_shares=[0.72, 0.28], name=TAB)
 
 
 def advice_text(done: Tradeoff) -> str:
     """The answer, the advice, how it was measured and the table of the front in Markdown, then every row."""
-    front = tradeoff_table("The front", front_rows(done.rows)).only("#", *SHOWN)
+    front = tradeoff_table("The front", [row for row in done.rows if row["front"]]).only(*SHOWN)
     cut = [f"Not tried, for want of time: {', '.join(done.cut)}."] if done.cut else []
-    whole = tradeoff_table("Every setting", quickest_first(done.rows)).only(*SHOWN).titled("Every setting", *cut)
-    advice = "\n\n".join([f"## {done.answer}", *subtitle(done), *(f"- {one}" for one in done.advice)])
-    measured = "\n".join(f"- {one}" for one in how_measured(done))
+    whole = tradeoff_table("Every setting", done.rows).only(*SHOWN).titled("Every setting", *cut)
+    advice = "\n\n".join([f"## {done.answer}", *subtitle(done), *(f"- {sentence}" for sentence in done.advice)])
+    measured = "\n".join(f"- {sentence}" for sentence in how_measured(done))
     return "\n\n".join([advice, measured, markdown(front, level=2), markdown(whole, level=2)])

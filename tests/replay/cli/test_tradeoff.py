@@ -1,14 +1,19 @@
 import json
+import sys
 
-import numpy as np
 import pytest
-from support.small_worlds import cubes, framed
+from support.price_rows import ABOUT, price_row
+from support.small_worlds import cubes
 
+from replay.cli.console import People
 from replay.cli.main import main
-from replay.cli.tradeoff_tables import pareto_table
+from replay.cli.tradeoff import tradeoff_bar
+from replay.outputs.tradeoff_table import tradeoff_list
+from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs import growth
 from replay.tradeoffs import sweep as trading
-from replay.tradeoffs.settings import TRUST, Setting, steps_of_trust
+from replay.tradeoffs.pareto import advice_of
+from replay.tradeoffs.settings import Setting
 from sessions import write_session
 
 PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
@@ -16,39 +21,32 @@ PLACES = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 @pytest.fixture
 def file(tmp_path, monkeypatch):
-    rate = Setting("discrete", "step rate", "20 Hz", {"rate_hz": 20.0})
-    monkeypatch.setattr(trading, "settings_list", lambda **_: (Setting("hybrid", "as it comes", ""), rate))
+    rate = Setting("meshes at 20 Hz", "collider", {"shape": "mesh", "rate_hz": 20.0})
+    settings = (Setting("FCL", "hybrid"), Setting("balls", "sphere"), rate)
+    monkeypatch.setattr(trading, "settings_list", lambda **_: settings)
     write_session(cubes(PLACES), tmp_path / "s.mcap")
     return str(tmp_path / "s.mcap")
 
 
-def test_front_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, capsys):
-    assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) == 0
+def test_settings_and_advice_are_printed_and_the_folder_is_written(file, tmp_path, capsys):
+    assert main(["tradeoff", file, "--out", str(tmp_path / "costs"), "--no-picture"]) == 0
     out, err = capsys.readouterr()
-    assert err.index("outside the time limit: one audit") < err.index("wrote ")
     said = " ".join(out.split())
-    assert "The clock's self-check, live: exact timed twice gives" in said and "16 look phases" in said
-    assert "Missing nothing costs" in said and "Live: one frame after the other, 12 frames a pass" in said
-    assert "hybrid" in out and "To audit a recording" in out and "tradeoff.png" in err
-    assert (tmp_path / "costs" / "tradeoff.parquet").is_file()
+    assert err.index("outside the time limit: one audit") < err.index("wrote ") < err.index("tradeoff.png")
+    assert said.index("FCL") < said.index("meshes at 20 Hz") and "0-1" in said
+    assert "Missing nothing costs" in said or "No advice: the machine was busy" in said
+    told = json.loads((tmp_path / "costs" / "tradeoff.json").read_text("utf-8"))
+    report = (tmp_path / "costs" / "report.html").read_text("utf-8")
+    for row in told["rows"]:  # one price, on the screen and on the page
+        assert f"{row['mean_ms']:.3f}" in said and f"{row['mean_ms']:.3f}" in report
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) != 0
 
 
-def test_detectors_replace_the_list_and_the_same_one_twice_is_a_tie(file, capsys):
+def test_two_detectors_get_no_advice_and_it_says_why(file, capsys):
     assert main(["tradeoff", file, "--detectors", "a=exact,b=exact", "--format", "json"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert [row["label"] for row in told["rows"]] == ["a", "b"] and told["clock"]["live"]["passes"] >= 7
-    assert told["advice"] and all("take a: " in one or "take b: " in one for one in told["advice"])
-
-
-def test_the_steps_of_trust_stand_in_their_order_with_what_each_adds(file, capsys):
-    assert main(["tradeoff", file, "--steps"]) == 0
-    assert "what the step adds" in " ".join(capsys.readouterr().out.split())
-    done = trading.tradeoff(cubes(PLACES), settings=steps_of_trust(), repeats=1, time_limit=None)
-    shown = pareto_table(done)
-    assert [row[:2] for row in shown.rows] == [(adds, label) for label, _, _, adds in TRUST]
-    lost = {row["label"]: row["contacts_lost"] for row in done.rows}
-    assert lost["exact"] == lost["containment"] == lost["faces"] == 0
+    assert {row["label"] for row in told["rows"]} == {"a", "b"} and told["clock"]["passes"] >= 3
+    assert "advice needs 3" in told["answer"]
 
 
 @pytest.mark.slow
@@ -59,37 +57,45 @@ def test_growth_is_timed_when_asked_for_and_its_picture_is_written(file, tmp_pat
     assert "No size tried takes a complete detector out of its budget" in capsys.readouterr().out
     assert (out / "growth.png").is_file() and "fits up to 4" in (out / "report.html").read_text("utf-8")
     told = json.loads((out / "tradeoff.json").read_text("utf-8"))["growth"]
-    assert {one["size"] for one in told} == {2, 4}
+    assert {row["size"] for row in told} == {2, 4}
 
 
 def test_what_a_time_limit_cuts_is_said(file, capsys):
-    assert main(["tradeoff", file, "--time-limit", "0"]) == 0
-    told = capsys.readouterr().err
-    assert "1 of 2 settings were not tried" in told and "discrete step rate 20 Hz" in told
-
-
-def test_help_says_what_the_time_limit_does_not_count(capsys):
-    assert main(["tradeoff", "--help"]) == 0
-    assert "Not in it: compiling, and the audit for --out" in " ".join(capsys.readouterr().out.split())
-
-
-@pytest.mark.slow
-def test_sources_and_a_folder_without_a_picture_when_asked(file, tmp_path, capsys):
-    words = ["tradeoff", file, "-v"]
-    assert main([*words, "--no-picture", "--out", str(tmp_path / "costs")]) == 0
+    assert main(["tradeoff", file, "--time-limit", "0", "-v"]) == 0
     out, err = capsys.readouterr()
-    assert out.index("To audit a recording") < out.index("detector hybrid") < out.index("detector discrete")
-    assert not (tmp_path / "costs" / "run.rrd").exists() and "replay view" not in err
-    assert main([*words, "--format", "json"]) == 0
-    assert [*json.loads(capsys.readouterr().out)["sources"]] == ["detector hybrid", "detector discrete"]
+    assert "2 settings were not tried within 0 s" in out and "not tried: balls, meshes at 20 Hz" in err
 
 
-def test_a_pose_that_the_policy_drops_is_in_no_row():
-    status = [[1, 1]] * 8
-    places = [[[0, 0, 0], [x, 0, 0]] for x in (3, 0.9, 0.9, 3, 3, 0.9, 3, 3)]
-    turns = np.tile([0.0, 0.0, 0.0, 1.0], (8, 2, 1))
-    turns[5, 1] = 0.0
-    session = framed(range(0, 80_000_000, 10_000_000), status, places, turns)
-    settings = [Setting("hybrid", "as it comes", "")]
-    (row,) = trading.tradeoff(session, settings=settings, policy=["zero-quaternion=drop"], repeats=1).rows
-    assert (row["both"], row["missed_pair_frames"], row["left_out"]) == (2, 0, 1)
+def tried(count, **about):
+    rows = [price_row(f"r{k}", 1.0 + k, k, front=k in (0, count - 1)) for k in range(count)]
+    return Tradeoff(tuple(rows), ("r0",), tuple(advice_of(rows)), ("x", "y"), ABOUT | about)
+
+
+def test_long_lists_are_cut_short_but_never_the_front():
+    short, whole = tradeoff_list(tried(30)), tradeoff_list(tried(30), everything=True)
+    assert len(short.rows) == 13 and short.rows[-1][0] == "r29" and len(whole.rows) == 30
+    assert short.notes[0] == "... 17 more with -v; 2 settings were not tried within 20 s"
+    assert whole.notes[0] == "... 2 settings were not tried within 20 s"
+
+
+def test_a_slow_frame_and_a_busy_machine_are_explained():
+    done = tried(4, processor_share=0.31)
+    done.rows[2].update(worst_ms=155.8, worst_cause="machine", worst_usual_ms=0.3)
+    notes = " ".join(tradeoff_list(done, everything=True).notes)
+    assert "Slowest frame: 155.8 ms at 1.50 s (r2): the machine" in notes and "The machine was busy (69 %)" in notes
+    done.rows[2].update(worst_cause="search", worst_usual_ms=140.0)
+    assert "the search, 1.4e+02 ms in the median pass" not in (said := " ".join(tradeoff_list(done).notes))
+    assert "the search, 140 ms in the median pass" in said
+
+
+def test_a_bar_is_shown_on_a_terminal_only(monkeypatch, capsys):
+    rows = [price_row("exact", 1.0, 0)]
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setenv("TERM", "xterm-256color")
+    with tradeoff_bar(People()) as watch:
+        watch(123, 212, "paper, 1920 samples", rows)
+    assert "123/212" in (said := capsys.readouterr().err) and "0:00:00" in said and "paper, 1920 samples" in said
+    with tradeoff_bar(People(quiet=True)) as watch:
+        watch(1, 4, "discrete", rows)
+    assert capsys.readouterr().err == ""

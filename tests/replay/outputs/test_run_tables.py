@@ -19,7 +19,7 @@ from replay.outputs.run_tables import (
     pair_table,
     stage_table,
 )
-from replay.outputs.tables import Marked
+from replay.outputs.tables import Marked, text_of
 from replay.outputs.tradeoff_table import HEAD, tradeoff_table
 from replay.pipeline.engine import compute
 from replay.pipeline.summary import look_figures
@@ -120,18 +120,10 @@ def test_quantiles_and_the_share_over_the_budget_are_over_the_frames_of_the_mean
     assert row == ("2.000", "17 %")
 
 
-ROW = price_row("a", 0.5, 1.8, live=1.25, precision=0.75) | {
-    "missed": 0.1, "missed_low": 0.05, "missed_high": 0.2, "work": {"tests": 12_345, "skipped": 99_999},
-    "front": True, "front_online": True, "over_share": 0.02,
-}  # fmt: skip
-
-
-def test_shares_are_percentages_and_what_was_not_measured_is_empty():
-    (row,) = tradeoff_table("", [ROW]).rows
-    assert dict(zip(HEAD, row, strict=True)) == {
-        "#": "1", "setting": "a", "front": "front, live front", "mean ms": "1.25",
-        "p99 ms (over 11.1)": "1.25 [1.12, 1.38] (2 %)",
-        "s per minute": "2.7 [2.43, 2.97]", "passes": "7 live, 7", "missed contacts": "1.8 [1.6, 5] of 18",
-        "missed, % [95 %]": "10 [5, 20]", "invented, %": "25", "faces, %": "", "contained": "in",
-        "most of its work": "12k tests",
+def test_counts_over_offsets_are_ranges_and_zero_is_a_zero():
+    row = price_row("a", 0.5, (0, 1), 2, 0, p99=1.25, front=True) | {"false": 0.25}
+    (cells,) = tradeoff_table("", [row]).rows
+    assert dict(zip(HEAD, map(text_of, cells), strict=True)) == {
+        "setting": "a", "missed": "0-1", "late or cut short": "2", "false contacts": "0", "wrong": "2-3",
+        "mean ms": "0.500", "p99 ms": "1.25", "front": "front", "false %": "25", "passes": "7", "settings": "a",
     }  # fmt: skip

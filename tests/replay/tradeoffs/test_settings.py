@@ -2,59 +2,49 @@ from dataclasses import fields
 
 import pytest
 
-from cdcore.detectors import DETECTORS, load_detector
+from cdcore.detectors import load_detector
+from replay.detection.detector_spec import parse_detector
 from replay.tradeoffs import settings as listing
-from replay.tradeoffs.settings import AS_IT_COMES, ASKED, Setting, settings_list, settings_of
+from replay.tradeoffs.settings import Setting, next_to_front, settings_list, settings_of
 
 
 def test_compounds_are_listed_with_the_extra_and_shipped_colliders_where_there_are_some(monkeypatch):
     monkeypatch.setattr(listing, "find_spec", lambda name: None)
-    bare = {one.label for one in settings_list()}
+    bare = {setting.label for setting in settings_list()}
     monkeypatch.setattr(listing, "find_spec", lambda name: True)
-    more = [one for one in settings_list(shipped=True) if one.label not in bare]
-    assert {one.label: str(one.spec).partition("=")[2] for one in more} == {
-        "collider shape shipped": "collider[shape=shipped]",
-        "collider pieces 4": "collider[shape=compound,pieces=4]",
-        "collider pieces 16": "collider[shape=compound,pieces=16]",
-    }  # fmt: skip
+    more = {setting.asked for setting in settings_list(shipped=True) if setting.label not in bare}
+    assert more == {"collider[shape=shipped]"} | {f"collider[shape=compound,pieces={most}]" for most in (4, 16)}
 
 
-def test_the_list_holds_every_detector_and_every_axis_once():
-    tried = settings_list()
-    assert {one.detector for one in tried} == set(DETECTORS) - {"image-space"}, "that one only when asked"
-    axes = {
-        "step rate", "shape", "mesh resolution", "tolerance", "samples", "budget", "booleans or faces",
-    }  # fmt: skip
-    assert axes <= {one.axis for one in tried}
-    labels = [one.label for one in tried]
+def test_every_setting_is_one_its_detector_has_and_can_be_asked_again():
+    labels = [setting.label for setting in settings_list()]
     assert len(labels) == len(set(labels)) >= 40
+    for setting in settings_list():
+        detector = load_detector(setting.detector)
+        assert set(setting.settings) <= {item.name for item in fields(detector.Settings)}, setting.label
+        detector.Settings(**setting.settings)
+        again = parse_detector(setting.asked) if setting.asked else setting.spec
+        assert (again.name, dict(again.settings)) == (setting.detector, dict(setting.settings))
 
 
-def test_every_setting_is_one_its_detector_has():
-    for one in settings_list():
-        detector = load_detector(one.detector)
-        assert set(one.settings) <= {item.name for item in fields(detector.Settings)}, one.label
-        detector.Settings(**one.settings)
+def test_the_first_dozen_is_one_of_each_family():
+    head = settings_list()[:12]
+    assert {setting.detector for setting in head} == {"exact", "hybrid", "hybrid-qaco", "collider"}
+    assert {"box", "capsule", "sphere", "hull", "mesh"} <= {setting.settings.get("shape") for setting in head}
+    assert {10, 22.5, 50} <= {setting.rate_hz for setting in head}
 
 
-def test_each_point_of_a_line_turns_one_axis_of_one_detector():
-    for one in settings_list():
-        assert one.line.startswith(one.detector) and (one.axis in one.line) == (one.axis != "as it comes")
-        assert one.spec.name == one.detector and dict(one.spec.settings) == dict(one.settings)
+def test_a_step_as_fast_as_the_recording_is_no_setting_of_its_own():
+    assert 90 in {setting.rate_hz for setting in settings_list()}
+    assert max(setting.rate_hz or 0 for setting in settings_list(frames_hz=89.94)) == 72
 
 
-def test_whoever_is_asked_for_faces_comes_without_them_too():
-    plain = [one.spec for one in settings_list() if one.axis == AS_IT_COMES]
-    asked = [one for one in settings_list() if one.axis == ASKED]
-    assert all(one.faces and one.spec in plain for one in asked) and len(asked) >= 3
-    assert asked[0].label == f"{asked[0].detector} faces"
-
-
-def test_what_a_short_time_limit_leaves_advises_on_engines_colliders_and_a_live_loop():
-    head = settings_list()[:33]
-    assert {"hybrid", "exact", "discrete", "collider", "solid-style"} <= {one.detector for one in head}
-    assert {"step rate", "shape", "mesh resolution", "budget"} <= {one.axis for one in head}
-    assert {"discrete step rate 10 Hz", "sphere"} <= {one.label for one in settings_list()[:8]}
+def test_what_is_tried_next_stands_beside_the_front_on_its_line():
+    every = settings_list()
+    untried = [setting for setting in every if setting.label != "meshes at 50 Hz"]
+    nearest = next_to_front(untried, every, ["exact", "meshes at 50 Hz"])[:3]
+    assert all(setting.line == "meshes at a step rate" for setting in nearest)
+    assert {setting.rate_hz for setting in nearest} <= {30, 45, 60, 72}
 
 
 @pytest.mark.parametrize(
@@ -67,13 +57,11 @@ def test_what_a_short_time_limit_leaves_advises_on_engines_colliders_and_a_live_
     ],
 )  # fmt: skip
 def test_complete_is_what_asks_every_face_at_every_frame(spec, complete):
-    (one,) = settings_of(f"it={spec}")
-    assert one.complete == complete and one.label == one.line == "it" and one.spec.label == "it"
-    assert not Setting("hybrid", "mesh resolution", "5 mm", cell=0.005).complete
-    assert not Setting("hybrid", ASKED, "faces", faces=True).complete
+    (setting,) = settings_of(f"it={spec}")
+    assert setting.complete == complete and setting.label == "it" == setting.spec.label
+    assert not Setting("coarse", "hybrid", cell=0.005).complete
 
 
-def test_fewer_settings_are_simpler_and_the_exact_one_is_the_simplest():
-    plain = {one.detector: one.simplicity for one in settings_list() if one.axis == AS_IT_COMES}
+def test_the_exact_one_is_the_simplest():
+    plain = {setting.label: setting.simplicity for setting in settings_list()}
     assert min(plain, key=plain.get) == "exact"
-    assert all(one.simplicity > max(plain.values()) for one in settings_list() if one.axis != AS_IT_COMES)

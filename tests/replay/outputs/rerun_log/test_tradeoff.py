@@ -23,8 +23,8 @@ def session():
 
 @pytest.fixture(scope="module")
 def done(session):
-    rates = [Setting("discrete", "step rate", f"{hz} Hz", {"rate_hz": hz}) for hz in (40.0, 60.0, 80.0)]
-    return tradeoff(session, settings=[Setting("hybrid", "as it comes", ""), *rates], repeats=1)
+    rates = [Setting(f"{hz} Hz", "discrete", {"rate_hz": hz}, "rates", f"{hz}") for hz in (40.0, 60.0, 80.0)]
+    return tradeoff(session, settings=[Setting("FCL", "hybrid"), *rates])
 
 
 def test_the_recording_holds_the_picture_and_the_advice(session, done, tmp_path):
