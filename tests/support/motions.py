@@ -1,6 +1,7 @@
 """Random motions of small hard meshes, and the exhaustive answer to compare with."""
 
 import numpy as np
+from support.random_worlds import degenerate, fan, lattice
 from support.shapes import random_rotations
 
 from cdcore import Verdict
@@ -32,25 +33,6 @@ def soup(rng, count=30, size=0.3):
     return rng.normal(size=(count, 1, 3)) + rng.normal(size=(count, 3, 3)) * size
 
 
-def lattice(rng, count=20):
-    return rng.integers(0, 4, (count, 3, 3)).astype(float)
-
-
-def degenerate(rng, count=24):
-    triangles = lattice(rng, count)
-    triangles[:6, 2] = triangles[:6, 0]
-    triangles[6:9, 1:] = triangles[6:9, :1]
-    return triangles
-
-
-def fan_of_shared_edges(rng, count=16):
-    """Non-manifold: every face on one edge, some twice."""
-    tips = rng.integers(-2, 3, (count, 3)).astype(float)
-    faces = np.empty((count, 3, 3))
-    faces[:, 0], faces[:, 1], faces[:, 2] = (0, 0, 0), (0, 0, 2), tips
-    return faces
-
-
 def grid_plate(size=6):
     """A flat plate of 2 size^2 faces in z = 0, integer corners."""
     faces = []
@@ -61,7 +43,7 @@ def grid_plate(size=6):
     return np.array(faces, dtype=float)
 
 
-KINDS = {"soup": soup, "lattice": lattice, "degenerate": degenerate, "non-manifold": fan_of_shared_edges}
+KINDS = {"soup": soup, "lattice": lattice, "degenerate": degenerate, "non-manifold": fan}
 
 
 def motion_of(kind, rng, frames, bodies):

@@ -12,10 +12,6 @@ def codes(mesh):
     return {one.code: one.count for one in mesh_findings("m", mesh)}
 
 
-def test_a_closed_cube_has_nothing_wrong():
-    assert codes(cube()) == {}
-
-
 @pytest.mark.parametrize("name", ["beaker_250", "erlenmeyer_flask", "hand_left"])
 def test_the_glass_of_the_bench_has_nothing_above_a_note(name):
     found = [*mesh_findings(name, made_instrument(name, 500).mesh)]

@@ -1,15 +1,13 @@
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from support.planted_faults import FAULTS, clean
 
-from sessions import Frames, Scene, Severity, Status, examine
+from sessions import Frames, Severity, Status
 from sessions.doctor import pose_pass
-from sessions.doctor.pose_pass import LOOKS_PER_BLOCK, look_through, sampled_poses
-from sessions.doctor.pose_spans import MOST_OF_A_KIND, pose_findings, pose_spans, rest_spans
+from sessions.doctor.pose_pass import look_through
+from sessions.doctor.pose_spans import MOST_OF_A_KIND, pose_findings, pose_spans
 from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
 from sessions.geometry.rotations import quaternion_product
@@ -34,18 +32,6 @@ def test_the_marks_do_not_depend_on_blocks(size):
     assert whole.pose_digest == parts.pose_digest
 
 
-def test_each_odd_sample_has_its_mark():
-    looked = look_through([broken().frames])
-    where = {mark: np.argwhere(looked.has(mark)).tolist() for mark in Mark}
-    assert where[Mark.NOT_FINITE] == [[row, 0] for row in (100, 101, 102)]
-    assert where[Mark.ZERO_QUATERNION] == [[200, 0]]
-    assert where[Mark.NON_UNIT] == [[row, 0] for row in range(300, 305)]
-    assert where[Mark.IDENTITY] == [[row, 0] for row in range(400, 420)]
-    assert where[Mark.LOST] == [[row, 1] for row in range(700, 720)]
-    assert looked.worst_norm[0] == pytest.approx(1.1)
-    assert not looked.usable[100, 0] and not looked.usable[700, 1] and not looked.usable[0, 2] and looked.usable[0, 0]
-
-
 def test_a_body_that_appears_later_gets_a_column():
     frames = clean().session().frames
     few = Frames(
@@ -55,18 +41,6 @@ def test_a_body_that_appears_later_gets_a_column():
     looked = look_through([few, frames.part(50, 900)])
     assert looked.names == frames.names and looked.marks.shape == (900, 3)
     assert not looked.has(Mark.PRESENT)[:50, 1].any() and looked.has(Mark.PRESENT)[50:, 1].all()
-
-
-def test_nothing_is_looked_at_without_frames():
-    looked = look_through([])
-    assert len(looked.stamp_ns) == 0 and looked.names == ()
-
-
-def test_the_poses_kept_are_few_and_none_is_lost():
-    frames = broken().frames
-    kept = sampled_poses(frames)
-    assert len(kept) <= LOOKS_PER_BLOCK and kept[0, 0, :3].tolist() == frames.position[0, 0].tolist()
-    assert np.isnan(kept[:, 1]).any() and np.isfinite(frames.position[:, 1]).all()
 
 
 def test_of_a_long_recording_fewer_poses_are_kept_from_its_beginning_to_its_end(monkeypatch):
@@ -80,24 +54,6 @@ def test_of_a_long_recording_fewer_poses_are_kept_from_its_beginning_to_its_end(
 
 def findings(draft, code):
     return [one for one in pose_findings(look_through([draft.session().frames])) if one.code == code]
-
-
-def test_what_no_room_holds_is_out_of_space_and_no_teleport():
-    draft = clean()
-    draft.arrays["position"][400, 1] = [0.0, 0.0, 1000.5]
-    spans = [(span.code, span.first, span.last) for span in pose_spans(look_through([draft.session().frames]))]
-    assert spans == [("out-of-space", 400, 400)]
-    (found,) = (one for one in examine(draft.session()) if one.code == "out-of-space")
-    assert found.severity == Severity.ERROR and found.body == "hand-left"
-    wide = replace(draft.session(), scene=Scene(space_radius=2000.0))
-    assert {one.code for one in examine(wide)} == {"teleport", "at-rest"}
-
-
-def test_positions_in_millimetres_are_not_out_of_space():
-    draft = clean()
-    draft.arrays["position"] *= 2000.0
-    codes = {one.code for one in examine(draft.session())}
-    assert "unit-suspect" in codes and "out-of-space" not in codes
 
 
 def test_a_fault_in_every_other_frame_is_listed_so_often_and_then_counted():
@@ -139,27 +95,8 @@ def test_rounded_rotations_are_noted_with_their_decimals():
     assert findings(clean(), "rounded-rotations") == []
 
 
-def test_an_empty_session_has_no_pose_to_speak_of():
-    assert [*pose_findings(look_through([]))] == []
-
-
 def spans(draft):
     return [(one.code, one.column, one.first, one.last) for one in pose_spans(look_through([draft.session().frames]))]
-
-
-def test_a_clean_session_has_no_span_and_its_tray_rests():
-    draft = clean()
-    assert spans(draft) == []
-    (rest,) = rest_spans(look_through([draft.session().frames]))
-    assert (rest.column, rest.first, rest.last) == (2, 1, 899)
-
-
-@pytest.mark.parametrize("name", ["nan position", "zero quaternion", "non-unit quaternion", "frozen pose", "teleport"])
-def test_a_fault_is_one_span_and_nothing_beside_it(name):
-    draft = clean()
-    planted = FAULTS[name](draft, 1, 400)
-    assert (planted.code, 1, *planted.rows) in spans(draft)
-    assert {one[0] for one in spans(draft)} - {planted.code} <= {"teleport"}
 
 
 def test_a_body_that_lies_at_the_origin_or_starts_there_is_not_lost():

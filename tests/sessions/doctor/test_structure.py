@@ -20,19 +20,6 @@ def chunks_of(path):
     return [region for region in McapFile(path).catalogue.regions if region.is_chunk]
 
 
-def codes(path):
-    return {one.code for one in examine(path)} & {"torn", "data-crc", "damaged-chunk", "damaged-attachment"}
-
-
-def test_a_sound_file_has_no_fault_and_its_chunks_say_when_they_are(path):
-    assert codes(path) == set()
-    places = chunks_of(path)
-    log = clean().arrays["log_ns"]
-    poses = [place for place in places if place.last_ns > place.first_ns]
-    assert len(poses) > 5 and poses[0].first_ns == log[0] and poses[-1].last_ns == log[-1]
-    assert path.read_bytes()[places[0].place.start] == 6
-
-
 @pytest.mark.parametrize("share", [0.3, 0.7, 0.999])
 def test_a_file_cut_short_is_torn_and_the_rest_is_still_examined(path, share):
     data = path.read_bytes()

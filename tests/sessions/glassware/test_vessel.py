@@ -2,10 +2,7 @@ import numpy as np
 import pytest
 from support.surface_rays import distances_along_rays, points_on_faces
 
-from sessions.geometry.profile import level_holding, rounded
-from sessions.glassware.catalogue import INSTRUMENTS
 from sessions.glassware.catalogue import made_instrument as make_instrument
-from sessions.glassware.vessel import Shape, turned_vessel
 
 SIZES = [500, *(pytest.param(faces, marks=pytest.mark.slow) for faces in (2000, 5000, 50_000))]
 BEAKERS = [f"beaker_{millilitres}" for millilitres in (50, 100, 250, 400, 600)]
@@ -55,11 +52,6 @@ def test_the_glass_itself_encloses_the_capacity(name):
     )
 
 
-def test_the_list_of_vessels_is_complete():
-    names = [name for name in INSTRUMENTS if not name.startswith(("hand", "proxy"))]
-    assert [name for name in names if make_instrument(name, 500).cavity] == sorted(VESSELS, key=names.index)
-
-
 @pytest.mark.parametrize("name", VESSELS)
 def test_liquid_and_glass_share_the_vertices_of_the_inner_wall(name):
     instrument = make_instrument(name, 2000)
@@ -67,19 +59,3 @@ def test_liquid_and_glass_share_the_vertices_of_the_inner_wall(name):
     wet = instrument.cavity.to_brim.vertices
     shared = np.mean([row.tobytes() in glass for row in wet])
     assert shared > 0.9 or name == "burette"  # whose bore is cut by booleans
-
-
-def cup(**changes):
-    wall = 2e-3
-    settings = {"strokes": rounded([(0.0, wall), (0.03, wall), (0.03, 0.08)], [0.006]), "wall": wall} | changes
-    return Shape(**settings)
-
-
-def test_a_plain_cup_holds_what_a_round_one_holds():
-    fillet = 0.006
-    spandrel, its_centre = fillet**2 * (1 - np.pi / 4), fillet * (10 - 3 * np.pi) / (12 - 3 * np.pi)
-    expected = np.pi * 0.03**2 * 0.048 - 2 * np.pi * (0.03 - its_centre) * spandrel
-    for faces, tolerance in ((500, 5e-3), (5000, 1e-3), (50_000, 2e-4)):
-        turned = turned_vessel(cup(), faces)
-        assert turned.filled(0.05).volume == pytest.approx(expected, rel=tolerance)
-        assert level_holding(turned.inner, turned.filled(0.05).volume) == pytest.approx(0.05, abs=1e-6)

@@ -4,12 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from support.import_mutants import MUTANTS, round_trips, survive
 
-from sessions.errors import SessionError
 from sessions.importers import import_session
 
 
@@ -64,19 +61,6 @@ def test_presses_of_a_vive_wand_become_its_trigger_and_buttons(tmp_path):
     assert hand.pressed[:, 2].tolist() == [False, True, False]
 
 
-def test_proxies_stand_in_only_where_no_mesh_is_given_and_say_so(tmp_path):
-    path = written(tmp_path, {name: {"poses": [pose(1), pose(2)]} for name in ("camera", "left", "tool")})
-    session = import_session("aframe", path)
-    assert sorted(session.meshes) == ["camera", "left"]
-    assert {body.id: body.proxy for body in session.scene.bodies} == {"camera": True, "left": True}
-    corners = ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    from sessions import MeshData
-
-    alone = import_session("aframe", path, meshes={"left": MeshData(*corners)})
-    assert list(alone.meshes) == ["left"]
-    assert alone.scene.bodies == ()
-
-
 def test_repeated_stamps_are_dropped_and_missing_numbers_flagged_and_both_are_said(tmp_path):
     broken = pose(3)
     del broken["position"]["y"]
@@ -97,44 +81,6 @@ NO_DEVICE, NO_TIME, NO_EVENT = (
     "left: pose 0: it has no timestamp",
     "event 0 has no time",
 )
-BROKEN = [
-    ("{", "this is not JSON"), ("", "this is not JSON"), ("\udcff{", "this is not JSON text"),
-    ("[" * 100_000, "this is not JSON text"), (json.dumps(left(pose(1))) + " x", "this is not JSON: Extra data"),
-    (json.dumps(left(pose(1)))[:-9], "this is not JSON"), ("[]", NO_DEVICE), ("null", NO_DEVICE), ("3", NO_DEVICE),
-    ({"a": 1}, NO_DEVICE), ({"recording": {}}, NO_DEVICE), ({"recording": {"left": {"poses": 3}}}, NO_DEVICE),
-    ({"left": {"poses": []}}, "there is no pose in it"), (left({"position": {}}), NO_TIME), (left(None), NO_TIME),
-    (left([1]), NO_TIME), *((left(pose(1) | {"timestamp": at}), NO_TIME) for at in ("1", True, 1e20, float("nan"))),
-    (left(pose(1), events=[{"name": "x"}]), NO_EVENT), (left(pose(1), events=[3]), NO_EVENT),
-    (left(pose(1), events=[{"timestamp": "x"}]), NO_EVENT), (left(pose(1), events=3), "events are no list"),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("data", "message"), BROKEN, ids=map(str, range(len(BROKEN))))
-def test_a_file_that_is_no_capture_is_refused_in_one_sentence(tmp_path, data, message):
-    path = tmp_path / "m.json"
-    text = data if isinstance(data, str) else json.dumps(data)
-    path.write_bytes(text.encode(errors="surrogateescape"))
-    with pytest.raises(SessionError, match=message) as raised:
-        import_session("aframe", path)
-    assert str(raised.value).startswith(f"{path}: ") and "\n" not in str(raised.value)
-
-
-@given(
-    st.recursive(
-        st.none() | st.booleans() | st.floats() | st.text(max_size=5),
-        lambda inner: (
-            st.lists(inner, max_size=3)
-            | st.dictionaries(st.sampled_from(["left", "poses", "position", "x", "timestamp", "recording"]), inner)
-        ),
-        max_leaves=15,
-    )
-)
-def test_no_json_ends_in_anything_but_a_session_or_one_named_error(tmp_path_factory, data):
-    path = written(tmp_path_factory.mktemp("fuzz"), {"left": data})
-    try:
-        import_session("aframe", path)
-    except SessionError as error:
-        assert str(error).startswith(str(path))
 
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from support.import_mutants import MUTANTS, survive
 
@@ -166,36 +164,6 @@ def test_a_clock_keeps_its_last_digit(tmp_path, unit, cell, expected):
     assert import_session("csv", path, mapping=mapping).frames.stamp_ns.tolist() == [expected]
 
 
-LEFT = "pose,0.000000,left,0,0,0,0,0,0,1,1,,"
-BROKEN = [
-    ([HEADER.replace("kind", "art"), LEFT], "line 1: no column 'kind'"),
-    ([HEADER, LEFT.replace("0.000000", "inf")], "line 2, column 'time': the time is missing; remove the row"),
-    ([HEADER, LEFT.replace("0.000000", "1e300")], "a time is outside the years .* check the unit, which is 's'"),
-    ([HEADER, LEFT.replace("0.000000", "1:02")], "line 2, column 'time': '1:02' is no number; repair the cell"),
-    ([HEADER, LEFT.replace("0.000000", '"0,5"')], "'0,5' is no number; export it with decimal points"),
-    ([HEADER, "trigger,0.005,left,,,,,,,,,,0.75"], "there is no pose in it"),
-    ([HEADER.replace(",", "|"), LEFT], "its columns are of no known log"),
-    ([LEFT], "line 1: column '' occurs twice; rename one"),
-    ([HEADER, LEFT, "enter,x,left,,,,,,,,,cup,"], "line 3, column 'time': 'x' is no number"),
-    ([HEADER, LEFT, "scalar,0,,,,,,,,,,hr,much"], "line 3, column 'value': 'much' is no number"),
-    ([HEADER, LEFT, "gaze,0,anna,a,0,0,0,0,0,1,1,,"], "line 3, column 'px': 'a' is no number"),
-    (["PK\x03\x04\udcff"], "this is not UTF-8 text; save it as UTF-8"),
-    ([""], "the file is empty"),
-    ([HEADER, "pose,0,left,0,0,here,0,0,0,1,1,,"], "line 2, column 'pz': 'here' is no number"),
-    ([HEADER, "pose,,left,0,0,0,0,0,0,1,1,,"], "line 2, column 'time': the time is missing"),
-    ([HEADER, "pose,0,,0,0,0,0,0,0,1,1,,"], "a pose has no body"),
-]
-
-
-@pytest.mark.parametrize(("lines", "message"), BROKEN, ids=map(str, range(len(BROKEN))))
-def test_a_bad_file_is_refused_in_one_sentence_with_line_and_column(tmp_path, lines, message):
-    path = tmp_path / "take.csv"
-    path.write_bytes("\n".join([*lines, ""]).encode(errors="surrogateescape"))
-    with pytest.raises(SessionError, match=message) as raised:
-        import_session("csv", path)
-    assert str(raised.value).startswith(f"{path}: ") and "\n" not in str(raised.value)
-
-
 def world_points(session, name):
     frames = session.frames
     turn = Rotation.from_quat(frames.quaternion_xyzw[0, session.names.index(name)])
@@ -250,54 +218,10 @@ def test_a_last_line_that_may_be_cut_short_is_flagged_and_keeps_its_numbers(tmp_
         assert ("may be cut short" in session.facts["conversions"]) is not valid[1]
 
 
-def test_a_convention_given_by_the_caller_wins_over_the_mapping(tmp_path):
-    path = written(tmp_path, [HEADER, unity_row(0.0, "tool", (1, 2, 3), (0, 0, 0, 1))])
-    for name, expected in (("openvr", [1, 2, 3]), ("ros", [-2, 3, -1]), ("z-up", [1, 3, -2])):
-        session = import_session("csv", path, convention=name)
-        assert session.frames.position[0, 0].tolist() == expected
-        assert session.facts["source_convention"] == name
-
-
 def test_a_column_of_numbers_taken_for_names_is_refused(tmp_path):
     rows = [unity_row(0.0, f"{k}", (0, 0, 0), (0, 0, 0, 1)) for k in range(1001)]
     with pytest.raises(SessionError, match=r"column 'body' names 1,001 bodies; is it the column of names\?"):
         import_session("csv", written(tmp_path, [HEADER, *rows]))
-
-
-def test_a_mesh_for_nobody_names_the_nearest_body(tmp_path):
-    path = written(tmp_path, [HEADER, unity_row(0.0, "Beaker", (0, 0, 0), (0, 0, 0, 1))])
-    with pytest.raises(SessionError, match=r"no body 'beaker' to put a mesh on; did you mean 'Beaker'\?"):
-        import_session("csv", path, meshes={"beaker": "x.glb"})
-
-
-@given(st.lists(st.lists(st.sampled_from(["pose", "0", "1", "-1e400", "nan", "", "left", '"', "é"]), max_size=14)))
-def test_no_rows_end_in_anything_but_a_session_or_one_named_error(tmp_path_factory, rows):
-    path = written(tmp_path_factory.mktemp("fuzz"), [HEADER, *(",".join(row) for row in rows)])
-    try:
-        import_session("csv", path)
-    except SessionError as error:
-        assert str(path) in str(error)
-
-
-@pytest.mark.parametrize(
-    ("text", "mapping", "words"),
-    [
-        ("t,x\n1,2\n", None, "its columns are of no known log: t, x; describe them with --mapping FILE"),
-        ("time,px\n1,2\n", None, "its columns are of no known log: time, px; describe them with --mapping"),
-        (f"{HEADER}\npose,0,1,a,0,5,1,0,0,0,0,1,1,,\n", None, "every row has more cells than line 1, which has 13"),
-        ("sep=,\nt,x,y\n", "", "every row has more cells than line 1, which has 2; check delimiter and skip_lines"),
-        ("t;x;y\n1;2;3\n", "", 'no column .x., for nothing stands between .,.; write delimiter = ";" into the mapping'),
-        ('t,x,y\n0,"1,5",2\n', "", 'line 2, column .x.: .1,5. is no number; write decimal = "," into the mapping'),
-    ],
-)
-def test_an_error_names_the_cure(tmp_path, text, mapping, words):
-    (tmp_path / "take.csv").write_text(text)
-    (tmp_path / "m.toml").write_text(
-        'convention = "gltf"\n[time]\ncolumn = "t"\nunit = "s"\n[bodies.a]\nposition = ["x", "y", "y"]\n'
-        'quaternion_xyzw = ["x", "x", "x", "x"]\n'
-    )
-    with pytest.raises(SessionError, match=words):
-        import_session("csv", tmp_path / "take.csv", mapping=None if mapping is None else tmp_path / "m.toml")
 
 
 @pytest.mark.parametrize(("delimiter", "decimal"), [(";", "."), (";", ","), ("\t", ",")])

@@ -7,7 +7,7 @@ import pytest
 from sessions import MeshData, Track, importers
 from sessions.errors import ImportFileError
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names
-from sessions.importers.finish import Imported, finished, side_of, together, usable_track
+from sessions.importers.finish import Imported, finished, side_of, usable_track
 from sessions.scene_files.scene_toml import parse_scene
 
 TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
@@ -23,11 +23,6 @@ def test_a_stamp_that_goes_back_costs_its_row_and_those_it_overtakes(tmp_path):
     track, dropped, flagged = usable_track(stamps, np.zeros((6, 3)), np.tile([0, 0, 0, 1.0], (6, 1)), np.ones(6, bool))
     assert track.times_ns.tolist() == [0, 10, 11]
     assert (dropped, flagged) == (3, 0)
-
-
-def test_notes_of_the_same_words_are_one_that_names_all_bodies():
-    notes = ["lengths in m", "a: 3 rows lost", "clock: 5 ppm", "b: 3 rows lost", "c: 4 rows lost", "lengths in m"]
-    assert together(notes) == ["lengths in m", "a, b: 3 rows lost", "clock: 5 ppm", "c: 4 rows lost"]
 
 
 def test_rows_without_a_rotation_are_flagged_and_keep_their_numbers():
@@ -53,11 +48,6 @@ def test_the_side_of_a_hand_is_a_word_of_its_name():
     ]  # fmt: skip
 
 
-def test_a_recording_without_poses_is_refused(tmp_path):
-    with pytest.raises(ImportFileError, match="there is no pose in it"):
-        finished(Imported({}, ()), tmp_path / "x")
-
-
 def test_a_recording_whose_every_pose_is_lost_is_refused_with_the_reason(tmp_path):
     log = tmp_path / "log.csv"
     rows = [f"{0.1 * row},cup,0,0,0,0,0,0,0" for row in range(5)]
@@ -73,20 +63,6 @@ def test_an_unknown_format_names_those_there_are(tmp_path):
         ImportFileError, match="no importer 'unity'; there are: aframe, csv, mcap, optitrack, ros2, uxf, xdf, auto"
     ):
         import_session("unity", tmp_path / "x")
-
-
-@pytest.mark.parametrize("name", IMPORTERS)
-def test_an_unknown_option_names_those_there_are(name, tmp_path):
-    with pytest.raises(ImportFileError, match=r"has no option 'colour'; it has: .*meshes"):
-        import_session(name, tmp_path / "x", colour=1)
-
-
-@pytest.mark.parametrize("name", IMPORTERS)
-def test_a_missing_file_and_a_folder_are_refused(name, tmp_path):
-    for path in (tmp_path / "absent", tmp_path):
-        words = "no file OBJECT_movement" if name == "uxf" and path.is_dir() else "does not exist or is no file"
-        with pytest.raises(ImportFileError, match=words):
-            import_session(name, path)
 
 
 def read_outside(source, *, answer="read"):

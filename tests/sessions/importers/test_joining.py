@@ -26,26 +26,6 @@ def test_a_file_per_body_becomes_one_session_on_the_clock_they_share(tmp_path):
     assert session.facts["conversions"].count("axes unity") == 1
 
 
-def test_a_body_of_two_files_is_told_apart_and_what_was_done_is_said_per_file(tmp_path):
-    files = [take(tmp_path / "a.csv", "left", 0, 1), take(tmp_path / "b.csv", "left", 0, 2)]
-    files[1].write_text(files[1].read_text().replace(",1,1,,\n", ",2,1,,\n", 1))
-    session = import_session("csv", files)
-    assert session.names == ("a/left", "b/left")
-    assert "b.csv: axes unity" in session.facts["conversions"]
-
-
-def test_scalars_and_gaze_of_two_files_are_told_apart(tmp_path):
-    row = "scalar,{},,,,,,,,,,heart rate,{}\ngaze,{},anna,0,1,0,0,0,0,1,1,,"
-    for number, name in enumerate(("left", "right")):
-        path = take(tmp_path / f"{name}.csv", name, 0.01 * number, 2)
-        path.write_text(path.read_text() + row.format(0.01, number, 0.01) + "\n")
-    session = import_session("csv", [tmp_path / "left.csv", tmp_path / "right.csv"])
-    assert {name: one.values.tolist() for name, one in session.scalars.items()} == {
-        "left/heart rate": [0.0], "right/heart rate": [1.0],
-    }  # fmt: skip
-    assert list(session.gaze) == ["left/anna", "right/anna"]
-
-
 def test_files_of_two_clocks_are_not_joined(tmp_path):
     files = [take(tmp_path / "a.csv", "left", 100, 1), take(tmp_path / "b.csv", "right", 0, 2)]
     with pytest.raises(ImportFileError, match=r"b.csv and a.csv lie apart in time and share no mark; give files of"):

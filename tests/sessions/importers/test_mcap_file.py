@@ -216,14 +216,6 @@ def test_a_frame_that_never_meets_its_parent_in_time_is_left_out_and_named(tmp_p
     assert words in session.facts["conversions"]
 
 
-def test_an_unstamped_pose_has_the_time_it_was_logged_at_and_that_is_said(tmp_path):
-    one = PoseInFrame_pb2.PoseInFrame(frame_id="map")
-    put(one.pose.position, one.pose.orientation, (0, 0, 0), Rotation.identity())
-    session = import_session("mcap", as_protobuf(tmp_path / "a.mcap", [("/a", 100, one), ("/a", 200, one)]))
-    assert session.frames.stamp_ns.tolist() == [105, 205]
-    assert "2 poses without a stamp have the time they were logged at" in session.facts["conversions"]
-
-
 def test_a_pose_may_be_in_the_frame_that_its_topic_is_named_after(tmp_path):
     one = stamped(PoseInFrame_pb2.PoseInFrame(frame_id="truth"), 1_000)
     one.pose.orientation.w = 1.0
@@ -355,12 +347,6 @@ def test_a_broken_file_is_refused_in_one_sentence(tmp_path, name):
     with pytest.raises(ImportFileError, match=words) as raised:
         import_session("mcap", path)
     assert str(raised.value).startswith(str(path)) and "\n" not in str(raised.value)
-
-
-def test_an_unknown_topic_names_those_there_are(tmp_path):
-    path = as_protobuf(tmp_path / "a.mcap", transforms())
-    with pytest.raises(ImportFileError, match=r"no topic '/pose'; there are: /tf \(foxglove.FrameTransforms\), /cup"):
-        import_session("mcap", path, topics=["/pose"])
 
 
 def json_file(path, kind, *payloads, encoding="json", schema="foxglove."):

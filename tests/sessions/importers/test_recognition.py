@@ -46,11 +46,3 @@ def test_a_bag_that_is_no_mcap_file_is_refused_with_the_command_that_makes_one(t
     (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information:\n")
     with pytest.raises(ImportFileError, match=r"bag of ROS 2: name the .mcap file in it"):
         recognised(tmp_path)
-
-
-def test_an_option_of_another_format_is_refused_by_the_one_that_was_found(tmp_path):
-    (tmp_path / "m.json").write_bytes(b"{}")
-    with pytest.raises(ImportFileError, match="importer 'aframe' has no option 'mapping'"):
-        import_session("auto", tmp_path / "m.json", mapping="x")
-    with pytest.raises(ImportFileError, match="does not exist or is no file"):
-        import_session("auto", tmp_path / "absent")

@@ -83,24 +83,6 @@ def test_other_columns_of_trackers_are_scalars_over_all_trials(folder):
     assert "scalar heart_belt/bpm: 1 rows dropped whose stamp repeats or goes back" in session.facts["conversions"]
 
 
-def test_the_file_of_results_stands_for_its_folder(folder):
-    assert import_session("uxf", folder / "trial_results.csv").names == import_session("uxf", folder).names
-
-
-def test_two_sessions_below_a_folder_are_not_mixed(folder):
-    other = folder.parent / "S002"
-    other.mkdir()
-    (other / "trial_results.csv").write_text("start_time,end_time\n")
-    said = r"2 sessions are in it; name one, for example .*S001$"
-    with pytest.raises(ImportFileError, match=said):
-        import_session("uxf", folder.parent)
-    (other / "trial_results.csv").unlink()
-    (folder / "trial_results.csv").unlink()
-    (other / "head_movement_T001.csv").write_bytes((folder / HEAD).read_bytes())
-    with pytest.raises(ImportFileError, match=said):
-        import_session("uxf", folder.parent)
-
-
 def test_files_of_a_program_that_writes_decimal_commas_are_the_same_session(folder):
     expected = import_session("uxf", folder)
     for path in folder.rglob("*.csv"):

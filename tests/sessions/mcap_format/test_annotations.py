@@ -1,12 +1,11 @@
 import numpy as np
 import pytest
-from foxglove_schemas_protobuf.Log_pb2 import Log
 from hypothesis import given
 from hypothesis import strategies as st
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format import annotations as a
-from sessions.mcap_format.metadata import bodies_record, check_version, metadata_of, names_of, session_record
+from sessions.mcap_format.metadata import check_version
 from sessions.mcap_format.schemas import message_class
 from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.track import HandTrack, Track
@@ -19,11 +18,6 @@ levels = st.sampled_from(a.LEVELS[1:])
 def test_any_event_comes_back(event):
     topic, publish, payload = a.event_message(event)
     assert (topic, publish) == ("/events", event.time_ns) and a.read_event(payload, 0) == event
-
-
-def test_a_remark_of_another_program_keeps_its_words():
-    log = Log(message="lamp on", name="node", file="main.cpp")
-    assert a.read_event(log.SerializeToString(), 42) == Event(42, "node", "lamp on")
 
 
 @given(st.lists(st.tuples(times, times, words, words, st.dictionaries(words, words, max_size=2)), max_size=4))
@@ -74,14 +68,6 @@ def test_a_fast_track_is_cut_into_batches_and_comes_back_whole():
         assert getattr(found, name).tobytes() == getattr(track, name).tobytes()
 
 
-@pytest.mark.parametrize(("kind", "prefix"), [("Track", "/tracks/"), ("Gaze", "/gaze/"), ("Scalar", "/scalars/")])
-def test_samples_of_unequal_length_are_refused(kind, prefix):
-    assert len(a.read_stream(prefix, [])) == 0
-    broken = message_class(f"{kind}Samples")(sample_ns=[1, 2])
-    with pytest.raises(SessionFileError, match=f"a message of {kind}Samples has samples of unequal length"):
-        a.read_stream(prefix, [broken.SerializeToString()])
-
-
 def test_samples_stamped_before_zero_are_refused():
     """The span of such stamps may exceed 64 bits, and `replay info` prints it."""
     scalar = message_class("ScalarSamples")(sample_ns=[-(2**62), 0, 2**63 - 1], value=[1, 2, 3])
@@ -90,31 +76,6 @@ def test_samples_stamped_before_zero_are_refused():
     for prefix, message in (("/scalars/", scalar), ("/hands/", hand)):
         with pytest.raises(SessionFileError, match="a sample is stamped before 0"):
             a.read_stream(prefix, [message.SerializeToString()])
-
-
-def test_facts_and_hashes_come_back_from_their_record():
-    record = session_record({"vr_type": "augmented", "own": "word", "format": "old"}, {"a/b": "00ff"})
-    facts, hashes = metadata_of(record)
-    assert hashes == {"a/b": "00ff"}
-    assert facts["vr_type"] == "augmented" and facts["own"] == "word" and facts["format"] == "vrlab/1"
-    assert facts["consent"] == "not stated"
-    assert session_record(facts, hashes) == record
-
-
-def test_names_of_any_kind_come_back_in_order():
-    names = ("b", "a", 'quote " and \\', "ä/ö", "")
-    assert names_of(bodies_record(names)) == names
-
-
-@pytest.mark.parametrize("text", ["", "{}", '["a", "a"]', "[1]", "[", "null"])
-def test_a_damaged_list_of_names_is_one_sentence(text):
-    with pytest.raises(SessionFileError, match="does not list different names"):
-        names_of({"names": text})
-
-
-def test_a_list_of_names_is_bounded():
-    with pytest.raises(SessionFileError, match="4097 bodies"):
-        names_of(bodies_record(tuple(map(str, range(4097)))))
 
 
 @pytest.mark.parametrize("profile", ["vrlab/0", "vrlab/2", "vrlab/", "vrlab/1.0", "vrlab/²", "vrlab/" + "9" * 5000])

@@ -23,17 +23,6 @@ def path(tmp_path):
     return tmp_path / "s.mcap"
 
 
-def test_everything_is_found_where_it_lies(path):
-    found = read_catalogue(path)
-    assert found.profile == "vrlab/1" and found.tear is None
-    assert {channel.topic for channel in found.channels.values()} == {"/tf", "/tracking", "/scene"}
-    channels = [sorted(region.channels) for region in found.regions]
-    assert channels[0] == [1, 3] and len(channels) > 2 and set(map(tuple, channels[1:])) == {(1,)}
-    assert list(found.attachments) == ["meshes/a.glb"]
-    assert [name for name, _ in found.metadata] == ["vrlab.session", "vrlab.bodies"]
-    assert found.metadata_record("none") is None
-
-
 def test_a_chunk_without_a_message_index_may_hold_anything(tmp_path):
     from mcap.writer import IndexType
 
@@ -88,14 +77,6 @@ def test_a_record_that_says_it_is_endless_is_a_tear_and_not_an_allocation(tmp_pa
     path = tmp_path / "f.mcap"
     path.write_bytes(MAGIC + struct.pack("<BQ", 6, 2**63) + bytes(50))
     assert read_catalogue(path).tear == len(MAGIC)
-
-
-def test_messages_outside_chunks_are_joined_into_runs(tmp_path, monkeypatch):
-    messages = protobuf_messages(random_frames(1, 200))
-    path = write_foreign(tmp_path / "f.mcap", messages, use_chunking=False)
-    assert len(read_catalogue(path).regions) == 1
-    monkeypatch.setattr(module, "RUN_BYTES", 5000)
-    assert 5 < len(read_catalogue(path).regions) < 20
 
 
 def test_the_library_reads_a_session_file_and_accepts_every_checksum(path):

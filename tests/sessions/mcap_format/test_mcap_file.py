@@ -9,10 +9,7 @@ from support.mcap_samples import (
     tetrahedron,
 )
 
-from sessions.errors import SessionFileError
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
-from sessions.mcap_format.reader import LazyMapping
-from sessions.mcap_format.refusals import brief, refused
 from sessions.mcap_format.scene_update import scene_update
 from sessions.mcap_format.schemas import channel_spec, message_class
 from sessions.mcap_format.writer import write_session
@@ -31,27 +28,6 @@ def path(tmp_path):
     return tmp_path / "s.mcap"
 
 
-def test_messages_of_a_topic_come_with_their_stamps(path):
-    file = McapFile(path)
-    assert [time for time, _ in file.payloads("/events")] == [1, 2]
-    assert list(file.payloads("/nothing")) == []
-    assert file.topics_below("/tr") == ["acking"]
-
-
-def test_the_last_stamp_is_that_of_the_last_frames(path):
-    assert McapFile(path).last_stamp() == random_frames(1, 3000, 6, odd=0.02).stamp_ns[-1]
-
-
-def test_an_attachment_is_found_by_name_or_is_none(path):
-    file = McapFile(path)
-    assert b"bench" in file.attachment("scene.toml") and file.attachment("meshes/x.glb") is None
-    data = path.read_bytes()
-    place = data.index(b"bench")
-    path.write_bytes(data[:place] + b"B" + data[place + 1 :])
-    with pytest.raises(SessionFileError, match=r"attachment 'scene.toml' is damaged"):
-        McapFile(path).attachment("scene.toml")
-
-
 @pytest.mark.parametrize("length", [1, 7, 1000, 2999, 3000, 10_000])
 def test_blocks_are_full_but_the_last(path, length):
     source = McapFrames(McapFile(path), tuple(f"body {k}" for k in range(6)))
@@ -63,16 +39,6 @@ def test_blocks_are_full_but_the_last(path, length):
     assert all(len(block) == length for block in blocks[:-1])
     if length > 1:
         assert_same_frames(Frames.join(blocks), random_frames(1, 3000, 6, odd=0.02))
-
-
-def test_values_are_loaded_once_and_only_when_asked_for():
-    loaded = []
-    mapping = LazyMapping(["b", "a"], lambda key: loaded.append(key) or key.upper())
-    assert list(mapping) == ["b", "a"] and len(mapping) == 2 and "a" in mapping and "c" not in mapping and loaded == []
-    assert mapping["a"] == mapping["a"] == "A" and loaded == ["a"]
-    with pytest.raises(KeyError):
-        mapping["c"]
-    assert dict(mapping) == {"b": "B", "a": "A"}
 
 
 TOPICS = ["/tf", "/tracking", "/events", "/intervals", "/scene", "/contacts/live", "/hands/anna/left", "/tracks/wand"]
@@ -90,31 +56,11 @@ def test_a_stranger_can_decode_every_channel_from_its_descriptor_set_alone(topic
     assert channel_spec(topic).descriptor_set == spec.descriptor_set
 
 
-def test_poses_remarks_and_models_are_messages_that_viewers_know():
-    assert [channel_spec(topic).schema for topic in ("/tf", "/events", "/scene")] == [
-        "foxglove.FrameTransforms", "foxglove.Log", "foxglove.SceneUpdate",
-    ]  # fmt: skip
-
-
-def test_the_numbers_of_a_status_are_those_of_the_model():
-    from sessions.model.frames import Status
-
-    numbers = dict(message_class("Tracking").DESCRIPTOR.fields_by_name["bodies"].message_type.fields_by_name[
-        "status"].enum_type.values_by_name.items())  # fmt: skip
-    for status in (Status.VALID, Status.LOST, Status.HELD, Status.INTERPOLATED):
-        assert numbers[status.name].number == status
-
-
 def test_field_numbers_of_files_that_exist_never_change():
     numbers = {f.name: f.number for f in message_class("Interval").DESCRIPTOR.fields}
     assert numbers == {"start": 1, "end": 2, "kind": 3, "name": 4, "data": 5}
     numbers = {f.name: f.number for f in message_class("TrackSamples").DESCRIPTOR.fields}
     assert numbers == {"sample_ns": 1, "position": 2, "quaternion_xyzw": 3, "valid": 4}
-
-
-def test_a_topic_outside_the_profile_is_unknown():
-    with pytest.raises(KeyError):
-        channel_spec("/speech")
 
 
 def entities(meshes, scene=None):
@@ -183,8 +129,3 @@ def test_rerun_reads_every_pose_as_a_transform_with_its_device_stamp(opened):
         assert np.array_equal(
             quaternion[mine].astype(np.float32), frames.quaternion_xyzw[rows, number].astype(np.float32)
         )
-
-
-def test_a_refusal_in_brief_leaves_out_file_and_cure():
-    error = refused("s.mcap", "torn", "it ends: early")
-    assert str(error).startswith("s.mcap: it ends: early; ") and brief(error) == "it ends: early"

@@ -15,9 +15,7 @@ from support.mcap_samples import (
     packed,
     protobuf_messages,
     random_frames,
-    write_foreign,
 )
-from support.reference_reader import read_frames_plainly
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format import pose_decoding
@@ -119,12 +117,6 @@ def test_a_body_that_fills_a_message_is_refused_before_it_fills_the_hours():
             decoded([table(*records)])
 
 
-def test_it_reads_what_the_protobuf_library_wrote(tmp_path):
-    frames = random_frames(1, 60, 3, absent=0.2)
-    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(frames))
-    assert_same_frames(read_frames_plainly(path, frames.names), frames)
-
-
 @settings(deadline=None)
 @given(any_frames())
 def test_the_protobuf_library_decodes_the_numbers_that_went_in(frames):
@@ -157,10 +149,3 @@ def test_the_note_stands_just_before_its_frame_and_only_where_something_is_not_v
             names = {body.name: body.status for body in message_class("Tracking").FromString(note[4]).bodies}
             row = note[1]
             assert names == {n: s for n, s in zip(frames.names, frames.status[row], strict=True) if s > Status.VALID}
-
-
-def test_frames_are_numbered_on_from_block_to_block():
-    frames = random_frames(4, 10)
-    encoder = FrameEncoder(1, 2)
-    sequences = [r[1] for part in frames.blocks(3) for r in encoder.encode(part)]
-    assert sequences == list(range(10))

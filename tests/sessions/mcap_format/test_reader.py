@@ -18,7 +18,7 @@ from support.peak_memory import environment
 from support.reference_reader import read_frames_plainly
 
 from sessions import examine, read_session, write_session
-from sessions.errors import SessionError, SessionFileError, TornFileError
+from sessions.errors import SessionFileError, TornFileError
 from sessions.mcap_format import unpacking
 from sessions.mcap_format.reader import MISSING
 from sessions.model.event import Event
@@ -104,13 +104,6 @@ def test_a_flipped_byte_in_a_chunk_is_told_and_never_read(file):
         _ = read_session(file).frames
 
 
-def test_a_changed_mesh_is_told(file):
-    data = file.read_bytes()
-    damaged(file, data.index(b"glTF") + 600)
-    with pytest.raises(SessionFileError, match=r"attachment 'meshes/body 0.glb' is damaged"):
-        read_session(file)
-
-
 def test_a_mesh_with_another_hash_is_told(tmp_path, monkeypatch):
     from sessions.mcap_format import writer
 
@@ -160,19 +153,6 @@ def test_two_worlds_are_refused_and_of_a_body_twice_in_a_message_the_first_is_ta
     assert found == "1 frames hold two samples of it; the first was taken"
 
 
-def test_bytes_that_are_no_transforms_are_refused(tmp_path):
-    for payload in (b"\xff", b"\x0a\x05ab", b"\x0a\x02\x1a\xff"):
-        path = write_foreign(tmp_path / "f.mcap", [(1, 1, payload)])
-        with pytest.raises(SessionFileError, match=r"no foxglove.FrameTransforms"):
-            read_session(path)
-
-
-def test_a_body_that_the_file_does_not_list_is_told(tmp_path):
-    path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(2)), profile="vrlab/1")
-    with pytest.raises(SessionFileError, match=r"body 'body 0', which metadata vrlab.bodies does not list"):
-        _ = read_session(path).frames
-
-
 def test_a_torn_file_is_refused_with_what_to_do_and_kept_on_request(file):
     whole = read_session(file).frames
     data = file.read_bytes()
@@ -186,23 +166,6 @@ def test_a_torn_file_is_refused_with_what_to_do_and_kept_on_request(file):
         assert_same_frames(kept.frames, whole.part(0, count))
         assert f"last frame kept is at {whole.stamp_ns[count - 1]} ns" in kept.facts[MISSING]
         assert kept.meshes.keys() == {"body 0"}
-
-
-def test_every_cut_ends_in_a_session_or_one_named_error(tmp_path):
-    path = tmp_path / "s.mcap"
-    write_session(session_of(random_frames(4, 20), events=(Event(1, "x"),), meshes={"body 0": tetrahedron()}), path)
-    data = path.read_bytes()
-    for cut in [*range(0, len(data), 61), len(data) - 1]:
-        path.write_bytes(data[:cut])
-        try:
-            _ = read_session(path, torn="keep").frames
-        except SessionFileError as error:
-            assert str(error).startswith(str(path)) or str(path) in str(error)
-
-
-def test_torn_must_be_a_known_word(file):
-    with pytest.raises(SessionError, match="'refuse' or 'keep'"):
-        read_session(file, torn="yes")
 
 
 LONG = """

@@ -9,7 +9,7 @@ from mcap.reader import make_reader
 from support.mcap_samples import any_frames, assert_same_frames, random_frames, session_of, tetrahedron
 from support.reference_reader import read_frames_plainly
 
-from sessions.errors import MeshFileError, SessionFileError
+from sessions.errors import SessionFileError
 from sessions.mcap_format.annotations import event_message
 from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.recording_file import RecordingFile
@@ -120,26 +120,6 @@ def test_a_stamp_before_zero_is_refused_and_leaves_no_file(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_failed_writing_keeps_the_file_that_was_there(tmp_path):
-    path = tmp_path / "s.mcap"
-    write_session(full_session(), path)
-    before = path.read_bytes()
-
-    class Broken(Ragged):
-        def blocks(self, frames):
-            yield from super().blocks(frames)
-            raise ZeroDivisionError
-
-    with pytest.raises(ZeroDivisionError):
-        write_session(Session(Broken(random_frames(1), []), {}), path)
-    assert path.read_bytes() == before and [p.name for p in tmp_path.iterdir()] == ["s.mcap"]
-
-
-def test_a_place_that_cannot_be_written_is_one_sentence(tmp_path):
-    with pytest.raises(SessionFileError, match=r"nowhere.*cannot be written.*check the folder"):
-        write_session(full_session(), tmp_path / "nowhere" / "s.mcap")
-
-
 SCENE = """# a bench, as its author wrote it
 [[body]]
 id = "body 0"
@@ -174,11 +154,3 @@ def test_after_every_call_all_of_it_is_readable_from_the_partial_file(tmp_path):
     file.finish()
     assert_same_frames(read_session(tmp_path / "s.mcap").frames, frames)
     assert not file.partial.exists()
-
-
-def test_what_cannot_begin_leaves_nothing_behind(tmp_path):
-    with pytest.raises(SessionFileError, match="cannot be said in TOML"):
-        opened(tmp_path / "s.mcap", scene=Scene(bodies=(SceneBody("a", extra={"unheard": 1}),)))
-    assert list(tmp_path.iterdir()) == []
-    with pytest.raises((SessionFileError, MeshFileError)):
-        opened(tmp_path / "no folder" / "s.mcap")

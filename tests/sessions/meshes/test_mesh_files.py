@@ -10,7 +10,7 @@ from support.shared_data import DATA, needs_data
 from sessions.errors import MeshFileError
 from sessions.mesh_data import MeshData, is_closed
 from sessions.meshes.glb import mesh_to_glb
-from sessions.meshes.mesh_files import FILE_TYPES, load_mesh, mesh_from_bytes, refined, simplified, subtracted, united
+from sessions.meshes.mesh_files import FILE_TYPES, load_mesh, mesh_from_bytes, subtracted, united
 
 
 def box(extents=(1, 1, 1), centre=(0, 0, 0)):
@@ -109,12 +109,6 @@ def test_a_file_error_is_one_sentence_with_the_path(tmp_path):
         assert "\n" not in str(caught.value)
 
 
-@pytest.mark.parametrize("scale", [0, -1, np.nan, np.inf])
-def test_a_scale_that_is_no_size_is_refused(scale):
-    with pytest.raises(MeshFileError, match="scale"):
-        mesh_from_bytes(mesh_to_glb(box(), "x"), "glb", scale)
-
-
 def test_unions_and_differences_have_the_volume_of_the_solids():
     plate, bar = box((4, 1, 4)), box((1, 3, 1))
     assert united([plate, bar]).volume == pytest.approx(16 + 2, rel=1e-6)
@@ -122,18 +116,6 @@ def test_unions_and_differences_have_the_volume_of_the_solids():
     assert is_closed(united([plate, bar]))
     assert is_closed(subtracted(plate, [bar]))
     assert same(united([plate, bar]), united([plate, bar]))
-
-
-def test_a_union_of_an_open_mesh_is_refused():
-    with pytest.raises(MeshFileError, match="closed"):
-        united([box(), MeshData(box().vertices, box().faces[1:])])
-
-
-def test_refined_and_simplified_keep_the_surface():
-    fine = refined(box(), 0.2)
-    assert len(fine.faces) > 200
-    assert fine.volume == pytest.approx(1, rel=1e-6)
-    assert len(simplified(fine, 1e-4).faces) == 12
 
 
 def test_importing_sessions_meshes_does_not_import_trimesh():

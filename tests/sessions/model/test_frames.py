@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from support.mcap_samples import assert_same_frames, random_frames
+from support.mcap_samples import random_frames
 
 from sessions.errors import SessionError
-from sessions.model.frames import Frames, Status
+from sessions.model.frames import Status
 from sessions.model.track import Track, checked_stamps
 
 
@@ -18,14 +18,6 @@ def test_no_array_of_frames_can_be_written():
     for name in ("stamp_ns", "log_ns", "sample_ns", "position", "quaternion_xyzw", "status"):
         with pytest.raises(ValueError, match="read-only"):
             getattr(frames, name)[0] = 1
-
-
-@pytest.mark.parametrize("length", [1, 7, 50, 1000])
-def test_blocks_joined_again_are_the_frames(length):
-    frames = random_frames(0, absent=0.3)
-    blocks = list(frames.blocks(length))
-    assert all(len(block) == length for block in blocks[:-1]) and 0 < len(blocks[-1]) <= length
-    assert_same_frames(Frames.join(blocks), frames)
 
 
 def test_a_track_holds_read_only_copies_of_what_was_given():
@@ -61,7 +53,3 @@ def test_what_is_no_track_is_one_sentence(values, words):
 def test_unsigned_stamps_that_fall_or_go_beyond_int64_are_refused_and_never_wrapped(stamps, words):
     with pytest.raises(SessionError, match=words):
         checked_stamps(np.array(stamps, dtype=np.uint64), "it")
-
-
-def test_no_sample_is_a_track():
-    assert len(Track([], np.zeros((0, 3)), np.zeros((0, 4)))) == 0

@@ -6,7 +6,7 @@ from support.mcap_samples import assert_same_frames, random_frames, session_of
 
 from sessions.errors import MeshFileError, SessionError
 from sessions.model.frames import Frames, Status
-from sessions.model.scene import Pose, Scene, SceneBody, absent_bodies, wanted_pairs
+from sessions.model.scene import Scene, SceneBody, absent_bodies, wanted_pairs
 from sessions.model.session import Session
 from sessions.model.track import HandTrack, Track
 
@@ -96,12 +96,6 @@ def test_a_repeated_device_stamp_gives_one_sample_the_first():
     assert np.array_equal(track.positions, frames.position[[0, 3, 2], 0])
 
 
-def test_a_faster_track_stands_for_the_samples_in_the_frames():
-    fast = track_of(range(100))
-    session = session_of(random_frames(3), fast_tracks={"body 1": fast})
-    assert session.tracks["body 1"] is fast and len(session.tracks["body 0"]) == 50
-
-
 @pytest.mark.parametrize(
     ("values", "words"),
     [
@@ -116,10 +110,6 @@ def test_what_is_no_hand_is_one_sentence(values, words):
         HandTrack(*values)
 
 
-def test_without_a_word_every_pair_is_wanted_once():
-    assert wanted_pairs(Scene(), ["a", "b", "c"]) == [("a", "b"), ("a", "c"), ("b", "c")]
-
-
 def test_bodies_of_one_group_and_ignored_pairs_are_left_out_in_either_order():
     bodies = (SceneBody("a", group="g"), SceneBody("b", group="g"), SceneBody("c"), SceneBody("d"))
     scene = Scene(bodies=bodies, ignore=(("d", "c"),))
@@ -131,14 +121,3 @@ def test_declared_pairs_win_and_those_of_absent_bodies_are_named():
     assert wanted_pairs(scene, ["a", "b", "c"]) == [("c", "a")]
     assert absent_bodies(scene, ["a", "b", "c"]) == ["x", "y"]
     assert wanted_pairs(Scene(pairs=()), ["a", "b"]) == []
-
-
-def test_a_body_is_found_by_its_id_and_only_by_that():
-    scene = Scene(bodies=(SceneBody("beaker", tags=("glass",)), SceneBody("rod")))
-    assert scene.body("rod") is scene.bodies[1]
-    assert scene.body("glass") is None
-
-
-def test_a_scene_that_says_nothing_declares_neither_pairs_nor_effects():
-    assert Scene().pairs is None and Scene().effects is None
-    assert SceneBody("x").fixed is None and SceneBody("x").offset == Pose((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))

@@ -1,11 +1,8 @@
-import itertools
-
 import numpy as np
 import pytest
 from support.looks import looks, predicted
 
 from cdcore import Verdict
-from sessions.errors import SessionError
 from sessions.synthetic.analytic import ANALYTIC, make_analytic
 from sessions.synthetic.truth import CLEAR, OPEN, PRESENT
 
@@ -45,14 +42,6 @@ def test_without_noise_tessellation_leaves_less_than_a_frame_open(made):
             assert max(abs(a - b) for a, b in zip(episode.nominal, episode.surely, strict=True)) < 1.0 / 90.0
 
 
-def test_every_case_has_contact_and_time_without_it(made):
-    session, truth = made
-    for pair in truth.pairs:
-        expected = truth.expected(*pair, session.frames.stamp_ns)
-        assert (expected == PRESENT).any()
-        assert (expected == CLEAR).any()
-
-
 @pytest.mark.parametrize("name", ANALYTIC)
 @pytest.mark.parametrize("jitter", ["steady", "browser"])
 def test_with_noise_jitter_and_losses_the_band_still_holds(name, jitter, verdicts):
@@ -80,37 +69,6 @@ def test_a_detector_at_22_hz_misses_exactly_the_predicted_episodes(name, seed, v
             assert column[within].any() == at_frames
             assert column[rows][within[rows]].any() == at_looks
     assert len(answer.undecided) <= 1
-
-
-def test_the_fast_ball_has_episodes_of_every_fate():
-    session, truth = make_analytic("fast-ball", seconds=20.0)
-    answer = predicted(truth, session.frames.stamp_ns, 22.5)
-    assert answer.caught and answer.missed and answer.unseen
-
-
-def test_case_29_window_of_six_millimetres():
-    _, truth = make_analytic("fast-ball", seconds=10.0)
-    lengths = np.array([e.nominal[1] - e.nominal[0] for e in truth.episodes])
-    np.testing.assert_allclose(lengths[:5], 0.006 / np.array([0.4, 0.6, 1.0, 2.0, 4.0]), rtol=1e-9)
-
-
-def test_unknown_names_are_refused_with_what_there_is():
-    with pytest.raises(SessionError, match="ball-plate"):
-        make_analytic("ball-pit")
-    with pytest.raises(SessionError, match="vive"):
-        make_analytic("ball-plate", noise="loud")
-    with pytest.raises(SessionError, match="positive"):
-        make_analytic("ball-plate", seconds=0.0)
-
-
-@pytest.mark.parametrize("build", ANALYTIC.values(), ids=ANALYTIC)
-def test_a_higher_level_never_holds_less(build):
-    case = build(np.random.default_rng(2), 6.0)
-    for table in (case.contact, case.contained):
-        for level in table.values():
-            lengths = [sum(b - a for a, b in level(height)) for height in (-0.001, -0.0005, 0.0, 0.0005, 0.001)]
-            assert all(a <= b + 1e-12 for a, b in itertools.pairwise(lengths))
-            assert lengths[0] < lengths[-1]
 
 
 @pytest.mark.parametrize("build", ANALYTIC.values(), ids=ANALYTIC)

@@ -7,10 +7,9 @@ import pytest
 from cdcore import Verdict
 from sessions.errors import SceneError
 from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
-from sessions.scene_files.scene_toml import parse_scene
 from sessions.synthetic import bump_scripts, planting
 from sessions.synthetic.assembly import Recording
-from sessions.synthetic.bench import BENCH_TOP, STAND_M, Instruments, Placed, standing, with_text
+from sessions.synthetic.bench import Instruments, with_text
 from sessions.synthetic.bench_bumps import PLACED, SECONDS, make_bench_bumps
 from sessions.synthetic.bump_scripts import BumpPlan, left_hand, right_hand
 from sessions.synthetic.truth import CLEAR, PRESENT
@@ -74,23 +73,6 @@ def test_the_same_seed_gives_the_same_poses_and_another_seed_others():
     assert first.frames.position.tobytes() != other.frames.position.tobytes()
 
 
-def test_the_cylinder_stands_rides_on_the_hand_and_stands_again():
-    session, truth = bumps(2)
-    (grasp,) = (fact for fact in truth.facts if fact.kind == "grasp")
-    (release,) = (fact for fact in truth.facts if fact.kind == "release")
-    cylinder, hand = session.tracks["cylinder"], session.tracks["hand-left"]
-    times = truth.seconds_of(cylinder.times_ns)
-    assert len(np.unique(cylinder.positions[times < grasp.start], axis=0)) == 1
-    assert len(np.unique(cylinder.positions[times >= release.start], axis=0)) == 1
-    held = (times >= grasp.start) & (times < release.start)
-    offset = cylinder.positions[held] - hand.positions[held]
-    assert np.linalg.norm(offset - offset[0], axis=1).max() < 0.0005
-    trigger = session.hands["student/left"].trigger
-    assert (trigger[times < grasp.start - 0.1] == 0.0).all()
-    assert trigger[held][0] > 0.55
-    assert (trigger[times > release.start + 0.1] == 0.0).all()
-
-
 SCENE = Scene(
     "a test",
     (
@@ -99,44 +81,6 @@ SCENE = Scene(
     ),
     effects=(SceneEffect("contact", {"between": ["tag:glass", "tag:bench"]}),),
 )
-
-
-@pytest.fixture(scope="module")
-def layout():
-    glass = Placed("beaker_100", standing(0.1, -0.2), properties={"liquid": "water"}, tags=("hot",))
-    hand = Placed("hand_left", options={"grip_radius": 0.02}, faces=800)
-    return Instruments({"bench": Placed("bench", moves=False), "glass": glass, "hand": hand}, 600)
-
-
-def test_what_stands_is_lifted_from_the_bench_by_a_tenth_of_a_millimetre(layout):
-    base = layout.at("glass")[1] + layout.mesh("glass").bounds[0, 1]
-    top = layout.mesh("bench").bounds[1, 1]
-    assert base - top == pytest.approx(STAND_M, abs=1e-6)
-    assert top == pytest.approx(BENCH_TOP)
-
-
-def test_meshes_have_the_resolution_asked_for(layout):
-    assert len(layout.mesh("glass").faces) == pytest.approx(600, rel=0.3)
-    assert len(layout.mesh("hand").faces) == pytest.approx(800, rel=0.3)
-    assert set(layout.meshes) == {"bench", "glass", "hand"}
-
-
-def test_sites_are_in_the_bodys_frame_and_only_a_vessel_has_a_cavity(layout):
-    assert layout.site("hand", "grip").tolist() == [0.0, 0.0, 0.0]
-    with pytest.raises(ValueError, match="hand is no vessel"):
-        layout.cavity("hand")
-
-
-def test_the_text_read_again_is_the_scene():
-    done = with_text(SCENE, ["a remark", "and another"])
-    assert done.text.startswith("# a remark\n# and another\n")
-    assert parse_scene(done.text) == done
-    assert (done.name, done.bodies, done.effects) == (SCENE.name, SCENE.bodies, SCENE.effects)
-
-
-def test_a_scene_that_declares_no_effect_says_so():
-    assert with_text(Scene("none", effects=())).effects == ()
-    assert with_text(Scene("unsaid")).effects is None
 
 
 def test_an_effect_between_what_is_not_there_is_refused():
@@ -149,12 +93,6 @@ def played():
     how = Recording(seconds=SECONDS, noise="vive", jitter="steady")
     plan = BumpPlan(Instruments(PLACED, 600), how, np.random.default_rng(0))
     return plan, right_hand(plan), left_hand(plan)
-
-
-def test_both_scripts_end_within_the_session(played):
-    _, right, left = played
-    assert 45.0 < right.now < SECONDS
-    assert 40.0 < left.now < SECONDS
 
 
 def test_every_bump_lies_in_a_window_in_which_its_hand_is_not_lost(played):

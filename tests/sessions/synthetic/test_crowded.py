@@ -5,7 +5,7 @@ import pytest
 
 from cdcore import create_detector
 from replay.prepare.assemble import assemble
-from replay.studies.synthetic_sessions import made_up_names, synthetic_session
+from replay.studies.synthetic_sessions import made_up_names
 from sessions.synthetic.crowded import COLUMNS, FINGERS, ROWS, make_crowded_lab
 
 
@@ -33,22 +33,8 @@ def test_glasses_of_a_row_stand_a_hair_apart_and_touch_now_and_then(crowd):
     assert (verdict > 0).any() and (verdict == 0).any()
 
 
-def test_fingers_of_a_hand_are_asked_about_glasses_and_not_about_each_other(crowd):
-    assembly = assemble(crowd[0])
-    names = assembly.names
-    asked = {frozenset((names[i], names[j])) for i, j in assembly.pairs.tolist()}
-    assert frozenset(("left-index", "beaker-100-0")) in asked and frozenset(("left-index", "right-index")) in asked
-    assert frozenset(("left-index", "left-thumb")) not in asked
-
-
 def test_the_same_seed_gives_the_same_session_and_its_name_is_known():
     assert "crowded-lab" in made_up_names()
     one, two = (make_crowded_lab(3, faces=500, seconds=0.2)[0].frames.position for _ in range(2))
     other = make_crowded_lab(4, faces=500, seconds=0.2)[0].frames.position
     assert np.array_equal(one, two) and not np.array_equal(one, other)
-
-
-@pytest.mark.slow
-def test_by_its_name_the_meshes_have_50000_faces():
-    session, _ = synthetic_session("crowded-lab")
-    assert 49_000 < max(len(mesh.faces) for mesh in session.meshes.values()) < 52_000

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from sessions.geometry.rotations import quaternion_about, rotated
 from sessions.synthetic import paths
-from sessions.synthetic.motion_profiles import Dips, Polyline, Swing, Turning, joined, passes
+from sessions.synthetic.motion_profiles import Dips, Polyline, Swing, Turning, passes
 
 TURN = tuple(quaternion_about((0.0, 1.0, 0.0), 1.0).tolist())
 
@@ -22,11 +22,6 @@ def test_a_path_is_at_its_keys_and_rests_there():
     np.testing.assert_allclose(quaternion[2], quaternion_about((0.0, 1.0, 0.0), 0.5), atol=1e-12)
     times = np.array([2.0 - 1e-4, 2.0])
     assert np.abs(np.diff(path(times)[0], axis=0)).max() < 1e-9
-
-
-def test_keys_out_of_order_are_refused():
-    with pytest.raises(ValueError, match="sort them"):
-        paths.KeyPath([paths.Key(1.0, (0.0, 0.0, 0.0)), paths.Key(1.0, (0.0, 0.0, 1.0))])
 
 
 def test_stirring_opens_circles_taps_and_closes():
@@ -48,23 +43,6 @@ def test_a_carried_thing_keeps_its_place_in_the_hand():
         np.testing.assert_allclose(rotated(turn, [1.0, 0.0, 0.0]), rotated(TURN, [1.0, 0.0, 0.0]), atol=1e-14)
 
 
-def test_a_still_body_never_moves():
-    position, quaternion = paths.still((1.0, 2.0, 3.0), TURN)(np.arange(3.0))
-    assert position.tolist() == [[1.0, 2.0, 3.0]] * 3
-    assert quaternion.tolist() == [list(TURN)] * 3
-
-
-@given(st.floats(1e-9, 1.0 - 1e-9))
-def test_the_inverse_gives_the_time_of_a_share(share):
-    assert float(paths.minimum_jerk(paths.minimum_jerk_inverse(share))) == pytest.approx(share, abs=1e-14)
-
-
-def test_the_inverse_refuses_what_is_no_share():
-    assert (paths.minimum_jerk_inverse(0.0), paths.minimum_jerk_inverse(1.0)) == (0.0, 1.0)
-    with pytest.raises(ValueError, match="between 0 and 1"):
-        paths.minimum_jerk_inverse(1.5)
-
-
 @given(st.floats(0.001, 1.0))
 def test_a_knock_is_out_far_enough_exactly_within_its_interval(share):
     start, end = paths.knock_interval(share)
@@ -72,12 +50,6 @@ def test_a_knock_is_out_far_enough_exactly_within_its_interval(share):
     assert (paths.knock(inside) >= share - 1e-12).all()
     assert paths.knock([start - 1e-4, end + 1e-4]).max() < share
     assert start + end == pytest.approx(1.0)
-
-
-def test_a_knock_never_reaches_beyond_its_amplitude():
-    assert paths.knock_interval(1.0001) is None
-    assert paths.knock_interval(0.0) == (0.0, 1.0)
-    assert paths.knock([-0.5, 0.0, 1.0, 1.5]) == pytest.approx([0.0] * 4, abs=1e-15)
 
 
 SECONDS = 7.0
@@ -121,12 +93,3 @@ def test_a_turning_is_between_in_every_half_turn(reach, speed, start):
         within |= (a <= TIMES) & (b >= TIMES)
     clear = np.abs(np.abs(folded) - reach) > 1e-6
     assert (within == (np.abs(folded) <= reach))[clear].all()
-
-
-def test_a_dip_below_what_is_foreseen_is_refused():
-    with pytest.raises(ValueError, match="lower the bound"):
-        Dips((1.0,), (-2.0,), 1.0).between(-1.0, 0.0, 2.0)
-
-
-def test_joined_clips_and_merges():
-    assert joined([(3.0, 4.0), (-1.0, 1.0), (1.0, 2.0), (9.0, 10.0)], 3.5) == [(0.0, 2.0), (3.0, 3.5)]

@@ -19,12 +19,6 @@ def level_section(mesh, height):
     return _Posed(mesh.vertices, mesh.faces).section(height)
 
 
-def test_a_section_of_a_box_is_its_outline():
-    points = level_section(box((0.2, 1.0, 0.4)), 0.3)
-    assert np.abs(points).max(axis=0) == pytest.approx([0.1, 0.3, 0.2])
-    assert inscribed_radius(points) == pytest.approx(0.1)
-
-
 def test_the_inscribed_radius_of_a_polygon_is_its_inradius():
     points = level_section(prism(12, 0.05, 1.0), 0.1)
     assert inscribed_radius(points) == pytest.approx(0.05 * np.cos(np.pi / 12), rel=1e-6)
@@ -60,11 +54,6 @@ def test_a_ball_meets_a_ball_where_their_heights_say():
     assert meets.sure > truth - 0.002
 
 
-def test_bodies_of_different_heights_do_not_meet():
-    with pytest.raises(ValueError, match="no height"):
-        approach(box((0.1, 0.1, 0.1)), IDENTITY, box((0.1, 0.1, 0.1)), (1.0, 0.0, 0.0), 0.5)
-
-
 def test_a_rod_meets_the_wall_of_a_beaker_from_within_between_the_bounds():
     rod, beaker = make_instrument("stirring_rod", 3000), make_instrument("beaker_250", 3000)
     sure, possible = round_in_round(rod.mesh, beaker.mesh, 0.02)
@@ -79,12 +68,6 @@ def test_a_prism_in_a_ring_gives_the_difference_of_their_radii():
     assert sure == pytest.approx(0.05 / np.cos(np.pi / 64) - 0.01 * np.cos(np.pi / 12), rel=1e-6)
 
 
-def test_a_quarter_of_the_rate_looks_at_every_fourth_frame():
-    even = stamps(10.0, 90.0, CLOCKS["even"], np.random.default_rng(0)) + 5 * 10**17
-    np.testing.assert_array_equal(looks(even, 22.5), np.arange(0, 901, 4))
-    np.testing.assert_array_equal(looks(even, 90.0), np.arange(901))
-
-
 @given(st.integers(0, 1000), st.floats(1.0, 200.0))
 def test_each_look_is_the_first_frame_at_or_after_its_tick(seed, rate):
     times = stamps(3.0, 90.0, CLOCKS["browser"], np.random.default_rng(seed))
@@ -94,12 +77,6 @@ def test_each_look_is_the_first_frame_at_or_after_its_tick(seed, rate):
         plain.append(int(np.argmax(times >= int(due) - 1)))
         tick += 1
     assert sorted(set(plain)) == looks(times, rate).tolist()
-
-
-def test_no_frames_no_looks_and_no_rate_is_refused():
-    assert looks([], 22.5).tolist() == []
-    with pytest.raises(ValueError, match="positive"):
-        looks([0, 1], 0.0)
 
 
 def episode(start, end, slack=0.0):
@@ -118,18 +95,6 @@ def test_episodes_between_looks_are_missed_and_between_frames_unseen():
     assert fates(episode(4.1 * frame, 7.9 * frame)) == {"missed": 1}
     assert fates(episode(4.1 * frame, 4.9 * frame)) == {"unseen": 1}
     assert fates(episode(4.05 * frame, 7.9 * frame, slack=0.1 * frame)) == {"undecided": 1}
-
-
-def test_contained_and_near_misses_are_no_contact_episodes():
-    contained = PlantedEpisode(("a", "b"), "contained", (1.0, 2.0), (1.0, 2.0), (1.0, 2.0))
-    near = PlantedEpisode(("a", "b"), "contact", None, None, (1.0, 2.0))
-    assert fates(contained, near) == {}
-
-
-def test_a_stream_depends_on_its_key_alone():
-    first = random_stream(1, "noise", "a", "b").random(5)
-    random_stream(1, "other").random(100)
-    np.testing.assert_array_equal(first, random_stream(1, "noise", "b", "a").random(5))
 
 
 def test_every_part_of_the_key_counts():

@@ -74,11 +74,6 @@ def test_an_unflagged_loss_is_an_identity_pose_that_calls_itself_valid():
     assert (position[lost] == 0.0).all() and (quaternion[lost] == IDENTITY).all()
 
 
-def test_losses_off_change_nothing():
-    (position, _), valid = with_losses(REST, TIMES, [Loss(5.0, 5.2, 5.5, (0.01, 0.0, 0.0))], VIVE, "off")
-    assert valid.all() and (position == REST[0]).all()
-
-
 @given(st.floats(0.0005, 0.005), st.floats(0.01, 0.4), st.floats(0.01, 0.05))
 def test_a_tap_is_in_contact_for_exactly_the_asked_time(depth, seconds, apart):
     dent = Dent(depth, seconds, apart + depth)

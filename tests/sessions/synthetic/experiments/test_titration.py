@@ -38,12 +38,6 @@ def test_the_equivalence_volume_follows_from_what_the_scene_declares(made):
     assert end_point.values["volume_ml"] == pytest.approx(acid["volume_ml"] * acid["molar"] / base["molar"])
 
 
-def test_the_key_belongs_to_the_burette(made):
-    scene = made("titration").session.scene
-    assert scene.body("stopcock").parent == "burette"
-    assert scene.body("burette").fixed is not None
-
-
 VOLUMES = {"acid": 40.0, "rinse": 60.0}
 
 
@@ -70,13 +64,6 @@ def test_the_dropped_beaker_falls_freely_and_breaks_at_the_speed_it_lands_with(m
     assert broken.start == drop.end and broken.values["speed_m_s"] > broken.values["threshold_m_s"]
     assert height[run.times > drop.end + 0.02].max() < 0.9
     assert drop.values["height_m"] == pytest.approx(height[run.near(drop.start - 0.05, drop.start)][0] - 0.9, abs=1e-6)
-
-
-def test_the_scene_threshold_is_the_one_in_the_truth(made):
-    run = made("acid-dilution")
-    (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "breakage")
-    (broken,) = run.facts("break")
-    assert effect.settings["speed_m_s"] == broken.values["threshold_m_s"]
 
 
 def test_the_precipitate_is_what_the_poured_silver_binds(made):

@@ -1,0 +1,72 @@
+"""One table of what no reader takes, `bad_input.toml`: each row ends in one sentence that names file and cure."""
+
+import re
+import tomllib
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+from sessions.errors import SessionError
+from sessions.importers import import_session
+from sessions.importers.contacts_csv import read_contacts
+from sessions.importers.csv_mapping import read_mapping
+from sessions.scene_files.scene_toml import read_scene
+
+TABLE = tomllib.loads(Path(__file__).with_name("bad_input.toml").read_text(encoding="utf-8"))
+MAPPING = """
+convention = "gltf"
+[time]
+column = "t"
+unit = "s"
+[bodies.a]
+position = ["x", "y", "y"]
+quaternion_xyzw = ["x", "x", "x", "x"]
+"""
+READERS = {
+    "scene": ("scene.toml", read_scene),
+    "mapping": ("map.toml", read_mapping),
+    "contacts": ("contacts.csv", read_contacts),
+    "csv": ("take.csv", partial(import_session, "csv")),
+    "mapped csv": ("take.csv", lambda path: import_session("csv", path, mapping=path.with_name("m.toml"))),
+    "aframe": ("take.json", partial(import_session, "aframe")),
+    "optitrack": ("take.csv", partial(import_session, "optitrack")),
+}
+"""Reader -> name of its file, and the function that reads it."""
+DIGITS = {"reader": "scene", "old": "mass = 0.1", "words": "a number.* thousands of digits"}
+ENDLESS = [
+    {**DIGITS, "new": "mass = " + "9" * 5000},
+    {**DIGITS, "new": "mass = 0x" + "f" * 5000},
+    {"reader": "scene", "text": "a = " + "[" * 100_000, "words": "nested too deeply"},
+    {"reader": "aframe", "text": "[" * 100_000, "words": "this is not JSON text"},
+]
+
+
+def data_of(case):
+    if "hex" in case:
+        return bytes.fromhex(case["hex"])
+    if "text" in case:
+        return case["text"].encode()
+    good = TABLE["good"][case["reader"]]
+    assert case["old"] in good
+    return good.replace(case["old"], case["new"], -1 if case["reader"] == "optitrack" else 1).encode()
+
+
+@pytest.mark.parametrize("case", [*TABLE["case"], *ENDLESS], ids=lambda case: f"{case['reader']}: {case['words'][:40]}")
+def test_what_is_wrong_is_one_sentence_that_names_file_and_cure(tmp_path, case):
+    name, read = READERS[case["reader"]]
+    path = tmp_path / name
+    path.write_bytes(data_of(case))
+    (tmp_path / "m.toml").write_text(MAPPING)
+    with pytest.raises(SessionError) as raised:
+        read(path)
+    words = str(raised.value)
+    assert re.search(case["words"], words), words
+    assert name in words and words.isprintable()
+
+
+@pytest.mark.parametrize("reader", TABLE["good"])
+def test_what_the_wrong_ones_are_changed_from_is_read(tmp_path, reader):
+    name, read = READERS[reader]
+    (tmp_path / name).write_bytes(TABLE["good"][reader].encode())
+    assert read(tmp_path / name)
