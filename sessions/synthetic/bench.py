@@ -106,21 +106,6 @@ def standing(x: float, z: float, height: float = 0.0) -> Point:
     return (x, BENCH_TOP + height + STAND_M, z)
 
 
-def rack_at(x: float, z: float) -> Placed:
-    """A test tube rack on the bench, fixed."""
-    return Placed("test_tube_rack", (x, BENCH_TOP, z), moves=False)
-
-
-def in_rack(x: float, z: float, instrument: str = "stirring_rod", **more: Any) -> Placed:
-    """Something long that stands in a hole of the rack at the same ``x`` and ``z``."""
-    return Placed(instrument, (x + 0.018, BENCH_TOP + 0.01 + STAND_M, z), **more)
-
-
-def liquid(volume_ml: float, solute: str = "", molar: float = 0.0, **more: float) -> dict[str, Any]:
-    """Properties of a vessel that holds so many millilitres of a solution; water without a solute."""
-    return {"liquid": {"volume_ml": volume_ml, "solute": solute, "molar": molar, **more}}
-
-
 def made_session(
     truth: Truth,
     seen: Recorded,

@@ -1,20 +1,9 @@
 """Dilution of sulfuric acid: acid into water, stirred; then the mistakes: a spill, water into acid, a drop."""
 
-from sessions.model.scene import SceneEffect
-from sessions.synthetic.bench import BENCH_TOP, Placed, in_rack, liquid, rack_at, standing
-from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab
-from sessions.synthetic.experiments.record import Experiment
+from sessions.synthetic.bench import BENCH_TOP
+from sessions.synthetic.experiments.lab import Lab
+from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.steps import pour, rap, stir
-
-WATER_ML, ACID_ML, RINSE_ML = 120.0, 40.0, 60.0
-# Concentrated sulfuric acid, 96 % by mass, 1.84 g/mL: 18.0 mol/L.
-ACID_MOLAR = 18.0
-# What is left of its 1,840 g/L is water: 75 g/L over 18.015 g/mol.
-WATER_MOLAR = 4.1
-# Thomsen's formula as this scene takes it: 17,860 n / (n + 1.798) cal for n mol of water per mol of acid.
-HEAT_J_MOL, HALF_WATER = 17860.0 * 4.184, 1.798
-THRESHOLD_SPEED = 1.5
-RACK_AT = (0.36, -0.10)
 
 
 def perform(lab: Lab) -> None:
@@ -50,7 +39,7 @@ def perform(lab: Lab) -> None:
     with lab.task("drop the beaker"):
         lab.carry("left", (away[0] - 0.06, BENCH_TOP + 0.22, away[2] + 0.06), high=BENCH_TOP + 0.24)
         lab.hands["left"].wait(0.4)
-        lab.drop("left", THRESHOLD_SPEED)
+        lab.drop("left", lab.declared("breakage")["speed_m_s"])
         lab.leave("left")
         lab.rest("left")
     with lab.task("touch the diluted acid's beaker"):
@@ -59,38 +48,4 @@ def perform(lab: Lab) -> None:
         lab.wait(2.0)
 
 
-ACID_DILUTION = Experiment(
-    "acid-dilution",
-    (
-        "Dilution of sulfuric acid: acid into water, never water into acid.",
-        "A beaker that lands faster than 1.5 m/s breaks. Glasses stand 0.1 mm above the bench.",
-    ),
-    {
-        "rack": rack_at(*RACK_AT),
-        "acid": Placed(
-            "beaker_50",
-            standing(0.14, 0.05),
-            SPOUT_LEFT,
-            properties=liquid(ACID_ML, "H2SO4", ACID_MOLAR, water_molar=WATER_MOLAR),
-        ),
-        "water": Placed("beaker_250", standing(-0.06, 0.0), properties=liquid(WATER_ML)),
-        "rinse": Placed("beaker_100", standing(-0.28, 0.06), properties=liquid(RINSE_ML)),
-        "rod": in_rack(*RACK_AT),
-    },
-    (0.034, 0.034),
-    perform,
-    (
-        SceneEffect("contact", {"between": ["tag:hand", "tag:glass"]}),
-        SceneEffect("contact", {"between": ["rod", "tag:vessel"]}),
-        SceneEffect("contact", {"between": ["tag:vessel", "tag:bench"]}),
-        SceneEffect("grasp", {"between": ["tag:hand", "tag:glass"]}),
-        SceneEffect("pour", {"from": ["acid", "rinse"], "into": ["water", "acid"]}),
-        SceneEffect("mixing", {"in": ["water", "acid"]}),
-        SceneEffect("heat", {
-            "of": "dilution", "solute": "H2SO4", "ambient_c": 20.0, "loss_w_per_k": 0.15, "heat_j_mol": HEAT_J_MOL,
-            "half_water": HALF_WATER, "heat_capacity_j_per_ml_k": 4.0,
-        }),
-        SceneEffect("breakage", {"between": ["tag:vessel", "bench"], "speed_m_s": THRESHOLD_SPEED}),
-    ),
-    version=2,
-)  # fmt: skip
+ACID_DILUTION = experiment("acid-dilution", perform)

@@ -5,20 +5,14 @@ Hydrogen is lighter than air, so the jar stands on its mouth and the tube leads 
 
 import numpy as np
 
-from sessions.geometry.rotations import turned_about
-from sessions.model.scene import SceneEffect
-from sessions.synthetic.bench import BENCH_TOP, Placed, in_rack, liquid, rack_at, standing
-from sessions.synthetic.experiments.lab import SPOUT_LEFT, UP, Lab
-from sessions.synthetic.experiments.record import Experiment
+from sessions.synthetic.bench import BENCH_TOP
+from sessions.synthetic.experiments.lab import UP, Lab
+from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.steps import come_close, pour, rap
 from sessions.synthetic.paths import minimum_jerk_inverse
 
-ACID_ML, POURED_ML, ACID_MOLAR = 80.0, 40.0, 2.0
-ZINC_G, ZINC_MOLAR_MASS = 0.50, 65.38  # IUPAC abridged atomic weights 2021
-RATE_PER_S = 0.02
-FLASK_AT = (-0.06, 0.0)
-JAR_AT, RACK_AT = (0.30, -0.04), (-0.318, -0.10)
-OVERTURNED = turned_about((1.0, 0.0, 0.0), np.pi)
+POURED_ML = 40.0
+ZINC_MOLAR_MASS = 65.38  # IUPAC abridged atomic weights 2021
 JAR_HEIGHT = 0.1991
 # The tube ends this far inside the jar, and is lowered over from this far above.
 TUBE_LENGTH, TUBE_IN_FLASK = 0.45, 0.11
@@ -78,8 +72,8 @@ def _collect(lab: Lab, begun: float) -> None:
     script.quiet.append((start, out + LOWER_S))
     lab.carry("right", over, LOWER_S)
     left = out + LOWER_S * minimum_jerk_inverse(1.0 - share) + lab.late
-    moles = ZINC_G / ZINC_MOLAR_MASS
-    evolved = [moles * (1.0 - float(np.exp(-RATE_PER_S * (time - begun)))) for time in (entered, left)]
+    moles, rate = lab.held_by("flask")["solid"]["mass_g"] / ZINC_MOLAR_MASS, lab.declared("reaction")["rate_per_s"]
+    evolved = [moles * (1.0 - float(np.exp(-rate * (time - begun)))) for time in (entered, left)]
     lab.note(
         "collect", entered, left, ("jar", "tube"),
         collected_mol=evolved[1] - evolved[0], leaked_before_mol=evolved[0], begun=begun, zinc_mol=moles,
@@ -87,36 +81,4 @@ def _collect(lab: Lab, begun: float) -> None:
     lab.put_back("right", float(over[1]), rest=True)
 
 
-GAS_COLLECTION = Experiment(
-    "gas-collection",
-    (
-        "Zinc and hydrochloric acid give hydrogen: Zn + 2 HCl -> ZnCl2 + H2.",
-        "Gas is collected while the tube's upper end is inside the overturned jar; before and after it leaks.",
-    ),
-    {
-        "flask": Placed(
-            "erlenmeyer_flask", standing(*FLASK_AT), moves=False,
-            properties={"solid": {"formula": "Zn", "mass_g": ZINC_G}},
-        ),
-        "acid": Placed("beaker_100", standing(0.12, 0.07), SPOUT_LEFT, properties=liquid(ACID_ML, "HCl", ACID_MOLAR)),
-        "tube": in_rack(*RACK_AT, "pipette", tags=("delivery",)),
-        "rack": rack_at(*RACK_AT),
-        "jar": Placed("gas_jar", standing(*JAR_AT, JAR_HEIGHT), OVERTURNED),
-    },
-    (0.034, 0.034),
-    perform,
-    (
-        SceneEffect("contact", {"between": ["tag:hand", "tag:glass"]}),
-        SceneEffect("contact", {"between": ["jar", "tube"]}),
-        SceneEffect("grasp", {"between": ["tag:hand", "tag:glass"]}),
-        SceneEffect("pour", {"from": ["acid"], "into": ["flask"]}),
-        SceneEffect("mixing", {"in": ["flask"]}),
-        SceneEffect("reaction", {"equation": "Zn + 2 HCl -> ZnCl2 + H2", "rate_per_s": RATE_PER_S}),
-        SceneEffect("gas", {
-            "gas": "H2", "from": "flask", "tube": "tube", "outlet": [0.0, TUBE_LENGTH, 0.0], "jar": "jar",
-            "temperature_c": 20.0, "pressure_pa": 101325.0,
-        }),
-    ),
-    travel=1.43,
-    version=2,
-)  # fmt: skip
+GAS_COLLECTION = experiment("gas-collection", perform)

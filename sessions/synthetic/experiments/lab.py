@@ -4,14 +4,16 @@ A `Lab` has a method for each step of a procedure. It turns steps into paths of 
 things, and keeps the truth: facts on the recorded clock, tasks, stages and features as intervals.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sessions.geometry.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated, turned_about
 from sessions.model.event import Interval
+from sessions.model.scene import SceneEffect
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
 from sessions.synthetic.bench import BENCH_TOP, Instruments, Placed
@@ -37,7 +39,16 @@ LANDS_BELOW = 0.0005
 class Lab:
     """The bench, the hands and the record of one session; hands cross the bench at least ``travel`` metres high."""
 
-    def __init__(self, name: str, layout: Instruments, how: Recording, *, travel: float = 1.25) -> None:
+    def __init__(
+        self,
+        name: str,
+        layout: Instruments,
+        how: Recording,
+        *,
+        travel: float = 1.25,
+        effects: Sequence[SceneEffect] = (),
+    ) -> None:
+        self.effects = effects
         self.name, self.layout, self.how, self.travel = name, layout, how, travel
         self.rng = random_stream(how.seed, "procedure", name)
         pace = float(self.rng.uniform(0.9, 1.15))
@@ -54,12 +65,20 @@ class Lab:
         self.stages: list[tuple[float, str]] = []
         self.joints: dict[str, Path] = {}  # parts that move on what they belong to, on the recorded clock
         self._since: dict[str, float] = {}
-        liquids = {body: (item.properties or {}).get("liquid", {}) for body, item in layout.placed.items()}
+        liquids = {body: item.properties.get("liquid", {}) for body, item in layout.placed.items()}
         self.volumes: dict[str, float] = {body: held.get("volume_ml", 0.0) for body, held in liquids.items()}
         for body, item in layout.placed.items():
             self.where[body] = (item.position, item.quaternion)
             if item.moves and item.instrument.split("_")[0] not in ("hand", "proxy"):
                 self._settle(body, 0.0, item.position, item.quaternion)
+
+    def declared(self, kind: str) -> Mapping[str, Any]:
+        """What the scene says of its first effect of a kind."""
+        return next(effect.settings for effect in self.effects if effect.kind == kind)
+
+    def held_by(self, body: str) -> Mapping[str, Any]:
+        """What a vessel held at first, and its other properties."""
+        return self.layout.placed[body].properties
 
     @property
     def late(self) -> float:

@@ -2,17 +2,13 @@
 
 import math
 
-from sessions.model.scene import SceneEffect
-from sessions.synthetic.bench import Placed, in_rack, liquid, rack_at, standing
-from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab
-from sessions.synthetic.experiments.record import Experiment
+from sessions.synthetic.experiments.lab import Lab
+from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.steps import come_close, pour, rap, stir
 
-ACID_ML, POURED_ML, ACID_MOLAR = 40.0, 25.0, 0.5
+POURED_ML = 25.0
 # g/mol: Ca 40.078 + C 12.011 + 3 O 15.999 (IUPAC standard atomic weights, abridged, 2021).
-MARBLE_G, MARBLE_G_MOL = 0.4, 100.086
-
-RACK_AT = (0.34, -0.08)
+MARBLE_G_MOL = 100.086
 
 
 def perform(lab: Lab) -> None:
@@ -28,9 +24,10 @@ def perform(lab: Lab) -> None:
         start = max(fact.start for fact in lab.facts if fact.kind == "pour")
         lab.put_back("right")
     # Acid in excess takes all of it, two protons for each; what is left over gives the pH.
-    left = POURED_ML * 1e-3 * ACID_MOLAR - 2.0 * MARBLE_G / MARBLE_G_MOL
+    marble_g, molar = lab.held_by("marble")["solid"]["mass_g"], lab.held_by("acid")["liquid"]["molar"]
+    left = POURED_ML * 1e-3 * molar - 2.0 * marble_g / MARBLE_G_MOL
     ph = -math.log10(left / (POURED_ML * 1e-3))
-    lab.note("dissolve", start, lab.now, ("marble",), formula="CaCO3", mass_g=MARBLE_G, ph=ph)
+    lab.note("dissolve", start, lab.now, ("marble",), formula="CaCO3", mass_g=marble_g, ph=ph)
     with lab.task("stir"):
         lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
         stir(lab, "right", "marble", 12.0, radius=0.009)
@@ -43,25 +40,4 @@ def perform(lab: Lab) -> None:
         lab.wait(8.0)
 
 
-MARBLE = Experiment(
-    "marble",
-    ("Marble in acid: CaCO3 + 2 HCl -> CaCl2 + H2O + CO2.", "Glasses stand 0.1 mm above the bench."),
-    {
-        "rack": rack_at(*RACK_AT),
-        "rod": in_rack(*RACK_AT),
-        "marble": Placed(
-            "beaker_100", standing(-0.06, 0.02), properties={"solid": {"formula": "CaCO3", "mass_g": MARBLE_G}}
-        ),
-        "acid": Placed("beaker_50", standing(0.13, 0.04), SPOUT_LEFT, properties=liquid(ACID_ML, "HCl", ACID_MOLAR)),
-    },
-    (0.034, 0.034),
-    perform,
-    (
-        SceneEffect("contact", {"between": ["tag:hand", "tag:glass"]}),
-        SceneEffect("contact", {"between": ["rod", "tag:vessel"]}),
-        SceneEffect("pour", {"from": ["acid"], "into": ["marble"]}),
-        SceneEffect("mixing", {"in": ["marble"]}),
-        SceneEffect("reaction", {"equation": "CaCO3 + 2 HCl -> CaCl2 + H2O + CO2"}),
-        SceneEffect("precipitation", {"solid": "CaCO3", "colour": "white"}),
-    ),
-)
+MARBLE = experiment("marble", perform)

@@ -1,7 +1,9 @@
 """From a finished procedure to a session with its scene, and the truth to put beside it."""
 
+import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -65,7 +67,7 @@ class Experiment:
         """
         layout = layout_of(self.placed, self.grips, faces)
         how = Recording(seed=seed, rate_hz=rate_hz, seconds=LONGEST_S, noise=noise, jitter=jitter, losses=losses)
-        lab = Lab(self.name, layout, how, travel=self.travel)
+        lab = Lab(self.name, layout, how, travel=self.travel, effects=self.effects)
         self.perform(lab)
         seconds = float(np.ceil(lab.together() + 1.0))
         lab.finish(seconds)
@@ -85,6 +87,18 @@ class Experiment:
     def _scene(self, layout: Instruments) -> Scene:
         bodies = tuple(replace(body, parent=self.parents.get(body.id, "")) for body in layout.bodies())
         return with_text(Scene(self.name, bodies, effects=self.effects), self.remarks)
+
+
+def experiment(name: str, perform: Callable[[Lab], None]) -> Experiment:
+    """The experiment whose bench and effects the TOML file ``name`` beside this module declares."""
+    declared = tomllib.loads(Path(__file__).with_name(f"{name}.toml").read_text(encoding="utf-8"))
+    placed = {body: Placed(**_as_tuples(item)) for body, item in declared.pop("bodies").items()}
+    effects = tuple(SceneEffect(effect.pop("kind"), effect) for effect in declared.pop("effect"))
+    return Experiment(name=name, placed=placed, perform=perform, effects=effects, **_as_tuples(declared))
+
+
+def _as_tuples(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
 
 
 def _until(episodes: Sequence[PlantedEpisode], seconds: float) -> list[PlantedEpisode]:

@@ -1,19 +1,12 @@
 """Silver chloride: silver nitrate is poured into sodium chloride, a white precipitate falls, and is stirred."""
 
-from sessions.model.scene import SceneEffect
-from sessions.synthetic.bench import Placed, in_rack, liquid, rack_at, standing
-from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab
-from sessions.synthetic.experiments.record import Experiment
+from sessions.synthetic.experiments.lab import Lab
+from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.steps import come_close, pour, rap, stir
 
-NITRATE_ML, CHLORIDE_ML, POURED_ML = 30.0, 40.0, 18.0
-MOLAR = 0.1
+POURED_ML = 18.0
 # g/mol: Ag 107.868 + Cl 35.45 (IUPAC standard atomic weights, abridged, 2021).
 SILVER_CHLORIDE = 143.32
-# Solubility product at 25 C (CRC Handbook of Chemistry and Physics, "Solubility product constants").
-KSP = 1.77e-10
-
-RACK_AT = (0.34, -0.08)
 
 
 def perform(lab: Lab) -> None:
@@ -29,7 +22,7 @@ def perform(lab: Lab) -> None:
         pour(lab, "right", "sodium-chloride", POURED_ML, seconds=5.0)
         start = max(fact.start for fact in lab.facts if fact.kind == "pour")
         lab.put_back("right")
-    moles = POURED_ML * 1e-3 * MOLAR
+    moles = POURED_ML * 1e-3 * lab.held_by("silver-nitrate")["liquid"]["molar"]
     lab.note(
         "precipitate", start, lab.now, ("sodium-chloride",), formula="AgCl", moles=moles, mass_g=moles * SILVER_CHLORIDE
     )
@@ -47,28 +40,4 @@ def perform(lab: Lab) -> None:
         lab.wait(6.0)
 
 
-SILVER_CHLORIDE_EXPERIMENT = Experiment(
-    "silver-chloride",
-    ("Silver chloride precipitation: AgNO3 + NaCl -> AgCl + NaNO3.", "Glasses stand 0.1 mm above the bench."),
-    {
-        "rack": rack_at(*RACK_AT),
-        "silver-nitrate": Placed(
-            "beaker_50", standing(0.13, 0.04), SPOUT_LEFT, properties=liquid(NITRATE_ML, "AgNO3", MOLAR)
-        ),
-        "sodium-chloride": Placed("beaker_100", standing(-0.06, 0.02), properties=liquid(CHLORIDE_ML, "NaCl", MOLAR)),
-        "watch-glass": Placed("watch_glass", standing(-0.24, -0.04)),
-        "rod": in_rack(*RACK_AT),
-    },
-    (0.034, 0.034),
-    perform,
-    (
-        SceneEffect("contact", {"between": ["tag:hand", "tag:glass"]}),
-        SceneEffect("contact", {"between": ["rod", "tag:vessel"]}),
-        SceneEffect("grasp", {"between": ["tag:hand", "tag:glass"]}),
-        SceneEffect("pour", {"from": ["silver-nitrate"], "into": ["sodium-chloride"]}),
-        SceneEffect("mixing", {"in": ["sodium-chloride"]}),
-        SceneEffect("reaction", {"equation": "AgNO3 + NaCl -> AgCl + NaNO3"}),
-        SceneEffect("precipitation", {"solid": "AgCl", "ksp": KSP, "colour": "white"}),
-    ),
-    version=2,
-)
+SILVER_CHLORIDE_EXPERIMENT = experiment("silver-chloride", perform)

@@ -3,27 +3,18 @@
 The scene declares no effect that needs a contact: replaying it asks no collision detector anything.
 """
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from sessions.geometry.rotations import Array, quaternion_about, turned_about
-from sessions.model.scene import SceneEffect
-from sessions.synthetic.bench import BENCH_TOP, Placed, liquid, standing
+from sessions.synthetic.bench import BENCH_TOP, standing
 from sessions.synthetic.choreography import Script
 from sessions.synthetic.experiments.lab import Lab
 from sessions.synthetic.experiments.pouring import Outlet, Turn
-from sessions.synthetic.experiments.record import Experiment
+from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.steps import swirl
 from sessions.synthetic.paths import Path, Poses
 
-ACID_ML, ACID_MOLAR, BASE_MOLAR, BASE_ML = 25.0, 0.1, 0.1, 50.0
-EQUIVALENCE_ML = ACID_ML * ACID_MOLAR / BASE_MOLAR
-# Open area at a quarter turn and discharge coefficient of this made-up stopcock: 1.1 mL/s fully open at 50 cm.
-FULL_AREA_M2, DISCHARGE = 6.0e-7, 0.6
 STAND_AT = (0.0, -0.09)
-TIP_HEIGHT = 0.175
 AXIS = (0.0, 0.0, 1.0)
 FAST, SLOW = np.radians(40.0), np.radians(7.0)
 # The flask stands on the foot of the stand, 12 mm over the bench.
@@ -33,7 +24,13 @@ UNDER = (0.0, STAND_AT[1] + 0.06)
 
 def perform(lab: Lab) -> None:
     """Bring the flask, run in quickly, throttle, stop after the colour has changed."""
-    titrate(lab, (EQUIVALENCE_ML,))
+    titrate(lab, (equivalence_ml(lab),))
+
+
+def equivalence_ml(lab: Lab) -> float:
+    """What of the burette's solution brings as much as the flask holds, millilitres."""
+    flask, burette = (lab.held_by(body)["liquid"] for body in ("flask", "burette"))
+    return float(flask["volume_ml"] * flask["molar"] / burette["molar"])
 
 
 def titrate(lab: Lab, ends_ml: tuple[float, ...]) -> None:
@@ -74,9 +71,9 @@ def _run_in(lab: Lab, last_ml: float) -> Outlet:
         lab.together()
         left.wait(0.4)
         turns = [_turn(left, lab.late, 0.0, FAST, 0.9)]
-        cavity = lab.layout.cavity("burette")
+        cavity, declared = lab.layout.cavity("burette"), lab.declared("burette")
         section = float(cavity.capacity_m3 / (cavity.mark_height - cavity.floor_height))
-        outlet = Outlet(FULL_AREA_M2, DISCHARGE, section, float(cavity.mark_height), turns)
+        outlet = Outlet(declared["full_area_m2"], declared["discharge"], section, float(cavity.mark_height), turns)
         nearly = outlet.time_of(0.88 * last_ml * 1e-6, 600.0)
         swirl(lab, "right", nearly - lab.hands["right"].now)
         left.wait_until(nearly)
@@ -114,43 +111,4 @@ def _stopcock(lab: Lab, outlet: Outlet) -> Path:
     return path
 
 
-def bench(flask: Mapping[str, Any], burette: Mapping[str, Any]) -> dict[str, Placed]:
-    """What stands on the bench of a titration, with what is in the two."""
-    return {
-        "stand": Placed("stand", (STAND_AT[0], BENCH_TOP, STAND_AT[1]), moves=False),
-        "burette": Placed(
-            "burette", (STAND_AT[0], BENCH_TOP + TIP_HEIGHT, STAND_AT[1] + 0.06), moves=False, properties=burette
-        ),
-        "stopcock": Placed("burette_stopcock", (0.0, 0.1, 0.0)),
-        "flask": Placed("erlenmeyer_flask", standing(0.22, 0.06), properties=flask),
-        "bottle": Placed("reagent_bottle", standing(-0.34, -0.06)),
-    }
-
-
-OUTFLOW = SceneEffect("burette", {
-    "body": "burette", "joint": "stopcock", "into": ["flask"], "full_area_m2": FULL_AREA_M2, "full_angle_deg": 90.0,
-    "discharge": DISCHARGE,
-})  # fmt: skip
-
-TITRATION = Experiment(
-    "titration",
-    (
-        "Titration of 25 mL hydrochloric acid with sodium hydroxide, phenolphthalein as indicator.",
-        "No effect here needs a contact: no collision detector runs.",
-        "The key's pose is relative to the burette; its angle about Z opens the outlet: full_area_m2 at 90 degrees.",
-    ),
-    bench(liquid(ACID_ML, "HCl", ACID_MOLAR), liquid(BASE_ML, "NaOH", BASE_MOLAR)),
-    (0.034, 0.034),
-    perform,
-    (
-        OUTFLOW,
-        SceneEffect("mixing", {"in": ["flask"]}),
-        SceneEffect("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}),
-        # The range as this scene takes it; textbooks give it from 8.0 to 8.3 up to 9.6 to 10.0.
-        SceneEffect("colour", {
-            "in": "flask", "indicator": "phenolphthalein", "from_ph": 8.2, "to_ph": 10.0,
-            "acid_colour": "colourless", "base_colour": "pink",
-        }),
-    ),
-    parents={"stopcock": "burette"},
-)  # fmt: skip
+TITRATION = experiment("titration", perform)
