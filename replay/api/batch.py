@@ -16,6 +16,8 @@ from replay.base.file_hash import file_hash
 from replay.base.machine import versions
 from replay.base.workers import DONE, KEPT, OnDone, do_all
 from replay.errors import OutputError, RunFolderError
+from replay.outputs.results.batch_parts import FOLDER as TABLES
+from replay.outputs.results.data_set import write_batch_tables
 from replay.outputs.results.run_folder import METRICS, read_run_folder
 from replay.pipeline.scores import pool
 from sessions.whole_files import whole_file
@@ -88,6 +90,8 @@ def run_batch(
     failed = do_all(run_one, tasks, jobs, tell, scheduler)
     done = tuple(name for name in named if name not in failed)
     digest, runs = batch_digest(folder, done)
+    if not far(folder):
+        write_batch_tables(folder, {name: run["request"] for name, run in runs.items()})
     before, audit = tuple(name for name in done if name in kept), pool(one["audit"] for one in runs.values())
     return Batch(folder, done, before, failed, "" if failed else digest, audit, runs)
 
@@ -110,6 +114,7 @@ def _gist(summary: Mapping[str, Any], name: str) -> dict[str, Any]:
         "detectors": {label: {"seconds": one["seconds"]} for label, one in summary["detectors"].items()},
         "flagged": [{"kind": one["kind"], "dropped": one["dropped"]} for one in summary["flagged"] if one["dropped"]],
         "audit": summary["audit"],
+        "request": summary.get("request", ""),
     }
 
 
@@ -121,7 +126,7 @@ def _absolute(given: Any) -> Any:
 def _named(sessions: Sequence[Path]) -> dict[str, Path]:
     named: dict[str, Path] = {}
     for path in sorted(sessions, key=lambda one: one.name):
-        if path.stem in ("", ".", "..") or path.stem.casefold() == BATCH:
+        if path.stem in ("", ".", "..") or path.stem.casefold() in (BATCH, TABLES):
             raise OutputError(f"{path}: a run folder cannot be called {path.stem!r}; give the file another name")
         if named.setdefault(path.stem, path) != path:
             raise OutputError(f"{named[path.stem]} and {path} would share one run folder; give them different names")

@@ -1,15 +1,20 @@
 """All runs below a folder as one data set: a table each of contacts, misses, false contacts, events and metrics."""
 
-from collections.abc import Mapping
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import pyarrow as pa
+import pyarrow.compute as pc
 
 from replay.errors import RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
+from replay.outputs.results.batch_parts import FOLDER, LIST, Mark, Part, read_parts, summaries, write_parts
 from replay.outputs.results.fault_tables import FALSE_COLUMNS, FALSE_MEASURES, MISS_COLUMNS, MISS_MEASURES
-from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, read_table
+from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, columns_of, read_table
 from replay.outputs.results.parquet_tables import EPISODE_COLUMNS, EVENT_COLUMNS, HEADS
 from replay.outputs.results.reading import checked_table, read_json
 from replay.outputs.results.run_folder import (
@@ -27,7 +32,11 @@ RUN: Final[dict[str, type]] = {"run": str}
 SAID: Final = ("oracle", "vr_type")
 """Columns of metrics from the summary of a run, which has them at any age."""
 
-ADDED: Final = ("run", *SAID)
+TIMES: Final[dict[str, type]] = dict.fromkeys(("mean_ms", "p99_ms", "worst_ms"), float)
+"""Columns of metrics from the summary too: milliseconds of a frame in the mean, of a sample at the 99th percentile and
+at most."""
+
+ADDED: Final = ("run", *SAID, *TIMES)
 """Columns that reading adds; a file that has one of them was written by nobody's run."""
 
 YOUNGER: Final = frozenset(("cause",))
@@ -38,7 +47,7 @@ DATA_SET: Final[dict[str, tuple[str, Mapping[str, type]]]] = {
     "misses": (MISSES, RUN | HEADS | MISS_COLUMNS | MISS_MEASURES | KEYS),
     "false_contacts": (FALSE_CONTACTS, RUN | HEADS | FALSE_COLUMNS | FALSE_MEASURES | KEYS),
     "events": (EVENTS, RUN | EVENT_COLUMNS | KEYS),
-    "metrics": (METRICS, RUN | METRIC_COLUMNS | dict.fromkeys(SAID, str)),
+    "metrics": (METRICS, RUN | METRIC_COLUMNS | dict.fromkeys(SAID, str) | TIMES),
 }
 """Table -> the file in a run folder, and its columns."""
 
@@ -48,58 +57,164 @@ def read(folder: Path | str) -> dict[str, pa.Table]:
 
     The tables are ``episodes`` (contacts), ``misses``, ``false_contacts``, ``events`` and ``metrics``. Every row has
     ``run`` (the run folder below ``folder``, with ``/``), ``session`` (16 hex digits over every pose), ``student``
-    (the pseudonym, ``""``: none stated), ``task`` and ``stage``; those of metrics have ``oracle`` and ``vr_type`` too.
+    (the pseudonym, ``""``: none stated), ``task`` and ``stage``; those of metrics have ``oracle`` and ``vr_type`` too,
+    and what the detector took (``mean_ms`` a frame, ``p99_ms`` and ``worst_ms`` of a sample, null: not timed so).
     What an older version did not write is null. A session that was run twice is there twice. Raises
     ``RunFolderError``: there is no run folder, a table cannot be read, or a newer version wrote it.
     """
-    top = Path(folder)
-    runs = run_folders(top)
-    if not runs:
+    found = find_runs(Path(folder))
+    return {name: joined(found, name) for name in DATA_SET}
+
+
+@dataclass(frozen=True)
+class FoundRuns:
+    """The run folders at or below a folder, by path, and the parts of batches that hold the rows of some of them."""
+
+    top: Path
+    runs: tuple[str, ...]
+    parts: tuple[tuple[str, Part, frozenset[str]], ...]  # path of the batch, part, and whose rows of it are true
+
+    def pieces(self, name: str, columns: Sequence[str] | None = None) -> Iterator[pa.Table]:
+        """The rows of a table, those of some hundred runs at a time: by part, then of each run that is in none.
+
+        ``columns`` are those wanted; ``None``: all.
+        """
+        file, copied = DATA_SET[name][0], set[str]()
+        for batch, part, true in self.parts:
+            with _tight_memory():
+                rows = _plain(part.file(self.top / batch, name), name, ADDED, columns)
+            paths = pc.binary_join_element_wise(batch, rows["run"], "/") if batch else rows["run"]
+            rows = rows.set_column(rows.column_names.index("run"), "run", paths)
+            listed = _paths(batch, true)
+            copied |= listed
+            # Whatever else stands in the file: a run is where its folder is.
+            if not listed.issuperset(pc.unique(rows["run"]).to_pylist()):
+                rows = rows.filter(pc.is_in(rows["run"], pa.array(sorted(listed), pa.string())))
+            yield rows
+        for run in self.runs:
+            if run not in copied and (self.top / run / file).is_file():
+                yield rows_of_run(self.top, run, name)
+
+
+@contextmanager
+def _tight_memory() -> Iterator[None]:
+    """Let Arrow allocate from the system: its own pool held 60 MB more for 120 MB of tables (2026-11-23)."""
+    before = pa.default_memory_pool()
+    pa.set_memory_pool(pa.system_memory_pool())
+    try:
+        yield
+    finally:
+        pa.set_memory_pool(before)
+
+
+def find_runs(top: Path) -> FoundRuns:
+    """The run folders at or below a folder; those half written have hidden names and are left out.
+
+    Raises ``RunFolderError``: there is none.
+    """
+    marks = {file.parent: about for file, about in summaries(top, SUMMARY) if (file.parent / EPISODES).is_file()}
+    if not marks:
         raise RunFolderError(f"{top} holds no run folders; make them with `replay run`")
-    return {name: _joined(top, runs, file, kinds) for name, (file, kinds) in DATA_SET.items()}
+    parts = []
+    for batch in sorted(file.parent.parent for file, _ in summaries(top, LIST) if file.parent.name == FOLDER):
+        for part in read_parts(batch):
+            # Rows of a folder that is gone or was made anew are none of its.
+            true = {name for name, mark in part.runs.items() if _unchanged(marks.get(batch / name), mark)}
+            if true:
+                parts.append((_path(top, batch), part, frozenset(true)))
+    return FoundRuns(top, tuple(_path(top, run) for run in sorted(marks)), tuple(parts))
 
 
-def run_folders(folder: Path) -> list[Path]:
-    """The run folders at or below a folder, by path; those half written have hidden names and are left out."""
-    found = (file.parent for file in folder.rglob(SUMMARY) if (file.parent / EPISODES).is_file())
-    return sorted(run for run in found if not any(part.startswith(".") for part in run.relative_to(folder).parts))
+def _unchanged(about: os.stat_result | None, mark: Mark) -> bool:
+    return about is not None and (about.st_size, about.st_mtime_ns) == mark[1:]
 
 
-def _joined(top: Path, runs: list[Path], name: str, kinds: Mapping[str, type]) -> pa.Table:
+def _path(top: Path, folder: Path) -> str:
+    """Of a folder below another; ``""``: the same."""
+    path = folder.relative_to(top).as_posix()
+    return "" if path == "." else path
+
+
+def _paths(batch: str, names: Iterable[str]) -> set[str]:
+    return {f"{batch}/{name}" if batch else name for name in names}
+
+
+def write_batch_tables(batch: Path, requests: Mapping[str, str]) -> None:
+    """Copy the rows of the runs of a batch into its few files; ``requests`` are name -> what was asked of it.
+
+    Raises ``RunFolderError``: a table cannot be read; ``OutputError``: they cannot be written.
+    """
+    marks = {}
+    for name, request in requests.items():
+        about = (batch / name / SUMMARY).stat()
+        marks[name] = (request, about.st_size, about.st_mtime_ns)
+    write_parts(batch, marks, DATA_SET, lambda table, name: rows_of_run(batch, name, table))
+
+
+def joined(found: FoundRuns, name: str) -> pa.Table:
     """One table of all runs; the columns that every run should have come first."""
-    parts = [pa.schema([(column, TYPES[kind]) for column, kind in kinds.items()]).empty_table()]
-    for run in runs:
-        if (run / name).is_file():
-            table, columns = _plain(run / name, kinds), {"run": run.relative_to(top).as_posix()}
-            columns |= _said(run) if name == METRICS else {}
-            for column, value in columns.items():
-                table = table.append_column(column, pa.array([value] * len(table), TYPES[str]))
-            parts.append(table)
+    file, kinds = DATA_SET[name]
+    parts = [_no_rows(kinds), *found.pieces(name)]
     try:
         return pa.concat_tables(parts, promote_options="default")
     except UNREADABLE as error:
-        raise RunFolderError(f"the tables {name} below {top} are not of one kind ({error})") from error
+        raise RunFolderError(f"the tables {file} below {found.top} are not of one kind ({error})") from error
 
 
-def _said(run: Path) -> dict[str, Any]:
-    """The detector that is trusted in a run, and how its session was seen."""
+def _no_rows(kinds: Mapping[str, type]) -> pa.Table:
+    return pa.Table.from_batches([], pa.schema([(column, TYPES[kind]) for column, kind in kinds.items()]))
+
+
+def rows_of_run(top: Path, run: str, name: str) -> pa.Table:
+    """The rows of one table of a run folder; of a run that has no such table none."""
+    file, kinds = DATA_SET[name]
+    path = top / run / file
+    if not path.is_file():
+        return _no_rows(kinds)
+    table, columns = _plain(path, name), dict[str, pa.Array]()
+    columns["run"] = pa.array([run or "."] * len(table), TYPES[str])
+    if name == "metrics":
+        columns |= _said(top / run, table["detector"].to_pylist())
+    for column, values in columns.items():
+        table = table.append_column(column, values)
+    return table
+
+
+def _said(run: Path, detectors: Sequence[str]) -> dict[str, pa.Array]:
+    """The detector that is trusted in a run, how its session was seen, and what each detector took."""
     try:
         summary = read_json(run / SUMMARY)
         words = summary.get("oracle"), summary["session"]["facts"].get("vr_type")
         if not all(isinstance(word, str | None) for word in words):
             raise TypeError("oracle or vr_type is no text")
-        return dict(zip(SAID, words, strict=True))
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        seconds = {label: one["seconds"] for label, one in summary.get("detectors", {}).items()}
+        times = [_milliseconds(seconds.get(label, {})) for label in detectors]
+        said = {name: pa.array([word] * len(detectors), TYPES[str]) for name, word in zip(SAID, words, strict=True)}
+        return said | columns_of(times, TIMES)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, pa.ArrowException) as error:
         raise RunFolderError(f"{run / SUMMARY} cannot be read ({error!r}); run its session again") from error
 
 
-def _plain(file: Path, kinds: Mapping[str, type]) -> pa.Table:
-    """A table with words in place of numbers of words, which differ from file to file."""
-    table = read_table(file)
+def _milliseconds(seconds: Mapping[str, Any]) -> tuple[float | None, ...]:
+    """Mean of a frame, and of the samples the 99th percentile and the worst, as ``TIMES``; ``None``: not timed so."""
+    sample = seconds.get("per_frame") or {}
+    taken = (seconds.get("per_frame_mean"), sample.get("p99"), sample.get("max"))
+    return tuple(None if one is None else 1e3 * one for one in taken)
+
+
+def _plain(path: Path, name: str, added: Sequence[str] = (), columns: Sequence[str] | None = None) -> pa.Table:
+    """A file with the rows of a table, with words in place of numbers of words, which differ from file to file.
+
+    Of the columns that reading adds it has those ``added`` already, as a part does; ``columns``: read no others.
+    """
+    table = read_table(path, columns)
     schema = (table.schema.metadata or {}).get(b"schema", b"").decode(errors="replace")
     version = schema.rpartition("/")[2] or "0"
     if not version.isdecimal() or int(version[:9]) > int(SCHEMA.rpartition("/")[2]):
-        raise RunFolderError(f"{file} has schema {schema!r}, this version reads up to {SCHEMA!r}; update it")
-    needed = READ_TABLES[file.name][1] - YOUNGER
-    table = table.drop_columns([column for column in ADDED if column in table.column_names])
-    return checked_table(file, table, kinds, needed)
+        raise RunFolderError(f"{path} has schema {schema!r}, this version reads up to {SCHEMA!r}; update it")
+    file, kinds = DATA_SET[name]
+    needed = (READ_TABLES[file][1] - YOUNGER) | {"run"} if added else READ_TABLES[file][1] - YOUNGER
+    if columns is not None:
+        needed &= frozenset(columns)
+    dropped = [column for column in ADDED if column in table.column_names and column not in added]
+    return checked_table(path, table.drop_columns(dropped), kinds, needed)

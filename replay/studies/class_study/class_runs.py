@@ -1,22 +1,46 @@
 """All sessions of a folder of runs as rows that know their student: what the tables of the class page count."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import compress
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final
 
-from replay.outputs.results.data_set import read, run_folders
+from replay.outputs.results.data_set import ADDED, find_runs, joined
 from replay.studies.class_study.collecting import read_students
 from replay.studies.class_study.joining import Metrics, check_pseudonyms
 from replay.studies.class_study.refusals import StudyRefusedError
 
 Row = Mapping[str, Any]
 
-NEEDED: Final = frozenset((
-    "run", "detector", "number", "body_a", "body_b", "held", "start", "end", "missed_by", "flag", "kind", "cause",
-    "cut_length", "touch", "source", "name", "task", "stage",
-))  # fmt: skip
-"""Columns of the data set that the page needs."""
+HEADS: Final = ("run", "detector", "body_a", "body_b", "held")
+
+NEEDED: Final[dict[str, tuple[str, ...]]] = {
+    "episodes": (*HEADS, "missed_by", "start", "end", "flag", "task", "stage"),
+    "misses": (*HEADS, "number", "kind", "cause", "cut_length", "touch", "start"),
+    "false_contacts": ("run", "detector", "held", "kind", "cause"),
+    "events": ("run", "source", "name", "task"),
+}
+"""Table -> the columns of it that the page needs: of 4,000 sessions all of them would not fit into 300 MB."""
+
+
+class Record(Mapping[str, Any]):
+    """A row of a table that is kept by columns; it takes a tenth of the memory of a dictionary."""
+
+    __slots__ = ("_columns", "_place")
+
+    def __init__(self, columns: Mapping[str, list[Any]], place: int) -> None:
+        self._columns, self._place = columns, place
+
+    def __getitem__(self, name: str) -> Any:
+        return self._columns[name][self._place]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._columns)
+
+    def __len__(self) -> int:
+        return len(self._columns)
 
 
 @dataclass(frozen=True)
@@ -24,8 +48,9 @@ class ClassRuns:
     """The sessions of a class, each once.
 
     ``metrics`` are run -> detector -> row. ``tables`` are rows by table of the data set: what a hand holds is left out,
-    and of ``episodes`` all but the trusted detector's. Every row has ``student``, ``""`` where nobody states one.
-    ``repeated`` counts runs of a session that is there already, and ``unmeasured`` those without metrics.
+    of ``episodes`` all but the trusted detector's, and of ``events`` all but the recorded ones. Every row has
+    ``student``, ``""`` where nobody states one. ``repeated`` counts runs of a session that is there already, and
+    ``unmeasured`` those without metrics.
     """
 
     top: Path
@@ -53,7 +78,7 @@ class ClassRuns:
         """The rows of metrics for an analysis; refused as ``ids`` where one has no pseudonym."""
         rows = [row for found in self.metrics.values() for row in found.values()]
         check_pseudonyms([row["student"] for row in rows], "metrics")
-        names = dict.fromkeys(name for row in rows for name in row if name not in ("oracle", "vr_type", "run"))
+        names = dict.fromkeys(name for row in rows for name in row if name not in ADDED)
         return Metrics({name: [row.get(name) for row in rows] for name in names})
 
 
@@ -63,27 +88,55 @@ def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
     ``students`` is a CSV as ``collect`` takes it. Raises ``RunFolderError`` as ``replay.read`` does, and
     ``StudyRefusedError`` ``ids``: one session of two students.
     """
-    tables = read(folder)
+    found = find_runs(folder)
     named = read_students(students) if students is not None else {}
     every: dict[str, dict[str, Row]] = {}
     first: dict[str, tuple[str, str]] = {}
-    for row in tables["metrics"].to_pylist():
+    metrics = joined(found, "metrics")
+    columns = {name: _values(metrics, name) for name in metrics.column_names}
+    sessions = [session or run for session, run in zip(columns["session"], columns["run"], strict=True)]
+    own = zip(sessions, columns["student"], strict=True)
+    columns["student"] = [named.get(session, student or "") for session, student in own]
+    for row in (Record(columns, place) for place in range(len(metrics))):
         session = row["session"] or row["run"]
-        student = named.get(session, row["student"] or "")
-        if first.setdefault(session, (row["run"], student))[1] != student:
+        if first.setdefault(session, (row["run"], row["student"]))[1] != row["student"]:
             raise StudyRefusedError("ids", f"{folder}: session {session} belongs to two students")
-        every.setdefault(row["run"], {})[row["detector"]] = row | {"student": student}
+        every.setdefault(row["run"], {})[row["detector"]] = row
     kept = {run: every[run] for run, _ in first.values()}
-    made = ClassRuns(folder, kept, {}, len(every) - len(kept), len(run_folders(folder)) - len(every))
-    rows = {name: list(_rows(made, table)) for name, table in tables.items() if name != "metrics"}
-    rows["episodes"] = [row for row in rows["episodes"] if row["detector"] == made.of(row["run"], "oracle")]
-    return replace(made, tables=rows)
+    made = ClassRuns(folder, kept, {}, len(every) - len(kept), len(found.runs) - len(every))
+    return replace(made, tables={name: _rows(made, name, found.pieces(name, NEEDED[name])) for name in NEEDED})
 
 
-def _rows(made: ClassRuns, table: Any) -> Iterable[Row]:
-    for row in table.select([name for name in table.column_names if name in NEEDED]).to_pylist():
-        if row["run"] in made.metrics and not row.get("held"):
-            yield row | {"student": made.of(row["run"], "student")}
+def _rows(made: ClassRuns, name: str, pieces: Iterable[Any]) -> list[Row]:
+    """The rows of a table, read some hundred runs at a time; every one knows its student."""
+    students = {run: made.of(run, "student") for run in made.metrics}
+    trusted = {run: made.of(run, "oracle") for run in made.metrics}
+    rows: list[Row] = []
+    for piece in pieces:
+        columns = {column: _values(piece, column) for column in NEEDED[name]}
+        held = columns.pop("held", [None] * len(piece))
+        counted = [run in students and not is_held for run, is_held in zip(columns["run"], held, strict=True)]
+        if name == "events":
+            counted = [there and source == "event" for there, source in zip(counted, columns["source"], strict=True)]
+        if name == "episodes":
+            labels = zip(columns["run"], columns["detector"], strict=True)
+            counted = [there and label == trusted[run] for there, (run, label) in zip(counted, labels, strict=True)]
+        columns = {column: list(compress(values, counted)) for column, values in columns.items()}
+        columns["student"] = [students[run] for run in columns["run"]]
+        rows += [Record(columns, place) for place in range(len(columns["run"]))]
+    return rows
+
+
+def _values(piece: Any, column: str) -> list[Any]:
+    """The values of a column; equal words are one object."""
+    if column not in piece.column_names:
+        return [None] * len(piece)
+    values = piece[column].combine_chunks()
+    if values.type != "string":
+        return values.to_pylist()
+    coded = values.dictionary_encode()
+    words = [*coded.dictionary.to_pylist(), None]  # -1, no word, is the last
+    return [words[code] for code in coded.indices.fill_null(-1).to_pylist()]
 
 
 def missed_by(contact: Row, label: str) -> bool:
@@ -93,7 +146,13 @@ def missed_by(contact: Row, label: str) -> bool:
 
 def grouped(rows: Iterable[Row], *names: str) -> dict[tuple[Any, ...], list[Row]]:
     """Values of some columns -> their rows, those of most rows first."""
+    values = itemgetter(*names)
+    return grouped_by(rows, values if len(names) > 1 else lambda row: (values(row),))
+
+
+def grouped_by(rows: Iterable[Row], key: Callable[[Row], tuple[Any, ...]]) -> dict[tuple[Any, ...], list[Row]]:
+    """Keys -> their rows, those of most rows first."""
     found: dict[tuple[Any, ...], list[Row]] = {}
     for row in rows:
-        found.setdefault(tuple(row[name] for name in names), []).append(row)
+        found.setdefault(key(row), []).append(row)
     return dict(sorted(found.items(), key=lambda item: (-len(item[1]), [str(one) for one in item[0]])))

@@ -7,6 +7,7 @@ than five students say so and nothing else.
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Final
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from replay.outputs.tables import Cell, Marked, Table, table
 from replay.outputs.words import counted
 from replay.pipeline.gates import figure
-from replay.studies.class_study.class_runs import ClassRuns, Row, grouped, missed_by
+from replay.studies.class_study.class_runs import ClassRuns, Row, grouped, grouped_by, missed_by
 from replay.studies.class_study.refusals import LEAST_IN_CELL, few
 from replay.studies.class_study.resampling import Estimate, Resampling
 from sessions.mcap_format.metadata import NOT_STATED
@@ -108,9 +109,11 @@ class ClassTables:
     def doing(self) -> Table:
         """A row per task, stage and VR type: how many contacts, how long, how many missed by any detector."""
         types = {run: self.runs.of(run, "vr_type") or NOT_STATED for run in self.runs.metrics}
-        contacts, rows = [{**row, "VR type": types[row["run"]]} for row in self._rows["episodes"]], []
-        for kind in ("task", "stage", "VR type"):
-            for (value,), found in grouped(contacts, kind).items():
+        contacts, rows = self._rows["episodes"], []
+        kinds = {kind: grouped(contacts, kind) for kind in ("task", "stage")}
+        kinds["VR type"] = grouped_by(contacts, lambda row: (types[row["run"]],))
+        for kind, groups in kinds.items():
+            for (value,), found in groups.items():
                 lasted = {who: float(np.median([row["end"] - row["start"] for row in own]))
                           for (who,), own in grouped(found, "student").items()}  # fmt: skip
                 cells = [self._rate(found), *self._middle(lasted, plain), self._never("", found)[0]]
@@ -133,10 +136,9 @@ class ClassTables:
 
     def events(self) -> Table:
         """A row per task and recorded event."""
-        recorded = (row for row in self._rows["events"] if row["source"] == "event")
         rows = [
             _Row(f"{task} {name}", (NONE if task is None else task, name), self._with(found), [self._rate(found)])
-            for (task, name), found in grouped(recorded, "task", "name").items()
+            for (task, name), found in grouped(self._rows["events"], "task", "name").items()
         ]
         return table(FIGURES, ("task", "event", "n", "sessions", "times"), _shown(rows), words=2)
 
@@ -185,7 +187,7 @@ class ClassTables:
 
     def _with(self, rows: Iterable[Row]) -> Counter[str]:
         """Student -> sessions in which there is such a row."""
-        return Counter(self._owner[run] for run in {row["run"] for row in rows})
+        return Counter(self._owner[run] for run in set(map(itemgetter("run"), rows)))
 
     def _rate(self, rows: Sequence[Row], label: str = "") -> Cell:
         """How many rows, and how many that are a session."""
@@ -225,7 +227,7 @@ class ClassTables:
 
 def _students(rows: Iterable[Row]) -> Counter[str]:
     """Student -> how many rows."""
-    return Counter(row["student"] for row in rows)
+    return Counter(map(itemgetter("student"), rows))
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ def rows(printed):
 def test_several_sessions_get_a_folder_each_and_one_last_table_the_most_missed_first(files, replayed, capsys):
     assert main(["run", *files, "-o", str(replayed), *SLOW]) == 0
     printed, said = capsys.readouterr()
-    assert {path.name for path in replayed.iterdir()} == {"apart", "missed", "batch.json"}
+    assert {path.name for path in replayed.iterdir()} == {"apart", "missed", "batch.json", "batch.tables"}
     found = rows(printed)
     assert [name for name in found if name in ("apart", "missed", "all")] == ["missed", "apart", "all"]
     assert found["missed"] == ["12", "2", "1"] and found["all"] == ["24", "2", "1"]

@@ -106,7 +106,7 @@ def test_settings_that_differ_between_sessions_are_said(tmp_path):
     runs, made = tables_of(tmp_path, 6, 6)
     said = "Not run with the same settings and versions in all sessions: slow."
     assert said not in made.quality().notes
-    runs.metrics["run002"]["slow"]["settings"] = "other"
+    runs.metrics["run002"]["slow"] = {**runs.metrics["run002"]["slow"], "settings": "other"}
     assert said in ClassTables(runs).quality().notes
 
 

@@ -1,0 +1,101 @@
+"""The tables of a batch in few files say what its run folders say, and nothing of folders that are gone or changed."""
+
+import json
+import shutil
+
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+from support.class_folders import made_class
+
+from replay import read
+from replay.outputs.results.data_set import DATA_SET, write_batch_tables
+from replay.studies.class_study.class_runs import read_class
+
+RUNS = [f"run{k:03d}" for k in range(12)]
+
+
+@pytest.fixture
+def batch(tmp_path, monkeypatch):
+    monkeypatch.setattr("replay.outputs.results.batch_parts.PART_RUNS", 5)
+    made_class(tmp_path / "runs", len(RUNS), 6)
+    write_batch_tables(tmp_path / "runs", dict.fromkeys(RUNS, "asked"))
+    return tmp_path / "runs"
+
+
+def by_folder(top, work):
+    """What reading run by run gives: as if there were no tables of the batch."""
+    away = top / ".away"
+    (top / "batch.tables").rename(away)
+    try:
+        return work()
+    finally:
+        away.rename(top / "batch.tables")
+
+
+def rows(tables):
+    return {name: table.to_pylist() for name, table in tables.items()}
+
+
+def test_few_files_hold_the_rows_of_all_run_folders_in_the_same_order(batch):
+    files = sorted(path.relative_to(batch / "batch.tables").as_posix() for path in batch.glob("batch.tables/*/*"))
+    assert len(files) == 3 * len(DATA_SET)
+    for top in (batch, batch.parent):
+        assert rows(read(top)) == by_folder(batch, lambda top=top: rows(read(top)))
+    whole = pq.read_table(batch / "batch.tables" / "misses").to_pylist()
+    assert [row["run"] for row in whole] == [row["run"] for row in read(batch)["misses"].to_pylist()] != []
+
+
+def test_a_class_is_the_same_read_by_parts_and_read_run_by_run(batch):
+    def seen():
+        made = read_class(batch)
+        return made.metrics, {name: [dict(row) for row in some] for name, some in made.tables.items()}
+
+    (metrics, tables), (others, single) = seen(), by_folder(batch, seen)
+    assert tables == single and {run: {d: dict(r) for d, r in some.items()} for run, some in metrics.items()} == {
+        run: {d: dict(r) for d, r in some.items()} for run, some in others.items()
+    }
+
+
+def test_of_a_folder_that_is_gone_no_row_stays_and_of_one_made_anew_the_rows_are_new(batch):
+    shutil.rmtree(batch / "run003")
+    metrics = pq.read_table(batch / "run007" / "metrics.parquet").slice(0, 1)
+    pq.write_table(metrics, batch / "run007" / "metrics.parquet")
+    summary = json.loads((batch / "run007" / "summary.json").read_text("utf-8"))
+    (batch / "run007" / "summary.json").write_text(json.dumps(summary | {"made": "again"}), "utf-8")
+    found = read(batch)["metrics"]["run"].to_pylist()
+    assert set(found) == {*RUNS} - {"run003"}
+    assert found.count("run007") == 1 < found.count("run006")
+
+
+def test_what_did_not_change_is_not_written_again(batch):
+    before = {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")}
+    write_batch_tables(batch, dict.fromkeys(RUNS, "asked"))
+    assert {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")} == before
+    shutil.rmtree(batch / "run011")
+    write_batch_tables(batch, dict.fromkeys(RUNS[:-1], "asked"))
+    after = {path: path.stat().st_mtime_ns for path in batch.glob("batch.tables/*/*")}
+    assert len(before.keys() & after.keys()) == 2 * len(DATA_SET) and len(after) == len(before)
+
+
+PARTS = '{"schema": "vrlab-replay/parts/1", "parts": [%s]}'
+UNREADABLE = [
+    "", "[]", '{"schema": "vrlab-replay/parts/9", "parts": []}', PARTS % '{"stem": "../x", "runs": {}}',
+    PARTS % '{"stem": 1, "runs": {"a": [1]}}',
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("text", UNREADABLE)
+def test_a_list_of_parts_that_says_nothing_leaves_the_run_folders(batch, text):
+    expected = rows(read(batch))
+    (batch / "batch.tables" / "parts.json").write_text(text, "utf-8")
+    assert rows(read(batch)) == expected
+
+
+def test_rows_of_a_part_that_name_another_folder_are_not_read(batch):
+    file = sorted((batch / "batch.tables" / "misses").iterdir())[0]
+    table = pq.read_table(file)
+    names = ["../../elsewhere", *table["run"].to_pylist()[1:]]
+    place = table.column_names.index("run")
+    pq.write_table(table.set_column(place, "run", pa.array(names, pa.string())), file)
+    assert read(batch)["misses"].num_rows == by_folder(batch, lambda: read(batch))["misses"].num_rows - 1
