@@ -76,11 +76,8 @@ def close_run(result: RunResult, people: People) -> int:
         settings = ", ".join(f"{name}={value}" for name, value in detector["settings"].items())
         people.detail(f"{label}: {detector['name']}[{settings}], verdicts {detector['digest'] or 'not reproducible'}")
     notes = [*result.assembly.notes, *repair_sentences(result.summary)]
-    lists = {
-        "declared, not computed by this version": result.summary["plan"]["not_built"],
-        "no mesh, so not looked at": result.assembly.left_out,
-    }
-    notes += [f"{why}: {', '.join(names)}" for why, names in lists.items() if names]
+    if result.assembly.left_out:
+        notes.append(f"no mesh, so not looked at: {', '.join(result.assembly.left_out)}")
     people.say(*(f"note: {note}" for note in notes))
     return DATA_LOSS if lost_frames(result.summary) or lost_poses(result.summary) else OK
 

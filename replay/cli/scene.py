@@ -121,7 +121,6 @@ BRANCHES = (
     ("topics", "topics read", "none for effects"),
 )
 """Key of a plan's summary, its title, and what is said where it is empty."""
-LEFT = (("not_run", "not run"), ("not_built", "declared, not computed by this version"))
 ALL_PAIRS = "all with relative motion, because the scene declares neither effects nor pairs"
 
 
@@ -132,7 +131,8 @@ def plan_lines(name: str, planned: Mapping[str, Any]) -> Iterator[str]:
         items = planned[key]
         yield f"  {title} ({len(items)})" if items else f"  {title}: {ALL_PAIRS if items is None else none}"
         yield from (f"    {item}: because {_reason(why)}" for item, why in (items or {}).items())
-    yield from (f"  {title}: {', '.join(planned[key])}" for key, title in LEFT if planned[key])
+    if planned["not_run"]:
+        yield f"  not run: {', '.join(planned['not_run'])}"
 
 
 def _reason(why: list[str]) -> str:

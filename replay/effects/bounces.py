@@ -4,12 +4,13 @@ At 90 Hz a body that falls a metre moves 49 mm from frame to frame and is in con
 a frame show it touching. What is shown is a path that would have led through the other body, and did not.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
+from replay.effects.declaring import Pair
 from replay.effects.fitting import LEAST_SAMPLES, Parabola, before, fitted, settled_runs
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import FloatArray, Vector, vector_of
@@ -36,18 +37,20 @@ CONTAMINATED_M: Final = 6e-4
 
 
 @dataclass(frozen=True)
-class Bounce:
-    """An impact between frame ``before`` and the next."""
+class Impact:
+    """Two bodies that met between frame ``frame`` and the next, or just before it where it shows them in contact."""
 
-    before: int
-    time: float
-    speed: float  # across the surfaces, before they met, m/s
+    frame: int
+    time: float  # seconds
+    speed: float  # before they met, across the surfaces where their normal is known (``across``), else in all, m/s
+    across: bool
+    # samples, misfit: of the parabola behind the speed
     samples: int
     misfit: float
     point: Vector | None
 
 
-def bounces(inputs: EffectInputs, pair: tuple[str, str]) -> list[Bounce]:
+def bounces(inputs: EffectInputs, pair: Pair) -> list[Impact]:
     """Impacts of the first body on the second, in order of time: five known frames before each, and two after."""
     a, b = inputs.poses(pair[0]), inputs.poses(pair[1])
     mesh, other = inputs.mesh(pair[0]), inputs.mesh(pair[1])
@@ -56,16 +59,15 @@ def bounces(inputs: EffectInputs, pair: tuple[str, str]) -> list[Bounce]:
     middle = 0.5 * (box[0] + box[1])
     centre = relative.translation + relative.rotation @ middle
     runs = settled_runs(a.times, relative.valid, relative.linked)
-    found: list[Bounce] = []
+    found: list[Impact] = []
     free = 0
     for row in _near(a.times, centre, runs, 0.5 * float(np.linalg.norm(box[1] - box[0])), target):
         if row < free:
             continue
         bounce = _bounce(relative, centre, runs, row, (mesh, other))
         if bounce is not None:
-            place = None if bounce.point is None else b.rotation[row] @ np.array(bounce.point) + b.translation[row]
-            point = None if place is None else vector_of(place)
-            found.append(Bounce(row, bounce.time, bounce.speed, bounce.samples, bounce.misfit, point))
+            place = b.rotation[row] @ np.array(bounce.point) + b.translation[row]
+            found.append(replace(bounce, point=vector_of(place)))
             free = row + 3
     return found
 
@@ -88,7 +90,7 @@ def _near(
 
 def _bounce(
     relative: BodyPoses, centre: FloatArray, runs: NDArray[np.int64], row: int, meshes: tuple[MeshData, MeshData]
-) -> Bounce | None:
+) -> Impact | None:
     times = relative.times
     fit, samples = _fall(times, centre, before(runs, row))
     if fit is None:
@@ -113,7 +115,7 @@ def _bounce(
     velocity = fit.velocity(time)
     change = (centre[row + 2] - centre[row + 1]) / later - velocity
     normal = change / max(float(np.sqrt(change @ change)), 1e-12)
-    return Bounce(row, time, abs(float(velocity @ normal)), samples, fit.misfit, point)
+    return Impact(row, time, abs(float(velocity @ normal)), True, samples, fit.misfit, point)
 
 
 def _fall(times: FloatArray, centre: FloatArray, rows: NDArray[np.int64]) -> tuple[Parabola | None, int]:

@@ -16,9 +16,9 @@ from sessions.model.scene import Scene
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``run-in``, ``spill`` and ``overflow``; delivered and left volume as series; a lane of the open spans."""
     found, moved = Findings(len(inputs)), movement_of(inputs)
-    names = dict.fromkeys(declared.body("body") for declared in inputs.declared)
-    told = {name for kind in ("pour",) for one in inputs.tables.get(kind, ()) for name in one.bodies("into")}
-    into = {name for declared in inputs.declared for name in declared.bodies("into")}
+    names = dict.fromkeys(declared["body"] for declared in inputs.declared)
+    told = {name for kind in ("pour",) for one in inputs.tables.get(kind, ()) for name in one["into"]}
+    into = {name for declared in inputs.declared for name in declared["into"]}
     mine = [one for one in moved.streams if (one.source in into - told if one.over else one.source in names)]
     for name in names:
         gone = np.zeros(len(inputs))
@@ -28,7 +28,6 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         # Shown too at the frames about a flow, so that a line through them has no slope where nothing ran.
         wanted = gone > 0.0
         found.ran |= wanted
-        inputs.count("frames open", int(wanted.sum()))
         found.lanes[name] = inputs.shown(spans_of(wanted), "open")
         found.series[f"{name}/delivered"] = _shown(inputs, wanted, np.cumsum(gone))
         found.series[f"{name}/volume"] = left = _shown(inputs, wanted, moved.volume_ml[name])
@@ -53,10 +52,10 @@ def _shown(inputs: EffectInputs, flowing: BoolArray, values: FloatArray) -> Seri
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:
-    if not any(declared.vector("axis")):
+    if not any(declared["axis"]):
         raise declared.fail("axis is (0, 0, 0); give the direction about which the stopcock turns")
-    if declared.body("body") in declared.bodies("into"):
-        raise declared.fail(f"into: {declared.body('body')!r} runs into itself; name what stands below")
+    if declared["body"] in declared["into"]:
+        raise declared.fail(f"into: {declared['body']!r} runs into itself; name what stands below")
 
 
 SPEC = EffectSpec(

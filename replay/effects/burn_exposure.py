@@ -5,24 +5,22 @@ from dataclasses import replace
 
 import numpy as np
 
+from replay.effects.contact import EffectContact, touches_of
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec, Need
-from replay.effects.touches import EffectContact, Touches
 from sessions.model.scene import Scene
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``exposed`` and, above the threshold for long enough, ``burn``; what was felt, as a series."""
-    touches: Touches = inputs.output("contact").data
     found = Findings(len(inputs))
     for declared in inputs.declared:
-        for pair in declared.pairs():
-            for touch in touches.of(pair):
+        for pair in declared["between"]:
+            for touch in touches_of(inputs, pair):
                 span = (touch.first, touch.stop)
                 found.ran[slice(*span)] = True
-                inputs.count("contacts with a hot part")
                 felt = surface(inputs, declared, pair[1], touch)
                 events = _judged(inputs, declared, pair, touch, felt)
                 found.events += events
@@ -34,11 +32,11 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 def surface(inputs: EffectInputs, declared: Declaration, part: str, touch: EffectContact) -> FloatArray:
     """Temperature (n,) of the part during a contact: declared, else what ``heat`` says, at first that of the room."""
     times = inputs.times[touch.first : touch.stop]
-    if declared.values["surface_c"] is not None:
-        return np.full(len(times), declared.number("surface_c"))
+    if declared["surface_c"] is not None:
+        return np.full(len(times), declared["surface_c"])
     heat = inputs.output("heat").series.get(f"{part}/temperature")
     if heat is None or not len(heat.times):
-        return np.full(len(times), inputs.tables["heat"][0].number("ambient_c"))
+        return np.full(len(times), inputs.tables["heat"][0]["ambient_c"])
     return np.asarray(np.interp(times, heat.times, heat.values))
 
 
@@ -47,7 +45,7 @@ def _judged(
 ) -> list[EffectEvent]:
     start, end = inputs.ends((touch.first, touch.stop))
     times = inputs.times[touch.first : touch.stop]
-    hot = felt > declared.number("threshold_c")
+    hot = felt > declared["threshold_c"]
     steps = np.diff(np.append(times, end))
     above = float(steps[hot].sum())
     hottest = float(felt.max())
@@ -58,18 +56,18 @@ def _judged(
     last = inputs.end(touch.stop)
     exposed = EffectEvent(start, "exposed", pair, last, values, words, "warning" if above else "info", touch.point)
     burn = replace(exposed, name="burn", message=f"burn: {words}", level="error")
-    return [exposed] if above < declared.number("seconds") else [exposed, burn]
+    return [exposed] if above < declared["seconds"] else [exposed, burn]
 
 
 def _check_all(tables: Mapping[str, tuple[Declaration, ...]], _scene: Scene, _file: str) -> None:
     heats = tables.get("heat", ())
-    hot = {one.body("heats") for one in heats}
-    if any(one.text("of") != "flame" for one in heats):
+    hot = {one["heats"] for one in heats}
+    if any(one["of"] != "flame" for one in heats):
         from replay.effects.vessels import vessel_names  # a flame alone loads no vessel
 
         hot |= set(vessel_names(tables))
     for declared in tables["burn-exposure"]:
-        for _, part in declared.pairs() if declared.values["surface_c"] is None else ():
+        for _, part in declared["between"] if declared["surface_c"] is None else ():
             if part not in hot:
                 raise declared.fail(f"nothing says how hot {part!r} is; give surface_c or an effect heat")
 

@@ -3,7 +3,7 @@
 Raised are PlanErrors of the table concerned, with the nearest name: at the plan already, not in the run.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -11,17 +11,14 @@ import numpy as np
 
 from replay.effects.contents import WATER, Contents, contents_of_scene
 from replay.effects.declaring import Declaration
-from replay.effects.models.equation import COMMON, Equation, equation_of
+from replay.effects.models.equation import COMMON, Equation, charge_of, equation_of
 from replay.effects.models.history import Process, Warmth
 from replay.effects.models.ledger import BROUGHT, Ledger
-from replay.effects.models.speciation import GAS, PROTON, SOLID, Speciation, enthalpy_j, speciation_of
+from replay.effects.models.speciation import GAS, PROTON, SOLID, Speciation, enthalpy_j, gas_parts, speciation_of
 from replay.effects.models.species import GASES, HENRY, HYDROLYSIS, IONS, KSP, PKA, PKW, SOLIDS, Chemistry
 from replay.effects.vessels import check_vessels, vessel_names
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
-
-WATCHED: Final = (("colour", "in"), ("gas", "from"))
-"""Kinds that look at one vessel, and the field that names it."""
 
 SAME_PKA: Final = 0.5
 """Handbooks differ by less in the pKa of one acid; what is further from the table's is a slip."""
@@ -64,18 +61,12 @@ class Recipe:
         return made
 
     def _columns(self, contents: Contents) -> dict[str, float]:
-        found: dict[str, float] = {}
+        found = {formula + BROUGHT: amount for formula, amount in contents.amounts.items() if formula != WATER}
+        found |= {formula + SOLID: amount for formula, amount in contents.solids.items()}
         for formula, amount in contents.amounts.items():
-            for part, many in dissolved(self.chemistry, formula).items():
+            for part, many in self.chemistry.dissolved(formula).items():
                 found[part] = found.get(part, 0.0) + many * amount
-            if formula != WATER:
-                found[formula + BROUGHT] = amount
-        return found | {formula + SOLID: amount for formula, amount in contents.solids.items()}
-
-
-def dissolved(chemistry: Chemistry, formula: str) -> Mapping[str, int]:
-    """Parts of a formula in solution; one that stays whole is its only part."""
-    return chemistry.parts(formula) or {formula: 1}
+        return found
 
 
 def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
@@ -83,69 +74,60 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
 
     Raises PlanError: an equation, formula or product that fits nothing, or a constant that is missing.
     """
-    declared = tables.get("reaction", ())
-    equations = [_read(one) for one in declared]
+    declared, precipitates = tables.get("reaction", ()), tables.get("precipitation", ())
     chemistry = _chemistry(declared)
-    ksp = {one.text("solid"): one.number("ksp") for one in tables.get("precipitation", ()) if one.values["ksp"]}
-    named = {formula for one in contents.values() for formula in one.solids}
-    named |= {one.text("solid") for one in tables.get("precipitation", ())}
-    gases = {one.text("gas") for one in tables.get("gas", ())}
-    phases = [
-        {**dict.fromkeys(SOLIDS | named, "s"), **dict.fromkeys(GASES | gases, "g"), **one.phases} for one in equations
-    ]
-    meant = {
-        (formula, phase[formula])
-        for equation, phase in zip(equations, phases, strict=True)
-        for formula in (*equation.reagents, *equation.products) if phase.get(formula) in ("s", "g")
-    } | {(formula, "s") for formula in named}  # fmt: skip
+    ksp = {**KSP, **{one["solid"]: one["ksp"] for one in precipitates if one["ksp"]}}
+    named = {*(one["solid"] for one in precipitates), *(solid for one in contents.values() for solid in one.solids)}
+    gases = GASES | {one["gas"] for one in tables.get("gas", ())}
+    usual = {**dict.fromkeys(SOLIDS | named, "s"), **dict.fromkeys(gases, "g")}
+    equations = [_read(one) for one in declared]
+    phases = [{**usual, **one.phases} for one in equations]
+    meant = {(formula, "s") for formula in named}
+    for equation, phase in zip(equations, phases, strict=True):
+        meant |= {(formula, phase.get(formula, "")) for formula in equation.formulas}
     products = {
-        formula: ksp.get(formula, KSP.get(formula, 0.0)) for formula, phase in sorted(meant)
-        if phase == "s" and chemistry.parts(formula) is not None and (formula in ksp or formula in KSP)
+        formula: ksp[formula] for formula, phase in sorted(meant)
+        if phase == "s" and formula in ksp and chemistry.parts(formula) is not None
     }  # fmt: skip
     bubbling = sorted(formula for formula, phase in meant if phase == "g" and formula in HENRY)
     processes: list[Process] = []
     reactions = []
     for one, equation, phase in zip(declared, equations, phases, strict=True):
         changes = _changes(equation, phase, chemistry, (*products, *bubbling))
-        happens = changes or any(formula in products for formula in (*equation.reagents, *equation.products))
-        if not happens and not any(_gives_ph(chemistry, formula) for formula in equation.reagents):
+        falls = any(formula in products for formula in equation.formulas)
+        asks_ph = any(_gives_ph(chemistry, formula) for formula in equation.reagents)
+        if not (changes or falls or asks_ph):
             raise one.fail("equation: nothing happens, all of it stays dissolved; mark what falls out with (s)")
-        rate = one.values["rate_per_s"]
-        if rate is not None and not changes:
-            falls = any(formula in products for formula in (*equation.reagents, *equation.products))
+        if one["rate_per_s"] is not None and not changes:
             what = "a solid with a solubility product falls out" if falls else "acids and bases meet"
             raise one.fail(f"rate_per_s: {what} at once; leave it out")
-        heat = one.values["heat_kj_mol"]
-        joule = enthalpy_j(changes) if heat is None else 1e3 * float(heat)
-        process = Process(one.text("equation"), changes, None if rate is None else float(rate), joule)
+        joule = enthalpy_j(changes) if one["heat_kj_mol"] is None else 1e3 * one["heat_kj_mol"]
+        process = Process(one["equation"], changes, one["rate_per_s"], joule)
         place = next((k for k, known in enumerate(processes) if known.same(process)), len(processes))
         if changes and place == len(processes):
             processes.append(process)
-        asks = any(_gives_ph(chemistry, formula) for formula in equation.reagents)
-        reactions.append(Reaction(one, equation, phase, place if changes else -1, asks))
+        reactions.append(Reaction(one, equation, phase, place if changes else -1, asks_ph))
     speciation = None
     if declared or products:
-        columns = {
-            part for one in contents.values() for formula in one.amounts for part in dissolved(chemistry, formula)
-        }
+        formulas = [*products, *(formula for one in contents.values() for formula in one.amounts)]
+        columns = {part for formula in formulas for part in chemistry.dissolved(formula)}
         columns |= {column for process in processes for column in process.changes if not column.endswith((SOLID, GAS))}
-        columns |= {part for formula in products for part in dissolved(chemistry, formula)}
         columns |= {HENRY[formula][0] for formula in bubbling}
         speciation = speciation_of(chemistry, sorted(columns), products, bubbling, open_air=_open_air(tables))
-        speciation = _told_heats(reactions, chemistry, speciation)
+        _note_heats(reactions, chemistry, speciation)
     return Recipe(tuple(reactions), tuple(processes), contents, chemistry, speciation)
 
 
 def _chemistry(declared: Sequence[Declaration]) -> Chemistry:
     acids, bases = (_together(declared, key) for key in ("acids", "bases"))
-    pkw = [(one.number("pkw"), one) for one in declared if one.values["pkw"] is not None]
+    pkw = [(one["pkw"], one) for one in declared if one["pkw"] is not None]
     for value, one in pkw:
         if value != pkw[0][0]:
             raise one.fail(f"pkw is {value:g} and another table says {pkw[0][0]:g}; give it once")
     known = Chemistry()
     for one in declared:
         for key, told in (("acids", acids), ("bases", bases)):
-            for formula in one.mapping(key):
+            for formula in one[key]:
                 _check_pka(one, key, formula, told[formula], known)
     return Chemistry({k: tuple(map(float, v)) for k, v in acids.items()}, bases, pkw[0][0] if pkw else PKW)
 
@@ -169,7 +151,7 @@ def _check_pka(one: Declaration, key: str, formula: str, told: Any, known: Chemi
 
 
 def _open_air(tables: Tables) -> bool:
-    told = {one.text("air"): one for one in tables.get("mixing", ())}
+    told = {one["air"]: one for one in tables.get("mixing", ())}
     if len(told) > 1:
         raise told["open"].fail("air is 'open' and another table says 'closed'; all vessels stand in one air")
     return "open" in told
@@ -180,35 +162,34 @@ def _gives_ph(chemistry: Chemistry, formula: str) -> bool:
     return bool(parts.get(PROTON)) or chemistry.is_base(formula) or any(part in HYDROLYSIS for part in parts)
 
 
-def _told_heats(reactions: Sequence[Reaction], chemistry: Chemistry, speciation: Speciation) -> Speciation:
+def _note_heats(reactions: Sequence[Reaction], chemistry: Chemistry, speciation: Speciation) -> None:
     """Enthalpies that no table knows, from equations whose heat the scene declares and that have one unknown."""
-    species, phases = speciation.species_j_mol.copy(), speciation.phases_j_mol.copy()
-    places = {name: k for k, name in enumerate(speciation.mixture.phases)}
+    joules = (speciation.species_j_mol, speciation.phases_j_mol)
     for one in reactions:
-        heat = one.declared.values["heat_kj_mol"]
+        heat = one.declared["heat_kj_mol"]
         if heat is None or one.process >= 0:
             continue
-        terms: dict[tuple[int, int], float] = {}
-        for sign, side in ((-1.0, one.equation.reagents), (1.0, one.equation.products)):
-            for formula, many in side.items():
-                column = formula + f"({one.phases.get(formula, '')})"
-                forms = speciation.form(chemistry, formula) if column not in places else None
-                rows = [(1, places[column], 1.0)] if forms is None and column in places else [
-                    (0, row, often) for row, often in (forms or {}).items()
-                ]  # fmt: skip
-                for kind, row, often in rows:
-                    terms[kind, row] = terms.get((kind, row), 0.0) + sign * many * often
-        tables = (species, phases)
-        unknown = [key for key, many in terms.items() if many and np.isnan(tables[key[0]][key[1]])]
-        known = sum(many * tables[kind][row] for (kind, row), many in terms.items() if (kind, row) not in unknown)
-        if len(unknown) != 1:
+        terms = [np.zeros(len(table)) for table in joules]
+        for formula, many in one.equation.changes.items():
+            column = formula + f"({one.phases.get(formula, '')})"
+            if column in speciation.mixture.phases:
+                terms[1][speciation.mixture.phases.index(column)] += many
+                continue
+            for row, often in (speciation.form(chemistry, formula) or {}).items():
+                terms[0][row] += many * often
+        unknown = [
+            (table, row, term[row]) for table, term in zip(joules, terms, strict=True)
+            for row in np.flatnonzero((term != 0.0) & np.isnan(table)).tolist()
+        ]  # fmt: skip
+        if not unknown:
+            raise one.declared.fail("heat_kj_mol: the enthalpies of all its formulas are known; leave it out")
+        if len(unknown) > 1:
             raise one.declared.fail(
-                "heat_kj_mol: the enthalpies of formation of all its formulas are known; leave it out" if not unknown
-                else "heat_kj_mol: more than one of its formulas has no enthalpy; declare one equation for each"
-            )  # fmt: skip
-        kind, row = unknown[0]
-        tables[kind][row] = (1e3 * float(heat) - known) / terms[kind, row]
-    return Speciation(speciation.mixture, speciation.changes, speciation.forms, species, phases)
+                "heat_kj_mol: more than one of its formulas has no enthalpy; declare one equation for each"
+            )
+        ((table, row, many),) = unknown
+        known = sum(float(term @ np.nan_to_num(table)) for table, term in zip(joules, terms, strict=True))
+        table[row] = (1e3 * heat - known) / many
 
 
 def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
@@ -219,27 +200,30 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
     equations = [one.equation for one in recipe.reactions]
     for one in recipe.reactions:
         _check_brought(one, recipe.chemistry, equations, contents)
-    _check_made(tables, equations, solids_of(recipe))
+    _check_made(tables, recipe)
     _check_known(recipe)
     _check_decided(recipe)
     for declared in tables.get("colour", ()):
         if not any(one.asks_ph for one in recipe.reactions):
-            raise declared.fail(f"no reaction of an acid or base gives {declared.body('in')!r} a pH; declare one")
+            raise declared.fail(f"no reaction of an acid or base gives {declared['in']!r} a pH; declare one")
     followed = vessel_names(tables)
-    for declared, key in [(one, key) for kind, key in WATCHED for one in tables.get(kind, ())]:
-        if declared.body(key) not in followed:
-            words = f"{key}: nothing is mixed in {declared.body(key)!r}; name it in an effect mixing, pour or burette"
-            raise declared.fail(words + nearest(declared.body(key), followed))
+    for declared, key in (
+        *((one, "in") for one in tables.get("colour", ())), *((one, "from") for one in tables.get("gas", ())),
+    ):  # fmt: skip
+        if declared[key] not in followed:
+            words = f"{key}: nothing is mixed in {declared[key]!r}; name it in an effect mixing, pour or burette"
+            raise declared.fail(words + nearest(declared[key], followed))
     for declared in tables.get("heat", ()):
-        if declared.text("of") != "flame":
-            _check_heat(declared, recipe)
+        _check_heat(declared, recipe)
 
 
 def _check_heat(declared: Declaration, recipe: Recipe) -> None:
     """Raises PlanError: a heat of what does not happen, or whose constants are missing."""
-    if declared.text("solute"):
+    if declared["of"] == "flame":
+        return
+    if declared["solute"]:
         _check_diluted(declared, recipe.contents)
-    if declared.text("of") != "neutralisation":
+    if declared["of"] != "neutralisation":
         return
     if not recipe.reactions:
         raise declared.fail("of: no effect reaction says what gives the heat; declare one")
@@ -262,7 +246,7 @@ def _check_heat(declared: Declaration, recipe: Recipe) -> None:
 
 
 def _check_diluted(declared: Declaration, contents: Mapping[str, Contents]) -> None:
-    solute, there = declared.text("solute"), {formula for held in contents.values() for formula in held.amounts}
+    solute, there = declared["solute"], {formula for held in contents.values() for formula in held.amounts}
     if solute not in there:
         raise declared.fail(f"solute: nobody brings {solute!r}{nearest(solute, there - {WATER})}")
     for name, held in contents.items():
@@ -277,7 +261,7 @@ def _together(declared: Sequence[Declaration], key: str) -> dict[str, Any]:
     """What all tables say of acids or bases; of one formula they say the same."""
     found: dict[str, Any] = {}
     for one in declared:
-        for formula, value in one.mapping(key).items():
+        for formula, value in one[key].items():
             if found.setdefault(formula, value) != value:
                 raise one.fail(f"{key}.{formula} is {value!r} and another table says {found[formula]!r}; give it once")
     return found
@@ -285,7 +269,7 @@ def _together(declared: Sequence[Declaration], key: str) -> dict[str, Any]:
 
 def _read(declared: Declaration) -> Equation:
     try:
-        return equation_of(declared.text("equation"), IONS)
+        return equation_of(declared["equation"], IONS)
     except ValueError as error:
         raise declared.fail(f"equation: {error}") from error
 
@@ -295,18 +279,16 @@ def _changes(
 ) -> dict[str, float]:
     """Column -> what one mol of reaction makes beyond what is at equilibrium anyway; ions that only look on cancel."""
     found: dict[str, float] = {}
-    for sign, side in ((-1.0, equation.reagents), (1.0, equation.products)):
-        for formula, coefficient in side.items():
-            phase = phases.get(formula, "")
-            if phase == "g" and formula in equilibrated:
-                part, protons, _ = HENRY[formula]
-                parts: Mapping[str, int] = {part: 1, PROTON: protons, **({WATER: -1} if part != formula else {})}
-            elif phase in ("s", "g") and formula not in equilibrated:
-                parts = {formula + f"({phase})": 1}
-            else:
-                parts = dissolved(chemistry, formula)
-            for part, many in parts.items():
-                found[part] = found.get(part, 0.0) + sign * coefficient * many
+    for formula, coefficient in equation.changes.items():
+        phase = phases.get(formula, "")
+        if phase == "g" and formula in equilibrated:
+            parts: Mapping[str, float] = gas_parts(formula)
+        elif phase in ("s", "g") and formula not in equilibrated:
+            parts = {f"{formula}({phase})": 1}
+        else:
+            parts = chemistry.dissolved(formula)
+        for part, many in parts.items():
+            found[part] = found.get(part, 0.0) + coefficient * many
     return {part: many for part, many in found.items() if many != 0.0}
 
 
@@ -317,76 +299,60 @@ def _check_brought(
     declared, equation = one.declared, one.equation
     there = {formula for held in contents.values() for formula in (*held.amounts, *held.solids)} | {WATER}
     there |= {formula for other in equations if other is not equation for formula in other.products}
-    parts = [dict(dissolved(chemistry, formula)) for formula in there]
+    parts = [dict(chemistry.dissolved(formula)) for formula in there]
     # A base brings protons below nothing, and water that it takes apart gives both.
     ions = {(part, many > 0) for held in parts for part, many in held.items()}
     basic = any(chemistry.is_base(formula) for formula in there)
 
-    def brought(formula: str) -> bool:
-        mine = dict(dissolved(chemistry, formula))
-        if formula in there or mine in parts:
-            return True
-        if charged(formula):
-            return all(
-                (part, many > 0) in ions or part == WATER or (part == PROTON and basic) for part, many in mine.items()
-            )
-        return False
-
     for formula in equation.reagents:
-        if not brought(formula):
+        mine = dict(chemistry.dissolved(formula))
+        as_ions = charge_of(formula) and all(
+            (part, many > 0) in ions or part == WATER or (part == PROTON and basic) for part, many in mine.items()
+        )
+        if not (formula in there or mine in parts or as_ions):
             raise declared.fail(f"equation: nobody brings {formula!r}{nearest(formula, there - {WATER})}")
-    known = there | set(equation.reagents) | set(equation.products)
+    known = there.union(equation.formulas)
     for key in ("acids", "bases"):
-        for formula in declared.mapping(key):
-            if formula not in known and dict(dissolved(chemistry, formula)) not in parts:
+        for formula in declared[key]:
+            if formula not in known and dict(chemistry.dissolved(formula)) not in parts:
                 raise declared.fail(f"{key}: nobody brings {formula!r}{nearest(formula, known - {WATER})}")
 
 
-def solids_of(recipe: Recipe) -> set[str]:
-    """Formulas of the solids at equilibrium."""
+def _check_made(tables: Tables, recipe: Recipe) -> None:
     phases = () if recipe.speciation is None else recipe.speciation.mixture.phases
-    return {name.removesuffix(SOLID) for name in phases}
-
-
-def charged(formula: str) -> bool:
-    """Whether a formula is that of an ion."""
-    return formula.endswith(("+", "-"))
-
-
-def _check_made(tables: Tables, equations: list[Equation], products: Collection[str]) -> None:
-    made = {formula for one in equations for formula in one.products}
-    made |= {formula for one in equations for formula in one.reagents if formula in products}
+    made = {
+        formula for one in recipe.reactions for formula in one.equation.formulas
+        if formula in one.equation.products or formula + SOLID in phases
+    }  # fmt: skip
+    for one in tables.get("precipitation", ()):
+        if one["solid"] + SOLID not in phases:
+            raise one.fail(f"ksp is missing: no table knows {one['solid']!r}, or which ions it is of")
     for kind, key in (("precipitation", "solid"), ("gas", "gas")):
         for one in tables.get(kind, ()):
-            if key == "solid" and one.text(key) not in products:
-                raise one.fail(f"ksp is missing: no table knows {one.text(key)!r}, or which ions it is of")
-            if one.text(key) not in made:
-                raise one.fail(f"{key}: no reaction makes {one.text(key)!r}{nearest(one.text(key), made)}")
+            if one[key] not in made:
+                raise one.fail(f"{key}: no reaction makes {one[key]!r}{nearest(one[key], made)}")
 
 
 def _check_decided(recipe: Recipe) -> None:
     """Raises PlanError: equations without a constant that want the same, so that their order would decide."""
     at_once = [(one, recipe.processes[one.process]) for one in recipe.reactions if one.process >= 0]
     at_once = [(one, process) for one, process in at_once if process.rate is None]
-    phases = () if recipe.speciation is None else recipe.speciation.changes
-    for place, (one, process) in enumerate(at_once):
-        used = {column for column, many in process.changes.items() if many < 0.0 and column != WATER}
+    rivals = [(process.text, process.changes) for _, process in at_once]
+    if recipe.speciation is not None:
+        names = [name.removesuffix(SOLID).removesuffix(GAS) for name in recipe.speciation.mixture.phases]
+        rivals += [(repr(name), changes) for name, changes in zip(names, recipe.speciation.changes, strict=True)]
+    for one, process in at_once:
         solid = next((column for column, many in process.changes.items() if column.endswith(SOLID) and many > 0.0), "")
         missing = f"the ksp of {solid.removesuffix(SOLID)!r} is" if solid else "rate_per_s is"
-        for _, other in at_once[:place]:
-            shared = sorted(used & {column for column, many in other.changes.items() if many < 0.0 and column != WATER})
-            if shared and other is not process:
-                raise one.declared.fail(
-                    f"{missing} missing: {other.text!r} wants {shared[0]} too, and nothing says which gets it"
-                )
-        for changes in phases:
-            shared = sorted(used & {column for column, many in changes.items() if many < 0.0})
-            if shared:
-                name = next(column for column in changes if column.endswith((SOLID, GAS)))
-                raise one.declared.fail(
-                    f"{missing} missing: {name.removesuffix(SOLID).removesuffix(GAS)!r} wants {shared[0]} too, and "
-                    "nothing says which gets it"
-                )
+        for text, changes in rivals:
+            shared = sorted(_used(process.changes) & _used(changes))
+            if shared and changes is not process.changes:
+                words = f"{text} wants {shared[0]} too, and nothing says which gets it"
+                raise one.declared.fail(f"{missing} missing: {words}")
+
+
+def _used(changes: Mapping[str, float]) -> set[str]:
+    return {column for column, many in changes.items() if many < 0.0 and column != WATER}
 
 
 def _check_known(recipe: Recipe) -> None:

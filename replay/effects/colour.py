@@ -20,21 +20,21 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Event ``colour-change`` from entering the range to leaving it by the other side; colour in the glass."""
     found = Findings(len(inputs))
     for declared in inputs.declared:
-        vessel = declared.body("in")
+        vessel = declared["in"]
         ph = inputs.output("reaction").series.get(f"{vessel}/pH")
         if ph is None or not len(ph.times):
             inputs.count("vessels without a pH: nothing came in, or neither acid nor base")
             continue
-        low, high = declared.number("from_ph"), declared.number("to_ph")
+        low, high = declared["from_ph"], declared["to_ph"]
         share = np.clip((ph.values - low) / (high - low), 0.0, 1.0)
         found.ran |= np.isin(inputs.times, ph.times)
-        found.series[f"{vessel}/{declared.text('indicator')}"] = Series(ph.times, share, "share")
+        found.series[f"{vessel}/{declared['indicator']}"] = Series(ph.times, share, "share")
         found.events += _changes(declared, ph.times, share)
-        lane = vessel if vessel not in found.lanes else f"{vessel} {declared.text('indicator')}"
+        lane = vessel if vessel not in found.lanes else f"{vessel} {declared['indicator']}"
         found.lanes[lane] = _lane(declared, ph.times, share)
         clear = inputs.output("mixing").liquids.get(vessel)
         if clear is not None:
-            acid, base = (COLOURS[declared.text(key)] for key in WORDS)
+            acid, base = (COLOURS[declared[key]] for key in WORDS)
             held = np.maximum(0, np.searchsorted(ph.times, clear.times, side="right") - 1)
             shade = blended(acid, base, share[held])
             found.liquids[vessel] = replace(clear, rgba=shade)
@@ -55,15 +55,15 @@ def _changes(declared: Declaration, times: FloatArray, share: FloatArray) -> lis
 
 
 def _event(declared: Declaration, times: FloatArray, before: int, after: int | None, to: int) -> EffectEvent:
-    words = [declared.text(key) for key in WORDS][:: to if to > 0 else -1]
+    words = [declared[key] for key in WORDS][:: to if to > 0 else -1]
     start = float(times[min(before + 1, len(times) - 1)])
-    text_ = f"{declared.text('indicator')} in {declared.body('in')} turns from {words[0]} to {words[1]}"
+    text_ = f"{declared['indicator']} in {declared['in']} turns from {words[0]} to {words[1]}"
     end = None if after is None else float(times[after])
-    return EffectEvent(start, "colour-change", (declared.body("in"),), end, {"to": words[1]}, text_)
+    return EffectEvent(start, "colour-change", (declared["in"],), end, {"to": words[1]}, text_)
 
 
 def _lane(declared: Declaration, times: FloatArray, share: FloatArray) -> list[LaneSpan]:
-    acid, base = (declared.text(key) for key in WORDS)
+    acid, base = (declared[key] for key in WORDS)
     between = tuple(blended(COLOURS[acid], COLOURS[base], np.array([0.5]))[0].tolist())
     masks = (
         (share <= 0.0, acid, COLOURS[acid]), ((share > 0.0) & (share < 1.0), f"{acid} to {base}", between),
@@ -77,7 +77,7 @@ def _lane(declared: Declaration, times: FloatArray, share: FloatArray) -> list[L
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:
-    if not declared.number("from_ph") < declared.number("to_ph"):
+    if not declared["from_ph"] < declared["to_ph"]:
         raise declared.fail("from_ph is not below to_ph; give the range in which the indicator changes, rising")
 
 

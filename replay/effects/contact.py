@@ -1,42 +1,90 @@
 """Every confirmed contact: one frame begins it, two clear frames end it; one that never lasts two frames is flicker."""
 
+from dataclasses import dataclass
+from typing import Final
+
 import numpy as np
 from numpy.typing import NDArray
 
 from replay.effects.declaring import Pair, pairs
 from replay.effects.inputs import EffectInputs, PairContact
-from replay.effects.output import FACE_PAIRS, EffectEvent, EffectOutput, Findings, Series
+from replay.effects.output import FACE_PAIRS, EffectEvent, EffectOutput, Findings, FloatArray, Series, Vector, vector_of
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import steadied
-from replay.effects.touches import EffectContact, Touches, touch_of
+
+FLAT: Final = 1e-3
+"""A curve narrower than this share of its length is a line, and a line has no plane."""
+
+
+@dataclass(frozen=True, eq=False)
+class EffectContact:
+    """One contact of a pair, for the effects that build on it."""
+
+    reported: PairContact
+    # first, stop: first frame in contact, and the first frame clear of it (T where the recording ends before)
+    first: int
+    stop: int
+    last: int  # last frame seen in contact: poses may be lost between it and ``stop``
+    before: int  # last frame before ``first`` known to be clear; -1 where there is none
+    point: Vector | None  # where the surfaces met in the first frame, world metres, or ``None`` without faces
+    # unit vector across the curve in which they met there, either way, or ``None`` where it spans no plane
+    normal: Vector | None
+    flicker: bool  # no two frames that follow each other are both in contact: a bump, or a tracker's noise
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``contact`` with begin and end, a lane and a count of face pairs per pair."""
-    touches: dict[Pair, tuple[EffectContact, ...]] = {}
-    heard: dict[Pair, PairContact] = {}
-    collected = Findings(len(inputs))
+    touches: dict[frozenset[str], list[EffectContact]] = {}
+    found = Findings(len(inputs))
     for pair in inputs.pairs:
-        reported = heard[pair] = inputs.contact(pair)
-        inputs.count("pair-frames", len(inputs))
-        touches[pair] = tuple(
-            touch_of(reported, first, stop) for first, stop in steadied(reported.touching, reported.known, frames_in=1)
-        )
-        inputs.count("flickers", sum(one.flicker for one in touches[pair]))
-        if touches[pair] and reported.detection.face_sets is not None:
-            collected.series[f"{pair[0]}-{pair[1]}/face_pairs"] = _faces(inputs, reported)
-        spans = [(one.first, one.last + 1) for one in touches[pair]]
-        collected.lane(f"{pair[0]}-{pair[1]}", *inputs.shown(spans, "contact"))
-    found = sorted((one for many in touches.values() for one in many), key=lambda one: (one.first, one.pair))
-    collected.events = [_event(inputs, one) for one in found]
-    return collected.output(Touches(touches, heard), always=True)
+        reported = inputs.contact(pair)
+        spans = steadied(reported.touching, reported.known, frames_in=1)
+        mine = touches[frozenset(pair)] = [_touch(reported, first, stop) for first, stop in spans]
+        name = f"{pair[0]}-{pair[1]}"
+        if mine and reported.detection.face_sets is not None:
+            found.series[f"{name}/face_pairs"] = _faces(inputs, reported)
+        found.lane(name, *inputs.shown([(one.first, one.last + 1) for one in mine], "contact"))
+        found.events += [_event(inputs, one) for one in mine]
+    found.events.sort(key=lambda event: (event.time, event.bodies))
+    return found.output(touches, always=True)
+
+
+def touches_of(inputs: EffectInputs, pair: Pair, *, flickers: bool = False) -> list[EffectContact]:
+    """The contacts of a pair in either order of names; those of one frame only where asked for."""
+    found: list[EffectContact] = inputs.output("contact").data.get(frozenset(pair), [])
+    return [one for one in found if flickers or not one.flicker]
+
+
+def meeting(reported: PairContact, frame: int) -> FloatArray:
+    """Points (n, 3), world metres, of the curve in which a pair meets at a frame; none without faces."""
+    return reported.section(frame).reshape(-1, 3)
+
+
+def _touch(reported: PairContact, first: int, stop: int) -> EffectContact:
+    clear = np.flatnonzero(reported.known[:first] & ~reported.touching[:first])
+    points = meeting(reported, first)
+    point = vector_of(points.mean(axis=0)) if len(points) else None
+    seen = reported.touching[first:stop][reported.known[first:stop]]
+    flicker = not bool((seen[1:] & seen[:-1]).any())
+    last = first + int(np.flatnonzero(reported.touching[first:stop])[-1])
+    before = int(clear[-1]) if len(clear) else -1
+    return EffectContact(reported, first, stop, last, before, point, _normal(points), flicker)
+
+
+def _normal(points: FloatArray) -> Vector | None:
+    """Normal of the plane that fits the curve of intersection: a fresh contact cuts a small flat loop."""
+    if len(points) < 3:
+        return None
+    _, size, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    return vector_of(axes[2]) if size[1] > FLAT * size[0] else None
 
 
 def _event(inputs: EffectInputs, touch: EffectContact) -> EffectEvent:
     start = float(inputs.times[touch.first])
     values = {"frames": touch.last + 1 - touch.first, "flicker": touch.flicker}
-    words = "{} touches {}".format(*touch.pair)
-    return EffectEvent(start, "contact", touch.pair, inputs.end(touch.last + 1), values, words, point=touch.point)
+    pair = touch.reported.pair
+    words = f"{pair[0]} touches {pair[1]}"
+    return EffectEvent(start, "contact", pair, inputs.end(touch.last + 1), values, words, point=touch.point)
 
 
 def _faces(inputs: EffectInputs, reported: PairContact) -> Series:

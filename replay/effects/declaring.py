@@ -1,9 +1,11 @@
 """Checks what a scene declares of an effect, field by field; an error names file, table, key and the nearest name."""
 
+import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Final, cast
+from itertools import product
+from typing import Any, Final
 
 from replay.errors import PlanError
 from sessions.errors import SessionError
@@ -20,7 +22,7 @@ REQUIRED: Final = object()
 class Field:
     """One key of an ``[[effect]]`` table."""
 
-    kind: str  # ``pairs``, ``bodies``, ``body``, ``number``, ``text``, ``flag``, ``vector``, ``mapping`` or ``words``
+    kind: str  # ``pairs``, ``bodies``, ``body``, ``number``, ``text``, ``vector``, ``mapping`` or ``words``
     about: str  # its meaning, for the plan and the documentation
     unit: str = ""  # of a number or vector
     # value when absent; ``REQUIRED``: must be given; ``None``: may be absent, and is then ``None``
@@ -33,32 +35,18 @@ class Field:
     source: str = ""  # where the default comes from
 
 
-def pairs(about: str, *, required: bool = True) -> Field:
-    """``between = [first, second]``: all pairs of a body of the first and one of the second selector."""
-    return Field("pairs", about, default=REQUIRED if required else ())
-
-
-def bodies(about: str, *, required: bool = True) -> Field:
-    """An id, ``tag:WORD``, or a list of them."""
-    return Field("bodies", about, default=REQUIRED if required else ())
-
-
-def body(about: str, *, required: bool = True) -> Field:
-    """An id, or a ``tag:WORD`` that one body has."""
-    return Field("body", about, default=REQUIRED if required else None)
-
-
-def vector(about: str, unit: str = "m", *, default: Any = REQUIRED) -> Field:
-    """Three finite numbers."""
-    return Field("vector", about, unit, default)
-
-
+pairs = partial(Field, "pairs")
+"""``between = [first, second]``: all pairs of a body of the first and one of the second selector."""
+bodies = partial(Field, "bodies")
+"""An id, ``tag:WORD``, or a list of them."""
+body = partial(Field, "body")
+"""An id, or a ``tag:WORD`` that one body has."""
 number = partial(Field, "number")
 """A finite number: ``number(about, unit, default=..., above=..., least=..., most=..., source=...)``."""
+vector = partial(Field, "vector")
+"""Three finite numbers."""
 text = partial(Field, "text")
 """A text; where ``among`` is given, one of those."""
-flag = partial(Field, "flag")
-"""True or false."""
 mapping = partial(Field, "mapping")
 """A table of the author's own keys."""
 words = partial(Field, "words")
@@ -73,40 +61,16 @@ class Declaration:
     # file, place: where it stands: ``scene.toml``, ``[[effect]] 3 ('pour')``
     file: str
     place: str
-    # every field of the spec; absent ones have their default. Bodies are tuples of names, pairs tuples of pairs.
+    # every field of the spec, ``declaration["key"]``; absent ones have their default. Bodies are tuples of names, pairs
+    # tuples of pairs.
     values: Mapping[str, Any]
+
+    def __getitem__(self, key: str) -> Any:
+        return self.values[key]
 
     def fail(self, message: str) -> PlanError:
         """The error to raise: file, table, message."""
         return PlanError(f"{self.file}: {self.place}: {message}")
-
-    def pairs(self, key: str = "between") -> tuple[Pair, ...]:
-        """Pairs of names."""
-        return cast("tuple[Pair, ...]", self.values[key])
-
-    def bodies(self, key: str) -> tuple[str, ...]:
-        """Names of bodies, in the order declared, each once."""
-        return cast("tuple[str, ...]", self.values[key])
-
-    def body(self, key: str) -> str:
-        """Name of a body; ``""`` where an optional one is absent."""
-        return cast(str, self.values[key] or "")
-
-    def number(self, key: str) -> float:
-        """A number."""
-        return float(self.values[key])
-
-    def text(self, key: str) -> str:
-        """A text; ``""`` where an optional one is absent."""
-        return cast(str, self.values[key] or "")
-
-    def vector(self, key: str) -> tuple[float, float, float]:
-        """Three numbers."""
-        return cast("tuple[float, float, float]", self.values[key])
-
-    def mapping(self, key: str) -> Mapping[str, Any]:
-        """A table as written."""
-        return cast("Mapping[str, Any]", self.values[key])
 
 
 def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: Scene, file: str) -> Declaration:
@@ -114,99 +78,87 @@ def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: S
 
     Raises PlanError: keys that are missing, unknown or wrong, a body or tag there is not; its ``faults`` are all.
     """
-    place = f"[[effect]] {row} ({effect.kind!r})"
-    reading = _Reading(scene, f"{file}: {place}: ")
-    unknown = [key for key in effect.settings if key not in fields]
-    faults = [str(reading.fail(f"unknown key {key!r}{nearest(key, fields)}")) for key in unknown]
-    values = {}
-    for key in fields:
-        try:
-            values[key] = reading.read(key, fields[key], effect)
-        except PlanError as error:
-            faults += error.faults
-    one_of: dict[str, str] = {}
-    for key in (key for key, field in fields.items() if field.kind == "body" and values.get(key)):
-        known = one_of.setdefault(values[key], key)
-        if known != key:
-            faults.append(str(reading.fail(f"{key} is {values[key]!r} and so is {known}; name two bodies")))
-    if faults:
-        raise PlanError(*faults)
-    return Declaration(effect.kind, file, place, values)
-
-
-class _Reading:
-    def __init__(self, scene: Scene, head: str) -> None:
-        self._scene, self._head = scene, head
-
-    def fail(self, message: str) -> PlanError:
-        return PlanError(f"{self._head}{message}")
-
-    def read(self, key: str, field: Field, effect: SceneEffect) -> Any:
-        value = effect.settings.get(key, field.default)
-        if value is REQUIRED:
-            unit = f" in {field.unit}" if field.unit else ""
-            raise self.fail(f"{key} is missing: {field.about}{unit}")
+    values: dict[str, Any] = {}
+    declaration = Declaration(effect.kind, file, f"[[effect]] {row} ({effect.kind!r})", values)
+    faults = [f"unknown key {key!r}{nearest(key, fields)}" for key in effect.settings if key not in fields]
+    names: dict[str, str] = {}
+    for key, field in fields.items():
         if key not in effect.settings:
-            return value
-        if field.kind in SIMPLE:
-            fits, wanted, made = SIMPLE[field.kind]
-            if not fits(value):
-                raise self.fail(f"{key} is {value!r}; give {wanted}")
-            if field.among and value not in field.among:
-                raise self.fail(f"{key} is {value!r}{nearest(value, field.among)}")
-            return made(value)
-        if field.kind == "number":
-            return self._number(key, value, field)
-        return {"pairs": self._pairs, "bodies": self._bodies, "body": self._body}[field.kind](key, value)
+            values[key] = field.default
+            if field.default is REQUIRED:
+                faults.append(f"{key} is missing: {field.about}{field.unit and ' in ' + field.unit}")
+            continue
+        try:
+            values[key] = READERS.get(field.kind, _simple)(effect.settings[key], field, scene)
+        except ValueError as error:
+            faults.append(f"{key} {error}")
+            continue
+        if field.kind == "body" and names.setdefault(values[key], key) != key:
+            faults.append(f"{key} is {values[key]!r} and so is {names[values[key]]}; name two bodies")
+    if faults:
+        raise PlanError(*(str(declaration.fail(fault)) for fault in faults))
+    return declaration
 
-    def _selected(self, key: str, word: object) -> tuple[str, ...]:
-        if not isinstance(word, str) or not word:
-            raise self.fail(f"{key} names {word!r}; give ids of bodies or tag:WORD")
-        named = bodies_by_selector(self._scene.bodies)
-        if word not in named:
-            raise self.fail(f"{key}: no body is {word!r}{nearest(word, named)}")
-        return tuple(named[word])
 
-    def _bodies(self, key: str, value: Any) -> tuple[str, ...]:
-        words = value if isinstance(value, list | tuple) else [value]
-        if not words:
-            raise self.fail(f"{key} is empty; give ids of bodies or tag:WORD")
-        return tuple(dict.fromkeys(name for word in words for name in self._selected(key, word)))
+def _selected(word: object, scene: Scene) -> tuple[str, ...]:
+    if not isinstance(word, str) or not word:
+        raise ValueError(f"names {word!r}; give ids of bodies or tag:WORD")
+    named = bodies_by_selector(scene.bodies)
+    if word not in named:
+        raise ValueError(f"names {word!r}, and no body is called so{nearest(word, named)}")
+    return tuple(named[word])
 
-    def _body(self, key: str, value: Any) -> str:
-        found = self._selected(key, value)
-        if len(found) > 1:
-            raise self.fail(f"{key} is {value!r}, which stands for {', '.join(found)}; give one body")
-        return found[0]
 
-    def _pairs(self, key: str, value: Any) -> tuple[Pair, ...]:
-        if not isinstance(value, list | tuple) or len(value) != 2:
-            raise self.fail(f"{key} is {value!r}; give two: [first, second], each an id or tag:WORD")
-        first, second = (self._selected(key, word) for word in value)
-        chosen: dict[frozenset[str], Pair] = {}
-        for pair in ((a, b) for a in first for b in second if a != b):
-            chosen.setdefault(frozenset(pair), pair)
-        if not chosen:
-            raise self.fail(f"{key} pairs {first[0]!r} with itself; a pair needs two bodies")
-        return tuple(chosen.values())
+def _bodies(value: Any, _: Field, scene: Scene) -> tuple[str, ...]:
+    words = value if isinstance(value, list | tuple) else [value]
+    if not words:
+        raise ValueError("is empty; give ids of bodies or tag:WORD")
+    return tuple(dict.fromkeys(name for word in words for name in _selected(word, scene)))
 
-    def _number(self, key: str, value: Any, field: Field) -> float:
-        unit = f" {field.unit}" if field.unit else ""
-        if not is_number(value):
-            raise self.fail(f"{key} is {value!r}; give a finite number{unit and ' in' + unit}")
-        for bad, words in (
-            (field.above is not None and not value > field.above, f"above {field.above}"),
-            (field.least is not None and value < field.least, f"at least {field.least}"),
-            (field.most is not None and value > field.most, f"at most {field.most}"),
-        ):
-            if bad:
-                raise self.fail(f"{key} is {value!r}; give {words}{unit}")
-        return float(value)
+
+def _body(value: Any, _: Field, scene: Scene) -> str:
+    first, *more = _selected(value, scene)
+    if more:
+        raise ValueError(f"is {value!r}, which stands for {', '.join((first, *more))}; give one body")
+    return first
+
+
+def _pairs(value: Any, _: Field, scene: Scene) -> tuple[Pair, ...]:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise ValueError(f"is {value!r}; give two: [first, second], each an id or tag:WORD")
+    first, second = (_selected(word, scene) for word in value)
+    chosen: dict[frozenset[str], Pair] = {}
+    for a, b in product(first, second):
+        if a != b:
+            chosen.setdefault(frozenset((a, b)), (a, b))
+    if not chosen:
+        raise ValueError(f"pairs {first[0]!r} with itself; a pair needs two bodies")
+    return tuple(chosen.values())
+
+
+def _number(value: Any, field: Field, _: Scene) -> float:
+    if not is_number(value):
+        raise ValueError(f"is {value!r}; give a finite number{field.unit and ' in ' + field.unit}")
+    for bound, fits, words in (
+        (field.above, operator.gt, "above"), (field.least, operator.ge, "at least"),
+        (field.most, operator.le, "at most"),
+    ):  # fmt: skip
+        if bound is not None and not fits(value, bound):
+            raise ValueError(f"is {value!r}; give {words} {bound}{field.unit and ' ' + field.unit}")
+    return float(value)
+
+
+def _simple(value: Any, field: Field, _: Scene) -> Any:
+    fits, wanted, made = SIMPLE[field.kind]
+    if not fits(value):
+        raise ValueError(f"is {value!r}; give {wanted}")
+    if field.among and value not in field.among:
+        raise ValueError(f"is {value!r}{nearest(value, field.among)}")
+    return made(value)
 
 
 SIMPLE: Final[dict[str, tuple[Callable[[Any], bool], str, Callable[[Any], Any]]]] = {
     "text": (lambda value: isinstance(value, str) and bool(value), "text", str),
-    "flag": (lambda value: isinstance(value, bool), "true or false", bool),
     "vector": (lambda value: isinstance(value, list | tuple) and len(value) == 3 and all(map(is_number, value)),
                "three finite numbers", lambda value: tuple(map(float, value))),
     "words": (lambda value: isinstance(value, Mapping) and all(isinstance(one, str) for one in value.values()),
@@ -214,6 +166,10 @@ SIMPLE: Final[dict[str, tuple[Callable[[Any], bool], str, Callable[[Any], Any]]]
     "mapping": (lambda value: isinstance(value, Mapping), "a table", dict),
 }  # fmt: skip
 """Kind of a field -> whether a value is of it, what is asked for, and what is made of it."""
+
+READERS: Final[Mapping[str, Callable[[Any, Field, Scene], Any]]] = {
+    "pairs": _pairs, "bodies": _bodies, "body": _body, "number": _number,
+}  # fmt: skip
 
 
 BODY_KEYS: Final[Mapping[str, Any]] = {
@@ -236,15 +192,15 @@ def body_faults(scene: Scene, file: str, more: Mapping[str, Any]) -> list[str]:
     """
     faults: list[str] = []
     known = {**BODY_KEYS, "properties": {**BODY_KEYS["properties"], **more}}
+
+    def look(table: TomlTable, keys: Mapping[str, Any]) -> None:
+        for key, below in keys.items():
+            inner = table.table(key) if below else None
+            if inner is not None:
+                look(inner, below)
+        table.done(keys)
+
     for row, body in enumerate(scene.bodies, start=1):
         held = {key: value for key, value in body.extra.items() if key in known}
-        _look(TomlTable(held, file, f"[[body]] {row} ({body.id!r})", SessionError, faults), known)
+        look(TomlTable(held, file, f"[[body]] {row} ({body.id!r})", SessionError, faults), known)
     return faults
-
-
-def _look(table: TomlTable, known: Mapping[str, Any]) -> None:
-    for key, keys in known.items():
-        inner = table.table(key) if keys else None
-        if inner is not None:
-            _look(inner, keys)
-    table.done(known)

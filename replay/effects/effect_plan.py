@@ -6,7 +6,7 @@ Every item carries its reasons, so that a plan can be read: ``contact: because b
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 from replay.effects import EFFECTS, effect_kinds, load_effect
 from replay.effects.declaring import Declaration, Pair, body_faults, declare
@@ -15,8 +15,9 @@ from replay.errors import EffectError, PlanError
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
 
-NOT_BUILT: Final = frozenset(("dropper", "penetration"))
-"""Kinds of the catalogue that this version does not compute; a scene may declare them, and the plan says so."""
+Key = TypeVar("Key")
+Reasons = dict[Key, tuple[str, ...]]
+"""What a plan holds -> why."""
 
 DECLARED: Final = "the scene declares it"
 
@@ -44,7 +45,6 @@ class Plan:
     topics: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     detectors: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     pair_reasons: Mapping[Pair, tuple[str, ...]] = field(default_factory=dict)  # pair -> effects that ask about it
-    not_built: tuple[str, ...] = ()  # declared kinds that this version does not compute
     not_run: tuple[str, ...] = ()  # kinds there are that this plan leaves out
 
     @property
@@ -66,14 +66,14 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
     Raises EffectError: a declared effect whose file cannot be loaded.
     """
     faults: list[str] = []
-    declared, not_built = _declared(scene, file, table, faults)
+    declared = _declared(scene, file, table, faults)
     theirs = {key: "" for kind in declared for key in load_effect(kind, table).properties}
     faults += body_faults(scene, file, theirs)
     if faults:
         raise PlanError(*faults)
     if scene.effects is None:
         return Plan({}, scene.pairs, detection=True, not_run=effect_kinds(table))
-    specs, because = _closure(declared, table)
+    specs, needs, because = _closure(declared, table)
     for spec in specs.values():
         try:
             if spec.check_all is not None:
@@ -83,17 +83,19 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
     if faults:
         raise PlanError(*dict.fromkeys(faults))
     inputs = {
-        kind: tuple(dict.fromkeys((*spec.needed(declared.get(kind, ())), *(one for one in spec.uses if one in specs))))
-        for kind, spec in specs.items()
+        kind: tuple(dict.fromkeys((*needs[kind], *(one for one in specs[kind].uses if one in specs))))
+        for kind in sorted(specs)
     }
-    order = _ordered(specs, inputs)
-    asked = _asked(order, declared, specs)
+    try:
+        order = tuple(TopologicalSorter(inputs).static_order())
+    except CycleError as error:
+        raise PlanError(f"effects need each other in a circle: {' -> '.join(error.args[1])}; break it") from error
+    asked = _asked(order, specs, needs, declared)
     steps = {
         kind: Step(specs[kind], declared.get(kind, ()), tuple(asked[kind]), inputs[kind], because[kind])
         for kind in order
     }
-    left = tuple(kind for kind in effect_kinds(table) if kind not in steps and kind not in not_built)
-    return _whole(scene, steps, not_built, left)
+    return _whole(scene, steps, tuple(kind for kind in effect_kinds(table) if kind not in steps))
 
 
 def plan_faults(scene: Scene, file: str = "scene.toml") -> tuple[str, ...]:
@@ -109,128 +111,100 @@ def plan_faults(scene: Scene, file: str = "scene.toml") -> tuple[str, ...]:
 
 def _declared(
     scene: Scene, file: str, table: Mapping[str, str], faults: list[str]
-) -> tuple[dict[str, tuple[Declaration, ...]], tuple[str, ...]]:
+) -> dict[str, tuple[Declaration, ...]]:
     found: dict[str, tuple[Declaration, ...]] = {}
-    not_built: dict[str, None] = {}
     known = effect_kinds(table)
     for row, effect in enumerate(scene.effects or (), start=1):
-        if effect.kind in known:
-            spec = load_effect(effect.kind, table)
-            try:
-                declaration = declare(effect, row, spec.fields, scene, file)
-                if spec.check is not None:
-                    spec.check(declaration, scene)
-            except PlanError as error:
-                faults += error.faults
-                continue
-            before = found.get(effect.kind, ())
-            faults += _clashes(declaration, before, spec)
-            # A table that stands there twice asks for nothing more.
-            if all(one.values != declaration.values for one in before):
-                found[effect.kind] = (*before, declaration)
-        elif effect.kind in NOT_BUILT:
-            not_built[effect.kind] = None
-        else:
+        if effect.kind not in known:
             faults.append(f"{file}: [[effect]] {row}: no effect of kind {effect.kind!r}{nearest(effect.kind, known)}")
-    for kind in [kind for kind, declarations in found.items() if _lacks(kind, declarations, known, table)]:
-        not_built[kind] = None
-        del found[kind]
-    return found, tuple(not_built)
+            continue
+        spec = load_effect(effect.kind, table)
+        try:
+            declaration = declare(effect, row, spec.fields, scene, file)
+            if spec.check is not None:
+                spec.check(declaration, scene)
+        except PlanError as error:
+            faults += error.faults
+            continue
+        before = found.get(effect.kind, ())
+        faults += _clashes(declaration, before, spec)
+        # A table that stands there twice asks for nothing more.
+        if all(one.values != declaration.values for one in before):
+            found[effect.kind] = (*before, declaration)
+    return found
 
 
 def _clashes(new: Declaration, before: tuple[Declaration, ...], spec: EffectSpec) -> list[str]:
     """Where a table says of one thing what another one of its kind says otherwise."""
-    same = [one for one in before if spec.single and one.values[spec.single] == new.values[spec.single]]
+    same = [one for one in before if spec.single and one[spec.single] == new.values[spec.single]]
     return [
-        str(new.fail(f"{key} is {new.values[key]!r} and {one.place} says {one.values[key]!r}; one {spec.kind} has one"))
+        str(new.fail(f"{key} is {new[key]!r} and {one.place} says {one[key]!r}; one {spec.kind} has one"))
         for one in same[:1]
         for key, field_ in spec.fields.items()
-        if field_.kind not in ("bodies", "pairs") and new.values[key] != one.values[key]
+        if field_.kind not in ("bodies", "pairs") and new[key] != one[key]
     ]
-
-
-def _lacks(
-    kind: str, declared: tuple[Declaration, ...], known: tuple[str, ...], table: Mapping[str, str], *seen: str
-) -> bool:
-    """Whether an effect needs, at any remove, one of the catalogue that this version does not compute."""
-    return any(
-        (one in NOT_BUILT and one not in known) or (one not in seen and _lacks(one, (), known, table, kind, *seen))
-        for one in load_effect(kind, table).needed(declared)
-    )
 
 
 def _closure(
     declared: Mapping[str, tuple[Declaration, ...]], table: Mapping[str, str]
-) -> tuple[dict[str, EffectSpec], dict[str, tuple[str, ...]]]:
+) -> tuple[dict[str, EffectSpec], dict[str, tuple[str, ...]], Reasons[str]]:
     specs: dict[str, EffectSpec] = {}
-    because: dict[str, tuple[str, ...]] = dict.fromkeys(declared, (DECLARED,))
+    needs: dict[str, tuple[str, ...]] = {}
+    because: Reasons[str] = dict.fromkeys(declared, (DECLARED,))
     waiting = list(declared)
-    while waiting:
-        kind = waiting.pop(0)
-        if kind in specs:
-            continue
-        specs[kind] = load_effect(kind, table)
-        for needed in specs[kind].needed(declared.get(kind, ())):
-            _note(because, needed, f"{kind} needs it")
-            waiting.append(needed)
-    return specs, because
-
-
-def _ordered(specs: Mapping[str, EffectSpec], inputs: Mapping[str, tuple[str, ...]]) -> tuple[str, ...]:
-    try:
-        return tuple(TopologicalSorter({kind: inputs[kind] for kind in sorted(specs)}).static_order())
-    except CycleError as error:
-        raise PlanError(f"effects need each other in a circle: {' -> '.join(error.args[1])}; break it") from error
+    for kind in waiting:  # it grows by what is needed
+        if kind not in specs:
+            specs[kind] = load_effect(kind, table)
+            needs[kind] = specs[kind].needed(declared.get(kind, ()))
+            waiting += needs[kind]
+            for needed in needs[kind]:
+                _note(because, needed, f"{kind} needs it")
+    return specs, needs, because
 
 
 def _asked(
-    order: tuple[str, ...], declared: Mapping[str, tuple[Declaration, ...]], specs: Mapping[str, EffectSpec]
-) -> dict[str, dict[Pair, tuple[str, ...]]]:
+    order: tuple[str, ...], specs: Mapping[str, EffectSpec], needs: Mapping[str, tuple[str, ...]],
+    declared: Mapping[str, tuple[Declaration, ...]],
+) -> dict[str, Reasons[Pair]]:  # fmt: skip
     """For each effect the pairs it speaks of, and who asks for each: its own tables, and the effects that need it."""
-    asked: dict[str, dict[Pair, tuple[str, ...]]] = {kind: {} for kind in order}
+    asked: dict[str, Reasons[Pair]] = {kind: {} for kind in order}
     for kind in reversed(order):
-        for declaration in declared.get(kind, ()):
-            for key, one in specs[kind].fields.items():
-                for pair in declaration.pairs(key) if one.kind == "pairs" else ():
-                    _ask(asked[kind], pair, kind)
-        for needed in specs[kind].needed(declared.get(kind, ())):
+        for pair in _values(specs[kind], declared.get(kind, ()), "pairs"):
+            _ask(asked[kind], pair, kind)
+        for needed in needs[kind]:
             for pair, who in asked[kind].items():
                 _ask(asked[needed], pair, *who)
     return asked
 
 
-def _ask(asked: dict[Pair, tuple[str, ...]], pair: Pair, *who: str) -> None:
+def _values(spec: EffectSpec, declared: tuple[Declaration, ...], kind: str) -> list[Any]:
+    """What the tables of an effect say in fields of a kind that holds several."""
+    keys = [key for key, field in spec.fields.items() if field.kind == kind]
+    return [value for declaration in declared for key in keys for value in declaration[key]]
+
+
+def _ask(asked: Reasons[Pair], pair: Pair, *who: str) -> None:
     _note(asked, pair[::-1] if pair not in asked and pair[::-1] in asked else pair, *who)
 
 
-def _note(reasons: dict[Any, tuple[str, ...]], key: Pair | str, *who: str) -> None:
+def _note(reasons: Reasons[Any], key: Pair | str, *who: str) -> None:
     reasons[key] = tuple(dict.fromkeys((*reasons.get(key, ()), *who)))
 
 
-def _whole(scene: Scene, steps: Mapping[str, Step], not_built: tuple[str, ...], not_run: tuple[str, ...]) -> Plan:
-    pairs: dict[Pair, tuple[str, ...]] = {}
-    bodies, topics, detectors = (dict[str, tuple[str, ...]]() for _ in range(3))
+def _whole(scene: Scene, steps: Mapping[str, Step], not_run: tuple[str, ...]) -> Plan:
+    pairs: Reasons[Pair] = {}
+    bodies, topics, detectors = (Reasons[str]() for _ in range(3))
     for pair in scene.pairs or ():
         _ask(pairs, pair, "the scene's own pairs")
     for kind, step in steps.items():
         for topic in (POSES, *step.spec.reads):
             _note(topics, topic, kind)
-        for name in _named(step):
+        names = [name for pair in step.pairs for name in pair] + _values(step.spec, step.declared, "bodies")
+        keys = [key for key, field in step.spec.fields.items() if field.kind == "body"]
+        for name in (*names, *(one[key] for one in step.declared for key in keys if one[key])):
             _note(bodies, name, kind)
         if step.spec.detector:
             _note(detectors, step.spec.detector, kind)
             for pair in step.pairs:
                 _ask(pairs, pair, kind)
-    return Plan(steps, tuple(pairs), bool(pairs), bodies, topics, detectors, pairs, not_built, not_run)
-
-
-def _named(step: Step) -> list[str]:
-    """Bodies that the tables of an effect name."""
-    names = [name for pair in step.pairs for name in pair]
-    for declaration in step.declared:
-        for key, one in step.spec.fields.items():
-            if one.kind == "bodies":
-                names += declaration.bodies(key)
-            elif one.kind == "body" and declaration.body(key):
-                names.append(declaration.body(key))
-    return names
+    return Plan(steps, tuple(pairs), bool(pairs), bodies, topics, detectors, pairs, not_run)

@@ -30,7 +30,6 @@ def plan_summary(planned: Plan) -> dict[str, Any]:
         "topics": _lists(planned.topics),
         "detectors": _lists(planned.detectors),
         "detection": planned.detection,
-        "not_built": list(planned.not_built),
         "not_run": list(planned.not_run),
     }
 

@@ -6,6 +6,7 @@ sign. Only a cut at which the pH has an inflection is an end point: nobody could
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import chain, pairwise
 from typing import Final
 
 import numpy as np
@@ -13,9 +14,9 @@ import numpy as np
 from cdcore.numerics import FloatArray
 from replay.effects.matter import Matter
 from replay.effects.models.equation import charge_of
-from replay.effects.models.equilibrium import equilibrium
+from replay.effects.models.equilibrium import Mixture, equilibrium
 from replay.effects.models.ledger import BROUGHT
-from replay.effects.models.speciation import PROTON
+from replay.effects.models.speciation import PROTON, WATER
 from replay.effects.output import EffectEvent
 
 LEAST: Final = 1e-6
@@ -46,9 +47,17 @@ class _Crossing:
     share: float
     rising: bool
 
+    def at(self, rows: FloatArray) -> FloatArray:
+        """What rows (n, ...) come to there."""
+        return np.asarray(rows[self.before] + self.share * (rows[self.after] - rows[self.before]))
+
     def same(self, other: "_Crossing") -> bool:
         """Whether it is where another one is."""
         return self.before == other.before and abs(self.share - other.share) < 1e-6
+
+
+Found = Iterator[tuple[_Crossing, str, str]]
+"""Crossings, and the names of what is equivalent."""
 
 
 def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
@@ -56,67 +65,51 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
 
     The volume is that which came from where the flow came from that did it: the titrant, rinses left out.
     """
-    history = matter.histories[vessel]
-    if not history.added_ml[-1].any():
+    history, speciation = matter.histories[vessel], matter.recipe.speciation
+    if speciation is None or not history.added_ml[-1].any():
         return []
-    found = sorted(
-        [*_of_protons(matter, vessel), *_of_electrons(matter, vessel), *_of_ions(matter, vessel)],
-        key=lambda row: (row[0].before, row[0].share),
-    )
+    totals = matter.totals(history.amounts)
+    kinds = (_of_protons(matter, vessel, totals), _of_electrons(matter, vessel), _of_ions(matter, vessel, totals))
+    found = sorted(chain(*kinds), key=lambda row: (row[0].before, row[0].share))
+    events: list[EffectEvent] = []
     # Where a salt falls out of an acid and its base both are equivalent at once.
     found = [row for k, row in enumerate(found) if not k or not row[0].same(found[k - 1][0])]
-    events = []
     for number, (crossing, left, right) in enumerate(found, start=1):
-        a, b = crossing.before, crossing.after
-        came = history.added_ml[b] - history.added_ml[a] > 0.0
+        came = history.added_ml[crossing.after] > history.added_ml[crossing.before]
         added = history.added_ml[:, came].sum(axis=1)
-        columns = (history.times, added)
-        time, volume = (float(one[a] + crossing.share * (one[b] - one[a])) for one in columns)
+        volume = float(crossing.at(added))
         over = float(added[-1]) - volume
         which = f" (end point {number} of {len(found)})" if len(found) > 1 else ""
         tail = f"; overshot by {over:.2f} mL" if number == len(found) else ""
         words = f"{left} and {right} are equivalent in {vessel} after {volume:.2f} mL{which}{tail}"
         values = {"volume_ml": volume, "overshot_ml": over, "number": number}
-        events.append(EffectEvent(time, "end-point", (vessel,), None, values, words))
+        events.append(EffectEvent(float(crossing.at(history.times)), "end-point", (vessel,), None, values, words))
     return events
 
 
-def _of_protons(matter: Matter, vessel: str) -> Iterator[tuple[_Crossing, str, str]]:
-    speciation, chemistry = matter.recipe.speciation, matter.recipe.chemistry
-    if speciation is None:
-        return
-    history, parts = matter.histories[vessel], speciation.mixture.parts
-    totals = matter.totals(history.amounts)
-    there = {part: totals[:, place] for place, part in enumerate(parts) if place and totals[:, place].any()}
-    steps = sorted({pka for part in there for pka in chemistry.pka.get(part, ()) if STRONGEST < pka < WEAKEST})
-    for low, high in zip([-np.inf, *steps], [*steps, np.inf], strict=True):
-        kept = sum(
-            (sum(pka >= high for pka in chemistry.pka.get(part, ())) * amount for part, amount in there.items()),
-            np.zeros(len(totals)),
-        )
-        excess = totals[:, 0] - kept
+def _of_protons(matter: Matter, vessel: str, totals: FloatArray) -> Found:
+    mixture, pka = matter.mixture, matter.recipe.chemistry.pka
+    litres = 1e-3 * matter.histories[vessel].volume_ml
+    mine = [pka.get(part, ()) if amount.any() else () for part, amount in zip(mixture.parts, totals.T, strict=True)]
+    cuts = [-np.inf, *sorted({step for steps in mine for step in steps if STRONGEST < step < WEAKEST}), np.inf]
+    for low, high in pairwise(cuts):
+        excess = totals[:, 0] - totals @ np.array([sum(step >= high for step in steps) for steps in mine])
         for crossing in _crossings(excess):
-            a, b = crossing.before, crossing.after
-            point = totals[a] + crossing.share * (totals[b] - totals[a])
-            litres = 1e-3 * float(history.volume_ml[a] + crossing.share * (history.volume_ml[b] - history.volume_ml[a]))
-            amounts = dict(zip(parts, point.tolist(), strict=True))
-            sizes = [
-                sum(amount for part, amount in amounts.items() if pka in chemistry.pka.get(part, ()))
-                for pka in (low, high) if np.isfinite(pka)
-            ]  # fmt: skip
+            point = crossing.at(totals)
+            sizes = [float(point @ [cut in steps for steps in mine]) for cut in (low, high) if np.isfinite(cut)]
             size = min(sizes, default=float(np.abs(excess).max()))
-            if size > 0.0 and litres > 0.0 and _inflects(matter, point, size, litres):
+            there = float(crossing.at(litres))
+            if size > 0.0 and there > 0.0 and _inflects(mixture, point, size, there):
                 names = _names(matter, vessel, crossing, low, high)
                 if names is not None:
-                    yield crossing, names[0], names[1]
+                    yield crossing, *names
 
 
-def _inflects(matter: Matter, point: FloatArray, size: float, litres: float) -> bool:
+def _inflects(mixture: Mixture, point: FloatArray, size: float, litres: float) -> bool:
     """Whether the pH is steepest where as many protons are there as counted, and flatter on both sides."""
-    assert matter.recipe.speciation is not None
     totals = np.tile(point, (len(HALF_STEP), 1))
     totals[:, 0] += HALF_STEP * size
-    ph = equilibrium(matter.recipe.speciation.mixture, totals, np.full(len(totals), litres)).ph
+    ph = equilibrium(mixture, totals, np.full(len(totals), litres)).ph
     steep, middle = -np.diff(ph) / np.diff(HALF_STEP), 0.5 * (HALF_STEP[1:] + HALF_STEP[:-1])
     near = np.abs(middle) <= NARROW
     flat = (steep[middle < -NARROW].min(), steep[middle > NARROW].min())
@@ -154,55 +147,40 @@ def _names(matter: Matter, vessel: str, crossing: _Crossing, low: float, high: f
     return (" + ".join(acids), " + ".join(bases)) if acids and bases else None
 
 
-def _of_ions(matter: Matter, vessel: str) -> Iterator[tuple[_Crossing, str, str]]:
+def _of_ions(matter: Matter, vessel: str, totals: FloatArray) -> Found:
     """Where a metal ion has as much as falls out with it, one salt after the other, the least soluble first."""
-    speciation = matter.recipe.speciation
-    if speciation is None:
-        return
-    mixture, history = speciation.mixture, matter.histories[vessel]
-    totals = matter.totals(history.amounts)
+    mixture, litres = matter.mixture, 1e-3 * matter.histories[vessel].volume_ml
     salts = [row for row, uses in enumerate(mixture.uses) if uses[0] == 0.0 and np.count_nonzero(uses) == 2]
     for metal in (place for place, part in enumerate(mixture.parts) if charge_of(part) > 0):
-        bound, names = np.zeros(len(totals)), []
+        left, names = totals[:, metal], []
         for salt in sorted((row for row in salts if mixture.uses[row, metal]), key=lambda row: mixture.products[row]):
             (other,) = (place for place in np.flatnonzero(mixture.uses[salt]).tolist() if place != metal)
-            bound = bound + totals[:, other] * mixture.uses[salt, metal] / mixture.uses[salt, other]
+            left = left - totals[:, other] * mixture.uses[salt, metal] / mixture.uses[salt, other]
             names.append(mixture.parts[other])
-            if not totals[:, other].any():
-                continue
-            for crossing in _crossings(totals[:, metal] - bound):
-                if _jumps(matter, vessel, crossing, metal, totals):
+            for crossing in _crossings(left) if totals[:, other].any() else ():
+                if _jumps(mixture, metal, crossing.at(totals), float(crossing.at(litres))):
                     yield crossing, mixture.parts[metal], " + ".join(sorted(names))
 
 
-def _jumps(matter: Matter, vessel: str, crossing: _Crossing, metal: int, totals: FloatArray) -> bool:
+def _jumps(mixture: Mixture, metal: int, point: FloatArray, litres: float) -> bool:
     """Whether the free metal ion changes by a power of ten about a crossing: less nobody sees."""
-    assert matter.recipe.speciation is not None
-    mixture, volume = matter.recipe.speciation.mixture, matter.histories[vessel].volume_ml
-    a, b = crossing.before, crossing.after
-    point = np.tile(totals[a] + crossing.share * (totals[b] - totals[a]), (2, 1))
-    point[:, metal] *= (1.0 - ABOUT, 1.0 + ABOUT)
-    litres = np.full(2, 1e-3 * (volume[a] + crossing.share * (volume[b] - volume[a])))
+    totals = np.tile(point, (2, 1))
+    totals[:, metal] *= (1.0 - ABOUT, 1.0 + ABOUT)
     free = mixture.species.index(mixture.parts[metal])
-    low, high = equilibrium(mixture, point, litres).species[:, free]
+    low, high = equilibrium(mixture, totals, np.full(2, litres)).species[:, free]
     return bool(low > 0.0 and high > 10.0 * low)
 
 
-def _of_electrons(matter: Matter, vessel: str) -> Iterator[tuple[_Crossing, str, str]]:
+def _of_electrons(matter: Matter, vessel: str) -> Found:
     """Where the second of two reagents of an equation that runs to its end begins to be left over."""
-    history = matter.histories[vessel]
-    for reaction in matter.recipe.reactions:
-        process = matter.recipe.processes[reaction.process] if reaction.process >= 0 else None
-        if process is None or process.rate is not None:
-            continue
-        used = [column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, "H2O")]
-        if len(used) == 2:
+    for row, process in enumerate(matter.recipe.processes):
+        used = sorted(
+            column for column, many in process.changes.items() if many < 0.0 and column not in (PROTON, WATER)
+        )
+        if process.rate is None and len(used) == 2 and matter.histories[vessel].extents[-1, row] > 0.0:
             left, right = (matter.amount(vessel, column) / -process.changes[column] for column in used)
-            if not history.extents[-1, reaction.process] > 0.0:
-                continue
             for crossing in _crossings(left - right):
-                first, second = sorted(used)
-                yield crossing, first, second
+                yield crossing, used[0], used[1]
 
 
 def _crossings(excess: FloatArray) -> Iterator[_Crossing]:

@@ -19,14 +19,13 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``dip`` and ``flame`` with the salt and the colour seen, ``""`` when the visit was too short."""
     found = Findings(len(inputs))
     for declared in inputs.declared:
-        wire = declared.body("wire")
+        wire = declared["wire"]
         poses = inputs.poses(wire)
-        tips = poses.point(declared.vector("tip"))
-        inputs.count("tips compared", int(poses.valid.sum()))
+        tips = poses.point(declared["tip"])
         dips = _dips(inputs, declared, tips, poses)
         for vessel, span in dips:
             found.ran[slice(*span)] = True
-            salt = str(declared.mapping("dips")[vessel])
+            salt = str(declared["dips"][vessel])
             start, words = float(inputs.times[span[0]]), f"{wire} is dipped into {salt}"
             found.events.append(EffectEvent(start, "dip", (wire, vessel), inputs.end(span[1]), {"salt": salt}, words))
             found.lane(wire, *inputs.shown([span], f"in {vessel}"))
@@ -41,7 +40,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 def _dips(inputs: EffectInputs, declared: Declaration, tips: FloatArray, poses: BodyPoses) -> list[tuple[str, Span]]:
     """Vessel and frames of each dip below the level of a liquid, in order."""
     found: list[tuple[str, Span]] = []
-    for name in declared.mapping("dips"):
+    for name in declared["dips"]:
         vessel = Vessel(inputs.body(name))
         there = inputs.poses(name)
         height = there.local(tips)[:, 1]
@@ -52,9 +51,9 @@ def _dips(inputs: EffectInputs, declared: Declaration, tips: FloatArray, poses: 
 
 
 def _in_cone(inputs: EffectInputs, declared: Declaration, tips: FloatArray) -> BoolArray:
-    lamp = inputs.poses(declared.body("flame"))
-    local = lamp.local(tips) - np.array(declared.vector("base"))
-    height, radius = declared.number("flame_height"), declared.number("flame_radius")
+    lamp = inputs.poses(declared["flame"])
+    local = lamp.local(tips) - np.array(declared["base"])
+    height, radius = declared["flame_height"], declared["flame_radius"]
     across = np.hypot(local[:, 0], local[:, 2])
     return np.asarray(lamp.valid & (local[:, 1] >= 0.0) & (across <= radius * (1.0 - local[:, 1] / height)))
 
@@ -62,26 +61,26 @@ def _in_cone(inputs: EffectInputs, declared: Declaration, tips: FloatArray) -> B
 def _visit(inputs: EffectInputs, declared: Declaration, span: Span, dips: list[tuple[str, Span]]) -> EffectEvent:
     start, end = inputs.ends(span)
     before = [vessel for vessel, dip in dips if dip[0] < span[0]]
-    salt = str(declared.mapping("dips")[before[-1]]) if before else ""
-    long_enough = end - start >= declared.number("seconds")
-    seen = str(declared.mapping("colours").get(salt, "")) if long_enough else ""
+    salt = str(declared["dips"][before[-1]]) if before else ""
+    long_enough = end - start >= declared["seconds"]
+    seen = str(declared["colours"].get(salt, "")) if long_enough else ""
     words = f"{salt or 'a clean wire'} is in the flame for {end - start:.1f} s: {seen or 'no colour'}"
-    bodies = (declared.body("wire"), declared.body("flame"))
+    bodies = (declared["wire"], declared["flame"])
     return EffectEvent(
         start, "flame", bodies, inputs.end(span[1]), {"salt": salt, "seen": seen, "seconds": end - start}, words
     )
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:
-    known = declared.bodies("vessels")
-    for name in declared.mapping("dips"):
+    known = declared["vessels"]
+    for name in declared["dips"]:
         if name not in known:
             raise declared.fail(f"dips: {name!r} is none of the vessels{nearest(name, known)}")
     for name in known:
-        if name not in declared.mapping("dips"):
+        if name not in declared["dips"]:
             raise declared.fail(f"dips: nothing says which salt is in {name!r}")
-    salts = {str(salt) for salt in declared.mapping("dips").values()}
-    for salt in declared.mapping("colours"):
+    salts = {str(salt) for salt in declared["dips"].values()}
+    for salt in declared["colours"]:
         if salt not in salts:
             raise declared.fail(f"colours: no vessel of dips holds {salt!r}{nearest(salt, salts)}")
 

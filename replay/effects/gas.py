@@ -19,12 +19,11 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``collect`` with volume and amount; collected and leaked volume as series, a lane of where it goes."""
     found = Findings(len(inputs))
     for declared in inputs.declared:
-        gas, jar = declared.text("gas"), declared.body("jar")
+        gas, jar = declared["gas"], declared["jar"]
         evolved = _evolved(inputs, declared)
         gained = np.diff(evolved, prepend=0.0)
         evolving = gained > 0.0
         found.ran |= evolving
-        inputs.count("frames evolving", int(evolving.sum()))
         if not evolving.any():
             continue
         caught = evolving & _led_in(inputs, declared)
@@ -42,8 +41,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 
 def _evolved(inputs: EffectInputs, declared: Declaration) -> FloatArray:
     """Mol (T,) of gas that the flask's reactions have given; what is poured off takes no gas back."""
-    matter, flask = matter_of(inputs), declared.body("from")
-    place = matter.ledger.column.get(declared.text("gas") + GAS)
+    matter, flask = matter_of(inputs), declared["from"]
+    place = matter.ledger.column.get(declared["gas"] + GAS)
     if flask not in matter.histories or place is None:
         return np.zeros(len(inputs))
     return np.maximum.accumulate(matter.states(flask, inputs.times)[0][:, place])
@@ -51,20 +50,20 @@ def _evolved(inputs: EffectInputs, declared: Declaration) -> FloatArray:
 
 def _led_in(inputs: EffectInputs, declared: Declaration) -> BoolArray:
     """(T,) whether the tube's inlet is in the flask and its outlet in the jar, which stands on its mouth."""
-    tube = inputs.poses(declared.body("tube"))
-    vessels = vessels_of(inputs, (declared.body("from"), declared.body("jar")))
+    tube = inputs.poses(declared["tube"])
+    vessels = vessels_of(inputs, (declared["from"], declared["jar"]))
     flask, jar = (inputs.poses(name).held() for name in vessels)
-    enters = inside(tube.point(declared.vector("inlet")), flask, vessels[declared.body("from")])
-    leads = inside(tube.point(declared.vector("outlet")), jar, vessels[declared.body("jar")])
+    enters = inside(tube.point(declared["inlet"]), flask, vessels[declared["from"]])
+    leads = inside(tube.point(declared["outlet"]), jar, vessels[declared["jar"]])
     overturned = jar.rotation[:, 1, 1] < 0.0
     return np.asarray(enters & leads & overturned)
 
 
 def _ml_per_mol(declared: Declaration) -> float:
-    celsius = declared.number("temperature_c")
-    antoine = declared.values["antoine"]
-    vapour = vapour_pressure_pa(celsius, declared.vector("antoine")) if antoine is not None else 0.0
-    return gas_ml_per_mol(celsius, declared.number("pressure_pa"), vapour)
+    celsius = declared["temperature_c"]
+    antoine = declared["antoine"]
+    vapour = vapour_pressure_pa(celsius, declared["antoine"]) if antoine is not None else 0.0
+    return gas_ml_per_mol(celsius, declared["pressure_pa"], vapour)
 
 
 def _event(
@@ -75,8 +74,8 @@ def _event(
     volume = float(collected[stop - 1]) - before
     leaked_mol = float(leaked[first]) / per_mol
     values = {"volume_ml": volume, "moles": volume / per_mol, "leaked_before_mol": leaked_mol}
-    bodies = (declared.body("jar"), declared.body("tube"))
-    words = f"{volume:.1f} mL {declared.text('gas')} are collected in {bodies[0]}"
+    bodies = (declared["jar"], declared["tube"])
+    words = f"{volume:.1f} mL {declared['gas']} are collected in {bodies[0]}"
     return EffectEvent(float(inputs.times[first]), "collect", bodies, inputs.end(stop), values, words)
 
 

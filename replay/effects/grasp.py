@@ -1,38 +1,25 @@
 """A grasp is a pressed trigger and a thing that rides on the hand: held a while and moved, or it failed."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.effects.declaring import number, pairs
+from replay.effects.contact import touches_of
+from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.inputs import HANDS, BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, LaneSpan
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import Span, spans_of, switched
-from replay.effects.touches import Touches
 from sessions.model.track import HandTrack
 
 TWO_DEGREES: Final = float(np.radians(2.0))
 
 CATCH_S: Final = 0.3
 """A thing may take this long after the press to snap to the hand."""
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Numbers of one declaration; see its fields."""
-
-    press: float
-    release: float
-    spread_m: float
-    spread_rad: float
-    window_s: float
-    held_s: float
-    moved_m: float
 
 
 @dataclass(frozen=True)
@@ -59,20 +46,19 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return found.output()
 
 
-def _reach(inputs: EffectInputs) -> dict[str, dict[str, Limits]]:
-    """Hand -> what it may take, each with the limits of its table; the first table sets the levels of the trigger."""
-    reach: dict[str, dict[str, Limits]] = {}
+def _reach(inputs: EffectInputs) -> dict[str, dict[str, Declaration]]:
+    """Hand -> what it may take, each with the table of its limits; the first sets the levels of the trigger."""
+    reach: dict[str, dict[str, Declaration]] = {}
     for declared in inputs.declared:
-        limits = Limits(*(declared.number(field.name) for field in fields(Limits)))
-        for hand, thing in declared.pairs():
-            reach.setdefault(hand, {}).setdefault(thing, limits)
+        for hand, thing in declared["between"]:
+            reach.setdefault(hand, {}).setdefault(thing, declared)
     return reach
 
 
-def pressed(inputs: EffectInputs, track: HandTrack, limits: Limits) -> list[Span]:
+def pressed(inputs: EffectInputs, track: HandTrack, limits: Declaration) -> list[Span]:
     """Frames in which trigger or grip is pressed, with hysteresis on the hand's own samples."""
     found = []
-    for first, stop in switched(np.maximum(track.trigger, track.grip), limits.press, limits.release):
+    for first, stop in switched(np.maximum(track.trigger, track.grip), limits["press"], limits["release"]):
         begin = int(np.searchsorted(inputs.stamp_ns, track.times_ns[first]))
         end = len(inputs) if stop >= len(track) else int(np.searchsorted(inputs.stamp_ns, track.times_ns[stop]))
         if end > begin:
@@ -81,11 +67,13 @@ def pressed(inputs: EffectInputs, track: HandTrack, limits: Limits) -> list[Span
 
 
 def _judged(
-    inputs: EffectInputs, hand: str, things: Mapping[str, Limits], press: Span, found: Findings
+    inputs: EffectInputs, hand: str, things: Mapping[str, Declaration], press: Span, found: Findings
 ) -> list[EffectEvent]:
-    inputs.count("presses")
     (start, last), end = inputs.ends(press), inputs.end(press[1])
-    touched = _touched(inputs, hand, things, press)
+    touched = [
+        thing for thing in things
+        if any(touch.first < press[1] and touch.stop > press[0] for touch in touches_of(inputs, (hand, thing)))
+    ]  # fmt: skip
     holds = [hold for thing, limits in things.items() if (hold := _hold(inputs, hand, thing, press, limits))]
     if holds:
         best = max(holds, key=lambda hold: hold.moved)
@@ -101,12 +89,11 @@ def _judged(
     ]
 
 
-def _hold(inputs: EffectInputs, hand: str, thing: str, press: Span, limits: Limits) -> Hold | None:
+def _hold(inputs: EffectInputs, hand: str, thing: str, press: Span, limits: Declaration) -> Hold | None:
     """The longest stretch of the press in which the thing rides on the hand, if it began soon after the press.
 
     ``None`` too where that was not long enough, or not far enough, for a grasp.
     """
-    inputs.count("hand-thing looks")
     part = slice(*press)
     one, other = (inputs.poses(name).take(part) for name in (hand, thing))
     rides = riding(other.relative_to(one), limits)
@@ -123,30 +110,22 @@ def _hold(inputs: EffectInputs, hand: str, thing: str, press: Span, limits: Limi
         return None
     away = place - place[0]
     hold = Hold(thing, float(times[stop - 1] - times[first]), float(np.sqrt((away * away).sum(axis=1)).max()))
-    return hold if hold.seconds > limits.held_s and hold.moved > limits.moved_m else None
+    return hold if hold.seconds > limits["held_s"] and hold.moved > limits["moved_m"] else None
 
 
-def riding(relative: BodyPoses, limits: Limits) -> NDArray[np.bool_]:
+def riding(relative: BodyPoses, limits: Declaration) -> NDArray[np.bool_]:
     """(T,) whether the pose relative to the hand stays within its bounds over the window that begins there."""
     times = relative.times
-    stops = np.searchsorted(times, times + limits.window_s, side="right")
+    stops = np.searchsorted(times, times + limits["window_s"], side="right")
     steady = relative.valid.copy()
     for step in range(1, int((stops - np.arange(len(times))).max(initial=0))):
         early, late = slice(None, -step), slice(step, None)
-        inside = (times[late] - times[early] <= limits.window_s) & relative.valid[early] & relative.valid[late]
+        inside = (times[late] - times[early] <= limits["window_s"]) & relative.valid[early] & relative.valid[late]
         away = relative.translation[late] - relative.translation[early]
         trace = np.einsum("tij,tij->t", relative.rotation[early], relative.rotation[late])
-        far = ((away * away).sum(axis=1) > limits.spread_m**2) | (trace < 1.0 + 2.0 * np.cos(limits.spread_rad))
+        far = ((away * away).sum(axis=1) > limits["spread_m"] ** 2) | (trace < 1.0 + 2.0 * np.cos(limits["spread_rad"]))
         steady[early] &= ~(inside & far)
     return steady
-
-
-def _touched(inputs: EffectInputs, hand: str, things: Mapping[str, Limits], press: Span) -> list[str]:
-    touches: Touches = inputs.output("contact").data
-    return [
-        thing for thing in things
-        if any(touch.first < press[1] and touch.stop > press[0] for touch in touches.of((hand, thing)))
-    ]  # fmt: skip
 
 
 OURS: Final = (

@@ -24,8 +24,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``near`` with their end, seconds and least distance; the distance as a series where it was computed."""
     found = Findings(len(inputs))
     for declared in inputs.declared:
-        hazard = declared.body("hazard")
-        for visitor in declared.bodies("of"):
+        hazard = declared["hazard"]
+        for visitor in declared["of"]:
             if visitor == hazard:
                 continue
             distance = _distance(inputs, declared, visitor, hazard)
@@ -47,15 +47,14 @@ def _distance(inputs: EffectInputs, declared: Declaration, visitor: str, hazard:
     valid = comer.valid & danger.valid
     box = _corners(inputs.mesh(hazard))
     low, high = box.min(axis=0), box.max(axis=0)
-    high = high + np.array([0.0, declared.number("above"), 0.0])
+    high = high + np.array([0.0, declared["above"], 0.0])
     vertices = surface_points(inputs.mesh(visitor))
     middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
     radius = float(np.sqrt(((vertices - middle) ** 2).sum(axis=1)).max())
     centre = danger.local(comer.point(middle))
     away = np.maximum(0.0, np.maximum(low - centre, centre - high))
-    gate = np.sqrt((away * away).sum(axis=-1)) - radius <= declared.number("distance") + declared.number("leave_by")
+    gate = np.sqrt((away * away).sum(axis=-1)) - radius <= declared["distance"] + declared["leave_by"]
     rows = np.flatnonzero(gate & valid)
-    inputs.count("ball tests", int(valid.sum()))
     inputs.count("vertex tests", len(rows) * len(vertices))
     distance = np.full(len(inputs), np.nan)
     clusters = _clusters(vertices)
@@ -109,7 +108,7 @@ def _clusters(points: FloatArray) -> FloatArray:
 
 def _near(distance: FloatArray, declared: Declaration) -> list[Span]:
     """Where the distance is below the declared one, until it is ``leave_by`` above; beyond the gate it is far."""
-    enter, leave = declared.number("distance"), declared.number("distance") + declared.number("leave_by")
+    enter, leave = declared["distance"], declared["distance"] + declared["leave_by"]
     return switched(-np.where(np.isnan(distance), np.inf, distance), -enter, -leave)
 
 

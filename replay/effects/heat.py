@@ -10,7 +10,7 @@ from replay.effects.inputs import EffectInputs
 from replay.effects.models.warming import WATER_BOILS_C, warmed
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec, Need
-from replay.effects.spans import BoolArray, Span, steadied
+from replay.effects.spans import BoolArray, steadied
 from replay.effects.vessels import COLOURS, Vessel
 from replay.errors import EffectError
 from sessions.model.scene import Scene, SceneBody
@@ -24,40 +24,41 @@ CAPACITY: Final = "heat_capacity_j_per_ml_k"
 
 def heated(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
     """Find events ``heated`` and ``boil``, and the temperature from the first heat on."""
-    name, lamp = declared.body("heats"), declared.body("source")
-    over = _over(inputs, declared)
-    spans = steadied(over, np.ones(len(inputs), dtype=np.bool_))
-    inputs.count("frames over a flame", int(over.sum()))
-    ambient = declared.number("ambient_c")
-    times = inputs.times
-    if not spans:
-        ends = times[[0, -1]] if len(times) else times
-        found.series[f"{name}/temperature"] = Series(ends, np.full(len(ends), ambient), "degC")
+    name, lamp = declared["heats"], declared["source"]
+    spans, times = steadied(_over(inputs, declared), np.ones(len(inputs), dtype=np.bool_)), inputs.times
+    if not len(times):
         return
-    first = spans[0][0]
-    found.ran[first:] = True
-    power = np.zeros(len(inputs))
+    power = np.zeros(len(times))
     for begin, stop in spans:
-        power[begin:stop] = declared.number("power_w")
-    celsius = warmed(
-        times[first:], power[first:], capacity=_capacity(inputs.body(name)), loss=declared.number("loss_w_per_k"),
-        ambient=ambient, boils=boils(declared),
+        power[begin:stop] = declared["power_w"]
+    first = spans[0][0] if spans else len(times) - 1
+    found.ran[first:] = bool(spans)
+    celsius = np.full(len(times), declared["ambient_c"])
+    celsius[first:] = warmed(
+        times[first:], power[first:], capacity=_capacity(inputs.body(name)), loss=declared["loss_w_per_k"],
+        ambient=declared["ambient_c"], boils=boils(declared),
     )  # fmt: skip
-    whole = np.concatenate([np.full(first, ambient), celsius])
-    shown = np.arange(len(times)) >= max(0, first - 1)
+    shown = np.arange(len(times)) >= (first - 1 if spans else first)
     shown[0] = True
-    found.events += [_event(inputs, name, lamp, span, whole) for span in spans]
-    found.lanes[name] = inputs.shown(spans, "over the flame")
-    if declared.values["turns_c"] is not None:
-        _turn(declared, found, Vessel(inputs.body(name)), times, whole)
-    note_temperature(declared, found, name, Series(times[shown], whole[shown], "degC"))
+    found.lane(name, *inputs.shown(spans, "over the flame"))
+    for span in spans:
+        start, end = inputs.ends(span)
+        reached = float(celsius[min(span[1], len(times) - 1)])
+        words, values = (
+            f"{lamp} heats {name} to {reached:.0f} degC in {end - start:.1f} s",
+            {"to_c": reached, "seconds": end - start},
+        )
+        found.events.append(EffectEvent(start, "heated", (name, lamp), inputs.end(span[1]), values, words))
+    if spans and declared["turns_c"] is not None:
+        _turn(declared, found, Vessel(inputs.body(name)), times, celsius)
+    note_temperature(declared, found, name, Series(times[shown], celsius[shown], "degC"))
 
 
 def _turn(declared: Declaration, found: Findings, vessel: Vessel, times: FloatArray, celsius: FloatArray) -> None:
     """The solid that is heated takes another colour when it is first so hot, and keeps it."""
-    name, before, after = vessel.body.id, declared.text("from_colour"), declared.text("to_colour")
+    name, before, after = vessel.body.id, declared["from_colour"], declared["to_colour"]
     volume = vessel.amount("solid", "mass_g") / vessel.amount("solid", "density_g_ml", SOLID_G_ML)
-    turned = np.flatnonzero(celsius >= declared.number("turns_c"))[:1].tolist()
+    turned = np.flatnonzero(celsius >= declared["turns_c"])[:1].tolist()
     rows = np.array([0, *turned])
     drawn = vessel.drawn(times[rows], np.full(len(rows), volume))
     found.liquids[name] = replace(drawn, rgba=np.array([COLOURS[before], COLOURS[after]], dtype=np.uint8)[: len(rows)])
@@ -82,17 +83,17 @@ def note_temperature(declared: Declaration, found: Findings, name: str, celsius:
 
 def boils(declared: Declaration) -> float:
     """Where the temperature stays: as declared, else that of water where liquids are mixed."""
-    if declared.values["boils_c"] is None:
-        return np.inf if declared.text("of") == "flame" else WATER_BOILS_C
-    return declared.number("boils_c")
+    if declared["boils_c"] is None:
+        return np.inf if declared["of"] == "flame" else WATER_BOILS_C
+    return declared["boils_c"]
 
 
 def _over(inputs: EffectInputs, declared: Declaration) -> BoolArray:
     """(T,) whether the body's origin is above the flame's foot and near its axis; where not seen, as last seen."""
-    lamp, dish = (inputs.poses(declared.body(key)).held() for key in ("source", "heats"))
-    local = lamp.local(dish.translation) - np.array(declared.vector("base"))
-    near = np.hypot(local[:, 0], local[:, 2]) < declared.number("within")
-    over = (local[:, 1] > 0.0) & (local[:, 1] <= declared.number("height"))
+    lamp, dish = (inputs.poses(declared[key]).held() for key in ("source", "heats"))
+    local = lamp.local(dish.translation) - np.array(declared["base"])
+    near = np.hypot(local[:, 0], local[:, 2]) < declared["within"]
+    over = (local[:, 1] > 0.0) & (local[:, 1] <= declared["height"])
     return np.asarray(near & over & lamp.valid & dish.valid)
 
 
@@ -101,14 +102,6 @@ def _capacity(body: SceneBody) -> float:
     if not is_number(value) or not value > 0.0:
         raise EffectError(f"scene: body {body.id!r} has heat_capacity_j_per_k = {value!r}; give its m c in J/K")
     return float(value)
-
-
-def _event(inputs: EffectInputs, name: str, lamp: str, span: Span, celsius: FloatArray) -> EffectEvent:
-    start, end = inputs.ends(span)
-    reached = float(celsius[min(span[1], len(celsius) - 1)])
-    words = f"{lamp} heats {name} to {reached:.0f} degC in {end - start:.1f} s"
-    values = {"to_c": reached, "seconds": end - start}
-    return EffectEvent(start, "heated", (name, lamp), inputs.end(span[1]), values, words)
 
 
 WANTED = {
@@ -129,7 +122,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``heated``, ``boil``, ``wrong-order``; temperatures as series."""
     found = Findings(len(inputs))
     for declared in inputs.declared:
-        if declared.text("of") == "flame":
+        if declared["of"] == "flame":
             heated(inputs, declared, found)
         else:
             from replay.effects.heat_of_mixing import mixed  # a flame alone loads no chemistry
@@ -140,10 +133,10 @@ def compute(inputs: EffectInputs) -> EffectOutput:
 
 def _check_turn(declared: Declaration, heats: SceneBody) -> None:
     """What turns is a solid in a vessel over a flame, and its three fields are given together."""
-    given = [key for key in TURN if declared.values[key] is not None]
+    given = [key for key in TURN if declared[key] is not None]
     if not given:
         return
-    if len(given) < len(TURN) or declared.text("of") != "flame":
+    if len(given) < len(TURN) or declared["of"] != "flame":
         raise declared.fail(f"{given[0]} is given: what turns over a flame needs {', '.join(TURN)}")
     vessel = Vessel(heats)
     formula = vessel.contents("solid").get("formula")
@@ -155,18 +148,18 @@ def _check_turn(declared: Declaration, heats: SceneBody) -> None:
 
 
 def _check(declared: Declaration, scene: Scene) -> None:
-    kind = declared.text("of")
+    kind = declared["of"]
     for key in WANTED[kind]:
-        if declared.values[key] is None:
+        if declared[key] is None:
             raise declared.fail(f"{key} is missing: heat of a {kind} needs {', '.join(WANTED[kind])}")
-    given = [key for key in DILUTED if declared.values[key] is not None]
-    if kind == "neutralisation" and given and len(given) < len(DILUTED):
-        raise declared.fail(f"{given[0]} is given: heat of a dilution needs {', '.join(DILUTED)}")
-    for other in set(WANTED) - {kind}:
-        for key in set(WANTED[other]) - set(WANTED[kind]) - set(DILUTED if kind == "neutralisation" else ()):
-            if declared.values[key] is not None:
-                raise declared.fail(f"{key} belongs to heat of a {other}, and this is of a {kind}; leave it out")
-    heats = scene.body(declared.body("heats")) or SceneBody(declared.body("heats"))
+    given = {key for keys in WANTED.values() for key in keys if declared[key] is not None}
+    diluted = given & set(DILUTED) if kind == "neutralisation" else set()
+    if diluted and len(diluted) < len(DILUTED):
+        raise declared.fail(f"{min(diluted)} is given: heat of a dilution needs {', '.join(DILUTED)}")
+    for key in sorted(given - diluted - set(WANTED[kind])):
+        other = next(word for word, keys in WANTED.items() if key in keys)
+        raise declared.fail(f"{key} belongs to heat of a {other}, and this is of a {kind}; leave it out")
+    heats = scene.body(declared["heats"]) or SceneBody(declared["heats"])
     try:
         _check_turn(declared, heats)
         if kind == "flame":
@@ -185,8 +178,8 @@ SPEC = EffectSpec(
         "ambient_c": number("of the room and of everything at first", "degC", above=-273.15),
         "loss_w_per_k": number("heat lost per kelvin above the room", "W/K", least=0.0),
         "boils_c": number("hotter it does not get; absent: 100 for liquids, none over a flame", "degC", default=None),
-        "source": body("the lamp", required=False),
-        "heats": body("what is heated; properties.heat_capacity_j_per_k", required=False),
+        "source": body("the lamp", default=None),
+        "heats": body("what is heated; properties.heat_capacity_j_per_k", default=None),
         "base": vector("foot of the flame in the lamp's frame", default=None),
         "within": number("heated nearer than this to the flame's axis", "m", default=None, above=0.0),
         "height": number(

@@ -6,9 +6,8 @@ from replay.effects.declaring import Declaration
 from replay.effects.heat import boils, note_temperature
 from replay.effects.inputs import EffectInputs
 from replay.effects.matter import Matter, matter_of
-from replay.effects.models.history import Load
 from replay.effects.models.ledger import BROUGHT
-from replay.effects.models.outflow import Stream, flows
+from replay.effects.models.outflow import flows
 from replay.effects.models.reacting import HEAT
 from replay.effects.movement import movement_of
 from replay.effects.output import EffectEvent, Findings, FloatArray, LaneSpan, Series, vector_of
@@ -26,12 +25,9 @@ LEAST_KELVIN = 0.05
 def mixed(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
     """Find events ``warmest``, ``coldest``, ``wrong-order`` and ``boil``, and the temperature of every vessel."""
     matter = matter_of(inputs)
-    place = matter.ledger.column.get(declared.text("solute") + BROUGHT, -1)
-    inputs.count("mixtures heated", len(matter.ledger.loads))
-    if declared.text("solute") and place >= 0:
-        for event in _wrong_orders(inputs, declared, [one for one in matter.ledger.loads if one.target], place):
-            found.events.append(event)
-            found.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
+    for event in _wrong_orders(inputs, declared, matter) if declared["solute"] else ():
+        found.events.append(event)
+        found.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
     for name, history in matter.histories.items():
         moved = np.flatnonzero(history.times > history.times[0])
         changed = moved[np.diff(history.volume_ml[np.append(moved[:1] - 1, moved)]) != 0.0] if len(moved) else moved
@@ -55,8 +51,8 @@ def _celsius(declared: Declaration, matter: Matter, name: str, times: FloatArray
     capacity = ledger.capacity(ledger.at[name], history.volume_ml[rows])
     filled = np.where(capacity > 0.0, capacity, 1.0)
     since = np.maximum(0.0, times - history.times[rows])
-    excess = matter.amount(name, HEAT)[rows] / filled * np.exp(-declared.number("loss_w_per_k") * since / filled)
-    celsius = declared.number("ambient_c") + excess
+    excess = matter.amount(name, HEAT)[rows] / filled * np.exp(-declared["loss_w_per_k"] * since / filled)
+    celsius = declared["ambient_c"] + excess
     # What boils is told so, whatever its heat over its capacity is rounded to.
     return np.where(celsius > boils(declared) - BOILING, boils(declared), celsius)
 
@@ -74,26 +70,27 @@ def _extremes(name: str, times: FloatArray, celsius: FloatArray) -> list[EffectE
     return events
 
 
-def _wrong_orders(inputs: EffectInputs, declared: Declaration, loads: list[Load], place: int) -> list[EffectEvent]:
+def _wrong_orders(inputs: EffectInputs, declared: Declaration, matter: Matter) -> list[EffectEvent]:
     """Where a weaker solution of the solute, or none, was poured into a stronger one."""
-    wrong: dict[tuple[str, str], list[Load]] = {}
-    for load in loads:
-        if load.before[place] * load.volume_ml > load.carried[place] * load.before_ml:
-            wrong.setdefault((load.source, load.target), []).append(load)
     streams = []
-    for (source, target), parts in wrong.items():
-        poured = [one for one in movement_of(inputs).streams if (one.source, one.target) == (source, target)]
-        begins, frames, volumes = (
-            np.array([getattr(one, key) for one in parts]) for key in ("begin", "frame", "volume_ml")
-        )
-        points = poured[0].points[np.searchsorted(poured[0].times, begins)]
-        streams.append(Stream(source, target, False, begins, frames, volumes, points))
+    for stream in movement_of(inputs).streams:
+        if stream.target:
+            source, target = (_molar(matter, declared, name, stream.times) for name in (stream.source, stream.target))
+            streams.append(stream.part(np.flatnonzero(target > source)))
     events = []
     for flow in flows(streams, LEAST_ML):
-        words = f"{flow.total_ml:.1f} mL from {flow.source} are poured into {declared.text('solute')} in {flow.target}"
-        end, values = float(inputs.times[flow.frames[-1]]), {"volume_ml": flow.total_ml}
+        words = f"{flow.total_ml:.1f} mL from {flow.source} are poured into {declared['solute']} in {flow.target}"
+        end, values = float(flow.times[-1]), {"volume_ml": flow.total_ml}
         events.append(EffectEvent(
             float(flow.times[0]), "wrong-order", (flow.source, flow.target), end, values,
             f"{words}: acid goes into water", "error", vector_of(flow.points[0]),
         ))  # fmt: skip
     return events
+
+
+def _molar(matter: Matter, declared: Declaration, vessel: str, times: FloatArray) -> FloatArray:
+    """mol/mL (n,) of the solute in a vessel just before each time; 0 where it is empty."""
+    history = matter.histories[vessel]
+    rows = np.maximum(0, np.searchsorted(history.times, times) - 1)
+    volume = history.volume_ml[rows]
+    return matter.amount(vessel, declared["solute"] + BROUGHT)[rows] / np.where(volume > 0.0, volume, np.inf)

@@ -11,7 +11,7 @@ from replay.effects.chemistry import Recipe, recipe_of
 from replay.effects.contents import WATER, contents_of
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.equilibrium import Equilibrium, equilibrium
+from replay.effects.models.equilibrium import Equilibrium, Mixture, equilibrium
 from replay.effects.models.history import History, Warmth
 from replay.effects.models.ledger import BROUGHT, LUMPS, Ledger
 from replay.effects.models.outflow import GAP_S, Stream
@@ -30,6 +30,11 @@ class Matter:
     ledger: Ledger
     vessels: Mapping[str, Vessel]
     histories: Mapping[str, History]
+
+    @property
+    def mixture(self) -> Mixture:
+        """What is at equilibrium."""
+        return self.ledger.reactor.mixture
 
     def amount(self, vessel: str, column: str) -> FloatArray:
         """Mol (n,) of a column at the rows of a vessel's history; zeros for what never was in it."""
@@ -54,12 +59,10 @@ class Matter:
 
     def solved(self, vessel: str, times: FloatArray) -> tuple[IntArray, Equilibrium]:
         """Rows (k,) of the times at which there is a liquid, and its equilibrium there."""
-        speciation, reactor = self.recipe.speciation, self.ledger.reactor
-        assert speciation is not None
+        reactor, mixture = self.ledger.reactor, self.mixture
         amounts, _, volume_ml = self.states(vessel, times)
         wet = np.flatnonzero(volume_ml > 0.0)
         totals = self.totals(amounts[wet])
-        mixture = speciation.mixture
         # A gas of the air is where it was brought; a bubble that left stays away, and no more may bubble.
         if reactor.leaves.any():
             stays = ~reactor.leaves
@@ -83,10 +86,10 @@ def matter_of(inputs: EffectInputs) -> Matter:
 
 def _matter(inputs: EffectInputs) -> Matter:
     moved = movement_of(inputs)
-    names = (name for declared in inputs.tables.get("mixing", ()) for name in declared.bodies("in"))
+    names = (name for declared in inputs.tables.get("mixing", ()) for name in declared["in"])
     vessels = {**vessels_of(inputs, tuple(names)), **moved.vessels}
     recipe = recipe_of(inputs.tables, {name: contents_of(vessel) for name, vessel in vessels.items()})
-    along = max((one.number("solids_along") for one in inputs.tables.get("pour", ())), default=0.0)
+    along = max((one["solids_along"] for one in inputs.tables.get("pour", ())), default=0.0)
     ledger = recipe.ledger(along, _warmth(inputs, vessels))
     times = inputs.times
     if len(times):
@@ -94,27 +97,26 @@ def _matter(inputs: EffectInputs) -> Matter:
         for part in _parts(moved.streams, times):
             _carry_out(ledger, *part)
         ledger.end(len(times) - 1, float(times[-1]))
-    inputs.count("flows mixed", len(ledger.loads))
     return Matter(recipe, ledger, vessels, {name: ledger.history(name) for name in vessels if len(times)})
 
 
 def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel]) -> Warmth | None:
     """How the liquids' heat is followed; ``None``: nobody asks."""
-    asked = [one for one in inputs.tables.get("heat", ()) if one.text("of") != "flame"]
+    asked = [one for one in inputs.tables.get("heat", ()) if one["of"] != "flame"]
     if not asked:
         return None
     declared: Declaration = asked[0]
-    room = declared.number("ambient_c")
-    acid = declared.text("solute")
+    room = declared["ambient_c"]
+    acid = declared["solute"] or ""
     return Warmth(
-        per_ml=declared.number("heat_capacity_j_per_ml_k"),
+        per_ml=declared["heat_capacity_j_per_ml_k"],
         glass={name: vessel.glass_j_per_k for name, vessel in vessels.items()},
         excess={name: vessel.celsius(room) - room for name, vessel in vessels.items()},
-        loss=declared.number("loss_w_per_k"),
-        most=(WATER_BOILS_C if declared.values["boils_c"] is None else declared.number("boils_c")) - room,
-        reacting=declared.text("of") == "neutralisation",
+        loss=declared["loss_w_per_k"],
+        most=(WATER_BOILS_C if declared["boils_c"] is None else declared["boils_c"]) - room,
+        reacting=declared["of"] == "neutralisation",
         solute=acid and acid + BROUGHT, water=WATER,
-        a=declared.number("heat_j_mol") if acid else 0.0, b=declared.number("half_water") if acid else 1.0,
+        a=declared["heat_j_mol"] if acid else 0.0, b=declared["half_water"] if acid else 1.0,
     )  # fmt: skip
 
 

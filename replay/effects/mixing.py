@@ -19,7 +19,7 @@ MOVERS: Final = ("pour", "burette")
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Volume, concentrations as brought and level of each vessel wherever they change."""
     matter, found = matter_of(inputs), Findings(len(inputs))
-    for name in dict.fromkeys(name for declared in inputs.declared for name in declared.bodies("in")):
+    for name in dict.fromkeys(name for declared in inputs.declared for name in declared["in"]):
         history = matter.histories[name]
         changed = np.flatnonzero(np.diff(history.volume_ml, prepend=matter.vessels[name].volume_ml))
         found.ran[history.frames[changed]] = True

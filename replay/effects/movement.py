@@ -135,7 +135,6 @@ class _Bench:
         self.doubtful[name] = poses.valid & ~known
         kept = np.full(len(known), np.inf)
         kept[known] = vessel.shape.kept_ml(_down(poses, known))
-        self.inputs.count("tilts compared", int(known.sum()))
         return kept
 
     def _most(self, name: str) -> FloatArray:
@@ -151,8 +150,8 @@ class _Bench:
         vessel, declared = self.vessels[name], self.outlets[name].declared
         assert declared is not None
         return {
-            "discharge": declared.number("discharge"), "section": vessel.section_m2,
-            "foot": vessel.floor - declared.vector("tip")[1], "volume": vessel.volume_ml * ML,
+            "discharge": declared["discharge"], "section": vessel.section_m2,
+            "foot": vessel.floor - declared["tip"][1], "volume": vessel.volume_ml * ML,
         }  # fmt: skip
 
     def _aim(self, name: str, leaving: FloatArray) -> None:
@@ -163,7 +162,7 @@ class _Bench:
             return
         poses = self.held[name]
         if outlet.declared is not None:
-            local, velocity = np.array([outlet.declared.vector("tip")]), np.zeros((len(rows), 3))
+            local, velocity = np.array([outlet.declared["tip"]]), np.zeros((len(rows), 3))
         else:
             local, velocity = self.vessels[name].shape.exit(_down(poses, rows)), self._velocity(name, rows)
         start = poses.translation[rows] + np.einsum("tij,tj->ti", poses.rotation[rows], local * np.ones((len(rows), 1)))
@@ -181,7 +180,6 @@ class _Bench:
             centre = place + np.einsum("tij,j->ti", turn, vessel.place("opening"))
             time = entry_times(start, velocity, centre, turn[:, :, 1], vessel.size("opening_radius"))
             time = np.where(poses.valid[rows], time, np.inf)
-            self.inputs.count("arcs", int(poses.valid[rows].sum()))
             target, best = np.where(time < best, self.names.index(name), target), np.minimum(time, best)
             floor = np.where(poses.valid[rows], np.minimum(floor, place[:, 1]), floor)
         landed = places_at_height(start, velocity, np.where(np.isfinite(floor), floor, start[:, 1]))
@@ -237,12 +235,12 @@ def _outlets(inputs: EffectInputs) -> dict[str, _Outlet]:
     """Vessel that gives -> its outlet, of all tables that declare one."""
     found: dict[str, _Outlet] = {}
     for declared in inputs.tables.get("burette", ()):
-        name = declared.body("body")
-        into = (*(found[name].into if name in found else ()), *declared.bodies("into"))
+        name = declared["body"]
+        into = (*(found[name].into if name in found else ()), *declared["into"])
         found[name] = _Outlet(tuple(dict.fromkeys(into)), found[name].declared if name in found else declared)
     for declared in inputs.tables.get("pour", ()):
-        for source in declared.bodies("from"):
-            others = (name for name in declared.bodies("into") if name != source)
+        for source in declared["from"]:
+            others = (name for name in declared["into"] if name != source)
             into = tuple(dict.fromkeys((*(found[source].into if source in found else ()), *others)))
             found[source] = _Outlet(into, found[source].declared if source in found else None)
     return found
@@ -250,14 +248,13 @@ def _outlets(inputs: EffectInputs) -> dict[str, _Outlet]:
 
 def _open_area(inputs: EffectInputs, declared: Declaration) -> FloatArray:
     """Open area (T,) in m2 of a stopcock; where its turn was not seen, as it was seen last."""
-    key, stand = inputs.poses(declared.body("joint")), inputs.poses(declared.body("body"))
-    axis = np.array(declared.vector("axis"))
+    key, stand = inputs.poses(declared["joint"]), inputs.poses(declared["body"])
+    axis = np.array(declared["axis"])
     relative = key.relative_to(stand).held()
     angle = np.where(relative.valid, twist(relative.rotation, axis / np.sqrt(axis @ axis)), 0.0)
     angle = np.abs(np.degrees(angle))
-    angle[angle < declared.number("closed_below_deg")] = 0.0
-    inputs.count("angles compared", len(angle))
-    return np.asarray(declared.number("full_area_m2") * np.minimum(1.0, angle / declared.number("full_angle_deg")))
+    angle[angle < declared["closed_below_deg"]] = 0.0
+    return np.asarray(declared["full_area_m2"] * np.minimum(1.0, angle / declared["full_angle_deg"]))
 
 
 def _lowered(first: float, bounds: FloatArray, most: FloatArray) -> FloatArray:

@@ -5,34 +5,32 @@ from typing import Final
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from replay.effects.declaring import Declaration, number, pairs
+from replay.effects.contact import EffectContact, meeting, touches_of
+from replay.effects.declaring import Declaration, Pair, number, pairs
 from replay.effects.fitting import settled_runs, velocities
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, vector_of
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import spans_of
-from replay.effects.touches import EffectContact, Touches
 from sessions.mesh_data import MeshData
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``placed`` and ``tipped`` with tilt and margin, once per contact; a lane of rest per pair."""
-    touches = Touches.told(inputs)
     found = Findings(len(inputs))
     for declared in inputs.declared:
-        for pair in declared.pairs():
-            for touch in touches.of(pair):
+        for pair in declared["between"]:
+            for touch in touches_of(inputs, pair):
                 found.ran[touch.first : touch.stop] = True
                 rest = _rest(inputs, declared, pair, touch)
                 if rest is not None:
                     found.lane(f"{pair[0]}-{pair[1]}", *inputs.shown([(rest, touch.stop)], "rests"))
-                    found.events.append(_event(inputs, declared, pair, rest))
+                    found.events.append(_event(inputs, declared, touch, pair, rest))
     return found.output()
 
 
-def _rest(inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], touch: EffectContact) -> int | None:
+def _rest(inputs: EffectInputs, declared: Declaration, pair: Pair, touch: EffectContact) -> int | None:
     """First frame of the first stretch of the contact in which the thing stands still on its support long enough."""
-    inputs.count("contacts looked at")
     moving = inputs.poses(pair[0]).relative_to(inputs.poses(pair[1]))
     runs = settled_runs(moving.times, moving.valid, moving.linked)
     rows = slice(touch.first, touch.stop)
@@ -40,24 +38,24 @@ def _rest(inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], to
     def square_speed(places: FloatArray) -> FloatArray:
         return np.asarray((velocities(moving.times[rows], places[rows], runs[rows]) ** 2).sum(axis=1))
 
-    still = np.sqrt(square_speed(moving.translation)) < declared.number("speed_m_s")
+    still = np.sqrt(square_speed(moving.translation)) < declared["speed_m_s"]
     # Angular speed: how fast the columns of the rotation move, |dR| = sqrt(2) omega.
-    still &= np.sqrt(0.5 * square_speed(moving.rotation.reshape(-1, 9))) < declared.number("turn_rad_s")
+    still &= np.sqrt(0.5 * square_speed(moving.rotation.reshape(-1, 9))) < declared["turn_rad_s"]
     times = inputs.times[rows]
     for first, stop in spans_of(still):
-        if times[stop - 1] - times[first] >= declared.number("still_s"):
+        if times[stop - 1] - times[first] >= declared["still_s"]:
             return touch.first + first
     return None
 
 
-def _event(inputs: EffectInputs, declared: Declaration, pair: tuple[str, str], frame: int) -> EffectEvent:
+def _event(inputs: EffectInputs, declared: Declaration, touch: EffectContact, pair: Pair, frame: int) -> EffectEvent:
     thing = inputs.poses(pair[0])
     tilt = float(np.degrees(thing.tilt()[frame]))
     centre = thing.rotation[frame] @ centre_of_mass(inputs.mesh(pair[0])) + thing.translation[frame]
-    points = inputs.output("contact").data.meeting(pair, frame)
+    points = meeting(touch.reported, frame)
     margin = margin_over(centre[[0, 2]], points[:, [0, 2]]) if len(points) else float("nan")
     values = {"tilt_deg": tilt} | ({"margin_m": margin} if len(points) else {})
-    tipped = tilt > declared.number("tilt_deg") or margin < 0.0
+    tipped = tilt > declared["tilt_deg"] or margin < 0.0
     word, level = ("tipped", "warning") if tipped else ("placed", "info")
     message = f"{pair[0]} {'tips over' if tipped else 'is placed'} on {pair[1]}"
     return EffectEvent(float(inputs.times[frame]), word, pair, None, values, message, level, vector_of(centre))
@@ -93,7 +91,6 @@ SPEC = EffectSpec(
     about="A thing comes to rest on a support, or tips over.",
     compute=compute,
     needs=("contact",),
-    uses=("sweep",),
     fields={
         "between": pairs("[what is placed, what it stands on]"),
         "speed_m_s": number("slower than this it is at rest", "m/s", default=0.01, above=0.0, source=OURS),

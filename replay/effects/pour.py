@@ -18,9 +18,9 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     A tilt that the doctor calls a ``turn-outlier``, or that only a jump leads to, pours nothing: ``glitch`` says so.
     """
     moved = movement_of(inputs)
-    sources = dict.fromkeys(name for declared in inputs.declared for name in declared.bodies("from"))
-    names = dict.fromkeys((*sources, *(name for declared in inputs.declared for name in declared.bodies("into"))))
-    least = min((declared.number("least_ml") for declared in inputs.declared), default=0.0)
+    sources = dict.fromkeys(name for declared in inputs.declared for name in declared["from"])
+    names = dict.fromkeys((*sources, *(name for declared in inputs.declared for name in declared["into"])))
+    least = min((declared["least_ml"] for declared in inputs.declared), default=0.0)
     found = Findings(len(inputs))
     mine = [one for one in moved.streams if one.source in (names if one.over else sources)]
     for one in mine:
@@ -56,8 +56,8 @@ def _spilled(times: FloatArray, streams: list[Stream]) -> Series:
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:
-    if set(declared.bodies("from")) == set(declared.bodies("into")) and len(declared.bodies("from")) == 1:
-        raise declared.fail(f"{declared.bodies('from')[0]!r} pours into itself; name another vessel in into")
+    if set(declared["from"]) == set(declared["into"]) and len(declared["from"]) == 1:
+        raise declared.fail(f"{declared['from'][0]!r} pours into itself; name another vessel in into")
 
 
 SPEC = EffectSpec(
@@ -67,7 +67,7 @@ SPEC = EffectSpec(
     uses=("burette",),
     fields={
         "from": bodies("vessels that may pour"),
-        "into": bodies("vessels that may receive", required=False),
+        "into": bodies("vessels that may receive", default=()),
         "least_ml": number(
             "less than this in one go is booked and is no event", "mL", default=0.05, least=0.0,
             source="chosen by us: about a drop, which nobody calls a pour",

@@ -23,18 +23,17 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     matter, drawn = matter_of(inputs), inputs.output("mixing").liquids
     found = Findings(len(inputs))
     for declared in inputs.declared:
-        solid = declared.text("solid")
+        solid = declared["solid"]
         for vessel, history in matter.histories.items():
             amount = matter.amount(vessel, solid + SOLID)
             if not history.added_ml[-1].any():
                 continue
-            inputs.count("equilibria told", len(amount))
             found.ran[history.frames] = True
             found.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")
             found.events += _onset(declared, vessel, history.times, amount)
             if vessel in drawn:
                 litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
-                cloud = blended(WATERY, COLOURS[declared.text("colour")], amount / litres / CLOUDY_MOL_L)
+                cloud = blended(WATERY, COLOURS[declared["colour"]], amount / litres / CLOUDY_MOL_L)
                 found.liquids[vessel] = replace(drawn[vessel], rgba=cloud)
     return found.output()
 
@@ -45,9 +44,9 @@ def _onset(declared: Declaration, vessel: str, times: FloatArray, amount: FloatA
         return _dissolved(declared, vessel, times, amount)
     if not len(grown):
         return []
-    solid, mass = declared.text("solid"), float(amount.max() * molar_mass(declared.text("solid")))
+    solid, mass = declared["solid"], float(amount.max() * molar_mass(declared["solid"]))
     values: dict[str, float | int | str | bool] = {"mass_g": mass, "moles": float(amount.max()), "formula": solid}
-    words = f"{solid} falls out in {vessel}: {mass:.3g} g, {declared.text('colour')}"
+    words = f"{solid} falls out in {vessel}: {mass:.3g} g, {declared['colour']}"
     return [EffectEvent(float(times[grown[0]]), "precipitate", (vessel,), None, values, words)]
 
 
@@ -55,7 +54,7 @@ def _dissolved(declared: Declaration, vessel: str, times: FloatArray, amount: Fl
     fallen = np.flatnonzero(np.diff(amount) < 0.0)
     if not len(fallen):
         return []
-    solid, per_mol = declared.text("solid"), molar_mass(declared.text("solid"))
+    solid, per_mol = declared["solid"], molar_mass(declared["solid"])
     gone, there = float(amount[0] - amount[-1]) * per_mol, float(amount[0]) * per_mol
     values: dict[str, float | int | str | bool] = {"mass_g": gone, "left_g": there - gone, "formula": solid}
     words = f"{gone:.3g} g of {there:.3g} g {solid} dissolve in {vessel}"
@@ -71,7 +70,7 @@ SPEC = EffectSpec(
         "solid": text("formula of the solid, a product of a declared reaction"),
         "ksp": number(
             "solubility product; absent: that of the table", "mol/L to the number of ions", default=None, above=0.0,
-            most=1e3, source="CRC Handbook, 97th ed. (models/species.py)",
+            most=1e3, source="CRC Handbook, 97th ed. (models/constants.toml)",
         ),
         "colour": text("of the solid, for the picture", among=tuple(COLOURS)),
     },

@@ -5,8 +5,8 @@ and its kind in ``replay.effects.EFFECTS``. ``replay/effects/contact.py`` is a w
 
     def compute(inputs: EffectInputs) -> EffectOutput:
         for declared in inputs.declared:                        # one per [[effect]] table of this kind, in order
-            path = inputs.poses(declared.body("of"))            # BodyPoses: times, translation, rotation, valid, linked
-            lip = path.point(inputs.body(declared.body("of")).extra["cavity"]["lip"])    # (T, 3), NaN where no pose
+            path = inputs.poses(declared["of"])            # BodyPoses: times, translation, rotation, valid, linked
+            lip = path.point(inputs.body(declared["of"]).extra["cavity"]["lip"])    # (T, 3), NaN where no pose
         return EffectOutput(events=..., series=..., lanes=..., ran=..., liquids=..., data=...)
 
     SPEC = EffectSpec(

@@ -4,7 +4,7 @@ from typing import Final
 
 import numpy as np
 
-from replay.effects.chemistry import Reaction, dissolved
+from replay.effects.chemistry import Reaction
 from replay.effects.declaring import Declaration, mapping, number, text
 from replay.effects.end_points import end_points
 from replay.effects.inputs import EffectInputs
@@ -36,8 +36,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
                 extent[wet] = _equilibrated(matter, reaction, vessel, times[wet], solved)
             if (extent > 0.0).any():
                 found.ran |= np.isin(inputs.times, times)
-                inputs.count("rows reacted", len(times))
-                name, equation = f"{vessel}/extent", reaction.declared.text("equation")
+                name, equation = f"{vessel}/extent", reaction.declared["equation"]
                 found.series[f"{name} of {equation}" if name in found.series else name] = Series(times, extent, "mol")
                 moving = np.flatnonzero(np.diff(extent, prepend=0.0))
                 found.lane(vessel, LaneSpan(float(times[moving[0]]), float(times[moving[-1]]), equation))
@@ -45,7 +44,6 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             times = np.unique(np.concatenate([_times(inputs, matter, one, vessel) for one in asked]))
             if not np.array_equal(times, history.times):
                 wet, solved = matter.solved(vessel, times)
-            inputs.count("pH solved", len(wet))
             found.series[f"{vessel}/pH"] = Series(times[wet], solved.ph, "pH")
         if matter.recipe.reactions:
             found.events += end_points(matter, vessel) or _changed_ph(vessel, found.series.get(f"{vessel}/pH"))
@@ -66,7 +64,7 @@ def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
 def _times(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str) -> FloatArray:
     """Where it is told: at every change, and in every frame from its begin on where it is slow."""
     history = matter.histories[vessel]
-    if reaction.declared.values["rate_per_s"] is None:
+    if reaction.declared["rate_per_s"] is None:
         return history.times
     on = (history.pending[:, reaction.process] > 0.0) | (history.extents[:, reaction.process] > 0.0)
     first = int(history.frames[int(np.argmax(on))]) if on.any() else len(inputs)
@@ -76,7 +74,7 @@ def _times(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str
 def _any(matter: Matter, reaction: Reaction, vessel: str) -> bool:
     """Whether anything that an acid or base of the equation brings to the pH is, or was, there."""
     chemistry = matter.recipe.chemistry
-    parts = {part for formula in reaction.equation.reagents for part in dissolved(chemistry, formula)} - {"H2O"}
+    parts = {part for formula in reaction.equation.reagents for part in chemistry.dissolved(formula)} - {"H2O"}
     return any(matter.amount(vessel, part).any() for part in parts)
 
 
@@ -116,18 +114,18 @@ def _brought(matter: Matter, amounts: FloatArray, ion: str) -> FloatArray:
     found = np.zeros(len(amounts))
     for column, place in matter.ledger.column.items():
         if column.endswith(BROUGHT):
-            parts = dissolved(chemistry, column.removesuffix(BROUGHT))
+            parts = chemistry.dissolved(column.removesuffix(BROUGHT))
             shares = [parts.get(part, 0) / many for part, many in wanted.items() if part != "H2O"]
             found += max(0.0, min(shares, default=0.0)) * amounts[:, place]
     return found
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:
-    for formula, pka in declared.mapping("acids").items():
+    for formula, pka in declared["acids"].items():
         rising = isinstance(pka, list | tuple) and all(map(is_number, pka)) and list(pka) == sorted(pka)
         if not rising:
             raise declared.fail(f"acids.{formula} is {pka!r}; give its pKa as a rising list of numbers")
-    for formula, value in declared.mapping("bases").items():
+    for formula, value in declared["bases"].items():
         if not is_number(value):
             raise declared.fail(f"bases.{formula} is {value!r}; give the pKa of its conjugate acid")
 
@@ -148,7 +146,7 @@ SPEC = EffectSpec(
     trigger="all reagents in one vessel, and a change of what is in it (or, with a rate, the time after)",
     sources=(
         "one equilibrium of acids, bases, metal ions, solids and gases: least Gibbs energy (models/equilibrium.py)",
-        "constants: CRC Handbook, Baes and Mesmer 1976, Lange's Handbook, Sander 2015 (models/species.py)",
+        "constants: CRC Handbook, Baes and Mesmer 1976, Lange's Handbook, Sander 2015 (models/constants.toml)",
         "concentrations as activities, 25 degC; what has no constant runs to the end of its limiting reagent",
         "ion product of water: IAPWS R11-07",
     ),

@@ -249,9 +249,9 @@ def _sliced(instrument: str, faces: int, options: tuple[tuple[str, Any], ...]) -
 
 def check_vessels(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, file: str) -> None:
     """Raises PlanError: a vessel that the tables of liquids name lacks something."""
-    faults, poured = [], {name for one in tables.get("pour", ()) for name in one.bodies("from")}
-    others = [one.body("jar") for one in tables.get("gas", ())]
-    others += [name for one in tables.get("flame-test", ()) for name in one.bodies("vessels")]
+    faults, poured = [], {name for one in tables.get("pour", ()) for name in one["from"]}
+    others = [one["jar"] for one in tables.get("gas", ())]
+    others += [name for one in tables.get("flame-test", ()) for name in one["vessels"]]
     for name in dict.fromkeys((*vessel_names(tables), *others)):
         try:
             vessel = Vessel(scene.body(name) or SceneBody(name))
@@ -270,9 +270,9 @@ def check_vessels(tables: Mapping[str, tuple[Declaration, ...]], scene: Scene, f
 
 def vessel_names(tables: Mapping[str, tuple[Declaration, ...]]) -> tuple[str, ...]:
     """Every vessel between which liquid may move or in which it is followed."""
-    found = [name for one in tables.get("mixing", ()) for name in one.bodies("in")]
-    found += [name for one in tables.get("pour", ()) for key in ("from", "into") for name in one.bodies(key)]
-    found += [name for one in tables.get("burette", ()) for name in (one.body("body"), *one.bodies("into"))]
+    found = [name for one in tables.get("mixing", ()) for name in one["in"]]
+    found += [name for one in tables.get("pour", ()) for key in ("from", "into") for name in one[key]]
+    found += [name for one in tables.get("burette", ()) for name in (one["body"], *one["into"])]
     return tuple(dict.fromkeys(found))
 
 

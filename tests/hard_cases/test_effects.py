@@ -12,7 +12,7 @@ from sessions.model.track import HandTrack, Track
 
 TWO = {"between": ["hand-left", "pot"]}
 DECLARED = {
-    "contact": TWO, "sweep": TWO, "grasp": TWO, "placement": {**TWO, "tilt_deg": 30.0},
+    "contact": TWO, "grasp": TWO, "placement": {**TWO, "tilt_deg": 30.0},
     "breakage": {**TWO, "speed_m_s": 1.0},
     "burn-exposure": {**TWO, "threshold_c": 65.0, "seconds": 0.5, "surface_c": 80.0},
     "hazard-proximity": {"of": ["hand-left"], "hazard": "pot", "distance": 0.1},
@@ -68,5 +68,5 @@ def test_who_is_not_there_costs_nothing_and_finds_nothing(name):
 
 
 def test_every_effect_of_bodies_is_tried_here():
-    bodies = {"contact", "sweep", "grasp", "placement", "hazard-proximity", "breakage", "burn-exposure"}
+    bodies = {"contact", "grasp", "placement", "hazard-proximity", "breakage", "burn-exposure"}
     assert set(DECLARED) == bodies & set(EFFECTS)

@@ -24,9 +24,7 @@ ROOT = Path(__file__).resolve().parents[2]
 EXPERIMENTS = (ACID_DILUTION, COPPER_SULFATE, FLAME_TEST, GAS_COLLECTION, SILVER_CHLORIDE_EXPERIMENT, TITRATION)
 
 ELSE = {
-    "sweep": {"between": ["tag:hand", "tag:glass"]},
     "placement": {"between": ["tag:glass", "bench"], "tilt_deg": 30.0},
-    "dropper": {"body": "tube", "into": ["flask"]},
 }
 """Declarations of kinds that no experiment calls for."""
 

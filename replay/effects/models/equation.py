@@ -6,9 +6,11 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
+from functools import cache
 from typing import Final
 
 from periodictable import elements
+from periodictable import formula as parsed
 
 COMMON: Final = (
     "HCl", "HBr", "HNO3", "H2SO4", "CH3COOH", "NaOH", "KOH", "Ba(OH)2", "NH3", "NaCl", "KCl", "AgNO3", "KI", "CuSO4",
@@ -16,12 +18,9 @@ COMMON: Final = (
 )  # fmt: skip
 """Formulas for "did you mean"."""
 
-ELEMENTS: Final = frozenset(element.symbol for element in elements if element.number)
-
 ARROWS: Final = ("<=>", "<->", "-->", "==>", "->", "=>", "→", "⟶", "⇌", "⇄", "↔")
 
 _TERM = re.compile(r"^(\d+)?\s*(\S+?)\s*(?:\((s|l|g|aq)\))?$")
-_PART = re.compile(r"([A-Z][a-z]?|\(|\)|\[|\])(\d*)")
 _CHARGE = re.compile(r"^(.*?)(?:\^?(\d*)([+-]))?$")
 _WORDS = str.maketrans({"−": "-", "·": ".", "•": ".", "*": ".", "↓": "(s)", "↑": "(g)"})
 
@@ -34,6 +33,17 @@ class Equation:
     reagents: Mapping[str, int]
     products: Mapping[str, int]
     phases: Mapping[str, str]  # formula -> ``s``, ``l``, ``g`` or ``aq`` where the equation says so
+
+    @property
+    def formulas(self) -> tuple[str, ...]:
+        """Of both sides."""
+        return (*self.reagents, *self.products)
+
+    @property
+    def changes(self) -> dict[str, int]:
+        """Formula -> how many it makes, below 0 of what it uses up."""
+        changes = {formula: -many for formula, many in self.reagents.items()}
+        return changes | {formula: many + changes.get(formula, 0) for formula, many in self.products.items()}
 
 
 def equation_of(text: str, ions: Iterable[str] = ()) -> Equation:
@@ -79,13 +89,21 @@ def charge_of(formula: str) -> int:
 
 def atoms(formula: str) -> Counter[str]:
     """Atoms of a formula such as ``Ca(OH)2``, ``SO4^2-`` or ``CuSO4.5H2O``. Raises ValueError: it is no formula."""
-    total: Counter[str] = Counter()
-    for part in re.sub(r"(\^\d+)?[+-]$", "", formula).split("."):
-        factor = re.match(r"\d*", part)
-        assert factor is not None
-        for atom, count in _group(part[factor.end() :], formula).items():
-            total[atom] += count * int(factor.group() or 1)
-    return total
+    return Counter(_atoms(re.sub(r"(\^\d+)?[+-]$", "", formula)))
+
+
+@cache
+def _atoms(formula: str) -> Mapping[str, int]:
+    try:
+        if not re.fullmatch(r"[\w()\[\].]+", formula):
+            raise ValueError("it is of letters, numbers and brackets")
+        # The library joins parts by a plus, and has square brackets for isotopes.
+        counted = parsed(formula.translate(str.maketrans(".[]", "+()"))).atoms
+    except Exception as error:  # the library's grammar raises what its parser has
+        why = f": {error}" if isinstance(error, ValueError) else ""
+        meant = _meant(formula) or "; write for example Ca(OH)2 or CuSO4.5H2O"
+        raise ValueError(f"{formula!r} is no formula{why}{meant}") from error
+    return {element.symbol: int(many) for element, many in counted.items()}
 
 
 def molar_mass(formula: str) -> float:
@@ -117,31 +135,6 @@ def _counted(side: Mapping[str, int]) -> Counter[str]:
         for atom, count in (*atoms(formula).items(), ("charge", charge_of(formula))):
             total[atom] += coefficient * count
     return total
-
-
-def _group(text: str, whole: str) -> Counter[str]:
-    stack: list[Counter[str]] = [Counter()]
-    place = 0
-    while place < len(text):
-        match = _PART.match(text, place)
-        if match is None:
-            raise ValueError(f"{whole!r} is no formula; write for example Ca(OH)2 or CuSO4.5H2O")
-        word, count = match.group(1), int(match.group(2) or 1)
-        place = match.end()
-        if word in "([":
-            stack.append(Counter())
-        elif word in ")]":
-            if len(stack) < 2:
-                raise ValueError(f"{whole!r} closes a bracket that it does not open; correct the formula")
-            inner = stack.pop()
-            stack[-1] += Counter({atom: many * count for atom, many in inner.items()})
-        elif word in ELEMENTS:
-            stack[-1][word] += count
-        else:
-            raise ValueError(f"{whole!r} is no formula: there is no element {word}{_meant(whole)}")
-    if len(stack) > 1 or not stack[0]:
-        raise ValueError(f"{whole!r} is no formula: a bracket is left open or it is empty")
-    return stack[0]
 
 
 def _meant(formula: str) -> str:

@@ -49,23 +49,6 @@ class History:
 
 
 @dataclass(frozen=True, eq=False)
-class Load:
-    """A part of a flow, what it carried, and what the target was like just before and just after."""
-
-    # frame, begin, time: the last of its frames, and when it began and was over
-    frame: int
-    begin: float
-    time: float
-    source: str
-    target: str
-    volume_ml: float
-    before_ml: float
-    # carried, before: (columns,) mol
-    carried: FloatArray
-    before: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
 class Warmth:
     """How liquids keep, lose and gain heat; energies are above that of the room."""
 

@@ -13,7 +13,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
-from replay.effects.models.history import History, Load, Process, Warmth
+from replay.effects.models.history import History, Process, Warmth
 from replay.effects.models.reacting import HEAT, STORED, Reactor
 from replay.effects.models.speciation import GAS, SOLID, Speciation
 
@@ -43,7 +43,6 @@ class Ledger:
     warmth: Warmth | None = None  # ``None``: nobody asks how warm anything is
     volume_ml: FloatArray = field(init=False)
     amounts: FloatArray = field(init=False)
-    loads: list[Load] = field(default_factory=list, init=False)
 
     def __post_init__(self) -> None:
         if self.warmth is not None:
@@ -112,13 +111,12 @@ class Ledger:
         self.flow(np.array([frame]), np.array([time]), [(a, b) for a, b, _ in moves], volumes)
 
     def flow(
-        self, frames: IntArray, times: FloatArray, pairs: Sequence[tuple[str, str]], volume_ml: FloatArray,
-        begin: float | None = None,
-    ) -> None:  # fmt: skip
+        self, frames: IntArray, times: FloatArray, pairs: Sequence[tuple[str, str]], volume_ml: FloatArray
+    ) -> None:
         """Flows (source, target) over frames (m,) with millilitres (m, pairs): each frame is a step, all at once.
 
         In more than one frame no source may be a target. Where something reacts slowly or grows warm it goes in `LUMPS`
-        steps. ``begin``: when it began, where that is before the first of these frames.
+        steps.
         """
         cuts = np.unique(np.linspace(0, len(frames), min(len(frames), LUMPS) + 1).astype(np.int64)).tolist()
         ends = [(self.at[source], self.at[target]) for source, target in pairs]
@@ -129,8 +127,7 @@ class Ledger:
         if len(frames) > 1 and in_steps:
             for first, stop in pairwise(cuts):
                 last = slice(stop - 1, stop)
-                part = total[stop : stop + 1] - total[first : first + 1]
-                self.flow(frames[last], times[last], pairs, part, begin=float(times[first]))
+                self.flow(frames[last], times[last], pairs, total[stop : stop + 1] - total[first : first + 1])
             return
         for place in places:
             self.advance(place, int(frames[-1]), float(times[-1]))
@@ -138,7 +135,8 @@ class Ledger:
             {place: np.repeat(one[place : place + 1], len(total), axis=0) for place in places}
             for one in (self.volume_ml, self.amounts, self.added_ml, self.extents)
         ]
-        carried = [self._move(*both, gone, state) for both, gone in zip(ends, total.T, strict=True)]
+        for both, gone in zip(ends, total.T, strict=True):
+            self._move(*both, gone, state)
         for place in places:
             if place != self.at[""]:
                 rows = [one[place][1:] for one in (volume, amounts, extents, added)]
@@ -147,15 +145,6 @@ class Ledger:
                 self._blocks[place].append((times, frames, *rows[:3], self.reactor.pending(rows[1]), rows[3]))
             self.volume_ml[place], self.amounts[place] = volume[place][-1], amounts[place][-1]
             self.extents[place], self.added_ml[place] = extents[place][-1], added[place][-1]
-        for first, stop in pairwise(cuts):
-            met: dict[int, tuple[float, FloatArray]] = {}
-            for pair, (_, b), gone, part in zip(pairs, ends, total.T, carried, strict=True):
-                more, more_ml = part[stop] - part[first], float(gone[stop] - gone[first])
-                before_ml, before = met.get(b, (float(volume[b][first]), amounts[b][first]))
-                span = int(frames[stop - 1]), float(times[first]) if begin is None else begin, float(times[stop - 1])
-                self.loads.append(Load(*span, *pair, more_ml, before_ml, more, before))
-                # Of several flows that meet the later finds the earlier there.
-                met[b] = before_ml + more_ml, before + more
 
     def history(self, vessel: str) -> History:
         """All that became of a vessel; of several rows of one time the last."""
@@ -171,8 +160,8 @@ class Ledger:
             self.advance(place, frame, time)
             self._note(place, frame, time)
 
-    def _move(self, a: int, b: int, gone: FloatArray, state: list[dict[int, FloatArray]]) -> FloatArray:
-        """Take from one place what is gone (m + 1,) mL, and give it to another; mol (m + 1, columns) that go along."""
+    def _move(self, a: int, b: int, gone: FloatArray, state: list[dict[int, FloatArray]]) -> None:
+        """Take from one place what is gone (m + 1,) mL, with its share of everything, and give it to another."""
         volume, amounts, added, _ = state
         share = np.minimum(1.0, gone / self.volume_ml[a]) if self.volume_ml[a] > 0.0 else np.zeros(len(gone))
         moving = self.moving
@@ -189,7 +178,6 @@ class Ledger:
             volume[place] += sign * moved
             amounts[place] += sign * part
         added[b][:, a] += moved
-        return part
 
     def _react_here(self, place: int) -> None:
         amounts = self.amounts[place : place + 1]

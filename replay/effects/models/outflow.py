@@ -149,7 +149,7 @@ class Stream:
         """All of it."""
         return float(self.volume_ml.sum())
 
-    def part(self, rows: slice) -> "Stream":
+    def part(self, rows: IntArray | slice) -> "Stream":
         """Some rows of it."""
         return Stream(
             self.source, self.target, self.over, self.times[rows], self.frames[rows], self.volume_ml[rows],

@@ -1,6 +1,6 @@
 """The mixture that a scene's chemistry makes: species, solids and gases with their constants and enthalpies."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -68,7 +68,7 @@ def speciation_of(
     """
     there = dict.fromkeys(columns)
     phases = [
-        (formula + SOLID, _dissolved(chemistry, formula), float(np.log(ksp)) - _from_parts(chemistry, formula) * LN_10)
+        (formula + SOLID, chemistry.dissolved(formula), float(np.log(ksp)) - _from_parts(chemistry, formula) * LN_10)
         for formula, ksp in solids.items()
     ]
     dissolving = dict.fromkeys([*gases, *(["CO2"] if open_air else [])])
@@ -76,8 +76,7 @@ def speciation_of(
         part, protons, per_m3 = HENRY[formula]
         share = AIR_CO2 if open_air and formula == "CO2" else 1.0
         level = np.log(per_m3 * 1e-3 * share * ATMOSPHERE_PA) - _protonation(chemistry.pka[part], protons) * LN_10
-        changes = {part: 1.0, PROTON: float(protons), **({WATER: -1.0} if part != formula else {})}
-        phases.append((formula + GAS, changes, float(level)))
+        phases.append((formula + GAS, gas_parts(formula), float(level)))
     phases = [phase for phase in phases if all(part in there for part in phase[1] if part != WATER) or open_air]
     used = {part for _, changes, _ in phases for part in changes}
     parts = [PROTON] + [
@@ -109,12 +108,18 @@ def speciation_of(
     )  # fmt: skip
 
 
+def gas_parts(formula: str) -> Mapping[str, int]:
+    """Parts in solution of a gas that bubbles."""
+    part, protons, _ = HENRY[formula]
+    return {part: 1, PROTON: protons} if part == formula else {part: 1, PROTON: protons, WATER: -1}
+
+
 def ph_of(chemistry: Chemistry, molar: Mapping[str, FloatArray]) -> FloatArray:
     """pH (n,) of solutions with so much (n,) mol/L of each formula; what stays whole is a spectator."""
     count = max((len(one) for one in molar.values()), default=0)
     there: dict[str, FloatArray] = {PROTON: np.zeros(count)}
     for formula, amount in molar.items():
-        for part, many in _dissolved(chemistry, formula).items():
+        for part, many in chemistry.dissolved(formula).items():
             there[part] = there.get(part, np.zeros(count)) + many * amount
     mixture = speciation_of(chemistry, there, {}, (), open_air=False).mixture
     totals = np.stack([there[part] for part in mixture.parts], axis=1)
@@ -127,10 +132,6 @@ def enthalpy_j(changes: Mapping[str, float]) -> float:
     for column, many in changes.items():
         total += many * (WATER_KJ_MOL if column == WATER else ENTHALPY.get(column, (np.nan,))[0])
     return total * 1e3
-
-
-def _dissolved(chemistry: Chemistry, formula: str) -> dict[str, float]:
-    return {part: float(many) for part, many in (chemistry.parts(formula) or {formula: 1}).items()}
 
 
 def _from_parts(chemistry: Chemistry, formula: str) -> float:
@@ -148,6 +149,6 @@ def _protonation(pka: Iterable[float], protons: int) -> float:
     return float(sum(sorted(pka, reverse=True)[:protons]))
 
 
-def _table(rows: list[dict[str, float]] | list[dict[str, int]], parts: list[str]) -> FloatArray:
+def _table(rows: Sequence[Mapping[str, int]], parts: list[str]) -> FloatArray:
     table = [[float(row.get(part, 0.0)) for part in parts] for row in rows]
     return np.array(table, dtype=np.float64).reshape(len(rows), len(parts))

@@ -102,7 +102,7 @@ def _sections(result: RunResult, worst: FocusMoment | None) -> Iterator[tuple[st
     if result.comparisons:
         yield COUNTS, tables.count_tables(result)
         yield RATES, tables.duration_tables(result)
-    if result.effects or result.summary["plan"]["not_built"]:
+    if result.effects:
         yield "Effects that the scene calls for", [*titration_pictures(result), *tables.effect_parts(result)]
     yield "What is suspicious about the recording", tables.finding_parts(result)
     yield SESSION, [tables.fact_table(result)]

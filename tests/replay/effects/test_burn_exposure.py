@@ -44,7 +44,7 @@ def test_without_a_contact_nothing_is_computed():
 def test_the_temperature_of_the_effect_heat_is_followed_through_the_contact():
     declared = declare(scene().effects[0], 1, SPEC.fields, scene(), "lab.toml")
     heat = EffectOutput(series={"pot/temperature": Series(np.array([0.0, 10.0]), np.array([20.0, 120.0]), "degC")})
-    room = SimpleNamespace(number={"ambient_c": 21.0}.get)
+    room = {"ambient_c": 21.0}
     inputs = SimpleNamespace(
         times=np.arange(0.0, 5.0), output=lambda kind: {"heat": heat}[kind], tables={"heat": [room]}
     )

@@ -7,11 +7,11 @@ from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 SCENE = Scene(bodies=(SceneBody("cup", tags=("glass",)), SceneBody("jar", tags=("glass",)), SceneBody("top")))
 FIELDS = {
-    "from": declaring.bodies("who pours"), "into": declaring.body("who receives", required=False),
-    "between": declaring.pairs("who meets", required=False),
+    "from": declaring.bodies("who pours"), "into": declaring.body("who receives", default=""),
+    "between": declaring.pairs("who meets", default=()),
     "speed": declaring.number("how fast", "m/s", default=2.0, above=0.0, most=9.0),
     "of": declaring.text("what", default="", among=("flame", "dilution")),
-    "tip": declaring.vector("where", default=(0.0, 0.0, 0.0)), "on": declaring.flag("whether", default=True),
+    "tip": declaring.vector("where", default=(0.0, 0.0, 0.0)),
     "colours": declaring.mapping("which", default={}),
 }  # fmt: skip
 
@@ -22,26 +22,26 @@ def made(**settings):
 
 def test_absent_fields_have_their_defaults():
     declared = made()
-    assert declared.bodies("from") == ("cup",) and declared.body("into") == "" and declared.pairs() == ()
-    assert (declared.number("speed"), declared.text("of"), declared.vector("tip")) == (2.0, "", (0.0, 0.0, 0.0))
-    assert declared.values["on"] is True and declared.mapping("colours") == {}
+    assert declared["from"] == ("cup",) and declared["into"] == "" and declared["between"] == ()
+    assert (declared["speed"], declared["of"], declared["tip"]) == (2.0, "", (0.0, 0.0, 0.0))
+    assert declared["colours"] == {}
 
 
 def test_given_fields_are_checked_and_selectors_become_names():
     declared = made(
         **{"from": ["tag:glass", "cup"], "into": "jar", "between": ["tag:glass", "top"], "speed": 3, "of": "flame"},
-        tip=[1, 2.5, 3], on=False, colours={"Na": "yellow"},
+        tip=[1, 2.5, 3], colours={"Na": "yellow"},
     )  # fmt: skip
-    assert declared.bodies("from") == ("cup", "jar") and declared.body("into") == "jar"
-    assert declared.pairs() == (("cup", "top"), ("jar", "top")) and declared.number("speed") == 3.0
-    assert declared.vector("tip") == (1.0, 2.5, 3.0) and declared.mapping("colours") == {"Na": "yellow"}
+    assert declared["from"] == ("cup", "jar") and declared["into"] == "jar"
+    assert declared["between"] == (("cup", "top"), ("jar", "top")) and declared["speed"] == 3.0
+    assert declared["tip"] == (1.0, 2.5, 3.0) and declared["colours"] == {"Na": "yellow"}
 
 
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
-        ({"from": "cap"}, "from: no body is 'cap'; did you mean 'cup'"),
-        ({"from": "tag:glas"}, "no body is 'tag:glas'; did you mean 'tag:glass'"),
+        ({"from": "cap"}, "from names 'cap', and no body is called so; did you mean 'cup'"),
+        ({"from": "tag:glas"}, "names 'tag:glas', and no body is called so; did you mean 'tag:glass'"),
         ({"from": []}, "from is empty"),
         ({"from": [3]}, "from names 3"),
         ({"into": "tag:glass"}, "which stands for cup, jar; give one body"),
@@ -55,7 +55,6 @@ def test_given_fields_are_checked_and_selectors_become_names():
         ({"of": "flme"}, "did you mean 'flame'"),
         ({"of": ""}, "of is ''; give text"),
         ({"tip": [1, 2]}, "give three finite numbers"),
-        ({"on": 1}, "give true or false"),
         ({"colours": 3}, "give a table"),
         ({"spede": 3}, "unknown key 'spede'; did you mean 'speed'"),
     ],

@@ -94,11 +94,6 @@ def test_effects_that_need_each_other_are_refused(made_up):
         plan(scene(("egg", {})), table=table)
 
 
-def test_what_is_not_built_is_named_and_not_run():
-    planned = plan(scene(("penetration", {}), ("contact", GLASS_ON_BENCH)))
-    assert planned.not_built == ("penetration",) and planned.effects == ("contact",)
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [

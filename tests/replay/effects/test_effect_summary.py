@@ -14,7 +14,7 @@ from sessions.model.scene import Scene, SceneBody, SceneEffect
 
 SCENE = Scene(
     bodies=(SceneBody("a"), SceneBody("b")),
-    effects=(SceneEffect("breakage", {"between": ["a", "b"], "speed_m_s": 1.0}), SceneEffect("penetration")),
+    effects=(SceneEffect("breakage", {"between": ["a", "b"], "speed_m_s": 1.0}),),
 )
 
 
@@ -22,7 +22,7 @@ def test_a_plan_as_json_gives_the_reason_of_every_item_and_what_is_left_out():
     told = plan_summary(plan(SCENE))
     assert told["effects"] == {"contact": ["breakage needs it"], "breakage": ["the scene declares it"]}
     assert told["pairs"] == {"a-b": ["contact"]} and told["detectors"] == {"exact": ["contact"]}
-    assert told["topics"] == {"/tf": ["contact", "breakage"]} and told["not_built"] == ["penetration"]
+    assert told["topics"] == {"/tf": ["contact", "breakage"]}
     assert "grasp" in told["not_run"] and json.loads(json.dumps(told)) == told
 
 

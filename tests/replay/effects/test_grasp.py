@@ -89,7 +89,7 @@ def test_a_grasp_that_the_recording_does_not_end_has_no_end_and_no_release():
 
 def test_nothing_is_computed_while_no_trigger_is_pressed():
     _, run = events(world(HAND, HAND + 0.5, PRESSED))
-    assert run.frames_run == int(PRESSED.sum()) and run.counters["hand-thing looks"] == 2
+    assert run.frames_run == int(PRESSED.sum())
     assert events(world(HAND, HAND + 0.5, 0 * PRESSED))[1].frames_run == 0
 
 

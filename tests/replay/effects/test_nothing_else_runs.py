@@ -62,7 +62,7 @@ def test_a_plan_is_the_closure_of_what_is_declared_with_the_pairs_and_detectors_
         declared = buildable(kinds)
         planned = plan(scene)
         assert set(planned.effects) == closed(declared, scene), kinds
-        assert set(planned.not_run) == set(KINDS) - set(planned.effects) - set(planned.not_built)
+        assert set(planned.not_run) == set(KINDS) - set(planned.effects)
         for kind, step in planned.steps.items():
             assert all(planned.effects.index(one) < planned.effects.index(kind) for one in step.inputs)
         asking = {kind for kind in planned.effects if load_effect(kind).detector}
@@ -211,7 +211,7 @@ def test_a_run_of_a_scene_touches_nothing_that_its_effects_do_not_call_for(name,
     assert kinds == set(told["effects"]) == set(told["entered"]) and set(told["plan"]["not_run"]) == others
     assert not {EFFECTS[kind].partition(":")[0] for kind in others} & loaded
     asks = bool(told["plan"]["detection"])
-    assert bool({"numba", "fcl", "replay.effects.touches"} & loaded) == asks
+    assert bool({"numba", "fcl", "replay.effects.contact"} & loaded) == asks
     chemistry = {f"replay.effects.{one}" for one in ("matter", "chemistry", "models.ledger", "models.equilibrium")}
     assert bool(chemistry & loaded) == ("mixing" in kinds)
     # An audit reads hands too: it tells contacts of a hand with what it holds apart.
@@ -278,7 +278,7 @@ from replay.effects.output import EffectEvent, EffectOutput
 from replay.effects.protocol import EffectSpec
 
 def compute(inputs):
-    names = [name for declared in inputs.declared for name in declared.bodies("of")]
+    names = [name for declared in inputs.declared for name in declared["of"]]
     return EffectOutput(events=tuple(EffectEvent(float(inputs.times[0]), "seen", (name,)) for name in names))
 
 SPEC = EffectSpec("glow", "Things glow.", compute, fields={"of": bodies("what glows")})

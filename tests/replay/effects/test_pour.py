@@ -49,9 +49,9 @@ def test_it_begins_at_the_tilt_that_keeps_the_fill_and_leaves_what_the_greatest_
 
 def test_it_computes_only_beyond_the_onset_and_nothing_when_the_glass_stays_upright():
     upright = poured([0.0, 5.0, ONSET - 0.01, 0.0])["pour"]
-    assert upright.frames_run == 0 and upright.counters == {"tilts compared": 4} and upright.events == ()
+    assert upright.frames_run == 0 and upright.events == ()
     run = poured([0.0, ONSET + 0.5, ONSET - 5.0, ONSET + 1.0, 0.0])["pour"]
-    assert run.frames_run == run.counters["arcs"] == 2 and run.output.lanes["skipped"]
+    assert run.frames_run == 2 and run.output.lanes["skipped"]
 
 
 @settings(max_examples=25, deadline=None)

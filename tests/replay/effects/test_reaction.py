@@ -166,7 +166,7 @@ def test_a_rinse_does_not_count_to_what_was_titrated():
 
 @pytest.mark.parametrize(
     ("settings", "acid", "words"),
-    [({}, {"solute": "HCL"}, "there is no element L; did you mean 'HCl'"),
+    [({}, {"solute": "HCL"}, "unknown element L; did you mean 'HCl'"),
      ({"acids": {"HCI": [1.0]}}, {}, "acids: nobody brings 'HCI'; did you mean 'HCl'"),
      ({"equation": "HCl + KOH -> KCl + H2O"}, {}, "equation: nobody brings 'KOH'; there are: HCl, NaOH"),
      ({}, {"solutes": {"C4H8O2": 0.1}}, "the pH needs data of 'C4H8O2' in 'flask'"),

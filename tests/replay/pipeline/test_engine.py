@@ -18,9 +18,9 @@ BUMP = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
 
 TOUCHING = Scene(
     bodies=(SceneBody("a"), SceneBody("b")),
-    effects=tuple(SceneEffect(kind, {"between": ["a", "b"]}) for kind in ("contact", "sweep")),
+    effects=(SceneEffect("contact", {"between": ["a", "b"]}),),
 )
-"""Its effects ask ``exact`` and ``continuous`` for contacts."""
+"""Its effect asks ``exact`` for contacts."""
 
 
 def test_the_most_trusted_detector_there_is_becomes_the_oracle():
@@ -130,7 +130,11 @@ def test_progress_is_told_of_every_stage_and_every_frame():
 
 
 def test_what_is_audited_is_asked_live_and_the_oracle_and_whom_only_effects_ask_are_not():
-    asked = {"session": cubes(BUMP, scene=TOUCHING), "detectors": "hybrid,sphere,image-space", "oracle": "static"}
+    asked = {
+        "session": cubes(BUMP, scene=TOUCHING),
+        "detectors": "hybrid,sphere,image-space,continuous",
+        "oracle": "static",
+    }
     live, offline = compute(**asked), compute(**asked, offline=True)
     told = {label: made["live"] for label, made in live.summary["detectors"].items()}
     assert told == {"hybrid": True, "sphere": True, "image-space": False, "static": False, "continuous": False}

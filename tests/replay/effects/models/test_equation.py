@@ -49,5 +49,5 @@ def test_charges_balance_too():
 
 
 def test_an_element_there_is_not_names_the_formula_that_was_meant():
-    with pytest.raises(ValueError, match="there is no element L; did you mean 'HCl'"):
+    with pytest.raises(ValueError, match="unknown element L; did you mean 'HCl'"):
         atoms("HCL")

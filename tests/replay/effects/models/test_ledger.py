@@ -163,13 +163,3 @@ def test_heat_goes_with_the_liquid_whichever_vessel_is_named_first():
     for _ in range(50):
         b += (60.0 - b) / 100.0
     assert ends[0][1] == pytest.approx(400.0 * b, rel=1e-9)
-
-
-def test_two_flows_that_meet_find_each_other_there():
-    book = Ledger(["a", "b", "c"], ["X"])
-    for name in "abc":
-        book.fill(name, 10.0, {"X": 1.0})
-    book.begin(0.0)
-    frames = np.arange(1, 101)
-    book.flow(frames, frames * 0.01, [("a", "c"), ("b", "c")], np.full((100, 2), 0.05))
-    assert [one.before_ml for one in book.loads[:2]] == [10.0, 10.0 + book.loads[0].volume_ml]
