@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @click.option("--mesh-units", type=click.Choice(["m", "cm", "mm"]), help="Of the mesh files. Default: by their size.")
 @click.option("--colliders", type=SESSION_FILE, metavar="FILE.glb", help="Colliders of the engine, a node each.")
 @click.option("--scene", type=SESSION_FILE, metavar="SCENE.toml", help="Bodies, pairs, effects.")
-@click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv: which column is what.")
+@click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv, xdf: which column or channel is what.")
 @click.option("--convention", metavar="NAME", help="Axes of the source, for example unity.")
 @click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="mcap, ros2: read this alone. Repeatable.")
 @click.option("--mesh-axes", metavar="NAME", help="csv: axes of the mesh files, same or x-flipped.")

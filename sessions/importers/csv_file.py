@@ -10,16 +10,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
-from sessions.geometry.rotations import quaternion_from_matrix, rotated
+from sessions.geometry.rotations import rotated
 from sessions.importers.csv_draft import draft_of, has_header
 from sessions.importers.csv_mapping import METRES, PRESETS, UNITY, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable, Rows
-from sessions.importers.finish import QUATERNION_TOLERANCE, Imported, side_of, usable_track
+from sessions.importers.finish import Imported, side_of, usable_track
 from sessions.importers.pose_table import BesidePoses, PoseTable, SourceFrame, carried, imported, in_frame
-from sessions.meshes.conventions import Convention, quaternion_from_euler
+from sessions.meshes.conventions import Convention
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event, LiveContact
 from sessions.model.track import HandTrack, Track
@@ -140,12 +139,7 @@ def _poses(table: CsvTable, plan: CsvMapping, columns: PoseColumns, rows: Rows) 
     valid = table.flags(columns.valid, rows) if columns.valid else np.ones(len(numbers), dtype=np.bool_)
     if table.cut_short and rows[-1:].any():
         valid[-1] = False
-    turn = numbers[:, 3:]
-    if columns.euler:
-        turn = quaternion_from_euler(np.radians(turn) if columns.degrees else turn, columns.order)
-    elif columns.matrix:
-        turn = _of_matrices(turn.reshape(-1, 3, 3))
-    return PoseTable(stamps, numbers[:, :3], turn, valid)
+    return PoseTable(stamps, numbers[:, :3], columns.quaternions(numbers[:, 3:]), valid)
 
 
 def _beside(table: CsvTable, plan: CsvMapping, frame: SourceFrame, tracks: Mapping[str, Track]) -> BesidePoses:
@@ -175,17 +169,6 @@ def _beside(table: CsvTable, plan: CsvMapping, frame: SourceFrame, tracks: Mappi
         forward = rotated(eye.quaternions_xyzw, (0.0, 0.0, -1.0))
         beside.looked(name, eye.times_ns, eye.positions, forward, eye.valid)
     return beside
-
-
-def _of_matrices(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Quaternions (n, 4) of matrices (n, 3, 3); NaN where one is no rotation, mirrored or scaled."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
-        turns = (off <= QUATERNION_TOLERANCE) & (np.linalg.det(matrices) > 0.0)
-    found = np.full((len(matrices), 4), np.nan)
-    for row in np.flatnonzero(turns):
-        found[row] = quaternion_from_matrix(matrices[row])
-    return found
 
 
 NAMED_KINDS = 5  # Unknown kinds of rows that are named before the sentence ends in dots

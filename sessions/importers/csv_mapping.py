@@ -9,9 +9,14 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Final
 
-from sessions.errors import ImportFileError
+import numpy as np
+from numpy.typing import NDArray
+
+from sessions.errors import ImportFileError, SessionError
+from sessions.geometry.rotations import quaternion_from_matrix
+from sessions.importers.finish import QUATERNION_TOLERANCE
 from sessions.input_files import read_text
-from sessions.meshes.conventions import CONVENTIONS
+from sessions.meshes.conventions import CONVENTIONS, quaternion_from_euler
 from sessions.scene_files.toml_table import TomlTable, parse_toml
 
 MOST_LINES: Final = 1000
@@ -40,6 +45,12 @@ class PoseColumns:
     def numbers(self) -> tuple[str, ...]:
         """The columns that hold numbers."""
         return self.position + (self.quaternion_xyzw or self.euler or self.matrix)
+
+    def quaternions(self, turns: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Quaternions xyzw (n, 4) of what stands behind the position in ``numbers`` (n, 3, 4 or 9); NaN: it is none."""
+        if self.euler:
+            return quaternion_from_euler(np.radians(turns) if self.degrees else turns, self.order)
+        return _of_matrices(turns.reshape(-1, 3, 3)) if self.matrix else turns
 
 
 @dataclass(frozen=True)
@@ -186,8 +197,8 @@ def read_mapping(path: str | Path) -> CsvMapping:
         format=form,
         offset_ns=round(offset * CLOCK_NS.get(unit, 1e9)),
         name=long.text("name", None) if long is not None else "",
-        body=_columns(long) if long is not None else None,
-        bodies={name: _columns(table) for name, table in wide.items()} or None,
+        body=pose_columns(long) if long is not None else None,
+        bodies={name: pose_columns(table) for name, table in wide.items()} or None,
         rows=_kinds(kinds) if kinds is not None else None,
         scalars={name: _scalar(table) for name, table in whole.named_tables("scalars").items()},
         gaze={name: _ray(table) for name, table in whole.named_tables("gaze").items()},
@@ -201,6 +212,17 @@ def read_mapping(path: str | Path) -> CsvMapping:
     return mapping
 
 
+def _of_matrices(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Quaternions (n, 4) of matrices (n, 3, 3); NaN where one is no rotation, mirrored or scaled."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+        turns = (off <= QUATERNION_TOLERANCE) & (np.linalg.det(matrices) > 0.0)
+    found = np.full((len(matrices), 4), np.nan)
+    for row in np.flatnonzero(turns):
+        found[row] = quaternion_from_matrix(matrices[row])
+    return found
+
+
 def _letter(table: TomlTable, key: str, default: str) -> str:
     letter = table.text(key, default)
     if len(letter) != 1 or not letter.isascii() or letter in '"\r\n':
@@ -209,7 +231,8 @@ def _letter(table: TomlTable, key: str, default: str) -> str:
     return letter
 
 
-def _columns(table: TomlTable) -> PoseColumns:
+def pose_columns(table: TomlTable) -> PoseColumns:
+    """Where a pose stands, from a table of a mapping; nothing else may be in it."""
     if sum(key in table for key in ("quaternion_xyzw", "euler", "matrix")) != 1:
         table.refuse(
             "give quaternion_xyzw = [4 columns] or euler = [3 columns] with order, or matrix = [9 columns, row by row]"
@@ -222,6 +245,10 @@ def _columns(table: TomlTable) -> PoseColumns:
     elif "euler" in table:
         turn["order"] = table.text("order", None)
         turn["euler"] = _angles(table, turn["order"])
+        try:
+            quaternion_from_euler(np.zeros((0, 3)), turn["order"] or "XYZ")
+        except SessionError as error:
+            table.refuse(str(error))
         turn["degrees"] = table.text("angle_unit", "deg", ("deg", "rad")) == "deg"
     columns = PoseColumns(table.texts("position", 3), valid=table.text("valid"), **turn)
     table.done()

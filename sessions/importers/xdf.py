@@ -11,21 +11,32 @@ Source: XDF specification, and its wiki, pages *MoCap Meta Data* and *Gaze Meta-
 import gzip
 import logging
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import METRES
+from sessions.importers.csv_mapping import METRES, PoseColumns, pose_columns
 from sessions.importers.finish import Imported
 from sessions.importers.joining import ClockFit
-from sessions.importers.pose_table import BesidePoses, PoseTable, SourceFrame, imported, stamps_of
+from sessions.importers.pose_table import (
+    BesidePoses,
+    Numbers,
+    PoseTable,
+    SourceFrame,
+    Stamps,
+    imported,
+    stamps_of,
+)
+from sessions.input_files import read_text
+from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event
+from sessions.scene_files.toml_table import nearest, parse_toml
 
 MAGIC: Final = b"XDF:"
 MOST_UNPACKED, UNPACKED_PER_BYTE = 100_000_000, 50  # Bytes; recordings shrink to a third, zeros to a thousandth
@@ -58,24 +69,31 @@ RAY: Final = ("positionx", "positiony", "positionz", "directionx", "directiony",
 UNITS: Final = {"meters": "m", "meter": "m", "metres": "m", "centimeters": "cm", "millimeters": "mm", "": "m"}
 
 
-def read_xdf(source: Path, *, convention: str | None = None) -> Imported:
+def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path | None = None) -> Imported:
     """Everything in an XDF file.
 
     Parameters
     ----------
-    convention : axes of its MoCap streams, which XDF does not state; ``None``: right-handed, +Y up.
+    convention : axes of its poses, which XDF does not state; ``None``: right-handed, +Y up.
+    mapping : a TOML file that says which channels of which streams are a body; ``None``: what their types say.
 
     Raises ``ImportFileError``: names file, stream and channel.
     """
     streams, notes = _streams(source)
     whole = _is_whole(source)
     notes += [] if whole else ["the file is cut short or damaged: the last pose of each body is flagged as lost"]
-    posed = [stream for stream in streams if _holds_poses(source, stream)]
-    tables, units = _tables(source, posed, whole)
+    posed = [stream for stream in streams if mapping is None and _holds_poses(source, stream)]
+    if mapping is None:
+        tables, units = _tables(source, posed, whole)
+    else:
+        plan = read_stream_mapping(mapping)
+        convention, units = convention or plan.convention, {plan.units}
+        tables, posed = plan.tables(source, streams, whole)
     if not tables:
         seen = [f"{_first(one['info'], 'name')} ({_first(one['info'], 'type')})" for one in streams]
         raise ImportFileError(
             f"{source}: no stream of type MoCap with PositionX and OrientationA; there are: {', '.join(seen) or 'none'}"
+            "; say which channels are a pose with --mapping FILE"
         )
     lengths = {UNITS.get(unit, unit) for unit in units}
     if len(lengths) > 1 or not lengths <= METRES.keys():
@@ -116,7 +134,7 @@ def _tables(source: Path, streams: list[dict[str, Any]], whole: bool) -> tuple[d
     for stream in streams:
         for name, channels in _bodies(f"{source}: {_where(stream)}", stream):
             name = name if name not in tables else f"{_first(stream['info'], 'name')}/{name}"
-            tables[name] = _poses(source, _where(stream), stream, channels, whole)
+            tables[name] = _poses(source, stream, channels, whole)
             units |= {_unit(stream, channels[0])}
     return tables, units
 
@@ -206,15 +224,70 @@ def _bodies(where: str, stream: dict[str, Any]) -> Iterator[tuple[str, list[int]
             yield name, [roles[role] for role in sorted(roles)]
 
 
-def _poses(source: Path, where: str, stream: dict[str, Any], channels: list[int], whole: bool) -> PoseTable:
-    values = np.asarray(stream["time_series"])
-    if values.dtype.kind not in "fiu" or values.ndim != 2 or values.shape[1] <= max(channels):
-        raise ImportFileError(f"{source}: {where}: its samples are not the numbers its channels describe; record again")
-    rows = values[:, channels].astype(np.float64)
-    stamps = stamps_of(np.asarray(stream["time_stamps"], dtype=np.float64), f"{source}: {where}")
+class StreamMapping(NamedTuple):
+    """Bodies of an XDF file, each with the name of its stream and the labels of its channels; their axes and unit."""
+
+    convention: str
+    units: str
+    bodies: Mapping[str, tuple[str, PoseColumns]]
+
+    def tables(
+        self, source: Path, streams: list[dict[str, Any]], whole: bool
+    ) -> tuple[dict[str, PoseTable], list[dict[str, Any]]]:
+        """The poses of every body, and the streams that they stand in."""
+        named = {_first(stream["info"], "name"): stream for stream in streams}
+        tables: dict[str, PoseTable] = {}
+        for body, (name, columns) in self.bodies.items():
+            if name not in named:
+                raise ImportFileError(f"{source}: no stream {name!r}{nearest(name, named)}")
+            stream = named[name]
+            labels = {
+                _first(channel, "label") or str(number + 1): number for number, channel in enumerate(_channels(stream))
+            }
+            missing = [label for label in (*columns.numbers, columns.valid) if label and label not in labels]
+            if missing:
+                raise ImportFileError(
+                    f"{source}: {_where(stream)}: no channel {missing[0]!r}{nearest(missing[0], labels)}"
+                )
+            numbers = [labels[label] for label in (*columns.numbers, columns.valid) if label]
+            stamps, rows = _samples(source, stream, numbers)
+            valid = rows[:, -1] > 0.0 if columns.valid else np.ones(len(rows), dtype=np.bool_)
+            valid[-1:] &= whole
+            turns = columns.quaternions(rows[:, 3 : len(columns.numbers)])
+            tables[body] = PoseTable(stamps, rows[:, :3], turns, valid)
+        return tables, [named[name] for name, _ in self.bodies.values()]
+
+
+def read_stream_mapping(path: str | Path) -> StreamMapping:
+    """The mapping of a TOML file; ImportFileError: all its faults at once, each with file, table and key."""
+    faults: list[str] = []
+    whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError, faults)
+    bodies = {
+        name: (table.text("stream", None), pose_columns(table)) for name, table in whole.named_tables("bodies").items()
+    }
+    if not bodies:
+        whole.refuse("give [bodies.NAME] with stream, position and a rotation for every body")
+    mapping = StreamMapping(whole.text("convention", "", CONVENTIONS), whole.text("units", "m", METRES), bodies)
+    whole.done()
+    if faults:
+        raise ImportFileError("; ".join(faults))
+    return mapping
+
+
+def _poses(source: Path, stream: dict[str, Any], channels: list[int], whole: bool) -> PoseTable:
+    stamps, rows = _samples(source, stream, channels)
     valid = rows[:, 7] > 0.0 if len(channels) > 7 else np.ones(len(rows), dtype=np.bool_)
     valid[-1:] &= whole
     return PoseTable(stamps, rows[:, :3], rows[:, 3:7], valid)
+
+
+def _samples(source: Path, stream: dict[str, Any], channels: list[int]) -> tuple[Stamps, Numbers]:
+    """Stamps (n,) and some channels (n, channels) of a stream of numbers."""
+    where, values = _where(stream), np.asarray(stream["time_series"])
+    if values.dtype.kind not in "fiu" or values.ndim != 2 or values.shape[1] <= max(channels):
+        raise ImportFileError(f"{source}: {where}: its samples are not the numbers its channels describe; record again")
+    stamps = stamps_of(np.asarray(stream["time_stamps"], dtype=np.float64), f"{source}: {where}")
+    return stamps, values[:, channels].astype(np.float64)
 
 
 def _beside(source: Path, stream: dict[str, Any], frame: SourceFrame, beside: BesidePoses) -> None:

@@ -132,8 +132,10 @@ def test_every_toml_and_yaml_block_is_a_file_that_is_understood(tmp_path):
     from replay.studies.class_study.codebook import read_codebook
     from sessions import parse_scene
     from sessions.importers.csv_mapping import read_mapping
+    from sessions.importers.xdf import read_stream_mapping
 
     readers = {"[[body]]": lambda path: parse_scene(path.read_text("utf-8")).bodies, "[time]": read_mapping}
+    readers["stream = "] = read_stream_mapping
     read = []
     for text in DOCUMENTS.values():
         for file, body in shown_files(text).items():

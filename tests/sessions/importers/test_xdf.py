@@ -147,6 +147,67 @@ def test_a_stream_of_poses_is_a_body_whatever_it_is_called(tmp_path):
     assert "axes unity" in session.facts["assumed"]
 
 
+STREAM_MAP = """
+convention = "unity"
+units = "mm"
+[bodies.left]
+stream = "Controllers"
+position = ["l_px", "l_py", "l_pz"]
+euler = ["l_ez", "l_ex", "l_ey"]
+order = "zxy"
+valid = "l_seen"
+[bodies.head]
+stream = "Headset"
+position = ["1", "2", "3"]
+quaternion_xyzw = ["4", "5", "6", "7"]
+"""
+
+
+def controllers(tmp_path):
+    """Streams whose channels say nothing that XDF knows, left-handed and in millimetres."""
+    angles = TURNS["Cup"].as_euler("zxy", degrees=True)
+    seen = (np.arange(COUNT) != 7)[:, None]
+    labels = [{"label": f"l_{one}"} for one in ("px", "py", "pz", "ez", "ex", "ey", "seen")]
+    left = stream_header(1, "Controllers", "VR", labels), np.column_stack([1000 * PLACES["Cup"], angles, seen])
+    head = (
+        stream_header(2, "Headset", "VR", [{} for _ in range(7)]),
+        np.column_stack([1000 * PLACES["Head"], TURNS["Head"].as_quat()]),
+    )
+    (tmp_path / "map.toml").write_text(STREAM_MAP)
+    return written(tmp_path, left[0], samples(1, STAMPS, left[1]), head[0], samples(2, STAMPS, head[1]))
+
+
+def test_channels_of_any_name_are_bodies_where_a_mapping_says_so(tmp_path):
+    session = import_session("xdf", controllers(tmp_path), mapping=tmp_path / "map.toml")
+    mirror = np.diag([1.0, 1.0, -1.0])
+    assert not session.scalars and session.facts["source_convention"] == "unity"
+    for body, name in (("left", "Cup"), ("head", "Head")):
+        track = session.tracks[body]
+        assert np.allclose(track.positions, PLACES[name] @ mirror, atol=1e-9)
+        got = Rotation.from_quat(track.quaternions_xyzw).as_matrix()
+        assert np.allclose(got, mirror @ TURNS[name].as_matrix() @ mirror, atol=1e-9)
+    assert np.flatnonzero(~session.tracks["left"].valid).tolist() == [7]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("Headset", "Headste", "no stream 'Headste'; did you mean 'Headset'"),
+        ('"l_px"', '"l_qx"', "stream 'Controllers': no channel 'l_qx'; did you mean 'l_"),
+        ('order = "zxy"', 'order = "zxx"', "no Euler order 'zxx'"),
+        ('stream = "Headset"\n', "", r"map.toml: \[bodies.head\]: stream is missing"),
+        ('units = "mm"', 'units = "feet"\nmore = 1', "units is 'feet'.*unknown key 'more'"),
+        ("[bodies", "[body", "unknown key 'body'"),
+    ],
+)
+def test_what_is_wrong_with_a_mapping_of_streams_is_named(tmp_path, old, new, words):
+    path = controllers(tmp_path)
+    (tmp_path / "map.toml").write_text(STREAM_MAP.replace(old, new))
+    with pytest.raises(ImportFileError, match=words) as raised:
+        import_session("xdf", path, mapping=tmp_path / "map.toml")
+    assert "\n" not in str(raised.value)
+
+
 def test_clock_offsets_are_applied_and_how_well_they_fit_is_said(tmp_path):
     pairs = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]
     session = import_session("xdf", written(tmp_path, *take(pairs=pairs)), convention="unity")
