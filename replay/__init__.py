@@ -10,13 +10,14 @@ if TYPE_CHECKING:
     from replay.effects.effect_plan import Plan, plan
     from replay.outputs.results.data_set import read
     from replay.pipeline.run_result import RunResult, Tradeoff
+    from replay.pipeline.settings import RunSettings
     from replay.studies.stress.stress_runner import StressResult, stress
     from replay.studies.synthetic_sessions import synthetic_session as synthetic_session
     from replay.tradeoffs.sweep import tradeoff
 
 __all__ = [
-    "Advice", "AuditResult", "Plan", "RunResult", "StressResult", "Tradeoff", "advise", "audit", "plan", "read",
-    "run", "stress", "synthetic_session", "tradeoff",
+    "Advice", "AuditResult", "Plan", "RunResult", "RunSettings", "StressResult", "Tradeoff", "advise", "audit", "plan",
+    "read", "run", "stress", "synthetic_session", "tradeoff",
 ]  # fmt: skip
 
 # Not the library lazy_loader: it needs stub files with relative imports, and its error does not list the names.
@@ -25,6 +26,7 @@ _HOME = {
     "AuditResult": "replay.api.auditor",
     "Plan": "replay.effects.effect_plan",
     "RunResult": "replay.pipeline.run_result",
+    "RunSettings": "replay.pipeline.settings",
     "StressResult": "replay.studies.stress.stress_runner",
     "Tradeoff": "replay.pipeline.run_result",
     "advise": "replay.api.advisor",

@@ -14,9 +14,6 @@ from replay.cli.options import ANY_PATH, force, jobs, reporting, require_free
 if TYPE_CHECKING:
     from replay.pipeline.run_result import RunResult
 
-DETECTORS: Final = "paper=hybrid-qaco,hull50=collider[shape=hull,rate_hz=50],mesh50=discrete[rate_hz=50],exact"
-"""The paper's pipeline; hulls as an engine ships them, at its physics step; the meshes at that step; and the truth."""
-
 FOLDER: Final = Path("replay-demo")
 CLASS_FOLDER: Final = Path("class")
 SESSION: Final = "session.mcap"
@@ -87,7 +84,6 @@ def _record(file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
 
 def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
     from replay.api.runner import write
-    from replay.effects.effect_plan import plan
     from replay.outputs.results.run_folder import check_target
     from replay.pipeline.engine import compute
     from sessions import read_session
@@ -99,8 +95,7 @@ def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
         with progress.stage("record"):
             truth = _record(file, **made)
         session = read_session(file)
-        subjects = DETECTORS if plan(session.scene).detection else ()
-        result = compute(session, detectors=subjects, seed=made["seed"], progress=progress)
+        result = compute(session, seed=made["seed"], progress=progress)
         with progress.stage("write"):
             write(result, out, force=force, files={SESSION: file, truth.name: truth})
     return replace(result, out=out)

@@ -191,7 +191,13 @@ oracle = click.option(
 
 detectors = click.option(
     "--detectors", "--detector", "detectors", multiple=True, metavar="SPEC", callback=specs_named,
-    help="Whom to ask: hybrid-qaco, slow=discrete[rate_hz=22.5], package.module:Class; several with commas.",
+    help="Whom to ask: hybrid, slow=discrete[rate_hz=22.5], package.module:Class. Default: what engines ask.",
+)  # fmt: skip
+
+
+step_rate = click.option(
+    "--step-rate", type=Number(min=0, min_open=True), metavar="HZ",
+    help="Physics steps a second of your engine, where no detectors are named.  [default: 50]",
 )  # fmt: skip
 lineup = together(detectors, oracle, seed)
 """Who is asked, who is trusted; ``detectors`` is ``None`` if none is named."""
@@ -225,7 +231,7 @@ replaying = together(
     click.option("--no-picture", is_flag=True, help="Tables only, no recording for Rerun."),
 )  # fmt: skip
 """What every verb takes that replays a session: which part of it, and what is trusted."""
-auditing = together(lineup, noise, workers, gates, replaying, answering("text", "json", MARKDOWN))
+auditing = together(lineup, step_rate, noise, workers, gates, replaying, answering("text", "json", MARKDOWN))
 """What ``run`` takes: of whom, how and by whom, with limits."""
 
 

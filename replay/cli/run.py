@@ -20,14 +20,21 @@ if TYPE_CHECKING:
 @auditing
 def command(
     sessions: tuple[Path, ...], out: Path | None, view: bool, no_picture: bool, limits: "Gates",
-    as_json: bool, as_markdown: bool, people: People, jobs: int, scheduler: str | None, **asked: Any,
+    as_json: bool, as_markdown: bool, people: People, jobs: int, scheduler: str | None, step_rate: float | None,
+    **asked: Any,
 ) -> int:  # fmt: skip
-    """Replay each FILE.mcap through detectors and say what each missed beside the oracle, and why.
+    """Replay each FILE.mcap through detectors and say what each missed, why, and what mends it.
 
-    Several, or a folder of them, go into a folder of run folders; killed, the same command goes on where it stopped.
+    Without --detectors it asks what engines ask: the contacts that the engine reported, if they were recorded; the
+    colliders recorded with the bodies, or else convex hulls, and the meshes, at the step rate; the paper's pipeline;
+    and every triangle of every frame, the reference.
+
+    Several files, or a folder of them, go into a folder of run folders; killed, the same command goes on where it
+    stopped.
 
     \b
     replay run session.mcap --out run1 --view
+    replay run session.mcap --out run1 --step-rate 72
     replay run session.mcap --out run2 --detectors "slow=discrete[rate_hz=22.5],hybrid" --oracle exact
     replay run session.mcap --detector lab.engine:Detector --max-missed 0.01 --max-p99-ms 11.1
     replay run recordings --out runs --jobs 4 --no-picture
@@ -36,6 +43,10 @@ def command(
         raise click.UsageError("--view shows the picture; leave out --no-picture")
     if view and out is None:
         raise click.UsageError("--view shows the picture of a run folder; name one with --out")
+    if step_rate is not None:
+        if asked["detectors"]:
+            raise click.UsageError("--step-rate is of the usual detectors; write rate_hz=... in --detectors")
+        asked["step_rate"] = step_rate
     files = session_files(sessions)
     if len(files) > 1 or scheduler is not None or sessions[0].is_dir():
         if view:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from time import perf_counter
-from typing import Final
+from typing import Any
 
 from cdcore import Detection
 from replay.base.progress import Progress, Silent
@@ -20,83 +18,28 @@ from replay.comparison.look_phases import OffsetCounts, over_phases
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.noisy_contacts import in_noise
 from replay.comparison.outcome import Comparison, Episode
-from replay.comparison.tolerance import TAU, Tolerance
+from replay.comparison.tolerance import Tolerance
 from replay.detection.compile_notice import compiling_announced
-from replay.detection.detector_spec import (
-    TRUSTED,
-    DetectorSpec,
-    SpecLike,
-    SpecsLike,
-    parse_detector,
-    parse_detectors,
-)
-from replay.detection.recorded import RECORDED
+from replay.detection.detector_spec import TRUSTED, DetectorSpec
 from replay.detection.run_detector import Run, run_detector
 from replay.effects.effect_plan import Plan, plan
-from replay.effects.effects_runner import run_effects
+from replay.effects.effects_runner import EffectRun, run_effects
 from replay.effects.recorded import recorded
-from replay.errors import DetectorSpecError, NoiseError
+from replay.errors import NoiseError
 from replay.pipeline.diagnosis import answers
 from replay.pipeline.faces import face_source, recall_of_faces
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import Measured, RunResult
+from replay.pipeline.settings import NO_ORACLE, Lineup, RunSettings, line_up
 from replay.pipeline.summary import summarise
 from replay.prepare.assemble import AssemblyLayout, Pairs, assemble, lay_out
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.holding_poses import held
-from replay.prepare.noise import COPIES, parse_noise
+from replay.prepare.noise import parse_noise
 from replay.prepare.policy import KEEP, Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
 from sessions import Session
-
-SUBJECT: Final = "hybrid-qaco"
-"""What a run audits by default: the paper's pipeline."""
-
-NO_ORACLE: Final = "none"
-
-
-@dataclass(frozen=True)
-class Lineup:
-    """Every detector of a run, the oracle among them, and the oracle's label or ``""``; labels to be asked ``live``."""
-
-    specs: tuple[DetectorSpec, ...]
-    oracle: str
-    live: frozenset[str] = frozenset()
-
-
-def line_up(detectors: SpecsLike | None, oracle: SpecLike | None) -> Lineup:
-    """Settle which detectors run and which of them is the oracle.
-
-    Parameters
-    ----------
-    detectors : ``None``: the usual ones; ``()``: none, effects only.
-    oracle : a label among them, or another detector; ``None``: the most trusted one; ``"none"``: no audit.
-
-    Raises ``DetectorSpecError``: words that name no detector.
-    """
-    specs: tuple[DetectorSpec, ...] = (DetectorSpec(SUBJECT, SUBJECT),)
-    if detectors is not None:
-        specs = parse_detectors(detectors)
-        if not specs:
-            return Lineup((), "")
-    if oracle == NO_ORACLE:
-        return Lineup(specs, "", frozenset(one.label for one in specs))
-    trusted = parse_detector(TRUSTED if oracle is None else oracle)
-    return _with_oracle(specs, trusted)
-
-
-def _with_oracle(specs: tuple[DetectorSpec, ...], trusted: DetectorSpec) -> Lineup:
-    for spec in specs:
-        by_label = spec.label == trusted.name and not trusted.settings
-        if by_label or (spec.name, dict(spec.settings)) == (trusted.name, dict(trusted.settings)):
-            # Beside others it is timed as they are; alone there is nothing to compare its time with.
-            return Lineup(specs, spec.label, frozenset(one.label for one in specs) if len(specs) > 1 else frozenset())
-    if trusted.label in {spec.label for spec in specs}:
-        raise DetectorSpecError(
-            f"the oracle and a detector are both called {trusted.label!r}; write oracle=... with a label"
-        )
-    return Lineup((*specs, trusted), trusted.label, frozenset(one.label for one in specs))
 
 
 @dataclass(frozen=True, eq=False)
@@ -135,100 +78,110 @@ def prepared(
 
 
 def compute(
-    session: Session, *, detectors: SpecsLike | None = None, oracle: SpecLike | None = None, pairs: Pairs | None = None,
-    start: float | None = None, end: float | None = None, seed: int = 0, faces: bool = False, tau: float = TAU,
-    policy: PolicyLike | Policy | None = None, offline: bool = False, noise: Sequence[str] | str = (),
-    noise_copies: int = COPIES, progress: Progress | None = None, out: Path | None = None,
-) -> RunResult:  # fmt: skip
-    """As ``replay.run``, of a session in memory: examine and repair, assemble, detect, compare, number the misses.
+    session: Session, settings: RunSettings | None = None, *, progress: Progress | None = None, **changes: Any
+) -> RunResult:
+    """As ``replay.run``, of a session in memory; nothing is written.
 
-    ``detectors`` and ``oracle`` are as for ``line_up``; ``None`` runs none where the scene's plan needs none. ``out``
-    is only noted in the result. Raises ``ReplayError``, ``CollisionCoreError`` or ``SessionError``: one sentence each.
+    ``changes`` are fields of ``RunSettings``, in place of those of ``settings``. Raises ``ReplayError``,
+    ``CollisionCoreError`` or ``SessionError``: one sentence each.
     """
     progress, began, planned = progress or Silent(), perf_counter(), plan(session.scene)
-    lineup = _called_for(planned, detectors, oracle, reported=_reports(session), live=not offline)
-    blur = parse_noise([noise] if isinstance(noise, str) else noise, noise_copies)
+    settings = replace(settings or RunSettings(), **changes)
+    lineup = _called_for(planned, settings, session)
+    blur = parse_noise(settings.noises, settings.noise_copies)
     if blur and not lineup.oracle:
         raise NoiseError("noise is asked of an oracle about its contacts; name detectors, or leave out the noise")
     ready = prepared(
-        session, pairs=pairs, start=start, end=end, policy=policy, looking=bool(lineup.specs), progress=progress
-    )
-    treatment, layout, assembly, session = ready.treatment, ready.layout, ready.assembly, ready.treatment.session
-    runs: dict[str, Run] = {}
-    for spec in lineup.specs:
-        with progress.stage(spec.label, len(assembly.motion)) as advance, compiling_announced(progress):
-            runs[spec.label] = run_detector(
-                spec, assembly, seed=seed, faces=spec.label in (lineup.oracle, *planned.detectors), advance=advance,
-                live=spec.label in lineup.live,
-            )  # fmt: skip
-    # Misses are examined with other kernels; without a detection no compiler is loaded.
-    with progress.stage("audit"), compiling_announced(progress if runs else None):
-        found = {label: episodes(run.detection, assembly.motion.valid) for label, run in runs.items()}
-        again = face_source(assembly, seed, runs.get(lineup.oracle))
-        tolerance = Tolerance(assembly, again, tau)
-        truth = found.get(lineup.oracle, ())
-        held = holdings(assembly, session, truth) if lineup.oracle else ()
-        comparisons, matches = _compared(runs, lineup.oracle, found, tolerance, held)
-        dwell, phases, often = None, dict[str, OffsetCounts](), dict[str, float]()
-        if lineup.oracle:
-            loose, trusted = tuple(one for one in truth if one not in set(held)), runs[lineup.oracle].detection
-            dwell = _durations(assembly, trusted, loose, tolerance, seed)
-            phases, often = over_phases(
-                {one: runs[one] for one in matches}, assembly, trusted, loose, held, tolerance, seed
-            )
-        missed, causes = examine(comparisons, truth, runs, assembly, again)
-        false = {
-            label: false_contacts(
-                assembly, one, FalseReporter(runs[label].detector, runs[label].detection, runs[one.oracle].detection)
-            )
-            for label, one in comparisons.items()
-        }
-    noisy = None
+        session, pairs=settings.pairs, start=settings.start, end=settings.end, policy=settings.policy,
+        looking=bool(lineup.specs), progress=progress,
+    )  # fmt: skip
+    runs = _detected(ready, lineup, settings, progress)
+    measured = _audited(ready, lineup, runs, settings, progress)
     if blur:
-        with progress.stage("noise", len(assembly.motion)) as advance:
-            noisy = in_noise(blur, assembly, session.scene, runs[lineup.oracle], truth, seed, advance)
-    recall, watched = recall_of_faces(comparisons, found, runs, assembly, progress) if faces else ({}, {})
-    effects = recorded(session, assembly)
+        with progress.stage("noise", len(ready.assembly.motion)) as advance:
+            trusted, truth = runs[lineup.oracle], measured.episodes[lineup.oracle]
+            noise = in_noise(blur, ready.assembly, session.scene, trusted, truth, settings.seed, advance)
+            measured = replace(measured, noise=noise)
+    if settings.faces:
+        recall, watched = recall_of_faces(measured.comparisons, measured.episodes, runs, ready.assembly, progress)
+        measured = replace(measured, face_recall=recall, watched=watched)
+    effects = recorded(measured.session, ready.assembly)
     if planned.effects:
         with progress.stage("effects"):
-            believed = frozenset(kind for kind, rule in treatment.policy.rules.items() if rule.action == KEEP)
-            detections = _believed(planned, runs, lineup.oracle)
-            effects |= run_effects(planned, session, assembly, detections, believed)
-    measured = Measured(
-        session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
-        oracle=lineup.oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches,
-        face_recall=recall, false=false, causes=causes, dwell=dwell, phases=phases, at_every_frame=often, holdings=held,
-        effects=effects, treatment=treatment, noise=noisy, flags=Flags.of(treatment.spans, assembly, session.scene),
-        detectors={label: run.detector for label, run in runs.items()}, watched=watched,
-    )  # fmt: skip
-    summary = summarise(measured, runs, layout.scan, planned, window=(start, end), seed=seed, tau=tau, began=began)
+            effects |= _effects(ready, runs, lineup.oracle)
+    measured = replace(measured, effects=effects)
+    summary = summarise(measured, runs, ready.layout.scan, planned, settings=settings, lineup=lineup, began=began)
     ranks = ranking(summary)
     told = answers(measured, summary, ranks)
     summary["answers"] = [answer.as_json() for answer in told]
-    return RunResult(**vars(measured), summary=summary, ranking=ranks, answers=told, out=out)
+    return RunResult(**vars(measured), summary=summary, ranking=ranks, answers=told)
 
 
-def _called_for(
-    planned: Plan, detectors: SpecsLike | None, oracle: SpecLike | None, *, reported: bool, live: bool
-) -> Lineup:
+def _called_for(planned: Plan, settings: RunSettings, session: Session) -> Lineup:
     """The detectors to run: those asked for, else the usual ones if the plan or an oracle needs them, and the effects'.
 
-    Unasked, what an engine ``reported`` comes first. Live are those asked for; an oracle that is not among them, and
-    whom only effects ask, see the whole motion.
+    Those whom only effects ask see the whole motion.
     """
-    if detectors is None and oracle in (None, "none") and not planned.detection:
-        return Lineup((), "")
-    lineup = line_up(detectors, oracle)
-    if detectors is None and reported and lineup.oracle not in ("", RECORDED):
-        lineup = replace(lineup, specs=(DetectorSpec(RECORDED, RECORDED), *lineup.specs))
+    if settings.detectors is None and settings.oracle in (None, NO_ORACLE) and not planned.detection:
+        return Lineup()
+    lineup = line_up(settings, session)
     there = {spec.name for spec in lineup.specs} | ({TRUSTED} if lineup.specs else set())
     more = [DetectorSpec(name, name) for name in planned.detectors if name not in there]
-    return Lineup((*lineup.specs, *more), lineup.oracle, lineup.live if live else frozenset())
+    return Lineup((*lineup.specs, *more), lineup.oracle, frozenset() if settings.offline else lineup.live)
 
 
-def _reports(session: Session) -> bool:
-    """Whether the recording holds what an engine reported about bodies that can be looked at."""
-    return any(session.meshes.keys() >= {one.body_a, one.body_b} for one in session.live_contacts)
+def _detected(ready: Prepared, lineup: Lineup, settings: RunSettings, progress: Progress) -> dict[str, Run]:
+    """What each detector answers, and what it took."""
+    runs: dict[str, Run] = {}
+    for spec in lineup.specs:
+        faces = spec.label in (lineup.oracle, *ready.plan.detectors)
+        with progress.stage(spec.label, len(ready.assembly.motion)) as advance, compiling_announced(progress):
+            runs[spec.label] = run_detector(
+                spec, ready.assembly, seed=settings.seed, faces=faces, advance=advance, live=spec.label in lineup.live
+            )
+    return runs
+
+
+def _audited(
+    ready: Prepared, lineup: Lineup, runs: dict[str, Run], settings: RunSettings, progress: Progress
+) -> Measured:
+    """The answers held to the oracle's: contacts, misses, false contacts, causes, sampling offsets."""
+    assembly, session, oracle = ready.assembly, ready.treatment.session, lineup.oracle
+    # Misses are examined with other kernels; without a detection no compiler is loaded.
+    with progress.stage("audit"), compiling_announced(progress if runs else None):
+        found = {label: episodes(run.detection, assembly.motion.valid) for label, run in runs.items()}
+        again = face_source(assembly, settings.seed, runs.get(oracle))
+        tolerance = Tolerance(assembly, again, settings.tau)
+        truth = found.get(oracle, ())
+        held = holdings(assembly, session, truth) if oracle else ()
+        comparisons, matches = _compared(runs, oracle, found, tolerance, held)
+        dwell, phases, often = None, dict[str, OffsetCounts](), dict[str, float]()
+        if oracle:
+            held_ones = set(held)
+            loose = tuple(contact for contact in truth if contact not in held_ones)
+            trusted, audited = runs[oracle].detection, {label: runs[label] for label in matches}
+            dwell = _durations(assembly, trusted, loose, tolerance, settings.seed)
+            phases, often = over_phases(audited, assembly, trusted, loose, held, tolerance, settings.seed)
+        missed, causes = examine(comparisons, truth, runs, assembly, again)
+        false = {}
+        for label, comparison in comparisons.items():
+            reporter = FalseReporter(runs[label].detector, runs[label].detection, runs[oracle].detection)
+            false[label] = false_contacts(assembly, comparison, reporter)
+    return Measured(
+        session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
+        oracle=oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches, false=false,
+        causes=causes, dwell=dwell, phases=phases, at_every_frame=often, holdings=held, treatment=ready.treatment,
+        flags=Flags.of(ready.treatment.spans, assembly, session.scene),
+        detectors={label: run.detector for label, run in runs.items()},
+    )  # fmt: skip
+
+
+def _effects(ready: Prepared, runs: dict[str, Run], oracle: str) -> dict[str, EffectRun]:
+    """What the effects of the plan find, in running order."""
+    treatment = ready.treatment
+    believed = frozenset(kind for kind, rule in treatment.policy.rules.items() if rule.action == KEEP)
+    detections = _believed(ready.plan, runs, oracle)
+    return run_effects(ready.plan, treatment.session, ready.assembly, detections, believed)
 
 
 def _wanted(planned: Plan, asked: Pairs | None, session: Session, looking: bool) -> Pairs | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def recall_of_faces(
-    comparisons: dict[str, Comparison], found: dict[str, tuple[Episode, ...]], runs: dict[str, Run],
+    comparisons: Mapping[str, Comparison], found: Mapping[str, tuple[Episode, ...]], runs: dict[str, Run],
     assembly: Assembly, progress: Progress,
 ) -> tuple[dict[str, FaceRecall], dict[str, Watched | None]]:  # fmt: skip
     """By label: face pairs found, and what a search did that had to be watched for them."""

@@ -21,6 +21,7 @@ from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, plan_summary
 from replay.pipeline.run_result import Measured
 from replay.pipeline.scores import pair_figures, score
+from replay.pipeline.settings import Lineup, RunSettings
 from replay.prepare.session_scan import SessionScan
 from sessions import Session
 from sessions.mcap_format.metadata import NOT_STATED
@@ -36,13 +37,14 @@ REPORTED_FACTS: Final = frozenset((
 
 
 def summarise(
-    result: Measured, runs: Mapping[str, Run], seen: SessionScan, planned: Plan, *,
-    window: tuple[float | None, float | None], seed: int, tau: float, began: float,
+    result: Measured, runs: Mapping[str, Run], seen: SessionScan, planned: Plan, *, settings: RunSettings,
+    lineup: Lineup, began: float,
 ) -> dict[str, Any]:  # fmt: skip
     """Everything that was settled and counted; ``began`` is the ``perf_counter`` at which the run began."""
     return {
         "schema": SCHEMA, "caveat": CAVEAT, "intervals": OVER_CONTACTS, "session": _session(result, seen),
-        "window": {"start": window[0], "end": window[1]}, "seed": seed, "tau": tau,
+        "settings": settings.as_json(lineup), "window": {"start": settings.start, "end": settings.end},
+        "seed": settings.seed, "tau": settings.tau,
         "pairs": [
             {
                 "name": result.assembly.pair_name(p),

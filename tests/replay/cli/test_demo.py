@@ -21,7 +21,7 @@ def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkey
     report = json.loads(printed)
     folder = read_run_folder(tmp_path / "replay-demo")
     assert said.startswith("making up") and "replay view replay-demo" in said
-    assert list(report["audit"]) == ["paper", "hull50", "mesh50"] and report["oracle"] == "exact"
+    assert list(report["audit"]) == ["hull50", "mesh50", "paper"] and report["oracle"] == "exact"
     assert all(figures["live"] and figures["seconds"]["per_frame"] for figures in report["detectors"].values())
     assert sum(one["misses"] for one in report["audit"].values()) == len(folder.rows("misses.parquet")) > 0
     assert set(report["audit"]["mesh50"]["phases"]) == {"contacts_missed", "contacts_in_part", "missed", "invented"}

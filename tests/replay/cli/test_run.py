@@ -169,3 +169,10 @@ def test_a_policy_decides_what_becomes_of_doubtful_poses_under_every_verb_that_r
     assert main([*words, "tracking-lost=wish"]) == 1
     assert "tracking-lost cannot be met with 'wish'" in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
+
+
+def test_a_step_rate_is_that_of_the_usual_detectors_and_of_no_named_one(file, capsys):
+    assert main(["run", file, "--step-rate", "25", "--format", "json"]) == 0
+    assert list(json.loads(capsys.readouterr().out)["detectors"]) == ["hull25", "mesh25", "paper", "exact"]
+    assert main(["run", file, "--step-rate", "25", "--detectors", "hybrid"]) == 2
+    assert "rate_hz" in capsys.readouterr().err

@@ -1,14 +1,18 @@
+from dataclasses import fields, replace
+
 import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import cube, cubes
 
 from cdcore import Verdict
 from cdcore.errors import CollisionCoreError
 from replay.comparison.outcome import Outcome
 from replay.detection.detector_spec import TRUSTED
 from replay.errors import DetectorSpecError
-from replay.pipeline.engine import compute, line_up
+from replay.pipeline.engine import compute
+from replay.pipeline.settings import RunSettings, line_up
 from sessions import Scene
+from sessions.model.event import LiveContact
 from sessions.model.scene import SceneBody, SceneEffect
 from sessions.synthetic.scenes import make_scene_session
 
@@ -23,26 +27,51 @@ TOUCHING = Scene(
 """Its effect asks ``exact`` for contacts."""
 
 
+def chosen(detectors=None, oracle=None, session=None, **more):
+    settings = RunSettings(detectors=detectors, oracle=oracle, **more)
+    return line_up(settings, cubes(BUMP) if session is None else session)
+
+
 def test_the_most_trusted_detector_there_is_becomes_the_oracle():
-    lineup = line_up("slow=discrete[rate_hz=5]", None)
+    lineup = chosen("slow=discrete[rate_hz=5]")
     assert [spec.label for spec in lineup.specs] == ["slow", TRUSTED] and lineup.oracle == TRUSTED
 
 
 def test_an_oracle_can_be_a_label_a_detector_or_none():
-    assert line_up("a=sphere,b=hybrid", "b").oracle == "b"
-    assert line_up("a=sphere,b=hybrid", "hybrid").oracle == "b"
-    assert [spec.label for spec in line_up("sphere", "best=hybrid").specs] == ["sphere", "best"]
-    assert line_up("sphere,hybrid", "none").oracle == ""
-    assert line_up("hybrid", "hybrid").specs == line_up("hybrid", "none").specs
+    assert chosen("a=sphere,b=hybrid", "b").oracle == "b"
+    assert chosen("a=sphere,b=hybrid", "hybrid").oracle == "b"
+    assert [spec.label for spec in chosen("sphere", "best=hybrid").specs] == ["sphere", "best"]
+    assert chosen("sphere,hybrid", "none").oracle == ""
+    assert chosen("hybrid", "hybrid").specs == chosen("hybrid", "none").specs
 
 
 def test_asking_for_no_detector_runs_none_not_even_an_oracle():
-    assert line_up((), None).specs == () and line_up((), "hybrid").oracle == ""
+    assert chosen(()).specs == () and chosen((), "hybrid").oracle == ""
 
 
-def test_without_a_wish_the_usual_ones_run():
-    lineup = line_up(None, None)
-    assert lineup.oracle == TRUSTED and lineup.specs
+def test_unasked_an_engine_s_step_its_colliders_the_paper_and_every_triangle_are_asked():
+    assert [str(spec) for spec in chosen().specs] == [
+        "hull50=collider[shape=hull,rate_hz=50]", "mesh50=discrete[rate_hz=50]", "paper=hybrid-qaco", "exact=exact"
+    ]  # fmt: skip
+    assert [spec.label for spec in chosen(step_rate=22.5).specs][:2] == ["hull22.5", "mesh22.5"]
+    recorded = replace(cubes(BUMP), colliders={"a": (cube(0.5),)}, live_contacts=(LiveContact(0, "a", "b", "enter"),))
+    assert [spec.label for spec in chosen(session=recorded).specs] == [
+        "recorded", "shipped50", "mesh50", "paper", "exact"
+    ]  # fmt: skip
+    for rate in (0.0, -50.0, float("nan")):
+        with pytest.raises(DetectorSpecError, match="step rate"):
+            RunSettings(step_rate=rate)
+
+
+def test_the_settings_of_a_run_stand_whole_in_its_summary_and_give_the_same_answers_again():
+    asked = RunSettings(detectors="slow=discrete[rate_hz=25],qaco", start=0.01, seed=3, policy={"frozen": "drop"})
+    first = compute(cubes(BUMP), asked)
+    told = first.summary["settings"]
+    assert set(told) == {field.name for field in fields(RunSettings)}
+    again = compute(cubes(BUMP), RunSettings(**told))
+    assert again.summary["settings"] == told
+    digests = [{label: made["digest"] for label, made in run.summary["detectors"].items()} for run in (first, again)]
+    assert digests[0] == digests[1] and len(digests[0]) == 3
 
 
 def test_an_oracle_that_is_named_is_asked_where_the_scene_needs_no_contacts():
@@ -55,7 +84,7 @@ def test_an_oracle_that_is_named_is_asked_where_the_scene_needs_no_contacts():
 
 def test_an_oracle_whose_name_is_a_label_of_something_else_is_refused():
     with pytest.raises(DetectorSpecError, match="both called 'hybrid'"):
-        line_up("hybrid=sphere", "hybrid=hybrid[containment=false]")
+        chosen("hybrid=sphere", "hybrid=hybrid[containment=false]")
 
 
 def test_a_run_finds_contacts_names_misses_and_sums_up():
