@@ -91,7 +91,7 @@ def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: S
         try:
             values[key] = READERS.get(field.kind, _simple)(effect.settings[key], field, scene)
         except ValueError as error:
-            faults.append(f"{key} {error}")
+            faults.append(f"{key}{error}")
             continue
         if field.kind == "body" and names.setdefault(values[key], key) != key:
             faults.append(f"{key} is {values[key]!r} and so is {names[values[key]]}; name two bodies")
@@ -102,58 +102,58 @@ def declare(effect: SceneEffect, row: int, fields: Mapping[str, Field], scene: S
 
 def _selected(word: object, scene: Scene) -> tuple[str, ...]:
     if not isinstance(word, str) or not word:
-        raise ValueError(f"names {word!r}; give ids of bodies or tag:WORD")
+        raise ValueError(f" names {word!r}; give ids of bodies or tag:WORD")
     named = bodies_by_selector(scene.bodies)
     if word not in named:
-        raise ValueError(f"names {word!r}, and no body is called so{nearest(word, named)}")
+        raise ValueError(f": no body is {word!r}{nearest(word, named)}")
     return tuple(named[word])
 
 
 def _bodies(value: Any, _: Field, scene: Scene) -> tuple[str, ...]:
     words = value if isinstance(value, list | tuple) else [value]
     if not words:
-        raise ValueError("is empty; give ids of bodies or tag:WORD")
+        raise ValueError(" is empty; give ids of bodies or tag:WORD")
     return tuple(dict.fromkeys(name for word in words for name in _selected(word, scene)))
 
 
 def _body(value: Any, _: Field, scene: Scene) -> str:
     first, *more = _selected(value, scene)
     if more:
-        raise ValueError(f"is {value!r}, which stands for {', '.join((first, *more))}; give one body")
+        raise ValueError(f" is {value!r}, which stands for {', '.join((first, *more))}; give one body")
     return first
 
 
 def _pairs(value: Any, _: Field, scene: Scene) -> tuple[Pair, ...]:
     if not isinstance(value, list | tuple) or len(value) != 2:
-        raise ValueError(f"is {value!r}; give two: [first, second], each an id or tag:WORD")
+        raise ValueError(f" is {value!r}; give two: [first, second], each an id or tag:WORD")
     first, second = (_selected(word, scene) for word in value)
     chosen: dict[frozenset[str], Pair] = {}
     for a, b in product(first, second):
         if a != b:
             chosen.setdefault(frozenset((a, b)), (a, b))
     if not chosen:
-        raise ValueError(f"pairs {first[0]!r} with itself; a pair needs two bodies")
+        raise ValueError(f" pairs {first[0]!r} with itself; a pair needs two bodies")
     return tuple(chosen.values())
 
 
 def _number(value: Any, field: Field, _: Scene) -> float:
     if not is_number(value):
-        raise ValueError(f"is {value!r}; give a finite number{field.unit and ' in ' + field.unit}")
+        raise ValueError(f" is {value!r}; give a finite number{field.unit and ' in ' + field.unit}")
     for bound, fits, words in (
         (field.above, operator.gt, "above"), (field.least, operator.ge, "at least"),
         (field.most, operator.le, "at most"),
     ):  # fmt: skip
         if bound is not None and not fits(value, bound):
-            raise ValueError(f"is {value!r}; give {words} {bound}{field.unit and ' ' + field.unit}")
+            raise ValueError(f" is {value!r}; give {words} {bound}{field.unit and ' ' + field.unit}")
     return float(value)
 
 
 def _simple(value: Any, field: Field, _: Scene) -> Any:
     fits, wanted, made = SIMPLE[field.kind]
     if not fits(value):
-        raise ValueError(f"is {value!r}; give {wanted}")
+        raise ValueError(f" is {value!r}; give {wanted}")
     if field.among and value not in field.among:
-        raise ValueError(f"is {value!r}{nearest(value, field.among)}")
+        raise ValueError(f" is {value!r}{nearest(value, field.among)}")
     return made(value)
 
 

@@ -40,8 +40,8 @@ def test_given_fields_are_checked_and_selectors_become_names():
 @pytest.mark.parametrize(
     ("settings", "said"),
     [
-        ({"from": "cap"}, "from names 'cap', and no body is called so; did you mean 'cup'"),
-        ({"from": "tag:glas"}, "names 'tag:glas', and no body is called so; did you mean 'tag:glass'"),
+        ({"from": "cap"}, "from: no body is 'cap'; did you mean 'cup'"),
+        ({"from": "tag:glas"}, "no body is 'tag:glas'; did you mean 'tag:glass'"),
         ({"from": []}, "from is empty"),
         ({"from": [3]}, "from names 3"),
         ({"into": "tag:glass"}, "which stands for cup, jar; give one body"),
