@@ -1,8 +1,8 @@
-"""``replay.advise``: a session in, what each knob of an engine would miss, invent and take out."""
+"""``replay.advise``: a session in, what each setting of an engine gets wrong and takes out."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -11,9 +11,10 @@ from replay.api.runner import opened, run
 from replay.comparison.contact_counts import contact_counts, count_reports
 from replay.comparison.outcome import Outcome
 from replay.errors import AuditError, TradeoffError
-from replay.pipeline.headline import contact_words
 from replay.pipeline.run_result import RunResult
-from replay.tradeoffs.engine_knobs import EXTRA, SHIPPED, Engine, advice_words, engine_named
+from replay.tradeoffs.engine_knobs import Choice, Engine, advice_words, engine_named, lacking
+from replay.tradeoffs.scoring import over_offsets
+from replay.tradeoffs.settings import rate_of
 from sessions import Session
 
 
@@ -23,10 +24,11 @@ class Advice:
 
     Parameters
     ----------
-    engine : with where its words are from.
+    engine : with the pages that its rows are from.
     rows : one a choice that could run, plain data: ``number``, ``knobs``, ``setting`` (as ``replay run`` takes it),
-        ``contacts``, ``missed``, ``in_part``, ``undecided``, ``undecided_in_part``, ``false`` (share of the pair-frames
-        reported), ``ms`` a frame and ``p99_ms`` of a look, ``None`` where it is not asked live.
+        ``pages``, ``consequence``, ``contacts``, ``missed``, ``late``, ``false_contacts`` and ``wrong`` (means over the
+        sampling offsets, with ``_smallest`` and ``_largest``), ``undecided``, ``false`` (share of the pair-frames
+        reported), ``ms`` a frame and ``p99_ms``, ``None`` where it is not asked frame by frame.
     sentences : what to change, and what could not be tried.
     result : the run behind it, a detector a row: ``row-1`` and so on.
     """
@@ -38,7 +40,7 @@ class Advice:
 
 
 def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) -> Advice:
-    """Audit the settings that a developer has in an engine, and say the smallest change that mends what is missed.
+    """Audit the settings that a developer has in an engine, and name the one that gets fewest contacts wrong.
 
     Parameters
     ----------
@@ -49,38 +51,52 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) 
     Raises ``TradeoffError``: an engine that is not known or not installed; and as ``replay.run``.
     """
     if asked.get("oracle") == "none":
-        raise AuditError("advice needs an oracle to compare with; leave oracle out for the exact one")
+        raise AuditError("advice needs a reference to compare with; leave oracle out for the exact one")
     held = opened(session_or_path, asked.pop("scene", None))
     chosen = engine_named(engine)
-    if not held.colliders:
-        chosen = replace(chosen, choices=tuple(one for one in chosen.choices if SHIPPED not in one.setting))
-    if module := _lacks(chosen.choices[0].setting):
-        raise TradeoffError(f'{module} itself is asked and is not installed; pip install "vrlab-replay[engines]"')
-    lacking = {k: module for k, one in enumerate(chosen.choices, 1) if (module := _lacks(one.setting))}
-    numbers = {f"row-{k}": k for k in range(1, len(chosen.choices) + 1) if k not in lacking}
-    specs = {label: chosen.choices[k - 1].setting for label, k in numbers.items()}
-    result = run(held, detectors=specs, **asked)
-    rows = [_row(result, label, k, chosen) for label, k in numbers.items() if label in result.comparisons]
+    choices = [choice for choice in chosen.choices if held.colliders or choice.settings.get("shape") != "shipped"]
+    needs = {number: lacking(choice) for number, choice in enumerate(choices, 1)}
+    absent = {number: module for number, module in needs.items() if module and find_spec(module) is None}
+    if 1 in absent:
+        raise TradeoffError(f'{absent[1]} itself is asked and is not installed; pip install "vrlab-replay[engines]"')
+    frames_hz = rate_of(held.stamps() / 1e9)
+    there = {f"row-{number}": choice for number, choice in enumerate(choices, 1) if number not in absent}
+    result = run(held, detectors={label: choice.asked(frames_hz) for label, choice in there.items()}, **asked)
+    rows = [
+        _row(result, label, choice, choice.asked(frames_hz))
+        for label, choice in there.items()
+        if label in result.comparisons
+    ]
     left = [
-        f'Row {k} was not tried: {module} is not installed; pip install "vrlab-replay[engines]"'
-        for k, module in lacking.items()
+        f'Row {number} was not tried: {module} is not installed; pip install "vrlab-replay[engines]"'
+        for number, module in absent.items()
     ]
     return Advice(chosen, tuple(rows), (*advice_words(chosen.name, rows), *left), result)
 
 
-def _lacks(setting: str) -> str:
-    """The module that a setting needs and that is not installed, or nothing."""
-    return next((module for part, module in EXTRA.items() if part in setting and find_spec(module) is None), "")
-
-
-def _row(result: RunResult, label: str, number: int, engine: Engine) -> dict[str, Any]:
-    counts, said = contact_counts(result, label), count_reports(result.comparisons[label])
-    seconds, choice = result.summary["detectors"][label]["seconds"], engine.choices[number - 1]
+def _row(result: RunResult, label: str, choice: Choice, setting: str) -> dict[str, Any]:
+    counts, seconds = contact_counts(result, label), result.summary["detectors"][label]["seconds"]
     looks = seconds.get("per_frame")
     return {
-        "number": number, "knobs": dict(choice.knobs), "setting": choice.setting, "contacts": counts.contacts,
-        "missed": counts.missed, "in_part": counts.in_part, "undecided": counts.undecided,
-        "undecided_in_part": counts.undecided_in_part, "words": contact_words(counts) if counts.contacts else "",
-        "false": said.share(Outcome.INVENTED)["share"], "ms": 1e3 * seconds["per_frame_mean"],
-        "p99_ms": None if looks is None else 1e3 * looks["p99"],
+        "number": int(label.removeprefix("row-")), "knobs": dict(choice.knobs), "setting": setting,
+        "pages": list(choice.pages), "consequence": choice.consequence, "contacts": counts.contacts,
+        "undecided": counts.undecided + counts.undecided_in_part, **wrong_counts(result, label),
+        "ms": 1e3 * seconds["per_frame_mean"], "p99_ms": None if looks is None else 1e3 * looks["p99"],
     }  # fmt: skip
+
+
+def wrong_counts(result: RunResult, label: str) -> dict[str, Any]:
+    """What a detector of a run gets wrong: means over the sampling offsets, smallest and largest, and its false share.
+
+    The keys are those of a row of ``replay.tradeoff``.
+    """
+    if label in result.phases:
+        offsets = result.phases[label]
+        found = [part.sum(axis=1).tolist() for part in (offsets.missed, offsets.in_part)]
+        found.append(offsets.false_contacts.tolist())
+        false = offsets.invented["share"]
+    else:
+        counts = contact_counts(result, label)
+        found = [[counts.missed], [counts.in_part], [len(result.false[label])]]
+        false = count_reports(result.comparisons[label]).share(Outcome.INVENTED)["share"]
+    return {"false": false, **over_offsets(*found)}

@@ -1,4 +1,4 @@
-"""``replay tradeoff --engine``: the knobs of an engine in its own words, what each misses, and what to change."""
+"""``replay tradeoff --engine``: the settings of an engine in its own words, what each gets wrong, and which to take."""
 
 from importlib.util import find_spec
 from pathlib import Path
@@ -24,49 +24,47 @@ def advise_engine(session: Path, engine: str, people: People, *, no_picture: boo
         people.say("cutting meshes into convex pieces, once per machine: about ten seconds each ...")
     advice = advise(session, engine=engine, picture=not no_picture, progress=TerminalProgress(people), **asked)
     plain = {
-        "engine": advice.engine.name, "source": advice.engine.source, "rows": list(advice.rows),
-        "advice": list(advice.sentences),
+        "engine": advice.engine.name, "version": advice.engine.version, "pages": dict(advice.engine.pages),
+        "rows": list(advice.rows), "advice": list(advice.sentences),
     }  # fmt: skip
     behind = sources_of([advice.result]) if people.verbose else {}
     words = [line(sentence) for sentence in advice.sentences]
-    answer_cited(as_json, plain, lambda: terminal(knob_table(advice), Text(), *words), behind)
+    answer_cited(
+        as_json, plain, lambda: terminal(engine_table(advice, everything=people.verbose), Text(), *words), behind
+    )
     code = close_run(advice.result, people)
     if advice.result.out is not None:
         people.say(*where_to_look(advice.result, picture=not no_picture))
     return code
 
 
-def knob_table(advice: "Advice") -> "Table":
-    """A row a choice: the setting that ``run`` takes, below it what it is in the engine."""
-    from replay.outputs.tables import IN_RED, INVENTED, PARTLY, STRONG, Marked, table
+def engine_table(advice: "Advice", *, everything: bool = False) -> "Table":
+    """A row a choice: what is set in the engine and what comes of it; the settings that ``run`` takes on request."""
+    from replay.outputs.tables import IN_RED, INVENTED, PARTLY, Marked, table
     from replay.pipeline.gates import figure
     from replay.tradeoffs.engine_knobs import knob_words
+    from replay.tradeoffs.pareto import count_words
 
+    marks = {"missed": IN_RED, "late": PARTLY, "wrong": ""}
     rows = []
     for row in advice.rows:
-        words = f"{row['number']}  {knob_words(row['knobs'])}"
-        false = "" if row["false"] is None else figure(100 * row["false"])
-        what = Marked(row["setting"], STRONG, words)
-        p99 = "" if row["p99_ms"] is None else f"{row['p99_ms']:.3f}"
-        rows.append(
-            (
-                what,
-                row["missed"],
-                row["in_part"],
-                Marked(false, INVENTED if row["false"] else ""),
-                f"{row['ms']:.3f}",
-                p99,
-            )
+        what = f"{row['number']}  {knob_words(row['knobs'])}"
+        missed, late, wrong = (
+            Marked(count_words(row, name), mark if row[name] else "") for name, mark in marks.items()
         )
-    about = advice.result.summary["session"]
-    contacts = len(advice.result.episodes[advice.result.oracle])
-    title = f"{advice.engine.name}: {contacts} contacts in {about['duration']:.0f} s, beside {advice.result.oracle}"
+        false = "-" if row["false"] is None else figure(100 * row["false"])
+        p99 = "-" if row["p99_ms"] is None else f"{row['p99_ms']:.2f}"
+        part = Marked(false, INVENTED if row["false"] else "")
+        rows.append((what, missed, late, part, wrong, f"{row['ms']:.3f}", p99, row["setting"]))
+    engine, result = advice.engine, advice.result
+    contacts, seconds = len(result.episodes[result.oracle]), result.summary["session"]["duration"]
+    title = f"{engine.name} {engine.version}: {contacts} contacts in {seconds:.0f} s, beside {result.oracle}"
     notes = (
-        "missed, in part: contacts; false: of the pair-frames reported; mean: ms a frame; p99: ms of a sample, live, "
-        "of this program, p99 "
-        "empty where a whole recording is asked at once.",
-        f"Each row is checked by: replay run SESSION --detectors SETTING. Words: {advice.engine.source}.",
-        *advice.engine.notes,
+        "false %: of the contact time reported. wrong: missed, late or cut short, and false contacts; a range is over "
+        "16 sampling offsets. Times of this tool on this machine, not of your engine.",
+        *engine.notes,
+        "replay guide engines: the page behind every row. -v: the setting of every row, for replay run --detectors.",
     )
-    head = ("setting, and what it is there", "missed", "part", "false %", "mean ms", "p99 ms")
-    return table(title, head, rows, whole=(), marks={"missed": IN_RED, "part": PARTLY}, notes=notes)
+    head = ("setting", "missed", "late or cut short", "false %", "wrong", "mean ms", "p99 ms", "settings")
+    made = table(title, head, rows, words=("setting", "settings"), whole=("settings",), notes=notes)
+    return made if everything else made.only(*head[:-1])

@@ -8,7 +8,7 @@ from replay.outputs.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table,
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs.growth import UNITS, growth_answer, leaves_at
-from replay.tradeoffs.pareto import BUSY, Row
+from replay.tradeoffs.pareto import BUSY, Row, count_words
 
 HEAD: Final = (
     "setting", "missed", "late or cut short", "false contacts", "wrong", "mean ms", "p99 ms", "front", "false %",
@@ -89,12 +89,6 @@ def busy_words(done: Tradeoff) -> list[str]:
     if share >= BUSY:
         return []
     return [f"The machine was busy ({figure(100 * (1 - share))} %): run again for reliable times."]
-
-
-def count_words(row: Row, name: str) -> str:
-    """``0-1``, the smallest and the largest count over the sampling offsets; one number where they are equal."""
-    low, high = row[f"{name}_smallest"], row[f"{name}_largest"]
-    return f"{low}" if low == high else f"{low}-{high}"
 
 
 MARKS: Final = {"missed": IN_RED, "late": PARTLY, "false_contacts": INVENTED, "wrong": ""}

@@ -29,6 +29,9 @@ SEARCH: Final = {"mcts_nodes": 10, "mcts_iterations": 60}
 """Half of CoACD's usual search: 16 pieces of a beaker of 3,168 faces take 10 s, not 30 (2 cores, 2026-11)."""
 CUT_SECONDS: Final = 10.0
 
+MOST_TRIANGLES: Final = 255
+"""Of one convex collider: the limit of Unity and of PhysX."""
+
 
 def in_convex_pieces(bodies: Sequence[Body], most: int) -> tuple[Body, ...]:
     """The bodies with at most this many convex pieces each as their colliders; equal meshes are cut once."""
@@ -48,14 +51,36 @@ def convex_pieces(mesh: TriangleMesh, most: int) -> tuple[TriangleMesh, ...]:
     """At most this many convex solids that together stand for a mesh, always the same ones; of one, the hull.
 
     A flat mesh, which has no inside, is its own piece. Fewer come out where fewer leave no hollow of 5 % of the size.
-    The corners of a mesh stick out of them by up to a few hundredths of a millimetre.
+    Each has at most 255 triangles, as engines want it, so that corners of a mesh stick out by tenths of a millimetre.
 
     Source: CoACD (Wei, Liu, Ling, Su 2022). Raises MissingEngineError: ``coacd`` is not installed.
     """
     hull = hull_collider(mesh)
-    if most == 1 or hull is mesh:
+    if hull is mesh:
         return (hull,)
-    return tuple(piece for corners in _kept(mesh, most) if (piece := hull_of(corners)) is not None)
+    if most == 1:
+        return (within_triangles(hull),)
+    return tuple(within_triangles(piece) for corners in _kept(mesh, most) if (piece := hull_of(corners)) is not None)
+
+
+def within_triangles(piece: TriangleMesh, most: int = MOST_TRIANGLES) -> TriangleMesh:
+    """A convex solid of at most so many triangles: the hull of those of its corners that leave least outside."""
+    corners = piece.vertices
+    if len(piece.faces) <= most:
+        return piece
+    ways = np.array([way for way in np.ndindex(3, 3, 3) if way != (1, 1, 1)], dtype=np.float64) - 1.0
+    chosen = np.unique((corners @ ways.T).argmax(axis=0))
+    while (hull := hull_of(corners[chosen])) is not None:
+        planes = hull.triangles
+        normals = np.cross(planes[:, 1] - planes[:, 0], planes[:, 2] - planes[:, 0])
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        outside = (corners @ normals.T - (normals * planes[:, 0]).sum(axis=1)).max(axis=1)
+        # A closed convex solid of V corners has 2 V - 4 triangles.
+        room = (most + 4) // 2 - len(chosen)
+        if room <= 0:
+            return hull
+        chosen = np.union1d(chosen, np.argsort(outside)[::-1][: max(1, room // 4)])
+    return piece
 
 
 def union_of(pieces: Sequence[TriangleMesh]) -> TriangleMesh:

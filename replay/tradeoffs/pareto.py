@@ -118,7 +118,7 @@ def _settings(number: int) -> str:
 def _least(row: Row) -> str:
     if not row["wrong"]:
         return "Missing nothing costs"
-    return f"The fewest wrong contacts, {_count(row, 'wrong')}, cost"
+    return f"The fewest wrong contacts, {count_words(row, 'wrong')}, cost"
 
 
 def _ms(row: Row) -> str:
@@ -129,15 +129,15 @@ def _of_frame(row: Row) -> str:
     return f"{figure(100 * row['mean_ms'] / budget_ms(HEADSET_HZ))} % of a {HEADSET_HZ:g} Hz frame"
 
 
-def _count(row: Row, name: str) -> str:
-    """The smallest and the largest count over the sampling offsets, one number where they are equal."""
+def count_words(row: Row, name: str) -> str:
+    """``0-1``, the smallest and the largest count over the sampling offsets; one number where they are equal."""
     low, high = row[f"{name}_smallest"], row[f"{name}_largest"]
     return f"{low}" if low == high else f"{low}-{high}"
 
 
 def _wrong(row: Row) -> str:
     """``1 of 18 contacts is missed, 7 are late or cut short and 9 contacts are false``."""
-    missed, late, false = (_count(row, name) for name in ("missed", "late", "false_contacts"))
+    missed, late, false = (count_words(row, name) for name in ("missed", "late", "false_contacts"))
     contacts = f"{row['contacts']} contact" if row["contacts"] == 1 else f"{row['contacts']} contacts"
     parts = [f"{missed} of {contacts} {'is' if missed == '1' else 'are'} missed"]
     parts.append(f"{late} {'is' if late == '1' else 'are'} late or cut short")

@@ -1,5 +1,6 @@
 """The oracle's answer, and what a detection makes of its contacts: counted as the audit counts them."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from cdcore import Detection
@@ -18,8 +19,18 @@ from replay.prepare.assembly import Assembly
 from replay.tradeoffs.settings import Setting
 from sessions import Session
 
-WRONG: tuple[str, ...] = ("missed", "late", "false_contacts", "wrong")
-"""Counts of a setting, each with its smallest, largest and mean over the sampling offsets."""
+
+def over_offsets(missed: Sequence[int], late: Sequence[int], false: Sequence[int]) -> dict[str, float]:
+    """Counts at each sampling offset as columns: ``missed`` (the mean), ``missed_smallest``, ``missed_largest``.
+
+    So are ``late`` (late or cut short), ``false_contacts``, and ``wrong``, which is all three.
+    """
+    wrong = [sum(counts) for counts in zip(missed, late, false, strict=True)]
+    row: dict[str, float] = {}
+    for name, counts in {"missed": missed, "late": late, "false_contacts": false, "wrong": wrong}.items():
+        over = spread(counts)
+        row |= {name: over["mean"], f"{name}_smallest": over["smallest"], f"{name}_largest": over["largest"]}
+    return row
 
 
 class Scoring:
@@ -63,16 +74,12 @@ class Scoring:
             missed, late = [once.missed], [once.in_part]
             false = [len(column_runs((comparison.outcome == Outcome.INVENTED).T))]
             share = count_reports(comparison).share(Outcome.INVENTED)
-        wrong = [sum(counts) for counts in zip(missed, late, false, strict=True)]
-        row = {
+        return {
             "contacts": once.contacts, "offsets": PHASES if len(missed) > 1 else 1, "false": share["share"],
             "false_low": share["low"], "false_high": share["high"],
             "contacts_undecided": once.undecided, "contact_frames_undecided": once.frames_undecided,
+            **over_offsets(missed, late, false),
         }  # fmt: skip
-        for name, counts in zip(WRONG, (missed, late, false, wrong), strict=True):
-            over = spread(counts)
-            row |= {name: over["mean"], f"{name}_smallest": over["smallest"], f"{name}_largest": over["largest"]}
-        return row
 
     def _at_every_frame(self, setting: Setting, assembly: Assembly) -> Detection:
         """The answer of a setting without its step rate, which every rate samples."""

@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 from importlib.util import find_spec
 from typing import Any, Final
 
+import numpy as np
+
+from cdcore.numerics import FloatArray
 from replay.detection.detector_spec import DetectorSpec, SpecsLike, parse_detectors
 
 
@@ -136,6 +139,12 @@ EARLY: Final = (10.0, 22.5)
 
 SIMPLE: Final = {"box": "boxes", "capsule": "capsules", "sphere": "spheres"}
 """Simple shape of a collider -> its word."""
+
+
+def rate_of(times: FloatArray) -> float:
+    """Frames per second of a recording with these times (T,) in seconds, by the median step; infinite of one frame."""
+    steps = np.diff(times)
+    return 1.0 / float(np.median(steps)) if len(steps) else float("inf")
 
 
 def settings_of(detectors: SpecsLike) -> tuple[Setting, ...]:

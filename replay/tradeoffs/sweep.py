@@ -27,7 +27,7 @@ from replay.prepare.policy import Policy, PolicyLike
 from replay.tradeoffs.decimation import decimated
 from replay.tradeoffs.pareto import advice_of, contenders_of, front_of, sorted_rows
 from replay.tradeoffs.scoring import Scoring
-from replay.tradeoffs.settings import Setting, next_to_front, settings_list, settings_of
+from replay.tradeoffs.settings import Setting, next_to_front, rate_of, settings_list, settings_of
 from replay.tradeoffs.timing import MEAN, P99, Clock, LiveFrames, Timed
 from sessions import Session
 
@@ -122,12 +122,6 @@ def tradeoff(
     return sweep.whole(session)
 
 
-def frames_hz(assembly: Assembly) -> float:
-    """Frames per second of a recording, by the median of its steps; infinite of a single frame."""
-    steps = np.diff(assembly.motion.times)
-    return 1.0 / float(np.median(steps)) if len(steps) else float("inf")
-
-
 def _wanted(
     session: Session, assembly: Assembly, settings: Sequence[Setting] | None, detectors: SpecsLike | None
 ) -> tuple[Setting, ...]:
@@ -135,7 +129,7 @@ def _wanted(
         return tuple(settings)
     if detectors is not None:
         return settings_of(detectors)
-    return settings_list(frames_hz=frames_hz(assembly), shipped=bool(session.colliders))
+    return settings_list(frames_hz=rate_of(assembly.motion.times), shipped=bool(session.colliders))
 
 
 class _Deadline:

@@ -25,7 +25,11 @@ def test_json_holds_rows_and_advice_and_a_folder_is_written(file, tmp_path, caps
     assert main(words) == 0
     told, err = capsys.readouterr()
     told = json.loads(told)
-    assert told["engine"] == "Unreal Engine 5" and told["advice"] and told["rows"][0]["number"] == 1
+    assert (
+        (told["engine"], told["version"]) == ("Unreal Engine", "5")
+        and told["advice"]
+        and told["rows"][0]["number"] == 1
+    )
     assert (out / "report.html").is_file() and str(out) in err
 
 

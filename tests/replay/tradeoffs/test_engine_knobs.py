@@ -1,13 +1,18 @@
 """Every row of an engine is a detector's setting, and every sentence of advice holds in every state."""
 
+import re
+from pathlib import Path
+
 import pytest
+from support.price_rows import price_row
 from support.small_worlds import cube
 
+import replay.guide
 from cdcore import Body, TriangleMesh, create_detector
 from cdcore.protocol import Solids
 from replay.detection.detector_spec import parse_detector
 from replay.errors import TradeoffError
-from replay.tradeoffs.engine_knobs import ENGINES, EXTRA, advice_words, engine_named
+from replay.tradeoffs.engine_knobs import ENGINES, advice_words, engine_named, lacking
 
 CHOICES = [(name, choice) for name, engine in ENGINES.items() for choice in engine.choices]
 
@@ -17,25 +22,49 @@ def test_every_row_turns_knobs_of_the_first_and_can_be_audited(name, choice):
     first = ENGINES[name].choices[0]
     assert set(choice.knobs) <= set(first.knobs)
     assert choice is first or all(value != first.knobs[knob] for knob, value in choice.knobs.items())
-    spec, solid = parse_detector(choice.setting), TriangleMesh(*(getattr(cube(), key) for key in ("vertices", "faces")))
-    if any(part in choice.setting for part in EXTRA):
-        pytest.importorskip(next(module for part, module in EXTRA.items() if part in choice.setting))
+    spec, solid = (
+        parse_detector(choice.asked(1e9)),
+        TriangleMesh(*(getattr(cube(), key) for key in ("vertices", "faces"))),
+    )
+    if lacking(choice):
+        pytest.importorskip(lacking(choice))
     bodies = [Body(name, solid, Solids((solid,), solid)) for name in "ab"]
     assert create_detector(spec.name, bodies, **spec.settings).name == spec.name
 
 
+@pytest.mark.parametrize(("name", "choice"), CHOICES)
+def test_no_row_is_what_a_page_of_the_engine_excludes(name, choice):
+    """Two triangle meshes, and continuous detection of meshes: neither reports contact in the engine."""
+    engine = ENGINES[name]
+    assert choice.pages and set(choice.pages) <= set(engine.pages)
+    assert not [words for words in engine.excluded if words in choice.asked(1e9)]
+    assert set(engine.excluded.values()) <= set(engine.pages) and "shape=mesh" in engine.excluded
+    assert not re.search("Continuous|sdf|Complex", " ".join(choice.knobs.values()))
+    if choice.knobs.get("Is Trigger") == "on":
+        assert "does not push" in choice.consequence and "skin_m" not in choice.settings
+
+
+def test_the_guide_has_the_page_of_every_row():
+    text = Path(replay.guide.__file__).with_name("engines.md").read_text("utf-8")
+    assert not [page for engine in ENGINES.values() for page in engine.pages.values() if page not in text]
+
+
 def test_a_step_a_collider_and_an_offset_are_those_of_the_setting():
     for name, choice in CHOICES:
-        knobs, settings = {**ENGINES[name].choices[0].knobs, **choice.knobs}, parse_detector(choice.setting).settings
+        knobs, settings = {**ENGINES[name].choices[0].knobs, **choice.knobs}, choice.settings
         step = knobs.get("Fixed Timestep") or knobs.get("Async Fixed Time Step Size") or knobs["timestep"]
         assert settings["rate_hz"] == (90 if "90" in step else pytest.approx(1 / float(step), rel=2e-3)), choice
-        pieces = "16" in " ".join(knobs.values())
-        assert (settings.get("shape") == "compound") == pieces
+        assert (settings.get("pieces") == 16) == ("16" in " ".join(knobs.values()))
         if "Is Trigger" in knobs:
             offset = float(knobs["Default Contact Offset"]) if knobs["Is Trigger"] == "off" else 0.0
             assert settings.get("skin_m", 0.0) == offset
-        if "mujoco" in choice.setting:
+        if choice.detector == "mujoco":
             assert settings.get("margin_m", 0.0) == 2 * float(knobs["margin"])
+
+
+def test_a_step_as_fast_as_the_recording_sees_every_frame():
+    fast = next(choice for _, choice in CHOICES if choice.settings["rate_hz"] == 90)
+    assert "rate_hz" not in fast.asked(89.94) and "rate_hz=90" in fast.asked(120.0)
 
 
 def test_an_engine_that_is_not_known_is_answered_with_those_that_are():
@@ -43,39 +72,29 @@ def test_an_engine_that_is_not_known_is_answered_with_those_that_are():
         engine_named("godot")
 
 
-def row(number, *, missed=0, part=0, undecided=0, false=0.0, contacts=4, **knobs):
-    return {
-        "number": number, "knobs": knobs, "contacts": contacts, "missed": missed, "in_part": part, "false": false,
-        "undecided": undecided, "undecided_in_part": 0, "words": f"{missed} of {contacts} contacts missed",
-    }  # fmt: skip
+def row(number, *counts, undecided=0, share=0.0, contacts=4, consequence="", **knobs):
+    made = {"number": number, "knobs": knobs, "contacts": contacts, "undecided": undecided, "consequence": consequence}
+    return price_row("", 1.0, *counts) | made | {"false": share}
 
 
 START = {"Step": "0.02", "Shape": "hull"}
 STATES = {
-    "no contact": ([row(1, contacts=0, false=None, **START)], [
-        "The oracle finds no contact in this session, so none for E to miss."]),
-    "no contact, all of it false": ([row(1, contacts=0, false=1.0, **START), row(2, contacts=0, false=1.0, Step="1")], [
-        "The oracle finds no contact in this session, so none for E to miss.",
-        "100 % of the contact time that row 1 reports is false. No row halves that without missing more."]),
-    "one, found": ([row(1, contacts=1, **START)], ["Nothing is missed in row 1: it finds each of 1 contact."]),
-    "several, found": ([row(1, **START)], ["Nothing is missed in row 1: it finds each of 4 contacts."]),
-    "one missed, mended": ([row(1, missed=1, **START), row(2, part=1, Step="1"), row(3, Step="2")], [
-        "Row 1: 1 of 4 contacts missed. The smallest change that finds every contact whole: row 3 (Step 2)."]),
-    "several missed, the least knobs and then the least false count": ([
-        row(1, missed=2, **START), row(2, Step="1", Shape="mesh"), row(3, Step="2", false=0.5), row(4, Shape="box")], [
-        "Row 1: 2 of 4 contacts missed. The smallest change that finds every contact whole: row 4 (Shape box)."]),
-    "in part, not mended": ([row(1, part=2, **START), row(2, part=1, Step="1")], [
-        "Row 1: 0 of 4 contacts missed. No row finds every contact whole."]),
-    "undecided is not mended": ([row(1, missed=1, **START), row(2, undecided=1, Step="1")], [
-        "Row 1: 1 of 4 contacts missed. No row finds every contact whole."]),
-    "false, mended": ([
-        row(1, false=0.9, **START), row(2, false=0.1, missed=1, Step="1"), row(3, false=0.2, Step="2")], [
-        "Nothing is missed in row 1: it finds each of 4 contacts.",
-        "90 % of the contact time that row 1 reports is false. The smallest change that halves that and "
-        "misses no more: row 3 (Step 2), 20 %."]),
-    "false, not mended": ([row(1, false=0.9, **START), row(2, false=0.5, Step="1")], [
-        "Nothing is missed in row 1: it finds each of 4 contacts.",
-        "90 % of the contact time that row 1 reports is false. No row halves that without missing more."]),
+    "no contact": ([row(1, 0, contacts=0, share=None, **START)], ["No contact happened, so none for E to miss."]),
+    "no contact, all of it false": ([row(1, 0, 0, 2, contacts=0, share=1.0, **START)], [
+        "No contact happened, so none for E to miss.", "All that row 1 reports is false."]),
+    "one, found": ([row(1, 0, contacts=1, **START)], ["Row 1 gets each of 1 contact right."]),
+    "mended, by the fewest knobs": ([
+        row(1, (1, 2), 1, 3, share=0.9, **START), row(2, 0, 1, Step="1", Shape="box"), row(3, 0, (0, 2), Step="2")], [
+        "Row 1: 1-2 of 4 contacts missed, 1 late or cut short, 90 % of its contact time false.",
+        "Take row 3 (Step 2): 0 of 4 contacts missed, 0-2 late or cut short, 0 % of its contact time false "
+        "(measured on this session)."]),
+    "not mended": ([row(1, 0, 2, **START), row(2, 1, 2, Step="1")], [
+        "Row 1: 0 of 4 contacts missed, 2 late or cut short, 0 % of its contact time false.",
+        "No row gets fewer contacts wrong."]),
+    "undecided": ([row(1, 1, undecided=1, share=None, **START), row(2, 0, Step="1", consequence="It reports only.")], [
+        "Row 1: 1 of 4 contacts missed, 0 late or cut short, 1 undecided.",
+        "Take row 2 (Step 1): 0 of 4 contacts missed, 0 late or cut short, 0 % of its contact time false "
+        "(measured on this session).", "It reports only."]),
 }  # fmt: skip
 
 
