@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 OVER_CONTACTS: Final = (
-    "In brackets: 95 % intervals over contacts drawn anew, not over look phases alone. Where few contacts are long and "
-    "missed whole they hold less often: what was not seen is not in them."
+    "In brackets: 95 % intervals over contacts drawn anew, not over sampling offsets alone. Where few contacts are "
+    "long and missed whole they hold less often: what was not seen is not in them."
 )
 """What the intervals beside every share of contacts, pair-frames and faces are about. With 18 contacts of which one in
 twenty is ten times as long and missed whole 60 % hold, with 60 85 %."""

@@ -123,7 +123,7 @@ def analyse_files(
     told = {"sessions": len(every.metrics)} if every is not None else {}
     if study is not None:
         told |= folder.as_json(study)
-    answer(as_json, told, lambda: study_tables(study))
+    answer(as_json, told, lambda: study_tables(study, every))
     if out is not None:
         people.say("", f"wrote {out}", f"read it:  {out / 'study.html'}")
     return OK

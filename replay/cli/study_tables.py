@@ -1,6 +1,8 @@
 """A study and a check of printed tables, as a terminal shows them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Final
 
 from rich.console import Group
 from rich.text import Text
@@ -9,27 +11,45 @@ from replay.cli.terminal import line, terminal
 from replay.outputs.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
 from replay.studies.class_study import tables
 from replay.studies.class_study.analysis import Study
+from replay.studies.class_study.class_runs import ClassRuns
+from replay.studies.class_study.class_tables import class_counts
 from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
 
 MARKS = {INCONSISTENT: WARNING, "weak": FOUND, AGREES: FAINT}
 """Kind of a remark -> its mark, the worst kind first."""
 
-HEAD = ("outcome", "predictor", "n", "beta", "95 % interval", "p (Holm)", "conclusion")
-GROUP_HEAD = ("outcome", "means", "n", "difference", "p (Holm)", "conclusion")
-ALPHA_HEAD = ("construct", "items", "n", "Cronbach's alpha", "95 % interval")
+HEAD = ("outcome", "predictor", "n", "beta", "p (Holm)", "conclusion")
+GROUP_HEAD = ("outcome", "n", "difference", "p (Holm)", "conclusion")
 
 
-def study_tables(study: Study | None) -> Group:
-    """Whether a conclusion changes with the detector, what was found, every coefficient, and what is not said."""
+def study_tables(study: Study | None, runs: ClassRuns | None) -> Group:
+    """Whether a conclusion changes with the detector, and what was found, in 24 lines; the page holds the rest."""
+    counts = class_counts(runs) if runs is not None else tables.study_counts(study) if study is not None else ""
+    first = [Text(), line(tables.opening(study, counts), STRONG)]
     if study is None:
-        return terminal(Text(), line(tables.changes(study), STRONG))
-    parts = [tables.coefficient_table(study).only(*HEAD)] if study.regressions else []
-    parts += [tables.group_table(study).only(*GROUP_HEAD)] if study.groups else []
-    parts += [tables.reliability_table(study).only(*ALPHA_HEAD)] if study.reliabilities else []
-    said = [*(f"not given: {refused}" for refused in study.refusals), *map(str, study.warnings)]
-    first = (line(one, STRONG) for one in [tables.changes(study), *tables.headlines(study)])
-    doubts = (line(one, WARNING) for one in said)
-    return terminal(Text(), *first, *parts, *doubts, Text(), line(tables.OBSERVED_ONLY, FAINT))
+        return terminal(*first)
+    if not study.regressions and not study.groups:
+        first.append(line(f"{tables.headlines(study)[0]}."))
+    parts = [tables.coefficient_table(study).only(*HEAD).first(MOST_ROWS, MORE)] if study.regressions else []
+    parts += [tables.group_table(study).only(*GROUP_HEAD).first(MOST_GROUPS, MORE)] if study.groups else []
+    alphas = ", ".join(f"{name} {one.alpha:.2f}" for name, one in study.reliabilities.items())
+    last = [line(f"Cronbach's alpha: {alphas}", FAINT)] if alphas else []
+    if doubts := [
+        f"{len(found)} {what}"
+        for found, what in ((study.refusals, "not given"), (study.warnings, "of little weight"))
+        if found
+    ]:
+        last.append(line(f"Results {', '.join(doubts)}: the page says which and why.", WARNING))
+    bare = [
+        replace(part, notes=part.notes[-1:] if part.notes[-1:] and "more on" in part.notes[-1] else ())
+        for part in parts
+    ]
+    return terminal(*first, *bare, *last, line(OBSERVED, FAINT))
+
+
+MOST_ROWS, MOST_GROUPS = 6, 2
+MORE: Final = "{} more on the page"
+OBSERVED: Final = "Associations in the students observed; no figure here says what causes what."
 
 
 def check_table(remarks: Sequence[Remark]) -> Group:

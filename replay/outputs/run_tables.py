@@ -135,7 +135,7 @@ def matched_table(title: str, audit: Mapping[str, Any], words: Mapping[str, str]
     """Contacts matched one to one, a column per detector; ``words`` are figures and what each is called."""
     found = [figures["episodes"] for figures in audit.values()]
     rows: list[tuple[Cell, ...]] = [(word, *(one[name] for one in found)) for name, word in words.items()]
-    rows.append((f"{words['missed']}, of the oracle's", *(percent(one["missed_share"]) for one in found)))
+    rows.append((f"{words['missed']}, of the reference's", *(percent(one["missed_share"]) for one in found)))
     for name, word in (("onset_error", "starts late by"), ("duration_error", "lasts longer by")):
         rows.append((f"{word}, ms (worst)", *(_spread(one.get(name)) for one in found)))
     return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))

@@ -26,16 +26,16 @@ FRAME_ROWS: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WIT
 """Outcomes that every table of pair-frames counts, in its order."""
 
 CONTACT_WORDS: Final = {
-    "truth": "contacts by the oracle", "matched": "matched", "missed": "missed whole",
+    "truth": "contacts of the reference", "matched": "matched", "missed": "missed whole",
     "absorbed": "found only as part of a longer one", "excused_truth": "ties, not counted",
     "found": "contacts reported", "invented": "false", "pieces": "further pieces of one contact",
-    "excused_found": "reported in ties, not counted", "split": "by the oracle, reported in pieces",
+    "excused_found": "reported in ties, not counted", "split": "of the reference, reported in pieces",
     "merged": "reported, that join several",
 }  # fmt: skip
 """Figure of matched contacts -> its words: first what became of the oracle's contacts, then of the detector's."""
 
 CONTACT_WORDS_SHORT: Final = {
-    "truth": "the oracle's", "found": "reported", "matched": "matched", "missed": "missed", "invented": "false",
+    "truth": "the reference's", "found": "reported", "matched": "matched", "missed": "missed", "invented": "false",
     "split": "split", "merged": "merged",
 }  # fmt: skip
 """The figures that fit into a terminal, and short words for them."""

@@ -30,13 +30,20 @@ def _answer(result: Measured, summary: Mapping[str, Any], rank: Rank, worst: boo
     sentence = _sentence(result, summary, rank, worst=worst, several=several)
     if fault is None:
         return Answer(rank.label, sentence, "", None, None)
+    return Answer(
+        rank.label,
+        sentence,
+        why(result, rank.label, figures, fault),
+        _fix(result, summary, rank, fault),
+        _moment(result, fault),
+    )
+
+
+def why(result: Measured, label: str, figures: Mapping[str, Any], fault: Miss | FalseContact) -> str:
+    """Why a detector is wrong there, in one sentence; ``figures`` are the detector's in the summary."""
     if isinstance(fault, Miss):
-        contact = result.episodes[result.oracle][fault.episode - 1]
-        why = why_missed(fault, rank.label, figures, contact)
-    else:
-        seconds = float(result.assembly.motion.times[fault.widest])
-        why = why_false(fault, rank.label, figures, seconds)
-    return Answer(rank.label, sentence, why, _fix(result, summary, rank, fault), _moment(result, fault))
+        return why_missed(fault, label, figures, result.episodes[result.oracle][fault.episode - 1])
+    return why_false(fault, label, figures, float(result.assembly.motion.times[fault.widest]))
 
 
 def _sentence(result: Measured, summary: Mapping[str, Any], rank: Rank, *, worst: bool, several: bool) -> str:

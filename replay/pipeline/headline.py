@@ -1,13 +1,13 @@
 """Sentences about what a detector missed and how long it took, the same in terminal, picture and report."""
 
+from collections.abc import Iterable
 from typing import Final
 
-from replay.comparison.contact_counts import ContactCounts, held_counts
+from replay.comparison.contact_counts import ContactCounts
 from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.pipeline.answer import TIMES_ARE, busy_words, cost
 from replay.pipeline.ranking import all_unconfirmed
 from replay.pipeline.run_result import RunResult, Summarised
-from replay.pipeline.scores import undecided_share
 from replay.pipeline.sentences import plural
 from sessions import Finding, Severity
 from sessions.doctor.finding import CODES
@@ -32,8 +32,13 @@ def doubts(result: RunResult) -> list[str]:
 
     With positions in millimetres nothing meets, and "none missed" would be true and worth nothing.
     """
+    return doubts_of(() if result.treatment is None else result.treatment.findings)
+
+
+def doubts_of(findings: Iterable[Finding]) -> list[str]:
+    """The same of findings."""
     grouped: dict[tuple[Severity, str], list[Finding]] = {}
-    for one in () if result.treatment is None else result.treatment.findings:
+    for one in findings:
         if one.severity == Severity.ERROR or CODES[one.code].group == "scale" or one.code == "mesh-units":
             grouped.setdefault((one.severity, one.code), []).append(one)
     lines = []
@@ -64,28 +69,28 @@ def _some(whole: int, part: int, things: str, more: str) -> str:
     return f"{whole} of {things}{more}" + (f" and part of {part} more" if part else "")
 
 
-def undecided(result: RunResult) -> list[str]:
+def undecided(result: Summarised) -> list[str]:
     """A line for each detector that was not compared in every pair-frame that has a pose."""
     lines = []
-    for label in result.comparisons:
-        part = undecided_share(result, label)
+    for label, audit in result.summary["audit"].items():
+        part = audit["undecided"]
         if part["count"]:
             what = f"{part['count']:,} of {part['of']:,} pair-frames with a pose"
             lines.append(f"Not counted: {what}, which {result.oracle} or {label} did not decide.")
     return lines
 
 
-def held(result: RunResult) -> list[str]:
+def held(result: Summarised) -> list[str]:
     """A line for each detector of what it gets wrong while a hand holds the body, which is not counted."""
     lines = []
-    for label in result.comparisons:
-        apart = held_counts(result, label)
+    for label, audit in result.summary["audit"].items():
+        apart = audit["held"]
         contacts, frames = apart["contacts"], apart["invented"]
         parts = []
         if contacts:
             parts.append(f"misses {apart['contacts_missed']} of {plural(contacts, 'contact')}")
         if frames:
-            unconfirmed = all_unconfirmed(result.summary["audit"][label])
+            unconfirmed = all_unconfirmed(audit)
             parts.append(f"reports {plural(frames, 'unconfirmed frame' if unconfirmed else 'false frame')}")
         if parts:
             lines.append(f"While a hand holds it: not counted. There {label} {' and '.join(parts)}.")

@@ -68,7 +68,7 @@ def test_tests_lie_where_the_module_lies_that_they_are_named_after():
     astray = [
         str(path)
         for path in mirrored
-        if path.name.startswith("test_")
+        if path.match("test_*.py")
         and path.stem[5:] in by_name
         and path.parent not in by_name[path.stem[5:]]
         and not (ROOT / Path(*path.parent.parts[1:])).is_dir()

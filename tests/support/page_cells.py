@@ -29,7 +29,7 @@ class Cells(HTMLParser):
         elif tag == "td":
             self.row.append(self.text)
         elif tag == "tr" and self.row:
-            self.tables[self.caption].append(self.row)
+            self.tables.setdefault(self.caption, []).append(self.row)
 
 
 NUMBER = re.compile(r"(?<![\w.,])(?<!\w-)[-+]?\d[\d,]*(?:\.\d+)?(?:e[-+]?\d+)?(?!\w)")

@@ -1,186 +1,190 @@
-"""Charts of a run as SVG that lies in the page: who touched when, and what each frame took."""
+"""Charts as SVG that lies in the page: accuracy against cost, when what happened, and curves of effects."""
 
-from collections.abc import Iterator
-from itertools import cycle
-from typing import TYPE_CHECKING, Final
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil, floor, log10
+from typing import Final
 
-import numpy as np
-from numpy.typing import NDArray
+from replay.outputs.report.markup import Markup, element, joined
 
-from replay.base.constants import BUDGET_MS, ONE_FRAME
-from replay.base.shown import shown
-from replay.comparison.outcome import Outcome
-from replay.effects.effect_summary import titration_curves
-from replay.effects.output import FloatArray
-from replay.outputs.lanes import number_boxes, ranked_pairs
-from replay.outputs.palette import OUTCOMES, SERIES, hex_of
-from replay.outputs.report.drawing import INK, svg_in_page
-from replay.outputs.report.markup import Markup, element, figure, joined
-from replay.outputs.words import counted
-from replay.pipeline.run_result import RunResult
-from replay.pipeline.summary import frame_seconds
+Span = tuple[float, float]
+"""Seconds from start to end."""
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
+KINDS: Final = ("false", "right", "late", "missed", "reference", "contact")
+"""Kinds of stretches in a lane, in the order in which they are painted."""
 
-WIDTH, LABEL, LANE, TOP, RIGHT = 1100, 190, 26, 22, 60
-SMALLEST: Final = 2.0
-"""Points a mark is wide at least: a contact of 11 ms in a minute would be a fifth of one."""
+KIND_WORDS: Final = {
+    "reference": "reference", "contact": "contact", "right": "right", "missed": "missed",
+    "late": "late or cut short", "false": "false",
+}  # fmt: skip
 
-MOST_BARS: Final = 200
-"""Bars that lie beside each other in a lane; more are drawn as shares of each stretch, or the last would hide all."""
+NEIGHBOURS: Final = 2000
+"""Stretches nearer to each other than this part of a lane are painted as one."""
 
-STRETCH: Final = 4.0
-"""Points of such a stretch."""
+SIZE: Final = (432.0, 180.0)
+PLOT: Final = (34.0, 414.0, 22.0, 142.0)
+"""Left, right, top and bottom of a plot."""
 
-BOX, DIGIT = 0.012, 0.009
-"""Shares of the width that the box of a number takes, and each digit in it."""
+LETTER: Final = 7.2
+"""Width of a letter of a name in a plot."""
 
-MOST_LANES: Final = 20
-BINS: Final = 800
-
-SPOKEN: Final = (
-    Outcome.MISSED, Outcome.INVENTED, Outcome.BETWEEN_FRAMES, Outcome.WITHIN_TOLERANCE, Outcome.BOTH,
-    Outcome.HELD,
-)  # fmt: skip
-"""Outcomes with a colour, in the order in which they are stacked, from the top."""
+SPREAD: Final = 30.0
+"""An axis of which the largest value is so many times the smallest is logarithmic."""
 
 
-def timeline(result: RunResult, label: str) -> Markup:
-    """A lane per pair in the words of the audit, worst first; numbers of misses above."""
-    outcome, times = result.comparisons[label].outcome, result.assembly.motion.times
-    ranked = ranked_pairs(result.comparisons[label], result.assembly.held)
-    pairs, rest = ranked[:MOST_LANES], len(ranked) - MOST_LANES
-    height = TOP + LANE * (len(pairs) + 1) + 20
-    parts = [*_ruler(times, height), *_numbers(result, label)]
-    for y, pair in enumerate(pairs, start=1):
-        parts.append(element("text", result.assembly.pair_name(pair), x=0, y=TOP + LANE * y + 15, class_="lane"))
-        parts += lane_bars(outcome[:, pair], times, TOP + LANE * y + 3)
-    span = f"{counted(len(pairs), 'pair')} over {float(times[-1] - times[0]):.0f} seconds"
-    words = f"{span}, as {label} compares with {result.oracle}"
-    more = f" In the tables: {counted(rest, 'more pair')}." if rest > 0 else ""
-    if any(_changes(outcome[:, pair]) > MOST_BARS for pair in pairs):
-        more += " Where stretches are too many to tell apart, height is their share of the frames."
-    svg = element("svg", *parts, viewBox=f"0 0 {WIDTH} {height}", role="img", aria_label=words)
-    keys = (element("span", element("i", style=f"background:{hex_of(colour)}"), name)
-            for name, colour in (OUTCOMES[one] for one in SPOKEN))  # fmt: skip
-    return figure(joined([element("p", *keys, class_="legend"), svg]), f"{words}.{more}")
+@dataclass(frozen=True)
+class Dot:
+    """A detector in the plot."""
+
+    label: str
+    x: float
+    y: float
+    kind: str  # class of its colour
 
 
-def _bar(title: str, x: float, y: float, width: float, height: float, **more: object) -> Markup:
-    """A rectangle that says what it is when pointed at."""
-    at = {"x": f"{x:.1f}", "y": f"{y:g}", "width": f"{width:.1f}", "height": f"{height:g}"}
-    return element("rect", element("title", title), **at, **more)
+def scatter(dots: Sequence[Dot], words: str, x_words: str, y_words: str) -> Markup:
+    """Named dots, their value of y in the name; each name stands where it covers no other."""
+    left, right, top, bottom = PLOT
+    xs = [dot.x for dot in dots if dot.x > 0] or [1.0]
+    logarithmic = max(xs) > SPREAD * min(xs)
+    x_ticks = _decades(min(xs), max(xs)) if logarithmic else _ticks(max(xs), 5)
+    y_ticks = _ticks(max([1.0, *(dot.y for dot in dots)]), 3)
+
+    def place(dot: Dot) -> tuple[float, float]:
+        share = dot.x / x_ticks[-1]
+        if logarithmic:
+            share = log10(max(dot.x, x_ticks[0]) / x_ticks[0]) / log10(x_ticks[-1] / x_ticks[0])
+        return left + share * (right - left), bottom - dot.y / y_ticks[-1] * (bottom - top)
+
+    parts = []
+    for tick in y_ticks:
+        y = bottom - tick / y_ticks[-1] * (bottom - top)
+        parts.append(element("path", class_="grid", d=f"M{left:g} {y:.1f}H{right:g}"))
+        parts.append(element("text", f"{tick:g}", class_="t r", x=left - 7, y=f"{y + 4:.1f}"))
+    for tick in x_ticks:
+        parts.append(
+            element("text", f"{tick:g}", class_="t m", x=f"{place(Dot('', tick, 0, ''))[0]:.1f}", y=bottom + 17)
+        )
+    parts.append(element("text", y_words, class_="t", x=left, y=11))
+    parts.append(element("text", x_words, class_="t r", x=right, y=bottom + 34))
+    places = [place(dot) for dot in dots]
+    taken = [(x - 6, y - 6, x + 6, y + 6) for x, y in places]
+    for dot, (x, y) in zip(dots, places, strict=True):
+        parts.append(element("circle", class_=f"dot {dot.kind}", cx=f"{x:.1f}", cy=f"{y:.1f}", r=5.5))
+        name = f"{dot.label}: {dot.y:g}"
+        free = _free(taken, x, y, LETTER * len(name))
+        if free is not None:
+            taken.append(free)
+            parts.append(element("text", name, class_="lb", x=f"{free[0]:.1f}", y=f"{free[3] - 3:.1f}"))
+    said = f"{words}: {', '.join(f'{dot.label} {dot.y:g} at {dot.x:.2g}' for dot in dots)}"
+    return element(
+        "svg", *parts, class_="sc", viewBox=f"0 0 {SIZE[0]:g} {SIZE[1]:g}", role="img", aria_label=said,
+    )  # fmt: skip
 
 
-def _changes(outcome: NDArray[np.uint8]) -> int:
-    return int((np.diff(outcome.astype(np.int16)) != 0).sum())
+Box = tuple[float, float, float, float]
 
 
-def _place(times: NDArray[np.float64], at: float) -> float:
-    return LABEL + (WIDTH - RIGHT - LABEL) * (at - float(times[0])) / (float(times[-1] - times[0]) or 1.0)
+def _free(taken: Sequence[Box], x: float, y: float, wide: float) -> Box | None:
+    """The first box beside a dot that covers no other and lies in the plot."""
+    places = ((x + 10, y - 8), (x - 10 - wide, y - 8), (x - wide / 2, y - 24), (x + 6, y - 22), (x - wide - 4, y - 22))
+    for left, top in places:
+        box = (left, top, left + wide, top + 15)
+        inside = left >= PLOT[0] and box[2] <= SIZE[0] and top >= 0
+        covers = any(a < box[2] and left < c and b < box[3] and top < d for a, b, c, d in taken)
+        if inside and not covers:
+            return box
+    return None
 
 
-def _ruler(times: NDArray[np.float64], height: int) -> Iterator[Markup]:
-    span = float(times[-1] - times[0]) or 1.0
-    step = 10.0 ** np.floor(np.log10(span / 4))
-    step = float(next(step * k for k in (1, 2, 5, 10) if span / (step * k) <= 8))
-    for k in range(int(span / step) + 1):
-        x = f"{_place(times, float(times[0]) + k * step):.1f}"
-        yield element("line", x1=x, x2=x, y1=TOP, y2=height - 20, class_="tick")
-        yield element("text", f"{k * step:g} s", x=x, y=height - 5, class_="tick")
+def _ticks(largest: float, most: int) -> list[float]:
+    """Round numbers from 0 to the first that is not below the largest value."""
+    rough = largest / most
+    power = 10.0 ** floor(log10(rough))
+    step = next(power * k for k in (1, 2, 2.5, 5, 10) if power * k >= rough * 0.999)
+    return [step * k for k in range(ceil(largest / step - 1e-9) + 1)]
 
 
-def _numbers(result: RunResult, label: str) -> Iterator[Markup]:
-    """Where misses are; numbers that would overlap share a box: ``12-31``."""
-    times, by_number = result.assembly.motion.times, {str(miss.number): miss for miss in result.misses[label]}
-    yield element("text", "missed", x=0, y=TOP + 15, class_="lane")
-    span = round(float(times[-1] - times[0]) * 1e9) or 1
-    for words, start, end in number_boxes(result.misses[label], span, BOX, DIGIT):
-        x, after, one = _place(times, start / 1e9), _place(times, end / 1e9), by_number.get(words)
-        hint = f"misses {words}" if one is None else f"miss {words}: {one.body_a}-{one.body_b}, {one.seconds:.3f} s"
-        yield _bar(hint, x, TOP + 2, after - x - 1, 18, class_="missed")
-        yield element("text", words, x=f"{(x + after) / 2:.1f}", y=TOP + 16, class_="miss")
+def _decades(smallest: float, largest: float) -> list[float]:
+    return [10.0**k for k in range(floor(log10(smallest)), ceil(log10(largest) - 1e-9) + 1)]
 
 
-def lane_bars(outcome: NDArray[np.uint8], times: NDArray[np.float64], y: int) -> list[Markup]:
-    """The bars of one pair with its outcome (T,) below the edge ``y``: stretches, or shares where they are too many.
+def lane(spans: Mapping[str, Iterable[Span]], window: Span, words: str, mark: float | None = None) -> Markup:
+    """Stretches of each kind on one line, and a mark at the moment of the picture.
 
-    A column is a frame, or ``STRETCH`` points, filled from the top with the shares of its frames; equal neighbours
-    are one bar.
+    A stretch that is too short to be seen is a line of fixed width.
     """
-    place, edges = np.arange(len(times)), np.append(times, times[-1])
-    if _changes(outcome) > MOST_BARS:
-        count, span = int((WIDTH - RIGHT - LABEL) / STRETCH), float(times[-1] - times[0])
-        place = np.minimum(((times - times[0]) / span * count).astype(np.int64), count - 1)
-        edges = times[0] + span * np.arange(count + 1) * STRETCH / (WIDTH - RIGHT - LABEL)
-    columns = len(edges) - 1
-    seen = np.stack([np.bincount(place[outcome == word], minlength=columns) for word in SPOKEN], axis=1)
-    whole = np.maximum(np.bincount(place, minlength=columns), 1)
-    tall = np.round((LANE - 6) * np.cumsum(seen, axis=1) / whole[:, None]).astype(np.int64)
-    # A miss among a hundred frames keeps a point of height: the lane exists to show it.
-    tall[:, 0] = np.where(seen[:, 0] > 0, np.maximum(tall[:, 0], 1), 0)
-    tall = np.maximum.accumulate(tall, axis=1)
-    starts = np.flatnonzero(np.append(True, (np.diff(tall, axis=0) != 0).any(axis=1)))
-    ends, bars = np.append(starts[1:], columns), []
-    # Misses last: widened to be seen, they must not be hidden by what follows.
-    for k in reversed(range(len(SPOKEN))):
-        top = tall[starts, k - 1] if k else np.zeros(len(starts), dtype=np.int64)
-        for one in np.flatnonzero(tall[starts, k] > top).tolist():
-            first, after, (name, colour) = starts[one], ends[one], OUTCOMES[SPOKEN[k]]
-            frames, of = int(seen[first:after, k].sum()), int(whole[first:after].sum())
-            x, end = (_place(times, float(edges[at])) for at in (first, after))
-            words = f"{name}: {edges[first]:.3f} s, {frames} {f'of {of} ' if frames < of else ''}frames"
-            high = int(tall[starts[one], k] - top[one])
-            bars.append(_bar(words, x, y + int(top[one]), max(SMALLEST, end - x), high, fill=hex_of(colour)))
-    return bars
+    start, end = window
+    whole = max(end - start, 1e-6)
+    parts = []
+    for kind in KINDS:
+        found = list(_joined(spans.get(kind, ()), window, whole / NEIGHBOURS))
+        if found:
+            boxes = "".join(f"M{a - start:.3f} 0H{b - start:.3f}V20H{a - start:.3f}Z" for a, b in found)
+            ticks = "".join(f"M{(a + b) / 2 - start:.3f} 0V20" for a, b in found if b - a < whole / 300)
+            parts += [element("path", class_=kind, d=boxes), element("path", class_=f"{kind} tick", d=ticks)]
+    if mark is not None:
+        parts.append(element("path", class_="now", d=f"M{mark - start:.3f} 0V20"))
+    return element(
+        "svg", *parts, class_="lane", viewBox=f"0 0 {whole:.3f} 20", preserveAspectRatio="none", role="img",
+        aria_label=words,
+    )  # fmt: skip
 
 
-def timing(result: RunResult) -> Markup:
-    """Milliseconds of every frame on a log axis, most of each stretch kept; detectors of the whole motion as lines."""
-    svg = svg_in_page(11, 3.4, "Time per frame", lambda axes: _draw_timing(axes, result))
-    return figure(svg, "What each frame took, in milliseconds on a log axis.")
+def _joined(spans: Iterable[Span], window: Span, apart: float) -> Iterator[Span]:
+    """Sorted stretches within a window, those joined that are hardly apart."""
+    before: Span | None = None
+    for start, end in sorted(spans):
+        start, end = max(start, window[0]), min(end, window[1])
+        if end <= start:
+            continue
+        if before is not None and start - before[1] <= apart:
+            before = before[0], max(before[1], end)
+            continue
+        if before is not None:
+            yield before
+        before = start, end
+    if before is not None:
+        yield before
 
 
-def _draw_timing(axes: "Axes", result: RunResult) -> None:
-    times = result.assembly.motion.times
-    for (label, detection), colour in zip(result.detections.items(), cycle(SERIES), strict=False):
-        seconds = frame_seconds(detection)
-        if seconds is not None and len(seconds):
-            starts = np.arange(0, len(seconds), max(1, -(-len(seconds) // BINS)))
-            # A log axis has no place for 0 ms.
-            peaks = np.maximum(np.maximum.reduceat(seconds * 1e3, starts), 1e-4)
-            axes.plot(times[starts], peaks, color=hex_of(colour), lw=0.9, label=f"{label}, frame by frame (peaks)")
-        else:
-            mean = result.summary["detectors"][label]["seconds"]["per_frame_mean"] * 1e3
-            axes.axhline(mean, color=hex_of(colour), lw=1.4, label=f"{label}, mean of the whole motion at once")
-    axes.axhline(BUDGET_MS, color=INK, lw=1.0, ls="--", label=f"{ONE_FRAME}, {BUDGET_MS:.1f} ms")
-    axes.set(yscale="log", xlabel="session time, s", ylabel="ms per frame", xlim=(float(times[0]), float(times[-1])))
-    axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
-    # Above the plot: inside it, it would lie on the peaks that the plot exists to show.
-    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, fontsize=8, frameon=False)
-    axes.grid(True, which="major", alpha=0.25)
+def ruler(start: float, end: float) -> Markup:
+    """Seconds below a lane."""
+    length = max(end - start, 1e-6)
+    ticks = [tick for tick in _ticks(length, 6) if tick < 0.94 * length]
+    marks = [(tick, f"{start + tick:.4g}") for tick in ticks] + [
+        (length, f"{end:.0f} s" if length > 20 else f"{end:.4g} s")
+    ]
+    return element(
+        "div", *(element("span", name, style=f"left:{100 * at / length:.2f}%") for at, name in marks), class_="ticks"
+    )
 
 
-def titration_pictures(result: RunResult) -> list[Markup]:
-    """The pH of each vessel that was titrated over what came in, with a line at each end point."""
-    curves = titration_curves(result.effects)
-    return [_titration(shown(vessel), *curve) for vessel, curve in curves.items()]
+def legend(kinds: Sequence[str], mark: bool) -> Markup:
+    """What the colours of lanes mean."""
+    keys = [element("span", element("i", class_=f"k {kind}"), KIND_WORDS[kind]) for kind in kinds]
+    if mark:
+        keys.append(element("span", element("i", class_="k now"), "the picture"))
+    return element("p", *keys, class_="leg")
 
 
-def _titration(vessel: str, added: FloatArray, ph: FloatArray, ends: list[float]) -> Markup:
-    def draw(axes: "Axes") -> None:
-        axes.plot(added, ph, color=hex_of(SERIES[0]), lw=1.4)
-        axes.set_xlabel("came in, mL")
-        axes.set_ylabel("pH")
-        axes.grid(True, alpha=0.25)
-        for end in ends:
-            axes.axvline(end, color=INK, lw=1.0, ls="--")
-
-    words = f"The pH in {vessel} over what came in"
-    told = f"{words}."
-    if len(ends) == 1:
-        told = f"{words}; the line is its end point, {ends[0]:.2f} mL."
-    elif ends:
-        told = f"{words}; the lines are its end points, {' and '.join(f'{end:.2f}' for end in ends)} mL."
-    return figure(svg_in_page(7, 3.4, words, draw), told)
+def curve(
+    points: Sequence[tuple[float, float]], ends: Sequence[float], words: str, x_words: str, y_words: str
+) -> Markup:
+    """A curve over a linear axis, with a vertical line at each end point."""
+    left, right, top, bottom = PLOT
+    xs, ys = zip(*points, strict=True)
+    x_ticks, y_ticks = _ticks(max(*xs, 1e-9), 5), _ticks(max(*ys, 1e-9), 3)
+    across, up = (right - left) / x_ticks[-1], (bottom - top) / y_ticks[-1]
+    step = 1 + len(points) // 800
+    path = "L".join(f"{left + x * across:.1f} {bottom - y * up:.1f}" for x, y in points[::step])
+    parts = [element("path", class_="curve", d=f"M{path}")]
+    parts += [element("path", class_="end", d=f"M{left + end * across:.1f} {top}V{bottom}") for end in ends]
+    parts += [element("text", f"{x:g}", class_="t m", x=f"{left + x * across:.1f}", y=bottom + 17) for x in x_ticks]
+    for tick in y_ticks:
+        parts.append(element("path", class_="grid", d=f"M{left} {bottom - tick * up:.1f}H{right}"))
+        parts.append(element("text", f"{tick:g}", class_="t r", x=left - 7, y=f"{bottom - tick * up + 4:.1f}"))
+    parts.append(element("text", y_words, class_="t", x=left, y=11))
+    parts.append(element("text", x_words, class_="t r", x=right, y=bottom + 34))
+    drawing = element("svg", *parts, class_="sc", viewBox=f"0 0 {SIZE[0]:g} {SIZE[1]:g}", role="img", aria_label=words)
+    return element("figure", joined([drawing, element("figcaption", words)]), class_="plot")

@@ -1,8 +1,8 @@
 """Pieces of HTML in which every word from outside is escaped: a body may be called ``<script>``."""
 
 import re
-from base64 import b64encode
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
 from string import Template
@@ -29,8 +29,8 @@ def safe(value: object) -> Markup:
 
 
 def element(name: str, *content: object, **attributes: object) -> Markup:
-    """One element; ``class_`` stands for ``class``."""
-    named = {key.rstrip("_").replace("_", "-"): escape(shown(str(value))) for key, value in attributes.items()}
+    """One element; ``class_`` stands for ``class``; an attribute without a value is left out."""
+    named = {key.rstrip("_").replace("_", "-"): escape(shown(str(value))) for key, value in attributes.items() if value}
     words = "".join(f' {key}="{value}"' for key, value in named.items())
     return Markup(f"<{name}{words}>{''.join(safe(one) for one in content)}</{name}>")
 
@@ -41,10 +41,10 @@ def joined(parts: Iterable[object]) -> Markup:
 
 
 def page_html(title: str, top: Iterable[object], sections: Iterable[object], caveat: str = "", style: str = "") -> str:
-    """A self-contained page: ``top`` is its header, ``caveat`` its footer, ``style`` goes before the common one."""
+    """A self-contained page: ``caveat`` stands below, ``style`` comes after the common one."""
     page, common = (files("replay.outputs.report").joinpath(name).read_text(encoding="utf-8") for name in FILES)
     return Template(page).substitute(
-        allowed=ALLOWED, title=safe(title), style=style + common, top=joined(top), sections=joined(sections),
+        allowed=ALLOWED, title=safe(title), style=common + style, top=joined(top), sections=joined(sections),
         footer=element("footer", element("p", caveat)) if caveat else "",
     )  # fmt: skip
 
@@ -53,16 +53,50 @@ Part = Table | str
 """What a section holds: a table, a piece of HTML, or a paragraph of plain text."""
 
 
-def page_section(title: str, *parts: Part, fold: bool = False) -> Markup:
-    """A part of a page below its heading; ``fold``: only the heading is seen until it is opened."""
-    name, heading = re.sub(r"\W+", "-", title.lower()), element("h2", title)
-    content = [rendered(part) for part in parts]
-    inside = element("details", element("summary", heading), *content) if fold else joined([heading, *content])
-    return element("section", inside, id=name)
+@dataclass(frozen=True)
+class Fold:
+    """Parts below a line that opens them."""
+
+    words: str
+    parts: Sequence[Part]
 
 
-def rendered(part: Part) -> Markup:
+@dataclass(frozen=True)
+class Section:
+    """A part of a page; ``short`` is its name in the list of contents."""
+
+    title: str
+    short: str
+    parts: Sequence[Part | Fold]
+
+    @property
+    def address(self) -> str:
+        """Where a link finds it."""
+        return address_of(self.short)
+
+
+def address_of(words: str) -> str:
+    """Words as the part of an address."""
+    return re.sub(r"\W+", "-", words.lower()).strip("-")
+
+
+def section_html(section: Section) -> Markup:
+    """A section below its heading."""
+    heading = element("h2", section.title, class_="big")
+    return element("section", heading, *(rendered(part) for part in section.parts), id=section.address)
+
+
+def contents(sections: Iterable[Section]) -> Markup:
+    """Links to the sections."""
+    links = (element("a", section.short, href=f"#{section.address}") for section in sections)
+    return element("nav", *links, aria_label="Contents")
+
+
+def rendered(part: Part | Fold) -> Markup:
     """A part of a section as HTML."""
+    if isinstance(part, Fold):
+        inside = (rendered(own) for own in part.parts)
+        return element("details", element("summary", part.words), *inside, class_="fold", id=address_of(part.words))
     if isinstance(part, Table):
         return page_table(part)
     return part if isinstance(part, Markup) else element("p", part)
@@ -73,44 +107,19 @@ def listed(lines: Iterable[object]) -> Markup:
     return element("ul", *(element("li", line) for line in lines))
 
 
-def contents(sections: Iterable[Markup]) -> Markup:
-    """Links to the parts of a page."""
-    found = re.findall('<section id="([^"]*)">.*?<h2>(.*?)</h2>', "".join(sections))
-    links = (element("a", Markup(title), href=f"#{name}") for name, title in found)
-    return element("nav", listed(links), aria_label="Contents")
-
-
-def page_table(made: Table, cards: Sequence[Mapping[str, object]] = ()) -> Markup:
-    """A table as HTML, its notes below it; with ``cards``, the attributes of each row, every row looks like a card."""
-
-    # What looks like a card is no table to a browser any more: the roles say what it is.
-    def part(name: str, role: str, *content: object, **more: object) -> Markup:
-        return element(name, *content, **({"role": role} if cards else {}), **more)
-
-    columns = [(column.name, "word" if column.words else "number") for column in made.columns]
-    head = (part("th", "columnheader", name, scope="col", class_=kind) for name, kind in columns)
+def page_table(made: Table) -> Markup:
+    """A table as HTML, its notes below it; a keyboard can move a wide one."""
+    kinds = ["word" if column.words else "number" for column in made.columns]
+    names = [column.name for column in made.columns]
+    head = (element("th", name, scope="col", class_=kind) for name, kind in zip(names, kinds, strict=True))
     rows = (
-        part("tr", "row", *(
-            part("td", "cell", _cell(cell), class_=kind, **(_said(name, cell) if cards else {}))
-            for (name, kind), cell in zip(columns, row, strict=True)
-        ), **about)
-        for row, about in zip(made.rows, cards or [{}] * len(made.rows), strict=True)
-    )  # fmt: skip
-    inside = (part("thead", "rowgroup", part("tr", "row", *head)), part("tbody", "rowgroup", *rows))
-    whole = part("table", "table", element("caption", made.title), *inside, class_="cards" if cards else "rows")
-    if not cards:
-        whole = element("div", whole, class_="wide", tabindex="0", role="region", aria_label=made.title)
-    return joined([whole, *(element("p", note) for note in made.notes)])
-
-
-UNITS: Final = {"at s": ("at", "s"), "cut mm": ("cut", "mm"), "mm apart": ("", "mm apart")}
-"""Heading of a column -> what a card says before the number, and behind it."""
-
-
-def _said(name: str, cell: Cell) -> dict[str, str]:
-    """What a card says around a cell; a remark below a number would come before its unit."""
-    before, behind = UNITS.get(name, (name, "")) if not (isinstance(cell, Marked) and cell.below) else (name, "")
-    return {"data_name": before} | ({"data_unit": behind} if behind else {})
+        element("tr", *(element("td", _cell(cell), class_=kind) for cell, kind in zip(row, kinds, strict=True)))
+        for row in made.rows
+    )
+    inside = element("thead", element("tr", *head)), element("tbody", *rows)
+    whole = element("table", element("caption", made.title), *inside, class_="rows")
+    box = element("div", whole, class_="wide", tabindex="0", role="region", aria_label=made.title)
+    return joined([box, *(element("p", note, class_="note") for note in made.notes)])
 
 
 MARKS: Final = {STRONG: "b", CODE: "code"}
@@ -127,14 +136,3 @@ def _cell(cell: Cell) -> Markup:
         text = Markup(re.sub(r"(?<=[ >])[^ <>]*-[^ <>]*", r"<span>\g<0></span>", text))
     text = element("a", text, href=cell.to) if cell.to else text
     return joined([text, element("small", cell.below)]) if cell.below else text
-
-
-def figure(drawn: object, words: str) -> Markup:
-    """Something drawn, with words below it; a keyboard can move a wide one."""
-    return element("figure", drawn, element("figcaption", words), tabindex=0)
-
-
-def picture(png: bytes, words: str) -> Markup:
-    """A picture that lies in the page itself, with what it shows in words."""
-    source = "data:image/png;base64," + b64encode(png).decode()
-    return element("figure", Markup(f'<img src="{source}" alt="{safe(words)}">'), element("figcaption", words))

@@ -1,40 +1,30 @@
 """``report.html``: what was missed, where and at what price, on one self-contained page."""
 
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping
-from itertools import count
+from collections import Counter
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from typing import Final
 
 import numpy as np
 
-from cdcore import TriangleMesh
-from cdcore.numerics import FloatArray, place_points
 from replay.base.constants import CAVEAT
-from replay.comparison.false_contacts import FalseContact
-from replay.comparison.misses import NEVER_FOUND
-from replay.comparison.outcome import Miss
-from replay.effects.effect_summary import RESULTS, happened, happened_words
-from replay.effects.effect_summary import leading as leading_event
-from replay.outputs.camera import Eye, Obstacles, framing, overview, standing, towards_user
-from replay.outputs.moments import FocusMoment, key_moments, leading, to_do, worst_first
-from replay.outputs.palette import INVENTED, MISSED, hex_of
-from replay.outputs.report import tables
-from replay.outputs.report.bench_picture import bench_picture
-from replay.outputs.report.charts import timeline, timing, titration_pictures
-from replay.outputs.report.faults import fault_sections, link_to
-from replay.outputs.report.markup import Markup, Part, contents, element, page_html, page_section, picture
-from replay.outputs.run_tables import cost_table, ranking_table, stage_table
-from replay.outputs.words import NOT_LOOKED_FOR, counted, tallied
-from replay.pipeline.headline import beside, doubts, headlines, price
+from replay.effects.effect_summary import RESULTS, happened, happened_words, leading, titration_curves
+from replay.outputs.report.charts import curve
+from replay.outputs.report.details import last_section, words_section
+from replay.outputs.report.first_screen import Hero, audit_screen, doubt_lines, page_head, plain_hero, timeline_part
+from replay.outputs.report.markup import Markup, Section, element, page_html, section_html
+from replay.outputs.report.run_view import Fault, RunView, key_fault, kind_of, view_of
+from replay.outputs.report.sections import effect_section, fault_sections
+from replay.outputs.report.still import FIRST, bench_still, colours, fault_still
+from replay.outputs.run_tables import contact_table
+from replay.outputs.words import NOT_LOOKED_FOR, tallied
+from replay.pipeline.headline import beside, doubts
 from replay.pipeline.run_result import RunResult
+from replay.pipeline.sentences import plural
 from replay.pipeline.summary import session_name
 
-CLOSE_UPS = 4
-"""Misses shown as pictures; all of them stand in the table."""
-
 EVENTS_FIRST = 6
-"""Events listed before all else, where no contact was looked for."""
+"""Events listed first of all, where no contact was looked for."""
 
 
 def write_report(result: RunResult, path: Path) -> None:
@@ -44,150 +34,79 @@ def write_report(result: RunResult, path: Path) -> None:
 
 def report_html(result: RunResult) -> str:
     """The page as text."""
+    view = view_of(result)
     name = session_name(result.session, result.summary["session"]["id"])
-    answers, moments = _headlines(result), key_moments(result) if result.comparisons else []
-    worst = moments[leading(result, moments)] if moments else None
-    said = [f"To do for {label}: {to_do(result, label)}." for label in worst_first(result)[:1]]
-    lines = [element("p", f"Replay of {name}"), *(element("p", line, class_="doubt") for line in doubts(result))]
-    lines += [element("h1", line) for line in answers]
-    lines += [element("p", line, class_="price") for line in [*_beside(result), *said]]
-    sections = [page_section(title, *parts, fold=title in FOLDED) for title, parts in _sections(result, worst) if parts]
-    top = [element("div", *lines), _worst_picture(result, worst), contents(sections)]
-    red = f":root {{ --missed: {hex_of(MISSED)}; --false: {hex_of(INVENTED)}; }}\n"
-    return page_html(f"{name}: {answers[0]}", top, sections, CAVEAT, red)
+    events = [
+        {"source": kind, "name": event.name, "message": event.text, "time": event.time, "end_time": event.end}
+        for kind, event in happened(result.effects)
+    ]
+    sections = [
+        *_other_sections(result), *fault_sections(view, partial(fault_still, result), partial(_look, view)),
+        *effect_section(view, events, [*_titrations(result)]), last_section(view, beside(result)), words_section(),
+    ]  # fmt: skip
+    title, screen = _first_screen(result, view)
+    top = [page_head(view, name, sections), *doubt_lines(doubts(result)), *screen]
+    return page_html(f"{title} Replay of {name}", top, [section_html(section) for section in sections], CAVEAT)
 
 
-def _headlines(result: RunResult) -> list[str]:
+def _first_screen(result: RunResult, view: RunView) -> tuple[str, list[Markup]]:
+    """The sentence of the title, and everything above the fold."""
+    look = partial(_look, view)
     if result.tradeoff is not None:
-        return [result.tradeoff.answer]
-    if result.comparisons:
-        return headlines(result)
+        rest = audit_screen(view, None, look)[1:] if view.answers else []
+        return result.tradeoff.answer, [plain_hero(Hero(result.tradeoff.answer, result.tradeoff.advice)), *rest]
+    scene = bench_still, f"The scene at {result.assembly.motion.times[len(result.assembly.motion) // 2]:.2f} s"
+    if not view.answers:
+        told = _without_audit(result)
+        lanes = [timeline_part(view, None)] if result.detections else []
+        return f"{told.sentence.rstrip('.')}.", [plain_hero(told, (scene[0](result), f"{scene[1]}.")), *lanes]
+    answer = view.answers[0]
+    fault = key_fault(view, answer)
+    if fault is None:
+        return answer.sentence, audit_screen(view, (scene[0](result), scene[1]), look)
+    shown = fault_still(result, answer.label, fault, FIRST), colours(result, answer.label, fault)
+    return answer.sentence, audit_screen(view, shown, look)
+
+
+def _without_audit(result: RunResult) -> Hero:
+    """What was found where no detector is compared with another: contacts, or what the effects say."""
     if result.detections:
-        counts = [f"{counted(len(found), 'contact')} found by {label}" for label, found in result.episodes.items()]
-        return [", ".join(counts)]
-    best = leading_event(result.effects)
+        counts = [f"{plural(len(found), 'contact')} found by {label}" for label, found in result.episodes.items()]
+        return Hero(", ".join(counts))
+    found, best = happened(result.effects), leading(result.effects)
+    lines = [*happened_words(result.effects, EVENTS_FIRST), f"{NOT_LOOKED_FOR}."] if found else []
     if best is not None and best.name in RESULTS:
-        return [f"{best.text[:1].upper()}{best.text[1:]}"]
-    return [tallied(Counter(event.name for _, event in happened(result.effects))) or NOT_LOOKED_FOR]
+        return Hero(f"{best.text[:1].upper()}{best.text[1:]}", lines)
+    return Hero(tallied(Counter(event.name for _, event in found)) or NOT_LOOKED_FOR, lines)
 
 
-def _beside(result: RunResult) -> list[str]:
-    """What stands below the headlines: what else is wrong, and the price; without a detector, what happened."""
-    if result.detections or not happened(result.effects):
-        return [*beside(result), *price(result)]
-    return [*happened_words(result.effects, EVENTS_FIRST), f"{NOT_LOOKED_FOR}."]
+def _look(view: RunView, label: str, fault: Fault) -> Markup:
+    """The command that shows a fault in motion."""
+    by = "" if label == view.answers[0].label else f" --by {label}"
+    return element("code", f"replay view {view.folder} --{kind_of(fault)} {fault.number}{by}")
 
 
-COSTS, COUNTS, RATES = "What it cost in time", "Counts and causes", "Which step rate would have missed it"
-SESSION, AGAIN = "The session", "How to get the same again"
-FOLDED: Final = frozenset({COSTS, COUNTS, RATES, SESSION, AGAIN})
-"""Sections that few read."""
-
-
-def _sections(result: RunResult, worst: FocusMoment | None) -> Iterator[tuple[str, Iterable[Part]]]:
-    """What was missed, then when and why, then at what price; facts and settings come last. None without a part."""
+def _other_sections(result: RunResult) -> Iterator[Section]:
+    """What other settings cost, and contacts that nobody audited."""
     if result.tradeoff is not None:
         from replay.outputs.report.tradeoff import tradeoff_parts
 
-        yield "What accuracy costs", tradeoff_parts(result.tradeoff)
-    if len(result.comparisons) > 1:
-        yield "Detectors", [ranking_table(result, intervals=True)]
-    yield from fault_sections(result)
-    if pictures := _close_ups(result, worst):
-        yield "Close-ups", [element("div", *pictures, class_="pictures")]
-    yield from ((f"When: {label}", [timeline(result, label)]) for label in worst_first(result))
-    if result.detections:
-        yield "Contacts", tables.contact_tables(result)
-        yield COSTS, [timing(result), cost_table(result), stage_table(result)]
-    if result.comparisons:
-        yield COUNTS, tables.count_tables(result)
-        yield RATES, tables.duration_tables(result)
-    if result.effects:
-        yield "Effects that the scene calls for", [*titration_pictures(result), *tables.effect_parts(result)]
-    yield "What is suspicious about the recording", tables.finding_parts(result)
-    yield SESSION, [tables.fact_table(result)]
-    yield AGAIN, [tables.settings_table(result)]
+        yield Section("What accuracy costs", "What accuracy costs", [*tradeoff_parts(result.tradeoff)])
+    if result.detections and not result.comparisons:
+        tables = [contact_table(result, label) for label in result.episodes]
+        yield Section("Contacts", "Contacts", tables)
 
 
-def _worst_picture(result: RunResult, worst: FocusMoment | None) -> Markup:
-    """The worst fault, a link to its card; the bench where there is none."""
-    assembly, scene = result.assembly, result.session.scene
-    if worst is None or worst.of is None:
-        frame = len(assembly.motion) // 2
-        eye = _from_farther(overview(assembly, scene, np.zeros((0, 3)), frame))
-        return picture(bench_picture(assembly, scene, frame, eye), f"The bench at {assembly.motion.times[frame]:.2f} s")
-    return _fault_picture(result, Obstacles(assembly, scene), worst.label, worst.of)
-
-
-def _close_ups(result: RunResult, worst: FocusMoment | None) -> list[Markup]:
-    """Pictures of misses that tell most, without the worst, which stands at the top."""
-    obstacles, top = Obstacles(result.assembly, result.session.scene), None if worst is None else worst.of
-    found = _telling([(label, miss) for label, found in result.misses.items() for miss in found])
-    rest = [(label, miss) for label, miss in found if miss is not top]
-    return [_fault_picture(result, obstacles, label, miss) for label, miss in rest[:CLOSE_UPS]]
-
-
-def _fault_picture(result: RunResult, obstacles: Obstacles, label: str, one: Miss | FalseContact) -> Markup:
-    """A picture that is a link to the card of its fault: of a miss its faces, of a false contact what invents it."""
-    there, row = standing(result.assembly, one) if isinstance(one, Miss) else (result.assembly, one.widest)
-    eye = obstacles.close_up(row, one.point, towards_user(there, result.session.scene, row, one.point), there.motion)
-    marked, solids = {}, dict[int, TriangleMesh]()
-    if isinstance(one, Miss):
-        title, eye, marked = "Miss", _from_farther(eye), _marked(result, one)
-        red = "the faces that meet"
-        if one.touch is not None:
-            red = f"the faces that touch first, between frames {one.touch.frame} and {one.touch.frame + 1}"
-        what = f"{one.body_a} and {one.body_b} at {there.motion.times[row]:.3f} s, {one.kind}: {one.cause}; red: {red}"
-    else:
-        title, solids = "False contact", _solids(result, label, one)
-        eye = framing(_of_pair(result, one, solids), np.subtract(eye.position, eye.target))
-        name, frames = there.pair_name(one.pair), counted(one.frames, "frame")
-        what = f"{name} for {frames} from {one.start:.3f} s: {one.cause}" + "; yellow: the solids" * bool(solids)
-    png = bench_picture(there, result.session.scene, row, eye, marked, solids)
-    return element(
-        "a", picture(png, f"{title} {one.number} of {label}: {what}"), href=f"#{link_to(result, label, one)}"
-    )
-
-
-def _solids(result: RunResult, label: str, one: FalseContact) -> dict[int, TriangleMesh]:
-    """What the detector puts in place of the meshes of a pair, where that is not the mesh itself."""
-    colliders = getattr(result.detectors.get(label), "colliders", ())
-    bodies = result.assembly.bodies
-    ends = result.assembly.pairs[one.pair].tolist() if colliders else ()
-    return {body: colliders[body].mesh for body in ends if colliders[body].mesh is not bodies[body].mesh}
-
-
-def _of_pair(result: RunResult, one: FalseContact, solids: Mapping[int, TriangleMesh]) -> FloatArray:
-    """Vertices of a pair or its solids no farther from a false contact than the smaller is large, world (n, 3)."""
-    motion, assembly = result.assembly.motion, result.assembly
-    points = [
-        place_points(mesh.vertices, motion.rotations[one.widest, body], motion.translations[one.widest, body])
-        for body in assembly.pairs[one.pair].tolist()
-        for mesh in (solids.get(body, assembly.bodies[body].mesh),)
-    ]
-    # A bench top is longer than a room: of it is shown what is near.
-    near = min(float(np.linalg.norm(np.ptp(some, axis=0))) for some in points)
-    away = np.linalg.norm(np.concatenate(points) - one.point, axis=1)
-    return np.concatenate([np.reshape(one.point, (1, 3)), np.concatenate(points)[away < near]])
-
-
-def _telling(shown: list[tuple[str, Miss]]) -> list[tuple[str, Miss]]:
-    """Misses in the order in which they deserve a picture: each detector's worst of each pair, then its second, ..."""
-    worst = sorted(shown, key=lambda one: (one[1].kind != NEVER_FOUND, -one[1].cut_length, one[1].number))
-    turn: defaultdict[tuple[str, int], Iterator[int]] = defaultdict(count)
-    return sorted(worst, key=lambda one: next(turn[one[0], one[1].pair]))
-
-
-def _from_farther(eye: Eye, times: float = 1.35) -> Eye:
-    """The same view from a little farther: a page has no way to step back."""
-    away = [t + times * (p - t) for p, t in zip(eye.position, eye.target, strict=True)]
-    return Eye((away[0], away[1], away[2]), eye.target)
-
-
-def _marked(result: RunResult, miss: Miss) -> dict[int, np.ndarray[tuple[int], np.dtype[np.int64]]]:
-    trusted = result.detections[result.oracle]
-    faces = miss.faces if trusted.face_sets is None else trusted.faces(miss.deepest, miss.pair)
-    if faces is None:
-        return {}
-    first, second = result.assembly.pairs[miss.pair].tolist()
-    return {first: np.unique(faces[:, 0]), second: np.unique(faces[:, 1])}
+def _titrations(result: RunResult) -> Iterator[Markup]:
+    """The pH of each vessel that was titrated over what came in, with a line at each end point."""
+    for vessel, (added, ph, ends) in titration_curves(result.effects).items():
+        words = f"The pH in {vessel} over what came in"
+        if ends:
+            points = " and ".join(f"{end:.2f}" for end in ends)
+            words += (
+                f"; the line is its end point, {points} mL"
+                if len(ends) == 1
+                else f"; the lines are its end points, {points} mL"
+            )
+        points_of = np.stack([added, ph], axis=1).tolist()
+        yield curve(points_of, ends, f"{words}.", "came in, mL", "pH")

@@ -25,7 +25,7 @@ from replay.outputs.results.run_folder import (
 )
 from replay.outputs.share.page import shared_page, title_of
 from replay.outputs.tables import Marked, table
-from replay.outputs.words import counted
+from replay.pipeline.sentences import plural
 from sessions.mcap_format.metadata import SHARE
 
 SHARED: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1", ())
@@ -86,7 +86,7 @@ def _packed(content: bytes) -> bytes:
 
 def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
     """The page of a run, and where it is ``pictured`` its recording, as it is and packed; the title of the page."""
-    text = shared_page(run)
+    text = shared_page(run, pictured=pictured)
     if pictured:
         recording, labels = run.path / PICTURE, list(run.summary["audit"])
         shutil.copyfile(recording, page.with_name(f"{name}.rrd"))
@@ -114,7 +114,7 @@ def _beside(report: str, name: str) -> str:
     style = files("replay.outputs.share").joinpath("picture.css").read_text(encoding="utf-8")
     script = element("script", src="picture.js", defer="", data_recording=name)
     for before, after in {
-        ALLOWED: WITH_PICTURE, "</head>": f"<style>{style}</style>{script}</head>", "</body>": f"{box}</body>",
+        ALLOWED: WITH_PICTURE, "</head>": f"<style>{style}</style>{script}</head>", "</section>": f"</section>{box}",
         "</footer>": f"{licence}</footer>",
     }.items():  # fmt: skip
         report = report.replace(before, after, 1)
@@ -127,5 +127,5 @@ def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
         who = one.summary["session"]["facts"].get("pseudonym", "")
         rows.append((Marked(name, to=f"{name}.html"), who, titles[name]))
     made = table("Runs", ("run", "who", "session and answer"), rows, words=3)
-    title = counted(len(pages), "run")
+    title = plural(len(pages), "run")
     return page_html(title, [element("h1", title)], [rendered(made)])

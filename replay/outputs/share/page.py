@@ -1,46 +1,67 @@
-"""The page of a shared run, made anew from its summary: a page that came with the folder is never passed on.
+"""The page of a shared run, made anew from its summary and tables: a page that came with the folder is never passed on.
 
-It says what the report says in figures and words, a card for every miss and false contact that leads the picture to it.
-Stills are left out: the picture itself stands beside the page.
+It is the report without stills: the picture itself stands beside it, and every fault leads it to its moment.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 from replay.base.constants import CAVEAT
-from replay.effects.effect_summary import EVENT_ROWS
-from replay.outputs.palette import INVENTED, MISSED, hex_of
-from replay.outputs.report import tables
-from replay.outputs.report.markup import Part, contents, element, page_html, page_section, page_table
+from replay.comparison.false_contacts import FalseContact
+from replay.comparison.outcome import Episode, Miss
+from replay.outputs.report.details import last_section, words_section
+from replay.outputs.report.first_screen import Hero, audit_screen, doubt_lines, page_head, plain_hero, timeline_part
+from replay.outputs.report.markup import Markup, element, page_html, section_html
+from replay.outputs.report.run_view import Fault, RunView, fault_address, with_noise
+from replay.outputs.report.sections import effect_section, fault_sections
 from replay.outputs.results.parquet_tables import EFFECT
-from replay.outputs.results.run_folder import EVENTS, FALSE_CONTACTS, MISSES, RunFolder
-from replay.outputs.run_tables import cost_table, effect_table, pair_table, ranking_table, stage_table
-from replay.outputs.tables import STRONG, Marked, Table, table
-from replay.outputs.words import NOT_LOOKED_FOR, address, counted, span_words
-from replay.pipeline.headline import price
+from replay.outputs.results.run_folder import EPISODES, EVENTS, FALSE_CONTACTS, MISSES, RunFolder
+from replay.outputs.words import NOT_LOOKED_FOR
+from replay.pipeline.answer import Answer, Fix, KeyMoment
+from replay.pipeline.headline import doubts_of, held, undecided
 from replay.pipeline.ranking import fault_words
-from replay.pipeline.scores import MOST_CARDS
+from replay.pipeline.sentences import plural
+from sessions import Finding, Severity
 from sessions.mcap_format.metadata import NOT_STATED
 
-MISS_HEAD: Final = ("miss", "at s", "pair", "what", "cause", "frames", "cut mm")
-FALSE_HEAD: Final = ("false", "at s", "pair", "what", "why", "frames", "mm apart")
-FOLDED: Final = frozenset(("What it cost in time", "Counts and causes", "How to get the same again"))
+NOWHERE: Final = (0.0, 0.0, 0.0)
 
 
 def title_of(run: RunFolder) -> str:
     """Whose session, and the answer."""
-    return f"{_who(run)}: {_answer(run)}"
+    return f"{_who(run)}: {_sentence(run, _answers(run))}"
 
 
-def shared_page(run: RunFolder) -> str:
-    """The page as text."""
-    sections = [page_section(title, *parts, fold=title in FOLDED) for title, parts in _sections(run) if parts]
-    lines = [
-        element("p", f"Replay of {_who(run)}"), *(element("p", line, class_="doubt") for line in _doubts(run)),
-        element("h1", _answer(run)), *(element("p", line, class_="price") for line in price(run)),
+def shared_page(run: RunFolder, *, pictured: bool) -> str:
+    """The page as text; ``pictured``: the picture stands beside it."""
+    view = folder_view(run)
+
+    def look(label: str, fault: Fault) -> Markup:
+        address = f"#{fault_address(view, label, fault)}"
+        return element("p", element("a", "show it in the picture", href=address)) if pictured else Markup("")
+
+    rows = (row for row in run.rows(EVENTS) if row["source"].startswith(EFFECT))
+    events = [row | {"source": row["source"].removeprefix(EFFECT)} for row in rows]
+    sections = [
+        *fault_sections(view, None, look), *effect_section(view, events),
+        last_section(view, [*undecided(run), *held(run)]), words_section(),
     ]  # fmt: skip
-    colours = f":root {{ --missed: {hex_of(MISSED)}; --false: {hex_of(INVENTED)}; }}\n"
-    return page_html(title_of(run), [element("div", *lines), contents(sections)], sections, CAVEAT, colours)
+    found = (
+        Finding(one["code"], Severity[one["severity"].upper()], one["body"] or "", one["message"])
+        for one in run.summary.get("findings", ())
+    )
+    top = [page_head(view, _who(run), sections), *doubt_lines(doubts_of(found)), *_screen(run, view, look)]
+    return page_html(title_of(run), top, [section_html(section) for section in sections], CAVEAT)
+
+
+def _screen(run: RunFolder, view: RunView, look: Callable[[str, Fault], Markup]) -> list[Markup]:
+    sentence = _sentence(run, view.answers)
+    if "tradeoff" in run.summary:
+        first = [plain_hero(Hero(sentence, run.summary["tradeoff"]["advice"]))]
+        return [*first, *audit_screen(view, None, look)[1:]] if view.answers else first
+    if view.answers:
+        return audit_screen(view, None, look)
+    return [plain_hero(Hero(sentence)), *([timeline_part(view, None)] if view.episodes else [])]
 
 
 def _who(run: RunFolder) -> str:
@@ -50,108 +71,77 @@ def _who(run: RunFolder) -> str:
     return ", ".join(name for name in named if name)
 
 
-def _answer(run: RunFolder) -> str:
-    tradeoff = run.summary.get("tradeoff")
-    if tradeoff is not None:
-        return str(tradeoff["answer"])
-    ranks = run.ranking
-    if ranks:
-        return f"{ranks[0].label}: {fault_words(ranks[0])}"
-    found = [
-        f"{counted(figures['contacts'], 'contact')} found by {label}"
-        for label, figures in run.summary["detectors"].items()
-    ]
+def _sentence(run: RunFolder, answers: tuple[Answer, ...]) -> str:
+    if "tradeoff" in run.summary:
+        return str(run.summary["tradeoff"]["answer"])
+    if answers:
+        return answers[0].sentence
+    detectors = run.summary["detectors"].items()
+    found = [f"{plural(figures['contacts'], 'contact')} found by {label}" for label, figures in detectors]
     return ", ".join(found) or NOT_LOOKED_FOR
 
 
-def _doubts(run: RunFolder) -> Iterator[str]:
-    """A line per kind of error in the recording."""
-    kinds: dict[str, list[Mapping[str, Any]]] = {}
-    for one in run.summary.get("findings", ()):
-        if one["severity"] == "error":
-            kinds.setdefault(one["code"], []).append(one)
-    for code, (one, *more) in kinds.items():
-        rest = f"; {len(more)} more like it" if more else ""
-        yield f"Error, {code}: {one['meaning']} ({one['body'] or 'all'}: {one['message']}{rest}). To do: {one['fix']}."
+def folder_view(run: RunFolder) -> RunView:
+    """What the page reads, from the rows of the tables."""
+    pairs: dict[tuple[str, str], int] = {}
+    reasons: dict[tuple[str, str, int], str] = {}
+    misses: dict[str, list[Miss]] = {label: [] for label in run.summary["audit"]}
+    false: dict[str, list[FalseContact]] = {label: [] for label in run.summary["audit"]}
+    episodes: dict[str, list[Episode]] = {label: [] for label in run.summary["detectors"]}
+    holdings = []
+
+    def pair_of(row: Mapping[str, Any]) -> int:
+        return pairs.setdefault((row["body_a"], row["body_b"]), len(pairs))
+
+    for row in run.rows(EPISODES):
+        contact = Episode(pair_of(row), row["first"], row["last"], row["start"], row["end"])
+        episodes[row["detector"]].append(contact)
+        if row["held"] and row["detector"] == run.oracle:
+            holdings.append(contact)
+    for row in run.rows(MISSES):
+        reason = with_noise(row.get("why") or row["cause"], row.get("noise"))
+        reasons[row["detector"], "miss", row["number"]] = reason
+        misses.setdefault(row["detector"], []).append(
+            Miss(
+                **_named(row, "number body_a body_b first last start end kind episode deepest face_pairs cause"),
+                pair=pair_of(row), point=NOWHERE, normal=NOWHERE, cut_length=row.get("cut_length") or 0.0,
+            )
+        )  # fmt: skip
+    for row in run.rows(FALSE_CONTACTS):
+        reasons[row["detector"], "false", row["number"]] = row.get("why") or row["cause"]
+        false.setdefault(row["detector"], []).append(
+            FalseContact(
+                **_named(row, "number body_a body_b first last start end kind cause"), pair=pair_of(row),
+                widest=row["first"], gap=float("nan"), point=NOWHERE,
+            )
+        )  # fmt: skip
+
+    def why(label: str, fault: Fault) -> str:
+        return reasons[label, "miss" if isinstance(fault, Miss) else "false", fault.number]
+
+    return RunView(
+        summary=run.summary, oracle=run.oracle, ranking=run.ranking, answers=_answers(run),
+        misses={label: tuple(rows) for label, rows in misses.items()},
+        false={label: tuple(rows) for label, rows in false.items()},
+        episodes={label: tuple(rows) for label, rows in episodes.items()},
+        holdings=tuple(holdings), why=why,
+    )  # fmt: skip
 
 
-def _sections(run: RunFolder) -> Iterator[tuple[str, Sequence[Part]]]:
-    """What was missed, then when, then at what price; a section without a part is left out."""
-    summary, audited = run.summary, list(run.summary["audit"])
-    if len(audited) > 1:
-        yield "Detectors", [ranking_table(run)]
+def _named(row: Mapping[str, Any], names: str) -> dict[str, Any]:
+    return {name: row.get(name, 0) for name in names.split()}
+
+
+def _answers(run: RunFolder) -> tuple[Answer, ...]:
+    """What a summary says first of each detector; one from before there were answers has its ranking."""
+    told = {answer["label"]: answer for answer in run.summary.get("answers", ())}
+    made = []
     for rank in run.ranking[:-1]:
-        by = "" if rank.label == audited[0] else rank.label
-        for title, file, kind in (("miss", MISSES, "miss"), ("false contact", FALSE_CONTACTS, "false")):
-            found = [row for row in run.rows(file) if row["detector"] == rank.label]
-            found.sort(key=lambda row: (-(row.get("cut_length") or 0.0), row["first"] - row["last"], row["number"]))
-            yield f"Every {title} of {rank.label}", _cards(found[:MOST_CARDS], kind, by)
-    if audited:
-        yield "Contacts", [pair_table(run, rank.label) for rank in run.ranking[:-1]]
-    if summary["detectors"]:
-        yield "What it cost in time", [cost_table(run), stage_table(run)]
-    if audited:
-        yield "Counts and causes", [*tables.count_tables(run), *tables.duration_tables(run)]
-    if summary["effects"]:
-        yield "Effects that the scene calls for", [effect_table(run), _events(run)]
-    if summary.get("findings"):
-        yield "What is suspicious about the recording", [_findings(summary["findings"])]
-    yield "The session", [_facts(run)]
-    yield "How to get the same again", [tables.settings_table(run)]
-
-
-def _cards(found: Sequence[Mapping[str, Any]], kind: str, by: str) -> list[Part]:
-    """Rows of misses or false contacts as cards whose numbers lead the picture to their moment."""
-    if not found:
-        return []
-    addresses = [address(kind, one["number"], by) for one in found]
-    rows = [
-        (
-            Marked(str(one["number"]), STRONG, to=f"#{at}"), f"{one['start']:.3f}",
-            f"{one['body_a']} - {one['body_b']}", one["kind"], one["cause"], one["last"] - one["first"] + 1, _size(one),
-        )
-        for one, at in zip(found, addresses, strict=True)
-    ]  # fmt: skip
-    about = [{"id": at, "class_": "missed" if kind == "miss" else "false"} for at in addresses]
-    return [page_table(table("", MISS_HEAD if kind == "miss" else FALSE_HEAD, rows, words=5), about)]
-
-
-def _size(one: Mapping[str, Any]) -> str:
-    """Millimetres of the cut of a miss, or between the meshes of a false contact."""
-    if one.get("touch") is not None:
-        return "between frames"
-    metres = one["gap"] if "gap" in one else one.get("cut_length")
-    return "" if metres is None else f"{1e3 * metres:.1f}"
-
-
-def _events(run: RunFolder) -> Table:
-    found = [row for row in run.rows(EVENTS) if row["source"].startswith(EFFECT)][:EVENT_ROWS]
-    rows = [(row["source"].removeprefix(EFFECT), row["name"], row["message"], f"{row['time']:.3f}") for row in found]
-    return table("What the effects found", ("effect", "event", "in words", "from s"), rows, words=3)
-
-
-def _findings(findings: Sequence[Mapping[str, Any]]) -> Table:
-    rows = [
-        (
-            one["severity"],
-            one["code"],
-            one["body"] or "",
-            one["message"],
-            span_words(one["start"], one["end"]),
-            one["count"],
-        )
-        for one in findings[: tables.MOST_FINDINGS]
-    ]  # fmt: skip
-    return table("Findings", ("severity", "code", "body", "what", "seconds", "count"), rows, words=4)
-
-
-def _facts(run: RunFolder) -> Table:
-    session = run.summary["session"]
-    rows = [
-        ("session", session["id"]), ("length", f"{session['duration']:.1f} s, {session['frames']:,} frames"),
-        ("bodies", ", ".join(f"{name} ({one['faces']:,} faces)" for name, one in session["bodies"].items())),
-        *(("not looked at", f"no mesh: {name}") for name in session["left_out"]),
-        *(("note", note) for note in session["notes"]),
-        *((key.replace("_", " "), value) for key, value in session["facts"].items() if value != NOT_STATED),
-    ]  # fmt: skip
-    return table("Facts of the session", ("what", "value"), rows, words=2)
+        answer = told.get(rank.label)
+        if answer is None:
+            made.append(Answer(rank.label, f"{rank.label}: {fault_words(rank)}.", "", None, None))
+            continue
+        moment = answer["moment"] and KeyMoment(**{**answer["moment"], "pair": tuple(answer["moment"]["pair"])})
+        fix = answer["fix"] and Fix(**answer["fix"])
+        made.append(Answer(rank.label, answer["sentence"], answer["why"], fix, moment))
+    return tuple(made)

@@ -13,8 +13,8 @@ from typing import Final
 import numpy as np
 
 from replay.outputs.tables import Cell, Marked, Table, table
-from replay.outputs.words import counted
 from replay.pipeline.gates import figure
+from replay.pipeline.sentences import plural
 from replay.studies.class_study.class_runs import ClassRuns, Row, grouped, grouped_by, missed_by
 from replay.studies.class_study.refusals import LEAST_IN_CELL, few
 from replay.studies.class_study.resampling import Estimate, Resampling
@@ -49,6 +49,13 @@ def cell(estimate: Estimate, write: Write = plain, counts: str = "", unit: str =
     return Marked(counts, below=f"{said} ({between})") if counts else Marked(said, below=between)
 
 
+def class_counts(runs: ClassRuns) -> str:
+    """Students, sessions and contacts, as the first words of page and terminal; contacts not of few students."""
+    counts = f"{few(len(runs.students))} students, {plural(len(runs.metrics), 'session')}"
+    contacts = sum(bool(row["student"]) for row in runs.tables["episodes"])
+    return counts if len(runs.students) < LEAST_IN_CELL else f"{counts}, {plural(contacts, 'contact')}"
+
+
 class ClassTables:
     """The tables of the sessions of a class; ``seed`` is that of the draws. Rows of nobody count in the list alone."""
 
@@ -60,8 +67,8 @@ class ClassTables:
         self._rows = {name: [row for row in rows if row["student"]] for name, rows in runs.tables.items()}
 
     def headlines(self) -> list[str]:
-        """How many sessions there are, and what each audited detector never finds."""
-        said = [f"{counted(len(self.runs.metrics), 'session')} of {few(len(self.runs.students))} students."]
+        """What each audited detector never finds."""
+        said = []
         for label in self.runs.audited:
             one = self._never(label, self._contacts(label))[1]
             if one.students >= LEAST_IN_CELL:

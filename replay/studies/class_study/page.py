@@ -3,32 +3,45 @@
 import hashlib
 import re
 from base64 import b64encode
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING, Final
 
 from replay.base.shown import drawable
 from replay.outputs.report.drawing import PAPER, svg_in_page
-from replay.outputs.report.markup import ALLOWED, Markup, Part, contents, element, listed, page_html, page_section
+from replay.outputs.report.markup import (
+    ALLOWED,
+    Fold,
+    Markup,
+    Part,
+    Section,
+    contents,
+    element,
+    listed,
+    page_html,
+    section_html,
+)
 from replay.outputs.tables import table
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns
-from replay.studies.class_study.class_tables import ClassTables
+from replay.studies.class_study.class_tables import ClassTables, class_counts
 from replay.studies.class_study.conclusions import LEVEL, associated
 from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.reliability import kaiser_word
 from replay.studies.class_study.tables import (
     OBSERVED_ONLY,
     behind,
-    changes,
     coefficient_table,
     coefficients,
     group_table,
     headlines,
+    opening,
     p_words,
     reliability_table,
+    retest_words,
     sample_table,
     sensitivity_table,
+    study_counts,
     words,
 )  # fmt: skip
 from replay.studies.class_study.to_open import Place, sessions_table
@@ -63,15 +76,17 @@ def study_html(
         named += [name for one, c in coefficients(study) for name in (one.outcome, c.name)]
     refuse_causal_words(named)
     made = None if runs is None else ClassTables(runs, seed)
-    top = [element("p", title), element("h1", changes(study))]
-    said = [] if study is None else [*headlines(study)[:1], f"{behind(study)}."]
+    counts = class_counts(runs) if runs is not None else study_counts(study) if study is not None else title
+    lines = [] if study is None else [*headlines(study)[:1], f"{behind(study)}.", *retest_words(study)]
     if made is not None:
-        said += made.headlines()
-    top += [element("p", line, class_="price") for line in said]
-    parts = [] if made is None else _sessions(made, where or {})
-    parts += [] if study is None else _sections(study, {} if made is None else made.sample())
-    text = page_html(title, [element("div", *top), contents(parts)], parts, OBSERVED_ONLY, _file("page.css"))
-    return _with_script(text)
+        lines += made.headlines()
+    sections = [*_sections(study, made, where or {})]
+    top = [
+        element("header", element("p", title), contents(sections), class_="top"),
+        element("h1", opening(study, counts)), *(element("p", line) for line in lines),
+    ]  # fmt: skip
+    parts = [section_html(section) for section in sections]
+    return _with_script(page_html(title, top, parts, OBSERVED_ONLY, _file("page.css")))
 
 
 def _file(name: str) -> str:
@@ -93,32 +108,38 @@ def refuse_causal_words(texts: Sequence[str]) -> None:
             raise StudyRefusedError("causal-wording", f"the words {text!r}")
 
 
-def _sessions(made: ClassTables, where: Mapping[str, Place]) -> list[Markup]:
-    parts = [page_section("Sessions to look at first", sessions_table(made.runs, where))]
-    for title, found, fold in (
-        ("How detectors differ", made.detectors(), False), ("Pairs missed most", made.pairs(), False),
-        ("Task, stage, VR type", made.doing(), False), ("Causes", made.causes(), True),
-        ("Events", made.events(), True), ("Data quality", made.quality(), False),
+def _sections(study: Study | None, made: ClassTables | None, where: Mapping[str, Place]) -> Iterator[Section]:
+    """Sessions to look at, then groups, associations and reliability; tables of the class and methods are folded."""
+    if made is not None:
+        yield Section("Sessions to look at first", "Sessions", [sessions_table(made.runs, where)])
+    if study is not None:
+        here = {} if made is None else made.sample()
+        groups: Part = group_table(study) if study.groups else "There is no comparison of groups."
+        if not study.group_sizes:
+            groups = "The codebook declares no groups, so none are compared."
+        yield Section("Groups, as Table II", "Groups", [groups, Fold("The sample", [sample_table(study, here)])])
+        found: list[Part] = [listed(headlines(study))]
+        if study.regressions:
+            found += [_forest(study), coefficient_table(study)]
+        if study.sensitivity:
+            found.append(sensitivity_table(study))
+        yield Section("Associations", "Associations", found)
+        yield Section("Reliability of the questionnaire", "Reliability", _questionnaire(study))
+    if made is not None:
+        yield Section("Contacts of the class", "Contacts", [*_contacts(made)])
+    if study is not None:
+        folds = [Fold("Not said, and why", [_refusals(study)]), Fold("How it was computed", [_methods(study)])]
+        yield Section("Method", "Method", folds)
+
+
+def _contacts(made: ClassTables) -> Iterator[Fold]:
+    """The tables of the class; the first of them open."""
+    for title, found in (
+        ("How detectors differ", made.detectors()), ("Pairs missed most", made.pairs()),
+        ("Task, stage, VR type", made.doing()), ("Causes", made.causes()), ("Events", made.events()),
+        ("Data quality", made.quality()),
     ):  # fmt: skip
-        content = found if found.rows else "There is none in the sessions with a pseudonym."
-        parts.append(page_section(title, content, fold=fold))
-    return parts
-
-
-def _sections(study: Study, here: Mapping[str, str]) -> list[Markup]:
-    parts = [page_section("What was found", listed(headlines(study)))]
-    if study.sensitivity:
-        parts.append(page_section("Under another detector", sensitivity_table(study)))
-    if study.regressions:
-        parts.append(page_section("Every association", _forest(study), coefficient_table(study)))
-    compared: list[Part] = [group_table(study)] if study.groups else []
-    if not study.group_sizes:
-        compared = ["The codebook declares no groups, so none are compared."]
-    parts.append(page_section("Groups, as Table II", *compared, sample_table(study, here)))
-    parts.append(page_section("Questionnaire", *_questionnaire(study)))
-    parts.append(page_section("Not said, and why", _refusals(study), fold=True))
-    parts.append(page_section("How it was computed", _methods(study), fold=True))
-    return parts
+        yield Fold(title, [found if found.rows else "There is none in the sessions with a pseudonym."])
 
 
 def _questionnaire(study: Study) -> list[Part]:

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 from typing import Final
 
 from replay.outputs.tables import STRONG, Marked, Table, table
-from replay.outputs.words import counted
 from replay.pipeline.gates import figure
+from replay.pipeline.sentences import plural
 from replay.studies.class_study.analysis import Study
-from replay.studies.class_study.conclusions import UNDECIDED, associated, conclusion
+from replay.studies.class_study.conclusions import LEVEL, UNDECIDED, Sensitivity, associated, conclusion
 from replay.studies.class_study.groups import GroupDifference
 from replay.studies.class_study.refusals import few
 from replay.studies.class_study.regression import Coefficient, Regression
@@ -94,6 +94,12 @@ def behind(study: Study) -> str:
     return f"{study.students} students, {study.rows} sessions, contacts as {study.detector} sees them, {recall}"
 
 
+def study_counts(study: Study) -> str:
+    """Students and sessions, where no recording was read beside the questionnaire."""
+    students = plural(study.students, "student")
+    return f"{students}, {plural(study.rows, 'session')}" if study.detector else f"{students}, questionnaire alone"
+
+
 def coefficient_table(study: Study) -> Table:
     """A row per coefficient; associated ones are strong."""
     rows = []
@@ -142,30 +148,55 @@ def sensitivity_table(study: Study) -> Table:
     return table(f"compared with {study.detector} above", head, rows, words=3, notes=(note,) if study.groups else ())
 
 
-def changes(study: Study | None) -> str:
-    """Whether a conclusion changes under another detector: the first line of a page."""
+QUESTION: Final = "Does the detector change a conclusion?"
+
+
+def opening(study: Study | None, counts: str) -> str:
+    """The first sentence of page and terminal: how many, and whether a conclusion changes with the detector."""
+    return f"{counts}. {QUESTION} {_verdict(study)}"
+
+
+def _verdict(study: Study | None) -> str:
+    """``No.``, or what changes, or why that is not known."""
     if study is None:
-        return "Whether a conclusion changes with the detector is not known: there is no questionnaire."
-    rows = study.sensitivity
-    if not rows:
-        alone = "no result about contacts could be compared between detectors"
-        return f"Whether a conclusion changes with the detector is not known: {alone}."
-    names = " or ".join(dict.fromkeys(row.detector for row in rows))
-    tested, changed = [row for row in rows if row.tested], [row for row in rows if row.changes]
+        return "Not known: there is no questionnaire."
+    tested = [row for row in study.sensitivity if row.tested]
+    if not study.sensitivity:
+        return "Not known: no result about contacts could be compared between detectors."
     if not tested:
-        return f"Whether a conclusion changes when {names} decides what a contact was is not known: none was tested."
-    rest = f"; {len(rows) - len(tested)} could not be tested" if len(tested) < len(rows) else ""
-    if unsure := sum(row.undecided for row in tested):
-        rest = f"; {unsure} of them {UNDECIDED}{rest}"
-    if not changed:
-        least, most = (choose(row.students for row in tested) for choose in (min, max))
-        students = f"{most}" if least == most else f"{least} to {most}"
-        said = f"No conclusion changes when {names} decides what a contact was"
-        return f"{said}: {len(tested)} tested, n = {students}{rest}."
-    named = [f"{words(row.predictor)} with {words(row.outcome)} (seen by {row.detector})" for row in changed]
-    return (
-        f"{len(changed)} of {counted(len(tested), 'conclusion')} changed with the detector: {'; '.join(named)}{rest}."
+        return "Not known: no result could be tested with another detector."
+    changed = [row for row in tested if row.changes]
+    return f"Yes: {'; '.join(_changed(study, row) for row in changed)}." if changed else "No."
+
+
+def _changed(study: Study, row: Sensitivity) -> str:
+    """With which detector a conclusion holds, and with which it does not."""
+    what = f"{words(row.predictor)} with {words(row.outcome)}"
+    found = [c for one, c in coefficients(study) if (one.outcome, c.name) == (row.outcome, row.predictor)]
+    held = any(associated(c) for c in found) or any(
+        associated(one) for one in study.groups if one.outcome == row.outcome and not found
     )
+    again = row.p_holm is not None and row.p_holm < LEVEL
+    if held and again:
+        return f"{what} has another sign with {row.detector} than with {study.detector}"
+    first, second = (study.detector, row.detector) if held else (row.detector, study.detector)
+    return f"{what} holds with {first}, not with {second}"
+
+
+def retest_words(study: Study) -> list[str]:
+    """How many conclusions were tested with which other detectors; nothing where none was."""
+    tested = [row for row in study.sensitivity if row.tested]
+    if not tested:
+        return []
+    names = " and ".join(dict.fromkeys(row.detector for row in study.sensitivity))
+    least, most = (choose(row.students for row in tested) for choose in (min, max))
+    students = f"{most}" if least == most else f"{least} to {most}"
+    line = f"{plural(len(tested), 'conclusion')} tested again with {names}, n = {students}"
+    if unsure := sum(row.undecided for row in tested):
+        line += f"; {unsure} of them {UNDECIDED}"
+    if rest := len(study.sensitivity) - len(tested):
+        line += f"; {rest} could not be tested"
+    return [f"{line}."]
 
 
 def sample_table(study: Study, here: Mapping[str, str]) -> Table:

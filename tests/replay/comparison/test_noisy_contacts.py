@@ -102,7 +102,7 @@ def test_tables_and_gates_count_what_holds(tmp_path):
     assert [row["noise"] for row in rows if row["detector"] == "exact"] == ["holds", "undecidable"]
     misses = pq.read_table(tmp_path / "run" / "misses.parquet").to_pylist()
     assert {(row["noise"], row["noise_share"] == 1.0) for row in misses} == {("holds", True), ("undecidable", False)}
-    assert ">in noise<" in (tmp_path / "run" / "report.html").read_text()
+    assert "With tracker noise: holds." in (tmp_path / "run" / "report.html").read_text()
     figures = result.summary["audit"]["slow"]
     assert figures["contacts_missed"] == 2 and figures["holds"]["contacts"] == figures["holds"]["contacts_missed"] == 1
     (words, *_) = Gates(max_missed=0.5).broken(result.summary["audit"], [result.summary])

@@ -2,11 +2,9 @@
 
 from types import SimpleNamespace
 
-import numpy as np
 import pytest
 from support.small_worlds import jumping
 
-from replay.comparison.outcome import Comparison, Episode, Outcome
 from replay.pipeline.engine import compute
 from replay.pipeline.headline import compounds, held, price
 
@@ -41,18 +39,14 @@ def test_the_price_of_every_frame_is_measured_in_the_run_itself_and_live():
 
 
 def test_what_a_hand_holds_is_not_counted_and_that_is_said():
-    outcome = np.array([[Outcome.NEITHER], *[[Outcome.HELD]] * 3, [Outcome.NEITHER]], dtype=np.uint8)
-    says, silent = (SimpleNamespace(verdict=np.full((5, 1), value, np.uint8)) for value in (1, 0))
-    run = SimpleNamespace(
-        oracle="exact", episodes={"exact": ()}, comparisons={"slow": Comparison("slow", "exact", outcome)},
-        holdings=(), detections={"exact": silent, "slow": says},
-        summary={"audit": {"slow": {"pair_frames": {"INVENTED": 0}}}},
-    )  # fmt: skip
-    assert held(run) == []
-    run.holdings = (Episode(0, 1, 3, 0.0, 0.0),)
-    assert held(run) == ["While a hand holds it: not counted. There slow reports 3 false frames."]
-    run.episodes, run.detections["exact"] = {"exact": run.holdings}, says
-    assert held(run) == ["While a hand holds it: not counted. There slow misses 0 of 1 contact."]
+    def told(**counts):
+        apart = {"contacts": 0, "contacts_missed": 0, "invented": 0} | counts
+        audit = {"held": apart, "pair_frames": {"INVENTED": 0}}
+        return held(SimpleNamespace(summary={"audit": {"slow": audit}}))
+
+    assert told() == []
+    assert told(invented=3) == ["While a hand holds it: not counted. There slow reports 3 false frames."]
+    assert told(contacts=1) == ["While a hand holds it: not counted. There slow misses 0 of 1 contact."]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from support.small_worlds import verdict_column
 from replay.comparison.compare import compare
 from replay.comparison.episodes import episodes
 from replay.comparison.misses import stretches
-from replay.outputs.report.tables import trust
+from replay.outputs.report.details import trust
 from replay.pipeline import headline
 from replay.pipeline.gates import Gates
 from replay.pipeline.scores import score
@@ -94,15 +94,19 @@ def test_every_sentence_holds_in_every_state(state):
 @pytest.mark.parametrize(
     ("severities", "words"),
     [
-        ((), "Nothing suspicious found."),
-        ((Severity.NOTE,), "Nothing suspicious found."),
-        ((Severity.WARNING,), "1 warning: verdicts"),
-        ((Severity.ERROR, Severity.WARNING, Severity.WARNING), "1 error and 2 warnings: verdicts"),
+        ((), "Nothing suspicious found"),
+        ((Severity.NOTE,), "Nothing suspicious found"),
+        ((Severity.WARNING,), "1 warning about the recording: verdicts on these spans carry a flag"),
+        (
+            (Severity.ERROR, Severity.WARNING, Severity.WARNING),
+            "1 error and 2 warnings about the recording: verdicts on these spans carry a flag",
+        ),
     ],
 )  # fmt: skip
 def test_the_report_says_how_much_is_suspicious(severities, words):
-    told = trust(tuple(Finding("frozen", one, "it stood still") for one in severities))
-    assert told == words + (" on these spans carry a flag." if severities[:1] > (Severity.NOTE,) else "")
+    findings = [{"severity": one.name.lower()} for one in severities]
+    assert trust({"findings": findings, "detectors": {"it": {}}}) == words
+    assert trust({"detectors": {}}) == "The recording was not examined"
 
 
 def doubted(*findings):

@@ -46,7 +46,7 @@ def page(made, tmp_path_factory):
 
 FIRST = """(() => {{
   const part = document.getElementById({part});
-  for (const one of part.querySelectorAll("details")) one.open = true;
+  part.open = true;
   const find = (name) => [...part.querySelectorAll("th")].findIndex((th) => th.textContent === name);
   for (const [name, value] of Object.entries({choose})) {{
     const label = [...part.querySelectorAll("label")].find((one) => one.firstChild.textContent.trim() === name);
@@ -149,7 +149,7 @@ def test_no_cell_of_fewer_than_five_students_says_more_than_that(page, db):
 def test_every_figure_has_its_interval_and_its_n(made):
     text = made[1].read_text("utf-8")
     for part in ("how-detectors-differ", "pairs-missed-most", "task-stage-vr-type", "causes", "events", "data-quality"):
-        (found,) = re.findall(rf'<section id="{part}">.*?</section>', text, re.S)
+        (found,) = re.findall(rf'<details class="fold" id="{part}">.*?</details>', text, re.S)
         assert re.search(r">n</th>", found)
         cells = re.findall(r'<td class="number">(.*?)</td>', found, re.S)
         figures = [one for one in cells if re.match(r"[+-]?\d[\d.]*( of \d+| %)?$", one.split("\n")[0])]
@@ -182,7 +182,7 @@ def back(page, made):
 
 
 def test_the_sessions_with_most_misses_are_one_click_each_from_their_worst_miss(made, page, db):
-    part = "#sessions-to-look-at-first"
+    part = "#sessions"
     worst = {run: more for run, *more in db.sql(WORST).fetchall()}
     opened_runs = []
     for place in range(1, len(page.ask(f"[...document.querySelectorAll('{part} tbody tr')].map(() => 0)")) + 1):

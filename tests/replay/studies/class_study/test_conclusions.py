@@ -8,7 +8,7 @@ from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.conclusions import compared, results
-from replay.studies.class_study.tables import changes, headlines, sensitivity_table
+from replay.studies.class_study.tables import headlines, opening, retest_words, sensitivity_table
 
 ASKED = (("motivation", "ease of use"), ("motivation", "contacts_per_min"))
 
@@ -30,29 +30,24 @@ def study(count=40, other="hybrid", turned=False, groups=None, recall=0.9):
     return analyse(codebook(ASKED, declared), questionnaire(answers, half), table)
 
 
-UNKNOWN = "Whether a conclusion changes with the detector is not known: "
 STATES = {
-    "none": (lambda: None, UNKNOWN + "there is no questionnaire."),
+    "none": (lambda: None, "Not known: there is no questionnaire."),
     "one detector": (
-        lambda: study(other=""),
-        UNKNOWN + "no result about contacts could be compared between detectors.",
+        lambda: study(other=""), "Not known: no result about contacts could be compared between detectors.",
     ),
-    "the same": (study, "No conclusion changes when hybrid decides what a contact was: 1 tested, n = 40."),
+    "the same": (study, "No."),
     "another": (
         lambda: study(turned=True),
-        "1 of 1 conclusion changed with the detector: contacts per minute with motivation (seen by hybrid).",
+        "Yes: contacts per minute with motivation holds with exact, not with hybrid.",
     ),
-    "nobody tested": (
-        lambda: study(9),
-        "Whether a conclusion changes when hybrid decides what a contact was is not known: none was tested.",
-    ),
-}
+    "nobody tested": (lambda: study(9), "Not known: no result could be tested with another detector."),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("state", STATES)
 def test_the_first_line_says_whether_a_conclusion_changes(state):
-    make, said = STATES[state]
-    assert changes(make()) == said
+    make, answer = STATES[state]
+    assert opening(make(), "40 students") == f"40 students. Does the detector change a conclusion? {answer}"
 
 
 def test_what_another_detector_does_not_let_be_fitted_is_counted_as_not_tested():
@@ -63,7 +58,7 @@ def test_what_another_detector_does_not_let_be_fitted_is_counted_as_not_tested()
     found = analyse(asked, questionnaire(answers), table)
     words = {row.predictor: row.conclusion for row in found.sensitivity}
     assert words == {"contacts_per_min": "not tested", "grasps": "the same"}
-    assert changes(found).endswith(": 1 tested, n = 40; 1 could not be tested.")
+    assert retest_words(found) == ["1 conclusion tested again with blind, n = 40; 1 could not be tested."]
     assert ["none" in str(row) for row in sensitivity_table(found).rows] == [True, False]
 
 
@@ -71,7 +66,7 @@ def test_a_comparison_of_groups_that_hangs_on_the_detector_is_among_the_conclusi
     found = study(groups=("first", "second"), recall=1.0)
     row = next(row for row in found.sensitivity if row.predictor == "second against first")
     assert row.changes and row.outcome == "contacts_per_min" and row.conclusion == "another conclusion"
-    assert "second against first with contacts per minute (seen by hybrid)" in changes(found)
+    assert "second against first with contacts per minute holds with" in opening(found, "40 students")
     assert "Of groups, beta is the difference of their means." in sensitivity_table(found).notes
 
 
@@ -79,9 +74,9 @@ def test_a_comparison_of_groups_that_hangs_on_the_detector_is_among_the_conclusi
 def test_what_is_undecided_with_one_of_the_detectors_is_counted_in_the_first_line(changed):
     found = study(turned=changed)
     (row,) = found.sensitivity
-    assert not row.undecided and "undecided" not in changes(found)
+    assert not row.undecided and "undecided" not in str(retest_words(found))
     unsure = replace(found, sensitivity=(replace(row, undecided=True), row))
-    assert changes(unsure).endswith("; 1 of them undecided.")
+    assert retest_words(unsure)[0].endswith("; 1 of them undecided.")
 
 
 def test_an_interval_around_zero_makes_a_result_undecided_with_either_detector():
@@ -115,4 +110,4 @@ def test_students_are_said_as_a_range_where_results_use_different_ones():
     found = study()
     (row,) = found.sensitivity
     more = replace(found, sensitivity=(row, replace(row, students=31)))
-    assert changes(more).endswith("2 tested, n = 31 to 40.")
+    assert retest_words(more) == ["2 conclusions tested again with hybrid, n = 31 to 40."]

@@ -1,0 +1,96 @@
+"""What a detector got wrong: a card a pair of bodies with its longest fault, all others folded below it."""
+
+from collections.abc import Callable
+from typing import Final
+
+from replay.comparison.misses import NEVER_FOUND
+from replay.comparison.outcome import Miss
+from replay.outputs.report.charts import lane
+from replay.outputs.report.markup import Markup, element
+from replay.outputs.report.run_view import Fault, FaultsOfPair, RunView, fault_address, faults_by_pair, spans
+from replay.pipeline.scores import MOST_CARDS
+from replay.pipeline.sentences import plural
+
+MOST_PAIRS: Final = 6
+"""Cards of a detector; further pairs are folded."""
+
+AROUND: Final = 0.35
+"""Share of a fault that its lane shows before and after it."""
+
+LEAST_AROUND: Final = 0.1
+"""Seconds."""
+
+Still = Callable[[str, Fault], Markup]
+Look = Callable[[str, Fault], Markup]
+"""Picture of a fault of a detector; and how to see it in motion."""
+
+
+def cards(view: RunView, label: str, still: Still | None, look: Look) -> list[Markup]:
+    """The cards of a detector and the rest of its faults; nothing where it made none."""
+    groups = faults_by_pair(view, label)
+    shown = [_card(view, label, group, still, look) for group in groups[:MOST_PAIRS]]
+    parts = [element("div", *shown, class_="cards")] if shown else []
+    if rest := groups[MOST_PAIRS:]:
+        lines = [_line(view, label, fault, pair=True) for group in rest for fault in group.faults]
+        parts.append(_folded(f"{plural(len(rest), 'more pair')} of bodies", lines))
+    return parts
+
+
+def _card(view: RunView, label: str, group: FaultsOfPair, still: Still | None, look: Look) -> Markup:
+    fault, *more = group.faults
+    parts = [
+        element("h3", _key(fault), f"{name_of(fault)} {fault.number}: {group.pair[0]} and {group.pair[1]}"),
+        element("p", f"{span_of(fault)}, {plural(fault.frames, 'frame')}", class_="when"),
+        element("p", view.why(label, fault)),
+        _lanes(view, label, fault), look(label, fault),
+    ]  # fmt: skip
+    if more:
+        parts.append(_folded(f"{len(more):,} more of this pair", [_line(view, label, other) for other in more]))
+    image = [still(label, fault)] if still else []
+    return element(
+        "article", *image, element("div", *parts, class_="cb"), class_="card", id=fault_address(view, label, fault)
+    )
+
+
+def _lanes(view: RunView, label: str, fault: Fault) -> Markup:
+    """The reference above the detector, around a fault of one pair."""
+    around = max(AROUND * (fault.end - fault.start), LEAST_AROUND)
+    window = fault.start - around, fault.end + around
+    rows = []
+    for name in (view.oracle, label):
+        found = spans(view, name, fault.pair)
+        rows += [element("span", name), lane(found, window, f"{name} from {window[0]:.3f} to {window[1]:.3f} s")]
+    return element("div", *rows, class_="mini")
+
+
+def _line(view: RunView, label: str, fault: Fault, *, pair: bool = False) -> Markup:
+    address = fault_address(view, label, fault)
+    link = element("a", f"{name_of(fault)} {fault.number}", href=f"#{address}")
+    named = f": {fault.body_a} and {fault.body_b}" if pair else ""
+    when = f" at {fault.start:.3f} s, {plural(fault.frames, 'frame')}{named}"
+    return element("li", _key(fault), link, when, id=address)
+
+
+def _folded(words: str, lines: list[Markup]) -> Markup:
+    """Lines below a line that opens them; of very many the longest."""
+    cut = [] if len(lines) <= MOST_CARDS else [element("li", f"{len(lines) - MOST_CARDS:,} more in the tables")]
+    return element("details", element("summary", words), element("ul", *lines[:MOST_CARDS], *cut))
+
+
+def _key(fault: Fault) -> Markup:
+    kind = "false"
+    if isinstance(fault, Miss):
+        kind = "missed" if fault.kind == NEVER_FOUND else "late"
+    return element("span", class_=f"k {kind}")
+
+
+def name_of(fault: Fault) -> str:
+    """``False contact``, ``Unconfirmed contact`` or ``Miss``."""
+    if isinstance(fault, Miss):
+        return "Miss"
+    return "Unconfirmed contact" if fault.unconfirmed else "False contact"
+
+
+def span_of(fault: Fault) -> str:
+    """``19.344 to 22.056 s``."""
+    return f"{fault.start:.3f} to {fault.end:.3f} s"

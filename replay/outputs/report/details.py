@@ -1,0 +1,181 @@
+"""What stands below the faults, folded: session, findings, counts, times, settings; every number is in the summary."""
+
+import json
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final
+
+from replay.outputs import run_tables
+from replay.outputs.report.markup import Fold, Part, Section, element
+from replay.outputs.report.run_view import RunView
+from replay.outputs.tables import Table, table
+from replay.outputs.words import CONTACT_WORDS, NOTHING_SUSPICIOUS, span_words
+from replay.pipeline.sentences import plural
+from sessions.mcap_format.metadata import NOT_STATED
+
+MOST_FINDINGS: Final = 200
+"""Findings listed; ``summary.json`` holds them all."""
+
+FRAME_WORDS: Final = (
+    "A pair-frame is one pair of bodies in one frame. Missed: the reference says contact, the detector does not; "
+    "false: the other way round. Within tolerance: they disagree about less than any tracker resolves. Left out: "
+    "one of them could not decide, or a pose was lost. Between frames: only the way from frame to frame shows it."
+)
+CONTACT_NOTE: Final = (
+    "A contact lasts from the first frame in which a pair touches to the last. The detector's are matched one to one "
+    "with the reference's, by most frames in common. Ties, not counted: undecided, within tolerance, or between frames."
+)
+
+GLOSSARY: Final = {
+    "missed": "the reference sees a contact, the detector never reports it",
+    "late or cut short": "the detector reports a part of the contact",
+    "false contact": "share of the time in which the detector says contact and the reference does not",
+    "reference": "the detector that the others are compared with",
+    "0-2": "smallest to largest count over 16 sampling offsets: where the first sample falls is chance",
+    "mean ms, p99 ms": "time of a frame over all frames, and the time within which 99 of 100 frames were decided",
+}
+
+
+def words_section() -> Section:
+    """The words of the first screen."""
+    lines = [element("p", element("b", word), f": {meaning}.") for word, meaning in GLOSSARY.items()]
+    return Section("Words", "Words", lines)
+
+
+def last_section(view: RunView, notes: Sequence[str]) -> Section:
+    """Recording, counts, times and settings, folded; what was not counted stands open."""
+    return Section("Session", "Session", [*notes, *_folds(view)])
+
+
+def _folds(view: RunView) -> Iterator[Fold]:
+    """Everything that few read, each below a line that says what it is."""
+    summary = view.summary
+    session = summary["session"]
+    rate = f", {1.0 / session['median_step']:.1f} Hz" if session["median_step"] else ""
+    bodies = plural(len(session["bodies"]), "body", "bodies")
+    frames = f"{session['frames']:,} frames in {session['duration']:.1f} s{rate}"
+    yield Fold(f"Recording: {frames}, {bodies}", [_fact_table(session)])
+    yield Fold(trust(summary), finding_parts(summary))
+    audited = [rank.label for rank in view.ranking[:-1]]
+    if audited:
+        yield Fold("Contacts of each pair", [run_tables.pair_table(view, label) for label in audited])
+        yield Fold("Counts with intervals, and causes", [*count_tables(view)])
+    if summary["detectors"]:
+        yield Fold("Time of each detector", [run_tables.cost_table(view), run_tables.stage_table(view)])
+    if steps := duration_tables(view):
+        yield Fold("Which step rate would have missed contacts", steps)
+    yield Fold("Settings, to get the same figures again", [_settings_table(summary)])
+
+
+def _fact_table(session: Mapping[str, Any]) -> Table:
+    """What was recorded, and what was left out of the replay."""
+    dropped = [f"{count} {why}" for why, count in session["dropped_frames"].items() if count]
+    proxies = [name for name, body in session["bodies"].items() if body["proxy"]]
+    rows: list[tuple[str, object]] = [
+        ("session", session["id"]),
+        ("bodies", ", ".join(f"{name} ({body['faces']:,} faces)" for name, body in session["bodies"].items())),
+    ]
+    if proxies:
+        rows.append(("proxy meshes", f"stand in for the real ones of {', '.join(proxies)}"))
+    if session["left_out"]:
+        rows.append(("not looked at", f"no mesh: {', '.join(session['left_out'])}"))
+    if dropped:
+        rows.append(("frames left out", ", ".join(dropped)))
+    rows += [("note", note) for note in session["notes"]]
+    rows += [(key.replace("_", " "), value) for key, value in session["facts"].items() if value != NOT_STATED]
+    if withheld := session.get("facts_withheld", 0):
+        rows.append(("withheld", f"{plural(withheld, 'fact')} withheld; the session file holds all"))
+    return table("Facts of the session", ("what", "value"), rows, words=2)
+
+
+def count_tables(result: RunView) -> Iterator[Part]:
+    """Pair-frames and contacts of every audited detector, matched and unmatched, and why contacts were missed."""
+    audit = result.summary["audit"]
+    yield from (FRAME_WORDS, run_tables.pair_frame_table("Pair-frames", audit))
+    yield from (CONTACT_NOTE, run_tables.matched_table("Contacts matched one to one", audit, CONTACT_WORDS))
+    if any(one.get("causes") for one in audit.values()):
+        yield cause_table(result)
+
+
+def cause_table(result: RunView) -> Table:
+    """Why contacts were missed: misses, and pair-frames decided again, by the stage that lost them."""
+    found = {label: one["causes"] for label, one in result.summary["audit"].items() if one.get("causes")}
+    rows = [
+        (word, *(f"{one['misses'].get(word, 0)} ({one['pair_frames'].get(word, 0)})" for one in found.values()))
+        for word in dict.fromkeys(word for one in found.values() for word in one["misses"])
+        if any(one["misses"].get(word) or one["pair_frames"].get(word) for one in found.values())
+    ]
+    again = (f"{one['examined']} of {one['missed']}" for one in found.values())
+    rows.append(("decided again, of pair-frames missed", *again))
+    return table("Causes: misses (pair-frames decided again)", ("cause", *found), rows)
+
+
+def duration_tables(result: RunView) -> list[Part]:
+    """Which step rate would have missed how many of the contacts."""
+    steps = result.summary.get("dwell")
+    if not steps or not steps["contacts"]:
+        return []
+    each = zip(steps["rates_hz"], steps["missed_at_this_phase"], steps["expected_misses"], strict=True)
+    safe, rows = steps["none_missed_from_hz"], [(f"{rate:g} Hz", str(now), f"{mean:.2f}") for rate, now, mean in each]
+    rows.append(("none is missed from", "", "no rate" if safe is None else f"{safe:.1f} Hz"))
+    title = f"Contacts of {steps['contacts']} that sampling at a fixed rate misses, at frames of this recording"
+    return [table(title, ("step rate", "missed at this offset", "missed, mean over 16 offsets"), rows)]
+
+
+def trust(summary: Mapping[str, Any]) -> str:
+    """How much was found, and what it means for verdicts; that nothing was proves nothing."""
+    if "findings" not in summary:
+        return "The recording was not examined"
+    count = Counter(finding["severity"] for finding in summary["findings"])
+    bad = [plural(count[severity], severity) for severity in ("error", "warning") if count[severity]]
+    flagged = ": verdicts on these spans carry a flag" if summary["detectors"] else ""
+    return f"{' and '.join(bad)} about the recording{flagged}" if bad else NOTHING_SUSPICIOUS
+
+
+def finding_parts(summary: Mapping[str, Any]) -> list[Part]:
+    """What the doctor found, worst first, and what the policy made of it."""
+    parts: list[Part] = []
+    if findings := summary.get("findings", ()):
+        parts.append(_finding_table(findings[:MOST_FINDINGS]))
+    sums: dict[tuple[str, str, str], Counter[str]] = {}
+    for span in summary.get("flagged", ()):
+        count = sums.setdefault((span["kind"], span["body"] or "all", span["action"]), Counter())
+        count.update({"spans": 1} | {name: span[name] for name in DONE})
+    if sums:
+        head = ("kind", "body", "policy", "spans", *DONE)
+        rows = [(*key, *(count[name] for name in ("spans", *DONE))) for key, count in sums.items()]
+        parts.append(table("What was done about poses in doubt", head, rows, words=3))
+    verdicts = [
+        (label, ", ".join(f"{count:,} {verdict}" for verdict, count in figures.items()))
+        for label, figures in summary["flagged_verdicts"].items()
+        if figures
+    ]
+    if verdicts:
+        title = "Verdicts that rest on a pose in doubt (pair-frames)"
+        parts.append(table(title, ("detector", "verdicts"), verdicts, words=2))
+    return parts
+
+
+DONE: Final = ("samples", "dropped", "held", "interpolated")
+
+
+def _finding_table(findings: Sequence[Mapping[str, Any]]) -> Table:
+    rows = [
+        (
+            one["severity"], one["code"], one["body"] or "", f"{one['message']}: {one['meaning']}. To do: {one['fix']}",
+            span_words(one["start"], one["end"]), one["count"],
+        )
+        for one in findings
+    ]  # fmt: skip
+    return table("Findings", ("severity", "code", "body", "what", "seconds", "count"), rows, words=4)
+
+
+def _settings_table(summary: Mapping[str, Any]) -> Table:
+    """Settings, digests and machine: what it takes to get the same figures again."""
+    rows: list[tuple[object, object]] = [("session", summary["session"]["id"]), ("seed", summary["seed"])]
+    for label, figures in summary["detectors"].items():
+        settings = json.dumps(figures["settings"], sort_keys=True)
+        rows.append((label, f"{figures['name']} {settings}, verdicts SHA-256 {figures['digest']}"))
+    rows += summary["machine"].items()
+    rows.append(("versions", ", ".join(f"{name} {value}" for name, value in summary["versions"].items())))
+    return table("Settings, digests and machine", ("what", "value"), rows, words=2)

@@ -1,0 +1,218 @@
+"""The first screen of a report: what is wrong, why, what mends it and what that costs, a picture, and all detectors."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Final
+
+from replay.outputs.report.cards import Look, name_of, span_of
+from replay.outputs.report.charts import KIND_WORDS, Dot, lane, legend, ruler, scatter
+from replay.outputs.report.markup import Markup, Section, contents, element, joined
+from replay.outputs.report.run_view import Fault, RunView, key_fault, kind_of, spans
+from replay.outputs.run_tables import ranking_table
+from replay.outputs.tables import Cell, text_of
+from replay.pipeline.answer import RUN, SESSION, TIMES_ARE, Answer, busy_words, cost
+from replay.pipeline.sentences import plural, sentence_of
+
+RANK_COLUMNS: Final = ("missed", "late or cut short", "undecided", "false contact", "mean ms", "p99 ms")
+
+FIGURE_IN_WORDS: Final = re.compile(r"(?<![\w.])\d[\d,.]*(?:-\d+)?(?: %| of \d+ contacts?)")
+"""The figure that a sentence is about."""
+
+LONG: Final = 10.0
+"""Seconds; moments of a shorter session need milliseconds."""
+
+MOST_LANES: Final = 6
+"""Detectors with a lane on the first screen; further ones are folded."""
+
+
+@dataclass(frozen=True)
+class Hero:
+    """The top of a page where there is no answer about a detector, or beside one."""
+
+    sentence: str
+    lines: Sequence[str] = ()
+
+
+Shown = tuple[Markup, str]
+"""A picture, and what is seen on it."""
+
+
+def page_head(view: RunView, name: str, sections: Sequence[Section]) -> Markup:
+    """Whose session, how long, and where everything else stands."""
+    session = view.summary["session"]
+    facts = [f"{session['duration']:.0f} s" if session["duration"] >= LONG else f"{session['duration']:.3g} s"]
+    if view.ranking:
+        facts.append(plural(view.ranking[-1].contacts, "contact"))
+    if "synthetic" in session["facts"]:
+        facts.append("made up")
+    said = element("p", "Replay of ", element("b", name), f": {', '.join(facts)}")
+    return element("header", said, contents(sections), class_="top")
+
+
+def doubt_lines(lines: Sequence[str]) -> list[Markup]:
+    """What a reader must know before the answer."""
+    return [element("p", line, class_="doubt") for line in lines]
+
+
+def audit_screen(view: RunView, shown: Shown | None, look: Look) -> list[Markup]:
+    """Answer, ranking, scatter and timeline of an audit."""
+    moment = view.answers[0].moment
+    return [
+        _hero(view, shown, look),
+        element("section", ranking_part(view), scatter_part(view), class_="two"),
+        timeline_part(view, None if moment is None else moment.seconds),
+    ]
+
+
+def _hero(view: RunView, shown: Shown | None, look: Look) -> Markup:
+    """The answer about the worst detector beside the picture of its worst fault."""
+    answer = view.answers[0]
+    fault = key_fault(view, answer)
+    parts = [element("h1", marked(answer.sentence))]
+    if fault is not None:
+        parts.append(
+            element("p", element("span", class_=f"k {_kind(fault)}"), _where(view, answer, fault), class_="where")
+        )
+    parts.append(_facts(view, answer, None if fault is None else look(answer.label, fault)))
+    caption = "" if fault is None else f"{name_of(fault)} {fault.number}, {span_of(fault)}, drawn at {_at(answer)}: "
+    figure = [] if shown is None else [_figure(shown[0], f"{caption}{shown[1]}.")]
+    return element("section", element("div", *parts, class_="say"), *figure, class_="hero")
+
+
+def plain_hero(told: Hero, shown: Shown | None = None) -> Markup:
+    """A sentence and lines below it, beside a picture of the scene."""
+    lines = [element("p", line) for line in told.lines]
+    figure = [] if shown is None else [_figure(*shown)]
+    return element(
+        "section", element("div", element("h1", told.sentence), *lines, class_="say"), *figure, class_="hero"
+    )
+
+
+def _figure(picture: Markup, words: str) -> Markup:
+    return element("figure", picture, element("figcaption", words))
+
+
+def marked(sentence: str) -> Markup:
+    """A sentence with its first figure marked."""
+    found = FIGURE_IN_WORDS.search(sentence)
+    if found is None:
+        return joined([sentence])
+    before, after = sentence[: found.start()], sentence[found.end() :]
+    return Markup("".join(joined([part]) for part in (before, element("mark", found.group()), after)))
+
+
+def _kind(fault: Fault) -> str:
+    return "false" if kind_of(fault) == "false" else "missed"
+
+
+def _at(answer: Answer) -> str:
+    return "" if answer.moment is None else f"{answer.moment.seconds:.3f} s"
+
+
+def _where(view: RunView, answer: Answer, fault: Fault) -> str:
+    """Which bodies, from when to when, and how many of all faults of this kind."""
+    every: Sequence[Fault] = (view.misses if kind_of(fault) == "miss" else view.false)[answer.label]
+    alike = [other for other in every if other.pair == fault.pair]
+    start, end = min(other.start for other in alike), max(other.end for other in alike)
+    what = name_of(fault).lower()
+    things = plural(len(every), what, f"{what}es" if what.endswith("s") else "")
+    pair = sentence_of(f"{fault.body_a} and {fault.body_b}")
+    digits = 1 if view.summary["session"]["duration"] >= LONG else 3
+    return f"{pair}, {start:.{digits}f} to {end:.{digits}f} s: {len(alike)} of {things}."
+
+
+def _facts(view: RunView, answer: Answer, see: Markup | None) -> Markup:
+    """Why, fix, cost, and how to see it."""
+    rows: list[tuple[str, object]] = []
+    if answer.why:
+        rows.append(("Why", answer.why))
+    if answer.fix is not None:
+        rows.append(("Fix", joined([answer.fix.words, command_of(answer.fix.command, view)])))
+    if words := cost(view.summary, view.oracle):
+        small = " ".join(line for line in (TIMES_ARE, busy_words(view.summary)) if line)
+        rows.append(("Cost", joined([words, element("small", small)])))
+    if see:
+        rows.append(("See it", see))
+    return element("dl", *(part for name, said in rows for part in (element("dt", name), element("dd", said))))
+
+
+def command_of(command: str, view: RunView) -> Markup:
+    """A command to copy, folded: it is longer than the sentence before it."""
+    if not command:
+        return Markup("")
+    words = command.replace(RUN, view.folder).replace(SESSION, "session.mcap")
+    return element("details", element("summary", "command"), element("code", words), class_="in")
+
+
+def ranking_part(view: RunView) -> Markup:
+    """The terminal's ranking, in which the worst figure of the worst detector is marked."""
+    made = ranking_table(view)
+    head = [column for column in RANK_COLUMNS if any(own.name == column for own in made.columns)]
+    place = {column.name: k for k, column in enumerate(made.columns)}
+    worst = next(iter(view.ranking), None)
+    rows = []
+    for number, row in enumerate(made.rows):
+        cells = {name: row[k] for name, k in place.items()}
+        rank = view.ranking[number]
+        named = element("th", element("b", rank.label), " ", element("span", rank.what), scope="row")
+        faulty = rank is worst and (rank.fault or rank.lost)
+        bad = "false contact" if rank.leads_false else "missed" if rank.missed_counts and rank.missed_counts[1] else ""
+        if rank.missed_counts is None:
+            over = [element("td", "reference", colspan=head.index("mean ms"), class_="n refcell", data_l="")]
+            rest = head[head.index("mean ms") :]
+        else:
+            over, rest = [], head
+        own = [_rank_cell(name, cells[name], bad=bool(faulty) and name == bad) for name in rest]
+        rows.append(element("tr", named, *over, *own, class_=f"worst {_leads(rank.leads_false)}" if faulty else ""))
+    heads = [element("th", "detector", scope="col"), *(element("th", name, scope="col") for name in head)]
+    inside = element("thead", element("tr", *heads)), element("tbody", *rows)
+    return element("div", element("h2", made.title.rstrip(":")), element("table", *inside, class_="rank"))
+
+
+def _leads(false: bool) -> str:
+    return "false" if false else "missed"
+
+
+def _rank_cell(name: str, cell: Cell, *, bad: bool) -> Markup:
+    return element("td", text_of(cell), class_="n bad" if bad else "n", data_l=name)
+
+
+def scatter_part(view: RunView) -> Markup:
+    """Wrong contacts against the mean time of a frame."""
+    dots = []
+    worst = view.ranking[0].label
+    for rank in view.ranking:
+        audit = view.summary["audit"].get(rank.label)
+        wrong = 0 if audit is None else audit["contacts_missed"] + audit["contacts_in_part"] + audit["false_contacts"]
+        kind = "reference" if audit is None else _leads(rank.leads_false) if rank.label == worst and wrong else ""
+        if rank.mean is not None:
+            dots.append(Dot(rank.label, 1e3 * rank.mean, wrong, kind))
+    title = "Accuracy against cost"
+    return element("div", element("h2", title), scatter(dots, title, "mean ms a frame", "wrong contacts"), class_="acc")
+
+
+def timeline_part(view: RunView, mark: float | None) -> Markup:
+    """A lane for each detector, the reference on top."""
+    if view.oracle:
+        named = [(view.oracle, element("i", " (reference)"))]
+        named += [(rank.label, element("i", f": {rank.what}")) for rank in view.ranking[:-1]]
+    else:
+        named = [(label, Markup("")) for label in view.episodes]
+    start = float(view.summary["window"]["start"] or 0.0)
+    window = start, start + float(view.summary["session"]["duration"])
+    lanes, seen = [], set[str]()
+    for label, what in named:
+        found = spans(view, label)
+        seen |= {kind for kind, own in found.items() if own}
+        counts = ", ".join(f"{len(own)} {KIND_WORDS[kind]}" for kind, own in found.items() if own)
+        drawing = lane(found, window, f"{label}: {counts or 'no contact'}", mark)
+        lanes.append(element("div", element("span", label, what, class_="nm"), drawing, class_="ln"))
+    axis = element("div", element("span", class_="nm"), ruler(*window), class_="ln ax")
+    kinds = [kind for kind in KIND_WORDS if kind in seen]
+    shown, rest = lanes[:MOST_LANES], lanes[MOST_LANES:]
+    more = []
+    if rest:
+        more.append(element("details", element("summary", f"{plural(len(rest), 'more detector')}"), *rest))
+    head = element("div", element("h2", "When"), legend(kinds, mark is not None), class_="th2")
+    return element("section", head, *shown, axis, *more, class_="time")

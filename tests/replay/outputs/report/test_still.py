@@ -1,0 +1,76 @@
+"""Pictures of faults: what covers what, and that the arrow is as long as the gap."""
+
+import base64
+import io
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+from support.report_states import state_of
+
+from replay.outputs.report.rasteriser import FOCAL, Lines, Shape, View, covered, drawn
+from replay.outputs.report.still import FIRST, fault_still
+
+SIZE = (180, 120)
+BLACK = np.zeros((SIZE[1], SIZE[0], 3))
+
+
+def view():
+    return View(np.zeros(3), np.eye(3), SIZE, (SIZE[0] / 2, SIZE[1] / 2))
+
+
+def wall(z, edge=4.0):
+    """Two triangles across the picture at this depth."""
+    a, b, c, d = ([x, y, z] for x, y in ((-edge, -edge), (edge, -edge), (edge, edge), (-edge, edge)))
+    return np.array([[a, b, c], [a, c, d]], dtype=np.float64)
+
+
+def test_a_triangle_covers_the_pixels_whose_rays_meet_it_at_their_depth():
+    rng = np.random.default_rng(3)
+    local = rng.uniform([-1, -0.6, -3], [1, 0.6, -0.5], (8, 3, 3))
+    found = [np.concatenate(part) for part in zip(*covered(local, view()), strict=True)]
+    y, x = np.divmod(np.arange(SIZE[0] * SIZE[1]), SIZE[0])
+    focus = FOCAL * SIZE[1]
+    across, up = (x + 0.5 - SIZE[0] / 2) / focus, -(y + 0.5 - SIZE[1] / 2) / focus
+    rays = np.stack([across, up, -np.ones(len(x))], axis=1)
+    for number, (a, b, c) in enumerate(local):
+        # a point s a + t b + u c on a ray, by Cramer's rule: the shares are scaled volumes, of one sign inside
+        shares = np.stack([rays @ np.cross(b, c), rays @ np.cross(c, a), rays @ np.cross(a, b)], axis=1)
+        shares *= np.sign(np.linalg.det([a, b, c]))
+        clear = np.abs(shares).min(axis=1) > 1e-9
+        inside = np.flatnonzero((shares > 0).all(axis=1) & clear)
+        mine = found[0] == number
+        assert set(inside) <= set(found[1][mine]) <= set(inside) | set(np.flatnonzero(~clear))
+        depth = abs(np.linalg.det([a, b, c])) / shares[found[1][mine]].sum(axis=1)
+        assert np.allclose(1 / found[2][mine], depth, rtol=1e-9)
+
+
+@pytest.mark.parametrize("alpha", [1.0, 0.2])
+def test_what_is_behind_an_opaque_wall_is_hidden_and_behind_glass_is_seen(alpha):
+    shapes = [Shape(wall(-1.0), (0.0, 0.0, 1.0), alpha), Shape(wall(-2.0), (1.0, 0.0, 0.0))]
+    line = Lines(np.array([[[-0.5, 0.0, -1.5], [0.5, 0.0, -1.5]]]), (1.0, 1.0, 0.0), 1.0)
+    picture, shape = drawn(view(), shapes, [line], BLACK)
+    # The diagonal, where two triangles share an edge, runs through middles of pixels.
+    assert (shape == (0 if alpha == 1 else 1)).mean() > 0.98
+    assert (picture[..., 0].max() > 0.3) == (alpha < 1), "red behind the wall"
+    assert (picture[..., 1].max() > 0.9) == (alpha < 1), "the yellow line between them"
+
+
+def test_the_yellow_cage_lies_whole_in_the_picture_and_the_arrow_is_the_gap():
+    result, _ = state_of("only false")
+    (fault,) = result.false["c"]
+    text = fault_still(result, "c", fault, FIRST)
+    assert f"{1e3 * fault.gap:.2g} mm" in text and "from " in text
+    seen = Image.open(io.BytesIO(base64.b64decode(re.search('image/webp;base64,([^"]+)"', text)[1])))
+    r, g, b = np.moveaxis(np.asarray(seen.convert("RGB")).astype(int), -1, 0)
+    rows, columns = np.nonzero((r > 190) & (g > 140) & (b < 90))
+    assert len(rows) > 200
+    assert rows.min() > 0 and columns.min() > 0 and rows.max() < seen.height - 1 and columns.max() < seen.width - 1
+
+
+def test_a_miss_is_marked_where_the_faces_meet():
+    result, _ = state_of("one missed")
+    (miss,) = result.misses["it"]
+    text = fault_still(result, "it", miss, FIRST)
+    assert 'class="ring missed"' in text and "it reports none" in text

@@ -1,0 +1,67 @@
+"""Runs in all states, their pages, and what a reader sees of a page."""
+
+import re
+from dataclasses import replace
+from functools import cache
+from html import unescape
+
+from support.lettered_worlds import run
+from support.small_worlds import cubes, jumping
+
+from replay.outputs.report.page import report_html
+from replay.pipeline.engine import compute
+from sessions.model.scene import Scene, SceneBody, SceneEffect
+
+PLACES = {"a": [0.0] * 8, "b": [3, 0.9, 3, 3, 3, 3, 3, 3], "c": [-3, -3, -3, -0.9, -3, -0.9, -0.9, -3]}
+"""At 100 Hz; samples at 50 Hz fall on even frames: they miss a-b and a-c whole, find a-c late, and hold it too long."""
+
+SCENE = Scene(
+    bodies=(SceneBody("a"), SceneBody("b")),
+    effects=(SceneEffect("contact", {"between": ["a", "b"]}),),
+)  # fmt: skip
+HAZARD = replace(SCENE, effects=(SceneEffect("hazard-proximity", {"of": "a", "hazard": "b", "distance": 0.2}),))
+TWO = "slow=discrete[rate_hz=50],more=discrete[rate_hz=25]"
+MANY = {f"b{k:02}": [3.0 + 2 * k] * (4 * k) + [0.9] + [3.0 + 2 * k] * (4 * (9 - k) + 3) for k in range(9)}
+STATES = {
+    "several": lambda: compute(cubes(PLACES), detectors=TWO, oracle="exact"),
+    "nothing wrong": lambda: compute(cubes({"a": [0.0] * 3, "b": [0.9, 2.0, 3.0]}), detectors="exact", oracle="hybrid"),
+    "no contact": lambda: run("none"),
+    "one missed": lambda: run("one"),
+    "undecided": lambda: run("undecided"),
+    "not measured": lambda: run("not measured"),
+    "only false": lambda: compute(
+        cubes({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]}), detectors="c=collider[shape=box,skin_m=0.05]"
+    ),
+    "between frames": lambda: compute(jumping(), detectors="exact", oracle="continuous"),
+    "no reference": lambda: compute(cubes(PLACES), detectors="exact,sphere", oracle="none"),
+    "effects": lambda: compute(cubes({"a": [0.0] * 12, "b": [0.9, 0.9, 3.0] * 4}, scene=HAZARD), detectors=()),
+    "effects beside an audit": lambda: compute(
+        cubes({"a": [0.0] * 12, "b": [0.9, 0.9, 3.0] * 4}, scene=SCENE), detectors="exact", oracle="hybrid"
+    ),
+    "nine pairs": lambda: compute(cubes({"a": [0.0] * 40, **MANY}), detectors="slow=discrete[rate_hz=12]"),
+}  # fmt: skip
+
+
+@cache
+def state_of(name):
+    """The result of a state and its page."""
+    result = STATES[name]()
+    return result, report_html(result)
+
+
+UNSTEADY = (
+    r'<details[^>]*id="(?:time-of|settings)[^>]*>.*?</details>|<div class="wide"[^>]*aria-label="Effects".*?</div>'
+)
+
+
+def read_page(page):
+    """What a reader sees, a line a block, without charts; times of this machine are masked."""
+    page = re.sub(r"<(style|svg|title)\b.*?</\1>|" + UNSTEADY, "", page, flags=re.DOTALL)
+    page = re.sub(r'(data-l="(?:mean|p99) ms">)[^<]*', r"\1#", page)
+    page = re.sub(r"</(?:th|td|dt|span|a|b)>", r"\g<0> ", page)
+    page = re.sub(r"<(?:p|h[123]|tr|dd|dt|li|summary|caption|header|figcaption|small)\b", r"\n\g<0>", page)
+    text = unescape(re.sub("<[^>]*>", "", page))
+    text = re.sub(r"The machine was busy \(.*?\): run again for reliable times\.", "", text)
+    text = re.sub(r"(?<![\w.])[\d.]+( ms|(?= % of a 90 Hz frame))", r"#\1", text)
+    lines = (" ".join(line.split()) for line in text.splitlines())
+    return "\n".join(line for line in lines if line)
