@@ -155,8 +155,11 @@ def towards_user(assembly: Assembly, scene: Scene, frame: int, point: Sequence[f
     return np.array([0.0, 0.0, 1.0])
 
 
-def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int) -> Eye:
-    """An eye that sees these points (n, 3) as large as the view allows, from the user's side, a little from above."""
+def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, aspect: float = ASPECT) -> Eye:
+    """An eye that sees these points (n, 3) as large as the view allows, from the user's side, a little from above.
+
+    ``aspect``: width of the view over its height.
+    """
     if not len(points):
         some = slice(None, None, 1 + len(assembly.motion) // 10_000)  # hours of poses need not be held to frame a bench
         points = assembly.motion.translations[some][assembly.motion.valid[some]]
@@ -168,10 +171,10 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int) -
     cos, sin = np.cos(turn), np.sin(turn)
     aside = np.array([side[0] * cos + side[2] * sin, 0.0, side[2] * cos - side[0] * sin])
     back = aside * np.cos(rise) + np.array([0.0, np.sin(rise), 0.0])
-    return framing(points, back)
+    return framing(points, back, aspect)
 
 
-def framing(points: FloatArray, away: FloatArray) -> Eye:
+def framing(points: FloatArray, away: FloatArray, aspect: float = ASPECT) -> Eye:
     """The eye in the direction ``away`` from points (n, 3) that sees them as large as the view allows."""
     back = away / np.linalg.norm(away)
     axes = look_rotation(Eye(vector_of(back), (0.0, 0.0, 0.0)))
@@ -180,7 +183,7 @@ def framing(points: FloatArray, away: FloatArray) -> Eye:
     across, up = np.abs(local - centre)[:, :2].T
     depth = (local - centre)[:, 2]
     slope = np.tan(FIELD_OF_VIEW / 2)
-    distance = max(0.2, float(np.max(depth + np.maximum(up / slope, across / (slope * ASPECT)) * MARGIN)))
+    distance = max(0.2, float(np.max(depth + np.maximum(up / slope, across / (slope * aspect)) * MARGIN)))
     target = axes @ centre
     return Eye(vector_of(target + distance * back), vector_of(target))
 

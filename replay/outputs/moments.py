@@ -162,10 +162,12 @@ def _contact(result: RunResult, pair: int, one: Episode) -> FocusMoment:
 def moment_line(moment: FocusMoment, name: str, widths: tuple[int, int]) -> str:
     """One line of the list; ``name``: of the pair; ``widths``: of label and name."""
     size = f"{moment.size * 1e3:.1f} mm" if moment.label and moment.size > 0 else ""
-    frames = counted(moment.last - moment.first + 1, "frame")
+    line = f"{moment.label:<{widths[0]}} {moment.words:<8}  {name:<{widths[1]}} {size:>8}"
+    if moment.of is None:
+        return f"{line}  {counted(moment.last - moment.first + 1, 'frame')}"
     # In a narrow view the end is cut: what tells moments apart comes first.
-    line = f"{moment.label:<{widths[0]}} {moment.words:<8} {size:>8}  {name:<{widths[1]}} {frames:>10}"
-    return (f"{line}  {moment.kind:<11}  {moment.of.cause}" if moment.of else line).rstrip()
+    late = f"{moment.kind}: " if moment.outcome == Outcome.MISSED else ""
+    return f"{line}  {late}{moment.of.cause}"
 
 
 def miss_note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:

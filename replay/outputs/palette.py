@@ -51,6 +51,9 @@ BETWEEN_FRAMES: Final[Rgba] = (126, 104, 176, 255)
 HELD: Final[Rgba] = (58, 110, 96, 255)
 """Contact of a hand with what it holds: no news."""
 
+FREE: Final[Rgba] = (255, 255, 255, 255)
+"""A body that touches nothing, while a detector says that it does."""
+
 FAINT: Final[Rgba] = (40, 42, 48, 255)
 """For what was not decided: visible, but weaker than all other colours."""
 
@@ -118,7 +121,7 @@ _BY_TAG: Final[tuple[tuple[str, Rgba], ...]] = (
     ("wand", (150, 175, 215, GHOST_ALPHA)),
     ("stopper", (120, 116, 108, 255)),
     ("rod", (222, 226, 232, 255)),
-    ("glass", (150, 205, 240, 34)),
+    ("glass", (178, 222, 255, 70)),
     ("bench", (62, 66, 74, 255)),
     ("table", (62, 66, 74, 255)),
     ("metal", (146, 150, 158, 255)),

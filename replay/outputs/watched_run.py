@@ -14,9 +14,11 @@ from cdcore.protocol import counts_as_contact
 from replay.comparison.clusters import by_depth
 from replay.comparison.episodes import column_runs
 from replay.detection.run_detector import watched_again
+from replay.effects.output import Vector
 from replay.pipeline.run_result import RunResult
 
 if TYPE_CHECKING:
+    from cdcore.search.result import SearchResult
     from cdcore.search.tracing import LookTrace, Watched
 
 DRAWN_EVALUATIONS: Final = 40_000
@@ -41,6 +43,9 @@ class Moment:
     pair: int  # its column
     looked: int  # frame of the look; earlier where the pair was not searched again since
     kind: str  # ``LOST``, ``CONTACT`` or ``NEAR``
+    first: int  # frames in which it is shown: of a miss all of it, else this frame alone
+    last: int
+    meets: Vector | None = None  # where the surfaces of a missed contact meet, world metres
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +58,16 @@ class WatchedRun:
     counts: Mapping[str, IntArray]  # stage -> (T,) pairs that it left
     seen: Watched  # what each stage did
     moments: Sequence[Moment]  # at most one per frame, in order of time
+
+    @property
+    def worked(self) -> Moment:
+        """The moment to begin with: of misses that with the most evaluations, else of contacts, else of near passes."""
+        kinds = (LOST, CONTACT, NEAR)
+        return min(self.moments, key=lambda one: (kinds.index(one.kind), -self.look(one).evaluations))
+
+    def look(self, moment: Moment) -> SearchResult:
+        """What the look of a moment gave."""
+        return self.seen.search.noted[moment.looked, moment.pair].result
 
     def trace(self, moment: Moment) -> LookTrace:
         """Everything that the look of a moment evaluated."""
@@ -98,13 +113,13 @@ def _missed(result: RunResult, label: str, seen: Watched) -> Iterator[Moment]:
     for miss in by_depth(result.misses[label]):
         looked = np.flatnonzero(seen.searched[: miss.deepest + 1, miss.pair])
         if len(looked):
-            yield Moment(miss.deepest, miss.pair, int(looked[-1]), LOST)
+            yield Moment(miss.deepest, miss.pair, int(looked[-1]), LOST, miss.first, miss.last, miss.point)
 
 
 def _begun(result: RunResult, label: str, seen: Watched) -> Iterator[Moment]:
     """The first frame of each contact that the search found, spread over the session where there are too many."""
     found = [
-        Moment(one.first, one.pair, one.first, CONTACT)
+        Moment(one.first, one.pair, one.first, CONTACT, one.first, one.first)
         for one in result.episodes[label]
         if (one.first, one.pair) in seen.search.noted
     ]
@@ -122,5 +137,5 @@ def _near(result: RunResult, label: str, seen: Watched) -> list[Moment]:
         if len(frames) and not touched[first : last + 1, pair].any():
             distance = {frame: seen.search.noted[frame, pair].result.distance for frame in frames.tolist()}
             frame = min(distance, key=distance.__getitem__)
-            passes.append((distance[frame], Moment(frame, pair, frame, NEAR)))
+            passes.append((distance[frame], Moment(frame, pair, frame, NEAR, frame, frame)))
     return [moment for _, moment in sorted(passes, key=lambda one: one[0])[:NEAR_PASSES]]

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 
 from PIL import Image
 
-from replay.outputs.rerun_log.overview import read_moments
+from replay.outputs.rerun_log.moment_table import read_moments
 from replay.outputs.rerun_log.viewer import OpenViewer, open_viewer
 
 FILM_HZ, SLOWER, AROUND = 6, 4, 36

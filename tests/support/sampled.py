@@ -63,7 +63,6 @@ SAMPLED = {
     "test_a_fall_of_a_metre_breaks_in_every_phase_though_it_rebounds_at_once": 4,
     "test_the_speed_of_a_fall_is_that_of_its_height_wherever_the_frames_fall": 3,
     "test_every_number_of_the_page_is_in_the_summary_or_in_a_table": 4,
-    "test_a_solid_of_every_shape_is_drawn_as_it_decided": 3,
     "test_each_row_says_what_an_audit_of_its_setting_says": 2,
     "test_a_detector_answers_alike_on_both_sides_of_an_hour": 2,
     "test_what_a_live_run_looked_at_in_vain_is_noted_alike_without_a_second_search": 2,

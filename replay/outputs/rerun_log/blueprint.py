@@ -1,157 +1,275 @@
-"""The layout: one tab per question, titles that are headlines, nothing on screen that is not data."""
+"""The layout, tab by tab, as the screen shows it: titles that say something, nothing on screen that is not data."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
 import rerun.blueprint as rrb
 
-from replay.outputs.rerun_log.effects import HAPPENED, EffectViews, effect_views, tab_name
-from replay.outputs.rerun_log.findings import finding_lanes, finding_tab
-from replay.outputs.rerun_log.lanes import session_lanes
-from replay.outputs.rerun_log.layout import (
-    LANE_POINTS,
-    LOW_POINTS,
-    RULER_POINTS,
-    BlueprintInput,
-    Subject,
-    lanes_in_view,
-)
-from replay.outputs.rerun_log.overview import ON_POLES
-from replay.outputs.rerun_log.tabs import answer_tab, pipeline_tab
-from replay.outputs.rerun_log.timing import stage_path, timing_view
-from replay.outputs.rerun_log.tradeoff import curve_tab
-from replay.outputs.rerun_log.views import around_cursor, plot, spatial, state_view, text_list, text_view, whole_layout
+from replay.outputs.camera import Eye
+from replay.outputs.lanes import number_boxes
+from replay.outputs.moments import FocusMoment
+from replay.outputs.palette import tags_of
+from replay.outputs.rerun_log import accuracy, findings, views
+from replay.outputs.rerun_log.answer import ANSWER, EYE, MOMENTS, ON_POLES, SPACE
+from replay.outputs.rerun_log.close_up import CloseUp, solid_path, with_solids
+from replay.outputs.rerun_log.columns import entity
+from replay.outputs.rerun_log.details import details_path, worked_moment
+from replay.outputs.rerun_log.effects import CURVE_BOUNDS, HAPPENED, curve_path, effect_views, tab_name
+from replay.outputs.rerun_log.lanes import noise_lane, pair_lanes, session_lanes
+from replay.outputs.rerun_log.pipeline import FRAME_BOUNDS, moment_words, pipeline_path
+from replay.outputs.rerun_log.texts import ACCURACY, SESSION_TEXT
+from replay.outputs.rerun_log.timing import BUDGET_LINE, budget_share, ceiling, total_ms, total_path
 from replay.outputs.rerun_log.world import body_path
+from replay.outputs.watched_run import ALL, BOXES, WatchedRun
 from replay.outputs.words import lane_legend
+from replay.pipeline.run_result import RunResult
 
-AROUND: Final = 0.6
-"""Seconds before and after the cursor in the lanes beside the close-up."""
+LANE_POINTS: Final = 40
+RULER_POINTS: Final = 64
+"""Heights of a lane, and of title and ruler together, in points: the viewer does not let us choose."""
 
-BOTTOM_POINTS: Final = 165
-"""Height of the timing plot and of the words about a miss."""
+LOW_POINTS: Final = 704
+"""Height the tabs share on a screen of 800 lines: shares are relative, so what is whole there is whole on all."""
 
-MOST_LANES: Final = 0.6
+MOST_LANES: Final = 0.32
 """Share of the height of their tab that lanes of effects take at most."""
 
-EFFECT_PLOTS: Final = 4
-"""Plots of effects, one per unit; more would be too flat to read."""
+EFFECT_PLOTS: Final = 3
+"""Plots of effects, one per unit; more would be too narrow to read."""
+
+PLOTS: Final = 0.22
+"""Share of the height of their tab that plots of effects take."""
+
+AROUND_MOMENT: Final = 0.5
+"""Seconds before and after the worked moment in which steps can be read; over a minute they are a carpet."""
 
 
-def build_blueprint(layout: BlueprintInput) -> rrb.Blueprint:
-    """The blueprint that is embedded in the recording; it opens on the tab that answers what was asked for."""
-    result = layout.result
-    several = len(layout.subjects) > 1
-    tabs = [_audit(layout, one, f"Audit: {one.label}" if several else "Audit") for one in layout.subjects]
-    # Without anything to compare: the session, and what the one detector found.
-    tabs = tabs or [rrb.Horizontal(_room(layout), _report(), column_shares=[0.7, 0.3], name="Session")]
-    tabs += [pipeline_tab(layout, run, f"Pipeline: {run.label}" if k else "Pipeline")
-             for k, run in enumerate(layout.watched)]  # fmt: skip
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """What is laid out and sent."""
+
+    result: RunResult
+    eye: Eye  # of the room
+    views: Mapping[FocusMoment, CloseUp]  # all moments in order of time, and how each is shown
+    order: Sequence[str]  # compared detectors, the worst first
+    lanes: Sequence[str]  # lanes of the reference and of the worst detectors
+    watched: Sequence[WatchedRun]  # detectors that are shown at their work
+
+    @cached_property
+    def happened(self) -> bool:
+        """Whether there is a tab on what happened."""
+        return bool(self.result.effects or session_lanes(self.result))
+
+    @cached_property
+    def whole(self) -> rrb.TimeAxis:
+        """The whole session; left alone, the viewer shows one minute around the cursor."""
+        times = self.result.assembly.motion.times
+        start, last = (float(times[0]), float(times[-1])) if len(times) else (0.0, 1.0)
+        # The last number may be widened beyond the last frame.
+        boxes = [box for misses in self.result.misses.values() for box in number_boxes(misses, round(last * 1e9))]
+        return views.seconds_between(start, max([last, *(end / 1e9 for _, _, end in boxes)]))
+
+    @cached_property
+    def without_solids(self) -> list[str]:
+        """Rules that keep solids out of a view, and what belongs to the moment in focus."""
+        bodies = self.result.assembly.names
+        solids = [solid_path(body, label) for label in with_solids(self.result) for body in bodies]
+        return [f"- /{path}" for path in [*solids, f"{SPACE}/**"]]
+
+    @cached_property
+    def high(self) -> float:
+        """Milliseconds at which the plot of times of all detectors is cut."""
+        return ceiling([total_ms(detection) for detection in self.result.detections.values()])
+
+
+def build_blueprint(picture: Picture) -> rrb.Blueprint:
+    """The blueprint that is embedded in the recording; its first tab is what was asked for."""
+    tabs: list[Any] = []
     first = 0
-    if layout.overview is not None:
-        tabs.insert(0, answer_tab(layout, layout.overview))
-    if result.tradeoff is not None:
-        first = len(tabs)
-        tabs.append(curve_tab())
-    tabs += _costs(layout, "What accuracy costs" if result.tradeoff is None else "Time per frame")
-    doing = tuple(session_lanes(result))
-    if result.effects or doing:
-        if result.effects and not layout.subjects and result.tradeoff is None:
-            first = len(tabs)
-        tabs.append(_happened(layout, effect_views(result.effects), doing))
-    if layout.detector_lanes:
-        words = "What each detector said of each pair (no colour: CLEAR)"
-        tabs.append(rrb.Horizontal(state_view("detectors", words, layout.whole), name="Detectors"))
-    if (lanes := finding_lanes(result)) is not None:
-        tabs.append(finding_tab(lanes, layout.whole))
-    return whole_layout(tabs, first)
+    if picture.order:
+        tabs.append(_answer(picture))
+    if picture.watched:
+        tabs.append(_one_or_tabs([_pipeline(picture, run) for run in picture.watched], "Pipeline"))
+    if picture.order:
+        first = 0 if picture.result.tradeoff is None else len(tabs)
+        tabs.append(_accuracy(picture))
+    if picture.happened:
+        tabs.append(_happened(picture))
+    if not picture.order:
+        tabs.append(_session(picture))
+    details = [
+        _details(picture, label) for label in [*picture.order, *(set(picture.result.detections) - {*picture.order})]
+    ]
+    if (paths := findings.finding_lanes(picture.result)) is not None:
+        details.append(_findings(picture, paths))
+    if details:
+        tabs.append(rrb.Tabs(*details, name="Details", active_tab=0))
+    return views.whole_layout(tabs, first)
 
 
-def _audit(layout: BlueprintInput, subject: Subject, name: str) -> Any:
-    lanes = lanes_in_view(subject, layout.result.noise is not None)
-    where = f"Where: red missed by {subject.label}, pink in part"
-    space = spatial(where, _contents(layout, subject, f"/{subject.missed}/eye"), layout.eye)
-    lane_share = RULER_POINTS + LANE_POINTS * max(2, len(lanes))
-    shares = [LOW_POINTS - lane_share - BOTTOM_POINTS, lane_share, BOTTOM_POINTS]
-    beside = [_close_up(layout, subject)] if subject.camera else []
-    widths = [0.42, 0.26, 0.32] if beside else [0.66, 0.34]
-    rows = [rrb.Horizontal(space, *beside, _words(subject), column_shares=widths), _lanes(layout, subject, lanes)]
-    timed = any(cost.per_frame is not None for cost in layout.costs.values())
-    bottom = [timing_view(layout.costs, layout.whole)] if timed else []
-    bottom += [text_view(f"{subject.words}/nearest_miss", "The miss in the close-up")] if beside else []
-    if bottom:
-        rows.append(rrb.Horizontal(*bottom, column_shares=[0.7, 0.3][: len(bottom)]))
-    return rrb.Vertical(*rows, row_shares=shares[: len(rows)], name=name)
+def _one_or_tabs(parts: Sequence[Any], name: str) -> Any:
+    if len(parts) > 1:
+        return rrb.Tabs(*parts, name=name, active_tab=0)
+    parts[0].name = name
+    return parts[0]
 
 
-def _words(subject: Subject) -> Any:
-    clusters = [text_list(f"{subject.words}/clusters", subject.headline)] if subject.many else []
-    listed = text_list(f"{subject.words}/missed", "All" if subject.many else subject.headline)
-    return rrb.Tabs(*clusters, listed, _report(), active_tab=0)
+def _answer(picture: Picture) -> Any:
+    """What is wrong, the worst moment, where it is; when, and all other moments."""
+    result = picture.result
+    legend = "blue: right   yellow: false contact   red: missed or late   grey: contact"
+    lanes = [*picture.lanes, *session_lanes(result)][:4]
+    below = [views.state_view("", f"When   {legend}", picture.whole, lanes)]
+    # A headset stands between the user's side and the bench.
+    headset = [f"- /{body_path(name)}/**" for name in _tagged(picture, "headset")]
+    contents = ["/world/**", *headset, *(f"- /{SPACE}/{part}" for part in ("eye", "words", "leaders", "measure"))]
+    room = views.spatial("Where   yellow: false   red: missed   pink: late", contents, picture.eye)
+    top, widths = [views.text_view(ANSWER, "The answer"), room], [0.5, 0.5]
+    if picture.views:
+        name = "Close-up" + ("   white: touches nothing   yellow: what was asked" if with_solids(result) else "")
+        contents = ["/world/**", *headset, *(f"- /{SPACE}/{part}" for part in ON_POLES)]
+        top.insert(1, views.spatial(name, contents, EYE))
+        widths = [0.41, 0.33, 0.26]
+        below.append(views.text_list(MOMENTS, "Moments: click a time"))
+    high = (RULER_POINTS + LANE_POINTS * max(3, len(lanes))) / LOW_POINTS
+    rows = [rrb.Horizontal(*top, column_shares=widths), rrb.Horizontal(*below, column_shares=[0.6, 0.4][: len(below)])]
+    return rrb.Vertical(*rows, row_shares=[1.0 - high, high], name="Answer")
 
 
-def _report() -> Any:
-    return rrb.TextDocumentView(origin="/report", contents=["/report"], name="Report")
+def _tagged(picture: Picture, tag: str) -> list[str]:
+    """Names of the bodies with a tag."""
+    result = picture.result
+    return [name for name in result.assembly.names if tag in tags_of(name, result.session.scene)]
 
 
-def _contents(layout: BlueprintInput, subject: Subject, *hidden: str) -> list[str]:
-    """Everything in space but arrows, what is ``hidden``, and what belongs to another audited detector."""
-    others = [one for one in layout.subjects if one is not subject]
-    bodies = [body_path(name) for name in layout.result.assembly.names]
-    foreign = [f"/{one.missed}/**" for one in others] + [f"/{body}/{one.faces}" for one in others for body in bodies]
-    own = [f"- /{path}" for path in layout.solids.get(subject.label, ())]
-    shown = [rule for rule in layout.hidden if rule not in own]
-    return ["/world/**", *shown, *(f"- {path}" for path in [*hidden, *foreign])]
+def _pipeline(picture: Picture, run: WatchedRun) -> Any:
+    """Volumes of the pair, one look of the search, the frame in numbers; below both over time, and other moments."""
+    root, top = pipeline_path(run.label), ceiling([total_ms(run.detection)])
+    axis, stages = rrb.ScalarAxis(range=(0.0, top)), entity("timing", run.label, "stages")
+    title = f"Time per frame by stage, ms, added up   cut at {top:.2f}: 99.9 % of frames"
+    plot = views.plot(picture.whole, "/", title, [f"{stages}/**", f"{root}/mark/**"], axis_y=axis)
+    pairs = int(run.counts[ALL].max(initial=0))
+    if not run.moments:
+        counts = views.plot(picture.whole, f"/{root}/pairs", f"Pairs left after each stage, of {pairs}")
+        return rrb.Vertical(counts, plot, name=run.label)
+    at = float(run.motion.times[run.worked.frame])
+    shapes = "1 spheres (grey), 2 boxes (blue)" if BOXES in run.counts else "1 spheres (grey)"
+    bodies = f"/{root}/bodies/**"
+    near = views.spatial(f"At {at:.3f} s   {shapes}", [bodies, f"/{root}/near/**"], f"{root}/near/eye", f"/{root}")
+    name = f"{moment_words(run, run.worked)}   dots: faces of ants   white: best pair"
+    contents = [bodies, *_no_volumes(picture, root), f"/{root}/search/**"]
+    search = views.spatial(name, contents, f"{root}/search/eye", f"/{root}")
+    frame = views.flat(f"{root}/frame", "This frame: pairs left, and the price", *FRAME_BOUNDS)
+    around = views.seconds_between(max(0.0, at - AROUND_MOMENT), at + AROUND_MOMENT)
+    left = views.plot(around, f"/{root}/pairs", f"Pairs left, of {pairs}, half a second around {at:.3f} s")
+    listed = views.text_list(f"{root}/moments", "Other moments: click a time")
+    return rrb.Vertical(
+        rrb.Horizontal(near, search, frame, column_shares=[0.31, 0.40, 0.29]),
+        rrb.Horizontal(left, plot, listed, column_shares=[0.29, 0.38, 0.33]),
+        row_shares=[0.68, 0.32],
+        name=run.label,
+    )
 
 
-def _close_up(layout: BlueprintInput, subject: Subject) -> Any:
-    hidden = (f"/{subject.missed}/{part}" for part in ON_POLES)
-    contents = _contents(layout, subject, *hidden)
-    return spatial("Close-up: the nearest miss", contents, subject.camera, overrides=layout.faded)
+def _no_volumes(picture: Picture, root: str) -> list[str]:
+    bodies = [f"{root}/bodies/{entity(name)}" for name in picture.result.assembly.names]
+    return [f"- /{body}/{part}" for body in bodies for part in ("sphere", "box")]
 
 
-def _lanes(layout: BlueprintInput, subject: Subject, lanes: Sequence[str]) -> Any:
-    there = np.flatnonzero(layout.result.comparisons[subject.label].counts).tolist()
-    name = f"When and which pair    {lane_legend(there, subject.label)}"
-    root = lanes[0].rpartition("/")[0]
-    whole = state_view(root, name, layout.whole, lanes)
-    if len(lanes) < 2:
-        return whole
-    near = state_view(root, f"{AROUND} s around the cursor", around_cursor(AROUND), lanes[1:])
-    return rrb.Horizontal(whole, near, column_shares=[0.7, 0.3])
+def _accuracy(picture: Picture) -> Any:
+    """Both scatters over one axis of cost, what they mean, and the time of every frame."""
+    plots = views.flat(accuracy.PLOT, "Accuracy against cost: one dot a detector, one axis of cost", *accuracy.BOUNDS)
+    share = budget_share(picture.high)
+    times = f"Time per frame, ms   cut at {picture.high:.2f}: 99.9 % of the slowest detector's frames"
+    axis = rrb.ScalarAxis(range=(0.0, max(picture.high, 1.0001 * share)))
+    paths = [*(total_path(label) for label in picture.result.detections), BUDGET_LINE]
+    plot = views.plot(picture.whole, "/timing", times, paths, axis_y=axis)
+    text = views.text_view(ACCURACY, "What it means")
+    right = rrb.Vertical(text, plot, row_shares=[0.32, 0.68])
+    return rrb.Horizontal(plots, right, column_shares=[0.5, 0.5], name="Accuracy against cost")
 
 
-def _room(layout: BlueprintInput) -> Any:
-    return spatial(layout.result.session.scene.name or "Session", ["/world/**", *layout.hidden], layout.eye)
+def _happened(picture: Picture) -> Any:
+    """What happened in the room, what people did there, when, and in numbers."""
+    result = picture.result
+    found = effect_views(result.effects)
+    words = [views.text_view(HAPPENED, "What happened")]
+    if found.events:
+        words.append(views.text_list(found.events[0], "Events: click a time", *found.events[1:]))
+    top = [_room(picture), rrb.Vertical(*words, row_shares=[0.4, 0.6][: len(words)])]
+    if found.titrated:
+        vessel = found.titrated[0]
+        top.insert(1, views.flat(curve_path(vessel), "pH against what ran in; orange: the cursor", *CURVE_BOUNDS))
+    rows = [rrb.Horizontal(*top, column_shares=[0.36, *[0.36] * (len(top) - 2), 0.28])]
+    shares = [1.0]
+    if lanes := [*found.lanes, *session_lanes(result)]:
+        rows.append(views.state_view("", "When: what the effects found, and what people did", picture.whole, lanes))
+        shares.append(min(MOST_LANES, (RULER_POINTS + LANE_POINTS * len(lanes)) / LOW_POINTS))
+    if found.plots:
+        plots = [*found.plots.items()][:EFFECT_PLOTS]
+        rows.append(rrb.Horizontal(*[views.plot(picture.whole, "/effects", unit, paths) for unit, paths in plots]))
+        shares.append(PLOTS)
+    shares[0] -= sum(shares[1:])
+    name = tab_name(result.effects) if result.effects else "Tasks"
+    return rrb.Vertical(*rows, row_shares=shares, name=name)
 
 
-def _costs(layout: BlueprintInput, name: str) -> list[Any]:
-    """The tab of times; none in a run without a detector."""
-    if not layout.costs:
-        return []
-    table = text_view("tradeoff/table", "What each detector costs")
-    stages = {label: [stage_path(label, stage) for stage in cost.stages] for label, cost in layout.costs.items()}
-    title = "{}: ms per frame by stage"
-    plots = [plot(layout.whole, "/timing", title.format(label), paths) for label, paths in stages.items() if paths]
-    beside = [rrb.Vertical(*plots)] if plots else []
-    return [rrb.Horizontal(*beside, table, column_shares=[0.62, 0.38] if plots else [1.0], name=name)]
+def _room(picture: Picture) -> Any:
+    """The room without contacts and misses: what happened is no matter of detectors."""
+    red = [f"- /{body_path(name)}/missed_faces" for name in picture.result.assembly.names]
+    contents = ["/world/**", "- /world/contacts/**", *red, *picture.without_solids]
+    return views.spatial(picture.result.session.scene.name or "Session", contents, picture.eye)
 
 
-def _happened(layout: BlueprintInput, views: EffectViews, doing: Sequence[str]) -> Any:
-    """What happened in the room, what people did there (lanes of ``doing``), when, and in numbers."""
-    rows: list[Any] = []
-    plots = list(views.plots.items())[:EFFECT_PLOTS]
-    shares = [LOW_POINTS / max(1, len(plots))] * len(plots)
-    if lanes := [*doing, *views.lanes]:
-        # As high as its lanes, or the lower ones would be cut off; what is left is for the plots.
-        high = min(RULER_POINTS + LANE_POINTS * len(lanes), MOST_LANES * LOW_POINTS)
-        shares = [high, *((LOW_POINTS - high) / len(plots) for _ in plots)]
-        rows.append(state_view("", "When: what people did, and what the effects found", layout.whole, lanes))
-    rows += [plot(layout.whole, "/effects", axis, paths) for axis, paths in plots]
-    answer = text_view(HAPPENED, "Answer: what happened")
-    listed = [text_list(views.events[0], views.headline, *views.events[1:])] if views.events else []
-    left = rrb.Vertical(answer, _room(layout), *listed, row_shares=[0.2, 0.56, 0.24][: 2 + len(listed)])
-    beside = [rrb.Vertical(*rows, row_shares=shares)] if rows else []
-    return rrb.Horizontal(left, *beside, name=tab_name(layout.result.effects) if layout.result.effects else "Tasks")
+def _session(picture: Picture) -> Any:
+    """Without anything to compare: the session, and what was replayed."""
+    contents = ["/world/**", *picture.without_solids]
+    room = views.spatial(picture.result.session.scene.name or "Session", contents, picture.eye)
+    text = views.text_view(SESSION_TEXT, "What was replayed")
+    return rrb.Horizontal(room, text, column_shares=[0.7, 0.3], name="Session")
+
+
+def _details(picture: Picture, label: str) -> Any:
+    """One moment of one detector, its lanes pair by pair, its times by stage and its counters."""
+    result, root = picture.result, details_path(label)
+    lanes = pair_lanes(result, label)
+    shown = [lane for path in lanes.pairs for lane in (path, noise_lane(path))[: 1 + (result.noise is not None)]]
+    paths = [*([lanes.numbers] if lanes.numbers else []), *shown]
+    title = f"What {label} said of each pair"
+    if label in result.comparisons:
+        there = np.flatnonzero(result.comparisons[label].counts).tolist()
+        title = f"Pair by pair    {lane_legend(there, label)}"
+    text = views.text_view(f"{root}/text", "What was asked, and what each stage takes")
+    top, widths = [text], [1.0]
+    own = [one for one in picture.views if one.label == label]
+    if own:
+        worked = worked_moment(own)
+        at = float(result.assembly.motion.times[worked.frame])
+        note = views.text_view(f"{root}/note", "The moment")
+        contents = [f"/{root}/bodies/**", f"/{root}/close_up/**", f"/{root}/eye"]
+        close = views.spatial(f"At {at:.3f} s, until a time is clicked", contents, f"{root}/eye", f"/{root}")
+        top = [
+            rrb.Vertical(text, note),
+            close,
+            views.text_list(f"{root}/moments", f"All moments of {label}: click a time"),
+        ]
+        widths = [0.3, 0.36, 0.34]
+    stages = views.plot(picture.whole, f"/{entity('timing', label, 'stages')}", "Time per frame by stage, ms, added up")
+    counters = views.plot(picture.whole, f"/{entity('counters', label)}", "Work per frame")
+    when = [views.state_view("", title, picture.whole, paths)] if paths else []
+    below = rrb.Horizontal(*when, rrb.Tabs(stages, counters, active_tab=0), column_shares=[0.6, 0.4][-1 - len(when) :])
+    return rrb.Vertical(rrb.Horizontal(*top, column_shares=widths), below, row_shares=[0.6, 0.4], name=label)
+
+
+def _findings(picture: Picture, paths: Sequence[str]) -> Any:
+    """What is suspicious about the recording."""
+    listing = views.text_view(findings.LIST, "What is suspicious about the recording")
+    if not paths:
+        return rrb.Horizontal(listing, name="Recording")
+    lanes = views.state_view("findings/lanes", "Poses in doubt, body by body", picture.whole, paths)
+    return rrb.Vertical(lanes, listing, row_shares=[0.45, 0.55], name="Recording")

@@ -1,8 +1,12 @@
-"""Sends rows to Rerun in columns. Their lengths are checked first: Rerun accepts wrong ones without an error."""
+"""Sends rows to Rerun in columns. Their lengths are checked first: Rerun accepts wrong ones without an error.
+
+Every text passes here on its way, and letters that the viewer's font lacks are replaced: the viewer ends at one.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -25,6 +29,37 @@ FRAME: Final = "frame"
 
 KEPT_AROUND: Final = 1.0
 """Seconds before and after a miss in which a strided recording keeps every frame."""
+
+NOT_IN_FONT: Final = re.compile(r"[^\n -\u024f\u02d0\u0370-\u03ff\u0400-\u04ff\u1e00-\u1eff‐-‧′″←-↓−≈≤≥✓]")
+"""What is not known to be in Inter, the viewer's only font: Latin, Greek, Cyrillic and some signs are."""
+
+
+def drawable(text: str) -> str:
+    """The text as the viewer can draw it: a letter that its font lacks is written as its number, ``u624b``."""
+    return NOT_IN_FONT.sub(lambda letter: f"u{ord(letter[0]):04x}", text)
+
+
+@dataclass(frozen=True)
+class DrawableTexts:
+    """A component of texts, each as the viewer can draw it."""
+
+    batch: Any
+
+    def component_descriptor(self) -> rr.ComponentDescriptor:
+        """What Rerun asks of a component: its name."""
+        descriptor: rr.ComponentDescriptor = self.batch.component_descriptor()
+        return descriptor
+
+    def as_arrow_array(self) -> Any:
+        """What Rerun asks of a component: its values."""
+        array = self.batch.as_arrow_array()
+        if str(array.type) != "string":
+            return array
+        return rr.components.TextBatch([drawable(text) for text in array.to_pylist()]).as_arrow_array()
+
+    def as_component_batches(self) -> list[Any]:
+        """What Rerun asks of several components."""
+        return [DrawableTexts(one) for one in self.batch.as_component_batches()]
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +121,7 @@ def pose_columns(translations: FloatArray, rotations: FloatArray) -> rr.Componen
 
 def entity(*parts: str) -> str:
     """Entity path of these parts, without a leading slash; punctuation in a part is escaped."""
-    return rr.new_entity_path(list(parts)).removeprefix("/")
+    return rr.new_entity_path([drawable(part) for part in parts]).removeprefix("/")
 
 
 def ragged(columns: rr.ComponentColumnList, counts: ArrayLike) -> rr.ComponentColumnList:
@@ -108,10 +143,14 @@ class RecordingWriter:
         self.stream = stream
         self.clock = clock
 
+    def name(self, text: str) -> None:
+        """What the viewer calls the recording."""
+        self.stream.send_recording_name(drawable(shown(text)))
+
     def static(self, path: str, *archetypes: rr.AsComponents) -> None:
         """Log what holds at all times."""
         for archetype in archetypes:
-            self.stream.log(path, archetype, static=True, strict=True)
+            self.stream.log(path, DrawableTexts(archetype), static=True, strict=True)
 
     def markdown(self, path: str, text: str) -> None:
         """Log words that stand at all times."""
@@ -155,21 +194,44 @@ class RecordingWriter:
         )  # fmt: skip
         self.static(path, line)
 
+    def steps(
+        self, path: str, steps: Steps, things: Callable[[Any], Sequence[Any]],
+        columns: Callable[[list[Any]], rr.ComponentColumnList], each: int = 1,
+    ) -> None:  # fmt: skip
+        """Send what stands from each step on: ``things`` of what is shown then, each of ``each`` values."""
+        rows = [things(shown) for *_, shown in steps]
+        flat = [thing for row in rows for thing in row]
+        counts = [each * len(row) for row in rows]
+        self.rows_later(path, [(frame, later) for frame, later, _ in steps], columns(flat), counts)
+
     def _send(
         self, path: str, index: Sequence[rr.TimeColumn], columns: rr.ComponentColumnList, counts: ArrayLike | None
     ) -> None:
         if not len(columns):
             raise ValueError(f"no columns for {path}; Rerun dropped the values it was given")
         if len(index[0].as_arrow_array()):
-            self.stream.send_columns(path, index, columns if counts is None else ragged(columns, counts), strict=True)
+            rows = columns if counts is None else ragged(columns, counts)
+            for column in rows:
+                column.component_batch = DrawableTexts(column.component_batch)
+            self.stream.send_columns(path, index, rows, strict=True)
 
 
-def send_moments(
-    writer: RecordingWriter, path: str, found: Mapping[int, Sequence[Any]],
-    columns: Callable[[list[Any]], rr.ComponentColumnList], each: int = 1,
-) -> None:  # fmt: skip
-    """Send what stands in single frames: frame -> things; ``columns`` makes ``each`` values of a thing."""
-    last = len(writer.clock.ns) - 1
-    frames = sorted({0, *found, *(frame + 1 for frame in found if frame < last)})
-    flat = [one for frame in frames for one in found.get(frame, ())]
-    writer.rows(path, frames, columns(flat), [each * len(found.get(frame, ())) for frame in frames])
+Steps = Sequence[tuple[int, int, Any]]
+"""From a frame, and nanoseconds after it, on: what is shown."""
+
+
+def steps_of(moments: Iterable[tuple[int, int, int, int, Any]], frames: int, otherwise: Any) -> Steps:
+    """What is shown when: each moment from its first frame to its last, and at its own; ``otherwise`` at other times.
+
+    ``moments``: frame, nanoseconds after it, first and last frame of each, and what is shown.
+    """
+    rows: dict[tuple[int, int], Any] = {}
+    for frame, later, _, _, thing in moments:
+        rows[frame, later] = thing
+    for _, _, first, _, thing in moments:
+        rows.setdefault((first, 0), thing)
+    for _, _, _, last, _ in moments:
+        if last + 1 < frames:
+            rows.setdefault((last + 1, 0), otherwise)
+    rows.setdefault((0, 0), otherwise)
+    return [(*at, rows[at]) for at in sorted(rows)]

@@ -1,4 +1,4 @@
-"""Where surfaces meet: a point and a normal per contact, and the curve in which the surfaces cut each other."""
+"""Where surfaces meet: a point per contact, and the curve in which the surfaces cut each other."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from cdcore.numerics import FloatArray, place_points
 from replay.comparison.outcome import Comparison, Outcome
 from replay.outputs.palette import FOUND, OUTCOMES
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity, packed
-from replay.outputs.rerun_log.world import face_normals
 from replay.prepare.assembly import Assembly
 
 DRAWN_CONTACTS: Final = 20_000
@@ -23,27 +22,20 @@ DRAWN_FACES: Final = 400_000
 bench touches it for minutes in hundreds of faces. Beyond this, frames in which nothing begins, ends or is missed are
 strided, and a curve may lag behind its body by the stride."""
 
-NORMAL_LENGTH: Final = 0.012
-"""Metres an arrow is long: visible beside a glass, not taller than its rim."""
-
-CANCELLED: Final = 0.05
-"""A sum of unit normals shorter than this share of their number has no direction worth an arrow."""
-
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
     """Contacts of one detection that are drawn, sorted by frame.
 
     ``frames`` (F,) get a row, increasing; a frame without contact clears what stood before. ``frame`` and ``pair`` (E,)
-    are of each contact, as ``point`` (E, 3) in world metres and ``normal``, the unit direction from the pair's first
-    body to its second (0 if it has none); ``counts`` (E,) says how many ``segments`` (S, 2, 3) belong to each.
+    are of each contact, as ``point`` (E, 3) in world metres; ``counts`` (E,) says how many ``segments`` (S, 2, 3)
+    belong to each.
     """
 
     frames: NDArray[np.int64]
     frame: NDArray[np.int64]
     pair: NDArray[np.int64]
     point: FloatArray
-    normal: FloatArray
     segments: FloatArray
     counts: NDArray[np.int64]
 
@@ -61,7 +53,7 @@ def log_contacts(
     writer: RecordingWriter, label: str, assembly: Assembly, detection: Detection, comparison: Comparison | None, *,
     curves: bool,
 ) -> None:  # fmt: skip
-    """Send ``world/contacts/<label>``: points and normals, and with ``curves`` the sections below it.
+    """Send ``world/contacts/<label>``: points, and with ``curves`` the sections below it.
 
     Colours are the audit's: what ``comparison`` calls missed is red, invented yellow, the rest blue.
     """
@@ -70,12 +62,8 @@ def log_contacts(
     rows = np.searchsorted(contacts.frames, contacts.frame)
     per_row = np.bincount(rows, minlength=len(contacts.frames))
     colours, points = _colours(contacts, comparison), contacts.point.astype(np.float32)
-    arrows = (NORMAL_LENGTH * contacts.normal).astype(np.float32)
     writer.rows(path, contacts.frames, rr.Points3D.columns(positions=points, colors=colours), per_row)
-    columns = rr.Arrows3D.columns(origins=points, vectors=arrows, colors=colours)
-    writer.rows(f"{path}/normals", contacts.frames, columns, per_row)
     writer.static(path, rr.Points3D.from_fields(radii=rr.Radius.ui_points(2.5)))
-    writer.static(f"{path}/normals", rr.Arrows3D.from_fields(radii=rr.Radius.ui_points(1.0)))
     if curves:
         per_row = np.bincount(rows, weights=contacts.counts, minlength=len(contacts.frames)).astype(np.int64)
         segments, colours = contacts.segments.astype(np.float32), np.repeat(colours, contacts.counts)
@@ -98,7 +86,7 @@ def collect_contacts(
     sets = detection.face_sets
     if sets is None:
         none = np.zeros(0, dtype=np.int64)
-        return Contacts(clock.kept[:1], none, none, np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 2, 3)), none)
+        return Contacts(clock.kept[:1], none, none, np.zeros((0, 3)), np.zeros((0, 2, 3)), none)
     drawn = _drawn_frames(clock, sets, comparison)
     entries = np.flatnonzero(drawn[sets.frame])
     frame, pair = sets.frame[entries], sets.pair[entries]
@@ -107,16 +95,15 @@ def collect_contacts(
     frames = np.flatnonzero(drawn)
     frames = frames[busy[frames] | np.append(True, busy[frames[:-1]])]
     geometry = ContactGeometry(assembly, detection)
-    point, normal = np.zeros((len(entries), 3)), np.zeros((len(entries), 3))
+    point = np.zeros((len(entries), 3))
     segments = []
     for k, (t, column) in enumerate(zip(frame.tolist(), pair.tolist(), strict=True)):
         segments.append(geometry.section(t, column))
         faces = sets.faces[sets.start[entries[k]] : sets.stop[entries[k]]]
-        normal[k] = geometry.normal(t, column, faces)
         point[k] = contact_point(segments[k]) if len(segments[k]) else geometry.centre(t, column, faces)
     counts = np.array([len(one) for one in segments], dtype=np.int64)
     joined = np.concatenate(segments) if segments else np.zeros((0, 2, 3))
-    return Contacts(frames, frame, pair, point, normal, joined, counts)
+    return Contacts(frames, frame, pair, point, joined, counts)
 
 
 def _drawn_frames(clock: RecordingClock, sets: FaceSets, comparison: Comparison | None) -> NDArray[np.bool_]:
@@ -142,13 +129,12 @@ def _strided(frames: NDArray[np.bool_], load: FloatArray) -> NDArray[np.bool_]:
 
 
 class ContactGeometry:
-    """Points, normals and curves of the contacts of one detection, in world metres."""
+    """Points and curves of the contacts of one detection, in world metres."""
 
     def __init__(self, assembly: Assembly, detection: Detection) -> None:
         self._assembly = assembly
         self._detection = detection
         self._has_sections = detection.section_source is not None
-        self._normals = [face_normals(body.mesh.triangles)[1] for body in assembly.bodies]
 
     def section(self, frame: int, pair: int) -> FloatArray:
         """Segments (k, 2, 3) in which the surfaces meet; k = 0 where the detector computes none."""
@@ -156,16 +142,6 @@ class ContactGeometry:
             return np.zeros((0, 2, 3))
         segments = self._detection.section(frame, pair)
         return segments[np.isfinite(segments).all(axis=(1, 2))]
-
-    def normal(self, frame: int, pair: int, faces: NDArray[np.integer]) -> FloatArray:
-        """Unit direction from the first body to the second, mean over the faces that meet; 0 where they cancel."""
-        i, j = self._assembly.pairs[pair]
-        turns = self._assembly.motion.rotations[frame]
-        outward = turns[i] @ self._normals[i][faces[:, 0]].sum(axis=0)
-        total = outward - turns[j] @ self._normals[j][faces[:, 1]].sum(axis=0)
-        length = float(np.sqrt(total @ total))
-        # Both walls of a thin glass are met at once: their normals cancel, and no direction is better than a wrong one.
-        return total / length if length > CANCELLED * len(faces) else np.zeros(3)
 
     def centre(self, frame: int, pair: int, faces: NDArray[np.integer]) -> FloatArray:
         """A place near a contact without a curve: the mean centroid of the smaller face of each face pair."""

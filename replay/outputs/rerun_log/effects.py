@@ -4,21 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Any, Final
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
 from replay.base.shown import shown
-from replay.effects.effect_summary import RESULTS, happened, leading
+from replay.effects.effect_summary import happened, leading, titration_curves
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import FACE_PAIRS, QUANTITIES, EffectEvent, FloatArray, LaneSpan, Liquid, Series
 from replay.effects.recorded import GAZE, SCALARS, UNSEEN, Looked
-from replay.outputs.palette import SERIES, Rgba
+from replay.outputs.palette import FAINT, SERIES, TICKS, WHITE, Rgba
+from replay.outputs.rerun_log.accuracy import log_words
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
-from replay.outputs.rerun_log.lanes import send_spans
-from replay.outputs.rerun_log.overview import MomentPlace, log_moment_table
+from replay.outputs.rerun_log.lanes import lane_name, send_spans
+from replay.outputs.rerun_log.moment_table import MomentPlace, log_moment_table
 from replay.outputs.rerun_log.world import body_path
 from replay.outputs.words import counted
 
@@ -27,6 +28,10 @@ HAPPENED: Final = "happened"
 
 SEEN_S: Final = 0.25
 """Seconds after an event at which the picture opens: in the frame of an end point the liquid is still colourless."""
+
+CURVE_WIDTH, CURVE_HEIGHT = 520.0, 460.0
+CURVE_BOUNDS: Final = ((-70.0, 560.0), (-50.0, 560.0))
+"""Size of the plot of a titration, and what its view shows of both axes."""
 
 MOST_POINTS: Final = 200_000
 """Points of a curve: an hour of an EEG at 500 Hz has nine times as many, and no screen shows them."""
@@ -48,28 +53,35 @@ UPRIGHT_XYZW: Final = (-np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5))
 
 @dataclass(frozen=True)
 class EffectViews:
-    """Entities of the effects' tab: quantity -> series of it, lanes, and words; ``headline``: what counts most."""
+    """Entities of the effects' tab: quantity -> series of it, lanes, and words."""
 
     plots: Mapping[str, tuple[str, ...]]
     lanes: tuple[str, ...]
     events: tuple[str, ...]
-    headline: str
+    titrated: Sequence[str]  # vessels with an end point: of these there is a curve of pH
 
 
 def effect_views(effects: Mapping[str, EffectRun]) -> EffectViews:
-    """What there is to lay out."""
+    """What there is to lay out; what led to the result comes first."""
     plots: dict[str, tuple[str, ...]] = {}
-    lanes: list[str] = []
-    for kind, run in effects.items():
-        for name, series in run.series.items():
+    best = leading(effects)
+    first = [kind for kind, event in happened(effects) if event is best]
+    for kind in sorted(effects, key=lambda one: one not in first):
+        for name, series in effects[kind].series.items():
             axis = QUANTITIES.get(series.unit, series.unit) or "numbers"
             plots[axis] = (*plots.get(axis, ()), _path(kind, *name.split("/")))
-        lanes += [_path(kind, "lanes", name) for name in run.output.lanes if name != SKIPPED]
     events = tuple(_path(kind, "events") for kind, run in effects.items() if run.events)
-    best = leading(effects)
-    result = best is not None and best.name in RESULTS
-    headline = f"{shown(best.text)} ({best.time:.1f} s)" if best is not None and result else "What happened"
-    return EffectViews(plots, tuple(lanes), events, headline)
+    titrated = [vessel for vessel, (_, _, ends) in titration_curves(effects).items() if ends]
+    # How far a reaction went says less than what it did.
+    plots = dict(sorted(plots.items(), key=lambda one: one[0] == QUANTITIES["mol"]))
+    return EffectViews(plots, tuple(effect_lanes(effects)), events, titrated)
+
+
+def effect_lanes(effects: Mapping[str, EffectRun]) -> dict[str, Sequence[LaneSpan]]:
+    """Path -> its spans; what was left out by a trigger is a figure of the summary, not a lane."""
+    found = [(name, kind, spans) for kind, run in effects.items() for name, spans in run.output.lanes.items()]
+    named = [(name if name == kind else lane_name(name, kind), spans) for name, kind, spans in found if name != SKIPPED]
+    return {lane_name(f"{number}_{name}"): spans for number, (name, spans) in enumerate(named, 1)}
 
 
 def log_happened(writer: RecordingWriter, effects: Mapping[str, EffectRun], *, leads: bool) -> None:
@@ -83,10 +95,51 @@ def log_happened(writer: RecordingWriter, effects: Mapping[str, EffectRun], *, l
         return
     place = "the last of" if last is found[-1][1] else "one of"
     when = f"At {last.time:.1f} s, {place} {counted(len(found), 'event')}."
-    writer.markdown(HAPPENED, f"## {last.text[:1].upper()}{last.text[1:]}\n\n{when}")
+    writer.markdown(HAPPENED, f"# {last.text[:1].upper()}{last.text[1:]}\n\n{when}")
     if leads:
         ns = min(round((last.time + SEEN_S) * 1e9), int(writer.clock.ns[-1]))
         log_moment_table(writer, [MomentPlace("", "event", len(found), ns, True)])
+
+
+def log_curves(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> None:
+    """Send pH against what ran in, drawn by hand: Rerun has no plot of one quantity over another."""
+    for vessel, (added, values, ends) in titration_curves(effects).items():
+        if not ends:
+            continue
+        root, most = curve_path(vessel), max(float(added.max()), 1e-9)
+        step = 10.0 ** np.floor(np.log10(most))
+        step = step / 2 if most / step < 4 else step
+        across = [step * k for k in range(int(most / step) + 1)]
+        grid = [[(CURVE_WIDTH * x / most, 0.0), (CURVE_WIDTH * x / most, CURVE_HEIGHT)] for x in across]
+        grid += [[(0.0, _ph_y(value)), (CURVE_WIDTH, _ph_y(value))] for value in range(0, 15, 2)]
+        thin, colour = rr.Radius.ui_points(1.0), packed([FAINT])
+        writer.static(f"{root}/grid", rr.LineStrips2D(grid, colors=colour, radii=thin, draw_order=-1.0))
+        rows = drawn_rows(values)
+        line = np.stack([CURVE_WIDTH * added[rows] / most, _ph_y(values[rows])], axis=1)
+        writer.static(
+            f"{root}/line", rr.LineStrips2D([line], colors=packed([SERIES[0]]), radii=rr.Radius.ui_points(2.0))
+        )
+        said = [((CURVE_WIDTH * x / most, CURVE_HEIGHT + 34.0), f"{x:g}", TICKS) for x in across]
+        said += [((-34.0, _ph_y(value)), f"{value}", TICKS) for value in range(0, 15, 2)]
+        said += [((CURVE_WIDTH / 2, CURVE_HEIGHT + 74.0), f"mL run into {vessel}", TICKS)]
+        ph = np.interp(ends, added, values).tolist()
+        said += [((CURVE_WIDTH * x / most - 120.0, _ph_y(y)), f"end point {x:.2f} mL", WHITE)
+                 for x, y in zip(ends, ph, strict=True)]  # fmt: skip
+        log_words(writer, f"{root}/words", said)
+        times = effects["reaction"].series[f"{vessel}/pH"].times
+        dots = rr.Points2D.columns(positions=line.astype(np.float32))
+        writer.session_rows(f"{root}/now", _ns(times[rows]), dots)
+        radius = rr.Radius.ui_points(7.0)
+        writer.static(f"{root}/now", rr.Points2D.from_fields(radii=radius, colors=packed([SERIES[1]])))
+
+
+def curve_path(vessel: str) -> str:
+    """Entity of the curve of a vessel."""
+    return entity(ROOT, "curve", vessel)
+
+
+def _ph_y(ph: Any) -> Any:
+    return CURVE_HEIGHT * (1.0 - np.asarray(ph) / 14.0)
 
 
 def tab_name(effects: Mapping[str, EffectRun]) -> str:
@@ -103,14 +156,13 @@ def _path(kind: str, *parts: str) -> str:
 def log_effects(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> None:
     """Send everything of every effect of the plan; an effect that did not run has no entity."""
     number = 0
+    log_curves(writer, effects)
+    for path, spans in effect_lanes(effects).items():
+        _log_lane(writer, path, spans)
     for kind, run in effects.items():
         for name, series in run.series.items():
             _log_series(writer, _path(kind, *name.split("/")), name, series, number)
             number += 1
-        for name, spans in run.output.lanes.items():
-            if name == SKIPPED:
-                continue  # what was left out is a figure of the summary, not a lane of the picture
-            _log_lane(writer, _path(kind, "lanes", name), spans)
         _log_events(writer, _path(kind, "events"), run.events)
         _log_markers(writer, kind, run.events)
         if kind == GAZE:

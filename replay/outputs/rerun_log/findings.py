@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
-import rerun.blueprint as rrb
 
 from replay.outputs.palette import DOUBTS, Looks
 from replay.outputs.rerun_log.columns import RecordingWriter, entity
 from replay.outputs.rerun_log.lanes import log_lane
-from replay.outputs.rerun_log.views import state_view, text_view
 from replay.outputs.run_tables import finding_table
 from replay.outputs.tables import markdown
 from replay.outputs.words import NOTHING_SUSPICIOUS
@@ -63,12 +60,3 @@ def finding_list(result: RunResult) -> str:
     notes = "\n".join(f"- **{code}**: {spec.meaning}; {spec.fix}" for code, spec in CODES.items() if code in said)
     made = finding_table(shown).only("severity", "code", "body", "seconds", "what")
     return markdown(made.titled("", notes))
-
-
-def finding_tab(paths: Sequence[str], whole: rrb.TimeAxis) -> Any:
-    """The tab that says what is suspicious about the recording."""
-    listing = text_view(LIST, "What is suspicious about the recording")
-    if not paths:
-        return rrb.Horizontal(listing, name="Findings")
-    lanes = state_view("findings/lanes", "Poses in doubt, body by body", whole, paths)
-    return rrb.Vertical(lanes, listing, row_shares=[0.45, 0.55], name="Findings")

@@ -6,21 +6,32 @@ viewer from merging neighbours narrower than four pixels into grey, and a frame 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from cdcore import Detection
+from cdcore.protocol import counts_as_contact
 from replay.base.shown import shown
-from replay.comparison.outcome import Comparison, Miss
-from replay.outputs.lanes import number_boxes, ranked_pairs
-from replay.outputs.palette import MISSED, MISSED_DARK, SERIES, VERDICTS, Looks, Rgba
-from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
+from replay.comparison.outcome import Miss, Outcome
+from replay.outputs.lanes import noise_states, number_boxes, ranked_pairs
+from replay.outputs.palette import (
+    MISSED,
+    MISSED_DARK,
+    NOISES,
+    OUTCOMES,
+    SERIES,
+    VERDICTS,
+    WITHIN_TOLERANCE,
+    Looks,
+    Rgba,
+)
+from replay.outputs.rerun_log.columns import RecordingWriter, drawable, entity, packed
 from replay.pipeline.run_result import RunResult
-from replay.prepare.assembly import Assembly
 
 Span = tuple[str, int, int]
 """A word, and the first and last nanosecond on the session timeline."""
@@ -34,20 +45,69 @@ VR_TYPE: Final = "vr_type"
 KINDS: Final = ("stage", "task", "feature", VR_TYPE)
 """Kinds of spans, in the order of their lanes; any other follows."""
 
+LANES: Final = "lanes"
+COLON: Final = "\u02d0_"
+"""A letter that looks like a colon."""
+
+MOST_PAIRS: Final = 40
+"""Pairs with lanes per detector at most: beyond it nobody scrolls, and every lane costs the viewer a row."""
+
+MOST_LANES: Final = 4
+"""Lanes beside the list at most, as many as a screen of 800 lines shows, the reference's among them."""
+
+SHOWN: Final = (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH)
+"""Outcomes of a lane of all pairs: of several at a time the first is shown."""
+
 NARROW: Final = (0.028, 0.012)
 """Shares of the session that the box of a number takes, and each digit, in a view of half a screen."""
 
 
-def audit_lanes(root: str, assembly: Assembly, comparison: Comparison) -> dict[str, int | None]:
-    """Paths of the lanes of one audit and the column each speaks of: the numbers (``None``), then pairs, worst first.
+@dataclass(frozen=True)
+class PairLanes:
+    """Paths of the lanes of one detector, the viewer sorts them by path, and the column that each speaks of."""
 
-    The viewer sorts lanes by path, numbers in it as numbers.
+    numbers: str  # of the misses, or ``""`` where nothing was compared
+    pairs: Mapping[str, int]  # worst first
+
+
+def lane_name(*words: str) -> str:
+    """A path that reads as words: the viewer shows the path of a lane, and escapes most of what is no letter.
+
+    The first two words are parted by a letter that looks like a colon, for a colon is escaped.
     """
-    lanes: dict[str, int | None] = {f"{root}/1_missed": None}
-    for rank, column in enumerate(ranked_pairs(comparison, assembly.held), start=2):
-        name = assembly.pair_name(column) + ("_held" if assembly.held[column] else "")
-        lanes[entity(*root.split("/"), f"{rank}_{name}")] = column
-    return lanes
+    parts = [re.sub(r"[^\w.-]+", "_", drawable(word)).strip("_") for word in words]
+    return COLON.join(parts)
+
+
+def pair_lanes(result: RunResult, label: str) -> PairLanes:
+    """The lanes of one detector: pairs in which it or the reference sees contact."""
+    assembly, comparison = result.assembly, result.comparisons.get(label)
+    if comparison is None:
+        contact = counts_as_contact(result.detections[label].verdict)
+        columns = np.flatnonzero(contact.any(axis=0)).tolist()
+    else:
+        columns = ranked_pairs(comparison, assembly.held)
+    pairs = {}
+    for rank, column in enumerate(columns[:MOST_PAIRS], start=2):
+        held = ", held" if assembly.held[column] else ""
+        pairs[entity(LANES, label, lane_name(f"{rank}_{assembly.pair_name(column)}{held}"))] = column
+    return PairLanes(entity(LANES, label, "1_misses") if comparison is not None else "", pairs)
+
+
+def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> None:
+    """Send what a detector made of each pair, or, where nothing was compared, what it said; and what noise leaves."""
+    lanes, comparison = pair_lanes(result, label), result.comparisons.get(label)
+    if lanes.numbers:
+        log_number_lane(writer, lanes.numbers, result.misses[label])
+    for path, column in lanes.pairs.items():
+        if comparison is None:
+            log_lane(writer, path, result.detections[label].verdict[:, column], VERDICTS)
+            continue
+        log_lane(writer, path, comparison.outcome[:, column], OUTCOMES)
+        if result.noise is not None:
+            frames = len(result.assembly.motion)
+            states = noise_states(result.noise, result.episodes[result.oracle], column, frames)
+            log_lane(writer, noise_lane(path), states, NOISES)
 
 
 def noise_lane(lane: str) -> str:
@@ -55,14 +115,26 @@ def noise_lane(lane: str) -> str:
     return f"{lane}/in_noise"
 
 
-def log_detector_lanes(
-    writer: RecordingWriter, root: str, assembly: Assembly, detections: Mapping[str, Detection], columns: Sequence[int]
-) -> None:
-    """Send ``<root>/<pair>/<detector>`` lanes in the glossary's words for these pairs."""
-    for rank, column in enumerate(columns, start=1):
-        for label, detection in detections.items():
-            path = entity(root, f"{rank}_{assembly.pair_name(column)}", label)
-            log_lane(writer, path, detection.verdict[:, column], VERDICTS)
+def detector_lanes(result: RunResult, order: Sequence[str]) -> list[str]:
+    """Lanes of all pairs, of the reference and of the first detectors of this order, each with what it is."""
+    what = {rank.label: rank.what for rank in result.ranking}
+    reference = lane_name(f"1_{result.oracle} is the reference")
+    shown = enumerate(order[: MOST_LANES - 1], 2)
+    return [reference, *(lane_name(f"{number}_{label}", what[label]) for number, label in shown)]
+
+
+def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequence[str], lanes: Sequence[str]) -> None:
+    """Send contact of the reference in grey, and what is wrong or right anywhere, with the numbers of misses."""
+    verdict, outcomes = result.detections[result.oracle].verdict, result.comparisons[order[0]].outcome
+    touched = (counts_as_contact(verdict) & (outcomes != Outcome.HELD)).any(axis=1)
+    words = np.array(["", "contact"], dtype=object)[touched.astype(np.intp)]
+    send_lane(writer, lanes[0], *word_changes(writer, words), [("contact", WITHIN_TOLERANCE)])
+    for label, path in zip(order, lanes[1:], strict=False):
+        outcome = result.comparisons[label].outcome
+        worst = np.full(len(outcome), "", dtype=object)
+        for code in reversed(SHOWN):
+            worst[(outcome == code).any(axis=1)] = OUTCOMES[code][0]
+        log_with_numbers(writer, path, worst, [OUTCOMES[code] for code in SHOWN], result.misses[label])
 
 
 def log_lane(writer: RecordingWriter, path: str, state: NDArray[np.uint8], words: Looks) -> None:

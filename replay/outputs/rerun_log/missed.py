@@ -29,10 +29,8 @@ LARGE_FACE: Final = 0.002
 triangles of a bench top are two hands wide: painted, they drown the contact, and the curve says where on them it is."""
 
 
-def log_missed_faces(
-    writer: RecordingWriter, root: str, assembly: Assembly, oracle: Detection, misses: Sequence[Miss]
-) -> None:
-    """Send ``world/<body>/<root>``: per frame, the faces of the body that met and were missed, in the body's own frame.
+def log_missed_faces(writer: RecordingWriter, assembly: Assembly, oracle: Detection, misses: Sequence[Miss]) -> None:
+    """Send below each body, in its own frame, per frame its faces that met and were missed.
 
     Where the oracle lists no faces, those of each miss's deepest moment, which may lie between frames.
     """
@@ -45,7 +43,7 @@ def log_missed_faces(
                     room[body] -= len(mine)
                     per_body.setdefault(body, {}).setdefault(moment, []).append(mine)
     for body in sorted({int(k) for miss in misses for k in assembly.pairs[miss.pair]}):
-        _log_faces_of(writer, root, assembly, body, per_body.get(body, {}))
+        _log_faces_of(writer, assembly, body, per_body.get(body, {}))
 
 
 Moment = tuple[int, int]
@@ -75,9 +73,9 @@ def face_areas(mesh: TriangleMesh, faces: NDArray[np.int64]) -> FloatArray:
 
 
 def _log_faces_of(
-    writer: RecordingWriter, root: str, assembly: Assembly, body: int, found: dict[Moment, list[NDArray[np.int64]]]
+    writer: RecordingWriter, assembly: Assembly, body: int, found: dict[Moment, list[NDArray[np.int64]]]
 ) -> None:
-    path = f"{body_path(assembly.bodies[body].name)}/{root}"
+    path = f"{body_path(assembly.bodies[body].name)}/missed_faces"
     # A row without faces after each stretch, else the patch would stay for ever: the viewer shows the latest row.
     last = len(writer.clock.ns) - 1
     rows = sorted({(0, 0), *found, *((frame + 1, 0) for frame, _ in found if frame < last)})

@@ -1,197 +1,383 @@
-"""The pipeline over time: bounding spheres that overlap, pairs that each stage left, and what each stage took."""
+"""The tab *Pipeline*: bounding volumes of a pair, one look of the search, and what each stage left and took."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
-from cdcore.bounding.sphere import Sphere, sphere_in_mode
-from cdcore.numerics import BoolArray, FloatArray, IntArray
-from cdcore.protocol import counts_as_contact
+from cdcore.bounding.box import box_best
+from cdcore.bounding.sphere import sphere_in_mode
+from cdcore.numerics import FloatArray, place_points
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
-from replay.outputs.palette import BUDGET, MISSED, SERIES, WITHIN_TOLERANCE, Rgba
-from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed, send_moments
-from replay.outputs.rerun_log.world import body_path
-from replay.outputs.watched_run import ALL, BOXES, CONFIRMED, LOST, SEARCHED, SPHERES, Moment, WatchedRun
+from replay.outputs.camera import Eye, Obstacles, framing, towards_user
+from replay.outputs.palette import MISSED, SERIES, TICKS, WHITE, WITHIN_TOLERANCE, Rgba
+from replay.outputs.rerun_log.accuracy import LETTER, log_words_at
+from replay.outputs.rerun_log.close_up import ROOM
+from replay.outputs.rerun_log.columns import RecordingWriter, Steps, entity, packed, steps_of
+from replay.outputs.rerun_log.stage import (
+    Label,
+    Standing,
+    beside,
+    log_dots,
+    log_eyes,
+    log_labels,
+    log_lines,
+    log_standing,
+)
+from replay.outputs.rerun_log.timing import ceiling, stage_ms, total_ms
+from replay.outputs.rerun_log.world import face_normals
+from replay.outputs.watched_run import ALL, BOXES, CONFIRMED, CONTACT, LOST, SEARCHED, SPHERES, Moment, WatchedRun
+from replay.outputs.words import counted
 from replay.pipeline.gates import figure
-from replay.prepare.assembly import Assembly
+from replay.pipeline.run_result import RunResult
 
-ROOT: Final = "pipeline"
-
-ROOM: Final = 0.5
-"""Metres: a larger sphere holds the room and is left out, and so are its pairs: all glass stands on the bench."""
+if TYPE_CHECKING:
+    from cdcore.search.tracing import LookTrace
 
 STAGE_COLOURS: Final[Mapping[str, Rgba]] = {
     ALL: WITHIN_TOLERANCE, SPHERES: SERIES[5], BOXES: SERIES[0], SEARCHED: SERIES[1], CONFIRMED: SERIES[2],
-    "spheres": SERIES[5], "boxes": SERIES[0], "search": SERIES[1], "meshes": SERIES[4], "containment": SERIES[3],
+    "broad phase": SERIES[0], "search": SERIES[1], "narrow phase": SERIES[4], "containment": SERIES[3],
 }  # fmt: skip
 """Colours of what a stage leaves, and of the time it takes."""
 
-OTHER: Final[Rgba] = BUDGET
-"""For a stage without a colour."""
+ENDS: Final[Mapping[str, Rgba]] = {CONTACT: SERIES[2], LOST: MISSED}
+"""Colour of how a look ended; of a near pass white."""
 
-IDLE: Final = 1e-7
-"""Seconds, in the mean, below which a stage had nothing to do and is not shown."""
+STAND_OFF: Final = 0.00025
+"""Metres that sampled faces stand off their body."""
 
-NOWHERE, BY_SPHERES, BY_BOXES = range(3)
+VIRIDIS: Final = np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)], dtype=np.float64)
+"""Least pheromone to most. Source: matplotlib's viridis, every quarter."""
+
+WALKED: Final[Rgba] = (184, 192, 206, 255)
+"""Faces of the local search: pale, for they have no pheromone."""
+
+ANT: Final = SERIES[1]
+NEAREST: Final = 0.22
+"""Metres from the eye to the pair at least."""
+
+WORDS_UP: Final = (0.24, 0.10, -0.34)
+"""How high words on the search stand, in distances of the eye."""
+
+BAR_WIDTH, BAR_STEP = 520.0, 76.0
+BAR_LINES: Final = 14
+"""A bar is so many thin lines: thick ones have round caps, which lie at small counts, and boxes have no fill."""
+
+FRAME_BOUNDS: Final = ((-280.0, BAR_WIDTH + 240.0), (-60.0, 950.0))
+"""What the view of a frame shows of both axes."""
+
+UP: Final = 27.0
+"""How far words are moved up, in units of the view, to stand beside their bar."""
+
+COUNTS_Y, TIMES_Y, NAMES_X = 70.0, 600.0, -150.0
 
 
 def pipeline_path(label: str, *parts: str) -> str:
     """Entity of a part of one detector's pipeline."""
-    return entity(ROOT, label, *parts)
+    return entity("pipeline", label, *parts)
 
 
-def sphere_path(body: str, label: str) -> str:
-    """Entity of a body's sphere, below the body: so it moves with it."""
-    return f"{body_path(body)}/{entity(f'sphere_of_{label}')}"
+def moment_words(run: WatchedRun, moment: Moment) -> str:
+    """When it is, and what: the name of a moment."""
+    what = {LOST: "a miss of the search", CONTACT: "a contact that the search finds"}.get(moment.kind, "a near pass")
+    return f"At {run.motion.times[moment.frame]:.3f} s: {what}"
 
 
-def log_pipeline(writer: RecordingWriter, run: WatchedRun, assembly: Assembly) -> None:
-    """Send spheres, counts and times of one detector."""
+def log_pipeline(writer: RecordingWriter, run: WatchedRun, result: RunResult) -> None:
+    """Send everything of one detector; at every instant without a moment of its own its worked moment is shown."""
+    _log_counts(writer, run)
+    if not run.moments:
+        return
+    assembly, root = result.assembly, pipeline_path(run.label)
+    rows = [(one.frame, 0, one.first, one.last, one) for one in run.moments]
+    steps = steps_of(rows, len(run.motion), run.worked)
+    at = {one: Standing(assembly, one.frame, assembly.pairs[one.pair].tolist()) for one in run.moments}
+    log_standing(writer, f"{root}/bodies", result.session.scene, steps, at)
+    _log_volumes(writer, run, result, steps)
+    _log_search(writer, run, result, steps)
+    _log_bars(writer, run, result, steps)
+    _log_list(writer, run, result)
+    ns = int(writer.clock.ns[run.worked.frame])
+    marks = np.array([ns - 2_000_000, ns, ns + 2_000_000])
+    for part, top in (("pairs", float(run.counts[SPHERES].max())), ("mark", ceiling([total_ms(run.detection)]))):
+        path = f"{root}/{part}/moment"
+        writer.session_rows(path, np.maximum(marks, 0), rr.Scalars.columns(scalars=[0.0, top, 0.0]))
+        colour = packed([ENDS.get(run.worked.kind, WHITE)])
+        writer.static(path, rr.SeriesLines.from_fields(names=[f"this moment, {ns * 1e-9:.3f} s"], colors=colour))
+
+
+def _log_volumes(writer: RecordingWriter, run: WatchedRun, result: RunResult, steps: Steps) -> None:
+    """The sphere and the box of both bodies, below the bodies, and the eye that sees both."""
+    assembly, root = result.assembly, pipeline_path(run.label)
     mode = getattr(run.seen.settings, "sphere", "best")
     spheres = [sphere_in_mode(body.mesh, mode) for body in assembly.bodies]
-    stages = sphere_stages(run, assembly.pairs, spheres)
-    for column, (body, sphere) in enumerate(zip(assembly.bodies, spheres, strict=True)):
-        _log_sphere(writer, sphere_path(body.name, run.label), body.name, sphere, stages[:, column])
-    _log_near_pairs(writer, run, assembly, spheres)
-    _log_counts(writer, run)
-    _log_times(writer, run)
-    _log_work(writer, run)
+    small = [body for body, sphere in enumerate(spheres) if sphere.radius <= ROOM]
+    pairs = {one: assembly.pairs[one.pair].tolist() for one in run.moments}
+    wire, thin = rr.components.FillMode.MajorWireframe, rr.Radius.ui_points(1.0)
+    for body in {body for pair in pairs.values() for body in pair if body in small}:
+        path, sphere, box = (
+            f"{root}/bodies/{entity(assembly.names[body])}",
+            spheres[body],
+            box_best(assembly.bodies[body].mesh),
+        )
+
+        def here(shown: Moment, body: int = body) -> list[int]:
+            return [body] if body in pairs[shown] else []
+
+        def balls(some: list[int], sphere: Any = sphere) -> rr.ComponentColumnList:
+            sizes = np.full((len(some), 3), sphere.radius, dtype=np.float32)
+            return rr.Ellipsoids3D.columns(centers=np.tile(sphere.centre, (len(some), 1)), half_sizes=sizes)
+
+        def boxes(some: list[int], box: Any = box) -> rr.ComponentColumnList:
+            centre, half, turn = (np.tile(value, (len(some), 1)) for value in (box.centre, box.half, _turn(box.axes)))
+            return rr.Boxes3D.columns(centers=centre, half_sizes=half, quaternions=turn)
+
+        # Wires ignore alpha: an empty row hides them.
+        writer.steps(f"{path}/sphere", steps, here, balls)
+        grey, blue = [STAGE_COLOURS[SPHERES]], [STAGE_COLOURS[BOXES]]
+        writer.static(f"{path}/sphere", rr.Ellipsoids3D.from_fields(fill_mode=wire, line_radii=thin, colors=grey))
+        if BOXES in run.counts:
+            writer.steps(f"{path}/box", steps, here, boxes)
+            thick = rr.Radius.ui_points(1.8)
+            writer.static(f"{path}/box", rr.Boxes3D.from_fields(fill_mode=wire, radii=thick, colors=blue))
+    eyes, labels = {}, {}
+    for one in run.moments:
+        corners = [_placed(result, one.frame, body, box_best(assembly.bodies[body].mesh).corners)
+                   for body in pairs[one] if body in small]  # fmt: skip
+        points = (
+            np.concatenate(corners) if corners else np.array([assembly.motion.translations[one.frame, pairs[one][0]]])
+        )
+        user = towards_user(assembly, result.session.scene, one.frame, points.mean(axis=0).tolist())
+        near = framing(points, user + np.array([0.0, 0.35, 0.0]))
+        eyes[one] = eye = Eye(
+            tuple(np.asarray(near.target) + 1.25 * np.subtract(near.position, near.target)), near.target
+        )
+        labels[one] = [beside(eye, points.max(axis=0), "1  bounding spheres meet", STAGE_COLOURS[SPHERES], -0.2, 0.38)]
+        if BOXES in run.counts:
+            words = "2  boxes meet: search here"
+            labels[one].append(beside(eye, points.min(axis=0), words, STAGE_COLOURS[BOXES], 0.2, -0.40))
+    log_eyes(writer, f"{root}/near/eye", [(frame, later, eyes[one]) for frame, later, one in steps])
+    log_labels(writer, f"{root}/near", steps, labels)
 
 
-def sphere_stages(run: WatchedRun, pairs: IntArray, spheres: Sequence[Sphere]) -> NDArray[np.uint8]:
-    """(T, N): whether a body's sphere meets another, and whether the boxes of one such pair meet too."""
-    reached = np.where(run.seen.boxes, BY_BOXES, np.where(run.seen.spheres, BY_SPHERES, NOWHERE)).astype(np.uint8)
-    stages = np.zeros((len(reached), len(spheres)), dtype=np.uint8)
-    for column, ends in enumerate(pairs.tolist()):
-        if max(spheres[body].radius for body in ends) <= ROOM:
-            for body in ends:
-                np.maximum(stages[:, body], reached[:, column], out=stages[:, body])
-    return stages
+def _turn(axes: FloatArray) -> FloatArray:
+    from scipy.spatial.transform import Rotation
+
+    # The axes of a box may be left-handed: turned about, the box is the same.
+    rotation = axes * np.sign(np.linalg.det(axes))
+    turn: FloatArray = Rotation.from_matrix(rotation).as_quat()
+    return turn
 
 
-def _log_sphere(writer: RecordingWriter, path: str, name: str, sphere: Sphere, stage: NDArray[np.uint8]) -> None:
-    frames = changes(stage)
-    shown = stage[frames] > NOWHERE
-    colours = packed(STAGE_COLOURS[BOXES if one == BY_BOXES else SPHERES] for one in stage[frames][shown])
-    count = int(shown.sum())
-    columns = rr.Ellipsoids3D.columns(
-        centers=np.tile(sphere.centre.astype(np.float32), (count, 1)),
-        half_sizes=np.full((count, 3), sphere.radius, dtype=np.float32), colors=colours, labels=[name] * count,
-    )  # fmt: skip
-    # Wires ignore alpha: an empty row hides them.
-    writer.rows(path, frames, columns, shown.astype(np.int64))
-    wire, thin = rr.components.FillMode.MajorWireframe, rr.Radius.ui_points(0.7)
-    writer.static(path, rr.Ellipsoids3D.from_fields(fill_mode=wire, line_radii=thin, show_labels=True))
+def _log_search(writer: RecordingWriter, run: WatchedRun, result: RunResult, steps: Steps) -> None:
+    """Faces that a look evaluated, the way of its best pair, its end, and where the surfaces of a miss meet."""
+    root = pipeline_path(run.label, "search")
+    obstacles = Obstacles(result.assembly, result.session.scene)
+    eyes, labels, dots, ways, ends, faces = {}, {}, {}, {}, {}, {}
+    for one in run.moments:
+        trace, eye = run.trace(one), _eye(run, result, obstacles, one)
+        eyes[one] = eye
+        path = np.mean([centre[trace.best()] for centre in _centres(trace, result, one)], axis=0)
+        labels[one] = _labels(run, one, trace, path, eye)
+        ways[one] = [(line, WHITE) for line in np.stack([path[:-1], path[1:]], axis=1)]
+        dots[one] = _ant_dots(trace, result, one)
+        faces[one] = _walked_faces(trace, result, one)
+        last = [(path[-1], ENDS.get(one.kind, WHITE) if one.meets is None else WHITE)]
+        last += [(np.asarray(one.meets), MISSED)] if one.meets is not None else []
+        ends[one] = np.array([place for place, _ in last]), packed(colour for _, colour in last)
+    log_eyes(writer, f"{root}/eye", [(frame, later, eyes[one]) for frame, later, one in steps])
+    log_labels(writer, root, steps, labels)
+    log_dots(writer, f"{root}/ants", steps, dots, 2.6)
+    log_dots(writer, f"{root}/ends", steps, ends, 6.0)
+    log_lines(writer, f"{root}/best", steps, ways, 2.0)
+
+    def columns(some: list[Any]) -> rr.ComponentColumnList:
+        return rr.Mesh3D.columns(vertex_positions=np.array(some, dtype=np.float32).reshape(-1, 3))
+
+    writer.steps(f"{root}/walked", steps, lambda shown: [*faces[shown]], columns, each=3)
+    both = rr.components.MeshFaceRendering.DoubleSided
+    writer.static(f"{root}/walked", rr.Mesh3D.from_fields(face_rendering=both, albedo_factor=WALKED))
 
 
-def pair_stages(run: WatchedRun, moment: Moment) -> dict[int, Rgba]:
-    """Pair whose spheres met in the frame of a moment -> colour of how far it came; the red of a miss for a missed."""
-    frame, seen, contact = moment.frame, run.seen, counts_as_contact(run.detection.verdict[moment.frame])
-    stages = ((seen.spheres, SPHERES), (seen.boxes, BOXES), (seen.searched, SEARCHED))
-    colours = {pair: STAGE_COLOURS[stage] for held, stage in stages for pair in np.flatnonzero(held[frame]).tolist()}
-    colours |= {pair: STAGE_COLOURS[CONFIRMED] for pair in colours if contact[pair]}
-    return colours | ({moment.pair: MISSED} if moment.kind == LOST else {})
+def _labels(run: WatchedRun, moment: Moment, trace: LookTrace, path: FloatArray, eye: Eye) -> list[Label]:
+    """Numbered words on the way of the best pair, and where the surfaces of a miss meet."""
+    best, apart = trace.best(), 1e3 * trace.distance[trace.best()]
+    said = [(0, f"first pair: {apart[0]:.0f} mm apart", WHITE)]
+    by_ants = np.flatnonzero(trace.asked_by[best] == "ant")
+    if len(by_ants) and 0 < by_ants[-1] < len(best) - 1:
+        said.append((int(by_ants[-1]), f"best ant: {apart[by_ants[-1]]:.0f} mm", WHITE))
+    look, ago = run.look(moment), moment.frame - moment.looked
+    end = f"{apart[-1]:.1f} mm apart; stopped at {look.evaluations:,} samples"
+    if ago:
+        end += f", {ago} frames ago"
+    if moment.kind == CONTACT:
+        end = "confirmed by the triangle test"
+    said = [*(said if len(best) > 1 else []), (len(best) - 1, end, ENDS[CONTACT] if moment.kind == CONTACT else WHITE)]
+    heights = [*WORDS_UP[: len(said) - 1], WORDS_UP[-1]]
+    labels = [
+        beside(eye, path[step], f"{number}  {words}", colour, 0.34 if number < len(said) else 0.14, height)
+        for number, ((step, words, colour), height) in enumerate(zip(said, heights, strict=True), 3)
+    ]
+    if moment.meets is not None:
+        away = 1e3 * float(np.linalg.norm(np.subtract(moment.meets, path[-1])))
+        words = f"missed: the surfaces meet here, {away:.0f} mm away"
+        labels.append(beside(eye, np.asarray(moment.meets), words, MISSED, -0.05, 0.40))
+    return labels
 
 
-def _log_near_pairs(writer: RecordingWriter, run: WatchedRun, assembly: Assembly, spheres: Sequence[Sphere]) -> None:
-    """A line from sphere to sphere, an entity for each pair, so that each can be clicked; at the frames that matter."""
-    lines: dict[int, dict[int, list[tuple[FloatArray, Rgba]]]] = {}
-    for moment in run.moments:
-        turns, moves = assembly.motion.rotations[moment.frame], assembly.motion.translations[moment.frame]
-        for pair, colour in pair_stages(run, moment).items():
-            ends = assembly.pairs[pair].tolist()
-            if max(spheres[body].radius for body in ends) <= ROOM:
-                line = np.array([turns[body] @ spheres[body].centre + moves[body] for body in ends])
-                lines.setdefault(pair, {})[moment.frame] = [(line, colour)]
-    for pair, found in lines.items():
-        path = near_path(run.label, assembly.pair_name(pair))
-        send_moments(writer, path, found, line_columns)
-        writer.static(path, rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.8)))
+def _eye(run: WatchedRun, result: RunResult, obstacles: Obstacles, moment: Moment) -> Eye:
+    """An eye that sees the smaller body whole, with the place where the search ended before it."""
+    assembly, look = result.assembly, run.look(moment)
+    points = run.seen.search.places(assembly.motion, moment.frame, moment.pair, look.hit or look.closest)
+    point = points.mean(axis=0) if moment.meets is None else np.asarray(moment.meets)
+    user = towards_user(assembly, result.session.scene, moment.frame, point.tolist())
+    near = obstacles.close_up(moment.frame, point.tolist(), user)
+    balls = {body: sphere_in_mode(assembly.bodies[body].mesh, "best") for body in assembly.pairs[moment.pair].tolist()}
+    body = min(balls, key=lambda one: balls[one].radius)
+    middle = _placed(result, moment.frame, body, balls[body].centre[None])[0]
+    distance = float(np.clip(3.4 * balls[body].radius, NEAREST, 0.5))
+    back = np.subtract(near.position, near.target)
+    # Not farther aside than the place stays in view.
+    way = middle - point
+    target = point + way * min(1.0, 0.25 * distance / max(float(np.linalg.norm(way)), 1e-9))
+    return Eye(tuple(target + distance * back / np.linalg.norm(back)), tuple(target))
 
 
-def line_columns(lines: Sequence[tuple[Any, Rgba]]) -> rr.ComponentColumnList:
-    """Lines from point to point, (2, 3) each, and their colours."""
-    strips = np.array([line for line, _ in lines], dtype=np.float32).reshape(-1, 2, 3)
-    return rr.LineStrips3D.columns(strips=strips, colors=packed(colour for _, colour in lines))
+def _placed(result: RunResult, frame: int, body: int, points: FloatArray) -> FloatArray:
+    motion = result.assembly.motion
+    return place_points(points, motion.rotations[frame, body], motion.translations[frame, body])
 
 
-def near_path(label: str, *pair: str) -> str:
-    """Entity of a pair whose spheres meet, or of the folder of all."""
-    return pipeline_path(label, "near", "pairs", *pair)
+def _centres(trace: LookTrace, result: RunResult, moment: Moment) -> list[FloatArray]:
+    """World centroids (n, 3) of the faces that a look evaluated, of each body."""
+    ends = result.assembly.pairs[moment.pair].tolist()
+    return [
+        _placed(
+            result, moment.frame, body, result.assembly.bodies[body].mesh.triangles[trace.faces[:, side]].mean(axis=1)
+        )
+        for side, body in enumerate(ends)
+    ]
 
 
-def _log_work(writer: RecordingWriter, run: WatchedRun) -> None:
-    """What the looks of each frame evaluated, and in how many iterations, where that is not nothing."""
-    work = {name: np.zeros(len(run.motion)) for name in ("evaluations", "iterations")}
-    for (frame, _), look in run.seen.search.noted.items():
-        work["evaluations"][frame] += look.result.evaluations
-        work["iterations"][frame] += look.result.iterations
-    for number, (name, value) in enumerate(work.items()):
-        path, frames = pipeline_path(run.label, "work", name), np.flatnonzero(_seen_with_neighbours(value))
-        writer.curve(path, frames, value[frames], f"{name}: {value.sum():,.0f} in all", SERIES[number], 1.4)
+def _ant_dots(trace: LookTrace, result: RunResult, moment: Moment) -> tuple[FloatArray, Any]:
+    """Centroids of the faces that ants evaluated, once each, and their colour: the most pheromone that came to each."""
+    places, shades = [], []
+    for side, centres in enumerate(_centres(trace, result, moment)):
+        rows = np.flatnonzero(np.isfinite(trace.pheromone))
+        _, first, which = np.unique(trace.faces[rows, side], return_index=True, return_inverse=True)
+        most = np.full(len(first), -np.inf)
+        np.maximum.at(most, which, trace.pheromone[rows])
+        places.append(centres[rows[first]])
+        shades.append(most)
+    pheromone = np.concatenate(shades)
+    return np.concatenate(places), viridis(pheromone)
 
 
-def _seen_with_neighbours(value: FloatArray) -> BoolArray:
-    """Frames with a value, those beside them, and both ends: between them a line at zero is true."""
-    seen = value > 0
-    seen[:-1] |= value[1:] > 0
-    seen[1:] |= value[:-1] > 0
-    seen[[0, -1]] = True
-    return seen
+def viridis(values: FloatArray) -> NDArray[np.uint32]:
+    """Colours of numbers, the least violet, the largest yellow."""
+    if not len(values):
+        return np.zeros(0, dtype=np.uint32)
+    share = (values - values.min()) / max(float(np.ptp(values)), 1e-12)
+    steps = np.linspace(0.0, 1.0, len(VIRIDIS))
+    colours = np.stack([np.interp(share, steps, VIRIDIS[:, k]) for k in range(3)], axis=1).astype(int)
+    return packed((int(r), int(g), int(b), 255) for r, g, b in colours)
 
 
-def changes(values: NDArray[np.generic]) -> NDArray[np.int64]:
-    """The first frame, and every frame whose value is another than that before."""
-    return np.flatnonzero(np.append(True, values[1:] != values[:-1])) if len(values) else np.zeros(0, np.int64)
+def _walked_faces(trace: LookTrace, result: RunResult, moment: Moment) -> FloatArray:
+    """Corners (f, 3, 3) of the faces that local search evaluated, a little off their bodies, world metres."""
+    walked = ~np.isfinite(trace.pheromone)
+    corners = []
+    for side, body in enumerate(result.assembly.pairs[moment.pair].tolist()):
+        triangles = result.assembly.bodies[body].mesh.triangles[np.unique(trace.faces[walked, side])]
+        corners.append(_placed(result, moment.frame, body, triangles + STAND_OFF * face_normals(triangles)[1][:, None]))
+    return np.concatenate(corners)
 
 
 def _log_counts(writer: RecordingWriter, run: WatchedRun) -> None:
     """A step where a count changes; what was searched is wider, so that it shows where all of it is confirmed."""
-    stages = [stage for stage in run.counts if stage != ALL]
-    for rank, stage in enumerate(stages):
-        count = run.counts[stage]
-        frames = np.union1d(changes(count), [len(count) - 1])
+    for rank, (stage, count) in enumerate(run.counts.items()):
+        if stage == ALL:
+            continue
+        frames = np.union1d(np.flatnonzero(np.append(True, count[1:] != count[:-1])), [len(count) - 1])
         path, width = pipeline_path(run.label, "pairs", f"{rank}_{stage}"), 4.5 if stage == SEARCHED else 1.8
-        counts, name = count[frames].astype(np.float64), f"{stage}: {count.mean():.1f} on average"
-        writer.curve(path, frames, counts, name, STAGE_COLOURS[stage], width, step=True)
+        writer.curve(path, frames, count[frames].astype(np.float64), stage, STAGE_COLOURS[stage], width, step=True)
 
 
-def stage_ms(run: WatchedRun) -> dict[str, FloatArray]:
-    """Stage -> milliseconds of each frame, (T,); where the whole motion was asked at once, their mean."""
-    frames = len(run.motion)
-    return {
-        stage: 1e3 * (value if isinstance(value, np.ndarray) else np.full(frames, value / max(1, frames)))
-        for stage, value in run.detection.seconds.items()
-        if np.sum(value) > IDLE * frames
-    }
+def _log_bars(writer: RecordingWriter, run: WatchedRun, result: RunResult, steps: Steps) -> None:
+    """The frame of the moment in numbers: how many pairs each stage leaves, and what each takes."""
+    root, times, total = pipeline_path(run.label, "frame"), stage_ms(run.detection), total_ms(run.detection)
+    pairs, slowest = max(1, int(run.counts[ALL].max())), {}
+    for one in run.moments:
+        slowest[one] = max((ms[one.frame] for ms in times.values()), default=0.0) or 1.0
+    share = {one: figure(100 * total[one.frame] / BUDGET_MS) for one in run.moments}
+    log_words_at(writer, f"{root}/counts", steps, lambda _: [
+        ((220.0, COUNTS_Y - BAR_STEP), f"{pairs} pairs in this frame: who is left after each stage", WHITE),
+    ], UP)  # fmt: skip
+    log_words_at(writer, f"{root}/price", steps, lambda one: [(
+        (200.0, TIMES_Y - BAR_STEP),
+        f"{total[one.frame]:.2f} ms for this frame: {share[one]} % of a {HEADSET_HZ:g} Hz frame", WHITE,
+    )], UP)  # fmt: skip
+    for rank, (stage, count) in enumerate(run.counts.items()):
+        lengths = {one: BAR_WIDTH * count[one.frame] / pairs for one in run.moments}
+        words = {one: _count_words(run, result, one, stage, int(count[one.frame])) for one in run.moments}
+        _bar(writer, f"{root}/{rank}", COUNTS_Y + BAR_STEP * rank, stage, steps, lengths, words)
+    for rank, (stage, ms) in enumerate(times.items()):
+        lengths = {one: BAR_WIDTH * ms[one.frame] / slowest[one] for one in run.moments}
+        micro = {one: f"{1e3 * ms[one.frame]:.0f} µs" for one in run.moments}
+        _bar(writer, f"{root}/price/{rank}", TIMES_Y + BAR_STEP * rank, stage, steps, lengths, micro)
 
 
-def is_timed(run: WatchedRun) -> bool:
-    """Whether frames were timed one by one."""
-    return any(isinstance(value, np.ndarray) for value in run.detection.seconds.values())
+def _count_words(run: WatchedRun, result: RunResult, moment: Moment, stage: str, count: int) -> str:
+    """How many pairs, and why fewer are searched than boxes meet, or which is confirmed or missed."""
+    waiting = int(run.counts.get(BOXES, run.counts[SPHERES])[moment.frame]) - count
+    if stage == SEARCHED and waiting > 0:
+        return f"{count}   {waiting} as before"
+    if stage == CONFIRMED and moment.kind == LOST:
+        return f"{count}   missed: {result.assembly.pair_name(moment.pair)}"
+    return f"{count}"
 
 
-def budget_words(run: WatchedRun) -> str:
-    """How a frame's time stands to the budget."""
-    total = np.sum(list(stage_ms(run).values()), axis=0)
-    what, ms = f"mean {total.mean():.2f} ms, p99", float(np.percentile(total, 99))
-    if not is_timed(run):
-        what, ms = "mean of all at once", float(total[0])
-    return f"{what} {ms:.2f} = {figure(100 * ms / BUDGET_MS)} % of a {HEADSET_HZ:g} Hz frame ({BUDGET_MS:.1f} ms)"
+def _bar(
+    writer: RecordingWriter, path: str, y: float, stage: str, steps: Steps, lengths: Mapping[Moment, float],
+    words: Mapping[Moment, str],
+) -> None:  # fmt: skip
+    """A bar from zero, its name before it and words at its end."""
+    colour = STAGE_COLOURS.get(stage, TICKS)
+    heights = y + 34.0 * (np.arange(BAR_LINES) / (BAR_LINES - 1) - 0.5)
+
+    def lines(one: Moment) -> Sequence[Any]:
+        if lengths[one] <= 0:
+            return ()
+        return [[(0.0, height), (lengths[one], height)] for height in heights]
+
+    def columns(some: list[Any]) -> rr.ComponentColumnList:
+        return rr.LineStrips2D.columns(strips=np.array(some, dtype=np.float32).reshape(-1, 2, 2))
+
+    writer.steps(f"{path}/bar", steps, lines, columns)
+    writer.static(f"{path}/bar", rr.LineStrips2D.from_fields(colors=packed([colour]), radii=1.7))
+
+    def said(one: Moment) -> list[Any]:
+        end = MISSED if "missed" in words[one] else colour
+        return [
+            ((lengths[one] + 30.0 + LETTER / 2 * len(words[one]), y), words[one], end),
+            ((NAMES_X, y), stage, TICKS),
+        ]
+
+    log_words_at(writer, f"{path}/words", steps, said, UP)
 
 
-def _log_times(writer: RecordingWriter, run: WatchedRun) -> None:
-    """Cumulated lines, the total drawn first: Rerun has no areas."""
-    total = np.zeros(len(run.motion))
-    stages = stage_ms(run)
-    for rank, (stage, ms) in enumerate(stages.items()):
-        total = total + ms
-        path = pipeline_path(run.label, "time", f"{len(stages) - rank}_{stage}")
-        frames = writer.clock.kept if is_timed(run) else writer.clock.kept[[0, -1]]
-        name = f"+ {stage}" if rank else stage
-        writer.curve(path, frames, total[frames], name, STAGE_COLOURS.get(stage, OTHER), 1.4)
+def _log_list(writer: RecordingWriter, run: WatchedRun, result: RunResult) -> None:
+    """One line per moment: a click on its time moves the cursor there."""
+    names = [result.assembly.pair_name(one.pair) for one in run.moments]
+    width, texts = max(map(len, names)), []
+    for one, name in zip(run.moments, names, strict=True):
+        samples = counted(run.look(one).evaluations, "sample")
+        texts.append(f"{run.motion.times[one.frame]:8.3f} s  {one.kind:<9}  {name:<{width}}  {samples:>13}")
+    levels = [one.kind.replace(" ", "_") for one in run.moments]
+    colours = packed(ENDS.get(one.kind, WHITE) for one in run.moments)
+    columns = rr.TextLog.columns(text=texts, level=levels, color=colours)
+    writer.rows(pipeline_path(run.label, "moments"), [one.frame for one in run.moments], columns)

@@ -1,73 +1,30 @@
-"""What each detector cost: milliseconds per frame where it works frame by frame, a mean where it takes all at once."""
+"""What each detector cost: milliseconds of every frame by stage, and its counters."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 import numpy as np
-import rerun as rr
-import rerun.blueprint as rrb
 
 from cdcore import Detection
 from cdcore.numerics import FloatArray, IntArray
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.outputs.palette import BUDGET, SERIES, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, entity
-from replay.outputs.rerun_log.views import plot
-from replay.outputs.tables import markdown, table
-from replay.pipeline.summary import look_seconds
 
-TOTAL: Final = "1_total"
-"""Stage name of the sum; the number sorts it first."""
+BUDGET_LINE: Final = "timing/budget"
+CUT_PERCENTILE: Final = 99.9
+"""A plot of times ends at what one frame in a thousand exceeds: one slow frame would press all curves to the floor."""
 
+IDLE: Final = 1e-7
+"""Seconds, in the mean, below which a stage had nothing to do and is not shown."""
 
-BUDGET_SHOWN: Final = 0.25
-"""Share of the budget from which its line is in the plot of times."""
-
-LEGEND: Final = 3
-"""Detectors beside whose names that of the budget fits into the legend of a low plot; its height says it too."""
-
-CUT: Final = 1.3
-"""A plot of times ends at so many times what one look in a thousand exceeds."""
-
-
-@dataclass(frozen=True)
-class Cost:
-    """What a detector took: stage -> milliseconds per frame, mean over all frames.
-
-    ``per_frame`` (L,) are milliseconds of the frames it looked at, ``None`` if it took the whole motion at once.
-    """
-
-    stages: Mapping[str, float]
-    per_frame: FloatArray | None
-
-    @property
-    def mean_ms(self) -> float:
-        """Milliseconds per frame of the session, all stages."""
-        return sum(self.stages.values())
-
-    def words(self) -> str:
-        """The cost for a legend or a table."""
-        if self.per_frame is None or not len(self.per_frame):
-            return f"{self.short}, all at once"
-        return f"median {np.percentile(self.per_frame, 50):.2f}, {self.short} a look"
-
-    @property
-    def short(self) -> str:
-        """The mean over frames, and the 99th percentile over samples where they were timed."""
-        if self.per_frame is None or not len(self.per_frame):
-            return f"mean {self.mean_ms:.2f} ms"
-        return f"mean {self.mean_ms:.2f}, p99 {np.percentile(self.per_frame, 99):.2f} ms"
-
-
-def cost_of(detection: Detection) -> Cost:
-    """Cost of a detection from its seconds."""
-    frames = max(1, len(detection.times))
-    stages = {name: float(np.sum(value)) * 1e3 / frames for name, value in detection.seconds.items()}
-    looks = look_seconds(detection)
-    return Cost(stages, None if looks is None else looks * 1e3)
+STAGES: Final[Mapping[str, str]] = {
+    "volumes": "broad phase", "spheres": "broad phase", "boxes": "broad phase", "surfaces": "narrow phase",
+    "meshes": "narrow phase", "rest": "other",
+}  # fmt: skip
+"""Stage as a detector calls it -> in words of the field; any other keeps its name."""
 
 
 def colour_of(number: int) -> Rgba:
@@ -75,83 +32,76 @@ def colour_of(number: int) -> Rgba:
     return SERIES[number % len(SERIES)]
 
 
-def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], remarks: Mapping[str, str]) -> None:
-    """Send ``timing/<detector>/<stage>`` in milliseconds, the budget line, and ``counters/<detector>/<counter>``.
+def stage_ms(detection: Detection) -> dict[str, FloatArray]:
+    """Stage -> milliseconds of each frame, (T,); where the whole motion was asked at once, their mean."""
+    frames, stages = len(detection.times), dict[str, FloatArray]()
+    for name, value in detection.seconds.items():
+        if np.sum(value) > IDLE * frames:
+            word = STAGES.get(name, name)
+            ms = 1e3 * (value if isinstance(value, np.ndarray) else np.full(frames, value / max(1, frames)))
+            stages[word] = stages[word] + ms if word in stages else ms
+    return stages
 
-    ``remarks`` (label -> words) go into the legend, so that price and misses stand in one line.
-    """
-    ends, words = _ends(writer), f"budget {BUDGET_MS:.1f} ms ({HEADSET_HZ:g} Hz)"
-    writer.curve("timing/budget", ends, np.full(len(ends), BUDGET_MS), words, BUDGET, 1.0)
+
+def total_ms(detection: Detection) -> FloatArray:
+    """Milliseconds of each frame, (T,)."""
+    total: FloatArray = sum(stage_ms(detection).values(), start=np.zeros(len(detection.times)))
+    return total
+
+
+def is_timed(detection: Detection) -> bool:
+    """Whether frames were timed one by one."""
+    return any(isinstance(value, np.ndarray) for value in detection.seconds.values())
+
+
+def ceiling(totals: Sequence[FloatArray]) -> float:
+    """Milliseconds at which a plot of these is cut."""
+    return max((float(np.percentile(one, CUT_PERCENTILE)) for one in totals if len(one)), default=0.0) or BUDGET_MS
+
+
+def budget_share(top: float) -> float:
+    """The largest of 1, 1/10, 1/100 ... of a frame's budget that a plot up to ``top`` shows."""
+    return float(10.0 ** min(0, int(np.floor(np.log10(top / BUDGET_MS)))))
+
+
+def log_timing(writer: RecordingWriter, detections: Mapping[str, Detection], words: Mapping[str, str]) -> None:
+    """Send totals, stages added up, counters and the line of the budget; ``words``: what a legend calls a detector."""
+    totals = [total_ms(detection) for detection in detections.values()]
+    share = budget_share(ceiling(totals))
+    ends, part = _ends(writer), {1.0: "", 0.1: "a tenth of ", 0.01: "a hundredth of "}.get(share, f"{share:g} of ")
+    name = f"{part}a {HEADSET_HZ:g} Hz frame: {share * BUDGET_MS:.2g} ms"
+    writer.curve(BUDGET_LINE, ends, np.full(len(ends), share * BUDGET_MS), name, BUDGET, 1.6)
     for number, (label, detection) in enumerate(detections.items()):
-        _log_seconds(writer, label, detection, colour_of(number), remarks.get(label, ""))
+        frames = writer.clock.kept if is_timed(detection) else ends
+        writer.curve(total_path(label), frames, totals[number][frames], words[label], colour_of(number), 1.4)
+        _log_stages(writer, label, detection, frames)
         _log_counters(writer, label, detection)
 
 
-def _log_seconds(writer: RecordingWriter, label: str, detection: Detection, colour: Rgba, remark: str) -> None:
-    cost = cost_of(detection)
-    words = f"{label}: {remark}, {cost.words()}" if remark else f"{label}, {cost.words()}"
-    seconds = {name: value for name, value in detection.seconds.items() if isinstance(value, np.ndarray)}
-    if seconds:
-        rows = {name: 1e3 * value for name, value in seconds.items()}
-        total = 1e3 * np.sum(list(seconds.values()), axis=0)
-        frames = writer.clock.kept[total[writer.clock.kept] > 0]
-    else:
-        rows = {name: np.full(len(writer.clock.ns), mean) for name, mean in cost.stages.items()}
-        total, frames = np.full(len(writer.clock.ns), cost.mean_ms), _ends(writer)
-    writer.curve(stage_path(label, TOTAL), frames, total[frames], words, colour, 1.5)
-    for number, (name, value) in enumerate(rows.items()):
-        writer.curve(stage_path(label, name), frames, value[frames], f"{label} {name}", colour_of(number), 1.2)
+def _log_stages(writer: RecordingWriter, label: str, detection: Detection, frames: IntArray) -> None:
+    """Lines added up, the total drawn first: Rerun has no areas."""
+    stages, total = stage_ms(detection), np.zeros(len(detection.times))
+    for rank, (stage, ms) in enumerate(stages.items()):
+        total = total + ms
+        path = entity("timing", label, "stages", f"{len(stages) - rank}_{stage}")
+        writer.curve(path, frames, total[frames], f"+ {stage}" if rank else stage, colour_of(rank), 1.4)
 
 
 def _log_counters(writer: RecordingWriter, label: str, detection: Detection) -> None:
-    for name, value in detection.work.items():
+    for number, (name, value) in enumerate(detection.work.items()):
+        if not np.any(value):
+            continue
         frames = writer.clock.kept if isinstance(value, np.ndarray) else _ends(writer)
         counts = value[frames].sum(axis=1) if isinstance(value, np.ndarray) else np.full(len(frames), value)
-        writer.rows(entity("counters", label, name), frames, rr.Scalars.columns(scalars=counts.astype(np.float64)))
+        words = f"{name.replace('_', ' ')}: {int(np.sum(value)):,} in all"
+        writer.curve(entity("counters", label, name), frames, counts.astype(np.float64), words, colour_of(number), 1.4)
 
 
-def clipped(timed: Sequence[FloatArray]) -> tuple[float, float, str]:
-    """Where a plot of times ends, the slowest, and words where that is beyond: one look would flatten all others."""
-    slowest = max((float(one.max()) for one in timed), default=0.0)
-    high = min(slowest, CUT * max((float(np.percentile(one, 99.9)) for one in timed), default=0.0))
-    return 1.15 * high, slowest, ", cut off" if slowest > 1.15 * high else ""
+def total_path(label: str) -> str:
+    """Entity of all that a detector took."""
+    return entity("timing", label, "total")
 
 
-def timing_view(costs: Mapping[str, Cost], whole: rrb.TimeAxis, *, short: bool = False) -> Any:
-    """Times of all detectors on one axis; ``short``: curves named by their 99th percentile alone."""
-    timed = [cost.per_frame for cost in costs.values() if cost.per_frame is not None and len(cost.per_frame)]
-    top, slowest, cut = clipped(timed)
-    # A budget far above everything would press the curves to the floor: then the title says how far.
-    budget = ["timing/budget"] if top > BUDGET_SHOWN * BUDGET_MS and not (short and len(costs) > LEGEND) else []
-    top = max(top, 1.15 * BUDGET_MS if budget else 0.0)
-    worst = f"worst {slowest:.2f}{cut if slowest > top else ''}: {100 * slowest / BUDGET_MS:.0f} % of a "
-    worst += f"{HEADSET_HZ:g} Hz frame" if short else f"frame at {HEADSET_HZ:g} Hz ({BUDGET_MS:.1f} ms)"
-    totals = {label: stage_path(label, TOTAL) for label in costs}
-    more: dict[str, Any] = {"axis_y": rrb.ScalarAxis(range=(0.0, top))}
-    if short:
-        names = {label: rr.SeriesLines.from_fields(names=[f"{label}: {cost.short}"]) for label, cost in costs.items()}
-        more["overrides"] = {f"/{totals[label]}": named for label, named in names.items()}
-    return plot(whole, "/timing", f"Time per frame, ms    {worst}", [*budget, *totals.values()], **more)
-
-
-def stage_path(label: str, stage: str) -> str:
-    """Entity of one stage of one detector."""
-    return entity("timing", label, stage)
-
-
-def _ends(writer: RecordingWriter) -> IntArray:
+def _ends(writer: RecordingWriter) -> Any:
     """The first frame and the last: between them a constant is a line."""
     return np.unique([0, len(writer.clock.ns) - 1])[: len(writer.clock.ns)]
-
-
-def cost_text(detections: Mapping[str, Detection], remarks: Mapping[str, str]) -> str:
-    """Price and misses of every detector in Markdown."""
-    costs = {label: cost_of(detection) for label, detection in detections.items()}
-    rows = [(label, remarks.get(label, ""), cost.words(), f"{cost.mean_ms:.4f}") for label, cost in costs.items()]
-    parts = [markdown(table("What each detector costs", ("detector", "misses", "cost", "ms per frame"), rows), level=2)]
-    for label, detection in detections.items():
-        stages = [(name, f"{mean:.4f}") for name, mean in costs[label].stages.items()]
-        counters = [(name, int(np.sum(value))) for name, value in detection.work.items()]
-        parts.append(markdown(table(label, ("stage", "ms per frame"), stages), level=3))
-        parts.append(markdown(table("", ("counter", "total"), counters)))
-    return "\n\n".join(parts)

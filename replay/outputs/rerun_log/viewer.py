@@ -24,7 +24,7 @@ from rerun.experimental import View, ViewerClient, ViewerState
 
 from replay.errors import ReplayError, RunFolderError
 from replay.outputs.rerun_log.columns import SESSION
-from replay.outputs.rerun_log.overview import read_moments
+from replay.outputs.rerun_log.moment_table import read_moments
 from replay.outputs.rerun_log.recording_file import name_layer
 
 LOOPBACK: Final = "127.0.0.1"

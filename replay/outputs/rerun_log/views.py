@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Final
 
 import rerun as rr
@@ -10,18 +10,10 @@ import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
 from replay.outputs.camera import Eye
-from replay.outputs.palette import BACKGROUND, albedo, tags_of
-from replay.outputs.rerun_log.columns import FRAME, SESSION
-from replay.outputs.rerun_log.world import body_path
-from replay.pipeline.run_result import RunResult
+from replay.outputs.palette import BACKGROUND
+from replay.outputs.rerun_log.columns import FRAME, SESSION, drawable
 
 PLAIN: Final = rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor)
-
-FADED: Final = 110
-"""Alpha, at most, of a body that stands before the point of a picture."""
-
-GROUND: Final = ("bench", "table", "furniture")
-"""Tags of what stays solid."""
 
 
 def whole_layout(tabs: Sequence[Any], first: int = 0) -> rrb.Blueprint:
@@ -37,31 +29,12 @@ def seconds_between(start: float, end: float) -> rrb.TimeAxis:
     return rrb.TimeAxis(view_range=rr.TimeRange(*ends))
 
 
-def around_cursor(seconds: float) -> rrb.TimeAxis:
-    """So many seconds before and after the cursor."""
-    ends = (rr.TimeRangeBoundary.cursor_relative(seconds=at) for at in (-seconds, seconds))
-    return rrb.TimeAxis(view_range=rr.TimeRange(*ends))
-
-
-def faded_meshes(result: RunResult, names: Collection[str]) -> dict[str, Any]:
-    """Overrides of a view in which these bodies are translucent; the ground stays solid."""
-    # A body that has no pose for a while is hidden by its own colour, which must stay.
-    always: Any = result.assembly.motion.valid.all(axis=0)
-    found = {}
-    for name, seen in zip(result.assembly.names, always, strict=True):
-        tags = tags_of(name, result.session.scene)
-        if name in names and seen and not set(tags) & set(GROUND):
-            *colour, alpha = albedo(tags)
-            found[f"/{body_path(name)}/mesh"] = rr.Mesh3D.from_fields(albedo_factor=(*colour, min(alpha, FADED)))
-    return found
-
-
-def spatial(name: str, contents: Sequence[str], eye: Eye | str, **more: Any) -> Any:
-    """The room, dark and without a grid; ``eye``: where it is seen from first, or the entity that the view follows."""
+def spatial(name: str, contents: Sequence[str], eye: Eye | str, origin: str = "/world") -> Any:
+    """A room, dark and without a grid; ``eye``: where it is seen from first, or the entity that the view follows."""
     controls = rrb.EyeControls3D(tracking_entity=f"/{eye}") if isinstance(eye, str) else _orbit(eye)
     return rrb.Spatial3DView(
-        origin="/world", contents=list(contents), name=name, eye_controls=controls, background=PLAIN,
-        line_grid=rrb.LineGrid3D(visible=False), **more,
+        origin=origin, contents=list(contents), name=drawable(name), eye_controls=controls, background=PLAIN,
+        line_grid=rrb.LineGrid3D(visible=False),
     )  # fmt: skip
 
 
@@ -73,7 +46,7 @@ def _orbit(eye: Eye) -> rrb.EyeControls3D:
 
 def text_view(path: str, name: str) -> Any:
     """One text."""
-    return rrb.TextDocumentView(origin=f"/{path}", name=name)
+    return rrb.TextDocumentView(origin=f"/{path}", name=drawable(name))
 
 
 def text_list(path: str, name: str, *more: str) -> Any:
@@ -82,17 +55,27 @@ def text_list(path: str, name: str, *more: str) -> Any:
     columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=[TextLogColumn("body")])
     one_width = rrb.TextLogFormat(monospace_body=True)
     contents = [f"/{one}" for one in (path, *more)]
-    return rrb.TextLogView(origin=f"/{path}", contents=contents, name=name, columns=columns, format_options=one_width)
+    return rrb.TextLogView(
+        origin=f"/{path}", contents=contents, name=drawable(name), columns=columns, format_options=one_width
+    )
+
+
+def flat(path: str, name: str, x_range: tuple[float, float], y_range: tuple[float, float]) -> Any:
+    """A view drawn by hand, y downwards, over these ranges."""
+    bounds = rrb.VisualBounds2D(x_range=x_range, y_range=y_range)
+    return rrb.Spatial2DView(origin=f"/{path}", name=drawable(name), visual_bounds=bounds, background=PLAIN)
 
 
 def plot(axis: rrb.TimeAxis, origin: str, name: str, paths: Iterable[str] = (), **more: Any) -> Any:
     """Curves over time: of these entities, or of all below the origin."""
     contents = [f"/{path}" for path in paths] or "$origin/**"
-    legend = rrb.PlotLegend(rrb.Corner2D.LeftTop)
-    return rrb.TimeSeriesView(origin=origin, name=name, axis_x=axis, plot_legend=legend, contents=contents, **more)
+    legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
+    return rrb.TimeSeriesView(
+        origin=origin, name=drawable(name), axis_x=axis, plot_legend=legend, contents=contents, **more
+    )
 
 
 def state_view(root: str, name: str, times: rrb.TimeAxis, lanes: Sequence[str] = ("**",)) -> Any:
-    """A view of lanes below a root, of all there are if none is named."""
+    """A view of lanes, of all below a root if none is named."""
     contents = [f"/{root}/**" if lane == "**" else f"/{lane}" for lane in lanes]
-    return rrb.StateTimelineView(origin=f"/{root}", contents=contents, name=name, time_view=times)
+    return rrb.StateTimelineView(origin=f"/{root}", contents=contents, name=drawable(name), time_view=times)

@@ -15,7 +15,7 @@ from urllib.request import urlopen
 
 from replay.outputs.rerun_log import viewer
 from replay.outputs.rerun_log.columns import SESSION
-from replay.outputs.rerun_log.overview import read_moments
+from replay.outputs.rerun_log.moment_table import read_moments
 from replay.outputs.words import address
 
 SCRIPT: Final = "re_viewer.js"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterable
+from collections.abc import Container, Iterable, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -13,7 +13,7 @@ from cdcore import Motion, TriangleMesh
 from cdcore.numerics import FloatArray
 from replay.comparison.first_touch import at_touch
 from replay.comparison.outcome import Miss
-from replay.outputs.palette import albedo, tags_of
+from replay.outputs.palette import Rgba, albedo, tags_of
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, pose_columns
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene
@@ -30,31 +30,48 @@ def body_path(name: str) -> str:
     return entity("world", name)
 
 
-def log_world(writer: RecordingWriter, assembly: Assembly, scene: Scene, wanted: Container[str] | None = None) -> None:
+Colours = Mapping[str, Sequence[tuple[int, int, Rgba]]]
+"""Body -> its colour from a frame, and nanoseconds after it, on; a body without a row has that of its tags."""
+
+
+def log_world(
+    writer: RecordingWriter, assembly: Assembly, scene: Scene, wanted: Container[str] | None = None,
+    colours: Colours | None = None,
+) -> None:  # fmt: skip
     """Send meshes and poses of the ``wanted`` bodies; ``None``: of all."""
     writer.static("world", rr.ViewCoordinates.RIGHT_HAND_Y_UP)
     for column, body in enumerate(assembly.bodies):
         if wanted is not None and body.name not in wanted:
             continue
-        colour = albedo(tags_of(body.name, scene))
-        _log_mesh(writer, body_path(body.name), body.mesh, colour, assembly.motion.valid[:, column])
-        _log_poses(writer, body_path(body.name), assembly, column)
+        path, usual = body_path(body.name), albedo(tags_of(body.name, scene))
+        log_shape(writer, f"{path}/mesh", body.mesh)
+        _log_colours(
+            writer, f"{path}/mesh", assembly.motion.valid[:, column], (colours or {}).get(body.name, ()), usual
+        )
+        _log_poses(writer, path, assembly, column)
 
 
-def _log_mesh(
-    writer: RecordingWriter, path: str, mesh: TriangleMesh, colour: tuple[int, ...], valid: NDArray[np.bool_]
-) -> None:
+def log_shape(writer: RecordingWriter, path: str, mesh: TriangleMesh) -> None:
+    """Send a mesh, without a colour."""
     vertices, normals, faces = shaded(mesh)
     shape = rr.Mesh3D.from_fields(vertex_positions=vertices, vertex_normals=normals, triangle_indices=faces)
-    writer.static(f"{path}/mesh", shape)
-    if valid.all():
-        writer.static(f"{path}/mesh", rr.Mesh3D.from_fields(albedo_factor=colour))
-        return
-    # A transform cannot hide a body: Rerun 0.41 refuses a scale or a quaternion of zero, warns, and draws the body at
-    # the identity. A colour without opacity hides it.
-    frames = np.flatnonzero(np.diff(valid, prepend=~valid[:1]))
-    seen = np.array([[*colour[:3], 0], colour], dtype=np.uint8)[valid[frames].astype(int)]
-    writer.rows(f"{path}/mesh", frames, rr.Mesh3D.columns(albedo_factor=seen))
+    writer.static(path, shape)
+
+
+def _log_colours(
+    writer: RecordingWriter, path: str, valid: NDArray[np.bool_], steps: Sequence[tuple[int, int, Rgba]], usual: Rgba
+) -> None:
+    """Send the colour of a body; one without opacity while it has no pose.
+
+    A transform cannot hide a body: Rerun 0.41 refuses a scale or a quaternion of zero, and draws it at the identity.
+    """
+    flips = [(frame, 0) for frame in np.flatnonzero(np.diff(valid, prepend=~valid[:1])).tolist()]
+    at = {(frame, later): colour for frame, later, colour in steps}
+    when, colour, rows = sorted({*flips, *at}), usual, []
+    for moment in when:
+        colour = at.get(moment, colour)
+        rows.append(colour if valid[moment[0]] else (*colour[:3], 0))
+    writer.rows_later(path, when, rr.Mesh3D.columns(albedo_factor=np.array(rows, dtype=np.uint8).reshape(-1, 4)))
 
 
 def _log_poses(writer: RecordingWriter, path: str, assembly: Assembly, column: int) -> None:

@@ -15,7 +15,7 @@ from replay.cli.run_tables import audit_tables, run_screen, run_tables
 from replay.cli.terminal import terminal
 from replay.detection.detector_spec import parse_detectors
 from replay.outputs.report.page import report_html
-from replay.outputs.rerun_log.report import report_text
+from replay.outputs.rerun_log.texts import answer_text
 from replay.pipeline.engine import compute
 from sessions import MeshData, Scene
 from sessions.model.scene import SceneBody
@@ -103,7 +103,7 @@ def test_what_is_suspicious_about_units_comes_before_every_answer():
     first, *rest = screen(result, width=400).splitlines()
     assert first.startswith("Warning, unit-suspect: positions look like millimetres") and "(b: 3000 m from" in first
     assert "no contact of 2 missed, none false" in " ".join(rest)
-    for words in (report_text(result), report_html(result)):
+    for words in (answer_text(result), report_html(result)):
         assert words.index("unit-suspect") < words.rindex("no contact of 2 missed")
 
 

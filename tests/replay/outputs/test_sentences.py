@@ -15,7 +15,7 @@ from replay.outputs.report import page, tradeoff, tradeoff_picture
 from replay.outputs.report.drawing import LIGHT
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
-from replay.outputs.rerun_log import tradeoff as curve
+from replay.outputs.rerun_log.texts import accuracy_text
 from replay.pipeline.engine import compute
 from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs.pareto import advice_of, front_of
@@ -68,7 +68,7 @@ def expected_in_picture(state):
     yield f"**{headline}**"
     yield f"{0.01 * (len(truth) - 1):.1f} s, {len(truth)} frames, 2 bodies, 1 pair."
     counts = [outcome.count(word) for word in ("both", "MISSED", "false", "within tolerance", "left out")]
-    yield f"| it | {' | '.join(map(str, counts))} |"
+    yield f"| pair-frames | {' | '.join(map(str, counts))} |"
     for number, (contact, first, count) in enumerate(lost, 1):
         yield f"#### Miss {number} of {len(lost)}: a-b"
         frames = f"{count} frame" + "s" * (count > 1)
@@ -113,10 +113,9 @@ def test_every_sentence_of_the_picture_holds_in_every_state(state, tmp_path):
     text, lost = picture_text(run(state), tmp_path / "run.rrd"), missed(*STATES[state][:2])[1]
     assert [one for one in expected_in_picture(state) if one not in text] == []
     assert len(set(findall("#### Miss [0-9]+", text))) == len(lost)
-    assert ("nothing missed by it" in text) == (not lost) == ("The miss in the close-up" not in text)
     said = list(expected_of_false(became(*STATES[state][:2])))
     assert 3 * len(set(findall("#### False contact [0-9]+", text))) == len(said)
-    assert ("**Fix:**" in text) == bool(said or lost)
+    assert ("**Fix** " in text) == bool(said or lost)
 
 
 def test_a_page_without_an_audit_counts_what_each_detector_found():
@@ -151,6 +150,6 @@ def test_the_report_of_a_tradeoff_answers_in_every_state(rows, cut, front):
     drawn = words_of_picture(done)
     assert done.answer in drawn and set(labels) <= set(drawn)
     assert (f"{len(cut)} setting{'s' * (len(cut) > 1)} not tried, for want of time" in text) == bool(cut)
-    told = curve.advice_text(done)
-    assert (f"Not tried, for want of time: {', '.join(cut)}." in told) == bool(cut)
+    told = accuracy_text(replace(run("several"), tradeoff=done))
+    assert (f"Not tried, for want of time: {', '.join(cut)}." in told) == bool(cut) and done.answer in told
     assert ("No advice: " in told) == (len(rows) < 3) and ("No advice: " in text) == (len(rows) < 3)

@@ -109,9 +109,13 @@ def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
         detectors={label: subject}, holdings=held,
         false={label: false_contacts(assembly, comparison, FalseReporter(subject))},
     )  # fmt: skip
-    summary = figures(result)
-    ranks = ranking(summary)
-    return replace(result, summary=summary, ranking=ranks, answers=answers(result, summary, ranks))
+    return with_answers(replace(result, summary=figures(result)))
+
+
+def with_answers(result):
+    """A run with what the pipeline makes of its summary."""
+    ranks = ranking(result.summary)
+    return replace(result, ranking=ranks, answers=answers(result, result.summary, ranks))
 
 
 def figures(result):
@@ -183,6 +187,12 @@ def demo():
 def taps():
     """Makes other runs of the same taps."""
     return demo_run
+
+
+@pytest.fixture(scope="session")
+def completed():
+    """Makes what the pipeline makes of the summary of a run."""
+    return with_answers
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""Points, normals and curves are those of the detection, coloured by the audit."""
+"""Points and curves are those of the detection, coloured by the audit."""
 
 from dataclasses import replace
 
@@ -55,20 +55,6 @@ def test_a_ring_has_its_point_on_the_ring():
     angle = np.linspace(0, 2 * np.pi, 33)
     ring = np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
     assert np.linalg.norm(contact_point(np.stack([ring[:-1], ring[1:]], axis=1))) > 0.9
-
-
-def test_normals_are_unit_or_nothing(read):
-    rows = read.column("world/contacts/hybrid/normals", "Arrows3D:vectors")
-    lengths = np.array([np.linalg.norm(vector) for row in rows for vector in row[2]])
-    assert np.all((lengths < 1e-9) | (np.abs(lengths - contacts.NORMAL_LENGTH) < 1e-6))
-    assert (lengths > 0).any()
-
-
-def test_a_normal_points_from_the_first_body_to_the_second(demo):
-    found = collect_contacts(RecordingClock.of(demo.assembly), demo.assembly, demo.detections[ORACLE], None)
-    dips = [k for k in range(len(found.frame)) if demo.assembly.pair_name(int(found.pair[k])) == "bench-rod"]
-    assert dips
-    assert np.allclose(found.normal[dips], [0, 1, 0], atol=1e-6)
 
 
 def test_a_detection_without_faces_draws_nothing_and_breaks_nothing(demo, write):

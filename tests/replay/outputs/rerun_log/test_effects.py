@@ -16,7 +16,8 @@ from replay.outputs.rerun_log.effects import (
     log_effects,
     log_happened,
 )
-from replay.outputs.rerun_log.overview import read_moments
+from replay.outputs.rerun_log.lanes import COLON
+from replay.outputs.rerun_log.moment_table import read_moments
 
 TIMES = np.array([0.0, 0.5, 1.0])
 OUTPUT = EffectOutput(
@@ -67,10 +68,10 @@ def values(batches, name):
 
 
 def test_every_part_of_an_effect_has_an_entity_and_nothing_else_has(entities):
-    told = {path for path in entities if path.startswith(("/effects", "/world"))}
+    told = {path for path in entities if not path.startswith("/__")}
     assert told == {
-        "/effects/pour/cup/volume", "/effects/pour/lanes/cup", "/effects/pour/events",
-        "/world/effects/pour/1", "/world/cup/liquid", "/effects/gaze/lanes/anna", "/world/gaze/anna",
+        "/effects/pour/cup/volume", "/effects/pour/events", f"/1_cup{COLON}pour", f"/2_anna{COLON}gaze",
+        "/world/effects/pour/1", "/world/cup/liquid", "/world/gaze/anna",
     }  # fmt: skip
 
 
@@ -93,7 +94,7 @@ def test_a_liquid_is_a_cylinder_from_the_floor_to_its_level_and_unseen_when_empt
 
 
 def test_a_lane_goes_from_word_to_word_without_a_gap(entities):
-    states = [row[0] for row in values(entities["/effects/pour/lanes/cup"], "state")]
+    states = [row[0] for row in values(entities[f"/1_cup{COLON}pour"], "state")]
     assert [state for state in states if state] == ["pours", "spills"] and states[-1] == ""
 
 
@@ -115,9 +116,9 @@ ENDS = run_of("reaction", EffectOutput(events=(EffectEvent(0.1, "end-point", ("c
 @pytest.mark.parametrize(
     ("runs", "leads", "title", "opens"),
     [
-        ({**RUNS, "reaction": ENDS}, True, "## Equivalent\n\nAt 0.1 s, one of 3 events.", 350_000_000),
-        (RUNS, True, "## 3 mL beside\n\nAt 0.5 s, the last of 2 events.", 750_000_000),
-        (RUNS, False, "## 3 mL beside\n\nAt 0.5 s, the last of 2 events.", None),
+        ({**RUNS, "reaction": ENDS}, True, "# Equivalent\n\nAt 0.1 s, one of 3 events.", 350_000_000),
+        (RUNS, True, "# 3 mL beside\n\nAt 0.5 s, the last of 2 events.", 750_000_000),
+        (RUNS, False, "# 3 mL beside\n\nAt 0.5 s, the last of 2 events.", None),
         ({"pour": replace(RUNS["pour"], output=EffectOutput())}, True, "## No effect found anything", None),
         ({}, True, "## What people did", None),
     ],

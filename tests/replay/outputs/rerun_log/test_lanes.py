@@ -6,11 +6,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from cdcore import Verdict
+from cdcore.protocol import counts_as_contact
 from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE, NoiseResult, NoisySpan
 from replay.comparison.outcome import Outcome
 from replay.outputs.palette import OUTCOMES
-from replay.outputs.rerun_log.lanes import audit_lanes, session_lanes
+from replay.outputs.rerun_log.lanes import detector_lanes, pair_lanes, session_lanes
 from sessions import Interval
 
 SUBJECT = "22.5Hz"
@@ -21,27 +21,44 @@ def states_at(lane, stamps):
     return [lane[k][1] for k in np.searchsorted(times, stamps, side="right") - 1]
 
 
-def test_an_audit_lane_says_the_outcome_of_every_frame(demo, read):
+def lane_of(run, name):
+    """The path of the lane of a pair."""
+    (path,) = [path for path in pair_lanes(run, SUBJECT).pairs if path.endswith(f"_{name}")]
+    return path
+
+
+def test_a_lane_says_the_outcome_of_every_frame_and_its_name_has_nothing_to_escape(demo, read):
     stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
     comparison = demo.comparisons[SUBJECT]
-    lanes = audit_lanes("lanes", demo.assembly, comparison)
-    assert list(lanes) == ["lanes/1_missed", "lanes/2_beaker-rod", "lanes/3_bench-rod", "lanes/4_rod-hand_held"]
-    for path, column in lanes.items():
-        if column is not None:
-            words = [OUTCOMES[code][0] if code else "" for code in comparison.outcome[:, column].tolist()]
-            assert states_at(read.lane(path), stamps) == words
+    lanes = pair_lanes(demo, SUBJECT)
+    names = [path.rpartition("/")[2] for path in lanes.pairs]
+    assert names == ["2_beaker-rod", "3_bench-rod", "4_rod-hand_held"]
+    for path, column in lanes.pairs.items():
+        words = [OUTCOMES[code][0] if code else "" for code in comparison.outcome[:, column].tolist()]
+        assert states_at(read.lane(path), stamps) == words
 
 
-def test_a_detector_lane_says_the_verdict_of_every_frame(demo, read):
+def test_the_lanes_of_all_detectors_say_what_each_is_and_show_the_worst_of_all_pairs(demo, read):
     stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
-    for label, detection in demo.detections.items():
-        path = next(p for p in read.entities if p.startswith("/detectors/1_") and p.endswith(label))
-        words = [Verdict(code).name if code else "" for code in detection.verdict[:, 0].tolist()]
-        assert states_at(read.lane(path[1:]), stamps) == words
+    reference, subject = detector_lanes(demo, [SUBJECT])
+    assert (reference, subject) == (
+        "1_hybrid_is_the_reference",
+        f"2_22.5Hz\u02d0_{demo.ranking[0].what.replace(', ', '_').replace(' ', '_')}",
+    )
+    contact = [state == "contact" for state in states_at(read.lane(reference), stamps)]
+    outcome, verdict = demo.comparisons[SUBJECT].outcome, demo.detections[demo.oracle].verdict
+    assert contact == (counts_as_contact(verdict) & (outcome != Outcome.HELD)).any(axis=1).tolist()
+    numbers = {str(one.number) for one in demo.misses[SUBJECT]}
+    seen = states_at(read.lane(subject), stamps)
+    codes = (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH)
+    for frame, word in enumerate(seen):
+        worst = next((OUTCOMES[code][0] for code in codes if (outcome[frame] == code).any()), "")
+        assert word == worst or word in numbers or "-" in word, frame
+    assert all(seen[miss.first] not in ("both", "false", "") for miss in demo.misses[SUBJECT])
 
 
 def test_between_two_states_lies_a_reset_of_one_nanosecond(demo, read):
-    lane = read.lane("lanes/2_beaker-rod")
+    lane = read.lane(lane_of(demo, "beaker-rod"))
     touching = [(a, b) for a, b in pairwise(lane) if a[1] and b[1]]
     assert not touching
     resets = [b[0] - a[0] for a, b in pairwise(lane) if not a[1] and b[1] and b[0] - a[0] == 1]
@@ -52,13 +69,13 @@ def test_the_last_state_lasts_one_frame(demo, write):
     whole = np.full_like(demo.comparisons[SUBJECT].outcome, Outcome.MISSED)
     seen = write(replace(demo, comparisons={SUBJECT: replace(demo.comparisons[SUBJECT], outcome=whole)}))
     stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
-    lane = seen.lane("lanes/2_beaker-rod")
+    lane = seen.lane(lane_of(demo, "beaker-rod"))
     assert lane[-2:] == [(0, "MISSED"), (int(stamps[-1]) + 11_111_111, "")]
 
 
 def test_below_each_pair_a_lane_says_what_noise_leaves_of_its_contacts(demo, write):
     contacts, frames = demo.episodes[demo.oracle], len(demo.assembly.motion)
-    lane, pair = "lanes/2_beaker-rod", 0
+    pair = 0
     words = [(HOLDS, ABSENT, UNDECIDABLE)[k % 3] for k in range(len(contacts))]
     free = [k for k in range(frames) if not any(one.first <= k <= one.last for one in contacts if one.pair == pair)]
     near, rest = NoisySpan(pair, free[3], free[3], 0.5), NoisySpan(pair, free[-3], free[-2], 0.5)
@@ -71,7 +88,7 @@ def test_below_each_pair_a_lane_says_what_noise_leaves_of_its_contacts(demo, wri
         if one.pair == pair:
             want[one.first : one.last + 1] = word
     stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
-    assert states_at(seen.lane(f"{lane}/in_noise"), stamps) == want.tolist()
+    assert states_at(seen.lane(f"{lane_of(demo, 'beaker-rod')}/in_noise"), stamps) == want.tolist()
     assert {"holds", "absent", "undecidable", "maybe hidden"} == set(want.tolist()) - {""}
 
 

@@ -1,18 +1,19 @@
-"""The pipeline read back: spheres, the funnel, sampled faces and best pairs are those of the run."""
+"""The pipeline read back: the funnel, volumes, sampled faces and best pairs are those of the run."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from cdcore.bounding.box import box_best
 from cdcore.bounding.sphere import sphere_best
-from replay.outputs.palette import MISSED, SERIES, WHITE
+from replay.outputs.palette import MISSED, SERIES
 from replay.outputs.rerun_log.columns import packed
 from replay.outputs.rerun_log.recording import write_recording
-from replay.outputs.watched_run import CONTACT, LOST, NEAR, watched_runs
+from replay.outputs.watched_run import CONTACT, LOST, watched_runs
 
 LABEL = "paper"
-END = {CONTACT: SERIES[2], LOST: MISSED, NEAR: WHITE}
+ROOT = f"pipeline/{LABEL}"
 
 
 @pytest.fixture(scope="module")
@@ -43,20 +44,6 @@ def overlaps(assembly, column):
     return np.linalg.norm(centres[0] - centres[1], axis=1) <= sum(balls)
 
 
-def test_a_sphere_stands_exactly_while_it_overlaps_another(run, read):
-    assembly = run.assembly
-    valid = assembly.motion.valid
-    meets = [overlaps(assembly, column) & valid[:, ends].all(axis=1) for column, ends in enumerate(assembly.pairs)]
-    expected = {"beaker": meets[0], "rod": meets[0] | meets[1], "hand": meets[1]}
-    assert not expected["hand"].all(), "the hand has no pose for a while"
-    for name, truth in expected.items():
-        shown = [
-            len(read.at(f"world/{name}/sphere_of_{LABEL}", "Ellipsoids3D:half_sizes", t)) for t in range(len(valid))
-        ]
-        assert shown == truth.astype(int).tolist()
-    assert not any(read.at(f"world/bench/sphere_of_{LABEL}", "Ellipsoids3D:half_sizes", 0)), "it holds the room"
-
-
 def test_the_funnel_counts_what_the_run_counted(run, watched, read):
     detection = run.detections[LABEL]
     spheres = sum(
@@ -64,8 +51,8 @@ def test_the_funnel_counts_what_the_run_counted(run, watched, read):
         for column, ends in enumerate(run.assembly.pairs)
     )
     steps = {
-        stage: f"pipeline/{LABEL}/pairs/{k}_{stage.replace(' ', chr(92) + ' ')}"
-        for k, stage in enumerate(list(watched.counts)[1:])
+        stage: f"{ROOT}/pairs/{k}_{stage.replace(' ', chr(92) + ' ')}"
+        for k, stage in enumerate(list(watched.counts)[1:], 1)
     }
     told = {
         stage: [read.at(path, "Scalars:scalars", t)[0] for t in range(len(detection.times))]
@@ -78,35 +65,51 @@ def test_the_funnel_counts_what_the_run_counted(run, watched, read):
     assert (np.array(told["boxes meet"]) <= told["spheres meet"]).all()
 
 
-def test_a_look_stands_in_its_frame_alone_with_all_its_faces_and_ends_in_the_colour_of_its_verdict(run, watched, read):
-    kinds = {moment.kind for moment in watched.moments}
-    assert {CONTACT, LOST} <= kinds
-    root, frames = f"pipeline/{LABEL}/search", {moment.frame for moment in watched.moments}
+def test_every_moment_of_the_list_has_its_samples_from_its_first_frame_to_its_last(watched, read):
+    assert {CONTACT, LOST} <= {moment.kind for moment in watched.moments}
+    listed = read.column(f"{ROOT}/moments", "TextLog:text")
+    assert [row[1] for row in listed] == [moment.frame for moment in watched.moments]
+    starts = {moment.frame for moment in watched.moments} | {moment.first for moment in watched.moments}
     for moment in watched.moments:
         trace = watched.trace(moment)
-        there = read.at(f"{root}/faces", "Mesh3D:vertex_positions", moment.frame)
-        assert len(there) == 3 * sum(len(np.unique(trace.faces[:, side])) for side in range(2))
-        assert read.at(f"{root}/end", "Points3D:colors", moment.frame) == packed([END[moment.kind]]).tolist()
-        assert len(read.at(f"{root}/best", "LineStrips3D:strips", moment.frame)[0]) == len(trace.best())
-        if moment.frame + 1 not in frames and moment.frame + 1 < len(run.detections[LABEL].times):
-            for part, component in (("faces", "Mesh3D:vertex_positions"), ("end", "Points3D:positions")):
-                assert read.at(f"{root}/{part}", component, moment.frame + 1) == []
+        by_ant = np.isfinite(trace.pheromone)
+        ants, walked = (sum(len(np.unique(trace.faces[rows, k])) for k in (0, 1)) for rows in (by_ant, ~by_ant))
+        for frame in {moment.frame, moment.last, moment.first} - (starts - {moment.frame}):
+            assert len(read.at(f"{ROOT}/search/ants", "Points3D:positions", frame)) == ants
+            assert len(read.at(f"{ROOT}/search/walked", "Mesh3D:vertex_positions", frame)) == 3 * walked
+            assert len(read.at(f"{ROOT}/search/best", "LineStrips3D:strips", frame)) == len(trace.best()) - 1
 
 
-def test_the_confirmed_pair_lies_where_the_bodies_meet(run, watched, read):
-    for moment in watched.moments:
-        if moment.kind == CONTACT:
-            section = run.detections["hybrid"].section(moment.frame, moment.pair).reshape(-1, 3)
-            (end,) = read.at(f"pipeline/{LABEL}/search/end", "Points3D:positions", moment.frame)
-            # The mean of two centroids: within a long face of the rod, and a centimetre towards the eye.
-            assert np.linalg.norm(section - end, axis=1).min() < 0.11
+def test_a_missed_contact_is_red_where_the_surfaces_meet_and_says_how_far_the_search_ended_from_it(run, watched, read):
+    lost = [moment for moment in watched.moments if moment.kind == LOST]
+    assert lost
+    for moment in lost:
+        stop, meets = read.at(f"{ROOT}/search/ends", "Points3D:positions", moment.frame)
+        assert read.at(f"{ROOT}/search/ends", "Points3D:colors", moment.frame)[1] == packed([MISSED])[0]
+        section = run.detections["hybrid"].section(moment.frame, moment.pair).mean(axis=1)
+        assert np.linalg.norm(section - meets, axis=1).min() < 1e-6
+        words = read.at(f"{ROOT}/search/words", "Points3D:labels", moment.frame)[-1]
+        assert words.startswith("missed") and f"{1e3 * np.linalg.norm(np.subtract(stop, meets)):.0f} mm" in words
+    found = next(moment for moment in watched.moments if moment.kind == CONTACT)
+    assert read.at(f"{ROOT}/search/ends", "Points3D:colors", found.frame) == packed([SERIES[2]]).tolist()
 
 
-def test_the_work_of_the_search_adds_up_to_what_the_run_counted(run, read):
-    for name in ("evaluations", "iterations"):
-        rows = read.column(f"pipeline/{LABEL}/work/{name}", "Scalars:scalars")
-        assert sum(row[2][0] for row in rows) == run.detections[LABEL].work[name] > 0
-        assert {0, 134} <= {row[1] for row in rows}
+def test_without_a_moment_of_its_own_an_instant_shows_the_worked_moment_with_its_volumes(run, watched, read):
+    worked, frames = watched.worked, range(len(run.assembly.motion))
+    assert worked.kind == LOST
+    covered = {frame for one in watched.moments for frame in range(one.first, one.last + 1)}
+    free = next(frame for frame in frames if frame not in covered)
+    for body in run.assembly.pairs[worked.pair].tolist():
+        name, mesh = run.assembly.names[body], run.assembly.bodies[body].mesh
+        (place,) = read.at(f"{ROOT}/bodies/{name}", "Transform3D:translation", free)
+        assert np.allclose(place, run.assembly.motion.translations[worked.frame, body], atol=1e-6)
+        if name != "bench":
+            (half,) = read.at(f"{ROOT}/bodies/{name}/box", "Boxes3D:half_sizes", free)
+            ((reach, _, _),) = read.at(f"{ROOT}/bodies/{name}/sphere", "Ellipsoids3D:half_sizes", free)
+            assert np.allclose(half, box_best(mesh).half, atol=1e-6)
+            assert reach == pytest.approx(sphere_best(mesh).radius, rel=1e-6)
+    bars = read.at(f"{ROOT}/frame/{len(watched.counts) - 1}/words", "Points2D:labels", free)
+    assert bars[0].startswith(f"{watched.counts['confirmed'][worked.frame]}   missed")
 
 
 def test_a_detector_without_a_search_has_no_pipeline(demo):

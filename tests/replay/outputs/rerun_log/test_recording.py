@@ -7,10 +7,10 @@ import pytest
 from rerun.chunk import RrdReader
 from support.sentences import recording_text
 
-from cdcore import Verdict
 from replay.comparison.outcome import Outcome
 from replay.outputs.rerun_log import columns
 from replay.outputs.rerun_log import recording as module
+from replay.outputs.rerun_log.lanes import pair_lanes
 from replay.outputs.rerun_log.recording import write_recording
 
 SUBJECT, ORACLE = "22.5Hz", "hybrid"
@@ -35,7 +35,7 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(demo, tmp_path, monkeyp
     def fail(*args):
         raise RuntimeError("disk full")
 
-    monkeypatch.setattr(module, "report_text", fail)
+    monkeypatch.setattr(module, "answer_text", fail)
     with pytest.raises(RuntimeError, match="disk full"):
         write_recording(demo, tmp_path / "run.rrd")
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("run.rrd", b"old")]
@@ -48,21 +48,18 @@ def test_an_old_file_is_replaced(demo, tmp_path):
     assert len(RrdReader(tmp_path / "run.rrd").recordings()) == 1
 
 
-def test_two_audited_detectors_share_one_recording(demo, write):
+def test_two_audited_detectors_share_one_recording(demo, write, completed):
     second = replace(demo.comparisons[SUBJECT], subject="15Hz")
     twice = {name: getattr(demo, name) for name in ("detections", "episodes", "misses", "false")}
     twice = {name: {**held, "15Hz": held[SUBJECT]} for name, held in twice.items()}
     both = {part: demo.summary[part] for part in ("audit", "detectors")}
     figures = demo.summary | {part: {**held, "15Hz": held[SUBJECT]} for part, held in both.items()}
-    seen = write(replace(demo, comparisons={**demo.comparisons, "15Hz": second}, summary=figures, **twice))
-    assert {f"Audit: {SUBJECT}", "Audit: 15Hz"} <= set(recording_text(seen.path).splitlines())
-    assert seen.lane("audit/15Hz/lanes/2_beaker-rod") == seen.lane("lanes/2_beaker-rod")
-    for first, other in (
-        ("report/missed", "audit/15Hz/missed"),
-        ("world/missed/pins", "world/missed_by_15Hz/pins"),
-        ("world/beaker/missed_faces", "world/beaker/missed_faces_by_15Hz"),
-    ):
-        assert {"/" + first, "/" + other} <= set(seen.entities)
+    run = completed(replace(demo, comparisons={**demo.comparisons, "15Hz": second}, summary=figures, **twice))
+    seen = write(run)
+    assert {SUBJECT, "15Hz"} <= set(recording_text(seen.path).splitlines())
+    first, other = (pair_lanes(run, label) for label in (SUBJECT, "15Hz"))
+    for path, same in zip(first.pairs, other.pairs, strict=True):
+        assert seen.lane(path) == seen.lane(same)
 
 
 def test_a_run_without_an_audit_shows_the_session_and_one_without_detectors_the_bodies(demo, write):
@@ -70,17 +67,15 @@ def test_a_run_without_an_audit_shows_the_session_and_one_without_detectors_the_
     bare = replace(demo, comparisons={}, misses={}, oracle="", episodes={}, detections={}, summary=summary)
     assert "/world/rod" in write(bare).entities
     seen = write(replace(bare, detections={ORACLE: demo.detections[ORACLE]}))
-    assert {"/world/beaker/mesh", "/detectors/1_beaker-rod/hybrid"} <= set(seen.entities)
-    assert not [path for path in seen.entities if path.startswith("/lanes")]
+    assert {"/world/beaker/mesh", "/lanes/hybrid/2_beaker-rod"} <= set(seen.entities)
+    assert "CONTACT" in [state for _, state in seen.lane("lanes/hybrid/2_beaker-rod")]
 
 
 def test_bodies_without_a_pose_give_no_pose_lanes_and_no_contact(demo, read):
     lost = np.flatnonzero(~demo.assembly.motion.valid[:, demo.assembly.names.index("hand")])
     assert (demo.comparisons[SUBJECT].outcome[lost, 1] == Outcome.LEFT_OUT).all()
-    words = [state for _, state in read.lane("lanes/4_rod-hand_held")]
-    assert "left out" in words
-    path = next(path for path in read.entities if path.startswith("/detectors/") and "rod-hand" in path)
-    assert Verdict.NO_POSE.name in [state for _, state in read.lane(path[1:])]
+    path = next(path for path in pair_lanes(demo, SUBJECT).pairs if path.endswith("held"))
+    assert "left out" in [state for _, state in read.lane(path)]
 
 
 def test_above_an_hour_poses_are_strided_and_lanes_are_not(demo, write, monkeypatch):
@@ -92,4 +87,5 @@ def test_above_an_hour_poses_are_strided_and_lanes_are_not(demo, write, monkeypa
     first = demo.misses[SUBJECT][0]
     assert {row[1] for row in rows} >= set(range(first.first, first.last + 1))
     changes = int((np.diff(demo.comparisons[SUBJECT].outcome[:, 0].astype(int)) != 0).sum())
-    assert len([state for _, state in seen.lane("lanes/2_beaker-rod")]) >= changes
+    path = next(path for path in pair_lanes(demo, SUBJECT).pairs if path.endswith("beaker-rod"))
+    assert len([state for _, state in seen.lane(path)]) >= changes

@@ -10,7 +10,7 @@ from support.headless import pixels, viewer_or_skip
 
 from replay.errors import RunFolderError
 from replay.outputs.rerun_log import viewer as module
-from replay.outputs.rerun_log.overview import read_moments
+from replay.outputs.rerun_log.moment_table import read_moments
 from replay.outputs.rerun_log.viewer import ViewerError, open_viewer, start_viewer
 
 
@@ -84,15 +84,11 @@ def settled(opened, title):
 
 @pytest.mark.slow
 def test_no_view_reports_an_error_and_one_recording_is_open(opened):
-    settled(opened, "Where: red missed,")
+    settled(opened, "Where")
     state = opened.state()
     assert len(state.recordings) == 1
     assert not [(view.name, report.summary) for view in state.views for report in view.reports]
-    kinds = sorted(view.view_class for view in state.views)
-    assert kinds.count("3D") == 4
-    assert kinds.count("StateTimeline") == 5
-    assert kinds.count("TextLog") == 2
-    assert kinds.count("TimeSeries") >= 3
+    assert {view.view_class for view in state.views} >= {"3D", "2D", "StateTimeline", "TextLog", "TimeSeries"}
 
 
 @pytest.mark.slow

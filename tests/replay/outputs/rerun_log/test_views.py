@@ -1,0 +1,112 @@
+"""Five tabs at most; none opens empty, wherever the cursor stands, and the layout names only what is recorded."""
+
+import pytest
+from rerun.chunk import RrdReader
+
+from replay.outputs.rerun_log.moment_table import read_moments
+
+OVER_TIME = {"TimeSeries", "StateTimeline", "TextLog"}
+"""Classes of views that show rows of all times; any other shows what is latest at the cursor."""
+
+DRAWN = ("positions", "strips", "vertex_positions", "half_sizes", "scalars", "state", "text", "translation")
+"""Components without which nothing is seen."""
+
+
+class Layout:
+    """The blueprint as the file holds it: entity -> component -> values."""
+
+    def __init__(self, path):
+        reader = RrdReader(path)
+        self.values = {}
+        for chunk in reader.stream(store=reader.blueprints()[0]).to_chunks():
+            batch = chunk.to_record_batch()
+            for name in batch.schema.names:
+                if ":" in name:
+                    self.values.setdefault(chunk.entity_path, {})[name] = batch.column(name).to_pylist()[-1]
+
+    def views(self):
+        """(name, class, query) of every view, with ``$origin`` written out."""
+        for entity, values in self.values.items():
+            if "ViewBlueprint:display_name" in values:
+                origin = values["ViewBlueprint:space_origin"][0]
+                query = self.values[f"{entity}/ViewContents"]["ViewContents:query"]
+                lines = [line.replace("$origin", origin) for line in query]
+                yield values["ViewBlueprint:display_name"][0], values["ViewBlueprint:class_identifier"][0], lines
+
+    def tabs(self):
+        """Names of the tabs, from left to right."""
+        (root,) = self.values["/viewport"]["ViewportBlueprint:root_container"]
+        contents = self.values[f"/container/{uuid(root)}"]["ContainerBlueprint:contents"]
+        return [self.values[f"/{path}"]["ContainerBlueprint:display_name"][0] for path in contents]
+
+
+def uuid(number):
+    text = bytes(number).hex() if isinstance(number, list | bytes) else f"{number:032x}"
+    return "-".join((text[:8], text[8:12], text[12:16], text[16:20], text[20:]))
+
+
+@pytest.fixture(scope="module")
+def searched(taps, tmp_path_factory, reader):
+    """The picture of a run with a search, read back."""
+    from replay.outputs.rerun_log.recording import write_recording
+
+    path = tmp_path_factory.mktemp("tabs") / "run.rrd"
+    write_recording(taps(135, label="paper", name="hybrid-qaco", variant="corrected", budget=300), path)
+    return reader(path)
+
+
+def selected(query, entities):
+    """Entities of a query; a later and more exact rule wins, as in the viewer."""
+    chosen = []
+    for entity in entities:
+        rules = [
+            (len(path), line.startswith("-"))
+            for line in query
+            for path in [line.lstrip("+- ")]
+            if entity == path or (path.endswith("/**") and (entity + "/").startswith(path[:-2]))
+        ]
+        if rules and not max(rules)[1]:
+            chosen.append(entity)
+    return chosen
+
+
+def drawn(read, entity, kind, ns):
+    """How many values that can be seen an entity has at the cursor, or ever in a view of all times."""
+    names = {name for batch in read.entities[entity] for name in batch.schema.names if name.endswith(DRAWN)}
+    found = 0
+    for name in names:
+        rows = read.column(entity.removeprefix("/"), name)
+        if kind not in OVER_TIME:
+            rows = [row for row in rows if row[0] is None or row[0] <= ns][-1:]
+        found += sum(len(row[2]) for row in rows)
+    return found
+
+
+@pytest.mark.parametrize("share", [0.0, 0.31, 1.0, None])
+def test_no_view_is_empty_at_any_cursor(searched, share):
+    places = read_moments(searched.path)
+    last = max(one.session_ns for one in places)
+    leading = next(one.session_ns for one in places if one.leads)
+    ns = leading if share is None else int(share * last)
+    entities = [entity for entity in searched.entities if not entity.startswith("/__")]
+    views = [*Layout(searched.path).views()]
+    assert len(views) > 12
+    empty = [
+        name
+        for name, kind, query in views
+        if not sum(drawn(searched, entity, kind, ns) for entity in selected(query, entities))
+    ]
+    assert empty == []
+
+
+def test_the_tabs_of_an_audit_are_questions(searched, recording):
+    assert Layout(searched.path).tabs() == ["Answer", "Pipeline", "Accuracy against cost", "Details"]
+    assert Layout(recording).tabs() == ["Answer", "Accuracy against cost", "Details"], "no search, no pipeline"
+
+
+def test_exact_paths_of_the_layout_and_eyes_that_it_follows_are_in_the_recording(searched):
+    layout = Layout(searched.path)
+    exact = [line for _, _, query in layout.views() for line in query if not line.startswith("-") and "*" not in line]
+    tracked = [path for values in layout.values.values() for path in values.get("EyeControls3D:tracking_entity", ())]
+    assert len(exact) > 5 and len(tracked) == 4
+    assert not [path for path in [*exact, *tracked] if path not in searched.entities]
