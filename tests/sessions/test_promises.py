@@ -1,0 +1,172 @@
+"""What a session file promises: readable by others, read for ever, quick, and safe in a crash and from damage.
+
+The slow ones print what they measured: ``python -m pytest -m slow -s tests/sessions/test_promises.py``.
+"""
+
+import gc
+import importlib
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+import pytest
+from mcap.reader import make_reader
+from mcap.writer import Writer
+from support.damage import chunks, mutated, with_chunk
+from support.mcap_samples import random_frames, session_of, tetrahedron
+from support.peak_memory import environment
+from support.wrong_files import contradictions, good_files
+
+from sessions import Event, Interval, Session, read_session, write_session
+from sessions.model.frames import Status
+
+EARLIER = Path(__file__).parent / "mcap_format" / "earlier.mcap"
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    frames = random_frames(1, 900, 3, absent=0.05, odd=0.1)
+    first = int(frames.stamp_ns[0])
+    path = tmp_path_factory.mktemp("written") / "s.mcap"
+    parts = {"events": [Event(first, "grasp")], "intervals": [Interval(first, first + 9, "task", "stir")]}
+    write_session(session_of(frames, meshes={"body 1": tetrahedron()}, **parts), path)
+    return path
+
+
+def test_every_message_of_foxglove_is_decoded_by_its_own_schemas(written):
+    seen = set()
+    with written.open("rb") as stream:
+        for schema, _, message in make_reader(stream, validate_crcs=True).iter_messages():
+            package, _, name = schema.name.partition(".")
+            if package == "foxglove":
+                kind = getattr(importlib.import_module(f"foxglove_schemas_protobuf.{name}_pb2"), name)
+                assert kind.FromString(message.data).SerializeToString() and seen.add(name) is None
+    assert seen == {"FrameTransforms", "Log", "SceneUpdate"}
+
+
+@pytest.mark.skipif(not shutil.which("rerun"), reason="rerun is not on the path")
+@pytest.mark.parametrize("which", ["written", "earlier"])
+def test_rerun_finds_nothing_wrong_with_a_session_file(written, which):
+    path = written if which == "written" else EARLIER
+    done = subprocess.run(["rerun", "mcap", "check", str(path)], capture_output=True, text=True, timeout=120)
+    rows = [line.split() for line in done.stdout.splitlines() if "/" in line.rpartition(" ")[0] and "ok" in line]
+    assert done.returncode == 0 and len(rows) >= 4, done.stdout
+    assert not {"warning", "error", "fail"} & {word.strip(":").lower() for word in done.stdout.split()}
+
+
+def test_a_session_file_of_an_earlier_version_is_read_to_its_last_bit():
+    """Written by 51c3acd0, whose container was its own; the numbers are those of the program that made it."""
+    session, k = read_session(EARLIER), np.arange(40)
+    frames = session.frames
+    stamps = 1_700_000_000_000_000_000 + k * 11_111_111
+    assert session.names == ("wand", "cup") and frames.stamp_ns.tolist() == stamps.tolist()
+    there = k != 9
+    assert np.array_equal(frames.position[there, 0], np.stack([k / 64, 1 + k / 128, -k / 32], axis=1)[there])
+    assert np.array_equal(frames.quaternion_xyzw[there, 0, 1], np.sin(k / 100)[there])
+    assert (frames.sample_ns[:, 1] == stamps - 3_000_000).all() and (frames.log_ns == stamps + 700).all()
+    assert (frames.status[9, 0], frames.status[5, 1]) == (Status.ABSENT, Status.LOST)
+    assert session.events == (Event(int(stamps[3]), "grasp", "takes", "cup"),)
+    assert session.intervals == (Interval(int(stamps[0]), int(stamps[9]), "task", "stir"),)
+    assert session.hands["student/right"].trigger.tolist() == [0, 0.25, 0.5, 0.75, 1]
+    assert session.meshes["cup"].faces.tolist() == tetrahedron().faces.tolist() and session.facts["pseudonym"] == "S1"
+
+
+RECORD = """
+import sys, time
+from sessions import Recorder
+with Recorder(sys.argv[1], overwrite=True) as recorder:
+    for k in range(2000):
+        stamp = time.time_ns()
+        poses = {f"body {b}": ((0.001 * k, b, 0), (0, 0, 0, 1)) for b in range(12)}
+        recorder.poses(stamp, poses)
+        print(stamp, flush=True)
+        time.sleep(1 / 90)
+"""
+KILLS = 50
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform == "win32", reason="no signal kills there")
+def test_a_killed_recorder_loses_at_most_three_tenths_of_a_second(tmp_path):
+    random, lost = np.random.default_rng(5), []
+    for number in range(KILLS):
+        path = tmp_path / f"{number}.mcap"
+        command = [sys.executable, "-c", RECORD, str(path)]
+        process = subprocess.Popen(command, env=environment(), stdout=subprocess.PIPE, text=True)
+        process.stdout.readline()
+        time.sleep(float(random.uniform(0.3, 1.2)))
+        process.kill()
+        last = int(process.communicate()[0].split()[-1])
+        kept = read_session(path.with_name(f"{path.name}.partial"), torn="keep").frames.stamp_ns[-1]
+        lost.append((last - int(kept)) / 1e9)
+    print(f"{KILLS} kills: at most {max(lost):.3f} s lost, {np.median(lost):.3f} s in the median")
+    assert max(lost) <= 0.3
+
+
+MUTANTS = 4000
+
+
+@pytest.mark.slow
+def test_mutants_of_session_files_end_in_one_sentence_of_each_verb_and_nothing_grows(tmp_path_factory):
+    files = good_files(tmp_path_factory.mktemp("good"))
+    place = tmp_path_factory.mktemp("place")
+    names, process, sizes, longest = sorted(files), psutil.Process(), [], 0.0
+    for number in range(MUTANTS):
+        random = np.random.default_rng([17, number])
+        data = files[names[number % len(names)]]
+        if number % 2 and chunks(data):
+            data = with_chunk(data, int(random.integers(len(chunks(data)))), lambda plain, r=random: mutated(plain, r))
+        else:
+            data = mutated(data, random)
+        began = time.process_time()
+        assert contradictions(data, place) == [], number
+        longest = max(longest, time.process_time() - began)
+        if number % 500 == 499:
+            gc.collect()
+            sizes.append(process.memory_info().rss / 1e6)
+    print(f"{MUTANTS} mutants: longest {longest:.2f} s for four verbs; MB after each 500: {[round(s) for s in sizes]}")
+    assert sizes[-1] - sizes[1] < 50 and longest < 5.0
+
+
+@pytest.mark.bench
+def test_ten_minutes_of_twelve_bodies_are_read_and_written_as_quickly_as_the_library_goes(tmp_path):
+    frames, bodies = 54_000, 12
+    random = np.random.default_rng(0)
+    stamps = 1_700_000_000_000_000_000 + np.arange(frames) * 11_111_111
+    poses = {f"body {k}": (random.normal(size=(frames, 3)), random.normal(size=(frames, 4))) for k in range(bodies)}
+    session, path = Session.from_arrays(stamps, poses), tmp_path / "ten.mcap"
+
+    def library():
+        with path.open("rb") as stream:
+            return list(make_reader(stream).iter_messages())
+
+    def copied():
+        with (tmp_path / "copy.mcap").open("wb") as stream:
+            writer = Writer(stream)
+            writer.start()
+            channel = writer.register_channel("/tf", "", 0)
+            for message in messages:
+                writer.add_message(channel, message.log_time, message.data, message.publish_time)
+            writer.finish()
+
+    def seconds(work):
+        times = []
+        for _ in range(3):
+            began = time.process_time()
+            work()
+            times.append(time.process_time() - began)
+        return min(times)
+
+    writing = seconds(lambda: write_session(session, path))
+    messages = [message for _, _, message in library()]
+    reading = seconds(lambda: sum(map(len, read_session(path).blocks())))
+    iterating, copying = seconds(library), seconds(copied)
+    print(
+        f"reading {reading:.2f} s, {reading / iterating:.2f} times the library's plain iteration ({iterating:.2f} s); "
+        f"writing {writing:.2f} s, {writing / iterating:.2f} times it (the library writes the bytes in {copying:.2f} s)"
+    )
+    assert reading <= 3 * iterating and writing <= 2 * iterating
