@@ -7,8 +7,8 @@ from sessions.errors import SessionFileError
 from sessions.mcap_format import annotations as a
 from sessions.mcap_format.metadata import check_version
 from sessions.mcap_format.schemas import message_class
-from sessions.model.event import Event, Interval, LiveContact
-from sessions.model.track import HandTrack, Track
+from sessions.model.event import Event, Interval
+from sessions.model.track import Track
 
 words, times = st.text(max_size=5), st.integers(0, 2**62)
 levels = st.sampled_from(a.LEVELS[1:])
@@ -35,26 +35,8 @@ def test_an_open_interval_is_closed_by_the_one_that_follows_and_by_no_other():
                      Interval(5, 20, "task", "pour", {"unclosed": "true"}))  # fmt: skip
 
 
-points = st.none() | st.tuples(*[st.floats(allow_nan=False)] * 3)
-
-
-@given(st.builds(LiveContact, times, words, words, st.sampled_from(a.PHASES), points))
-def test_any_live_contact_comes_back(contact):
-    assert a.read_contact(a.contact_message(contact)[2]) == contact
-
-
 def test_the_numbers_of_a_phase_are_part_of_the_file_format():
     assert a.PHASES == ("enter", "stay", "exit")
-
-
-def test_a_hand_comes_back_in_order_of_time_without_repeats():
-    hand = HandTrack([1, 5, 9], [0, 0.5, 1], [1, 0, np.nan], ("a", "b"), [[0, 1], [1, 0], [0, 0]])
-    payloads = [payload for _, _, payload in a.stream_messages("/hands/", "anna/left", hand)]
-    found = a.read_hand([payloads[2], payloads[0], payloads[1], payloads[0]])
-    assert found.buttons == hand.buttons and np.array_equal(found.pressed, hand.pressed)
-    for name in ("times_ns", "trigger", "grip"):
-        assert np.array_equal(getattr(found, name), getattr(hand, name), equal_nan=True)
-    assert len(a.read_hand([])) == 0
 
 
 def test_a_fast_track_is_cut_into_batches_and_comes_back_whole():

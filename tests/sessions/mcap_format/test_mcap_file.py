@@ -68,17 +68,6 @@ def entities(meshes, scene=None):
     return {entity.id: entity for entity in update.entities}
 
 
-def test_every_body_is_drawn_with_its_own_triangles_in_its_own_frame():
-    mesh = tetrahedron(1 / 3)
-    entity = entities({"cup": mesh})["cup"]
-    (part,) = entity.triangles
-    points = np.array([[p.x, p.y, p.z] for p in part.points])
-    assert points.tobytes() == mesh.vertices.tobytes()
-    assert np.array(part.indices).reshape(-1, 3).tolist() == mesh.faces.tolist()
-    assert entity.frame_id == "cup" and entity.frame_locked and entity.timestamp.nanos == 5
-    assert part.color.a == 1
-
-
 chunk = pytest.importorskip("rerun.chunk")
 
 

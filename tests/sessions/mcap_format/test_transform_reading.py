@@ -110,19 +110,6 @@ def rows(data):
     return np.frombuffer(data, dtype=np.uint8)[None]
 
 
-@given(transforms())
-def test_a_template_reads_its_own_example_like_the_protobuf_library(one):
-    data = one.SerializeToString()
-    template = transform_template(data)
-    assert template.agrees(rows(data)).all()
-    p, q = one.translation, one.rotation
-    assert template.values(rows(data)).tobytes() == np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w]).tobytes()
-    seconds, nanos = template.stamps(rows(data))
-    assert (seconds[0], nanos[0]) == (one.timestamp.seconds, one.timestamp.nanos)
-    assert (template.parent, template.child) == (one.parent_frame_id, one.child_frame_id)
-    assert template.stamped == one.HasField("timestamp")
-
-
 @given(st.binary(max_size=60), st.integers(0, 200), st.integers(1, 255))
 def test_whatever_a_template_accepts_the_protobuf_library_reads_the_same(noise, place, flip):
     base = bytearray(FrameTransform(child_frame_id="wand", parent_frame_id="w").SerializeToString() + noise)

@@ -1,11 +1,9 @@
-import hashlib
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
-from mcap.reader import make_reader
 from support.mcap_samples import any_frames, assert_same_frames, random_frames, session_of, tetrahedron
 from support.reference_reader import read_frames_plainly
 
@@ -14,7 +12,6 @@ from sessions.mcap_format.annotations import event_message
 from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.recording_file import RecordingFile
 from sessions.mcap_format.writer import write_session
-from sessions.meshes.glb import mesh_to_glb
 from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.frames import Frames
 from sessions.model.scene import Scene, SceneBody
@@ -95,15 +92,6 @@ def test_the_bytes_do_not_depend_on_the_blocks_in_which_frames_come(tmp_path):
     write_session(Session(Ragged(frames, [1, 2, 700, 3999]), {}), tmp_path / "b.mcap")
     assert (tmp_path / "a.mcap").stat().st_size > 1_000_000
     assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
-
-
-def test_the_metadata_carries_the_hash_of_each_mesh(tmp_path):
-    write_session(full_session(), tmp_path / "s.mcap")
-    with (tmp_path / "s.mcap").open("rb") as stream:
-        records = {record.name: record.metadata for record in make_reader(stream).iter_metadata()}
-    expected = hashlib.sha256(mesh_to_glb(tetrahedron(), "body 0")).hexdigest()
-    assert records["vrlab.session"]["mesh.sha256/body 0"] == expected
-    assert records["vrlab.session"]["handedness"] == "not stated"
 
 
 def test_a_stamp_before_zero_is_refused_and_leaves_no_file(tmp_path):

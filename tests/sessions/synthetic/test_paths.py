@@ -12,27 +12,6 @@ from sessions.synthetic.motion_profiles import Dips, Polyline, Swing, Turning, p
 TURN = tuple(quaternion_about((0.0, 1.0, 0.0), 1.0).tolist())
 
 
-def test_a_path_is_at_its_keys_and_rests_there():
-    path = paths.KeyPath(
-        [paths.Key(1.0, (0.0, 0.0, 0.0)), paths.Key(2.0, (1.0, 2.0, 3.0), TURN), paths.Key(3.0, (1.0, 2.0, 3.0), TURN)]
-    )
-    position, quaternion = path(np.array([0.0, 1.0, 1.5, 2.0, 2.5, 9.0]))
-    np.testing.assert_allclose(position[[0, 1, 3, 4, 5]], [[0] * 3, [0] * 3, [1, 2, 3], [1, 2, 3], [1, 2, 3]])
-    np.testing.assert_allclose(position[2], [0.5, 1.0, 1.5])
-    np.testing.assert_allclose(quaternion[2], quaternion_about((0.0, 1.0, 0.0), 0.5), atol=1e-12)
-    times = np.array([2.0 - 1e-4, 2.0])
-    assert np.abs(np.diff(path(times)[0], axis=0)).max() < 1e-9
-
-
-def test_stirring_opens_circles_taps_and_closes():
-    stir = paths.Stir(1.0, 9.0, 0.01, 1.1, taps=((4.0, 0.2, 0.02),))
-    times = np.linspace(0.0, 10.0, 5001)
-    offset = stir(times)
-    np.testing.assert_allclose(np.hypot(offset[:, 0], offset[:, 2]), stir.reach(times), atol=1e-15)
-    assert (offset[:, 1] == 0.0).all()
-    assert stir.reach(np.array([0.9, 1.0, 3.0, 4.1, 8.0, 9.0])) == pytest.approx([0, 0, 0.01, 0.03, 0.01, 0])
-
-
 def test_a_carried_thing_keeps_its_place_in_the_hand():
     hand = paths.KeyPath([paths.Key(0.0, (0.0, 1.0, 0.0)), paths.Key(1.0, (0.5, 1.2, 0.1), TURN)])
     times = np.linspace(0.0, 1.0, 7)

@@ -66,14 +66,6 @@ def test_a_loss_is_flagged_and_its_return_is_a_step_that_settles():
     assert (position[TIMES < 5.0] == REST[0][TIMES < 5.0]).all()
 
 
-def test_an_unflagged_loss_is_an_identity_pose_that_calls_itself_valid():
-    loss = Loss(5.0, 5.2, 5.5, (0.01, 0.0, 0.0))
-    (position, quaternion), valid = with_losses(REST, TIMES, [loss], VIVE, "identity")
-    lost = (TIMES >= 5.0) & (TIMES < 5.2)
-    assert valid.all()
-    assert (position[lost] == 0.0).all() and (quaternion[lost] == IDENTITY).all()
-
-
 @given(st.floats(0.0005, 0.005), st.floats(0.01, 0.4), st.floats(0.01, 0.05))
 def test_a_tap_is_in_contact_for_exactly_the_asked_time(depth, seconds, apart):
     dent = Dent(depth, seconds, apart + depth)
