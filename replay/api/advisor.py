@@ -8,8 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from replay.api.runner import opened, run
-from replay.comparison.contact_counts import contact_counts, count_reports
-from replay.comparison.outcome import Outcome
 from replay.errors import AuditError, TradeoffError
 from replay.pipeline.run_result import RunResult
 from replay.tradeoffs.engine_knobs import Choice, Engine, advice_words, engine_named, lacking
@@ -75,7 +73,7 @@ def advise(session_or_path: Session | str | Path, *, engine: str, **asked: Any) 
 
 
 def _row(result: RunResult, label: str, choice: Choice, setting: str) -> dict[str, Any]:
-    counts, seconds = contact_counts(result, label), result.summary["detectors"][label]["seconds"]
+    counts, seconds = result.counts[label], result.summary["detectors"][label]["seconds"]
     looks = seconds.get("per_frame")
     return {
         "number": int(label.removeprefix("row-")), "knobs": dict(choice.knobs), "setting": setting,
@@ -96,7 +94,7 @@ def wrong_counts(result: RunResult, label: str) -> dict[str, Any]:
         found.append(offsets.false_contacts.tolist())
         false = offsets.invented["share"]
     else:
-        counts = contact_counts(result, label)
+        counts = result.counts[label]
         found = [[counts.missed], [counts.in_part], [len(result.false[label])]]
-        false = count_reports(result.comparisons[label]).share(Outcome.INVENTED)["share"]
+        false = result.summary["audit"][label]["invented"]["share"]
     return {"false": false, **over_offsets(*found)}

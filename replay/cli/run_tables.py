@@ -16,7 +16,7 @@ from replay.outputs import run_tables as built
 from replay.outputs.moments import worst_first
 from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table, table
 from replay.outputs.words import CONTACT_WORDS_SHORT, false_thing, tallied
-from replay.pipeline.answer import RUN, SESSION
+from replay.pipeline.answer import RUN, SESSION, busy_words
 from replay.pipeline.headline import beside, doubts, price, undecided
 from replay.pipeline.run_result import RunResult
 
@@ -73,7 +73,8 @@ def answer_lines(result: RunResult, recording: str) -> Iterator[RenderableType]:
         folder = str(result.out or RUN)
         if first.fix.command:
             yield Command(first.fix.command.replace(SESSION, quote(recording)).replace(RUN, quote(folder)))
-    for number, words in enumerate(price(result)):
+    busy = busy_words(result.summary)  # the ranking says it
+    for number, words in enumerate(words for words in price(result) if words != busy):
         yield Paragraph("        " if number else "  Cost  ", words)
 
 

@@ -2,19 +2,16 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from cdcore import Detection
 from cdcore.protocol import counts_as_contact
 from replay.base.wilson import share_of_clusters
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Comparison, Episode, Outcome
-
-if TYPE_CHECKING:
-    from replay.pipeline.run_result import Measured
-
 
 REPORTED: Final = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
 """Outcomes of a contact that a detector reports."""
@@ -24,7 +21,7 @@ REPORTED: Final = (Outcome.BOTH, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
 class ContactCounts:
     """The oracle's contacts, each in one class: found, missed in part, missed, undecided, or within tolerance.
 
-    Those of a hand with what it holds are not among them: `held_counts` has them.
+    Those of a hand with what it holds are not among them: `HeldAnswers` has them.
 
     Contacts are counted, not the stretches in which they were lost: a contact that was lost twice is one contact
     missed in part.
@@ -99,17 +96,6 @@ class ContactCounts:
         return self._any(Outcome.BOTH) | self._any(Outcome.MISSED)
 
 
-def contact_counts(result: "Measured", label: str) -> ContactCounts:
-    """What an audited detector of a run made of the oracle's contacts."""
-    return count_contacts(result.comparisons[label], result.episodes[result.oracle])
-
-
-def loose(result: "Measured") -> tuple[Episode, ...]:
-    """The oracle's contacts but those of a hand with what it holds."""
-    held = set(result.holdings)
-    return tuple(one for one in result.episodes[result.oracle] if one not in held)
-
-
 def count_contacts(comparison: Comparison, contacts: Sequence[Episode]) -> ContactCounts:
     """What a detector made of ``contacts``, the oracle's, by their outcomes frame by frame."""
     frames = np.zeros((len(contacts), len(Outcome)), dtype=np.int64)
@@ -134,22 +120,32 @@ def cut_contacts(contacts: Iterable[Episode]) -> int:
     return sum(one.cuts > 0 for one in contacts)
 
 
-def held_counts(result: "Measured", label: str, pairs: Sequence[int] | None = None) -> dict[str, int]:
-    """Contacts of the oracle between a hand and what it holds, those missed and missed in part, and pair-frames.
+@dataclass(frozen=True, eq=False)
+class HeldAnswers:
+    """What the oracle and a detector say of the oracle's contacts while a hand holds the body: these are not counted.
 
-    ``pairs`` are columns; ``None``: all of them.
+    ``contacts`` are the oracle's that are held.
     """
-    columns = sorted({one.pair for one in result.holdings}) if pairs is None else list(pairs)
-    held = result.comparisons[label].outcome[:, columns] == Outcome.HELD
-    truth, said = (counts_as_contact(result.detections[one].verdict[:, columns]) for one in (result.oracle, label))
-    own = set(result.episodes[result.oracle]) - set(loose(result))
-    found = [said[frames_of(one), columns.index(one.pair)] for one in own if one.pair in columns]
-    frames = {"both": truth & said, "missed": truth & ~said, "invented": said & ~truth}
-    return {
-        "contacts": len(found), "contacts_missed": sum(not one.any() for one in found),
-        "contacts_in_part": sum(bool(one.any() and not one.all()) for one in found),
-        **{name: int((held & part).sum()) for name, part in frames.items()},
-    }  # fmt: skip
+
+    comparison: Comparison
+    truth: Detection
+    said: Detection
+    contacts: Sequence[Episode]
+
+    def counts(self, pairs: Sequence[int]) -> dict[str, int]:
+        """Contacts, those missed and missed in part, and pair-frames, of some pairs (columns)."""
+        columns = list(pairs)
+        held = self.comparison.outcome[:, columns] == Outcome.HELD
+        truth, said = (counts_as_contact(answer.verdict[:, columns]) for answer in (self.truth, self.said))
+        own = [contact for contact in self.contacts if contact.pair in columns]
+        found = [said[frames_of(contact), columns.index(contact.pair)] for contact in own]
+        frames = {"both": truth & said, "missed": truth & ~said, "invented": said & ~truth}
+        return {
+            "contacts": len(found),
+            "contacts_missed": sum(not part.any() for part in found),
+            "contacts_in_part": sum(bool(part.any() and not part.all()) for part in found),
+            **{name: int((held & part).sum()) for name, part in frames.items()},
+        }
 
 
 def count_reports(comparison: Comparison) -> ContactCounts:

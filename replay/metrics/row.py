@@ -9,7 +9,6 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import IntArray
-from replay.comparison.contact_counts import loose
 from replay.comparison.holding import Grasp, grasps, hand_bodies
 from replay.comparison.outcome import Episode, Outcome
 from replay.metrics.hands import DOING, fixed_bodies, moving, span_names, task_seconds
@@ -194,7 +193,7 @@ def recall(result: RunResult, label: str) -> float | None:
 
 def contact_frames(result: RunResult) -> int | None:
     """Pair-frames that the oracle calls contact, without those of a hand with what it holds; ``None``: no oracle."""
-    return sum(one.frames for one in loose(result)) if result.oracle else None
+    return sum(contact.frames for contact in result.loose) if result.oracle else None
 
 
 def settings_digest(result: RunResult, label: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from time import perf_counter
 from typing import Any
 
@@ -10,6 +10,7 @@ from cdcore import Detection
 from replay.base.progress import Progress, Silent
 from replay.comparison.causes import examine
 from replay.comparison.compare import compare
+from replay.comparison.contact_counts import ContactCounts, count_contacts
 from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
 from replay.comparison.false_contacts import FalseReporter, false_contacts
@@ -114,7 +115,8 @@ def compute(
     ranks = ranking(summary)
     told = answers(measured, summary, ranks)
     summary["answers"] = [answer.as_json() for answer in told]
-    return RunResult(**vars(measured), summary=summary, ranking=ranks, answers=told)
+    computed = {part.name: getattr(measured, part.name) for part in fields(Measured)}
+    return RunResult(**computed, summary=summary, ranking=ranks, answers=told)
 
 
 def _called_for(planned: Plan, settings: RunSettings, session: Session) -> Lineup:
@@ -154,7 +156,9 @@ def _audited(
         tolerance = Tolerance(assembly, again, settings.tau)
         truth = found.get(oracle, ())
         held = holdings(assembly, session, truth) if oracle else ()
-        comparisons, matches = _compared(runs, oracle, found, tolerance, held)
+        comparisons = _compared(runs, oracle, tolerance, held)
+        counts = {label: count_contacts(comparison, truth) for label, comparison in comparisons.items()}
+        matches = _matched(runs, comparisons, found, counts)
         dwell, phases, often = None, dict[str, OffsetCounts](), dict[str, float]()
         if oracle:
             held_ones = set(held)
@@ -170,7 +174,8 @@ def _audited(
     return Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches, false=false,
-        causes=causes, dwell=dwell, phases=phases, at_every_frame=often, holdings=held, treatment=ready.treatment,
+        causes=causes, dwell=dwell, phases=phases, at_every_frame=often, counts=counts, holdings=held,
+        treatment=ready.treatment,
         flags=Flags.of(ready.treatment.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip
@@ -203,21 +208,29 @@ def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Det
 
 
 def _compared(
-    runs: dict[str, Run],
-    oracle: str,
-    found: dict[str, tuple[Episode, ...]],
-    tolerance: Tolerance,
-    held: tuple[Episode, ...],
-) -> tuple[dict[str, Comparison], dict[str, EpisodeMatches]]:
-    """By label: pair-frames held to the oracle's, and contacts matched with its own."""
-    comparisons, matches = {}, {}
-    for label, run in runs.items():
-        if oracle and label != oracle:
-            answer, truth = run.detection, runs[oracle].detection
-            one = comparisons[label] = compare(answer, truth, (label, oracle), tolerance.judge(answer, truth), held)
-            reach = 1 if (answer.covers, truth.covers) == ("instants", "intervals") else 0
-            matches[label] = match_episodes(one, found[oracle], found[label], reach=reach)
-    return comparisons, matches
+    runs: dict[str, Run], oracle: str, tolerance: Tolerance, held: tuple[Episode, ...]
+) -> dict[str, Comparison]:
+    """By label: pair-frames held to the oracle's."""
+    truth = runs[oracle].detection if oracle else None
+    return {
+        label: compare(run.detection, truth, (label, oracle), tolerance.judge(run.detection, truth), held)
+        for label, run in runs.items()
+        if truth is not None and label != oracle
+    }
+
+
+def _matched(
+    runs: dict[str, Run], comparisons: dict[str, Comparison], found: dict[str, tuple[Episode, ...]],
+    counts: dict[str, ContactCounts],
+) -> dict[str, EpisodeMatches]:  # fmt: skip
+    """By label: contacts matched one to one with the oracle's."""
+    matches = {}
+    for label, comparison in comparisons.items():
+        covers = (runs[label].detection.covers, runs[comparison.oracle].detection.covers)
+        reach = 1 if covers == ("instants", "intervals") else 0
+        truth = found[comparison.oracle]
+        matches[label] = match_episodes(comparison, truth, found[label], counts=counts[label], reach=reach)
+    return matches
 
 
 def _durations(

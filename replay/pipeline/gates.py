@@ -110,7 +110,7 @@ def _apart(figures: Mapping[str, Any]) -> str:
 
 def _undecided_oracle(name: str, figures: Mapping[str, Any]) -> Iterator[str]:
     if figures["oracle_undecided"]:
-        yield f"{name} cannot be checked: the oracle left {figures['oracle_undecided']} pair-frames undecided"
+        yield f"{name} cannot be checked: the reference left {figures['oracle_undecided']} pair-frames undecided"
 
 
 def _late(audit: Mapping[str, Any], summaries: Sequence[Mapping[str, Any]], most: float) -> list[str]:

@@ -2,12 +2,14 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from cdcore import Detection, Detector
 from replay.comparison.causes import Causes
 from replay.comparison.compare import FaceRecall
+from replay.comparison.contact_counts import ContactCounts
 from replay.comparison.contact_duration import ContactDurations
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.look_phases import OffsetCounts
@@ -79,6 +81,7 @@ class Measured:
     causes: Mapping[str, Causes] = field(default_factory=dict)  # why each miss was missed
     phases: Mapping[str, OffsetCounts] = field(default_factory=dict)  # of a fixed rate: faults at each sampling offset
     at_every_frame: Mapping[str, float] = field(default_factory=dict)  # of a fixed rate: seconds a frame at all of them
+    counts: Mapping[str, ContactCounts] = field(default_factory=dict)  # what became of the oracle's contacts
     holdings: tuple[Episode, ...] = ()  # when a pair is a hand and what it holds; contacts there are counted apart
     dwell: ContactDurations | None = None  # how long each other contact lasted; ``None`` without an oracle
     effects: Mapping[str, EffectRun] = field(default_factory=dict)  # by kind, in running order
@@ -87,6 +90,12 @@ class Measured:
     flags: Flags | None = None  # which verdicts rest on a pose in doubt
     detectors: Mapping[str, Detector] = field(default_factory=dict)  # ready to be asked again
     watched: Mapping[str, "Watched | None"] = field(default_factory=dict)  # what each stage did, if it came with faces
+
+    @cached_property
+    def loose(self) -> tuple[Episode, ...]:
+        """The oracle's contacts but those of a hand with what it holds."""
+        held = set(self.holdings)
+        return tuple(contact for contact in self.episodes[self.oracle] if contact not in held)
 
 
 class Summarised(Protocol):

@@ -13,14 +13,7 @@ from cdcore import Verdict
 from replay.base.wilson import pooled, share, share_of_clusters
 from replay.comparison.causes import Cause
 from replay.comparison.compare import FaceRecall
-from replay.comparison.contact_counts import (
-    ContactCounts,
-    contact_counts,
-    count_reports,
-    cut_contacts,
-    held_counts,
-    loose,
-)
+from replay.comparison.contact_counts import ContactCounts, HeldAnswers, count_reports, cut_contacts
 from replay.comparison.false_contacts import HELD
 from replay.comparison.look_phases import OffsetCounts, spread
 from replay.comparison.matching import EpisodeMatches
@@ -41,22 +34,23 @@ SPREADS: Final = ("onset_error", "duration_error")
 
 def score(result: Measured, label: str) -> dict[str, Any]:
     """Everything counted about one audited detector."""
-    comparison, missed, contacts = result.comparisons[label], result.misses[label], contact_counts(result, label)
+    comparison, missed, contacts = result.comparisons[label], result.misses[label], result.counts[label]
     frames = {outcome.name: comparison.count(outcome) for outcome in Outcome}
     truth, false = counts_of(result.detections[result.oracle].verdict, len(Verdict)), result.false.get(label, ())
     # Column by column, here and below: a table of flags for hours of frames is as large as the verdicts.
     columns = zip(result.detections[label].verdict.T, comparison.outcome.T, strict=True)
     unconfirmed = sum(int(((one == Verdict.CANDIDATE) & (as_ == Outcome.INVENTED)).sum()) for one, as_ in columns)
+    held_pairs = sorted({one.pair for one in result.holdings})
     figures: dict[str, Any] = {
         "pair_frames": frames, "missed": contacts.share(Outcome.MISSED),
         "invented": count_reports(comparison).share(Outcome.INVENTED), "undecided": undecided_share(result, label),
         "oracle_undecided": int(truth[[Verdict.UNRESOLVED, Verdict.INVALID]].sum()),
         "between_frames": _between(result, label),
         "unconfirmed": unconfirmed, "contacts": contacts.contacts,
-        "contacts_cut": cut_contacts(loose(result)),
+        "contacts_cut": cut_contacts(result.loose),
         "contacts_missed": contacts.missed, "contacts_in_part": contacts.in_part,
         "contacts_undecided": contacts.undecided, "contact_frames_undecided": contacts.frames_undecided,
-        "held": held_counts(result, label), "misses": len(missed),
+        "held": held_answers(result, label).counts(held_pairs), "misses": len(missed),
         "by_kind": {kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
         "false_contacts": len(false), "false_causes": dict(Counter(one.cause for one in false)),
         "faces": _faces(result.face_recall.get(label)),
@@ -122,7 +116,7 @@ def pair_figures(result: Measured) -> list[dict[str, Any]]:
             own |= {"count": own["count"] + 1, "seconds": own["seconds"] + length, "cut": own["cut"] + (one.cuts > 0)}
             own["longest"] = max(own["longest"], length)
     for label, comparison in result.comparisons.items():
-        became = contact_counts(result, label)
+        became, held = result.counts[label], held_answers(result, label)
         frames = {one.name: (comparison.outcome == one).sum(axis=0).tolist() for one in OF_PAIR}
         for pair, row in enumerate(rows):
             counts = {name: column[pair] for name, column in frames.items()}
@@ -130,9 +124,15 @@ def pair_figures(result: Measured) -> list[dict[str, Any]]:
                 own = became.of_pair(pair)
                 told = {"contacts_missed": own.missed, "contacts_in_part": own.in_part, "pair_frames": counts}
                 if counts[Outcome.HELD.name] or "held_contacts" in row:
-                    told["held"] = held_counts(result, label, [pair])
+                    told["held"] = held.counts([pair])
                 row.setdefault("audit", {})[label] = told
     return rows
+
+
+def held_answers(result: Measured, label: str) -> HeldAnswers:
+    """What a detector says while a hand holds the body."""
+    apart = tuple(set(result.episodes[result.oracle]) - set(result.loose))
+    return HeldAnswers(result.comparisons[label], result.detections[result.oracle], result.detections[label], apart)
 
 
 def _between(result: Measured, label: str) -> int | str:

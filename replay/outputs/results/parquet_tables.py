@@ -12,7 +12,6 @@ from cdcore import Verdict
 from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact
 from replay.base.constants import VERDICT_FRAMES
-from replay.comparison.contact_counts import contact_counts
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.holding import within
 from replay.comparison.outcome import Episode, Miss, Outcome
@@ -274,6 +273,6 @@ def _numbers(found: Sequence[Miss | FalseContact], rows: IntArray, columns: IntA
 def _never_found(result: RunResult) -> dict[tuple[str, int], list[str]]:
     never: dict[tuple[str, int], list[str]] = {}
     for label in result.comparisons:
-        for episode in contact_counts(result, label).missed_numbers:
+        for episode in result.counts[label].missed_numbers:
             never.setdefault((result.oracle, episode), []).append(label)
     return never

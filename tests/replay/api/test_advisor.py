@@ -9,7 +9,6 @@ from support.small_worlds import cube, cubes
 import replay
 from cdcore.protocol import Verdict
 from replay.api import advisor
-from replay.comparison.contact_counts import contact_counts
 from replay.errors import AuditError, TradeoffError
 from sessions import MeshData, Session
 
@@ -32,7 +31,7 @@ def test_each_row_says_what_an_audit_of_its_setting_says(engine, plain):
     assert advice.rows[0]["number"] == 1 and len(advice.rows) >= 2
     for row in advice.rows:
         alone = replay.run(session, detectors=f"it={row['setting']}")
-        counts, figures = contact_counts(alone, "it"), alone.summary["audit"]["it"]
+        counts, figures = alone.counts["it"], alone.summary["audit"]["it"]
         assert row["contacts"] == counts.contacts
         over = figures.get("offsets")
         if over is None:

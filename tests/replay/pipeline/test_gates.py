@@ -79,7 +79,7 @@ def test_contact_left_undecided_breaks_the_gate_about_misses_however_large_the_l
         "--max-missed cannot be checked: x left 43104 pair-frames in contact undecided, 1 of 8 contacts whole"
     )
     (one,) = Gates(max_missed=1.0).broken({"x": figures(0, 4, oracle=3)}, [])
-    assert one == "--max-missed cannot be checked: the oracle left 3 pair-frames undecided"
+    assert one == "--max-missed cannot be checked: the reference left 3 pair-frames undecided"
 
 
 def test_inventions_beyond_the_share_of_what_is_reported_break_the_gate():
@@ -94,7 +94,7 @@ def test_who_was_compared_nowhere_does_not_pass_for_inventing_nothing():
     (one,) = Gates(max_invented=1.0).broken({"x": figures(0, 0, decided=0, undecided=5)}, [])
     assert one == "--max-invented cannot be checked: x was compared in no pair-frame"
     (one,) = Gates(max_invented=1.0).broken({"x": figures(0, 4, oracle=3)}, [])
-    assert "the oracle left 3" in one
+    assert "the reference left 3" in one
     assert Gates(max_invented=0.0).broken({"x": figures(4, 4)}, []) == []
     assert Gates(max_invented=0.0).broken({}, []) != []
 

@@ -6,6 +6,7 @@ import pytest
 from support.small_worlds import verdict_column
 
 from replay.comparison.compare import compare
+from replay.comparison.contact_counts import count_contacts
 from replay.comparison.episodes import episodes
 from replay.comparison.misses import stretches
 from replay.outputs.report.details import trust
@@ -44,9 +45,9 @@ STATES = {
     "not measured": ("uuuuuu", "......", [
         "Not counted: 6 of 6 pair-frames with a pose, which exact or it did not decide.",
         "--max-missed cannot be checked: there is no contact for it to miss",
-        "--max-missed cannot be checked: the oracle left 6 pair-frames undecided",
+        "--max-missed cannot be checked: the reference left 6 pair-frames undecided",
         "--max-invented cannot be checked: it was compared in no pair-frame",
-        "--max-invented cannot be checked: the oracle left 6 pair-frames undecided",
+        "--max-invented cannot be checked: the reference left 6 pair-frames undecided",
     ]),
     "no pose": ("------", "------", [
         "--max-missed cannot be checked: there is no contact for it to miss",
@@ -69,7 +70,7 @@ def audited(oracle, subject):
         noise=None,
         oracle="exact", detections=detections, comparisons={"it": comparison}, episodes=found, face_recall={},
         misses={"it": stretches(comparison, found["exact"])}, causes={}, matches={}, treatment=None, holdings=(),
-        phases={}, false={},
+        phases={}, false={}, counts={"it": count_contacts(comparison, found["exact"])}, loose=found["exact"],
     )  # fmt: skip
     took = {"name": "x", "live": True, "faces_asked": False, "seconds": {"per_frame_mean": 1e-3}, "contacts": 0}
     run.summary = {

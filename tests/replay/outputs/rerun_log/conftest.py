@@ -11,6 +11,7 @@ from support.small_worlds import jumping
 
 from cdcore import Body, Motion, TriangleMesh, create_detector
 from replay.comparison.compare import compare
+from replay.comparison.contact_counts import count_contacts
 from replay.comparison.episodes import episodes
 from replay.comparison.evidence import Evidence
 from replay.comparison.false_contacts import FalseReporter, false_contacts
@@ -106,7 +107,7 @@ def demo_run(frames=270, label=SUBJECT, name="discrete", **settings):
     result = RunResult(
         session=session, assembly=assembly, detections=detections, oracle=ORACLE, comparisons={label: comparison},
         episodes=found, misses={label: misses(places, names, assembly.motion.times, evidence)},
-        detectors={label: subject}, holdings=held,
+        detectors={label: subject}, holdings=held, counts={label: count_contacts(comparison, found[ORACLE])},
         false={label: false_contacts(assembly, comparison, FalseReporter(subject))},
     )  # fmt: skip
     return with_answers(replace(result, summary=figures(result)))

@@ -50,7 +50,7 @@ def test_an_old_file_is_replaced(demo, tmp_path):
 
 def test_two_audited_detectors_share_one_recording(demo, write, completed):
     second = replace(demo.comparisons[SUBJECT], subject="15Hz")
-    twice = {name: getattr(demo, name) for name in ("detections", "episodes", "misses", "false")}
+    twice = {name: getattr(demo, name) for name in ("detections", "episodes", "misses", "false", "counts")}
     twice = {name: {**held, "15Hz": held[SUBJECT]} for name, held in twice.items()}
     both = {part: demo.summary[part] for part in ("audit", "detectors")}
     figures = demo.summary | {part: {**held, "15Hz": held[SUBJECT]} for part, held in both.items()}
