@@ -18,7 +18,7 @@ from replay.base.workers import DONE, KEPT, OnDone, do_all
 from replay.errors import OutputError, RunFolderError
 from replay.outputs.results.batch_parts import FOLDER as TABLES
 from replay.outputs.results.data_set import write_batch_tables
-from replay.outputs.results.run_folder import METRICS, read_run_folder
+from replay.outputs.results.run_folder import METRICS, PICTURE, read_run_folder
 from replay.pipeline.scores import pool
 from sessions.whole_files import whole_file
 
@@ -53,6 +53,7 @@ class Batch:
 def run_batch(
     sessions: Sequence[str | Path], out: str | Path, *, jobs: int = 1, scheduler: str | None = None,
     settings: Mapping[str, Any] | None = None, force: bool = False, on_done: OnDone | None = None,
+    on_died: OnDone | None = None,
 ) -> Batch:  # fmt: skip
     """Run every session and write its run folder to ``out/<name of the file>``.
 
@@ -66,6 +67,7 @@ def run_batch(
     settings : for ``replay.run``: detectors, oracle, seed, picture.
     force : go on in a batch of other settings too, whose run folders are replaced one by one.
     on_done : called for each session when it is finished.
+    on_died : called with a session and the address of the worker that ended while it replayed it.
 
     Raises ``OutputError``: two files of one name, a folder of something else, or a batch with other settings;
     ``PlaceError``: a URL that cannot be reached; ``WorkerError``: workers that cannot be used.
@@ -76,7 +78,9 @@ def run_batch(
         chosen["scene"] = Path(chosen["scene"]).absolute()
         scene = {"scene": file_hash(chosen["scene"])}
     # As JSON, which has no tuples: a worker that reads it makes the same marks.
-    request = json.loads(json.dumps({"schema": SCHEMA, "settings": chosen | scene, "versions": versions()}))
+    # Not whether there is a picture: it changes no answer, so a folder without pictures can be given them later.
+    asked = {name: value for name, value in (chosen | scene).items() if name != "picture"}
+    request = json.loads(json.dumps({"schema": SCHEMA, "settings": asked, "versions": versions()}))
     with reaching(folder):
         there, kept = _begin(folder, request, force=force), set[str]()
 
@@ -87,7 +91,7 @@ def run_batch(
             on_done(name, DONE if became == KEPT and name not in there else became)
 
     tasks = {name: (path, folder / name, chosen, request) for name, path in named.items()}
-    failed = do_all(run_one, tasks, jobs, tell, scheduler)
+    failed = do_all(run_one, tasks, jobs, tell, scheduler, on_died)
     done = tuple(name for name in named if name not in failed)
     digest, runs = batch_digest(folder, done)
     if not far(folder):
@@ -159,9 +163,10 @@ def _begin(out: Path, request: Mapping[str, Any], *, force: bool) -> set[str]:
     return there
 
 
-def _is_whole(out: Path, mark: str) -> bool:
+def _is_whole(out: Path, mark: str, *, picture: bool) -> bool:
     try:
-        return read_run_folder(out).summary.get("request") == mark
+        made = read_run_folder(out).summary.get("request") == mark
+        return made and ((out / PICTURE).is_file() or not picture)
     except RunFolderError:
         return False
 
@@ -182,7 +187,7 @@ def run_one(path: Path, out: Path, settings: Mapping[str, Any], request: Any = "
         with near(path, out) as (file, folder):
             # Over all that is asked of the recording, and its contents; its run folder keeps it.
             mark = hashlib.sha256(json.dumps([request, file_hash(file)], sort_keys=True).encode()).hexdigest()
-            if _is_whole(out, mark):
+            if _is_whole(out, mark, picture=settings.get("picture", True)):
                 return KEPT
             run(file, out=folder, force=True, request=mark, **settings)
     except Exception as error:

@@ -41,14 +41,21 @@ PATIENCE_S: Final = 300.0
 
 
 def do_all(
-    work: Work, tasks: Tasks, jobs: int = 1, on_done: OnDone | None = None, scheduler: str | None = None
-) -> dict[str, str]:
+    work: Work, tasks: Tasks, jobs: int = 1, on_done: OnDone | None = None, scheduler: str | None = None,
+    on_died: OnDone | None = None,
+) -> dict[str, str]:  # fmt: skip
     """Do every task (name -> arguments of ``work``); name -> why it failed, for those that did.
 
     This process does them if ``jobs`` is 1 and no ``scheduler`` of Dask is named by its address. ``on_done`` is called
-    for every task when it is finished.
+    for every task when it is finished, ``on_died`` with a task and the address of the worker that ended with it.
     """
     failed: dict[str, str] = {}
+    deaths: dict[str, list[str]] = {}
+
+    def died(name: str, place: str) -> None:
+        deaths.setdefault(name, []).append(place)
+        if on_died is not None:
+            on_died(name, place)
 
     def note(name: str, became: str) -> None:
         if became and became != KEPT:
@@ -61,18 +68,17 @@ def do_all(
             note(name, work(*arguments))
         return failed
     with Workers(min(jobs, len(tasks)), scheduler) as workers:
-        lost = _shared_out(workers, work, tasks, note, ATTEMPTS - 1)
+        lost = _shared_out(workers, work, tasks, note, died, ATTEMPTS - 1)
     # A task may want more memory than is left beside others, so the last attempt is made with nothing beside it.
     for name in lost:
         with Workers(1, scheduler) as workers:
-            if _shared_out(workers, work, {name: tasks[name]}, note, 1):
-                note(name, f"its process was ended {ATTEMPTS} times, perhaps for want of memory")
+            if _shared_out(workers, work, {name: tasks[name]}, note, died, 1):
+                ended = ", ".join(deaths[name])
+                note(name, f"its process was ended {ATTEMPTS} times, perhaps for want of memory (workers {ended})")
     return failed
 
 
-def _shared_out(
-    workers: "Workers", work: Work, tasks: Tasks, note: Callable[[str, str], None], attempts: int
-) -> list[str]:
+def _shared_out(workers: "Workers", work: Work, tasks: Tasks, note: OnDone, died: OnDone, attempts: int) -> list[str]:
     """Do tasks; return the names of those that lost their worker at each of ``attempts``, made after all others."""
     waiting, ended, lost = deque(tasks), Counter[str](), list[str]()
     working = dict[Any, tuple[str, str]]()
@@ -83,10 +89,11 @@ def _shared_out(
             name = waiting.popleft()
             working[workers.submit(place, work, tasks[name])] = name, place
         for task, answer in workers.finished({task: place for task, (_, place) in working.items()}):
-            name, _ = working.pop(task)
+            name, place = working.pop(task)
             if answer is not LOST:
                 note(name, answer)
                 continue
+            died(name, place)
             ended[name] += 1
             (waiting if ended[name] < attempts else lost).append(name)
     return lost

@@ -38,7 +38,12 @@ def run_many(
             settings["picture"] = False
         else:
             folder = out
-        batch = run_batch(files, folder, settings=settings, on_done=counting(people, len(files)), **how)
+
+        def died(name: str, worker: str) -> None:
+            people.say(f"the worker {worker} ended while it replayed {name}, which is asked again")
+
+        how |= {"on_done": counting(people, len(files)), "on_died": died}
+        batch = run_batch(files, folder, settings=settings, **how)
     broken = limits.broken(batch.audit, [*batch.runs.values()])
     plain = {name: getattr(batch, name) for name in ("done", "kept", "failed", "digest", "audit")}
     tables = audit_tables(batch.audit) if batch.audit else []

@@ -99,6 +99,7 @@ SHARE = Number(min=0.0, max=1.0)
 SESSION_FILE = Existing(folder=False)
 RUN_FOLDER = Existing(folder=True)
 ANY_PATH = Target()
+SESSION_ANYWHERE = Existing(folder=False, url=True)
 SESSIONS_ANYWHERE = Existing(folder=True, file=True, url=True)
 OUT_ANYWHERE = Target(url=True)
 

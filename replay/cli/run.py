@@ -1,6 +1,5 @@
 """``replay run``: session files through detectors, beside one that is trusted, each into a run folder; with gates."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,13 +7,15 @@ import click
 
 from replay.cli.console import People, TerminalProgress
 from replay.cli.options import OUT_ANYWHERE, SESSIONS_ANYWHERE, auditing
+from replay.cli.project_settings import ProjectCommand
+from replay.cli.session_files import session_files, several
 
 if TYPE_CHECKING:
     from replay.pipeline.gates import Gates
 
 
-@click.command()
-@click.argument("sessions", type=SESSIONS_ANYWHERE, metavar="FILE|DIR...", nargs=-1, required=True)
+@click.command(cls=ProjectCommand)
+@click.argument("sessions", type=SESSIONS_ANYWHERE, metavar="FILE|DIR|LIST.txt...", nargs=-1, required=True)
 @click.option("--out", "-o", type=OUT_ANYWHERE, metavar="DIR", help="Run folder; of several sessions, one each in it.")
 @click.option("--view", is_flag=True, help="Open the picture when it is written.")
 @auditing
@@ -29,8 +30,8 @@ def command(
     colliders recorded with the bodies, or else convex hulls, and the meshes, at the step rate; the paper's pipeline;
     and every triangle of every frame, the reference.
 
-    Several files, or a folder of them, go into a folder of run folders; killed, the same command goes on where it
-    stopped.
+    Several, a folder of them or a text file that lists them, go into a folder of run folders; killed, the same command
+    goes on where it stopped. What you always ask may stand in replay.toml beside the sessions: `replay guide ci`.
 
     \b
     replay run session.mcap --out run1 --view
@@ -48,7 +49,7 @@ def command(
             raise click.UsageError("--step-rate is of the usual detectors; write rate_hz=... in --detectors")
         asked["step_rate"] = step_rate
     files = session_files(sessions)
-    if len(files) > 1 or scheduler is not None or sessions[0].is_dir():
+    if len(files) > 1 or scheduler is not None or several(sessions):
         if view:
             raise click.UsageError("--view is for one session, replayed here; leave it out")
         if scheduler is not None and out is None:
@@ -79,14 +80,3 @@ def command(
 
         watch([out], people)
     return people.gate(broken, code)
-
-
-def session_files(given: Sequence[Path]) -> list[Path]:
-    """The files given, and the session files in the folders given; a folder without any is a wrong use."""
-    files: list[Path] = []
-    for path in given:
-        found = sorted(path.glob("*.mcap")) if path.is_dir() else [path]
-        if not found:
-            raise click.UsageError(f"{path} holds no session files (*.mcap); name a file or another folder")
-        files += found
-    return files

@@ -34,5 +34,6 @@ def _page(head: str, broken: Sequence[str], above: Sequence[str], tables: Sequen
     gates = "\n".join(f"- **gate failed:** {markdown_words(sentence)}" for sentence in broken)
     parts = [f"## {markdown_words(head)}", *([gates] if gates else []), *above]
     parts += [markdown(made, LEVEL) for made in tables]
-    parts += [markdown_words(words) for words in below]
+    noted = {note for made in tables for note in made.notes}
+    parts += [markdown_words(words) for words in below if words not in noted]
     return "\n\n".join([*parts, f"*{CAVEAT}*"])

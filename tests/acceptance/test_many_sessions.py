@@ -23,7 +23,7 @@ from support.spawned import spawned_by
 
 import replay
 from replay.api import batch
-from replay.outputs.results.data_set import TIMES
+from replay.outputs.results.data_set import TIMES, rows_of_run
 from sessions import write_session
 
 pytestmark = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
@@ -63,12 +63,25 @@ def run_measured(path, out, settings, request):
     return became
 
 
-def drive(folder, out, every):
+def drive(folder, out, every, where):
     """A program of its own: one batch; what it came to, and what was told when, with the memory then.
 
-    ``every``: ``10 sessions`` or ``60 s`` a worker is killed, or ``""``.
+    ``every``: ``10 sessions`` or ``60 s`` a worker is killed, or ``""``. ``where``: ``here``, or the workers of a
+    scheduler that is reached by its address.
     """
-    batch.batch_digest(Path(folder).parent / "alone", ["s0000"])  # what reads tables is loaded once
+    if where == "elsewhere":
+        from distributed import LocalCluster
+
+        with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
+            driven_by(folder, out, every, {"scheduler": cluster.scheduler_address})
+    else:
+        driven_by(folder, out, every, {"jobs": 2})
+
+
+def driven_by(folder, out, every, workers):
+    """One batch by these workers, as ``drive`` says."""
+    batch.batch_digest(Path(folder).parent / "alone", ["s0000"])  # what reads and joins tables is loaded once
+    rows_of_run(Path(folder).parent / "alone", "s0000", "metrics")
     batch.run_one = run_measured
     told, begun, me = [], time.monotonic(), psutil.Process()
     last, killed, chance = begun, 0, random.Random(7)
@@ -82,10 +95,11 @@ def drive(folder, out, every):
             chance.choice(sorted(spawned_by(me), key=lambda one: one.pid)).kill()
             last, killed = time.monotonic(), killed + 1
 
-    files = sorted(Path(folder).glob("*.mcap"))
-    made = batch.run_batch(files, out, jobs=2, settings=SETTINGS, on_done=on_done)
+    files, died = sorted(Path(folder).glob("*.mcap")), []
+    died_too = {"on_done": on_done, "on_died": lambda *one: died.append(one)}
+    made = batch.run_batch(files, out, settings=SETTINGS, **died_too, **workers)
     wall = time.monotonic() - begun
-    print(json.dumps([made.digest, made.done, made.kept, made.failed, told, killed, wall, me.memory_info().rss]))
+    print(json.dumps([made.digest, made.done, made.kept, made.failed, told, killed, wall, me.memory_info().rss, died]))
 
 
 @pytest.fixture(scope="module")
@@ -100,8 +114,8 @@ def made(tmp_path_factory):
     return folder, alone.digest
 
 
-def driven(folder, out, every):
-    words = [sys.executable, __file__, str(folder), str(out), every]
+def driven(folder, out, every, where="here"):
+    words = [sys.executable, __file__, str(folder), str(out), every, where]
     done = subprocess.run(words, env=environment(), capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-3000:]
     return json.loads(done.stdout.splitlines()[-1])
@@ -111,7 +125,7 @@ def driven(folder, out, every):
 def test_all_are_done_once_with_the_digest_of_one_process_though_workers_are_killed(made, tmp_path):
     folder, alone = made
     names, out = [path.stem for path in sorted(folder.glob("*.mcap"))], tmp_path / "runs"
-    digest, done, kept, failed, told, killed, wall, memory = driven(folder, out, EVERY)
+    digest, done, kept, failed, told, killed, wall, memory, _ = driven(folder, out, EVERY)
     assert killed >= (min(5, wall // 75) if ON_DEMAND else 3) and failed == {} and digest == alone
     assert done == names and kept == [] and sorted(one[0] for one in told) == names
     assert {one[1] for one in told} == {"done"}
@@ -137,6 +151,16 @@ def test_all_are_done_once_with_the_digest_of_one_process_though_workers_are_kil
     assert last < GROWTH * first or not ON_DEMAND
 
 
+@pytest.mark.slow
+def test_workers_of_a_scheduler_elsewhere_that_are_killed_are_named_and_the_digest_is_that_of_one_process(
+    made, tmp_path
+):
+    folder, alone = made
+    digest, done, _, failed, told, killed, *_, died = driven(folder, tmp_path / "runs", EVERY, "elsewhere")
+    assert killed >= 2 and failed == {} and digest == alone and len(done) == len(told) == SESSIONS
+    assert {name for name, _ in died} <= set(done) and all(place.startswith("tcp://") for _, place in died)
+
+
 def of_worker(seen, pid):
     """What a worker gained from a quarter of its sessions to its last."""
     held = [one[2] for one in seen if one[1] == pid]
@@ -144,4 +168,4 @@ def of_worker(seen, pid):
 
 
 if __name__ == "__main__":
-    drive(sys.argv[1], Path(sys.argv[2]), sys.argv[3])
+    drive(sys.argv[1], Path(sys.argv[2]), *sys.argv[3:])

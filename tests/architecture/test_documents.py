@@ -12,6 +12,7 @@ from support.small_worlds import cube
 
 from replay.cli.commands import COMMANDS
 from replay.cli.main import cli, main
+from replay.cli.project_settings import read_settings
 from replay.guide.pages import FOLDER, INDEX, page, topics
 from replay.outputs.rerun_log.viewer import _target as target_of
 from replay.outputs.results.run_folder import read_run_folder
@@ -128,6 +129,12 @@ def inputs_given(workflow):
     return {name for step in steps if "/actions/audit@" in step["uses"] for name in step["with"]}
 
 
+def settings_of(path):
+    """What ``run`` makes of a file beside its sessions."""
+    command = cli.get_command(click.Context(cli), "run")
+    return read_settings(path, command, click.Context(command))
+
+
 def test_every_toml_and_yaml_block_is_a_file_that_is_understood(tmp_path):
     from replay.studies.class_study.codebook import read_codebook
     from sessions import parse_scene
@@ -135,7 +142,7 @@ def test_every_toml_and_yaml_block_is_a_file_that_is_understood(tmp_path):
     from sessions.importers.xdf import read_stream_mapping
 
     readers = {"[[body]]": lambda path: parse_scene(path.read_text("utf-8")).bodies, "[time]": read_mapping}
-    readers["stream = "] = read_stream_mapping
+    readers |= {"stream = ": read_stream_mapping, "[gates]": settings_of}
     read = []
     for text in DOCUMENTS.values():
         for file, body in shown_files(text).items():

@@ -33,8 +33,8 @@ SAID: Final = ("oracle", "vr_type")
 """Columns of metrics from the summary of a run, which has them at any age."""
 
 TIMES: Final[dict[str, type]] = dict.fromkeys(("mean_ms", "p99_ms", "worst_ms"), float)
-"""Columns of metrics from the summary too: milliseconds of a frame in the mean, of a sample at the 99th percentile and
-at most."""
+"""Columns of metrics from the summary too: milliseconds of a frame in the mean, at the 99th percentile and at
+most."""
 
 ADDED: Final = ("run", *SAID, *TIMES)
 """Columns that reading adds; a file that has one of them was written by nobody's run."""
@@ -58,7 +58,7 @@ def read(folder: Path | str) -> dict[str, pa.Table]:
     The tables are ``episodes`` (contacts), ``misses``, ``false_contacts``, ``events`` and ``metrics``. Every row has
     ``run`` (the run folder below ``folder``, with ``/``), ``session`` (16 hex digits over every pose), ``student``
     (the pseudonym, ``""``: none stated), ``task`` and ``stage``; those of metrics have ``oracle`` and ``vr_type`` too,
-    and what the detector took (``mean_ms`` a frame, ``p99_ms`` and ``worst_ms`` of a sample, null: not timed so).
+    and what the detector took (milliseconds of a frame: ``mean_ms``, ``p99_ms``, ``worst_ms``; null: not timed so).
     What an older version did not write is null. A session that was run twice is there twice. Raises
     ``RunFolderError``: there is no run folder, a table cannot be read, or a newer version wrote it.
     """
@@ -196,9 +196,9 @@ def _said(run: Path, detectors: Sequence[str]) -> dict[str, pa.Array]:
 
 
 def _milliseconds(seconds: Mapping[str, Any]) -> tuple[float | None, ...]:
-    """Mean of a frame, and of the samples the 99th percentile and the worst, as ``TIMES``; ``None``: not timed so."""
-    sample = seconds.get("per_frame") or {}
-    taken = (seconds.get("per_frame_mean"), sample.get("p99"), sample.get("max"))
+    """``TIMES`` of a detector; ``None``: its frames were not timed one by one."""
+    frames = seconds.get("per_frame") or {}
+    taken = (seconds.get("per_frame_mean"), frames.get("p99"), frames.get("max"))
     return tuple(None if one is None else 1e3 * one for one in taken)
 
 

@@ -6,6 +6,7 @@ import pytest
 from support.small_worlds import cubes
 from support.spawned import spawned_by
 
+from replay import read
 from replay.api.batch import batch_digest, run_batch, run_one
 from replay.errors import OutputError
 from sessions import write_session
@@ -47,6 +48,16 @@ def test_a_finished_session_is_kept_and_a_missing_or_half_written_one_is_run(fil
     assert on_done[-1] == ("s2", "done") and ("s0", "kept") in on_done
     assert (out / "s0" / "summary.json").stat().st_mtime_ns == when
     assert not list(out.glob(".*.partial"))
+
+
+def test_pictures_can_be_added_later_and_run_folders_that_have_one_are_kept(files, tmp_path):
+    out = tmp_path / "runs"
+    first = run_batch(files[:2], out, settings=SETTINGS)
+    drawn = run_batch(files[:2], out, settings={**SETTINGS, "picture": True})
+    assert drawn.kept == () and drawn.digest == first.digest and (out / "s0" / "run.rrd").is_file()
+    for settings in (SETTINGS, {**SETTINGS, "picture": True}):
+        assert run_batch(files[:2], out, settings=settings).kept == ("s0", "s1")
+    assert read(out)["metrics"]["run"].to_pylist() == ["s0", "s1"]
 
 
 def test_a_session_that_changed_is_run_again(files, tmp_path):

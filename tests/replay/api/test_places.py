@@ -89,10 +89,15 @@ def test_a_session_that_is_not_in_the_store_fails_alone_and_with_its_name(store,
 def test_verbs_take_urls_for_sessions_and_runs(store, tmp_path, capsys):
     words = [f"{store}/sessions/s0.mcap", "--detectors", "hybrid", "--no-picture", "-o"]
     assert main(["run", *words, f"{store}/one"]) == 0
-    assert f"Read it  {place(f'{store}/one')}" in capsys.readouterr().out
+    assert f"{place(f'{store}/one')}/report.html" in capsys.readouterr().out
     assert main(["run", *words, f"{store}/one"]) == 1
     assert "replace it with --force" in capsys.readouterr().err
     assert main(["run", *words, f"{store}/one", "--force"]) == 0 and place(f"{store}/one/summary.json").is_file()
+    for verb in ("info", "doctor"):
+        assert main([verb, f"{store}/sessions/s0.mcap"]) == 0
+        assert "s0.mcap" in capsys.readouterr().out
+        assert main([verb, f"{store}/sessions/gone.mcap"]) == 1
+        assert "gone.mcap cannot be reached" in capsys.readouterr().err
     assert main(["run", f"{store}/sessions", "-o", f"{store}/class", "--detectors", "hybrid", "--no-picture"]) == 0
     assert "2 of 2 sessions are in" in capsys.readouterr().out
 

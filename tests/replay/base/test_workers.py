@@ -70,8 +70,13 @@ def test_without_dask_and_without_a_scheduler_it_is_one_sentence(monkeypatch):
 @needs_sigkill
 def test_on_a_cluster_a_task_that_kills_its_worker_is_asked_three_times_and_costs_no_other(tmp_path, by_value):
     kinds = {"a": "go", "b": "die", "c": "fail", "d": "die once", "e": "go"}
-    told, tasks = [], {name: (str(tmp_path / name), what) for name, what in kinds.items()}
-    failed = do_all(note, tasks, 2, lambda *one: told.append(one[0]))
+    told, dead, tasks = [], [], {name: (str(tmp_path / name), what) for name, what in kinds.items()}
+    failed = do_all(note, tasks, 2, lambda *one: told.append(one[0]), on_died=lambda *one: dead.append(one))
+    assert sorted(name for name, _ in dead) == ["b", "b", "b", "d"]
+    assert all(place.startswith("tcp://127.0.0.1:") for _, place in dead)
+    assert [place for name, place in dead if name == "b"] == failed["b"].partition("(workers ")[2].rstrip(")").split(
+        ", "
+    )
     assert failed.keys() == {"b", "c"} and failed["c"] == "it was not to be" and "ended 3 times" in failed["b"]
     assert sorted(told) == [*"abcde"]
     assert {path.name: len(path.read_text()) for path in tmp_path.iterdir()} == {

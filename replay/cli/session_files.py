@@ -1,0 +1,53 @@
+"""The sessions that a verb was given: files, folders of them, and text files that list them."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import click
+
+LIST = ".txt"
+"""How the name of a text file ends that lists sessions, one a line."""
+
+
+def session_files(given: Sequence[Path]) -> list[Path]:
+    """The files given, those in folders given, and those that lists name; one without any is a wrong use."""
+    files: list[Path] = []
+    for path in given:
+        if path.is_dir():
+            found, what = sorted(path.glob("*.mcap")), "session files (*.mcap)"
+        elif path.suffix == LIST:
+            found, what = listed(path), "line with a session file"
+        else:
+            found, what = [path], ""
+        if not found:
+            raise click.UsageError(f"{path} holds no {what}; name a file or another folder")
+        files += found
+    return files
+
+
+def several(given: Iterable[Path]) -> bool:
+    """Whether a folder or a list was given: then each session gets its run folder in one, though it be the only one."""
+    return any(path.is_dir() or path.suffix == LIST for path in given)
+
+
+def listed(path: Path) -> list[Path]:
+    """The sessions that a text file names, one a line: paths from its folder on, or URLs; ``#`` begins a remark.
+
+    Raises ``click.UsageError``: a line names no file, and it says which line.
+    """
+    from replay.api.places import far, place
+
+    try:
+        lines = path.read_text("utf-8").splitlines()
+    except UnicodeDecodeError as error:
+        raise click.UsageError(f"{path} is no text in UTF-8; list session files in it, one a line") from error
+    files = []
+    for number, line in enumerate(lines, 1):
+        name = line.partition("#")[0].strip()
+        if not name:
+            continue
+        file = place(name) if "://" in name else path.parent / name
+        if not far(file) and not file.is_file():
+            raise click.UsageError(f"{path}, line {number}: {file} is no file; mend the line or begin it with #")
+        files.append(file)
+    return files

@@ -1,0 +1,42 @@
+"""Sessions by name, by folder and by a list; what a list says of no file is named with its line."""
+
+import click
+import pytest
+
+from replay.cli.session_files import session_files, several
+
+
+@pytest.fixture
+def folder(tmp_path):
+    for name in ("a.mcap", "b.mcap", "notes.csv"):
+        (tmp_path / name).write_bytes(b"")
+    return tmp_path
+
+
+def test_a_list_names_files_from_its_own_folder_on_and_remarks_are_left_out(folder, monkeypatch):
+    listed = folder / "list.txt"
+    listed.write_text(f"# the first week\nb.mcap\n\n  a.mcap  # twice\n{folder / 'a.mcap'}\n", "utf-8")
+    monkeypatch.chdir("/")
+    assert session_files([listed]) == [folder / name for name in ("b.mcap", "a.mcap", "a.mcap")]
+    assert session_files([folder, folder / "b.mcap"]) == [folder / name for name in ("a.mcap", "b.mcap", "b.mcap")]
+    assert several([listed]) and several([folder]) and not several([folder / "a.mcap"])
+
+
+def test_a_url_in_a_list_is_one(folder):
+    pytest.importorskip("upath")
+    (folder / "list.txt").write_text("memory://class/one.mcap\n", "utf-8")
+    assert [str(file) for file in session_files([folder / "list.txt"])] == ["memory://class/one.mcap"]
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        (b"a.mcap\ngone.mcap\n", r"list.txt, line 2: .*gone.mcap is no file"),
+        (b"# nothing yet\n", "holds no line with a session file"),
+        (b"\xff\xfe", "is no text in UTF-8"),
+    ],
+)
+def test_a_list_without_a_session_is_named_with_what_is_wrong_in_it(folder, text, said):
+    (folder / "list.txt").write_bytes(text)
+    with pytest.raises(click.UsageError, match=said):
+        session_files([folder / "list.txt"])
