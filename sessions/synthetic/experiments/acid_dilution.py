@@ -3,7 +3,7 @@
 from sessions.synthetic.bench import BENCH_TOP
 from sessions.synthetic.experiments.lab import Lab
 from sessions.synthetic.experiments.record import experiment
-from sessions.synthetic.experiments.steps import pour, rap, stir
+from sessions.synthetic.experiments.steps import pour, rap, stir_once
 
 
 def perform(lab: Lab) -> None:
@@ -21,9 +21,7 @@ def perform(lab: Lab) -> None:
         pour(lab, "right", "water", 7.0, seconds=6.0)
         lab.put_back("right")
     with lab.task("stir"):
-        lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
-        stir(lab, "right", "water", 15.0, touches=(0.02, 0.3))
-        lab.put_back("right", 1.16, 0.05, rest=True)
+        stir_once(lab, "water", 15.0, radius=0.012, touches=(0.02, 0.3), high=1.16)
     lab.stage("embodied cognition")
     with lab.task("pour a third portion and spill"):
         lab.grasp("right", "acid", (0.0, 0.05, 0.0))

@@ -2,7 +2,7 @@
 
 from sessions.synthetic.experiments.lab import Lab
 from sessions.synthetic.experiments.record import experiment
-from sessions.synthetic.experiments.steps import come_close, pour, rap, stir
+from sessions.synthetic.experiments.steps import come_close, look_first, pour_once, rap, stir_once
 
 POURED_ML = 25.0
 # NH3(aq) + H+ -> NH4+: -132.51 + 80.29 kJ/mol (NBS tables, 1982).
@@ -11,16 +11,8 @@ HEAT_J_MOL = 52.22e3
 
 def perform(lab: Lab) -> None:
     """Look, pour, read."""
-    lab.stage("virtual reality")
-    with lab.task("look at the calorimeter"):
-        lab.look(lab.layout.at("calorimeter"), after=3.0)
-        lab.wait(4.0)
-    lab.stage("perceptual interaction")
-    with lab.task("pour acid into ammonia"):
-        lab.grasp("right", "acid", (0.0, 0.05, 0.0))
-        pour(lab, "right", "calorimeter", POURED_ML, seconds=5.0)
-        start = max(fact.start for fact in lab.facts if fact.kind == "pour")
-        lab.put_back("right")
+    look_first(lab, "look at the calorimeter", (lab.layout.at("calorimeter"), 3.0), rest=4.0)
+    start = pour_once(lab, "pour acid into ammonia", "acid", "calorimeter", POURED_ML)
     # Ammonia is in excess: each proton of the acid gives its heat to liquids and vessel.
     heat, vessel = lab.declared("heat"), lab.held_by("calorimeter")
     given = POURED_ML * 1e-3 * lab.held_by("acid")["liquid"]["molar"] * HEAT_J_MOL
@@ -28,9 +20,7 @@ def perform(lab: Lab) -> None:
     warmest = heat["ambient_c"] + given / (liquids + vessel["heat_capacity_j_per_k"])
     lab.note("temperature", start, lab.now, ("calorimeter",), from_c=heat["ambient_c"], to_c=warmest)
     with lab.task("stir"):
-        lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
-        stir(lab, "right", "calorimeter", 12.0, radius=0.009)
-        lab.put_back("right", 1.15, 0.05, rest=True)
+        stir_once(lab, "calorimeter")
     lab.stage("embodied cognition")
     with lab.task("read the thermometer"):
         come_close(lab, "left", "calorimeter", 0.06, 0.005)

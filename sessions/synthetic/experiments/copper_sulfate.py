@@ -8,7 +8,7 @@ import numpy as np
 from sessions.synthetic.bench import BENCH_TOP, STAND_M, standing
 from sessions.synthetic.experiments.lab import Lab
 from sessions.synthetic.experiments.record import experiment
-from sessions.synthetic.experiments.steps import come_close, rap, stir
+from sessions.synthetic.experiments.steps import come_close, look_first, rap, stir_once
 
 TRIPOD_AT = (-0.02, -0.02)
 GAUZE_HEIGHT = 0.2099
@@ -20,12 +20,7 @@ GRIP_HEIGHT = 0.05
 
 def perform(lab: Lab) -> None:
     """Set the dish over the flame, stir, touch it, take it off with the bare hand."""
-    lab.stage("virtual reality")
-    with lab.task("look at the flame"):
-        lab.look(lab.layout.at("lamp"), after=4.0)
-        lab.look(lab.layout.at("dish"), after=5.0)
-        lab.wait(3.0)
-    lab.stage("perceptual interaction")
+    look_first(lab, "look at the flame", (lab.layout.at("lamp"), 4.0), (lab.layout.at("dish"), 5.0), rest=3.0)
     with lab.task("set the dish on the gauze"):
         lab.grasp("right", "dish", (0.0, GRIP_HEIGHT, 0.0))
         lab.place("right", ON_GAUZE, high=BENCH_TOP + 0.34)
@@ -36,9 +31,7 @@ def perform(lab: Lab) -> None:
     dried = begun - capacity / loss * np.log1p(-(heat["turns_c"] - heat["ambient_c"]) * loss / heat["power_w"])
     lab.note("white", float(dried), float(dried), ("dish",), celsius=heat["turns_c"])
     with lab.task("stir while it dries"):
-        lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
-        stir(lab, "right", "dish", 20.0, radius=0.01)
-        lab.put_back("right", BENCH_TOP + 0.36, 0.1, rest=True)
+        stir_once(lab, "dish", 20.0, radius=0.01, high=BENCH_TOP + 0.36, by=0.1)
         lab.wait(8.0)
     lab.stage("embodied cognition")
     with lab.task("look at the white salt"):

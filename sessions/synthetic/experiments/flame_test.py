@@ -6,7 +6,7 @@ from sessions.geometry.rotations import turned_about
 from sessions.synthetic.bench import BENCH_TOP
 from sessions.synthetic.experiments.lab import UP, Lab
 from sessions.synthetic.experiments.record import experiment
-from sessions.synthetic.experiments.steps import come_close
+from sessions.synthetic.experiments.steps import come_close, look_first
 from sessions.synthetic.paths import minimum_jerk_inverse
 
 TIP_IN_FLAME = 0.015
@@ -18,11 +18,7 @@ RESTS = (("sodium", 2.5), ("potassium", 0.15), ("copper", 3.0))
 
 def perform(lab: Lab) -> None:
     """Dip, hold into the flame, rinse; for each salt in turn."""
-    lab.stage("virtual reality")
-    with lab.task("look at the flame"):
-        lab.look(lab.layout.at("lamp") + 0.1 * UP, after=4.0)
-        lab.wait(6.0)
-    lab.stage("perceptual interaction")
+    look_first(lab, "look at the flame", (lab.layout.at("lamp") + 0.1 * UP, 4.0), rest=6.0)
     with lab.task("take the wire"):
         lab.grasp("right", "wire", lab.layout.site("wire", "grip"))
     for number, (vessel, rest) in enumerate(RESTS):

@@ -8,7 +8,7 @@ import numpy as np
 from sessions.synthetic.bench import BENCH_TOP
 from sessions.synthetic.experiments.lab import UP, Lab
 from sessions.synthetic.experiments.record import experiment
-from sessions.synthetic.experiments.steps import come_close, pour, rap
+from sessions.synthetic.experiments.steps import come_close, look_first, pour_once, rap
 from sessions.synthetic.paths import minimum_jerk_inverse
 
 POURED_ML = 40.0
@@ -21,16 +21,8 @@ LOWER_BY, LOWER_S, INSIDE_BY = 0.12, 1.8, 0.09
 
 def perform(lab: Lab) -> None:
     """Pour, set the tube on, hold the jar over it, carry the jar away."""
-    lab.stage("virtual reality")
-    with lab.task("look at the zinc"):
-        lab.look(lab.layout.at("flask"), after=4.0)
-        lab.wait(5.0)
-    lab.stage("perceptual interaction")
-    with lab.task("pour acid on the zinc"):
-        lab.grasp("right", "acid", (0.0, 0.052, 0.0))
-        pour(lab, "right", "flask", POURED_ML, seconds=5.0)
-        lab.put_back("right")
-    begun = max(fact.start for fact in lab.facts if fact.kind == "pour")
+    look_first(lab, "look at the zinc", (lab.layout.at("flask"), 4.0), rest=5.0)
+    begun = pour_once(lab, "pour acid on the zinc", "acid", "flask", POURED_ML, grip=0.052)
     with lab.task("set the tube on the flask"):
         _set_tube(lab)
     with lab.task("collect the gas"):

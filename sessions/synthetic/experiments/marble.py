@@ -4,7 +4,7 @@ import math
 
 from sessions.synthetic.experiments.lab import Lab
 from sessions.synthetic.experiments.record import experiment
-from sessions.synthetic.experiments.steps import come_close, pour, rap, stir
+from sessions.synthetic.experiments.steps import come_close, look_first, pour_once, rap, stir_once
 
 POURED_ML = 25.0
 # g/mol: Ca 40.078 + C 12.011 + 3 O 15.999 (IUPAC standard atomic weights, abridged, 2021).
@@ -13,25 +13,15 @@ MARBLE_G_MOL = 100.086
 
 def perform(lab: Lab) -> None:
     """Look, pour, look again."""
-    lab.stage("virtual reality")
-    with lab.task("look at the marble"):
-        lab.look(lab.layout.at("marble"), after=3.0)
-        lab.wait(4.0)
-    lab.stage("perceptual interaction")
-    with lab.task("pour acid on the marble"):
-        lab.grasp("right", "acid", (0.0, 0.05, 0.0))
-        pour(lab, "right", "marble", POURED_ML, seconds=5.0)
-        start = max(fact.start for fact in lab.facts if fact.kind == "pour")
-        lab.put_back("right")
+    look_first(lab, "look at the marble", (lab.layout.at("marble"), 3.0), rest=4.0)
+    start = pour_once(lab, "pour acid on the marble", "acid", "marble", POURED_ML)
     # Acid in excess takes all of it, two protons for each; what is left over gives the pH.
     marble_g, molar = lab.held_by("marble")["solid"]["mass_g"], lab.held_by("acid")["liquid"]["molar"]
     left = POURED_ML * 1e-3 * molar - 2.0 * marble_g / MARBLE_G_MOL
     ph = -math.log10(left / (POURED_ML * 1e-3))
     lab.note("dissolve", start, lab.now, ("marble",), formula="CaCO3", mass_g=marble_g, ph=ph)
     with lab.task("stir"):
-        lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
-        stir(lab, "right", "marble", 12.0, radius=0.009)
-        lab.put_back("right", 1.15, 0.05, rest=True)
+        stir_once(lab, "marble")
     lab.stage("embodied cognition")
     with lab.task("look at what is left"):
         come_close(lab, "left", "marble", 0.06, 0.005)

@@ -11,7 +11,7 @@ from sessions.synthetic.choreography import Script
 from sessions.synthetic.experiments.lab import Lab
 from sessions.synthetic.experiments.pouring import Outlet, Turn
 from sessions.synthetic.experiments.record import experiment
-from sessions.synthetic.experiments.steps import swirl
+from sessions.synthetic.experiments.steps import look_first, swirl
 from sessions.synthetic.paths import Path, Poses
 
 STAND_AT = (0.0, -0.09)
@@ -35,12 +35,7 @@ def equivalence_ml(lab: Lab) -> float:
 
 def titrate(lab: Lab, ends_ml: tuple[float, ...]) -> None:
     """Run in past the last of these end points, each of which is noted with its time."""
-    lab.stage("virtual reality")
-    with lab.task("look at the burette"):
-        lab.look((0.0, 1.45, STAND_AT[1]), after=5.0)
-        lab.look((0.2, 0.95, 0.05), after=5.0)
-        lab.wait(3.0)
-    lab.stage("perceptual interaction")
+    look_first(lab, "look at the burette", ((0.0, 1.45, STAND_AT[1]), 5.0), ((0.2, 0.95, 0.05), 5.0), rest=3.0)
     with lab.task("bring the flask under the burette"):
         lab.grasp("right", "flask", lab.layout.site("flask", "neck") - np.array([0.0, 0.045, 0.0]))
         lab.carry("right", (UNDER[0] + 0.12, FOOT + 0.02, UNDER[1] + 0.05), high=FOOT + 0.02)
