@@ -1,47 +1,68 @@
 """Replay recorded VR laboratory sessions: see what your collision detection missed, and what catching it costs."""
 
 from importlib import import_module
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from cdcore.errors import CollisionCoreError
     from replay.api.advisor import Advice, advise
     from replay.api.auditor import AuditResult, audit
+    from replay.api.run_result import RunResult
     from replay.api.runner import run
+    from replay.api.showing import share, view
     from replay.effects.effect_plan import Plan, plan
+    from replay.errors import ERRORS, ReplayError
     from replay.outputs.results.data_set import read
-    from replay.pipeline.run_result import RunResult, Tradeoff
+    from replay.pipeline.run_result import Tradeoff
     from replay.pipeline.settings import RunSettings
+    from replay.studies.diff.runs import diff_runs as diff
     from replay.studies.stress.stress_runner import StressResult, stress
     from replay.studies.synthetic_sessions import synthetic_session as synthetic_session
     from replay.tradeoffs.sweep import tradeoff
+    from sessions.errors import SessionError
+    from sessions.mcap_format.reader import read_session
+    from sessions.model.session import Session
 
 __all__ = [
-    "Advice", "AuditResult", "Plan", "RunResult", "RunSettings", "StressResult", "Tradeoff", "advise", "audit", "plan",
-    "read", "run", "stress", "synthetic_session", "tradeoff",
+    "ERRORS", "Advice", "AuditResult", "CollisionCoreError", "Plan", "ReplayError", "RunResult", "RunSettings",
+    "Session", "SessionError", "StressResult", "Tradeoff", "advise", "audit", "diff", "plan", "read", "read_session",
+    "run", "share", "stress", "synthetic_session", "tradeoff", "view",
 ]  # fmt: skip
 
 # Not the library lazy_loader: it needs stub files with relative imports, and its error does not list the names.
 _HOME = {
+    "ERRORS": "replay.errors",
     "Advice": "replay.api.advisor",
     "AuditResult": "replay.api.auditor",
+    "CollisionCoreError": "cdcore.errors",
     "Plan": "replay.effects.effect_plan",
-    "RunResult": "replay.pipeline.run_result",
+    "ReplayError": "replay.errors",
+    "RunResult": "replay.api.run_result",
     "RunSettings": "replay.pipeline.settings",
+    "Session": "sessions.model.session",
+    "SessionError": "sessions.errors",
     "StressResult": "replay.studies.stress.stress_runner",
     "Tradeoff": "replay.pipeline.run_result",
     "advise": "replay.api.advisor",
     "audit": "replay.api.auditor",
+    "diff": "replay.studies.diff.runs:diff_runs",
     "plan": "replay.effects.effect_plan",
     "read": "replay.outputs.results.data_set",
+    "read_session": "sessions.mcap_format.reader",
     "run": "replay.api.runner",
+    "share": "replay.api.showing",
     "stress": "replay.studies.stress.stress_runner",
     "synthetic_session": "replay.studies.synthetic_sessions:synthetic_session",
     "tradeoff": "replay.tradeoffs.sweep",
+    "view": "replay.api.showing",
 }
 """Public name -> module, or ``module:name`` where the names differ; loaded on first use, for a quick ``--help``."""
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return version("vrlab-replay")
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; it has: {', '.join(__all__)}")
     module, _, attribute = _HOME[name].partition(":")

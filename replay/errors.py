@@ -1,10 +1,40 @@
-"""Every error the tool raises on purpose, in one tree; each message is one sentence that says what to do."""
+"""Every error that is raised on purpose; each message is one sentence that says what to do.
 
-from sessions.errors import first_of
+``except replay.ERRORS`` catches them all::
+
+    ERRORS
+    ├── ReplayError          the tool: this module
+    │   ├── WrongInputError      (TypeError)   what was given is of another kind
+    │   ├── UnknownLabelError    (KeyError)    a run has no such detector
+    │   ├── DetectorSpecError, PolicyError, NoiseError, PlanError, StudyError, ...   (ValueError)
+    │   └── OutputError, PlaceError   (OSError)
+    ├── SessionError         recordings: sessions.errors
+    └── CollisionCoreError   detectors: cdcore.errors
+"""
+
+from typing import Final
+
+from cdcore.errors import CollisionCoreError
+from sessions.errors import SessionError, first_of
 
 
 class ReplayError(Exception):
     """The root of the tree: catch it to catch everything the tool raises on purpose."""
+
+
+ERRORS: Final = (ReplayError, SessionError, CollisionCoreError)
+"""The roots of all errors that are raised on purpose, for ``except``."""
+
+
+class WrongInputError(ReplayError, TypeError):
+    """What was given is of another kind than what was asked for."""
+
+
+class UnknownLabelError(ReplayError, KeyError):
+    """A run has no detector of this label."""
+
+    def __str__(self) -> str:
+        return str(self.args[0]) if self.args else ""
 
 
 class DetectorSpecError(ReplayError, ValueError):

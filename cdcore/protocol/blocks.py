@@ -13,7 +13,12 @@ from cdcore.protocol.verdict import Verdict
 
 
 def require_bodies(motion: Motion, bodies: Sequence[Body]) -> None:
-    """Refuse a motion of another number of bodies than the detector has with an InvalidPoseError."""
+    """Refuse what is no motion, or one of another number of bodies than the detector has, with an InvalidPoseError."""
+    if not isinstance(motion, Motion):
+        raise InvalidPoseError(
+            f"a detector is asked about a Motion, not {type(motion).__name__}; make one: "
+            "cdcore.Motion(times, translations, rotations)"
+        )
     if motion.body_count != len(bodies):
         names = ", ".join(body.name for body in bodies)
         raise InvalidPoseError(

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from html import escape
 from itertools import accumulate
 from typing import Any, Literal
 
@@ -15,10 +16,14 @@ from numpy.typing import NDArray
 from cdcore.errors import NotRecordedError
 from cdcore.numerics import ByteArray, FloatArray, IntArray, readonly
 from cdcore.protocol.face_sets import FaceSets
+from cdcore.protocol.verdict import CONTACT_VERDICTS, Verdict
 
 Covers = Literal["instants", "intervals"]
 SectionSource = Callable[[int, int, IntArray], FloatArray]
 """``(frame, pair, faces) -> (k, 2, 3)``: computes intersection segments on request."""
+
+MOST_PAIRS = 20
+"""Pairs that a notebook lists of a detection."""
 
 DECIDED = "decided"
 """Word in ``Detection.containment`` for a pair whose containment was decided; others carry ``refused: <reason>``."""
@@ -67,7 +72,31 @@ class Detection:
 
     def __repr__(self) -> str:
         frames, pairs = self.verdict.shape
-        return f"Detection({self.detector}: {frames} frames, {pairs} pairs, covers {self.covers})"
+        words = ", ".join(f"{count:,} {word.name}" for word, count in self._counts(self.verdict) if count)
+        return f"Detection({self.detector}: {frames} frames, {pairs} pairs, covers {self.covers}: {words or 'nothing'})"
+
+    def _repr_html_(self) -> str:
+        """A table for a notebook: how many frames of each pair got which verdict, most contact first."""
+        every = [(self._pair_name(k), self._counts(self.verdict[:, k])) for k in range(len(self.pairs))]
+        every.sort(key=lambda row: -sum(count for word, count in row[1] if word in CONTACT_VERDICTS))
+        words = [
+            word for word in Verdict if any(count for _, counts in every for seen, count in counts if seen == word)
+        ]
+        head = "".join(f"<th>{word.name}</th>" for word in words)
+        rows = "".join(
+            f"<tr><th>{escape(name)}</th>" + "".join(f"<td>{dict(counts)[word]:,}</td>" for word in words) + "</tr>"
+            for name, counts in every[:MOST_PAIRS]
+        )
+        rest = f"<p>and {len(every) - MOST_PAIRS} more pairs</p>" if len(every) > MOST_PAIRS else ""
+        return f"<p>{escape(repr(self))}</p><table><tr><th>frames</th>{head}</tr>{rows}</table>{rest}"
+
+    def _pair_name(self, pair: int) -> str:
+        a, b = self.pairs[pair].tolist()
+        return f"{self.names[a]}-{self.names[b]}"
+
+    @staticmethod
+    def _counts(verdict: ByteArray) -> list[tuple[Verdict, int]]:
+        return [(word, int(np.count_nonzero(verdict == word))) for word in Verdict]
 
     @property
     def face_counts(self) -> IntArray:

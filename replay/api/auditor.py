@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from replay.api.run_result import RunResult
 from replay.errors import AuditError
 from replay.pipeline.gates import Gates
-from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import pool
 from sessions import Session
 
@@ -61,9 +61,12 @@ def audit(
     """
     from replay.api.batch import run_near
     from replay.api.places import check_place, place
+    from replay.api.runner import require_session
 
     limits = Gates(max_missed, max_p99_ms, max_invented)
-    several = [sessions] if isinstance(sessions, Session | str | Path) else list(sessions)
+    several = list(sessions) if isinstance(sessions, Sequence) and not isinstance(sessions, str) else [sessions]
+    for one in several:
+        require_session(one)
     given = [one if isinstance(one, Session) else place(one) for one in several]
     if not given:
         raise AuditError("there is no session to audit; name at least one")

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from replay.api.run_result import RunResult
 from replay.base.progress import Progress, Silent
+from replay.errors import WrongInputError
+from replay.pipeline import run_result
 from replay.pipeline.engine import compute
-from replay.pipeline.run_result import RunResult
 from replay.pipeline.settings import RunSettings
 from sessions import Session
 
@@ -53,11 +56,15 @@ def run(
         result = replace(result, out=target)
         with progress.stage("write"):
             write(result, target, force=force, picture=picture)
-    return result
+    return RunResult.of(result)
 
 
 def opened(given: Session | str | Path, scene: str | Path | None) -> Session:
-    """A session, or the one in a file, with a scene in place of its own where one is given."""
+    """A session, or the one in a file, with a scene in place of its own where one is given.
+
+    Raises ``WrongInputError``: neither a session nor a path.
+    """
+    require_session(given)
     if not isinstance(given, Session):
         from sessions import read_session
 
@@ -69,8 +76,17 @@ def opened(given: Session | str | Path, scene: str | Path | None) -> Session:
     return with_scene(given, scene)
 
 
+def require_session(given: object) -> None:
+    """Refuse what is neither a session nor a path with a ``WrongInputError``."""
+    if not isinstance(given, Session | str | PathLike):
+        raise WrongInputError(
+            f"a session or the path of one is needed, not {type(given).__name__}; of arrays make one with "
+            "replay.Session.from_arrays(times_ns, {body: (positions, quaternions_xyzw)}, meshes)"
+        )
+
+
 def write(
-    result: RunResult, target: Path, *, force: bool, picture: bool = True,
+    result: run_result.RunResult, target: Path, *, force: bool, picture: bool = True,
     files: Mapping[str, Path] | None = None,
 ) -> None:  # fmt: skip
     """Write the run folder of a result, with the recording for Rerun if ``picture``; as ``write_run_folder``."""

@@ -25,6 +25,7 @@ KINDS: Final[Mapping[str, str]] = {
     "static": "triangles after a move", "discrete": "triangle meshes", "hybrid": "spheres, boxes, triangles",
     "qaco": "ant colony", "hybrid-qaco": "spheres, boxes, ant colony", "rapid-style": "trees as in RAPID",
     "solid-style": "trees as in SOLID", "image-space": "depth images", "mujoco": "MuJoCo's colliders",
+    "rapier": "Rapier's colliders", "bullet": "Bullet's colliders", "physx": "PhysX's colliders",
     "exact": "every triangle, every frame", "continuous": "every triangle, between frames",
     RECORDED: "what the engine reported",
 }  # fmt: skip

@@ -64,7 +64,7 @@ KINDS: Final[dict[str, KindSpec]] = {
 }
 """Kinds with a choice of their own; every other code of the doctor can be kept (the default) or refused."""
 
-PolicyLike = Mapping[str, str] | Sequence[str]
+PolicyLike = Mapping[str, str] | Sequence[str] | str
 
 
 @dataclass(frozen=True)
@@ -85,6 +85,8 @@ class Policy:
 def parse_policy(words: PolicyLike | Policy | None = None) -> Policy:
     """Defaults, changed by ``KIND=ACTION`` or ``KIND=ACTION:SECONDS``, or by a mapping from kind to action.
 
+    Several stand in a sequence, or in one text between commas.
+
     Raises ``PolicyError``: an unknown kind or action, one that makes no sense for the kind, or a limit that is no
     positive number.
 
@@ -95,6 +97,8 @@ def parse_policy(words: PolicyLike | Policy | None = None) -> Policy:
     """
     if isinstance(words, Policy):
         return words
+    if isinstance(words, str):
+        words = words.split(",")
     rules = {kind: PolicyRule(spec.default) for kind, spec in KINDS.items()}
     pairs = words.items() if isinstance(words, Mapping) else [_split(word) for word in words or ()]
     for kind, action in pairs:

@@ -1,5 +1,6 @@
 """What README and guide show works: the blocks of a page run from top to bottom, as a reader runs them."""
 
+import ast
 import re
 import shlex
 import tomllib
@@ -98,6 +99,16 @@ def run_command(words, promised, made, capsys):
         made[arguments] = file.read_bytes()
 
 
+def run_cell(body, name, names):
+    """Run a block; what its last line is worth is printed, as a notebook does."""
+    tree = ast.parse(body)
+    shown = isinstance(tree.body[-1], ast.Expr)
+    last = ast.Expression(tree.body.pop().value) if shown else None
+    exec(compile(tree, name, "exec"), names)
+    if last is not None and (value := eval(compile(last, name, "eval"), names)) is not None:
+        print(value)
+
+
 def pages():
     for name, text in DOCUMENTS.items():
         runs_a_session = any("replay.run(" in block for block in blocks(text, "python"))
@@ -112,14 +123,14 @@ def pages():
 def test_the_blocks_of_a_page_run_from_top_to_bottom(name, tmp_path, monkeypatch, capsys, sessions_made):
     monkeypatch.chdir(tmp_path)
     lay_out(name, tmp_path)
-    files = shown_files(DOCUMENTS[name]).values()
+    files, names = shown_files(DOCUMENTS[name]).values(), {"__name__": "guide"}
     for language, body in BLOCK.findall(DOCUMENTS[name]):
         if language == "bash":
             for words, promised in commands(body):
                 run_command(words, promised, sessions_made, capsys)
         elif language == "python" and body not in files:
             capsys.readouterr()
-            exec(compile(body, name, "exec"), {"__name__": "guide"})
+            run_cell(body, name, names)
             assert capsys.readouterr().out, "a block that prints nothing shows nothing"
 
 

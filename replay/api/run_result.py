@@ -1,0 +1,75 @@
+"""What ``replay.run`` gives back: the result of the pipeline, with what a notebook asks of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Any
+
+from replay.base.by_label import ByLabel
+from replay.pipeline import run_result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RunResult(run_result.RunResult):
+    """The outcome of ``replay.run``: what it computed, its summary, and where it was written.
+
+    In a notebook it shows itself as its ranking. Its mappings by label answer an unknown label with those there are.
+    """
+
+    @classmethod
+    def of(cls, computed: run_result.RunResult) -> RunResult:
+        """The same result, to be shown."""
+        values = {field.name: getattr(computed, field.name) for field in fields(computed)}
+        by_label = ("detections", "comparisons", "episodes", "misses", "false", "matches", "causes", "detectors")
+        return cls(**values | {name: ByLabel(values[name]) for name in by_label})
+
+    def __repr__(self) -> str:
+        from replay.outputs.notebook import run_text
+
+        return run_text(self)
+
+    def _repr_html_(self) -> str:
+        from replay.outputs.notebook import run_html
+
+        return run_html(self)
+
+    def plot(self, label: str | None = None) -> Figure:
+        """A timeline of one detector, the worst unless named, and below it what all miss beside what they take.
+
+        Raises ``UnknownLabelError``: no such detector was audited; ``AuditError``: none was.
+        """
+        from replay.outputs.report.run_plot import run_figure
+
+        return run_figure(self, label)
+
+    def write(self, folder: str | Path, *, force: bool = False, picture: bool = True) -> RunResult:
+        """Write the run folder with its report, and return the result that knows where it is.
+
+        ``force`` replaces an earlier run folder; without ``picture`` there is no recording for Rerun. Raises
+        ``OutputError``.
+        """
+        from replay.api.runner import write
+        from replay.outputs.results.run_folder import check_target
+
+        target = Path(folder)
+        check_target(target, force=force)
+        write(self, target, force=force, picture=picture)
+        return replace(self, out=target)
+
+    def view(self, *, width: int = 1100, height: int = 700) -> Any:
+        """The picture in this notebook, in Rerun's viewer; ``replay.view(folder)`` opens a window instead.
+
+        Raises ``OutputError``: the extra ``notebook`` is not installed.
+        """
+        from replay.outputs.rerun_log.in_notebook import notebook_viewer
+        from replay.outputs.results.run_folder import PICTURE
+
+        if self.out is not None and (self.out / PICTURE).is_file():
+            return notebook_viewer(self.out / PICTURE, width, height)
+        with TemporaryDirectory(prefix="replay-view-") as folder:
+            return notebook_viewer(self.write(Path(folder) / "run").out / PICTURE, width, height)  # type: ignore[operator]

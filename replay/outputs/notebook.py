@@ -1,0 +1,87 @@
+"""What a notebook and a Python prompt show of a run: the ranking, the answer, and where the picture is."""
+
+from html import escape
+from textwrap import wrap
+from typing import Final
+
+from replay.outputs.report.markup import page_table
+from replay.outputs.run_tables import LATE_OR_SHORT, ranking_table
+from replay.outputs.tables import text_of
+from replay.outputs.words import counted
+from replay.pipeline.headline import price
+from replay.pipeline.run_result import RunResult
+
+MOST_LINES: Final = 15
+"""Lines of a ``repr`` at most."""
+
+MOST_DETECTORS: Final = 6
+"""Rows of the ranking in a ``repr``."""
+
+MOST_WRAPPED: Final = 4
+"""Lines of a sentence."""
+
+COLUMNS: Final = ("detector", "missed", LATE_OR_SHORT, "false contact", "mean ms", "p99 ms")
+WIDTH: Final = 100
+STYLE: Final = (
+    "<style>.replay-run td,.replay-run th{padding:2px 10px}.replay-run .number{text-align:right}"
+    ".replay-run caption{text-align:left;font-weight:bold}.replay-run .word{text-align:left}</style>"
+)
+
+
+def run_text(result: RunResult) -> str:
+    """A run in at most fifteen lines: what was replayed, the ranking, the answer, where it was written."""
+    lines = [_what(result)]
+    if result.ranking:
+        made = ranking_table(result).only(*COLUMNS)
+        cells = [[column.name for column in made.columns]] + [[text_of(cell) for cell in row] for row in made.rows]
+        kept, rest = cells[: MOST_DETECTORS + 1], len(cells) - MOST_DETECTORS - 1
+        widths = [max(len(row[k]) for row in kept) for k in range(len(made.columns))]
+        lines += [_row(row, widths) for row in kept]
+        lines += [f"... and {rest} more in .ranking"] if rest > 0 else []
+        lines += wrap(result.answers[0].sentence, WIDTH)[:MOST_WRAPPED] if result.answers else []
+    else:
+        lines += [
+            f"{label}: {counted(len(found), 'contact')}"
+            for label, found in list(result.episodes.items())[:MOST_DETECTORS]
+        ]
+    lines.append(_where(result))
+    return "\n".join(line if len(line) <= WIDTH else line[: WIDTH - 3] + "..." for line in lines[:MOST_LINES])
+
+
+def run_html(result: RunResult) -> str:
+    """The ranking as a table, the answer below it, and a link to the report and to the picture."""
+    parts = [f"<p>{escape(_what(result))}</p>"]
+    if result.ranking:
+        parts.append(page_table(ranking_table(result)))
+    if result.answers:
+        first = result.answers[0]
+        words = [("", first.sentence), ("Why: ", first.why), ("Fix: ", first.fix.words if first.fix else "")]
+        words += [("Cost: ", " ".join(price(result)))]
+        parts += [f"<p><b>{before}</b>{escape(text)}</p>" for before, text in words if text]
+    if result.out is None:
+        parts.append(f"<p>{escape(_where(result))}</p>")
+    else:
+        links = [("report.html", "report")] + [("run.rrd", "picture for Rerun")] * (result.out / "run.rrd").is_file()
+        found = (f'<a href="{escape((result.out / name).as_posix())}">{words}</a>' for name, words in links)
+        parts.append(f"<p>{', '.join(found)}; <code>.view()</code> shows the picture here</p>")
+    return f'<div class="replay-run">{STYLE}{"".join(parts)}</div>'
+
+
+def _what(result: RunResult) -> str:
+    motion = result.assembly.motion
+    seconds = float(motion.times[-1] - motion.times[0]) if len(motion) else 0.0
+    bodies = counted(len(result.assembly.bodies), "body", "bodies")
+    pairs = counted(len(result.assembly.pairs), "pair")
+    origin = f" of {result.session.origin}" if result.session.origin else ""
+    return f"Run{origin}: {len(motion):,} frames in {seconds:.1f} s, {bodies}, {pairs}"
+
+
+def _where(result: RunResult) -> str:
+    if result.out is None:
+        return "Nothing was written: .write(folder) writes report, tables and picture; .plot() and .view() show it."
+    return f"Written to {result.out}; .plot() and .view() show it here."
+
+
+def _row(cells: list[str], widths: list[int]) -> str:
+    first, *others = zip(cells, widths, strict=True)
+    return "  ".join([first[0].ljust(first[1]), *(cell.rjust(width) for cell, width in others)])

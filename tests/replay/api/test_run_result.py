@@ -1,0 +1,191 @@
+"""A run in a notebook: short, with its ranking, plotted, written and viewed; wrong uses get a sentence each."""
+
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from importlib.util import find_spec
+
+import numpy as np
+import pytest
+from support.small_worlds import cubes
+
+import replay
+from cdcore import Body, TriangleMesh, create_detector
+from sessions import write_session
+
+BUMP = {"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]}
+SLOW = "slow=discrete[rate_hz=20]"
+MANY = {f"rate{rate}": ("discrete", {"rate_hz": rate}) for rate in range(10, 30)}
+
+
+@pytest.fixture(scope="module")
+def result():
+    return replay.run(cubes(BUMP), detectors=SLOW)
+
+
+class Tags(HTMLParser):
+    """Elements that are open, and all text."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.links, self.words = [], [], []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.open.append(tag)
+        self.links += [value for name, value in attrs if name == "href"]
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def test_the_repr_of_a_run_its_session_and_its_detections_is_at_most_fifteen_lines(tmp_path):
+    session = cubes(BUMP)
+    crowd = replay.run(
+        cubes({f"body {k} " + "x" * 200: [3 * k, *[3 * k + 0.1] * 11] for k in range(12)}), detectors=MANY
+    )
+    write_session(session, tmp_path / "s.mcap")
+    shown = [
+        crowd, crowd.session, replay.run(session, detectors=()), replay.run(session, oracle="none", detectors="exact"),
+        session, replay.read_session(tmp_path / "s.mcap"), *crowd.detections.values(),
+    ]  # fmt: skip
+    for thing in shown:
+        lines = repr(thing).split("\n")
+        assert len(lines) <= 15 and max(map(len, lines)) <= 200, repr(thing)
+
+
+def test_a_run_shows_its_ranking_and_its_answer_in_text_and_in_html(result, tmp_path):
+    page = Tags(result._repr_html_())
+    assert page.open == []
+    for shown in (repr(result), " ".join(page.words)):
+        assert "slow" in shown and "exact" in shown and "missed" in shown
+        assert result.answers[0].sentence in " ".join(shown.split())
+    written = result.write(tmp_path / "run", picture=False)
+    links = Tags(written._repr_html_()).links
+    assert [link.rpartition("/")[2] for link in links] == ["report.html"]
+    assert str(tmp_path / "run") in repr(written) and "Nothing was written" in repr(result)
+
+
+def test_what_came_from_a_recording_is_text_in_html():
+    session = cubes({"<b>a": [0] * 4, "b&": [0.5, 3, 3, 0.5]})
+    found = replay.run(session, detectors=SLOW)
+    for thing in (found, found.session, found.detections["slow"]):
+        page = Tags(thing._repr_html_())
+        assert page.open == [] and "<b>a" in " ".join(page.words)
+
+
+def test_a_session_says_what_it_holds_without_reading_the_frames_of_a_file(tmp_path):
+    session = cubes(BUMP)
+    assert "12 frames" in repr(session) and "a, b" in repr(session)
+    write_session(session, tmp_path / "s.mcap")
+    read = replay.read_session(tmp_path / "s.mcap")
+    assert "when they are asked for" in repr(read) and "frames" not in vars(read)
+
+
+def test_it_plots_the_worst_detector_or_the_one_that_is_named(result):
+    assert result.plot().axes[0].get_title(loc="left") == "slow beside exact"
+    assert {text.get_text() for text in result.plot("slow").axes[1].texts} >= {"slow", "exact"}
+
+
+def test_a_written_run_is_that_run_with_a_folder(result, tmp_path):
+    written = result.write(tmp_path / "run", picture=False)
+    assert written.out == tmp_path / "run" and (written.out / "report.html").is_file()
+    assert written.detections["slow"].digest == result.detections["slow"].digest
+    with pytest.raises(replay.ReplayError, match="force"):
+        result.write(tmp_path / "run")
+    assert result.write(tmp_path / "run", force=True, picture=False).out == tmp_path / "run"
+
+
+@pytest.mark.skipif(find_spec("rerun_notebook") is None, reason="the extra notebook is not installed")
+def test_it_is_viewed_in_a_notebook_whether_it_was_written_or_not(result, tmp_path):
+    from rerun.notebook import Viewer
+
+    assert isinstance(result.view(), Viewer)
+    assert isinstance(result.write(tmp_path / "run").view(width=300, height=200), Viewer)
+
+
+def test_without_the_notebook_viewer_it_says_what_to_install(result, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rerun_notebook", None)
+    with pytest.raises(replay.ReplayError, match=r'pip install "vrlab-replay\[notebook\]"'):
+        result.view()
+
+
+def test_two_runs_are_compared_and_shared_from_python(result, tmp_path):
+    a, b = (result.write(tmp_path / name).out for name in "ab")
+    assert not replay.diff(a, b).changed
+    assert replay.share([a, b], tmp_path / "shared", anyway=True).name == "index.html"
+    assert (tmp_path / "shared" / "index.html").is_file()
+
+
+def test_the_version_is_that_of_the_package():
+    from importlib.metadata import version
+
+    assert replay.__version__ == version("vrlab-replay")
+
+
+def box():
+    return Body("a", TriangleMesh(np.eye(4, 3), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
+
+
+WRONG = {
+    "an array for a session": (lambda r, p: replay.run(np.zeros((9, 3))), TypeError, "from_arrays"),
+    "arrays for sessions": (lambda r, p: replay.audit([np.zeros((9, 3))]), TypeError, "from_arrays"),
+    "nothing for a session": (lambda r, p: replay.run(None), TypeError, "from_arrays"),
+    "a file that is not there": (lambda r, p: replay.read_session(p / "s.mcap"), replay.SessionError, "s.mcap"),
+    "a folder for a file": (lambda r, p: replay.run(p), replay.ERRORS, str),
+    "a detector misspelt": (lambda r, p: replay.run(r.session, detectors="exat"), KeyError, "did you mean 'exact'"),
+    "a value misspelt": (lambda r, p: replay.run(r.session, detectors="collider[shape=blob]"), ValueError, "hull, box"),
+    "a setting misspelt": (lambda r, p: replay.run(r.session, detectors="exact[thread=2]"), ValueError, "threads"),
+    "a label misspelt": (lambda r, p: r.detections["slwo"], KeyError, "there are: .*slow"),
+    "a plot of another": (lambda r, p: r.plot("exakt"), KeyError, "there are: .*slow"),
+    "a pair of another": (lambda r, p: replay.run(r.session, pairs=[("a", "spoon")]), replay.ERRORS, "spoon"),
+    "a policy misspelt": (lambda r, p: replay.run(r.session, policy="frozen=explode"), ValueError, "explode"),
+    "an end before the start": (lambda r, p: replay.run(r.session, start=5, end=2), replay.ERRORS, "no frame lies"),
+    "an audit of nothing": (lambda r, p: replay.audit([]), ValueError, "at least one"),
+    "an audit without truth": (lambda r, p: replay.audit(r.session, oracle="none"), ValueError, "oracle"),
+    "positions without turns": (
+        lambda r, p: replay.Session.from_arrays([0, 1, 2], {"a": np.zeros((3, 3))}), replay.SessionError, "quaternions",
+    ),
+    "a mesh of one array": (
+        lambda r, p: replay.Session.from_arrays([0], {"a": (np.zeros((1, 3)), [[0, 0, 0, 1.0]])}, {"a": np.eye(3)}),
+        replay.SessionError, "vertices",
+    ),
+    "poses for a motion": (
+        lambda r, p: create_detector("exact", [box()]).detect(np.zeros((2, 1, 3))), replay.CollisionCoreError, "Motion",
+    ),
+    "nothing to view": (lambda r, p: replay.view(), replay.ReplayError, "at least one"),
+    "a view of no run": (lambda r, p: replay.view(p), replay.ReplayError, "run"),
+    "a share of no run": (lambda r, p: replay.share(p / "nowhere", p / "out"), replay.ReplayError, "nowhere"),
+    "a diff of no run": (lambda r, p: replay.diff(p / "nowhere", p), replay.ReplayError, "nowhere"),
+    "a name misspelt": (lambda r, p: replay.adit, AttributeError, "audit"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_wrong_use_gets_one_sentence(case, result, tmp_path):
+    use, kind, hint = WRONG[case]
+    with pytest.raises(kind) as said:
+        use(result, tmp_path)
+    words = str(said.value)
+    assert "\n" not in words and 10 < len(words) < 500
+    assert hint is str or re.search(hint, words)
+    assert isinstance(said.value, replay.ERRORS) or case == "a name misspelt"
+
+
+def test_a_keyword_misspelt_is_named(result):
+    with pytest.raises(TypeError, match="detector"):
+        replay.run(result.session, detector="exact")
+
+
+def test_a_prompt_prints_nothing_but_the_result():
+    code = (
+        "import numpy as np, replay;"
+        "turns = np.tile([0, 0, 0, 1.0], (3, 1));"
+        "print(replay.Session.from_arrays([0, 1, 2], {'a': (np.zeros((3, 3)), turns)}))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    assert "3 frames" in done.stdout and done.stderr == ""
