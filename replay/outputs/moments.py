@@ -15,10 +15,9 @@ from cdcore.numerics import IntArray
 from replay.comparison.causes import Cause
 from replay.comparison.clusters import by_depth
 from replay.comparison.false_contacts import HOLLOW, SOLIDS, VOLUMES, FalseContact
-from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.effects.output import Vector, vector_of
-from replay.outputs.palette import FOUND, INVENTED, MISSED, PARTLY_MISSED, Rgba
+from replay.outputs.palette import FOUND, INVENTED, MISSED, Rgba
 from replay.outputs.words import bound_words, counted, false_thing
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import BETWEEN_LOOKS, LISTED
@@ -53,7 +52,7 @@ class FocusMoment:
     def colour(self) -> Rgba:
         """Red is missed, yellow invented, blue found."""
         if self.outcome == Outcome.MISSED:
-            return MISSED if self.kind == NEVER_FOUND else PARTLY_MISSED
+            return MISSED
         return INVENTED if self.outcome == Outcome.INVENTED else FOUND
 
     @property

@@ -28,7 +28,7 @@ TOPS: Final = (60.0, 490.0)
 BOUNDS: Final = ((-110.0, 850.0), (0.0, 930.0))
 """Where the panels begin, and what the view shows of both axes."""
 
-LETTER, LINE = 7.2, 34.0
+LETTER, LINE = 9.4, 40.0
 """Half of a label is so many units a letter; lines of words stand so far apart."""
 
 STEPS: Final = (1.0, 2.0, 3.0, 5.0)
@@ -97,7 +97,7 @@ class _Picture:
         named = zip(beside, texts, self._dots, strict=True)
         said = [(place, text, one.colour) for place, text, one in named]
         said += [((-45.0, y), text, TICKS) for y, (_, text) in zip(heights, ticks, strict=True)]
-        said.append(((LETTER / 2 * len(title), top - LINE), title, WHITE))
+        said.append(((LETTER / 2 * len(title), top - 38.0), title, WHITE))
         log_words(self._writer, f"{root}/words", said)
 
     def costs(self, y: float) -> None:

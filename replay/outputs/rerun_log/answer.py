@@ -49,7 +49,7 @@ def log_answer(writer: RecordingWriter, result: RunResult, views: Mapping[FocusM
     log_labels(writer, SPACE, steps, {one: labels_of(result, one, views[one]) for one in faults})
     log_lines(writer, f"{SPACE}/measure", steps, {one: measure(views[one]) for one in faults}, 1.6)
     for label in with_solids(result):
-        log_cages(writer, result, label, views, fault_steps(writer, [one for one in faults if one.label == label]))
+        log_cages(writer, result, label, views, steps)
     _log_flags(writer, faults)
 
 

@@ -128,10 +128,10 @@ def _answer(picture: Picture) -> Any:
     # A headset stands between the user's side and the bench.
     headset = [f"- /{body_path(name)}/**" for name in _tagged(picture, "headset")]
     contents = ["/world/**", *headset, *(f"- /{SPACE}/{part}" for part in ("eye", "words", "leaders", "measure"))]
-    room = views.spatial("Where   yellow: false   red: missed   pink: late", contents, picture.eye)
+    room = views.spatial("Where", contents, picture.eye)
     top, widths = [views.text_view(ANSWER, "The answer"), room], [0.5, 0.5]
     if picture.views:
-        name = "Close-up" + ("   white: touches nothing   yellow: what was asked" if with_solids(result) else "")
+        name = "Close-up: white touches nothing" if with_solids(result) else "Close-up"
         contents = ["/world/**", *headset, *(f"- /{SPACE}/{part}" for part in ON_POLES)]
         top.insert(1, views.spatial(name, contents, EYE))
         widths = [0.41, 0.33, 0.26]

@@ -15,7 +15,7 @@ from cdcore.numerics import FloatArray, place_points
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.outputs.camera import Eye, Obstacles, framing, towards_user
 from replay.outputs.palette import MISSED, SERIES, TICKS, WHITE, WITHIN_TOLERANCE, Rgba
-from replay.outputs.rerun_log.accuracy import LETTER, log_words_at
+from replay.outputs.rerun_log.accuracy import log_words_at
 from replay.outputs.rerun_log.close_up import ROOM
 from replay.outputs.rerun_log.columns import RecordingWriter, Steps, entity, packed, steps_of
 from replay.outputs.rerun_log.stage import (
@@ -69,6 +69,9 @@ BAR_LINES: Final = 14
 
 FRAME_BOUNDS: Final = ((-280.0, BAR_WIDTH + 240.0), (-60.0, 950.0))
 """What the view of a frame shows of both axes."""
+
+HALF_LETTER: Final = 8.0
+"""Half of what a letter takes of the view of a frame on 1,280 pixels; words are centred on their place."""
 
 UP: Final = 27.0
 """How far words are moved up, in units of the view, to stand beside their bar."""
@@ -363,7 +366,7 @@ def _bar(
     def said(one: Moment) -> list[Any]:
         end = MISSED if "missed" in words[one] else colour
         return [
-            ((lengths[one] + 30.0 + LETTER / 2 * len(words[one]), y), words[one], end),
+            ((lengths[one] + 30.0 + HALF_LETTER * len(words[one]), y), words[one], end),
             ((NAMES_X, y), stage, TICKS),
         ]
 

@@ -73,7 +73,7 @@ def _moment_words(result: RunResult, answer: Answer, moment: KeyMoment) -> str:
 def accuracy_text(result: RunResult) -> str:
     """What missing nothing costs, and what each detector does for its price."""
     reference = result.ranking[-1]
-    lines = [f"# To miss nothing: {price(result)[0].removesuffix('.')}"]
+    lines = [f"# To miss nothing: {price(result)[0].removesuffix('.').replace(' %', NO_BREAK + '%')}"]
     if result.tradeoff is not None:
         lines = [f"# {result.tradeoff.answer}", *(f"- {sentence}" for sentence in result.tradeoff.advice[1:])]
         if result.tradeoff.cut:

@@ -6,7 +6,7 @@ import pytest
 
 from replay.comparison.outcome import Outcome
 from replay.outputs.moments import FocusMoment, focus_rows, pair_in_focus
-from replay.outputs.palette import FOUND, INVENTED, MISSED, PARTLY_MISSED
+from replay.outputs.palette import FOUND, INVENTED, MISSED
 
 ONE = FocusMoment(10, 0, 3, (0.0, 0.0, 0.0), "slow", 7, Outcome.MISSED, 9, 12, 0.012, "never found", "")
 
@@ -31,7 +31,7 @@ def test_the_pair_in_focus_is_that_of_the_nearest_moment():
 @pytest.mark.parametrize(
     ("outcome", "kind", "colour"),
     [
-        (Outcome.MISSED, "never found", MISSED), (Outcome.MISSED, "found late", PARTLY_MISSED),
+        (Outcome.MISSED, "never found", MISSED), (Outcome.MISSED, "found late", MISSED),
         (Outcome.INVENTED, "ends late", INVENTED), (Outcome.BOTH, "", FOUND),
     ],
 )  # fmt: skip
