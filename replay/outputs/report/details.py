@@ -30,6 +30,7 @@ GLOSSARY: Final = {
     "missed": "the reference sees a contact, the detector never reports it",
     "late or cut short": "the detector reports a part of the contact",
     "false contact": "share of the time in which the detector says contact and the reference does not",
+    "wrong contacts": "missed, late or cut short, and false contacts, at the sampling offset of this run",
     "reference": "the detector that the others are compared with",
     "0-2": "smallest to largest count over 16 sampling offsets: where the first sample falls is chance",
     "mean ms, p99 ms": "time of a frame over all frames, and the time within which 99 of 100 frames were decided",

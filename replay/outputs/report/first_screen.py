@@ -58,11 +58,12 @@ def doubt_lines(lines: Sequence[str]) -> list[Markup]:
 def audit_screen(view: RunView, shown: Shown | None, look: Look) -> list[Markup]:
     """Answer, ranking, scatter and timeline of an audit."""
     moment = view.answers[0].moment
-    return [
-        _hero(view, shown, look),
-        element("section", ranking_part(view), scatter_part(view), class_="two"),
-        timeline_part(view, None if moment is None else moment.seconds),
-    ]
+    return [_hero(view, shown, look), *all_detectors(view, None if moment is None else moment.seconds)]
+
+
+def all_detectors(view: RunView, mark: float | None) -> list[Markup]:
+    """Ranking, scatter and timeline; ``mark``: the second of the picture."""
+    return [element("section", ranking_part(view), scatter_part(view), class_="two"), timeline_part(view, mark)]
 
 
 def _hero(view: RunView, shown: Shown | None, look: Look) -> Markup:

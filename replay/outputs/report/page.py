@@ -11,7 +11,15 @@ from replay.base.constants import CAVEAT
 from replay.effects.effect_summary import RESULTS, happened, happened_words, leading, titration_curves
 from replay.outputs.report.charts import curve
 from replay.outputs.report.details import last_section, words_section
-from replay.outputs.report.first_screen import Hero, audit_screen, doubt_lines, page_head, plain_hero, timeline_part
+from replay.outputs.report.first_screen import (
+    Hero,
+    all_detectors,
+    audit_screen,
+    doubt_lines,
+    page_head,
+    plain_hero,
+    timeline_part,
+)
 from replay.outputs.report.markup import Markup, Section, element, page_html, section_html
 from replay.outputs.report.run_view import Fault, RunView, key_fault, kind_of, view_of
 from replay.outputs.report.sections import effect_section, fault_sections
@@ -53,8 +61,8 @@ def _first_screen(result: RunResult, view: RunView) -> tuple[str, list[Markup]]:
     """The sentence of the title, and everything above the fold."""
     look = partial(_look, view)
     if result.tradeoff is not None:
-        rest = audit_screen(view, None, look)[1:] if view.answers else []
-        return result.tradeoff.answer, [plain_hero(Hero(result.tradeoff.answer, result.tradeoff.advice)), *rest]
+        rest = all_detectors(view, None) if view.answers else []
+        return result.tradeoff.answer, [plain_hero(Hero(result.tradeoff.answer)), *rest]
     scene = bench_still, f"The scene at {result.assembly.motion.times[len(result.assembly.motion) // 2]:.2f} s"
     if not view.answers:
         told = _without_audit(result)
@@ -82,7 +90,7 @@ def _without_audit(result: RunResult) -> Hero:
 
 def _look(view: RunView, label: str, fault: Fault) -> Markup:
     """The command that shows a fault in motion."""
-    by = "" if label == view.answers[0].label else f" --by {label}"
+    by = "" if label == next(iter(view.summary["audit"])) else f" --by {label}"
     return element("code", f"replay view {view.folder} --{kind_of(fault)} {fault.number}{by}")
 
 

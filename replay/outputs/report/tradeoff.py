@@ -61,5 +61,5 @@ def tradeoff_parts(done: Tradeoff) -> Iterator[Part]:
 
 
 def _drawn(done: Tradeoff, theme: Theme) -> str:
-    drawn = base64.b64encode(picture(done, "svg", theme)).decode("ascii")
+    drawn = base64.b64encode(picture(done, "svg", theme, beside_words=True)).decode("ascii")
     return f"data:image/svg+xml;base64,{drawn}"

@@ -112,7 +112,7 @@ def _beside(report: str, name: str) -> str:
     box = element("aside", element("p", words, role="status"), button, canvas, id="picture", aria_label="Picture")
     licence = element("p", NOTE.format(versions().get("rerun-sdk", "")))
     style = files("replay.outputs.share").joinpath("picture.css").read_text(encoding="utf-8")
-    script = element("script", src="picture.js", defer="", data_recording=name)
+    script = element("script", src="picture.js", defer="defer", data_recording=name)
     for before, after in {
         ALLOWED: WITH_PICTURE, "</head>": f"<style>{style}</style>{script}</head>", "</section>": f"</section>{box}",
         "</footer>": f"{licence}</footer>",

@@ -10,7 +10,15 @@ from replay.base.constants import CAVEAT
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Episode, Miss
 from replay.outputs.report.details import last_section, words_section
-from replay.outputs.report.first_screen import Hero, audit_screen, doubt_lines, page_head, plain_hero, timeline_part
+from replay.outputs.report.first_screen import (
+    Hero,
+    all_detectors,
+    audit_screen,
+    doubt_lines,
+    page_head,
+    plain_hero,
+    timeline_part,
+)
 from replay.outputs.report.markup import Markup, element, page_html, section_html
 from replay.outputs.report.run_view import Fault, RunView, fault_address, with_noise
 from replay.outputs.report.sections import effect_section, fault_sections
@@ -58,7 +66,7 @@ def _screen(run: RunFolder, view: RunView, look: Callable[[str, Fault], Markup])
     sentence = _sentence(run, view.answers)
     if "tradeoff" in run.summary:
         first = [plain_hero(Hero(sentence, run.summary["tradeoff"]["advice"]))]
-        return [*first, *audit_screen(view, None, look)[1:]] if view.answers else first
+        return [*first, *all_detectors(view, None)] if view.answers else first
     if view.answers:
         return audit_screen(view, None, look)
     return [plain_hero(Hero(sentence)), *([timeline_part(view, None)] if view.episodes else [])]

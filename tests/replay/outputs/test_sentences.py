@@ -26,7 +26,7 @@ def without_drawings():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(page, "fault_still", lambda *_: Markup(""))
         patch.setattr(page, "bench_still", lambda *_: Markup(""))
-        patch.setattr(tradeoff, "picture", lambda *_: b"")
+        patch.setattr(tradeoff, "picture", lambda *_, **__: b"")
         yield
 
 

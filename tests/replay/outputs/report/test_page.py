@@ -80,6 +80,15 @@ def test_every_fault_has_one_place_with_its_own_address(several):
     ]
     there = re.findall(r' id="((?:miss|false)=[^"]*)"', page.replace("&amp;", "&"))
     assert len(asked) > 5 and sorted(there) == sorted(asked)
+    cards = re.findall(
+        r'<article class="card" id="([^"]*)".*?<code>([^<]*)</code>', page.replace("&amp;", "&"), re.DOTALL
+    )
+    assert all(
+        f"--{at.replace('=', ' ', 1).replace('&by=', ' --by ')}" == words.split("RUN ")[1] for at, words in cards
+    )
+    first = result.answers[0].moment
+    by = "" if result.answers[0].label == "slow" else f" --by {result.answers[0].label}"
+    assert f"<code>replay view RUN --{first.kind} {first.number}{by}</code></dd>" in page
 
 
 def test_a_card_is_of_the_longest_fault_of_its_pair_and_there_are_at_most_six():
@@ -98,7 +107,7 @@ def test_the_moment_of_the_sentence_is_that_of_picture_caption_command_and_timel
     result, page = several
     moment = result.answers[0].moment
     first = page[: page.index('<section id="faults"')]
-    assert f"{moment.seconds:.3f} s: " in first and f"--{moment.kind} {moment.number}<" in first
+    assert f"{moment.seconds:.3f} s: " in first and f"--{moment.kind} {moment.number} --by more<" in first
     marks = set(re.findall(r'class="now" d="M([\d.]+) 0V20"', page))
     assert {float(mark) for mark in marks} == {round(moment.seconds, 3)}
 
