@@ -11,18 +11,24 @@ from replay.effects.inputs import EffectInputs
 from replay.effects.matter import Matter, matter_of
 from replay.effects.models.equilibrium import Equilibrium
 from replay.effects.models.ledger import BROUGHT
-from replay.effects.models.speciation import SOLID
+from replay.effects.models.speciation import GAS, SOLID
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import is_number
+
+LEAST_GAS: Final = 1e-6
+"""mol of a gas that nobody sees: a bubble of 0.02 mL."""
 
 LEAST_PH: Final = 0.05
 """A pH that ends nearer to its begin tells no result; a school's meter shows 0.1."""
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
-    """Events ``end-point`` where acid and base, or oxidant and reductant, are equivalent; extents and pH as series."""
+    """Events ``end-point`` where acid and base, or oxidant and reductant, are equivalent, ``gas`` and ``ph``.
+
+    Extents, gas that left and pH as series.
+    """
     matter, found = matter_of(inputs), Findings(len(inputs))
     for vessel, history in matter.histories.items():
         asked = [one for one in matter.recipe.reactions if one.asks_ph and _any(matter, one, vessel)]
@@ -45,9 +51,25 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             if not np.array_equal(times, history.times):
                 wet, solved = matter.solved(vessel, times)
             found.series[f"{vessel}/pH"] = Series(times[wet], solved.ph, "pH")
+        _tell_gases(inputs, matter, vessel, found)
         if matter.recipe.reactions:
             found.events += end_points(matter, vessel) or _changed_ph(vessel, found.series.get(f"{vessel}/pH"))
     return found.output()
+
+
+def _tell_gases(inputs: EffectInputs, matter: Matter, vessel: str, found: Findings) -> None:
+    """What left as a gas, wherever it went: an event from the first to the last of it, and its amount as a series."""
+    times = inputs.times if matter.ledger.reactor.slow else matter.histories[vessel].times
+    amounts = matter.states(vessel, times)[0]
+    for column, place in matter.ledger.column.items():
+        gone = np.maximum.accumulate(amounts[:, place] - amounts[0, place])
+        if column.endswith(GAS) and gone[-1] > LEAST_GAS:
+            gas, growing = column.removesuffix(GAS), np.flatnonzero(np.diff(gone, prepend=0.0))
+            start, end = (float(times[row]) for row in growing[[0, -1]])
+            words = f"{1e3 * gone[-1]:.3g} mmol {gas} leave {vessel} as gas"
+            values: dict[str, float | int | str | bool] = {"moles": float(gone[-1]), "formula": gas}
+            found.series[f"{vessel}/{gas} gone"] = Series(times, gone, "mol")
+            found.events.append(EffectEvent(start, "gas", (vessel,), end, values, words))
 
 
 def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
