@@ -55,9 +55,9 @@ def effect_summary(effects: Mapping[str, EffectRun], seconds: float) -> dict[str
 
 
 def happened(effects: Mapping[str, EffectRun]) -> list[tuple[str, EffectEvent]]:
-    """Kind and event, in order of time."""
+    """Kind and event, in order of time, and of their words where several are at one time."""
     found = [(kind, event) for kind, run in effects.items() for event in run.events]
-    return sorted(found, key=lambda row: (row[1].time, row[0], row[1].name))
+    return sorted(found, key=lambda row: (row[1].time, row[0], row[1].name, row[1].text))
 
 
 def leading(effects: Mapping[str, EffectRun]) -> EffectEvent | None:

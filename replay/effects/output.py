@@ -165,7 +165,9 @@ class Findings:
     def output(self, data: Any = None, *, always: bool = False) -> EffectOutput:
         """Everything so far; ``always``: it computed in every frame."""
         events = tuple(sorted(self.events, key=lambda event: event.time))
-        lanes = {name: tuple(sorted(spans, key=lambda span: span.start)) for name, spans in self.lanes.items()}
+        lanes = {
+            name: tuple(sorted(spans, key=lambda span: (span.start, span.word))) for name, spans in self.lanes.items()
+        }
         return EffectOutput(events, self.series, lanes, None if always else self.ran, self.liquids, data)
 
 

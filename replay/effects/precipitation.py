@@ -22,7 +22,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``precipitate`` at its onset with the greatest mass, ``dissolved``; mass as a series; a cloudy liquid."""
     matter, drawn = matter_of(inputs), inputs.output("mixing").liquids
     found = Findings(len(inputs))
-    for declared in inputs.declared:
+    for declared in sorted(inputs.declared, key=lambda one: str(one["solid"])):
         solid = declared["solid"]
         for vessel, history in matter.histories.items():
             amount = matter.amount(vessel, solid + SOLID)

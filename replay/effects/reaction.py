@@ -42,8 +42,10 @@ def compute(inputs: EffectInputs) -> EffectOutput:
                 extent[wet] = _equilibrated(matter, reaction, vessel, times[wet], solved)
             if (extent > 0.0).any():
                 found.ran |= np.isin(inputs.times, times)
-                name, equation = f"{vessel}/extent", reaction.declared["equation"]
-                found.series[f"{name} of {equation}" if name in found.series else name] = Series(times, extent, "mol")
+                equation = reaction.declared["equation"]
+                # Named by the equation wherever there are several, so that no order of tables names one.
+                which = f" of {equation}" if len(matter.recipe.reactions) > 1 else ""
+                found.series[f"{vessel}/extent{which}"] = Series(times, extent, "mol")
                 moving = np.flatnonzero(np.diff(extent, prepend=0.0))
                 found.lane(vessel, LaneSpan(float(times[moving[0]]), float(times[moving[-1]]), equation))
         if asked and history.added_ml[-1].any():

@@ -1,4 +1,5 @@
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -163,26 +164,34 @@ def bouncing(height, restitution, depth, rate, phase, noise):
     return heights + np.random.default_rng(round(100 * phase)).normal(0.0, noise, len(times))
 
 
-def check_falls(height, restitution, depth, rate, noise, phases):
+HEIGHTS, RATES = (0.1, 0.2, 0.5, 1.0, 2.0), (30, 90, 250)
+FALLS = list(product((0.0, 0.2, 0.4, 0.6, 0.8), (0.0, 0.0005, 0.002, 0.005), (0.0, 3e-4), np.arange(10) / 10))
+"""Restitution, penetration in metres, noise of the tracker in metres, and where the frames fall."""
+
+
+def check_fall(height, rate, restitution, depth, noise, phase):
+    """It breaks above its threshold by a fifth, does not below by a fifth, and its speed is that of its height."""
     speed = np.sqrt(2 * GRAVITY * height)
-    for phase in phases:
-        heights = bouncing(height, restitution, depth, rate, phase, noise)
-        times = np.arange(len(heights)) / rate
-        hard, _, _ = broken(world(heights, times, speed_m_s=speed / 1.2))
-        soft, _, _ = broken(world(heights, times, speed_m_s=speed / 0.8))
-        assert len(hard) == 1 and not soft, phase
-        assert hard[0].values["speed_m_s"] == pytest.approx(speed, rel=0.1)
+    heights = bouncing(height, restitution, depth, rate, phase, noise)
+    times = np.arange(len(heights)) / rate
+    hard, _, _ = broken(world(heights, times, speed_m_s=speed / 1.2))
+    soft, _, _ = broken(world(heights, times, speed_m_s=speed / 0.8))
+    assert len(hard) == 1 and not soft, (restitution, depth, noise, phase)
+    # At 250 Hz nine samples are 36 ms, in which 0.3 mm of noise make a tenth of the 1.4 m/s of 0.1 m.
+    within = 0.2 if noise else 0.05
+    assert hard[0].values["speed_m_s"] == pytest.approx(speed, rel=within), (restitution, depth, noise, phase)
 
 
-@pytest.mark.parametrize("rate", [30, 90, 250])
-def test_a_flask_that_falls_a_metre_and_bounces_breaks_though_no_frame_shows_it_touching(rate):
-    check_falls(1.0, 0.4, 0.0005, rate, 3e-4, (0.0, 0.35, 0.7))
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("height", HEIGHTS)
+def test_what_falls_breaks_a_fifth_above_the_threshold_and_never_below(height, rate):
+    for row in np.random.default_rng(rate).permutation(len(FALLS))[:4].tolist():
+        check_fall(height, rate, *FALLS[row])
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("noise", [0.0, 3e-4])
-@pytest.mark.parametrize("rate", [30, 90, 250])
-@pytest.mark.parametrize("restitution", [0.0, 0.2, 0.4, 0.6, 0.8])
-def test_falls_break_a_fifth_above_the_threshold_and_never_below_however_they_bounce(restitution, rate, noise):
-    for depth in (0.0, 0.0005, 0.002, 0.005):
-        check_falls(1.0, restitution, depth, rate, noise, np.arange(10) / 10)
+@pytest.mark.parametrize("rate", RATES)
+@pytest.mark.parametrize("height", HEIGHTS)
+def test_all_six_thousand_falls_break_a_fifth_above_the_threshold_and_none_below(height, rate):
+    for fall in FALLS:
+        check_fall(height, rate, *fall)

@@ -76,4 +76,4 @@ def test_a_vessel_that_nothing_is_mixed_in_is_refused_before_the_run(vessel):
 def test_two_indicators_in_one_flask_have_a_lane_each():
     orange = {**PINK, "indicator": "methyl orange", "from_ph": 3.1, "to_ph": 4.4, "acid_colour": "red"}
     lanes = run_in(OPEN, MIX, NEUTRAL, ("colour", PINK), ("colour", orange))["colour"].output.lanes
-    assert lanes["flask"][0].word == "colourless" and lanes["flask methyl orange"][0].word == "red"
+    assert lanes["flask"][0].word == "red" and lanes["flask phenolphthalein"][0].word == "colourless"

@@ -1,0 +1,135 @@
+"""What is printed of an experiment depends neither on the order of its tables and bodies nor on their names."""
+
+import re
+
+import numpy as np
+import pytest
+from support.liquid_worlds import COLUMN, TAP, glass, still, tilted, turned, world
+
+from replay.effects.effect_summary import happened_words, titration_curves
+from replay.pipeline.engine import compute
+from sessions.model.scene import SceneBody
+
+COUNT = 220
+COLOURS = ("white", "yellow", "brown")
+HEAT = {"of": "neutralisation", "ambient_c": 20.0, "loss_w_per_k": 0.3, "heat_capacity_j_per_ml_k": 4.18}
+
+
+def ramp(first, last, degrees):
+    return tilted(np.interp(np.arange(COUNT), [first, last], [0.0, degrees]), (0.0, 0.2, 0.0))
+
+
+def holding(name, volume, solids=None, cavity=None, **solutes):
+    body = glass(name, volume, solutes=solutes, **({"cavity": cavity} if cavity else {}))
+    for key in ("solute", "molar"):
+        del body.extra["properties"]["liquid"][key]
+    if solids:
+        body.extra["properties"]["solid"] = solids
+    return body
+
+
+def titration():
+    """Soda and hydrogen carbonate, an indicator, and gas."""
+    poses = {"burette": still(COUNT, (0.0, 0.15, 0.0)), "flask": still(COUNT)}
+    poses["tap"] = turned([0.0, *([90.0] * (COUNT - 1))])
+    bodies = (
+        holding("burette", 50.0, cavity=COLUMN, HCl=0.5), holding("flask", 1.0, Na2CO3=0.05, NaHCO3=0.05),
+        SceneBody("tap"),
+    )  # fmt: skip
+    orange = {"in": "flask", "indicator": "methyl orange", "from_ph": 3.1, "to_ph": 4.4, "acid_colour": "red",
+              "base_colour": "yellow"}  # fmt: skip
+    pink = {**orange, "indicator": "phenolphthalein", "from_ph": 8.2, "to_ph": 10.0, "acid_colour": "colourless"}
+    return poses, bodies, (
+        ("burette", TAP), ("mixing", {"in": ["flask", "burette"]}), ("colour", orange), ("colour", pink),
+        ("reaction", {"equation": "Na2CO3 + 2 HCl -> 2 NaCl + H2O + CO2"}),
+        ("reaction", {"equation": "NaHCO3 + HCl -> NaCl + H2O + CO2"}),
+    )  # fmt: skip
+
+
+def pours():
+    """Three salts fall out of what two glasses pour into one, which grows warm and pours on."""
+    poses = {"a": ramp(10, 60, 100.0), "b": still(COUNT), "c": ramp(70, 140, 100.0)}
+    bodies = (
+        holding("a", 30.0, AgNO3=0.2, BaCl2=0.05), holding("b", 10.0, NaCl=0.1, KI=0.1, Na2SO4=0.1),
+        holding("c", 30.0, HCl=0.3, K2SO4=0.1),
+    )  # fmt: skip
+    falls = [("AgCl", "Ag+ + Cl- -> AgCl(s)"), ("AgI", "Ag+ + I- -> AgI(s)"), ("BaSO4", "Ba2+ + SO42- -> BaSO4(s)")]
+    return poses, bodies, (
+        ("pour", {"from": ["a", "c"], "into": ["b"]}), ("mixing", {"in": ["a", "b", "c"]}), ("heat", HEAT),
+        *(("reaction", {"equation": equation}) for _, equation in falls),
+        *(("precipitation", {"solid": falls[k][0], "colour": colour}) for k, colour in enumerate(COLOURS)),
+    )  # fmt: skip
+
+
+def chain():
+    """Acid goes from glass to glass to glass over zinc that dissolves slowly, all at one time."""
+    low = (0.0, -0.2, 0.0)
+    poses = {"a": ramp(10, 150, 110.0), "b": ramp(20, 200, 110.0), "c": still(COUNT, low)}
+    poses["b"] = (poses["b"][0] + np.array([0.0, -0.2, 0.0]), poses["b"][1])
+    bodies = (holding("a", 50.0, HCl=1.0), holding("b", 40.0, {"formula": "Zn", "mass_g": 0.3}, NH3=0.5),
+              holding("c", 5.0, NaOH=1.0))  # fmt: skip
+    return poses, bodies, (
+        ("pour", {"from": ["b", "a"], "into": ["b", "c"]}), ("mixing", {"in": ["c", "b", "a"]}), ("heat", HEAT),
+        ("reaction", {"equation": "Zn + 2 HCl -> ZnCl2 + H2", "rate_per_s": 0.8}),
+        ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"}), ("reaction", {"equation": "NH3 + HCl -> NH4Cl"}),
+    )  # fmt: skip
+
+
+def called(value, names):
+    """Settings with other names of bodies."""
+    if isinstance(value, list):
+        return [called(one, names) for one in value]
+    if isinstance(value, dict):
+        return {key: called(one, names) for key, one in value.items()}
+    return names.get(value, value) if isinstance(value, str) else value
+
+
+def printed(make, order=lambda rows: rows, names=None, back=lambda text: text):
+    """Every line of the terminal, the figures of the summary and every row of the tables, as names of the first."""
+    poses, bodies, tables = make()
+    names = names or {}
+    poses = {names.get(name, name): poses[name] for name in order(list(poses))}
+    bodies = [SceneBody(names.get(one.id, one.id), extra=one.extra) for one in order(list(bodies))]
+    tables = [(kind, called(told, names)) for kind, told in order(list(tables))]
+    result = compute(world(poses, bodies, *tables), detectors=())
+    figures = {
+        kind: {key: told[key] for key in ("about", "events", "frames", "frames_run", "sources")}
+        for kind, told in result.summary["effects"].items()
+    }
+    rows = {}
+    for kind, run in result.effects.items():
+        for name, series in run.series.items():
+            scale = np.nanmax(np.abs(series.values), initial=1e-12)
+            digits = [f"{value:.8f}" for value in np.round(series.values / scale, 8) + 0.0]
+            rows[kind, back(name)] = (np.round(series.times, 9).tolist(), f"{scale:.9g}", digits)
+        for name, spans in run.output.lanes.items():
+            rows[kind, back(name), "lane"] = [(f"{one.start:.9f}", f"{one.end:.9f}", back(one.word)) for one in spans]
+        for name, liquid in run.output.liquids.items():
+            rows[kind, back(name), "drawn"] = (np.round(liquid.level, 12).tolist(), liquid.rgba.tolist())
+    curves = titration_curves(result.effects)
+    ends = {back(vessel): np.round(found, 6).tolist() for vessel, (_, _, found) in curves.items()}
+    return [back(line) for line in happened_words(result.effects, 999)], figures, rows, ends
+
+
+@pytest.mark.parametrize("make", [titration, pours, chain])
+def test_what_is_printed_is_the_same_whatever_the_order_of_tables_and_bodies(make):
+    whole = printed(make)
+    assert len(whole[0]) >= 4 and len(whole[2]) >= 6
+    shuffled = np.random.default_rng(3)
+    for order in (lambda rows: rows[::-1], lambda rows: [rows[k] for k in shuffled.permutation(len(rows))]):
+        again = printed(make, order)
+        assert again == whole
+
+
+@pytest.mark.parametrize("make", [titration, pours, chain])
+def test_what_is_printed_is_the_same_whatever_the_bodies_are_called(make):
+    lines, *others = printed(make)
+    old = sorted(make()[0])
+    names = {name: f"z{len(old) - k}" for k, name in enumerate(old)}
+    back = {new: name for name, new in names.items()}
+
+    def original(text):
+        return re.sub(r"z\d", lambda match: back[match.group()], text)
+
+    again, *more = printed(make, names=names, back=original)
+    assert sorted(again) == sorted(lines) and more == others
