@@ -13,8 +13,7 @@ from mcap.records import DataEnd
 from sessions.doctor.finding import Finding, Severity, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import PosePass, look_through
-from sessions.doctor.scale import table_findings
-from sessions.doctor.session_findings import examine_session, frame_findings, scene_findings, stream_findings
+from sessions.doctor.session_findings import examine_session, recording_findings, scene_findings
 from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SceneError, SessionError, SessionFileError
 from sessions.input_files import opened
@@ -157,12 +156,9 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
         yield Finding("no-poses", Severity.ERROR, "it holds no pose that can be read")
     yield from tried.findings
     yield from _noted(frames.noted, looked, names if file.own else looked.names)
-    yield from frame_findings(looked, scene, facts)
-    there = {name: mesh for name, mesh in meshes.items() if mesh is not None} | declared
-    yield from all_mesh_findings(there)
-    yield from table_findings(there, scene)
-    yield from scene_findings(scene, looked.names, [*meshes, *declared])
-    yield from stream_findings({"gaze": streams[GAZE_PREFIX], "scalar": streams[SCALARS_PREFIX]}, looked)
+    named = {"gaze": streams[GAZE_PREFIX], "scalar": streams[SCALARS_PREFIX]}
+    readable = [name for name, mesh in meshes.items() if mesh is not None]
+    yield from recording_findings(looked, scene, facts, meshes | declared, named, [*readable, *declared])
 
 
 def _file_findings(file: McapFile) -> Iterator[Finding]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -28,13 +29,32 @@ def examine_session(
     ``None``: all.
     """
     looked = looked or look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
-    yield from frame_findings(looked, session.scene, dict(session.facts))
-    names = [name for name in session.meshes if needed is None or name in needed]
-    yield from all_mesh_findings(session.meshes, names)
-    there = tuple(body for body in session.scene.bodies if body.id in names)
-    yield from table_findings(session.meshes, replace(session.scene, bodies=there))
-    yield from scene_findings(session.scene, session.names, [*session.meshes])
-    yield from stream_findings({"gaze": session.gaze, "scalar": session.scalars}, looked)
+    streams: Streams = {"gaze": session.gaze, "scalar": session.scalars}
+    yield from recording_findings(looked, session.scene, session.facts, session.meshes, streams, needed)
+
+
+def recording_findings(
+    looked: PosePass,
+    scene: Scene,
+    facts: Mapping[str, str],
+    meshes: Mapping[str, Any],
+    streams: Streams,
+    needed: Collection[str] | None = None,
+) -> Iterator[Finding]:
+    """Every check that a file and a session in memory share.
+
+    ``meshes``: of every body that has one; ``streams``: what they are called -> name -> stream; ``needed``: the bodies
+    whose meshes are looked at, ``None``: all.
+    """
+    yield from time_findings(looked)
+    yield from pose_findings(looked)
+    yield from scale_findings(looked, scene, facts)
+    names = [name for name in meshes if needed is None or name in needed]
+    yield from all_mesh_findings(meshes, names)
+    there = tuple(body for body in scene.bodies if body.id in names)
+    yield from table_findings(meshes, replace(scene, bodies=there))
+    yield from scene_findings(scene, looked.names, [*meshes])
+    yield from stream_findings(streams, looked)
 
 
 def stream_findings(streams: Streams, looked: PosePass) -> Iterator[Finding]:
@@ -55,13 +75,6 @@ def stream_findings(streams: Streams, looked: PosePass) -> Iterator[Finding]:
                 yield Span(int(stamps[lost[0]]), int(stamps[lost[-1]]), zero).finding(
                     "gaze-nowhere", Severity.WARNING, message, count=len(lost)
                 )
-
-
-def frame_findings(looked: PosePass, scene: Scene, metadata: dict[str, str]) -> Iterator[Finding]:
-    """Everything about the frames."""
-    yield from time_findings(looked)
-    yield from pose_findings(looked)
-    yield from scale_findings(looked, scene, metadata)
 
 
 def scene_findings(scene: Scene, names: Sequence[str], meshes: Sequence[str]) -> Iterator[Finding]:

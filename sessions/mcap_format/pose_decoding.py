@@ -16,7 +16,7 @@ from sessions.mcap_format.refusals import TOO_MANY, refused
 from sessions.mcap_format.schemas import TF, TRACKING, message_class
 from sessions.mcap_format.transform_reading import BodySamples, TransformReader
 from sessions.mcap_format.unpacking import MessageTable
-from sessions.model.frames import Frames, Status
+from sessions.model.frames import Frames, Status, absent_samples
 
 # Cells (frames times bodies) made at once, 65 bytes each: an ordinary chunk of 12 bodies has 11,000, a hostile one
 # that declares thousands of bodies and holds millions of empty frames is cut into parts of 17 MB.
@@ -96,9 +96,7 @@ class FrameDecoder:
         self._samples_left -= shape[0] * shape[1]
         if self._samples_left < 0:
             raise self._refused(f"it has more frames of {shape[1]} bodies than a file of its size holds", "too-much")
-        sample = np.zeros(shape, dtype=np.int64)
-        position, quaternion = np.full((*shape, 3), np.nan), np.full((*shape, 4), np.nan)
-        status = np.zeros(shape, dtype=np.uint8)
+        sample, position, quaternion, status = absent_samples(*shape)
         for part, column in zip(samples, columns, strict=True):
             sample[part.rows, column] = part.sample_ns if part.stamped else stamp[part.rows]
             position[part.rows, column] = part.values[:, :3]

@@ -79,8 +79,14 @@ class Frames:
     @classmethod
     def empty(cls, names: tuple[str, ...]) -> "Frames":
         """No frame of these bodies."""
-        n, none = len(names), np.zeros(0, dtype=np.int64)
-        return cls(
-            names, none, none.copy(), np.zeros((0, n), np.int64), np.zeros((0, n, 3)), np.zeros((0, n, 4)),
-            np.zeros((0, n), np.uint8),
-        )  # fmt: skip
+        none = np.zeros(0, dtype=np.int64)
+        return cls(names, none, none.copy(), *absent_samples(0, len(names)))
+
+
+def absent_samples(
+    frames: int, bodies: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.uint8]]:
+    """``sample_ns``, ``position``, ``quaternion_xyzw`` and ``status`` of frames in which every body is absent."""
+    shape = (frames, bodies)
+    position, quaternion = np.full((*shape, 3), np.nan), np.full((*shape, 4), np.nan)
+    return np.zeros(shape, np.int64), position, quaternion, np.zeros(shape, np.uint8)

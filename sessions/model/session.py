@@ -13,7 +13,7 @@ from sessions.errors import MeshFileError, SessionError
 from sessions.mesh_data import MeshData
 from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.event import Event, Interval, LiveContact
-from sessions.model.frames import Frames, Status
+from sessions.model.frames import Frames, Status, absent_samples
 from sessions.model.scene import Scene
 from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
 
@@ -262,10 +262,7 @@ def _frames(tracks: Mapping[str, Track]) -> Frames:
     if not names:
         return Frames.empty(names)
     stamps = np.unique(np.concatenate([track.times_ns for track in tracks.values()]))
-    shape = (len(stamps), len(names))
-    sample = np.zeros(shape, dtype=np.int64)
-    position, quaternion = np.full((*shape, 3), np.nan), np.full((*shape, 4), np.nan)
-    status = np.zeros(shape, dtype=np.uint8)
+    sample, position, quaternion, status = absent_samples(len(stamps), len(names))
     for column, track in enumerate(tracks.values()):
         rows = np.searchsorted(stamps, track.times_ns)
         sample[rows, column] = track.times_ns
