@@ -3,7 +3,8 @@
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
+from io import StringIO
 
 
 @contextmanager
@@ -17,7 +18,9 @@ def quiet() -> Iterator[None]:
     try:
         for number in (1, 2):
             os.dup2(nowhere, number)
-        yield
+        # A notebook has streams of its own in their place.
+        with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+            yield
     finally:
         for number, before in zip((1, 2), kept, strict=True):
             os.dup2(before, number)

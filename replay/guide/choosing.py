@@ -16,12 +16,12 @@ def choosing_table() -> str:
     return "\n".join([HEAD, *(_row(name, load_detector(name)) for name in DETECTORS | OPTIONAL)])
 
 
-def with_table(text: str, table: str) -> str:
+def with_table(text: str, table: str, begin: str = BEGIN, end: str = END) -> str:
     """A text with the table between its two marks; without them a ``ValueError``."""
-    pattern = re.compile(re.escape(BEGIN) + ".*?" + re.escape(END), re.DOTALL)
+    pattern = re.compile(re.escape(begin) + ".*?" + re.escape(end), re.DOTALL)
     if not pattern.search(text):
-        raise ValueError(f"the text has no {BEGIN} and {END}; put both where the table belongs")
-    return pattern.sub(lambda _: f"{BEGIN}\n{table}\n{END}", text)
+        raise ValueError(f"the text has no {begin} and {end}; put both where the table belongs")
+    return pattern.sub(lambda _: f"{begin}\n{table}\n{end}", text)
 
 
 def _row(name: str, detector: type[Any]) -> str:

@@ -77,6 +77,9 @@ def undecided(result: Summarised) -> list[str]:
         if part["count"]:
             what = f"{part['count']:,} of {part['of']:,} pair-frames with a pose"
             lines.append(f"Not counted: {what}, which {result.oracle} or {label} did not decide.")
+            # A run folder of an earlier version has no reasons.
+            reasons = audit.get("undecided_reasons", {})
+            lines += [f"Of them {count:,}: {reason}." for reason, count in reasons.items()]
     return lines
 
 

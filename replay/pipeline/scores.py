@@ -9,7 +9,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from cdcore import Verdict
+from cdcore import Detection, Verdict
 from replay.base.wilson import pooled, share, share_of_clusters
 from replay.comparison.causes import Cause
 from replay.comparison.compare import FaceRecall
@@ -44,6 +44,7 @@ def score(result: Measured, label: str) -> dict[str, Any]:
     figures: dict[str, Any] = {
         "pair_frames": frames, "missed": contacts.share(Outcome.MISSED),
         "invented": count_reports(comparison).share(Outcome.INVENTED), "undecided": undecided_share(result, label),
+        "undecided_reasons": reasons_of(result.detections[label]),
         "oracle_undecided": int(truth[[Verdict.UNRESOLVED, Verdict.INVALID]].sum()),
         "between_frames": _between(result, label),
         "unconfirmed": unconfirmed, "contacts": contacts.contacts,
@@ -140,6 +141,27 @@ def _between(result: Measured, label: str) -> int | str:
     if "intervals" not in (result.detections[label].covers, result.detections[result.oracle].covers):
         return NOT_EXAMINED
     return result.comparisons[label].count(Outcome.BETWEEN_FRAMES)
+
+
+REFUSED: Final = "refused: "
+"""Begins what a detector says of a pair whose containment it did not decide."""
+
+MOST_REASONS: Final = 3
+"""Reasons why a detector did not decide that a summary lists, the most frequent first."""
+
+
+def reasons_of(detection: Detection) -> dict[str, int]:
+    """Why pair-frames are undecided, where the detector says so -> how many, the most frequent first.
+
+    A detector that is asked live gives no reason a frame; that of a pair stands in what it says of containment.
+    """
+    found = Counter(detection.reasons.values())
+    if not found:
+        # A recorded detection says nothing of containment.
+        for words, verdict in zip(detection.containment, detection.verdict.T, strict=False):
+            if words.startswith(REFUSED):
+                found[words.removeprefix(REFUSED)] += int((verdict == Verdict.INVALID).sum())
+    return dict((+found).most_common(MOST_REASONS))
 
 
 def undecided_share(result: Measured, label: str) -> dict[str, Any]:

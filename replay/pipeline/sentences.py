@@ -32,6 +32,13 @@ KINDS: Final[Mapping[str, str]] = {
 """Detector -> what it asks."""
 
 
+OFFSETS: Final[Mapping[str, tuple[str, float]]] = {
+    "collider": ("skin_m", 2.0), "mujoco": ("margin_m", 1.0), "rapier": ("prediction_m", 1.0),
+    "bullet": ("margin_m", 2.0), "physx": ("contact_offset_m", 2.0),
+}  # fmt: skip
+"""Detector -> its setting of a contact offset, and how many of them lie between two bodies."""
+
+
 def plural(number: int, thing: str, several: str = "") -> str:
     """``1 frame``, ``2 frames``; ``several`` where an s is not enough."""
     return f"{number:,} {thing if number == 1 else several or thing + 's'}"
@@ -104,6 +111,10 @@ def why_false(false: FalseContact, label: str, figures: Mapping[str, Any], secon
         other = false.body_b if false.hollow == false.body_a else false.body_a
         return f"The convex hull of {false.hollow} fills its hollow: {other} is in the hull, {apart}{when}."
     gap = "the surfaces do not" if isnan(false.gap) else f"the surfaces are {length_words(false.gap)} apart"
+    reach = contact_reach(figures)
+    if false.cause == SOLIDS and false.gap <= reach:
+        near = f"{pair} are {length_words(false.gap)} apart {when}"
+        return f"{near}; {label} reports contact from {length_words(reach)} on: its contact offset."
     if false.cause == SOLIDS:
         shape = SHAPES.get(str(figures["settings"].get("shape")), "colliders")
         return f"The {shape} of {pair} meet; {gap} {when}."
@@ -115,6 +126,12 @@ def why_false(false: FalseContact, label: str, figures: Mapping[str, Any], secon
     reason = FALSE_REASONS.get(false.cause, "")
     said = f"{label} said contact of {pair} {when} for {long}; {gap}"
     return f"{said}: {reason}." if reason else f"{said}. Nothing known about it explains this."
+
+
+def contact_reach(figures: Mapping[str, Any]) -> float:
+    """Metres between two surfaces from which a detector already reports contact, by its ``name`` and ``settings``."""
+    setting, times = OFFSETS.get(figures["name"], ("", 0.0))
+    return times * float(figures["settings"].get(setting) or 0.0)
 
 
 FALSE_REASONS: Final[Mapping[str, str]] = {

@@ -194,3 +194,9 @@ def test_an_engine_prints_nothing(name):
     )
     done = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     assert done.stdout + done.stderr == ""
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_an_engine_prints_nothing_into_a_notebook(name, capsys):
+    create_detector(name, [Body("a", box_mesh()), Body("b", box_mesh())])
+    assert capsys.readouterr() == ("", "")

@@ -1,10 +1,13 @@
 """Every sentence about what was not counted, and of gates, against counts worked out by hand, in every state."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from support.small_worlds import verdict_column
+from support.shapes import beaker_mesh
+from support.small_worlds import cubes, verdict_column
 
+import replay
 from replay.comparison.compare import compare
 from replay.comparison.contact_counts import count_contacts
 from replay.comparison.episodes import episodes
@@ -13,7 +16,7 @@ from replay.outputs.report.details import trust
 from replay.pipeline import headline
 from replay.pipeline.gates import Gates
 from replay.pipeline.scores import score
-from sessions import Finding, Severity
+from sessions import Finding, MeshData, Severity
 
 LIMITS = Gates(max_missed=0.0, max_p99_ms=1.0, max_invented=0.0)
 
@@ -124,3 +127,25 @@ def test_doubts_are_of_errors_and_of_units_axes_and_handedness_a_line_a_kind():
         "To do: import with the source's handedness."
     )
     assert "(a: 3000 m away; 2 more like it)" in second
+
+
+def test_pair_frames_that_an_engine_cannot_test_are_counted_with_the_reason():
+    pytest.importorskip("pybullet")
+    hollow = beaker_mesh()
+    session = cubes({"a": [0, 0, 0, 0], "b": [3, 0.1, 0.2, 3]})
+    meshes = {name: MeshData(hollow.vertices, hollow.faces) for name in "ab"}
+    found = replay.run(replace(session, meshes=meshes), detectors="bullet[shape=mesh]")
+    assert found.summary["audit"]["bullet-mesh"]["undecided_reasons"] == {
+        "not supported: Bullet tests no triangle mesh against another": 4
+    }
+    assert any("Of them 4: not supported" in words for words in headline.undecided(found))
+
+
+@pytest.mark.parametrize(("skin", "apart"), [(0.5, 0.6), (0.0, None)])
+def test_a_false_contact_within_a_contact_offset_is_not_called_a_meeting_of_shapes(skin, apart):
+    session = cubes({"a": [0, 0, 0, 0, 0], "b": [3, 1 + (apart or 0), 1 + (apart or 0), 3, 3]})
+    found = replay.run(session, detectors=f"skin=collider[skin_m={skin}]")
+    told = [answer.why for answer in found.answers if answer.label == "skin"]
+    assert bool(found.false["skin"]) == (apart is not None)
+    if apart is not None:
+        assert "600 mm apart" in told[0] and "1000 mm" in told[0] and "meet" not in told[0]
