@@ -6,15 +6,19 @@ from collections.abc import Mapping
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from replay.api.run_result import RunResult
-from replay.base.progress import Progress, Silent
+from replay.base.progress import Advance, Progress, Silent, ignored
 from replay.errors import WrongInputError
 from replay.pipeline import run_result
 from replay.pipeline.engine import compute
 from replay.pipeline.settings import RunSettings
 from sessions import Session
+
+WRITING: Final = "Writing report and picture"
+WRITING_STEPS: Final = 20
+"""Steps of progress of a run folder: its tables, the picture, the report."""
 
 
 def run(
@@ -54,8 +58,8 @@ def run(
         result = replace(result, summary={**result.summary, "request": request})
     if target is not None:
         result = replace(result, out=target)
-        with progress.stage("write"):
-            write(result, target, force=force, picture=picture)
+        with progress.stage(WRITING, WRITING_STEPS) as advance:
+            write(result, target, force=force, picture=picture, advance=advance)
     return RunResult.of(result)
 
 
@@ -87,7 +91,7 @@ def require_session(given: object) -> None:
 
 def write(
     result: run_result.RunResult, target: Path, *, force: bool, picture: bool = True,
-    files: Mapping[str, Path] | None = None,
+    files: Mapping[str, Path] | None = None, advance: Advance = ignored,
 ) -> None:  # fmt: skip
     """Write the run folder of a result, with the recording for Rerun if ``picture``; as ``write_run_folder``."""
     from replay.outputs.results.run_folder import write_run_folder
@@ -95,4 +99,6 @@ def write(
     if picture:
         from replay.outputs.rerun_log.recording import write_recording
 
-    write_run_folder(result, target, force=force, picture=write_recording if picture else None, files=files)
+    write_run_folder(
+        result, target, force=force, picture=write_recording if picture else None, files=files, advance=advance
+    )

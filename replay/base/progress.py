@@ -8,6 +8,10 @@ Advance = Callable[[int], None]
 """Called with the number of units (frames) just done."""
 
 
+def ignored(_: int) -> None:
+    """What is done without a report."""
+
+
 class Progress(Protocol):
     """Receives reports of progress."""
 
@@ -23,4 +27,4 @@ class Silent:
     def stage(self, name: str, total: int | None = None, unit: str = "frames") -> Iterator[Advance]:
         """Begin a piece of work without a report."""
         del name, total, unit
-        yield lambda _: None
+        yield ignored

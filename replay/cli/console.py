@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Event, Thread
 from typing import IO, TYPE_CHECKING, Any, Final
 
 from replay.base.progress import Advance
@@ -50,52 +51,105 @@ class People:
         return GATE_FAILED if broken else otherwise
 
 
-class TerminalProgress:
-    """A bar per stage, on a terminal; elsewhere nothing."""
+LONG: Final = 3.0
+"""Seconds from which a stage says how much is done and left, and stays ticked off on the screen."""
 
-    def __init__(self, people: People) -> None:
+EVERY: Final = 10.0
+"""Seconds between the lines of a long stage where there is no terminal."""
+
+
+class TerminalProgress:
+    """A bar for each stage on a terminal; elsewhere a line every ten seconds. A short stage leaves nothing behind."""
+
+    def __init__(self, people: People, every: float = EVERY) -> None:
         self.say = people.say
-        self._shown = sys.stderr.isatty() and not people.quiet
+        self._quiet, self._every = people.quiet, every
 
     @contextmanager
     def stage(self, name: str, total: int | None = None, unit: str = "frames") -> Iterator[Advance]:
-        """Show a bar while the stage lasts; a line with its time stays."""
-        if not self._shown:
-            yield lambda _: None
-            return
-        with _bars(unit) as bars:
-            task = bars.add_task(name, total=total)
-            yield lambda done: bars.advance(task, done)
-            if total is None:
-                bars.update(task, total=1, completed=1)
+        """Report a piece of work of ``total`` units while it lasts."""
+        del unit
+        work = Work(name, total)
+        if self._quiet:
+            yield work.advance
+        elif sys.stderr.isatty():
+            with _bars() as bars:
+                task = bars.add_task(name, total=total)
+
+                def advance(done: int) -> None:
+                    work.advance(done)
+                    bars.advance(task, done)
+
+                yield advance
+                bars.update(task, total=total or 1, completed=total or 1)
+                bars.live.transient = work.seconds < LONG
+        else:
+            ended = Event()
+            teller = Thread(target=self._tell, args=(work, ended), daemon=True)
+            teller.start()
+            try:
+                yield work.advance
+            finally:
+                ended.set()
+                teller.join()
+            if work.seconds >= self._every:
+                self.say(f"{name}: done in {work.seconds:.0f} s")
+
+    def _tell(self, work: "Work", ended: Event) -> None:
+        while not ended.wait(self._every):
+            self.say(f"{work.name}: {work.words()}")
 
 
-def _bars(unit: str) -> "Progress":
+class Work:
+    """How much of a stage is done."""
+
+    def __init__(self, name: str, total: int | None) -> None:
+        self.name, self._total, self._done, self._begun = name, total, 0, time.monotonic()
+
+    def advance(self, done: int) -> None:
+        """Count units that are done."""
+        self._done += done
+
+    @property
+    def seconds(self) -> float:
+        """Since it began."""
+        return time.monotonic() - self._begun
+
+    def words(self) -> str:
+        """``43 %, about 12 s left``; without a total the time so far."""
+        if not self._total or not self._done:
+            return f"{self.seconds:.0f} s so far"
+        share = min(1.0, self._done / self._total)
+        return f"{100 * share:.0f} %, about {self.seconds * (1 - share) / share:.0f} s left"
+
+
+def _bars() -> "Progress":
     from rich.console import Console
     from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TextColumn
     from rich.text import Text
 
     class PaceColumn(ProgressColumn):
-        """``12,345 frames/s, 3 s left``, then ``4.1 s``."""
+        """``43 %, 3 s left``, then ``100 %  4 s``."""
 
         def render(self, task: Task) -> Text:
-            words = pace(task.speed, task.time_remaining, task.elapsed, task.finished, unit)
-            return Text(words, style="dim")
+            return Text(pace(task.percentage, task.time_remaining, task.elapsed, task.finished), style="dim")
 
     return Progress(
         SpinnerColumn(finished_text="[green]✓[/green]"),
-        TextColumn("{task.description:<12}"),
-        BarColumn(bar_width=24),
+        TextColumn("{task.description:<28}"),
+        BarColumn(bar_width=18),
         PaceColumn(),
         console=Console(stderr=True),
     )
 
 
-def pace(speed: float | None, left: float | None, elapsed: float | None, finished: bool, unit: str) -> str:
-    """A stage's pace in words; rates and times in seconds, ``None`` where not known."""
-    if finished or speed is None or left is None:
-        return "" if elapsed is None else f"{elapsed:.1f} s"
-    return f"{speed:,.0f} {unit}/s, {left:.0f} s left"
+def pace(percentage: float, left: float | None, elapsed: float | None, finished: bool) -> str:
+    """A stage's share in words, from ``LONG`` seconds on with the time left; seconds, ``None`` where not known."""
+    if elapsed is None or elapsed < LONG:
+        return ""
+    if finished:
+        return f"100 %  {elapsed:.0f} s"
+    return f"{percentage:3.0f} %  {elapsed:.0f} s so far" if left is None else f"{percentage:3.0f} %  {left:.0f} s left"
 
 
 def counting(people: People, total: int) -> Callable[[str, str], None]:

@@ -83,7 +83,7 @@ def _record(file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
 
 
 def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
-    from replay.api.runner import write
+    from replay.api.runner import WRITING, WRITING_STEPS, write
     from replay.outputs.results.run_folder import check_target
     from replay.pipeline.engine import compute
     from sessions import read_session
@@ -92,10 +92,10 @@ def _demo(out: Path, force: bool, people: People, **made: Any) -> "RunResult":
     progress = TerminalProgress(people)
     with TemporaryDirectory(prefix="replay-demo-") as folder:
         file = Path(folder) / SESSION
-        with progress.stage("record"):
+        with progress.stage("Making up the session"):
             truth = _record(file, **made)
         session = read_session(file)
         result = compute(session, seed=made["seed"], progress=progress)
-        with progress.stage("write"):
-            write(result, out, force=force, files={SESSION: file, truth.name: truth})
+        with progress.stage(WRITING, WRITING_STEPS) as advance:
+            write(result, out, force=force, files={SESSION: file, truth.name: truth}, advance=advance)
     return replace(result, out=out)

@@ -49,7 +49,7 @@ def command(
 
         how: dict[str, Any] = {"no_picture": no_picture, "as_json": as_json}
         return advise_engine(session, engine, people, scene=scene, out=out, force=force, **how, **asked)
-    from replay.api.runner import write
+    from replay.api.runner import WRITING, WRITING_STEPS, write
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import terminal
     from replay.detection.compile_notice import compiling_announced
@@ -75,8 +75,8 @@ def command(
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")
         progress = TerminalProgress(people)
         run = replace(compute(held, progress=progress, **asked | {"detectors": None}), tradeoff=done)
-        with progress.stage("write"), tradeoff_files(done) as files:
-            write(run, out, force=force, picture=not no_picture, files=files)
+        with progress.stage(WRITING, WRITING_STEPS) as advance, tradeoff_files(done) as files:
+            write(run, out, force=force, picture=not no_picture, files=files, advance=advance)
     behind = sources_behind(row["detector"] for row in done.rows) if people.verbose else {}
     shown = [tradeoff_list(done, everything=people.verbose), *([growth_table(done.growth)] if growth else [])]
     answer_cited(as_json, done.as_json(), lambda: terminal(*shown), behind, done.advice)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from cdcore.numerics import BoolArray, IntArray
 from cdcore.protocol import detect_live
 from cdcore.protocol.blocks import HeldVerdicts, looks_of
 from replay.base.constants import HELD_FRAMES
+from replay.base.progress import Advance, ignored
 from replay.base.wilson import share_of_clusters
 from replay.comparison.compare import compare
 from replay.comparison.contact_counts import REPORTED, count_contacts, count_reports
@@ -21,6 +22,9 @@ from replay.comparison.outcome import Episode, Outcome
 from replay.comparison.tolerance import Tolerance
 from replay.detection.run_detector import Run, make_detector
 from replay.prepare.assembly import Assembly
+
+STEPS: Final = 24
+"""Steps of progress of one detector: its samples at every frame count for eight, each sampling offset for one."""
 
 
 @dataclass(frozen=True)
@@ -91,20 +95,26 @@ def spread(counts: Sequence[int]) -> dict[str, float]:
 
 def over_phases(
     runs: Mapping[str, Run], assembly: Assembly, oracle: Detection, contacts: Sequence[Episode],
-    holdings: Sequence[Episode], tolerance: Tolerance, seed: int,
+    holdings: Sequence[Episode], tolerance: Tolerance, seed: int, advance: Advance = ignored,
 ) -> tuple[dict[str, OffsetCounts], dict[str, float]]:  # fmt: skip
     """The counts at all offsets of each run with a rate, and, where it was asked live, seconds a frame without one.
 
     Each is asked once more, about every frame, as it was in the run: so both times are alike. A detector that is none
-    of our table, and a recording of more than an hour, keep the phase of the run.
+    of our table, and a recording of more than an hour, keep the phase of the run. ``advance`` is called with
+    ``STEPS`` in all for each of ``runs``.
     """
     counts, seconds, frames = dict[str, OffsetCounts](), dict[str, float](), len(assembly.motion)
     for label, run in runs.items():
-        if run.settings.get("rate_hz") and run.spec.name in (*DETECTORS, *OPTIONAL) and frames <= HELD_FRAMES:
+        if not (run.settings.get("rate_hz") and run.spec.name in (*DETECTORS, *OPTIONAL) and frames <= HELD_FRAMES):
+            advance(STEPS)
+        else:
             often = replace(run.spec, settings={**run.spec.settings, "rate_hz": None})
             detector = make_detector(often, assembly, seed)
             every = detect_live(detector, assembly.motion) if run.live else detector.detect(assembly.motion)
-            counts[label] = offset_counts(run.settings["rate_hz"], every, oracle, contacts, holdings, tolerance)
+            advance(STEPS - PHASES)
+            counts[label] = offset_counts(
+                run.settings["rate_hz"], every, oracle, contacts, holdings, tolerance, advance
+            )
             if run.live:
                 seconds[label] = sum(float(np.sum(stage)) for stage in every.seconds.values()) / frames
                 known = counts[label].every_frame
@@ -116,7 +126,7 @@ def over_phases(
 
 def offset_counts(
     rate_hz: float, every: Detection, oracle: Detection, contacts: Sequence[Episode], holdings: Sequence[Episode],
-    tolerance: Tolerance,
+    tolerance: Tolerance, advance: Advance = ignored,
 ) -> OffsetCounts:  # fmt: skip
     """What samples at a rate find at each offset; each sample holds what it sees of ``every`` frame.
 
@@ -137,6 +147,7 @@ def offset_counts(
         frames += counts
         said += np.isin(outcome, REPORTED)
         false += outcome == Outcome.INVENTED
+        advance(1)
         stretches[offset] = len(column_runs((outcome == Outcome.INVENTED).T))
     runs = column_runs((said > 0).T).tolist()
     sums = [[int(one[a : b + 1, pair].sum(dtype=np.int64)) for pair, a, b in runs] for one in (false, said)]

@@ -10,7 +10,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import Protocol, runtime_checkable
+from typing import Final, Protocol, runtime_checkable
+
+TELL_EVERY: Final = 10.0
+"""Seconds of compiling between two sentences about it."""
 
 
 @runtime_checkable
@@ -52,15 +55,20 @@ def compiling_announced(listener: object, *, alone: bool = False) -> Iterator[No
         return
     from cdcore.kernels.compiling import compiling_reported
 
+    told = -TELL_EVERY
+
     def tell(family: str, seconds: float) -> None:
+        nonlocal told
         if not alone:
             compile_beside()
-        so_far = f" ({seconds:.0f} s so far)" if seconds >= 1 else ""
-        listener.say(f"compiling for this machine, once: {family}{so_far}")
+        if seconds - told >= TELL_EVERY:
+            told = seconds
+            so_far = f" ({seconds:.0f} s so far)" if seconds >= 1 else ""
+            listener.say(f"Compiling kernels for this machine, once: {family}{so_far}")
 
     with compiling_reported(tell) as compiled:
         yield
     if compiled.families:
         kept = f"later starts load it from {compiled.folder}"
         where = kept if compiled.folder else "no folder to keep it could be written"
-        listener.say(f"compiled in {compiled.seconds:.0f} s; {where}")
+        listener.say(f"Compiled in {compiled.seconds:.0f} s; {where}")

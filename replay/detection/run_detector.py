@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 WHOLE_FRAMES: Final = BLOCK_FRAMES
 """Up to here a motion is detected in one call, beyond it in blocks of this size. The verdicts are the same."""
 
+LIVE_FRAMES: Final = 2048
+"""Frames after which a detector that is asked live reports how far it is."""
+
 WARM_FRAMES: Final = 128
 """Frames of each of the two warm-up samples: kernels compile on them, so that the time reported holds no compiling."""
 
@@ -116,7 +119,7 @@ def run_detector(
         clock.append(perf_counter())
         at_work = process_time()
         if live:
-            looks = join(_advancing(stream_live(detector, motion.blocks(WHOLE_FRAMES)), advance))
+            looks = join(_advancing(stream_live(detector, motion.blocks(LIVE_FRAMES)), advance))
             at_work, taken = process_time() - at_work, perf_counter() - clock[-1]
             whole = _at_once(detector, assembly, True, lambda _: None) if faces else looks
             detection = replace(whole, verdict=looks.verdict, work=looks.work, seconds=looks.seconds)
@@ -149,6 +152,7 @@ def face_sets_again(run: Run, assembly: Assembly, advance: Advance) -> tuple[Fac
     """
     seen = watched_again(run.detector, run.detection, assembly.motion)
     if seen is not None and seen.face_sets is not None:
+        advance(len(assembly.motion))
         return seen.face_sets, seen
     kept: list[tuple[int, FaceSets]] = []
     first = rows = 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from time import perf_counter
-from typing import Any
+from typing import Any, Final
 
 from cdcore import Detection
 from replay.base.progress import Progress, Silent
@@ -15,7 +15,7 @@ from replay.comparison.contact_duration import ContactDurations, StepRates, cont
 from replay.comparison.episodes import episodes
 from replay.comparison.false_contacts import FalseReporter, false_contacts
 from replay.comparison.holding import holdings
-from replay.comparison.look_phases import OffsetCounts, over_phases
+from replay.comparison.look_phases import STEPS, OffsetCounts, over_phases
 from replay.comparison.matching import EpisodeMatches, match_episodes
 from replay.comparison.noisy_contacts import in_noise
 from replay.comparison.outcome import Comparison, Episode
@@ -31,6 +31,7 @@ from replay.pipeline.diagnosis import answers
 from replay.pipeline.faces import face_source, recall_of_faces
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import Measured, RunResult
+from replay.pipeline.sentences import plural
 from replay.pipeline.settings import NO_ORACLE, Lineup, RunSettings, line_up
 from replay.pipeline.summary import summarise
 from replay.prepare.assemble import AssemblyLayout, Pairs, assemble, lay_out
@@ -41,6 +42,10 @@ from replay.prepare.noise import parse_noise
 from replay.prepare.policy import KEEP, Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
 from sessions import Session
+
+COMPARING: Final = "Comparing with the reference"
+EXAMINING: Final = 8
+"""Steps of progress for the causes of a detector's misses, for its false contacts, for the ends of contacts."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,12 +74,14 @@ def prepared(
     rules = parse_policy(policy)
     # What a scene's effects do not name is not looked at, unless somebody asks for pairs, or looks about.
     alone = session.scene.effects is not None and not session.gaze and pairs is None and (planned.pairs or not looking)
-    with progress.stage("examine"):
+    with progress.stage("Examining the recording", 3) as advance:
         treatment = repair_session(held(session, start, end), rules, planned.bodies if alone else None)
-    with progress.stage("assemble"):
+        advance(1)
         wanted = _wanted(planned, pairs, treatment.session, looking)
         layout = lay_out(treatment.session, pairs=wanted, looking=looking, jumps=treatment.jumps)
+        advance(1)
         assembly = assemble(treatment.session, start=start, end=end, layout=layout)
+        advance(1)
     return Prepared(planned, treatment, layout, assembly)
 
 
@@ -99,7 +106,7 @@ def compute(
     runs = _detected(ready, lineup, settings, progress)
     measured = _audited(ready, lineup, runs, settings, progress)
     if blur:
-        with progress.stage("noise", len(ready.assembly.motion)) as advance:
+        with progress.stage("Asking copies with noise", len(ready.assembly.motion)) as advance:
             trusted, truth = runs[lineup.oracle], measured.episodes[lineup.oracle]
             noise = in_noise(blur, ready.assembly, session.scene, trusted, truth, settings.seed, advance)
             measured = replace(measured, noise=noise)
@@ -108,7 +115,7 @@ def compute(
         measured = replace(measured, face_recall=recall, watched=watched)
     effects = recorded(measured.session, ready.assembly)
     if planned.effects:
-        with progress.stage("effects"):
+        with progress.stage(f"Simulating {plural(len(planned.effects), 'effect')}"):
             effects |= _effects(ready, runs, lineup.oracle)
     measured = replace(measured, effects=effects)
     summary = summarise(measured, runs, ready.layout.scan, planned, settings=settings, lineup=lineup, began=began)
@@ -135,9 +142,13 @@ def _called_for(planned: Plan, settings: RunSettings, session: Session) -> Lineu
 def _detected(ready: Prepared, lineup: Lineup, settings: RunSettings, progress: Progress) -> dict[str, Run]:
     """What each detector answers, and what it took."""
     runs: dict[str, Run] = {}
-    for spec in lineup.specs:
-        faces = spec.label in (lineup.oracle, *ready.plan.detectors)
-        with progress.stage(spec.label, len(ready.assembly.motion)) as advance, compiling_announced(progress):
+    if not lineup.specs:
+        return runs
+    name = f"Replaying {plural(len(lineup.specs), 'detector')}"
+    total = len(lineup.specs) * len(ready.assembly.motion)
+    with progress.stage(name, total) as advance, compiling_announced(progress):
+        for spec in lineup.specs:
+            faces = spec.label in (lineup.oracle, *ready.plan.detectors)
             runs[spec.label] = run_detector(
                 spec, ready.assembly, seed=settings.seed, faces=faces, advance=advance, live=spec.label in lineup.live
             )
@@ -149,8 +160,10 @@ def _audited(
 ) -> Measured:
     """The answers held to the oracle's: contacts, misses, false contacts, causes, sampling offsets."""
     assembly, session, oracle = ready.assembly, ready.treatment.session, lineup.oracle
+    audits = [label for label in runs if oracle and label != oracle]
+    total = (2 * EXAMINING + STEPS) * len(audits) + EXAMINING
     # Misses are examined with other kernels; without a detection no compiler is loaded.
-    with progress.stage("audit"), compiling_announced(progress if runs else None):
+    with progress.stage(COMPARING, total) as advance, compiling_announced(progress if runs else None):
         found = {label: episodes(run.detection, assembly.motion.valid) for label, run in runs.items()}
         again = face_source(assembly, settings.seed, runs.get(oracle))
         tolerance = Tolerance(assembly, again, settings.tau)
@@ -165,12 +178,15 @@ def _audited(
             loose = tuple(contact for contact in truth if contact not in held_ones)
             trusted, audited = runs[oracle].detection, {label: runs[label] for label in matches}
             dwell = _durations(assembly, trusted, loose, tolerance, settings.seed)
-            phases, often = over_phases(audited, assembly, trusted, loose, held, tolerance, settings.seed)
+            advance(EXAMINING)
+            phases, often = over_phases(audited, assembly, trusted, loose, held, tolerance, settings.seed, advance)
         missed, causes = examine(comparisons, truth, runs, assembly, again)
+        advance(EXAMINING * len(comparisons))
         false = {}
         for label, comparison in comparisons.items():
             reporter = FalseReporter(runs[label].detector, runs[label].detection, runs[oracle].detection)
             false[label] = false_contacts(assembly, comparison, reporter)
+            advance(EXAMINING)
     return Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches, false=false,

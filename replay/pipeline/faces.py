@@ -29,7 +29,7 @@ def recall_of_faces(
     for label, comparison in comparisons.items():
         truth, said = runs[comparison.oracle].detection, None
         if truth.face_sets is not None and truth.covers == "instants":
-            with progress.stage(f"faces of {label}", len(assembly.motion)) as advance:
+            with progress.stage(f"Comparing faces of {label}", len(assembly.motion)) as advance:
                 said, watched[label] = face_sets_again(runs[label], assembly, advance)
         if said and truth.face_sets:
             recalls[label] = face_recall(said, truth.face_sets, comparison, found[comparison.oracle])

@@ -11,6 +11,7 @@ from typing import Any, Final
 
 import pyarrow.parquet as pq
 
+from replay.base.progress import Advance, ignored
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
@@ -131,17 +132,18 @@ def write_summary(folder: Path, kind: FolderKind, summary: Mapping[str, Any]) ->
 
 def write_run_folder(
     result: RunResult, out: Path, *, force: bool = False, picture: Picture | None = None,
-    files: Mapping[str, Path] | None = None,
+    files: Mapping[str, Path] | None = None, advance: Advance = ignored,
 ) -> Path:  # fmt: skip
     """Write tables, summary, report and picture of a run to the folder ``out``; folders above it are made too.
 
     ``force`` replaces an earlier run folder of that name; ``picture`` writes the recording, ``None``: no picture;
-    ``files`` are further files to put in, name -> where they are. Raises ``OutputError``: the folder exists, or cannot
-    be written.
+    ``files`` are further files to put in, name -> where they are; ``advance`` is called with 20 in all. Raises
+    ``OutputError``: the folder exists, or cannot be written.
     """
     check_target(out, force=force)
     with result_folder(out, RUN, force=force) as folder:
         _write_frames(result, folder / FRAMES)
+        advance(3)
         timed = any(frame_seconds(detection) is not None for detection in result.detections.values())
         wanted = {SERIES: bool(result.effects), TIMING: timed}
         for name, table_of in TABLES.items():
@@ -149,9 +151,12 @@ def write_run_folder(
                 table = table_of(result)
                 keyed = table if name in wanted else with_keys(table, result)
                 pq.write_table(keyed, folder / name, compression="zstd")
+        advance(2)
         if picture is not None:
             picture(result, folder / PICTURE)
+        advance(10)
         write_report(replace(result, out=out), folder / REPORT)
+        advance(5)
         for name, file in (files or {}).items():
             shutil.copyfile(file, folder / name)
         priced = {} if result.tradeoff is None else {"tradeoff": result.tradeoff.as_json()}

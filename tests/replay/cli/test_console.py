@@ -1,4 +1,11 @@
-from replay.cli.console import People, counting, pace, stdout_console
+import time
+from contextlib import contextmanager
+
+import pytest
+from support.small_worlds import cubes
+
+from replay import run
+from replay.cli.console import People, TerminalProgress, counting, pace, stdout_console
 
 
 def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
@@ -20,14 +27,51 @@ def test_tables_lose_nothing_where_there_is_no_terminal(capsys):
     assert capsys.readouterr().out == "x" * 159 + "\n"
 
 
-def test_a_running_stage_says_its_rate_and_the_time_left():
-    assert pace(12345.6, 3.4, 1.0, False, "frames") == "12,346 frames/s, 3 s left"
+def test_a_stage_says_share_and_time_left_from_three_seconds_on_and_its_time_when_done():
+    assert pace(20.0, 12.0, 2.9, False) == "" and pace(100.0, 0.0, 2.9, True) == ""
+    assert pace(20.0, 12.0, 3.0, False) == " 20 %  12 s left"
+    assert pace(100.0, 0.0, 14.2, True) == "100 %  14 s"
+    assert "so far" in pace(0.0, None, 5.0, False)
 
 
-def test_a_stage_that_is_done_or_has_no_rate_says_the_time_it_took():
-    assert pace(12345.6, 0.0, 4.06, True, "frames") == "4.1 s"
-    assert pace(None, None, 2.0, False, "frames") == "2.0 s"
-    assert pace(None, None, None, False, "frames") == ""
+def test_where_there_is_no_terminal_a_long_stage_says_a_line_now_and_then_and_a_short_one_nothing(capsys):
+    progress = TerminalProgress(People(), every=0.05)
+    with progress.stage("Short", 10) as advance:
+        advance(10)
+    assert capsys.readouterr().err == ""
+    with progress.stage("Long", 10) as advance:
+        advance(5)
+        time.sleep(0.2)
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) >= 3 and all(line.startswith("Long: 50 %, about ") for line in lines[:-1])
+    assert lines[-1].startswith("Long: done in ")
+    with TerminalProgress(People(quiet=True), every=0.01).stage("Long") as advance:
+        time.sleep(0.05)
+    assert capsys.readouterr().err == ""
+
+
+class Watched:
+    """Keeps what each stage of a run was said to be, and how much of it was reported done."""
+
+    def __init__(self):
+        self.stages = {}
+
+    @contextmanager
+    def stage(self, name, total=None, unit="frames"):
+        done = []
+        yield done.append
+        self.stages[name] = (total, sum(done))
+
+
+@pytest.mark.parametrize("detectors", [None, "exact", "slow=discrete[rate_hz=20],recorded-like=sphere"])
+def test_every_stage_of_a_run_reports_all_of_its_work(detectors, tmp_path):
+    watched = Watched()
+    run(cubes({"a": [0.0] * 6, "b": [3.0, 0.9, 3.0, 0.9, 0.9, 3.0]}), detectors=detectors, out=tmp_path / "run",
+        progress=watched, faces=True)  # fmt: skip
+    names = [name.split()[0] for name in watched.stages]
+    assert names[:3] == ["Examining", "Replaying", "Comparing"] and names[-1] == "Writing"
+    whole = {name: told for name, told in watched.stages.items() if not name.startswith("Comparing faces")}
+    assert [(name, total, done) for name, (total, done) in whole.items() if total != done] == []
 
 
 def test_pieces_are_counted_with_rate_and_time_left_and_those_there_before_count_for_neither(capsys, monkeypatch):

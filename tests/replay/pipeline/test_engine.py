@@ -142,22 +142,6 @@ def test_a_contact_is_as_long_in_episodes_effects_and_the_tables_of_pairs():
     assert (slow.misses["slow"][0].start, slow.misses["slow"][0].end) == one
 
 
-def test_progress_is_told_of_every_stage_and_every_frame():
-    from contextlib import contextmanager
-
-    stages = {}
-
-    class Listener:
-        @contextmanager
-        def stage(self, name, total=None, unit="frames"):
-            stages[name] = [total]
-            yield stages[name].append
-
-    compute(cubes(BUMP), detectors="sphere", oracle="hybrid", progress=Listener())
-    assert list(stages) == ["examine", "assemble", "sphere", "hybrid", "audit"]
-    assert stages["hybrid"] == [12, 12]
-
-
 def test_what_is_audited_is_asked_live_and_the_oracle_and_whom_only_effects_ask_are_not():
     asked = {
         "session": cubes(BUMP, scene=TOUCHING),
