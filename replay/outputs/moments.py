@@ -3,31 +3,23 @@ other pair. The pair of a moment is the pair in focus."""
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Final
 
 import numpy as np
 
-from cdcore.numerics import IntArray
-from replay.comparison.causes import Cause
 from replay.comparison.clusters import by_depth
-from replay.comparison.false_contacts import HOLLOW, SOLIDS, VOLUMES, FalseContact
+from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.effects.output import Vector, vector_of
 from replay.outputs.palette import FOUND, INVENTED, MISSED, Rgba
 from replay.outputs.words import bound_words, counted, false_thing
 from replay.pipeline.run_result import RunResult
-from replay.pipeline.scores import BETWEEN_LOOKS, LISTED
+from replay.pipeline.scores import LISTED
 
 KINDS: Final = {Outcome.MISSED: "miss", Outcome.INVENTED: "false", Outcome.BOTH: "contact"}
-
-
-PARTS: Final = "hulls of parts, or meshes"
-LOOK: Final = "look at every frame"
-DECIDE: Final = "decide by meshes"
 
 
 @dataclass(frozen=True)
@@ -61,32 +53,6 @@ class FocusMoment:
         return f"{KINDS[self.outcome]} {self.number or ''}".rstrip()
 
 
-TO_DO: Final[Mapping[str, str]] = {
-    **dict.fromkeys(BETWEEN_LOOKS, LOOK),
-    **dict.fromkeys((SOLIDS, HOLLOW, Cause.COLLIDER_SHAPE), PARTS),
-    **dict.fromkeys((VOLUMES, Cause.SEARCH, Cause.SAMPLING, Cause.BUDGET), DECIDE),
-    Cause.SPHERE_STAGE: "larger volumes",
-    Cause.CLOCK: "a common clock",
-    Cause.BETWEEN_FRAMES: "ask between frames",
-    Cause.LATE: "take off its delay",
-    Cause.CONTAINMENT: "close the meshes",
-}
-"""Cause of most of a detector's wrong frames -> what mends it."""
-
-
-def to_do(result: RunResult, label: str) -> str:
-    """What mends most of the frames in which a detector was wrong."""
-    frames: Counter[str] = Counter()
-    for miss in result.misses[label]:
-        frames[miss.cause] += miss.frames
-    for one in result.false.get(label, ()):
-        frames[one.cause] += one.frames
-    worst = frames.most_common(1)
-    if result.summary["audit"][label]["contacts_undecided"]:
-        return "see what it left undecided"
-    return TO_DO.get(worst[0][0], "see its causes") if worst else "no action needed"
-
-
 def key_moments(result: RunResult) -> list[FocusMoment]:
     """All moments, in order of time; of those in one frame the worst comes last, by a nanosecond."""
     found = [*_faults(result)]
@@ -107,13 +73,6 @@ def focus_rows(moments: Sequence[FocusMoment]) -> list[tuple[int, int, FocusMome
         same = before.frame == one.frame
         rows.append((one.frame, one.later, one) if same else ((before.frame + one.frame + 1) // 2, 0, one))
     return rows
-
-
-def pair_in_focus(moments: Sequence[FocusMoment], frames: int) -> IntArray:
-    """(T,) column of the pair in focus."""
-    rows = focus_rows(moments)
-    at = np.searchsorted([frame for frame, _, _ in rows], np.arange(frames), side="right") - 1
-    return np.array([one.pair for *_, one in rows], dtype=np.int64)[at]
 
 
 def _faults(result: RunResult) -> Iterator[FocusMoment]:
@@ -160,8 +119,9 @@ def _contact(result: RunResult, pair: int, one: Episode) -> FocusMoment:
 
 def moment_line(moment: FocusMoment, name: str, widths: tuple[int, int]) -> str:
     """One line of the list; ``name``: of the pair; ``widths``: of label and name."""
-    size = f"{moment.size * 1e3:.1f} mm" if moment.label and moment.size > 0 else ""
-    line = f"{moment.label:<{widths[0]}} {moment.words:<8}  {name:<{widths[1]}} {size:>8}"
+    what = "curve" if moment.outcome == Outcome.MISSED else "apart"
+    size = f"{moment.size * 1e3:.1f} mm {what}" if moment.label and moment.size > 0 else ""
+    line = f"{moment.label:<{widths[0]}} {moment.words:<8}  {name:<{widths[1]}} {size:>14}"
     if moment.of is None:
         return f"{line}  {counted(moment.last - moment.first + 1, 'frame')}"
     # In a narrow view the end is cut: what tells moments apart comes first.

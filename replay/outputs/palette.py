@@ -36,9 +36,6 @@ MISSED: Final[Rgba] = (255, 45, 85, 255)
 MISSED_DARK: Final = mixed(MISSED, BLACK, 0.31)
 """Neighbouring numbers in the number lane alternate between the red and this."""
 
-PARTLY_MISSED: Final = mixed(MISSED, PAPER, 0.44)
-"""For a miss whose contact was found late, lost early or interrupted."""
-
 MISSED_FACES: Final[Rgba] = (*MISSED[:3], 150)
 """A veil over faces: the curve of intersection stays visible through it."""
 

@@ -15,7 +15,7 @@ import pytest
 
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Outcome
-from replay.outputs.palette import FOUND, INVENTED, PAPER, PARTLY_MISSED, WITHIN_TOLERANCE, hex_of, mixed
+from replay.outputs.palette import FOUND, INVENTED, MISSED, PAPER, WITHIN_TOLERANCE, hex_of, mixed
 from replay.outputs.report.still import FIRST, fault_still
 from replay.pipeline.engine import compute
 from replay.pipeline.gates import figure
@@ -51,7 +51,7 @@ FADES = f"""
 """Where the ground of the still goes over into the plate, in units of the still."""
 
 REFERENCE = mixed(WITHIN_TOLERANCE, PAPER, 0.5)
-RIGHT, LATE = mixed(FOUND, PAPER, 0.2), mixed(PARTLY_MISSED, PAPER, 0.1)
+RIGHT, LATE = mixed(FOUND, PAPER, 0.2), mixed(MISSED, PAPER, 0.5)
 
 
 def main(out: Path) -> None:

@@ -144,9 +144,7 @@ def placed_labels(
     for (x, y), text in zip(dots, texts, strict=True):
         half = half_width(text)
         choices = [
-            (x + side * (half + 24.0), y + LINE * step)
-            for step in (0, -1, 1, -2, 2, -3, 3, -4, -5, -6)
-            for side in (1, -1, 0)
+            (x + side * (half + 24.0), y + LINE * step) for step in sorted(range(-8, 9), key=abs) for side in (1, -1, 0)
         ]
         boxes = {(cx, cy): (cx - half, cy - 14.0, cx + half, cy + 14.0) for cx, cy in choices}
         fits = (

@@ -160,7 +160,7 @@ def _pipeline(picture: Picture, run: WatchedRun) -> Any:
     at = float(run.motion.times[run.worked.frame])
     shapes = "1 spheres (grey), 2 boxes (blue)" if BOXES in run.counts else "1 spheres (grey)"
     bodies = f"/{root}/bodies/**"
-    near = views.spatial(f"At {at:.3f} s   {shapes}", [bodies, f"/{root}/near/**"], f"{root}/near/eye", f"/{root}")
+    near = views.spatial(f"At {at:.3f} s   {shapes}", [bodies, f"/{root}/near/eye"], f"{root}/near/eye", f"/{root}")
     name = f"{moment_words(run, run.worked)}   dots: faces of ants   white: best pair"
     contents = [bodies, *_no_volumes(picture, root), f"/{root}/search/**"]
     search = views.spatial(name, contents, f"{root}/search/eye", f"/{root}")
@@ -237,9 +237,8 @@ def _session(picture: Picture) -> Any:
 def _details(picture: Picture, label: str) -> Any:
     """One moment of one detector, its lanes pair by pair, its times by stage and its counters."""
     result, root = picture.result, details_path(label)
-    lanes = pair_lanes(result, label)
-    shown = [lane for path in lanes.pairs for lane in (path, noise_lane(path))[: 1 + (result.noise is not None)]]
-    paths = [*([lanes.numbers] if lanes.numbers else []), *shown]
+    noisy = result.noise is not None
+    paths = [lane for path in pair_lanes(result, label) for lane in ([path, noise_lane(path)] if noisy else [path])]
     title = f"What {label} said of each pair"
     if label in result.comparisons:
         there = np.flatnonzero(result.comparisons[label].counts).tolist()
@@ -248,7 +247,7 @@ def _details(picture: Picture, label: str) -> Any:
     top, widths = [text], [1.0]
     own = [one for one in picture.views if one.label == label]
     if own:
-        worked = worked_moment(own)
+        worked = worked_moment(result, own)
         at = float(result.assembly.motion.times[worked.frame])
         note = views.text_view(f"{root}/note", "The moment")
         contents = [f"/{root}/bodies/**", f"/{root}/close_up/**", f"/{root}/eye"]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -23,23 +22,6 @@ bench touches it for minutes in hundreds of faces. Beyond this, frames in which 
 strided, and a curve may lag behind its body by the stride."""
 
 
-@dataclass(frozen=True, eq=False)
-class Contacts:
-    """Contacts of one detection that are drawn, sorted by frame.
-
-    ``frames`` (F,) get a row, increasing; a frame without contact clears what stood before. ``frame`` and ``pair`` (E,)
-    are of each contact, as ``point`` (E, 3) in world metres; ``counts`` (E,) says how many ``segments`` (S, 2, 3)
-    belong to each.
-    """
-
-    frames: NDArray[np.int64]
-    frame: NDArray[np.int64]
-    pair: NDArray[np.int64]
-    point: FloatArray
-    segments: FloatArray
-    counts: NDArray[np.int64]
-
-
 COLOURED: Final = (Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE)
 """Outcomes with a colour of their own; all other contacts have that of what is found."""
 
@@ -50,60 +32,48 @@ def contacts_path(label: str) -> str:
 
 
 def log_contacts(
-    writer: RecordingWriter, label: str, assembly: Assembly, detection: Detection, comparison: Comparison | None, *,
-    curves: bool,
-) -> None:  # fmt: skip
-    """Send ``world/contacts/<label>``: points, and with ``curves`` the sections below it.
+    writer: RecordingWriter, label: str, assembly: Assembly, detection: Detection, comparison: Comparison | None
+) -> None:
+    """Send ``world/contacts/<label>``: a point per contact, and below it the curves in which the surfaces meet.
 
-    Colours are the audit's: what ``comparison`` calls missed is red, invented yellow, the rest blue.
+    What ``comparison`` calls missed is red, the rest blue. Nothing is sent of a detection without faces.
     """
-    path = contacts_path(label)
-    contacts = collect_contacts(writer.clock, assembly, detection, comparison)
-    rows = np.searchsorted(contacts.frames, contacts.frame)
-    per_row = np.bincount(rows, minlength=len(contacts.frames))
-    colours, points = _colours(contacts, comparison), contacts.point.astype(np.float32)
-    writer.rows(path, contacts.frames, rr.Points3D.columns(positions=points, colors=colours), per_row)
-    writer.static(path, rr.Points3D.from_fields(radii=rr.Radius.ui_points(2.5)))
-    if curves:
-        per_row = np.bincount(rows, weights=contacts.counts, minlength=len(contacts.frames)).astype(np.int64)
-        segments, colours = contacts.segments.astype(np.float32), np.repeat(colours, contacts.counts)
-        strips = rr.LineStrips3D.columns(strips=segments, colors=colours)
-        writer.rows(f"{path}/section", contacts.frames, strips, per_row)
-        writer.static(f"{path}/section", rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.6)))
-
-
-def _colours(contacts: Contacts, comparison: Comparison | None) -> NDArray[np.uint32]:
-    table = packed([OUTCOMES[word][1] if word in COLOURED else FOUND for word in range(256)])
-    if comparison is None:
-        return np.full(len(contacts.frame), packed([FOUND])[0], dtype=np.uint32)
-    return table[comparison.outcome[contacts.frame, contacts.pair]]
-
-
-def collect_contacts(
-    clock: RecordingClock, assembly: Assembly, detection: Detection, comparison: Comparison | None
-) -> Contacts:
-    """Contacts with faces in the frames that are drawn, and the rows that clear them."""
-    sets = detection.face_sets
+    sets, path = detection.face_sets, contacts_path(label)
     if sets is None:
-        none = np.zeros(0, dtype=np.int64)
-        return Contacts(clock.kept[:1], none, none, np.zeros((0, 3)), np.zeros((0, 2, 3)), none)
+        return
+    entries, frames = drawn_contacts(writer.clock, sets, comparison)
+    at = [*zip(sets.frame[entries].tolist(), sets.pair[entries].tolist(), strict=True)]
+    curves = [section_of(detection, frame, pair) for frame, pair in at]
+    points = [
+        contact_point(curve) if len(curve) else _centre(assembly, *place, detection.faces(*place))
+        for place, curve in zip(at, curves, strict=True)
+    ]
+    outcomes = np.zeros(len(at), dtype=np.int64)
+    if comparison is not None:
+        outcomes = comparison.outcome[sets.frame[entries], sets.pair[entries]].astype(np.int64)
+    colours = packed(OUTCOMES[code][1] if code in COLOURED else FOUND for code in outcomes.tolist())
+    rows, lengths = np.searchsorted(frames, sets.frame[entries]), np.array([len(one) for one in curves], dtype=np.int64)
+    per_row = np.bincount(rows, minlength=len(frames))
+    dots = rr.Points3D.columns(positions=np.array(points, dtype=np.float32).reshape(-1, 3), colors=colours)
+    writer.rows(path, frames, dots, per_row)
+    writer.static(path, rr.Points3D.from_fields(radii=rr.Radius.ui_points(2.5)))
+    per_row = np.bincount(rows, weights=lengths, minlength=len(frames)).astype(np.int64)
+    joined = np.concatenate([np.zeros((0, 2, 3)), *curves]).astype(np.float32)
+    strips = rr.LineStrips3D.columns(strips=joined, colors=np.repeat(colours, lengths))
+    writer.rows(f"{path}/section", frames, strips, per_row)
+    writer.static(f"{path}/section", rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.6)))
+
+
+def drawn_contacts(
+    clock: RecordingClock, sets: FaceSets, comparison: Comparison | None
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Numbers of the contacts that are drawn, and the frames that get a row; one without contact clears."""
     drawn = _drawn_frames(clock, sets, comparison)
     entries = np.flatnonzero(drawn[sets.frame])
-    frame, pair = sets.frame[entries], sets.pair[entries]
     busy = np.zeros(len(drawn), dtype=np.bool_)
-    busy[frame] = True
+    busy[sets.frame[entries]] = True
     frames = np.flatnonzero(drawn)
-    frames = frames[busy[frames] | np.append(True, busy[frames[:-1]])]
-    geometry = ContactGeometry(assembly, detection)
-    point = np.zeros((len(entries), 3))
-    segments = []
-    for k, (t, column) in enumerate(zip(frame.tolist(), pair.tolist(), strict=True)):
-        segments.append(geometry.section(t, column))
-        faces = sets.faces[sets.start[entries[k]] : sets.stop[entries[k]]]
-        point[k] = contact_point(segments[k]) if len(segments[k]) else geometry.centre(t, column, faces)
-    counts = np.array([len(one) for one in segments], dtype=np.int64)
-    joined = np.concatenate(segments) if segments else np.zeros((0, 2, 3))
-    return Contacts(frames, frame, pair, point, joined, counts)
+    return entries, frames[busy[frames] | np.append(True, busy[frames[:-1]])]
 
 
 def _drawn_frames(clock: RecordingClock, sets: FaceSets, comparison: Comparison | None) -> NDArray[np.bool_]:
@@ -128,32 +98,22 @@ def _strided(frames: NDArray[np.bool_], load: FloatArray) -> NDArray[np.bool_]:
     return chosen
 
 
-class ContactGeometry:
-    """Points and curves of the contacts of one detection, in world metres."""
+def section_of(detection: Detection, frame: int, pair: int) -> FloatArray:
+    """Segments (k, 2, 3) in which the surfaces meet; k = 0 where the detector computes none."""
+    if detection.section_source is None or detection.face_sets is None:
+        return np.zeros((0, 2, 3))
+    segments = detection.section(frame, pair)
+    return segments[np.isfinite(segments).all(axis=(1, 2))]
 
-    def __init__(self, assembly: Assembly, detection: Detection) -> None:
-        self._assembly = assembly
-        self._detection = detection
-        self._has_sections = detection.section_source is not None
 
-    def section(self, frame: int, pair: int) -> FloatArray:
-        """Segments (k, 2, 3) in which the surfaces meet; k = 0 where the detector computes none."""
-        if not self._has_sections:
-            return np.zeros((0, 2, 3))
-        segments = self._detection.section(frame, pair)
-        return segments[np.isfinite(segments).all(axis=(1, 2))]
-
-    def centre(self, frame: int, pair: int, faces: NDArray[np.integer]) -> FloatArray:
-        """A place near a contact without a curve: the mean centroid of the smaller face of each face pair."""
-        motion = self._assembly.motion
-        places = []
-        for side, body in enumerate(self._assembly.pairs[pair].tolist()):
-            corners = self._assembly.bodies[body].mesh.triangles[faces[:, side]]
-            places.append(place_points(corners, motion.rotations[frame, body], motion.translations[frame, body]))
-        extent = [np.ptp(place, axis=1).max(axis=1) for place in places]
-        smaller = np.where((extent[0] <= extent[1])[:, None, None], places[0], places[1])
-        mean: FloatArray = smaller.mean(axis=(0, 1))
-        return mean
+def _centre(assembly: Assembly, frame: int, pair: int, faces: NDArray[np.integer]) -> FloatArray:
+    """A place near a contact without a curve: the mean centroid of the faces of the body whose faces are smaller."""
+    motion, places = assembly.motion, []
+    for side, body in enumerate(assembly.pairs[pair].tolist()):
+        corners = assembly.bodies[body].mesh.triangles[faces[:, side]]
+        places.append(place_points(corners, motion.rotations[frame, body], motion.translations[frame, body]))
+    smaller: FloatArray = min(places, key=lambda some: float(np.ptp(some, axis=1).max()))
+    return smaller.mean(axis=(0, 1))
 
 
 def contact_point(segments: FloatArray) -> FloatArray:

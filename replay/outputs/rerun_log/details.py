@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-import numpy as np
 import rerun as rr
 
 from replay.comparison.outcome import Outcome
-from replay.outputs.moments import FocusMoment
+from replay.outputs.moments import KINDS, FocusMoment
 from replay.outputs.palette import MISSED
 from replay.outputs.rerun_log.answer import log_list
 from replay.outputs.rerun_log.close_up import CloseUp, labels_of, log_cages, measure, standing_at, with_solids
 from replay.outputs.rerun_log.columns import RecordingWriter, Steps, entity, steps_of
+from replay.outputs.rerun_log.contacts import section_of
 from replay.outputs.rerun_log.stage import log_eyes, log_labels, log_lines, log_standing
 from replay.outputs.rerun_log.texts import detector_text
 from replay.pipeline.run_result import RunResult
@@ -27,9 +27,10 @@ def details_path(label: str, *parts: str) -> str:
     return entity("details", label, *parts)
 
 
-def worked_moment(own: Sequence[FocusMoment]) -> FocusMoment:
-    """The moment to begin with: the one that lasts longest."""
-    return max(own, key=lambda one: (one.last - one.first, one.size))
+def worked_moment(result: RunResult, own: Sequence[FocusMoment]) -> FocusMoment:
+    """The moment to begin with: that of the sentences about the detector, else the one that lasts longest."""
+    keys = {(one.label, one.moment.kind, one.moment.number) for one in result.answers if one.moment is not None}
+    return max(own, key=lambda one: ((one.label, KINDS[one.outcome], one.number) in keys, one.last - one.first))
 
 
 def log_details(writer: RecordingWriter, result: RunResult, label: str, views: Mapping[FocusMoment, CloseUp]) -> None:
@@ -39,8 +40,9 @@ def log_details(writer: RecordingWriter, result: RunResult, label: str, views: M
     if not own:
         return
     log_list(writer, details_path(label, "moments"), result, own)
-    drawn = sorted(sorted(own, key=lambda one: one.first - one.last)[:DRAWN], key=lambda one: (one.frame, one.later))
-    worked = worked_moment(own)
+    worked = worked_moment(result, own)
+    longest = sorted(own, key=lambda one: one.first - one.last)[:DRAWN]
+    drawn = sorted({worked, *longest}, key=lambda one: (one.frame, one.later))
     rows = [(one.frame, one.later, min(one.first, one.frame), one.last, one) for one in drawn]
     steps = steps_of(rows, len(writer.clock.ns), worked)
     _log_notes(writer, details_path(label, "note"), steps)
@@ -54,9 +56,8 @@ def log_details(writer: RecordingWriter, result: RunResult, label: str, views: M
     lines = {one: measure(views[one]) for one in drawn}
     oracle = result.detections[result.oracle]
     for one in drawn:
-        if one.outcome == Outcome.MISSED and not one.later and oracle.face_sets is not None:
-            strips = oracle.section(one.frame, one.pair)
-            lines[one] = [(strip, MISSED) for strip in strips[np.isfinite(strips).all(axis=(1, 2))]]
+        if one.outcome == Outcome.MISSED and not one.later:
+            lines[one] = [(strip, MISSED) for strip in section_of(oracle, one.frame, one.pair)]
     log_lines(writer, f"{root}/lines", steps, lines, 1.8)
     if label in with_solids(result):
         log_cages(writer, result, label, {one: views[one] for one in drawn}, steps, bodies)

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -62,14 +61,6 @@ NARROW: Final = (0.028, 0.012)
 """Shares of the session that the box of a number takes, and each digit, in a view of half a screen."""
 
 
-@dataclass(frozen=True)
-class PairLanes:
-    """Paths of the lanes of one detector, the viewer sorts them by path, and the column that each speaks of."""
-
-    numbers: str  # of the misses, or ``""`` where nothing was compared
-    pairs: Mapping[str, int]  # worst first
-
-
 def lane_name(*words: str) -> str:
     """A path that reads as words: the viewer shows the path of a lane, and escapes most of what is no letter.
 
@@ -79,27 +70,25 @@ def lane_name(*words: str) -> str:
     return COLON.join(parts)
 
 
-def pair_lanes(result: RunResult, label: str) -> PairLanes:
-    """The lanes of one detector: pairs in which it or the reference sees contact."""
+def pair_lanes(result: RunResult, label: str) -> dict[str, int]:
+    """Paths of the lanes of one detector, worst first, and the pair's column that each speaks of.
+
+    The viewer sorts lanes by path. Pairs have one in which the detector or the reference sees contact.
+    """
     assembly, comparison = result.assembly, result.comparisons.get(label)
     if comparison is None:
-        contact = counts_as_contact(result.detections[label].verdict)
-        columns = np.flatnonzero(contact.any(axis=0)).tolist()
+        columns = np.flatnonzero(counts_as_contact(result.detections[label].verdict).any(axis=0)).tolist()
     else:
         columns = ranked_pairs(comparison, assembly.held)
-    pairs = {}
-    for rank, column in enumerate(columns[:MOST_PAIRS], start=2):
-        held = ", held" if assembly.held[column] else ""
-        pairs[entity(LANES, label, lane_name(f"{rank}_{assembly.pair_name(column)}{held}"))] = column
-    return PairLanes(entity(LANES, label, "1_misses") if comparison is not None else "", pairs)
+    names = {column: assembly.pair_name(column) + (", held" if assembly.held[column] else "") for column in columns}
+    ranked = enumerate(columns[:MOST_PAIRS], 1)
+    return {entity(LANES, label, lane_name(f"{rank}_{names[column]}")): column for rank, column in ranked}
 
 
 def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> None:
     """Send what a detector made of each pair, or, where nothing was compared, what it said; and what noise leaves."""
-    lanes, comparison = pair_lanes(result, label), result.comparisons.get(label)
-    if lanes.numbers:
-        log_number_lane(writer, lanes.numbers, result.misses[label])
-    for path, column in lanes.pairs.items():
+    comparison = result.comparisons.get(label)
+    for path, column in pair_lanes(result, label).items():
         if comparison is None:
             log_lane(writer, path, result.detections[label].verdict[:, column], VERDICTS)
             continue
@@ -156,7 +145,11 @@ def log_with_numbers(
     writer: RecordingWriter, path: str, words: NDArray[np.object_], looks: Sequence[tuple[str, Rgba]],
     misses: Sequence[Miss],
 ) -> None:  # fmt: skip
-    """Send a lane of a word per frame over which the numbers of misses stand, widened as in their own lane."""
+    """Send a lane of a word per frame over which the numbers of misses stand.
+
+    A miss of 54 ms in a minute is one pixel wide. Its number is widened until it can be read; where numbers would
+    overlap, they share a box: ``12-31``. The lane of a pair says exactly when.
+    """
     stamps, states = word_changes(writer, words)
     session_ns = int(writer.clock.ns[-1]) if len(writer.clock.ns) else 0
     boxes = number_boxes(misses, session_ns, *NARROW)
@@ -166,16 +159,6 @@ def log_with_numbers(
         rows = {ns: state for ns, state in rows.items() if not start <= ns <= end}
         rows |= {start: label, end: after[-1] if after else ""}
     send_rows(writer, path, rows, [*looks, *_reds(boxes)])
-
-
-def log_number_lane(writer: RecordingWriter, path: str, misses: Sequence[Miss]) -> None:
-    """Send the lane of the misses' numbers.
-
-    A miss of 54 ms in a minute is one pixel wide. Its number is widened until it can be read; where numbers would
-    overlap, they share a box: ``12-31``. So this lane says that and which; the pair's own lane says exactly when.
-    """
-    boxes = number_boxes(misses, int(writer.clock.ns[-1]) if len(writer.clock.ns) else 0)
-    send_spans(writer, path, boxes, _reds(boxes))
 
 
 def _reds(boxes: Sequence[Span]) -> list[tuple[str, Rgba]]:

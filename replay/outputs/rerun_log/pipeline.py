@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import rerun as rr
-from numpy.typing import NDArray
 
 from cdcore.bounding.box import box_best
 from cdcore.bounding.sphere import sphere_in_mode
@@ -50,11 +49,11 @@ ENDS: Final[Mapping[str, Rgba]] = {CONTACT: SERIES[2], LOST: MISSED}
 STAND_OFF: Final = 0.00025
 """Metres that sampled faces stand off their body."""
 
-VIRIDIS: Final = np.array([(68, 1, 84), (59, 82, 139), (33, 145, 140), (94, 201, 98), (253, 231, 37)], dtype=np.float64)
-"""Least pheromone to most. Source: matplotlib's viridis, every quarter."""
-
 WALKED: Final[Rgba] = (184, 192, 206, 255)
 """Faces of the local search: pale, for they have no pheromone."""
+
+FARTHER: Final = 1.25
+"""How much farther an eye stands than boxes need: spheres reach beyond them."""
 
 ANT: Final = SERIES[1]
 NEAREST: Final = 0.22
@@ -147,24 +146,18 @@ def _log_volumes(writer: RecordingWriter, run: WatchedRun, result: RunResult, st
             writer.steps(f"{path}/box", steps, here, boxes)
             thick = rr.Radius.ui_points(1.8)
             writer.static(f"{path}/box", rr.Boxes3D.from_fields(fill_mode=wire, radii=thick, colors=blue))
-    eyes, labels = {}, {}
+    eyes = {}
     for one in run.moments:
-        corners = [_placed(result, one.frame, body, box_best(assembly.bodies[body].mesh).corners)
-                   for body in pairs[one] if body in small]  # fmt: skip
-        points = (
-            np.concatenate(corners) if corners else np.array([assembly.motion.translations[one.frame, pairs[one][0]]])
-        )
+        # What holds the room is not seen whole.
+        held = [box_best(assembly.bodies[body].mesh).corners if body in small else spheres[body].centre[None]
+                for body in pairs[one]]  # fmt: skip
+        placed = [_placed(result, one.frame, body, some) for body, some in zip(pairs[one], held, strict=True)]
+        points = np.concatenate([some for some in placed if len(some) > 1] or placed)
         user = towards_user(assembly, result.session.scene, one.frame, points.mean(axis=0).tolist())
         near = framing(points, user + np.array([0.0, 0.35, 0.0]))
-        eyes[one] = eye = Eye(
-            tuple(np.asarray(near.target) + 1.25 * np.subtract(near.position, near.target)), near.target
-        )
-        labels[one] = [beside(eye, points.max(axis=0), "1  bounding spheres meet", STAGE_COLOURS[SPHERES], -0.2, 0.38)]
-        if BOXES in run.counts:
-            words = "2  boxes meet: search here"
-            labels[one].append(beside(eye, points.min(axis=0), words, STAGE_COLOURS[BOXES], 0.2, -0.40))
+        away = FARTHER * np.subtract(near.position, near.target)
+        eyes[one] = Eye(tuple(np.asarray(near.target) + away), near.target)
     log_eyes(writer, f"{root}/near/eye", [(frame, later, eyes[one]) for frame, later, one in steps])
-    log_labels(writer, f"{root}/near", steps, labels)
 
 
 def _turn(axes: FloatArray) -> FloatArray:
@@ -191,11 +184,11 @@ def _log_search(writer: RecordingWriter, run: WatchedRun, result: RunResult, ste
         faces[one] = _walked_faces(trace, result, one)
         last = [(path[-1], ENDS.get(one.kind, WHITE) if one.meets is None else WHITE)]
         last += [(np.asarray(one.meets), MISSED)] if one.meets is not None else []
-        ends[one] = np.array([place for place, _ in last]), packed(colour for _, colour in last)
+        ends[one] = last
     log_eyes(writer, f"{root}/eye", [(frame, later, eyes[one]) for frame, later, one in steps])
     log_labels(writer, root, steps, labels)
     log_dots(writer, f"{root}/ants", steps, dots, 2.6)
-    log_dots(writer, f"{root}/ends", steps, ends, 6.0)
+    log_dots(writer, f"{root}/ends", steps, ends, 8.0)
     log_lines(writer, f"{root}/best", steps, ways, 2.0)
 
     def columns(some: list[Any]) -> rr.ComponentColumnList:
@@ -242,7 +235,7 @@ def _eye(run: WatchedRun, result: RunResult, obstacles: Obstacles, moment: Momen
     balls = {body: sphere_in_mode(assembly.bodies[body].mesh, "best") for body in assembly.pairs[moment.pair].tolist()}
     body = min(balls, key=lambda one: balls[one].radius)
     middle = _placed(result, moment.frame, body, balls[body].centre[None])[0]
-    distance = float(np.clip(3.4 * balls[body].radius, NEAREST, 0.5))
+    distance = float(np.clip(4.2 * balls[body].radius, NEAREST, 0.5))
     back = np.subtract(near.position, near.target)
     # Not farther aside than the place stays in view.
     way = middle - point
@@ -266,28 +259,13 @@ def _centres(trace: LookTrace, result: RunResult, moment: Moment) -> list[FloatA
     ]
 
 
-def _ant_dots(trace: LookTrace, result: RunResult, moment: Moment) -> tuple[FloatArray, Any]:
-    """Centroids of the faces that ants evaluated, once each, and their colour: the most pheromone that came to each."""
-    places, shades = [], []
+def _ant_dots(trace: LookTrace, result: RunResult, moment: Moment) -> list[tuple[FloatArray, Rgba]]:
+    """Centroids of the faces that ants evaluated, once each."""
+    dots, rows = [], np.flatnonzero(np.isfinite(trace.pheromone))
     for side, centres in enumerate(_centres(trace, result, moment)):
-        rows = np.flatnonzero(np.isfinite(trace.pheromone))
-        _, first, which = np.unique(trace.faces[rows, side], return_index=True, return_inverse=True)
-        most = np.full(len(first), -np.inf)
-        np.maximum.at(most, which, trace.pheromone[rows])
-        places.append(centres[rows[first]])
-        shades.append(most)
-    pheromone = np.concatenate(shades)
-    return np.concatenate(places), viridis(pheromone)
-
-
-def viridis(values: FloatArray) -> NDArray[np.uint32]:
-    """Colours of numbers, the least violet, the largest yellow."""
-    if not len(values):
-        return np.zeros(0, dtype=np.uint32)
-    share = (values - values.min()) / max(float(np.ptp(values)), 1e-12)
-    steps = np.linspace(0.0, 1.0, len(VIRIDIS))
-    colours = np.stack([np.interp(share, steps, VIRIDIS[:, k]) for k in range(3)], axis=1).astype(int)
-    return packed((int(r), int(g), int(b), 255) for r, g, b in colours)
+        first = np.unique(trace.faces[rows, side], return_index=True)[1]
+        dots += [(place, ANT) for place in centres[rows[first]]]
+    return dots
 
 
 def _walked_faces(trace: LookTrace, result: RunResult, moment: Moment) -> FloatArray:

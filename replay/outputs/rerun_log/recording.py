@@ -9,14 +9,10 @@ from typing import Final
 from uuid import uuid4
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.numerics import FloatArray
-from cdcore.protocol import counts_as_contact
 from replay.effects.effect_summary import happened
 from replay.outputs.camera import ASPECT, Eye, overview
-from replay.outputs.moments import key_moments, worst_first
-from replay.outputs.palette import is_ghost, tags_of
+from replay.outputs.moments import FocusMoment, key_moments, worst_first
 from replay.outputs.rerun_log import lanes
 from replay.outputs.rerun_log.accuracy import log_accuracy
 from replay.outputs.rerun_log.answer import ANSWER, focus_colours, log_answer
@@ -46,11 +42,8 @@ from replay.pipeline.run_result import RunResult
 
 APPLICATION: Final = "vrlab-replay"
 
-SMALL: Final = 0.5
-"""Metres: the overview frames bodies up to this size; a bench would push the glasses into a corner."""
-
-AROUND: Final = 0.5
-"""How much wider than the bodies of an event the picture of effects is."""
+ROOM: Final = 0.05
+"""Metres around each point that the overview shows."""
 
 NARROW: Final = 0.8
 """Width of the view of the room over its height, beside an answer."""
@@ -67,10 +60,11 @@ def write_recording(result: RunResult, path: Path) -> None:
     spans = [(miss.start, miss.end) for misses in result.misses.values() for miss in misses]
     clock = RecordingClock.of(result.assembly, spans)
     order = worst_first(result) if result.comparisons else []
+    moments = key_moments(result) if order else []
     picture = Picture(
         result=result,
-        eye=_eye(result),
-        views=close_ups(result, key_moments(result) if order else []),
+        eye=_eye(result, moments),
+        views=close_ups(result, moments),
         order=order,
         lanes=lanes.detector_lanes(result, order) if order else [],
         watched=watched_runs(result),
@@ -91,10 +85,10 @@ def _log_room(writer: RecordingWriter, picture: Picture) -> None:
     log_world(writer, assembly, scene, named or None, focus_colours(result, picture.views))
     misses = [miss for some in result.misses.values() for miss in some]
     log_touches(writer, assembly, misses)
-    for label, detection in result.detections.items():
-        # Contacts of the reference have the colours of the worst detector's misses.
-        against = result.comparisons.get(label, result.comparisons.get(next(iter(picture.order), "")))
-        log_contacts(writer, label, assembly, detection, against, curves=label == result.oracle or not result.oracle)
+    # Contacts of the reference have the colours of the worst detector's misses.
+    worst = result.comparisons.get(next(iter(picture.order), ""))
+    for label in [result.oracle] if result.oracle else result.detections:
+        log_contacts(writer, label, assembly, result.detections[label], worst)
     if misses:
         log_missed_faces(writer, assembly, result.detections[result.oracle], misses)
 
@@ -125,40 +119,13 @@ def _log_tabs(writer: RecordingWriter, picture: Picture) -> None:
     log_findings(writer, result)
 
 
-def _eye(result: RunResult) -> Eye:
-    """The overview: misses where there are any, else places where bodies in contact were, else the result."""
-    misses = [miss for found in result.misses.values() for miss in found]
-    points = _places(result, [miss.point for miss in misses])
-    frame, aspect = misses[0].deepest if misses else 0, NARROW if result.comparisons else ASPECT
-    return overview(result.assembly, result.session.scene, points, frame, aspect)
-
-
-def _places(result: RunResult, misses: Sequence[tuple[float, float, float]]) -> FloatArray:
-    """World points that the overview shall hold: misses, and movable bodies at their contacts, or at events."""
-    assembly, points = result.assembly, [np.array(misses, dtype=np.float64).reshape(-1, 3)]
-    trusted = result.detections.get(result.oracle) or next(iter(result.detections.values()), None)
-    if trusted is None:
-        for _, event in happened(result.effects):
-            frame = min(int(np.searchsorted(assembly.motion.times, event.time)), len(assembly.motion) - 1)
-            bodies = (assembly.names.index(name) for name in event.bodies if name in assembly.names)
-            points += [_boxed(result, body, np.array([frame])) for body in bodies]
-        found = np.concatenate(points)
-        # Some room around a single glass: what stands beside it tells where it is.
-        return found + AROUND * (found - found.mean(axis=0)) if len(found) else found
-    for column, bodies in enumerate(assembly.pairs.tolist()):
-        frames = np.flatnonzero(counts_as_contact(trusted.verdict[:, column]))
-        points += [_boxed(result, body, frames[:: max(1, len(frames) // 200)]) for body in bodies]
-    return np.concatenate(points)
-
-
-def _boxed(result: RunResult, body: int, frames: NDArray[np.int64]) -> FloatArray:
-    """Corners (n, 3) of the box around a body in these frames; none of a large one, or of a hand or a headset."""
-    assembly = result.assembly
-    vertices = assembly.bodies[body].mesh.vertices
-    corners = np.array([*product(*zip(vertices.min(axis=0), vertices.max(axis=0), strict=True))], dtype=np.float64)
-    tags = tags_of(assembly.names[body], result.session.scene)
-    if not len(frames) or np.ptp(corners, axis=0).max() >= SMALL or is_ghost(tags):
-        return np.zeros((0, 3))
-    turns, places = assembly.motion.rotations[frames, body], assembly.motion.translations[frames, body]
-    found: FloatArray = (np.einsum("fij,kj->fki", turns, corners) + places[:, None]).reshape(-1, 3)
-    return found
+def _eye(result: RunResult, moments: Sequence[FocusMoment]) -> Eye:
+    """The overview: of all moments, or of the events where nothing is compared; else of wherever bodies were."""
+    motion, names = result.assembly.motion, result.assembly.names
+    points, frame = [one.point for one in moments], moments[0].frame if moments else 0
+    for _, event in happened(result.effects) if not result.detections else ():
+        frame = min(int(np.searchsorted(motion.times, event.time)), len(motion) - 1)
+        points += [motion.translations[frame, names.index(name)] for name in event.bodies if name in names]
+    corners = ROOM * np.array([*product((-1.0, 1.0), repeat=3)])
+    boxes = (np.reshape(points, (-1, 1, 3)) + corners).reshape(-1, 3)
+    return overview(result.assembly, result.session.scene, boxes, frame, NARROW if moments else ASPECT)

@@ -133,20 +133,15 @@ def log_lines(
 
 
 def log_dots(
-    writer: RecordingWriter, path: str, steps: Steps, dots: Mapping[Any, tuple[FloatArray, Any]], size: float
+    writer: RecordingWriter, path: str, steps: Steps, dots: Mapping[Any, Sequence[tuple[FloatArray, Rgba]]], size: float
 ) -> None:
-    """Send points (n, 3) and their colours (n,), so large on the screen."""
-    colours = {shown: np.asarray(shades, dtype=np.uint32) for shown, (_, shades) in dots.items()}
-    places = {shown: np.asarray(points, dtype=np.float32) for shown, (points, _) in dots.items()}
+    """Send points and their colours, so large on the screen."""
 
-    def columns(some: list[Any]) -> rr.ComponentColumnList:
-        return rr.Points3D.columns(positions=np.array([place for place, _ in some], dtype=np.float32).reshape(-1, 3),
-                                   colors=np.array([shade for _, shade in some], dtype=np.uint32))  # fmt: skip
+    def columns(some: list[tuple[FloatArray, Rgba]]) -> rr.ComponentColumnList:
+        places = np.array([place for place, _ in some], dtype=np.float32).reshape(-1, 3)
+        return rr.Points3D.columns(positions=places, colors=packed(colour for _, colour in some))
 
-    def things(shown: Any) -> Sequence[Any]:
-        return [*zip(places[shown], colours[shown], strict=True)] if shown in places else ()
-
-    writer.steps(path, steps, things, columns)
+    writer.steps(path, steps, lambda shown: dots.get(shown, ()), columns)
     writer.static(path, rr.Points3D.from_fields(radii=rr.Radius.ui_points(size)))
 
 

@@ -6,8 +6,10 @@ from math import log10
 import numpy as np
 import pytest
 
-from replay.outputs.rerun_log.accuracy import HEIGHT, LINE, TOPS, half_width, placed_labels
-from replay.outputs.rerun_log.texts import dots_of
+from replay.outputs.rerun_log.accuracy import HEIGHT, TOPS, half_width, placed_labels
+from replay.outputs.rerun_log.texts import dots_of, ranking_text
+from replay.outputs.run_tables import ranking_table
+from replay.outputs.tables import text_of
 
 
 def test_dots_are_those_of_the_ranking_on_one_axis_of_cost(demo, read):
@@ -36,5 +38,14 @@ def test_names_stand_beside_their_dots_and_never_on_one_another(seed):
     texts = [f"detector {k}: as it comes" for k in range(6)]
     places = placed_labels(dots, texts, (40.0, 360.0))
     for (place, text), (other, words) in combinations(zip(places, texts, strict=True), 2):
-        apart = abs(place[0] - other[0]) >= half_width(text) + half_width(words) or abs(place[1] - other[1]) >= LINE - 7
+        apart = abs(place[0] - other[0]) >= half_width(text) + half_width(words) or abs(place[1] - other[1]) >= 28.0
         assert apart
+
+
+def test_the_ranking_beside_the_picture_has_the_figures_of_the_table_of_the_run(demo):
+    table = ranking_table(demo)
+    rows = ranking_text(demo).splitlines()
+    for rank, cells in zip(demo.ranking, table.only("missed", "false contact", "mean ms", "p99 ms").rows, strict=True):
+        (row,) = [line for line in rows if line.startswith(f"| {rank.label}:")]
+        shown = [cell.strip(" *") for cell in row.split("|")]
+        assert all(text_of(cell) in shown for cell in cells), row

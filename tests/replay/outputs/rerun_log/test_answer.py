@@ -12,7 +12,6 @@ from replay.errors import RunFolderError
 from replay.outputs.camera import CLOSE_UP
 from replay.outputs.moments import KINDS, key_moments
 from replay.outputs.palette import FREE, INVENTED
-from replay.outputs.rerun_log import close_up
 from replay.outputs.rerun_log.close_up import close_ups, sharp_edges
 from replay.outputs.rerun_log.columns import packed
 from replay.outputs.rerun_log.moment_table import read_moments
@@ -63,15 +62,6 @@ def test_where_the_list_leads_the_eye_looks_at_the_moment_and_a_flag_names_it(de
     assert np.allclose(sorted(pins), sorted(one.point for one in moments if one.label), atol=1e-6)
 
 
-def test_beyond_the_counted_ones_every_miss_still_has_its_eye(demo, monkeypatch):
-    misses = [one for one in key_moments(demo) if one.outcome == Outcome.MISSED]
-    whole = close_ups(demo, misses)
-    monkeypatch.setattr(close_up, "COUNTED", 1)
-    few = close_ups(demo, misses)
-    longest = max(misses, key=lambda one: one.size)
-    assert few[longest].eye == whole[longest].eye and any(few[one].eye != whole[one].eye for one in misses)
-
-
 def test_a_false_contact_shows_the_gap_the_white_body_and_the_cage_and_each_only_while_it_lasts(hulls):
     run, seen = hulls
     views, names = close_ups(run, key_moments(run)), run.assembly.names
@@ -104,15 +94,6 @@ def test_a_false_contact_shows_the_gap_the_white_body_and_the_cage_and_each_only
 def test_a_box_has_twelve_edges_and_none_across_its_sides():
     edges = sharp_edges(box_mesh((1.0, 2.0, 3.0)))
     assert sorted(np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1).round(9)) == [1.0] * 4 + [2.0] * 4 + [3.0] * 4
-
-
-def test_of_too_many_false_contacts_the_solids_of_the_longest_are_drawn(hulls, write, monkeypatch):
-    monkeypatch.setattr(close_up, "DRAWN_EDGES", 500)
-    kept = write(hulls[0])
-    solids = [path.removeprefix("/") for path in kept.entities if path.startswith("/world") and "solid_of" in path]
-    rows = {path: kept.column(path, "LineStrips3D:strips") for path in solids}
-    shown = {(path, len(values)) for path, some in rows.items() for *_, values in some if values}
-    assert 0 < sum(count for _, count in shown) <= 500
 
 
 def test_a_number_leads_to_its_moment_and_a_wrong_one_is_one_sentence(demo, moments, recording):

@@ -16,11 +16,6 @@ def test_counts_that_do_not_add_up_are_refused(counts):
         ragged(columns, counts)
 
 
-def test_counts_that_add_up_may_hold_empty_rows():
-    columns = ragged(rr.Points3D.columns(positions=np.zeros((3, 3))), [0, 2, 0, 1])
-    assert [len(column.as_arrow_array()) for column in columns] == [4]
-
-
 def test_values_that_rerun_drops_are_an_error(tmp_path):
     stream = rr.RecordingStream("test")
     writer = RecordingWriter(stream, RecordingClock(np.arange(3), np.arange(3)))
@@ -44,12 +39,6 @@ def test_a_long_session_is_strided_but_whole_around_a_miss(demo):
     assert set(near) <= set(clock.kept.tolist())
     far = clock.kept[clock.kept < near[0]]
     assert far.tolist() == list(range(0, int(near[0]), 3))
-
-
-def test_a_time_after_the_end_is_the_last_frame(demo):
-    clock = RecordingClock.of(demo.assembly)
-    assert clock.frame_at(1e6) == 269
-    assert clock.frame_at(0.0) == 0
 
 
 def test_punctuation_in_names_stays_one_part_of_a_path():

@@ -10,7 +10,9 @@ SUBJECT = "22.5Hz"
 
 def test_between_moments_bodies_words_and_eye_are_those_of_the_worked_moment(demo, read):
     own = [one for one in key_moments(demo) if one.label == SUBJECT]
-    worked, root = worked_moment(own), f"details/{SUBJECT.replace('.', chr(92) + '.')}"
+    worked = worked_moment(demo, own)
+    key = demo.answers[0].moment
+    assert (worked.number, worked.frame) == (key.number, key.frame), "that of the sentences"
     root = next(path for path in read.entities if path.startswith("/details/") and path.endswith("/note"))[1:-5]
     inside = {frame for one in own for frame in range(min(one.first, one.frame), one.last + 1)}
     free = [frame for frame in range(len(demo.assembly.motion)) if frame not in inside]

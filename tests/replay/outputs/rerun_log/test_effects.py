@@ -93,11 +93,6 @@ def test_a_liquid_is_a_cylinder_from_the_floor_to_its_level_and_unseen_when_empt
     assert [colour & 255 for colour in np.ravel(values(batches, "colors"))] == [200, 200, 0]
 
 
-def test_a_lane_goes_from_word_to_word_without_a_gap(entities):
-    states = [row[0] for row in values(entities[f"/1_cup{COLON}pour"], "state")]
-    assert [state for state in states if state] == ["pours", "spills"] and states[-1] == ""
-
-
 def test_of_a_curve_of_too_many_points_the_least_and_the_largest_are_drawn():
     values = np.random.default_rng(3).normal(size=1003)
     values[[100, 101, 102, 1002]], values[500], values[777] = np.nan, 50.0, -50.0

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from support.shapes import box_mesh
 
-from cdcore import TriangleMesh
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.outputs.rerun_log.world import body_path, shaded
 
@@ -28,11 +27,6 @@ def test_a_body_that_stands_still_has_one_row(read):
     assert len(read.column("world/rod", "Transform3D:translation")) == 270
 
 
-def test_rows_are_stamped_to_the_nanosecond(demo, read):
-    rows = read.column("world/rod", "Transform3D:translation")
-    assert [row[0] for row in rows] == (demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]).tolist()
-
-
 def test_a_body_without_a_pose_is_not_drawn(demo, read):
     lost = np.flatnonzero(~demo.assembly.motion.valid[:, 3])
     rows = read.column("world/hand/mesh", "Mesh3D:albedo_factor")
@@ -45,11 +39,6 @@ def test_drawing_keeps_every_face_and_its_corners():
     mesh = box_mesh()
     vertices, _, faces = shaded(mesh)
     assert np.array_equal(vertices[faces], mesh.triangles.astype(np.float32))
-
-
-def test_a_face_without_area_is_drawn_without_nan():
-    _, normals, _ = shaded(TriangleMesh([[0, 0, 0], [1, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2], [0, 1, 3]]))
-    assert np.isfinite(normals).all()
 
 
 def test_at_a_touch_between_frames_the_bodies_stand_where_they_touch_until_the_next_frame(passed, passed_read):
