@@ -1,7 +1,6 @@
 """A study and a check of printed tables, as a terminal shows them."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 from rich.console import Group
@@ -9,17 +8,19 @@ from rich.text import Text
 
 from replay.cli.terminal import line, terminal
 from replay.outputs.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
+from replay.pipeline.sentences import plural
 from replay.studies.class_study import tables
 from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns
 from replay.studies.class_study.class_tables import class_counts
+from replay.studies.class_study.conclusions import conclusion
 from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
 
 MARKS = {INCONSISTENT: WARNING, "weak": FOUND, AGREES: FAINT}
 """Kind of a remark -> its mark, the worst kind first."""
 
-HEAD = ("outcome", "predictor", "n", "beta", "p (Holm)", "conclusion")
-GROUP_HEAD = ("outcome", "n", "difference", "p (Holm)", "conclusion")
+MOST_ROWS: Final = 9
+OBSERVED: Final = "Associations in the students observed; no figure here says what causes what."
 
 
 def study_tables(study: Study | None, runs: ClassRuns | None) -> Group:
@@ -28,28 +29,31 @@ def study_tables(study: Study | None, runs: ClassRuns | None) -> Group:
     first = [Text(), line(tables.opening(study, counts), STRONG)]
     if study is None:
         return terminal(*first)
-    if not study.regressions and not study.groups:
-        first.append(line(f"{tables.headlines(study)[0]}."))
-    parts = [tables.coefficient_table(study).only(*HEAD).first(MOST_ROWS, MORE)] if study.regressions else []
-    parts += [tables.group_table(study).only(*GROUP_HEAD).first(MOST_GROUPS, MORE)] if study.groups else []
+    first.append(line(f"{tables.behind(study)}.", FAINT))
+    found = sorted(_results(study), key=lambda row: row[-1] != "associated")
+    parts = [table("", ("result", "figure", "conclusion"), found, words=("result", "conclusion"))] if found else []
     alphas = ", ".join(f"{name} {one.alpha:.2f}" for name, one in study.reliabilities.items())
-    last = [line(f"Cronbach's alpha: {alphas}", FAINT)] if alphas else []
-    if doubts := [
-        f"{len(found)} {what}"
-        for found, what in ((study.refusals, "not given"), (study.warnings, "of little weight"))
-        if found
-    ]:
-        last.append(line(f"Results {', '.join(doubts)}: the page says which and why.", WARNING))
-    bare = [
-        replace(part, notes=part.notes[-1:] if part.notes[-1:] and "more on" in part.notes[-1] else ())
-        for part in parts
-    ]
-    return terminal(*first, *bare, *last, line(OBSERVED, FAINT))
+    last = [line(f"Cronbach's alpha: {alphas}.", FAINT)] if alphas else []
+    if study.refusals:
+        last.append(line(f"{plural(len(study.refusals), 'result')} not given: the page says which and why.", WARNING))
+    if any(one.kind != "simple" for one in study.regressions):
+        last.insert(0, line("* the other predictors held equal", FAINT))
+    shown = [part.first(MOST_ROWS, "{} more on the page") for part in parts]
+    return terminal(*first, *shown, *last, line(OBSERVED, FAINT))
 
 
-MOST_ROWS, MOST_GROUPS = 6, 2
-MORE: Final = "{} more on the page"
-OBSERVED: Final = "Associations in the students observed; no figure here says what causes what."
+def _results(study: Study) -> Iterator[tuple[str, str, str]]:
+    """A line per coefficient and per comparison of groups: what, how much, and what that says."""
+    for one, c in tables.coefficients(study):
+        held = "" if one.kind == "simple" else " *"
+        yield f"{tables.words(c.name)}, {tables.words(one.outcome)}{held}", f"{c.beta:+.2f}", _short(conclusion(c))
+    for two in study.groups:
+        versus = " against ".join(reversed(two.groups))
+        yield f"{tables.words(two.outcome)}: {versus}", f"{two.difference:+.2f}", _short(conclusion(two))
+
+
+def _short(words: str) -> str:
+    return words.partition(":")[0]
 
 
 def check_table(remarks: Sequence[Remark]) -> Group:

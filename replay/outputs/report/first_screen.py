@@ -9,9 +9,10 @@ from replay.outputs.report.cards import Look, name_of, span_of
 from replay.outputs.report.charts import KIND_WORDS, Dot, lane, legend, ruler, scatter
 from replay.outputs.report.markup import Markup, Section, contents, element, joined
 from replay.outputs.report.run_view import Fault, RunView, key_fault, kind_of, spans
-from replay.outputs.run_tables import ranking_table
+from replay.outputs.run_tables import happened, ranking_table
 from replay.outputs.tables import Cell, text_of
 from replay.pipeline.answer import RUN, SESSION, TIMES_ARE, Answer, busy_words, cost
+from replay.pipeline.headline import undecided
 from replay.pipeline.sentences import plural, sentence_of
 
 RANK_COLUMNS: Final = ("missed", "late or cut short", "undecided", "false contact", "mean ms", "p99 ms")
@@ -42,12 +43,17 @@ def page_head(view: RunView, name: str, sections: Sequence[Section]) -> Markup:
     """Whose session, how long, and where everything else stands."""
     session = view.summary["session"]
     facts = [f"{session['duration']:.0f} s" if session["duration"] >= LONG else f"{session['duration']:.3g} s"]
-    if view.ranking:
+    if view.ranking and _compared(view):
         facts.append(plural(view.ranking[-1].contacts, "contact"))
     if "synthetic" in session["facts"]:
         facts.append("made up")
     said = element("p", "Replay of ", element("b", name), f": {', '.join(facts)}")
     return element("header", said, contents(sections), class_="top")
+
+
+def _compared(view: RunView) -> bool:
+    """Whether anything was decided by both, of any detector."""
+    return any(audit["undecided"]["share"] != 1 for audit in view.summary["audit"].values())
 
 
 def doubt_lines(lines: Sequence[str]) -> list[Markup]:
@@ -117,9 +123,11 @@ def _where(view: RunView, answer: Answer, fault: Fault) -> str:
     alike = [other for other in every if other.pair == fault.pair]
     start, end = min(other.start for other in alike), max(other.end for other in alike)
     what = name_of(fault).lower()
-    things = plural(len(every), what, f"{what}es" if what.endswith("s") else "")
-    pair = sentence_of(f"{fault.body_a} and {fault.body_b}")
     digits = 1 if view.summary["session"]["duration"] >= LONG else 3
+    pair = sentence_of(f"{fault.body_a} and {fault.body_b}")
+    if len(every) == 1:
+        return f"{pair}, {start:.{digits}f} s: the only {what}."
+    things = plural(len(every), what, f"{what}es" if what.endswith("s") else "")
     return f"{pair}, {start:.{digits}f} to {end:.{digits}f} s: {len(alike)} of {things}."
 
 
@@ -168,7 +176,11 @@ def ranking_part(view: RunView) -> Markup:
         rows.append(element("tr", named, *over, *own, class_=f"worst {_leads(rank.leads_false)}" if faulty else ""))
     heads = [element("th", "detector", scope="col"), *(element("th", name, scope="col") for name in head)]
     inside = element("thead", element("tr", *heads)), element("tbody", *rows)
-    return element("div", element("h2", made.title.rstrip(":")), element("table", *inside, class_="rank"))
+    title = made.title.rstrip(":") if view.ranking[-1].contacts else happened(0)
+    if not _compared(view):
+        title = "Nothing was compared."
+    notes = [element("p", note, class_="note") for note in undecided(view)]
+    return element("div", element("h2", title), element("table", *inside, class_="rank"), *notes)
 
 
 def _leads(false: bool) -> str:
@@ -187,10 +199,12 @@ def scatter_part(view: RunView) -> Markup:
         audit = view.summary["audit"].get(rank.label)
         wrong = 0 if audit is None else audit["contacts_missed"] + audit["contacts_in_part"] + audit["false_contacts"]
         kind = "reference" if audit is None else _leads(rank.leads_false) if rank.label == worst and wrong else ""
-        if rank.mean is not None:
+        if rank.mean is not None and not rank.undecided and _compared(view):
             dots.append(Dot(rank.label, 1e3 * rank.mean, wrong, kind))
     title = "Accuracy against cost"
-    return element("div", element("h2", title), scatter(dots, title, "mean ms a frame", "wrong contacts"), class_="acc")
+    if not dots:
+        return element("div", element("h2", title), element("p", "Not measured.", class_="note"))
+    return element("div", element("h2", title), scatter(dots, title, "mean ms a frame", "wrong contacts"))
 
 
 def timeline_part(view: RunView, mark: float | None) -> Markup:

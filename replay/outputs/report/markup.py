@@ -29,9 +29,9 @@ def safe(value: object) -> Markup:
 
 
 def element(name: str, *content: object, **attributes: object) -> Markup:
-    """One element; ``class_`` stands for ``class``; an attribute without a value is left out."""
-    named = {key.rstrip("_").replace("_", "-"): escape(shown(str(value))) for key, value in attributes.items() if value}
-    words = "".join(f' {key}="{value}"' for key, value in named.items())
+    """One element; ``class_`` stands for ``class``; an attribute of no letters is left out."""
+    named = ((key.rstrip("_").replace("_", "-"), escape(shown(str(value)))) for key, value in attributes.items())
+    words = "".join(f' {key}="{value}"' for key, value in named if value)
     return Markup(f"<{name}{words}>{''.join(safe(one) for one in content)}</{name}>")
 
 

@@ -26,7 +26,7 @@ from replay.outputs.report.sections import effect_section, fault_sections
 from replay.outputs.report.still import FIRST, bench_still, colours, fault_still
 from replay.outputs.run_tables import contact_table
 from replay.outputs.words import NOT_LOOKED_FOR, tallied
-from replay.pipeline.headline import beside, doubts
+from replay.pipeline.headline import beside, doubts, undecided
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.sentences import plural
 from replay.pipeline.summary import session_name
@@ -48,9 +48,10 @@ def report_html(result: RunResult) -> str:
         {"source": kind, "name": event.name, "message": event.text, "time": event.time, "end_time": event.end}
         for kind, event in happened(result.effects)
     ]
+    notes = beside(result)[len(undecided(view)) :]
     sections = [
         *_other_sections(result), *fault_sections(view, partial(fault_still, result), partial(_look, view)),
-        *effect_section(view, events, [*_titrations(result)]), last_section(view, beside(result)), words_section(),
+        *effect_section(view, events, [*_titrations(result)]), last_section(view, notes), words_section(),
     ]  # fmt: skip
     title, screen = _first_screen(result, view)
     top = [page_head(view, name, sections), *doubt_lines(doubts(result)), *screen]

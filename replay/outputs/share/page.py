@@ -26,7 +26,7 @@ from replay.outputs.results.parquet_tables import EFFECT
 from replay.outputs.results.run_folder import EPISODES, EVENTS, FALSE_CONTACTS, MISSES, RunFolder
 from replay.outputs.words import NOT_LOOKED_FOR
 from replay.pipeline.answer import Answer, Fix, KeyMoment
-from replay.pipeline.headline import doubts_of, held, undecided
+from replay.pipeline.headline import doubts_of, held
 from replay.pipeline.ranking import fault_words
 from replay.pipeline.sentences import plural
 from sessions import Finding, Severity
@@ -52,7 +52,7 @@ def shared_page(run: RunFolder, *, pictured: bool) -> str:
     events = [row | {"source": row["source"].removeprefix(EFFECT)} for row in rows]
     sections = [
         *fault_sections(view, None, look), *effect_section(view, events),
-        last_section(view, [*undecided(run), *held(run)]), words_section(),
+        last_section(view, held(run)), words_section(),
     ]  # fmt: skip
     found = (
         Finding(one["code"], Severity[one["severity"].upper()], one["body"] or "", one["message"])

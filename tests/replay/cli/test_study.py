@@ -26,10 +26,12 @@ def files(tmp_path):
     ]
 
 
-def test_analyse_prints_the_associations_and_writes_the_page(files, tmp_path, capsys):
+def test_analyse_prints_the_associations_on_one_screen_and_writes_the_page(files, tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
     assert main(["study", "analyse", *files, "--out", str(tmp_path / "study")]) == 0
     printed, said = capsys.readouterr()
-    assert "Ease of use is associated with higher motivation" in printed
+    assert "ease of use, motivation" in printed and "associated" in printed
+    assert len(printed.splitlines()) <= 24 and max(map(len, printed.splitlines())) <= 80
     assert "contacts as exact sees them, which finds 100 % of contact frames" in " ".join(printed.split())
     assert "study.html" in said and (tmp_path / "study" / "study.html").is_file()
 
@@ -60,7 +62,7 @@ def test_page_says_first_whether_the_detector_matters_with_or_without_a_question
     words = ["study", "page", str(runs), "--out"]
     assert main([*words, str(tmp_path / "alone")]) == 0
     printed, said = capsys.readouterr()
-    assert "is not known: there is no questionnaire." in " ".join(printed.split()) and "study.html" in said
+    assert "Not known: there is no questionnaire." in " ".join(printed.split()) and "study.html" in said
     assert json.loads((tmp_path / "alone" / "study.json").read_text("utf-8"))["sessions"] == 30
     answers, _ = a_class(30, seed=3)
     write_answers(tmp_path / "answers.csv", answers, [f"S{k:03d}" for k in range(30)])
@@ -70,7 +72,7 @@ def test_page_says_first_whether_the_detector_matters_with_or_without_a_question
     told = json.loads(capsys.readouterr().out)
     assert told["sessions"] == 30 and {row["detector"] for row in told["sensitivity"]} == {"slow", "coarse"}
     page = (tmp_path / "study" / "study.html").read_text("utf-8")
-    assert page.index("when slow or coarse decides") < page.index("Sessions to look at first")
+    assert page.index("tested again with slow and coarse") < page.index("Sessions to look at first")
     assert main([*words, str(tmp_path / "half"), "--codebook", files[3]]) == 2
     assert "a questionnaire and its codebook go together" in capsys.readouterr().err
 

@@ -54,10 +54,7 @@ def test_every_number_of_the_page_is_in_the_summary_or_in_a_table(state):
     frames = [row["last"] - row["first"] + 1 for rows in tables[:2] for row in rows]
     told = result.summary
     of_pair = [
-        sum(
-            (row["body_a"], row["body_b"], row["detector"]) == (one["body_a"], one["body_b"], one["detector"])
-            for row in rows
-        )
+        sum(all(row[key] == one[key] for key in ("body_a", "body_b", "detector")) for row in rows)
         for rows in tables[:2]
         for one in rows
     ]
@@ -135,6 +132,10 @@ def test_hostile_names_stay_words():
 def test_no_text_becomes_an_element(text):
     assert "<" not in safe(text) and "<" not in element("p", text)[3:-4]
     assert element("p", "x", title=f"t{text}").count('"') == 2
+
+
+def test_an_attribute_of_0_stays_and_one_of_no_letters_does_not():
+    assert element("figure", tabindex=0, class_="") == '<figure tabindex="0"></figure>'
 
 
 def test_a_table_keeps_numbers_plain():
