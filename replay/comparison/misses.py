@@ -1,6 +1,6 @@
 """Every stretch of an oracle's contact that a detector did not report gets one fixed number, in order of time."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
@@ -18,6 +18,10 @@ LOST_EARLY: Final = "lost early"
 INTERRUPTED: Final = "interrupted"
 MISS_KINDS: Final = (NEVER_FOUND, FOUND_LATE, LOST_EARLY, INTERRUPTED)
 """By whether the contact was found after the stretch, and (two places on) before it."""
+
+
+MANY: Final = 40
+"""Lines up to which a list is read line by line."""
 
 
 @dataclass(frozen=True)
@@ -78,3 +82,8 @@ def misses(
             )
         )  # fmt: skip
     return tuple(found)
+
+
+def by_depth(found: Iterable[Miss]) -> list[Miss]:
+    """Misses with the longest cut first; those that no frame shows come last, in order of time."""
+    return sorted(found, key=lambda miss: (-miss.cut_length, miss.number))

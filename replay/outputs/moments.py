@@ -10,8 +10,8 @@ from typing import Final
 
 import numpy as np
 
-from replay.comparison.clusters import by_depth
 from replay.comparison.false_contacts import FalseContact
+from replay.comparison.misses import by_depth
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.effects.output import Vector, vector_of
 from replay.outputs.palette import FOUND, INVENTED, MISSED, Rgba

@@ -8,7 +8,6 @@ import numpy as np
 from cdcore.protocol import DECIDED
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.base.wilson import OVER_CONTACTS
-from replay.comparison.clusters import clusters
 from replay.comparison.contact_counts import cut_contacts
 from replay.comparison.contact_duration import PHASES
 from replay.comparison.false_contacts import FalseContact
@@ -249,21 +248,6 @@ MISS_HEAD = ("miss", "pair", "what", "cause", "look at it", "at s")
 SEEN_HEAD = (*MISS_HEAD, "frames", "cut mm", "face pairs")
 BETWEEN_HEAD = (*MISS_HEAD, "after frame", "first faces")
 """Columns for misses that a frame shows, and for those that none shows: they have no depth."""
-
-
-def cluster_table(label: str, misses: Sequence[Miss]) -> Table:
-    """Hundreds of misses in a few dozen rows, the one with the longest cut first."""
-    rows = [
-        (
-            f"{one.body_a} - {one.body_b}", cluster.causes,
-            Marked(f"replay view RUN --miss {one.number} --by {label}", CODE),
-            Marked(str(one.number), STRONG), len(cluster.misses), cluster.frames,
-            "{:.2f} to {:.2f}".format(*cluster.span), depth_words(one),
-        )
-        for cluster, one in ((cluster, cluster.deepest) for cluster in clusters(misses))
-    ]  # fmt: skip
-    head = ("pair", "cause", "look at the longest cut", "miss", "misses", "frames", "s", "longest cut mm")
-    return table(f"{len(misses):,} misses of {label} in {len(rows)} clusters, longest cut first", head, rows, words=3)
 
 
 def cost_table(result: Summarised) -> Table:

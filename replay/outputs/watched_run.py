@@ -11,8 +11,8 @@ import numpy as np
 from cdcore import Detection, Motion, Verdict
 from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact
-from replay.comparison.clusters import by_depth
 from replay.comparison.episodes import column_runs
+from replay.comparison.misses import by_depth
 from replay.detection.run_detector import watched_again
 from replay.effects.output import Vector
 from replay.pipeline.run_result import RunResult

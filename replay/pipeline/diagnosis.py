@@ -6,9 +6,8 @@ from typing import Any, Final
 
 from replay.base.constants import HEADSET_HZ
 from replay.comparison.causes import Cause
-from replay.comparison.clusters import by_depth
 from replay.comparison.false_contacts import HELD, HOLLOW, SOLIDS, VOLUMES, FalseContact
-from replay.comparison.misses import NEVER_FOUND
+from replay.comparison.misses import NEVER_FOUND, by_depth
 from replay.comparison.outcome import Miss, Outcome
 from replay.detection.detector_spec import DetectorSpec, parse_detector
 from replay.detection.recorded import RECORDED

@@ -143,7 +143,3 @@ def price(result: Summarised) -> list[str]:
     if not words:
         return []
     return [line for line in (words, TIMES_ARE, busy_words(result.summary)) if line]
-
-
-TOO_SMALL: Final = "too small to compare here"
-"""Stands for a ratio of times that contradicts the number of samples."""

@@ -11,10 +11,8 @@ import numpy as np
 
 from cdcore import Detection, Verdict
 from replay.base.wilson import pooled, share, share_of_clusters
-from replay.comparison.causes import Cause
 from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_counts import ContactCounts, HeldAnswers, count_reports, cut_contacts
-from replay.comparison.false_contacts import HELD
 from replay.comparison.look_phases import OffsetCounts, spread
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.misses import MISS_KINDS
@@ -232,11 +230,3 @@ MOST_CARDS: Final = 1000
 
 LISTED: Final = 200
 """Moments of one detector of each kind at most in the picture: the longest cuts, the longest false contacts."""
-
-BETWEEN_LOOKS: Final = (Cause.BETWEEN_LOOKS, HELD)
-"""Causes that a look at every frame mends."""
-
-
-def cost_of_mending(result: Measured, label: str, cause: str, right: float) -> float:
-    """Seconds a frame: of the detector itself where it only looks too seldom, else of the oracle, ``right``."""
-    return result.at_every_frame.get(label, right) if cause in BETWEEN_LOOKS else right

@@ -183,9 +183,3 @@ def looked(detection: Detection) -> BoolArray | None:
         return None
     stages = [np.asarray(value) for name, value in detection.seconds.items() if name != REST]
     return np.asarray(np.sum(stages, axis=0) if stages else total) > 0.0
-
-
-def look_seconds(detection: Detection) -> FloatArray | None:
-    """Seconds of the frames at which a detector looked, (L,); ``None`` as above."""
-    total, looks = frame_seconds(detection), looked(detection)
-    return None if total is None else total[looks]

@@ -11,7 +11,7 @@ import rerun.blueprint as rrb
 from support.headless import pixels, viewer_or_skip
 from support.readme_picture import drawn_picture
 
-from replay.comparison.clusters import by_depth
+from replay.comparison.misses import by_depth
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.viewer import open_viewer
 from replay.pipeline.engine import compute

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from cdcore import Detection, TriangleMesh
 from cdcore.numerics import FloatArray
-from replay.comparison.clusters import by_depth
+from replay.comparison.misses import by_depth
 from replay.comparison.outcome import Miss
 from replay.outputs.palette import MISSED_FACES
 from replay.outputs.rerun_log.columns import RecordingWriter

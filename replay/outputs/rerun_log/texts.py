@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 
 from replay.base.constants import CAVEAT
-from replay.comparison.clusters import MANY
+from replay.comparison.misses import MANY
 from replay.effects.effect_summary import happened_words
 from replay.outputs.rerun_log.accuracy import Dot
 from replay.outputs.rerun_log.timing import colour_of, stage_ms, total_ms

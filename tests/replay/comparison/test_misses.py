@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -6,7 +8,16 @@ from support.small_worlds import verdict_column, verdicts
 from replay.comparison.compare import compare
 from replay.comparison.episodes import episodes
 from replay.comparison.evidence import Cut
-from replay.comparison.misses import FOUND_LATE, INTERRUPTED, LOST_EARLY, MISS_KINDS, NEVER_FOUND, misses, stretches
+from replay.comparison.misses import (
+    FOUND_LATE,
+    INTERRUPTED,
+    LOST_EARLY,
+    MISS_KINDS,
+    NEVER_FOUND,
+    by_depth,
+    misses,
+    stretches,
+)
 from replay.comparison.outcome import Outcome
 
 
@@ -63,3 +74,8 @@ def test_misses_are_numbered_in_order_and_carry_time_names_and_geometry():
     assert (first.number, first.body_a, first.body_b, first.start, first.end) == (1, "rod", "glass", 0.0, 0.02)
     assert (second.number, second.pair, second.kind, second.episode) == (2, 1, FOUND_LATE, 2)
     assert (second.deepest, second.point, second.face_pairs, second.cut_length) == (1, (1.0, 2.0, 3.0), 7, 0.25)
+
+
+def test_a_miss_that_no_frame_shows_comes_after_those_with_a_cut():
+    lengths = [SimpleNamespace(number=number, cut_length=cut) for number, cut in ((1, 0.0), (2, 0.01), (3, 0.0))]
+    assert [miss.number for miss in by_depth(lengths)] == [2, 1, 3]

@@ -23,7 +23,7 @@ from replay.pipeline.engine import compute
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import score
-from replay.pipeline.summary import look_seconds
+from replay.pipeline.summary import look_figures
 from replay.prepare.assembly import Assembly, PoseOrigin
 from sessions import Scene, Session
 from sessions.model.scene import SceneBody
@@ -123,8 +123,8 @@ def figures(result):
     """What the ranking reads of a summary."""
     made = {}
     for label, detection in result.detections.items():
-        looks = look_seconds(detection)
-        frame = {} if looks is None else {"per_frame": {"p99": float(np.quantile(looks, 0.99))}}
+        timed = look_figures(detection)
+        frame = {} if timed is None else {"per_frame": timed}
         made[label] = {
             "name": label, "contacts": len(result.episodes[label]), "live": bool(frame), "faces_asked": True,
             "settings": {},
