@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from replay.cli.console import People, TerminalProgress
-from replay.cli.options import ANY_PATH, SESSION_FILE, lineup, replaying, reporting
+from replay.cli.options import ANY_PATH, SESSION_FILE, SHARE, lineup, replaying, reporting
 
 if TYPE_CHECKING:
     from replay.tradeoffs.sweep import Watch
@@ -25,12 +25,21 @@ if TYPE_CHECKING:
     help="Begin no setting that cannot end by then. Not in it: compiling, and the audit for --out.",
 )  # fmt: skip
 @click.option("--engine", metavar="NAME", help="Instead, what one can set in unity, unreal or mujoco, in its words.")
+@click.option(
+    "--colliders", type=ANY_PATH, metavar="DIR",
+    help="With --engine: write the fewest convex pieces a body that keep false contact below --max-false.",
+)  # fmt: skip
+@click.option(
+    "--max-false", type=SHARE, default=0.2, show_default=True, metavar="SHARE",
+    help="With --colliders: of the reported contact time at most so much may be false.",
+)  # fmt: skip
 @click.option("--growth", is_flag=True, help="Then grow the session: bodies, faces, rate. As much time again.")
 @replaying
 @reporting
 def command(
     session: Path, scene: Path | None, out: Path | None, force: bool, time_limit: float,
-    growth: bool, engine: str | None, no_picture: bool, as_json: bool, people: People, **asked: Any,
+    growth: bool, engine: str | None, colliders: Path | None, max_false: float, no_picture: bool, as_json: bool,
+    people: People, **asked: Any,
 ) -> int:  # fmt: skip
     """Try many settings over SESSION, or --detectors: what each gets wrong, what it costs, and what to take.
 
@@ -41,7 +50,17 @@ def command(
     replay tradeoff session.mcap --time-limit 20 --format json
     replay tradeoff session.mcap --detectors exact,hybrid,discrete[rate_hz=22.5]
     replay tradeoff session.mcap --engine unity
+    replay tradeoff session.mcap --engine unity --colliders unity-colliders
     """
+    if colliders is not None:
+        if engine is None or out is not None or growth or asked.pop("detectors") or asked.pop("oracle"):
+            raise click.UsageError(
+                "--colliders goes with --engine alone; leave out --out, --detectors, --oracle and --growth"
+            )
+        from replay.cli.collider_table import write_colliders
+
+        where = {"scene": scene, "force": force, "max_false": max_false, **asked}
+        return write_colliders(session, colliders, engine, people, as_json=as_json, **where)
     if engine is not None:
         if growth or asked.pop("detectors"):
             raise click.UsageError("--engine has settings of its own; leave out --detectors and --growth")

@@ -75,11 +75,10 @@ def within_triangles(piece: TriangleMesh, most: int = MOST_TRIANGLES) -> Triangl
         normals = np.cross(planes[:, 1] - planes[:, 0], planes[:, 2] - planes[:, 0])
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
         outside = (corners @ normals.T - (normals * planes[:, 0]).sum(axis=1)).max(axis=1)
-        # A closed convex solid of V corners has 2 V - 4 triangles.
-        room = (most + 4) // 2 - len(chosen)
-        if room <= 0:
+        # A closed convex solid of V corners has 2 V - 4 triangles. One at a time: neighbours lie outside together.
+        if 2 * (len(chosen) + 1) - 4 > most:
             return hull
-        chosen = np.union1d(chosen, np.argsort(outside)[::-1][: max(1, room // 4)])
+        chosen = np.union1d(chosen, outside.argmax())
     return piece
 
 
@@ -94,9 +93,14 @@ def union_of(pieces: Sequence[TriangleMesh]) -> TriangleMesh:
         starts = np.cumsum([0, *(len(one.vertices) for one in pieces)])
         faces = [one.faces + start for one, start in zip(pieces, starts, strict=False)]
         return TriangleMesh(np.concatenate([one.vertices for one in pieces]), np.concatenate(faces))
-    from manifold3d import Manifold, Mesh64
+    from manifold3d import Error, Manifold, Mesh64
 
-    solids = (Manifold(Mesh64(one.vertices.copy(), one.faces.astype(np.uint64))) for one in pieces)
+    solids = [Manifold(Mesh64(one.vertices.copy(), one.faces.astype(np.uint64))) for one in pieces]
+    # Faces without area, which a thin hull may have, are no manifold: the hull is computed anew.
+    solids = [
+        solid if solid.status() == Error.NoError else Manifold.hull_points(one.vertices)
+        for solid, one in zip(solids, pieces, strict=True)
+    ]
     whole = reduce(lambda joined, solid: joined + solid, solids).to_mesh64()
     return TriangleMesh(whole.vert_properties[:, :3], np.asarray(whole.tri_verts).astype(np.int64))
 

@@ -3,7 +3,10 @@
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from cdcore import Detection
+from cdcore.numerics import IntArray
 from replay.comparison.compare import compare
 from replay.comparison.contact_counts import count_contacts, count_reports
 from replay.comparison.contact_duration import PHASES
@@ -52,7 +55,7 @@ class Scoring:
             raise TradeoffError(f"{spec.name} finds no contact in this session: nothing can be missed; take another")
         exact = make_detector(DetectorSpec("faces", "exact"), assembly, seed)
         self._tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau)
-        self._every_frame: dict[str, Detection] = {}
+        self._every_frame: dict[str, tuple[Assembly, Detection]] = {}
 
     def figures(self, detection: Detection, setting: Setting, assembly: Assembly) -> dict[str, Any]:
         """Contacts missed, late or cut short, and false ones, and the share of false frames of those reported.
@@ -81,10 +84,17 @@ class Scoring:
             **over_offsets(missed, late, false),
         }  # fmt: skip
 
+    def false_frames(self, detection: Detection) -> IntArray:
+        """Of each pair the frames in which a detection reports contact and there is none, (P,)."""
+        within = self._tolerance.judge(detection, self.truth)
+        outcome = compare(detection, self.truth, within=within, holdings=self._held).outcome
+        return np.asarray((outcome == Outcome.INVENTED).sum(axis=0))
+
     def _at_every_frame(self, setting: Setting, assembly: Assembly) -> Detection:
         """The answer of a setting without its step rate, which every rate samples."""
         always = DetectorSpec("always", setting.detector, {**setting.settings, "rate_hz": None})
-        key = f"{always} {setting.cell}"
-        if key not in self._every_frame:
-            self._every_frame[key] = make_detector(always, assembly, self._seed).detect(assembly.motion)
-        return self._every_frame[key]
+        seen, detection = self._every_frame.get(str(always), (None, None))
+        if seen is not assembly or detection is None:
+            detection = make_detector(always, assembly, self._seed).detect(assembly.motion)
+            self._every_frame[str(always)] = assembly, detection
+        return detection

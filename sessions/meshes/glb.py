@@ -2,6 +2,7 @@
 
 import json
 import struct
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -25,27 +26,40 @@ def mesh_to_glb(mesh: MeshData, name: str) -> bytes:
 
     Source: Khronos glTF 2.0 specification, sections 3.7 (meshes) and 4.4 (GLB container).
     """
-    positions = mesh.vertices.astype("<f4")
-    indices = mesh.faces.astype("<u4")
-    blocks: list[_Block] = [(positions, _ARRAY_BUFFER), (indices, _ELEMENT_ARRAY_BUFFER)]
-    primitive: dict[str, Any] = {"attributes": {"POSITION": 0}, "indices": 1, "mode": _TRIANGLES}
-    if not np.array_equal(positions.astype(np.float64), mesh.vertices):
-        blocks.append((mesh.vertices.astype("<f8"), None))
-        primitive["extras"] = {EXACT: 2}
+    return meshes_to_glb({name: mesh})
+
+
+def meshes_to_glb(meshes: Mapping[str, MeshData]) -> bytes:
+    """Return several meshes as one binary glTF 2.0 file, a node of its name each; see `mesh_to_glb`."""
+    blocks: list[_Block] = []
+    accessors: list[dict[str, Any]] = []
+    drawn: list[dict[str, Any]] = []
+    for name, mesh in meshes.items():
+        positions = mesh.vertices.astype("<f4")
+        indices = mesh.faces.astype("<u4")
+        primitive: dict[str, Any] = {
+            "attributes": {"POSITION": len(accessors)}, "indices": len(accessors) + 1, "mode": _TRIANGLES,
+        }  # fmt: skip
+        accessors += [
+            {"bufferView": len(blocks), "componentType": _FLOAT32, "count": len(positions), "type": "VEC3",
+             "min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()},
+            {"bufferView": len(blocks) + 1, "componentType": _UINT32, "count": indices.size, "type": "SCALAR"},
+        ]  # fmt: skip
+        blocks += [(positions, _ARRAY_BUFFER), (indices, _ELEMENT_ARRAY_BUFFER)]
+        if not np.array_equal(positions.astype(np.float64), mesh.vertices):
+            primitive["extras"] = {EXACT: len(blocks)}
+            blocks.append((mesh.vertices.astype("<f8"), None))
+        drawn.append({"name": name, "primitives": [primitive]})
     tree = {
         "asset": {"version": "2.0", "generator": _GENERATOR},
         "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"name": name, "mesh": 0}],
-        "meshes": [{"name": name, "primitives": [primitive]}],
-        "accessors": [
-            {"bufferView": 0, "componentType": _FLOAT32, "count": len(positions), "type": "VEC3",
-             "min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()},
-            {"bufferView": 1, "componentType": _UINT32, "count": indices.size, "type": "SCALAR"},
-        ],
+        "scenes": [{"nodes": list(range(len(drawn)))}],
+        "nodes": [{"name": name, "mesh": number} for number, name in enumerate(meshes)],
+        "meshes": drawn,
+        "accessors": accessors,
         "bufferViews": _buffer_views(blocks),
         "buffers": [{"byteLength": sum(array.nbytes for array, _ in blocks)}],
-    }  # fmt: skip
+    }
     binary = b"".join(array.tobytes() for array, _ in blocks)
     text = json.dumps(tree, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)

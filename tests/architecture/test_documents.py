@@ -211,7 +211,8 @@ FILE = re.compile(r"(?:[A-Za-z]+=)?([\w./-]+\.(?:mcap|csv|toml|json|glb|parquet|
 
 def files_of(words):
     """Files and folders that a command names: those it reads, those it writes."""
-    written = {k + 1 for k, word in enumerate(words) if word in ("-o", "--out") or (k, words[0]) == (1, "recover")}
+    outputs = ("-o", "--out", "--colliders") if words[0] == "tradeoff" else ("-o", "--out")
+    written = {k + 1 for k, word in enumerate(words) if word in outputs or (k, words[0]) == (1, "recover")}
     reads = []
     for k, word in enumerate(words):
         module = re.fullmatch(r"(?:\w+=)?(\w+):\w+", word)
