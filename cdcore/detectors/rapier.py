@@ -34,7 +34,9 @@ class RapierDetector(EngineDetector[RapierSettings]):
     Settings: ClassVar[type] = RapierSettings
     sources: ClassVar[tuple[str, ...]] = ("Dimforge, Rapier 0.36, https://rapier.rs/docs: collision detection",)
     choose_when: ClassVar[str] = "your engine is Rapier (Bevy, the web)"
-    cannot: ClassVar[str] = "list faces, or tell the distance between edges: it measures at corners, up to 3 mm too far"
+    cannot: ClassVar[str] = (
+        "list faces, or tell the distance between edges: it measures at corners, millimetres too far"
+    )
 
     def _make_world(self, solids: list[EngineSolid]) -> RapierWorld:
         return RapierWorld(solids, self.settings.prediction_m)

@@ -43,13 +43,20 @@ def share(runs: PathLike | Sequence[PathLike], out: PathLike, *, anyway: bool = 
 
     Raises ``ReplayError``: no run folder, no consent, or a folder in the way.
     """
-    from replay.outputs.results.run_folder import check_target, read_run_folder
-    from replay.outputs.share.folder import INDEX, SHARED, require_consent, write_shared_folder
+    from replay.outputs.share.folder import INDEX
 
-    target = Path(out)
-    check_target(target, force=force, kind=SHARED)
-    folders = [read_run_folder(Path(run)) for run in ([runs] if isinstance(runs, str | Path) else runs)]
+    several = [runs] if isinstance(runs, str | Path) else runs
+    write_share([Path(run) for run in several], Path(out), anyway=anyway, force=force)
+    return Path(out) / INDEX
+
+
+def write_share(runs: Sequence[Path], out: Path, *, anyway: bool, force: bool) -> str:
+    """As ``share``; returns why there is no picture in the folder, ``""`` where there is one."""
+    from replay.outputs.results.run_folder import check_target, read_run_folder
+    from replay.outputs.share.folder import SHARED, require_consent, write_shared_folder
+
+    check_target(out, force=force, kind=SHARED)
+    folders = [read_run_folder(run) for run in runs]
     if not anyway:
         require_consent(folders)
-    write_shared_folder(folders, target, force=force)
-    return target / INDEX
+    return write_shared_folder(folders, out, force=force)

@@ -24,14 +24,10 @@ def command(runs: tuple[Path, ...], out: Path, anyway: bool, force: bool, people
     replay share run1 -o for-anna
     replay share runs/* -o class
     """
-    from replay.outputs.results.run_folder import check_target, read_run_folder
-    from replay.outputs.share.folder import INDEX, SHARED, require_consent, write_shared_folder
+    from replay.api.showing import write_share
+    from replay.outputs.share.folder import INDEX
 
-    check_target(out, force=force, kind=SHARED)
-    folders = [read_run_folder(run) for run in runs]
-    if not anyway:
-        require_consent(folders)
-    if why := write_shared_folder(folders, out, force=force):
+    if why := write_share(runs, out, anyway=anyway, force=force):
         people.say(f"the report alone, without a picture: {why}")
     size = sum(one.stat().st_size for one in out.iterdir()) / 1e6
     people.say(f"wrote {out}, {size:.0f} MB; open {out / INDEX} in a browser, or send the folder")

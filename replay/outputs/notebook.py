@@ -1,6 +1,8 @@
 """What a notebook and a Python prompt show of a run: the ranking, the answer, and where the picture is."""
 
+from dataclasses import replace
 from html import escape
+from shlex import quote
 from textwrap import wrap
 from typing import Final
 
@@ -8,7 +10,8 @@ from replay.outputs.report.markup import page_table
 from replay.outputs.run_tables import LATE_OR_SHORT, ranking_table
 from replay.outputs.tables import text_of
 from replay.outputs.words import counted
-from replay.pipeline.headline import price
+from replay.pipeline.answer import RUN, SESSION
+from replay.pipeline.headline import price, undecided
 from replay.pipeline.run_result import RunResult
 
 MOST_LINES: Final = 15
@@ -21,6 +24,9 @@ MOST_WRAPPED: Final = 4
 """Lines of a sentence."""
 
 COLUMNS: Final = ("detector", "missed", LATE_OR_SHORT, "false contact", "mean ms", "p99 ms")
+FILES: Final = {"report.html": "report", "run.rrd": "picture for Rerun"}
+"""Files of a run folder that are linked."""
+
 WIDTH: Final = 100
 STYLE: Final = (
     "<style>.replay-run td,.replay-run th{padding:2px 10px}.replay-run .number{text-align:right}"
@@ -52,17 +58,21 @@ def run_html(result: RunResult) -> str:
     """The ranking as a table, the answer below it, and a link to the report and to the picture."""
     parts = [f"<p>{escape(_what(result))}</p>"]
     if result.ranking:
-        parts.append(page_table(ranking_table(result)))
+        # Its note about a busy machine stands in the cost.
+        parts.append(page_table(replace(ranking_table(result), notes=())))
+        parts += [f"<p>{escape(words)}</p>" for words in undecided(result)]
     if result.answers:
         first = result.answers[0]
         words = [("", first.sentence), ("Why: ", first.why), ("Fix: ", first.fix.words if first.fix else "")]
-        words += [("Cost: ", " ".join(price(result)))]
         parts += [f"<p><b>{before}</b>{escape(text)}</p>" for before, text in words if text]
+        if first.fix and first.fix.command:
+            parts.append(f"<pre>{escape(_command(first.fix.command, result))}</pre>")
+        parts.append(f"<p><b>Cost: </b>{escape(' '.join(price(result)))}</p>")
     if result.out is None:
         parts.append(f"<p>{escape(_where(result))}</p>")
     else:
-        links = [("report.html", "report")] + [("run.rrd", "picture for Rerun")] * (result.out / "run.rrd").is_file()
-        found = (f'<a href="{escape((result.out / name).as_posix())}">{words}</a>' for name, words in links)
+        there = (name for name in FILES if (result.out / name).is_file())
+        found = (f'<a href="{escape((result.out / name).as_posix())}">{FILES[name]}</a>' for name in there)
         parts.append(f"<p>{', '.join(found)}; <code>.view()</code> shows the picture here</p>")
     return f'<div class="replay-run">{STYLE}{"".join(parts)}</div>'
 
@@ -80,6 +90,11 @@ def _where(result: RunResult) -> str:
     if result.out is None:
         return "Nothing was written: .write(folder) writes report, tables and picture; .plot() and .view() show it."
     return f"Written to {result.out}; .plot() and .view() show it here."
+
+
+def _command(command: str, result: RunResult) -> str:
+    recording, folder = result.session.origin or SESSION, str(result.out or RUN)
+    return command.replace(SESSION, quote(recording)).replace(RUN, quote(folder))
 
 
 def _row(cells: list[str], widths: list[int]) -> str:

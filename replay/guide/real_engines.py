@@ -1,0 +1,96 @@
+"""The guide's tables of engines beside their re-creation: ``python -m replay.guide.real_engines DATA [--write]``.
+
+``DATA`` is a folder with the recordings of A-Frame and the mesh of a VIVE wand that the page names; without ``--write``
+the tables are printed.
+"""
+
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from replay.detection.engine_twin import TwinCounts, compare_twins
+from replay.guide.choosing import with_table
+from replay.prepare.assemble import assemble
+from replay.prepare.assembly import Assembly
+
+BEGIN: Final = "<!-- begin of the tables that real_engines.py makes -->"
+END: Final = "<!-- end of the tables that real_engines.py makes -->"
+HEAD: Final = (
+    "| engine | our row | pair-frames | both in contact | engine alone | ours alone | hulls apart there, mm "
+    "| not supported |\n|---|---|---|---|---|---|---|---|"
+)
+
+DEMO: Final = "the demo"
+RECORDINGS: Final = ("grabLeft", "tracked-recording")
+WAND: Final = "webxr-vive-controller/htc-vive-none.glb"
+
+
+@dataclass(frozen=True)
+class Twin:
+    """A row that asks an engine, and the row of ours that re-creates it; ``dense``: also between large meshes."""
+
+    engine: str
+    ours: str
+    dense: bool = True
+
+
+TWINS: Final = (
+    Twin("mujoco", "collider[shape=hull]"),
+    Twin("mujoco[rate_hz=50]", "collider[shape=hull,rate_hz=50]"),
+    Twin("physx[contact_offset_m=0.01]", "collider[shape=hull,skin_m=0.01]"),
+    Twin("physx[contact_offset_m=0.01,rate_hz=50]", "collider[shape=hull,skin_m=0.01,rate_hz=50]"),
+    Twin("physx[shape=mesh,contact_offset_m=0.01]", "collider[shape=mesh,skin_m=0.01]"),
+    Twin("rapier", "collider[shape=hull,skin_m=0.01]"),
+    Twin("rapier[prediction_m=0]", "collider[shape=hull]"),
+    # Two wands of 17,344 triangles each take Rapier minutes a frame.
+    Twin("rapier[shape=mesh]", "collider[shape=mesh,skin_m=0.01]", dense=False),
+    Twin("bullet", "collider[shape=hull,skin_m=0.001]"),
+    Twin("bullet[shape=mesh]", "collider[shape=mesh,skin_m=0.001]"),
+)
+
+
+def sessions(data: Path) -> Iterator[tuple[str, Assembly]]:
+    """The sessions of the page: the demo, and recordings with a wand in place of each controller."""
+    from sessions import import_session
+    from sessions.synthetic.scenes import make_scene_session
+
+    yield DEMO, assemble(make_scene_session("bench-bumps")[0])
+    for name in RECORDINGS:
+        file = data / "aframe-motion-capture" / f"{name}.json"
+        wands = dict.fromkeys(("left", "right"), data / WAND)
+        yield f"`{name}`", assemble(import_session("aframe", file, meshes=wands))
+
+
+def twin_table(title: str, rows: Mapping[Twin, TwinCounts]) -> str:
+    """Markdown: a row for each pair of rows, below the name of the session."""
+    return "\n".join([f"### {title[0].upper()}{title[1:]}", "", HEAD, *(_row(twin, rows[twin]) for twin in rows)])
+
+
+def _row(twin: Twin, counts: TwinCounts) -> str:
+    asked = counts.equal + counts.engine_only + counts.ours_only
+    where = "-" if counts.gaps_mm is None else "{:.1f} to {:.1f}".format(*counts.gaps_mm)
+    numbers = (asked, counts.both, counts.engine_only, counts.ours_only, where, counts.not_supported)
+    cells = (f"{cell:,}" if isinstance(cell, int) else cell for cell in numbers)
+    return f"| `{twin.engine}` | `{twin.ours}` | " + " | ".join(cells) + " |"
+
+
+def tables(data: Path) -> str:
+    """All tables of the page; takes ten minutes, most of them PhysX's."""
+    parts = []
+    for title, assembly in sessions(data):
+        chosen = [twin for twin in TWINS if twin.dense or title == DEMO]
+        parts.append(twin_table(title, {twin: compare_twins(assembly, twin.engine, twin.ours) for twin in chosen}))
+    return "\n\n".join(parts)
+
+
+if __name__ == "__main__":
+    from replay.guide.pages import FOLDER
+
+    made = tables(Path(sys.argv[1]))
+    if "--write" in sys.argv[2:]:
+        place = FOLDER / "real-engines.md"
+        place.write_text(with_table(place.read_text("utf-8"), made, BEGIN, END), encoding="utf-8")
+    else:
+        print(made)
