@@ -51,6 +51,8 @@ FORMATS: Final = (
 """Wall clocks beside ISO 8601, as ``datetime.strptime`` takes them; the first that fits is taken."""
 STEPS: Final = (("s", 5e-4, 0.5), ("ms", 0.5, 500.0), ("us", 500.0, 5e5), ("ns", 5e5, 5e8))
 """Unit of a clock -> the steps between rows that a recording of 2 to 2,000 Hz has in it."""
+TICKS: Final = (621_355_968_000_000_000, 662_380_416_000_000_000)
+""".NET ticks of 1970 and of 2100; as nanoseconds of the Unix epoch these are the years 1989 to 1990."""
 KITTI: Final = tuple(f"m{row}{column}" for row in range(3) for column in range(4))
 TUM: Final = ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")
 
@@ -262,6 +264,8 @@ def _clock(seen: _Seen, unknown: list[str]) -> Iterator[str]:
     if len(steps) and unit not in ("s", "ms", "us", "ns"):
         step = float(np.median(steps))
         unit = next((name for name, low, high in STEPS if low <= step < high), "")
+        if TICKS[0] <= values[0] < TICKS[1]:
+            unit = "ticks"
     if unit:
         yield f'unit = "{unit}"'
     else:

@@ -18,6 +18,8 @@ TURN = Rotation.random(2 * COUNT, rng=RNG).as_quat().reshape(2, COUNT, 4)
 WXYZ = [3, 0, 1, 2]
 MATRIX = Rotation.from_quat(TURN[0]).as_matrix()
 VALUES = "xyzw"
+TICKS = 636_045_168_000_000_000
+"""Hundreds of nanoseconds from the year 1 to 2016-07-19."""
 
 
 def head(pattern, axes):
@@ -72,6 +74,23 @@ CASES = {
         [[stamp, *row] for stamp, row in zip(wall("%"), rows_of(*G), strict=True)], ",", ("RightHand",),
         np.round(TIME, 3), "convention",
     ),
+    "angles by name": (
+        ["time_s", *head("Wand_{}", "XYZ"), "Wand_pitch", "Wand_yaw", "Wand_roll"],
+        rows_of(TIME, PLACE[0], Rotation.from_quat(TURN[0]).as_euler("XYZ", degrees=True)), ",", ("Wand",), TIME,
+        "order",
+    ),
+    "tabs and decimal commas": (
+        ["t", *head("t{}", "xyz"), *head("q{}", VALUES)],
+        [[f"{number:.17g}".replace(".", ",") for number in row] for row in rows_of(TIME, *G)], "\t", ("log",), TIME, "",
+    ),
+    "centimetres, slow": (
+        ["t", *head("cup_{} [cm]", "xyz"), *head("cup_q{}", VALUES)], rows_of(20 * TIME, 100 * PLACE[0], TURN[0]), ",",
+        ("cup",), 20 * TIME, "convention",
+    ),
+    ".NET ticks": (
+        ["time", *head("pos_{}", "xyz"), *head("rot_{}", VALUES)],
+        [[TICKS + round(1e7 * TIME[k]), *row] for k, row in enumerate(rows_of(*G))], ",", ("log",), TIME, "convention",
+    ),
     "ISO 8601": (
         ["datetime", *head("p{}", "xyz"), *head("q{}", VALUES)],
         [[stamp, *row] for stamp, row in zip(wall(""), rows_of(*G), strict=True)], ",", ("log",), np.round(TIME, 3), "",
@@ -103,6 +122,7 @@ def test_a_draft_that_is_completed_gives_the_poses_that_were_written(tmp_path, c
     said = " ".join(capsys.readouterr().err.split())
     assert case[5] in said and "--mapping" in said and str(draft) in said and not out.exists()
     text = draft.read_text().replace('# convention = "unity"', 'convention = "openvr"').replace("# rate_hz", "rate_hz")
+    text = text.replace('# order = "XYZ"', 'order = "XYZ"').replace('# unit = "s"', 'unit = "s"')
     draft.write_text(text)
     assert main(["import", "csv", str(path), "--mapping", str(draft), "-o", str(out)]) == 0, capsys.readouterr().err
     session = read_session(out)
@@ -123,6 +143,24 @@ def test_a_draft_is_never_written_over_and_what_is_unknown_is_a_comment(tmp_path
     with pytest.raises(UnknownColumnsError) as refusal:
         import_session("csv", path)
     assert {"# order", "# units", "# convention"} <= {line.split(" =")[0] for line in refusal.value.draft.splitlines()}
+
+
+@pytest.mark.parametrize(
+    ("header", "row", "words"),
+    [
+        ("t,x,y,z,yaw,pitch,roll", "{},1,2,3,0,0,0", "the order of the angles"),
+        ("x,y,z,qx,qy,qz,qw", "{},2,3,0,0,0,1", "the rate (rate_hz)"),
+        ("t,speed,load", "{},1,2", "which columns are a pose"),
+        ("t,x,y,z,qx,qy,qz,qw", "1{}000000000,1,2,3,0,0,0,1", "the unit of time"),
+        ("t,x,y,z,qx,qy,qz,qw", "{},1,2,3,0,0,0,1", "the unit of lengths"),
+        ("t,x,y,z,qx,qy,qz,qw", "{},1,2,3,0,0,0,1", "the axes (convention)"),
+    ],
+)
+def test_each_thing_that_a_header_cannot_say_is_asked_for(tmp_path, header, row, words):
+    (tmp_path / "log.csv").write_text("\n".join([header, *(row.format(k) for k in range(5)), ""]))
+    with pytest.raises(UnknownColumnsError, match="describe them with --mapping FILE") as refusal:
+        import_session("csv", tmp_path / "log.csv")
+    assert any(words in one for one in refusal.value.unknown), refusal.value.unknown
 
 
 STAMPS = {
