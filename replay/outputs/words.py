@@ -25,15 +25,6 @@ NOISE_WORDS: Final[Mapping[int, str]] = dict(enumerate((UNDECIDABLE, "maybe hidd
 FRAME_ROWS: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.LEFT_OUT)
 """Outcomes that every table of pair-frames counts, in its order."""
 
-CONTACT_WORDS: Final = {
-    "truth": "contacts of the reference", "matched": "matched", "missed": "missed whole",
-    "absorbed": "found only as part of a longer one", "excused_truth": "ties, not counted",
-    "found": "contacts reported", "invented": "false", "pieces": "further pieces of one contact",
-    "excused_found": "reported in ties, not counted", "split": "of the reference, reported in pieces",
-    "merged": "reported, that join several",
-}  # fmt: skip
-"""Figure of matched contacts -> its words: first what became of the oracle's contacts, then of the detector's."""
-
 CONTACT_WORDS_SHORT: Final = {
     "truth": "the reference's", "found": "reported", "matched": "matched", "missed": "missed", "invented": "false",
     "split": "split", "merged": "merged",

@@ -20,9 +20,9 @@ AROUND: Final = 0.35
 LEAST_AROUND: Final = 0.1
 """Seconds."""
 
-Still = Callable[[str, Fault], Markup]
+Still = Callable[[str, Fault], tuple[Markup, str]]
 Look = Callable[[str, Fault], Markup]
-"""Picture of a fault of a detector; and how to see it in motion."""
+"""Picture of a fault of a detector, with its colours in words; and how to see it in motion."""
 
 
 def cards(view: RunView, label: str, still: Still | None, look: Look) -> list[Markup]:
@@ -40,13 +40,13 @@ def _card(view: RunView, label: str, group: FaultsOfPair, still: Still | None, l
     fault, *more = group.faults
     parts = [
         element("h3", _key(fault), f"{name_of(fault)} {fault.number}: {group.pair[0]} and {group.pair[1]}"),
-        element("p", f"{span_of(fault)}, {plural(fault.frames, 'frame')}", class_="when"),
+        element("p", f"{span_of(fault)}, {plural(fault.frames, 'frame')}, {fault.kind}", class_="when"),
         element("p", view.why(label, fault)),
         _lanes(view, label, fault), look(label, fault),
     ]  # fmt: skip
     if more:
         parts.append(_folded(f"{len(more):,} more of this pair", [_line(view, label, other) for other in more]))
-    image = [still(label, fault)] if still else []
+    image = [still(label, fault)[0]] if still else []
     return element(
         "article", *image, element("div", *parts, class_="cb"), class_="card", id=fault_address(view, label, fault)
     )

@@ -9,7 +9,7 @@ from replay.outputs import run_tables
 from replay.outputs.report.markup import Fold, Part, Section, element
 from replay.outputs.report.run_view import RunView
 from replay.outputs.tables import Table, table
-from replay.outputs.words import CONTACT_WORDS, NOTHING_SUSPICIOUS, span_words
+from replay.outputs.words import NOTHING_SUSPICIOUS, span_words
 from replay.pipeline.sentences import plural
 from sessions.mcap_format.metadata import NOT_STATED
 
@@ -21,11 +21,6 @@ FRAME_WORDS: Final = (
     "false: the other way round. Within tolerance: they disagree about less than any tracker resolves. Left out: "
     "one of them could not decide, or a pose was lost. Between frames: only the way from frame to frame shows it."
 )
-CONTACT_NOTE: Final = (
-    "A contact lasts from the first frame in which a pair touches to the last. The detector's are matched one to one "
-    "with the reference's, by most frames in common. Ties, not counted: undecided, within tolerance, or between frames."
-)
-
 GLOSSARY: Final = {
     "missed": "the reference sees a contact, the detector never reports it",
     "late or cut short": "the detector reports a part of the contact",
@@ -60,7 +55,8 @@ def _folds(view: RunView) -> Iterator[Fold]:
     audited = [rank.label for rank in view.ranking[:-1]]
     if audited:
         yield Fold("Contacts of each pair", [run_tables.pair_table(view, label) for label in audited])
-        yield Fold("Counts with intervals, and causes", [*count_tables(view)])
+        counts = run_tables.pair_frame_table("Pair-frames", summary["audit"])
+        yield Fold("Counts with intervals", [FRAME_WORDS, counts])
     if summary["detectors"]:
         yield Fold("Time of each detector", [run_tables.cost_table(view), run_tables.stage_table(view)])
     if steps := duration_tables(view):
@@ -87,28 +83,6 @@ def _fact_table(session: Mapping[str, Any]) -> Table:
     if withheld := session.get("facts_withheld", 0):
         rows.append(("withheld", f"{plural(withheld, 'fact')} withheld; the session file holds all"))
     return table("Facts of the session", ("what", "value"), rows, words=2)
-
-
-def count_tables(result: RunView) -> Iterator[Part]:
-    """Pair-frames and contacts of every audited detector, matched and unmatched, and why contacts were missed."""
-    audit = result.summary["audit"]
-    yield from (FRAME_WORDS, run_tables.pair_frame_table("Pair-frames", audit))
-    yield from (CONTACT_NOTE, run_tables.matched_table("Contacts matched one to one", audit, CONTACT_WORDS))
-    if any(one.get("causes") for one in audit.values()):
-        yield cause_table(result)
-
-
-def cause_table(result: RunView) -> Table:
-    """Why contacts were missed: misses, and pair-frames decided again, by the stage that lost them."""
-    found = {label: one["causes"] for label, one in result.summary["audit"].items() if one.get("causes")}
-    rows = [
-        (word, *(f"{one['misses'].get(word, 0)} ({one['pair_frames'].get(word, 0)})" for one in found.values()))
-        for word in dict.fromkeys(word for one in found.values() for word in one["misses"])
-        if any(one["misses"].get(word) or one["pair_frames"].get(word) for one in found.values())
-    ]
-    again = (f"{one['examined']} of {one['missed']}" for one in found.values())
-    rows.append(("decided again, of pair-frames missed", *again))
-    return table("Causes: misses (pair-frames decided again)", ("cause", *found), rows)
 
 
 def duration_tables(result: RunView) -> list[Part]:

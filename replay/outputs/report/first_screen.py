@@ -90,7 +90,7 @@ def _hero(view: RunView, shown: Shown | None, look: Look) -> Markup:
 def plain_hero(told: Hero, shown: Shown | None = None) -> Markup:
     """A sentence and lines below it, beside a picture of the scene."""
     lines = [element("p", line) for line in told.lines]
-    figure = [] if shown is None else [_figure(*shown)]
+    figure = [] if shown is None else [_figure(shown[0], f"{shown[1]}.")]
     return element(
         "section", element("div", element("h1", told.sentence), *lines, class_="say"), *figure, class_="hero"
     )
@@ -127,7 +127,7 @@ def _where(view: RunView, answer: Answer, fault: Fault) -> str:
     pair = sentence_of(f"{fault.body_a} and {fault.body_b}")
     if len(every) == 1:
         return f"{pair}, {start:.{digits}f} s: the only {what}."
-    things = plural(len(every), what, f"{what}es" if what.endswith("s") else "")
+    things = f"{len(every)} missed, late or cut short" if what == "miss" else plural(len(every), what)
     return f"{pair}, {start:.{digits}f} to {end:.{digits}f} s: {len(alike)} of {things}."
 
 

@@ -23,7 +23,7 @@ from replay.outputs.report.first_screen import (
 from replay.outputs.report.markup import Markup, Section, element, page_html, section_html
 from replay.outputs.report.run_view import Fault, RunView, key_fault, kind_of, view_of
 from replay.outputs.report.sections import effect_section, fault_sections
-from replay.outputs.report.still import FIRST, bench_still, colours, fault_still
+from replay.outputs.report.still import FIRST, bench_still, fault_still
 from replay.outputs.run_tables import contact_table
 from replay.outputs.words import NOT_LOOKED_FOR, tallied
 from replay.pipeline.headline import beside, doubts, undecided
@@ -64,16 +64,13 @@ def _first_screen(result: RunResult, view: RunView) -> tuple[str, list[Markup]]:
     if result.tradeoff is not None:
         rest = all_detectors(view, None) if view.answers else []
         return result.tradeoff.answer, [plain_hero(Hero(result.tradeoff.answer)), *rest]
-    scene = bench_still, f"The scene at {result.assembly.motion.times[len(result.assembly.motion) // 2]:.2f} s"
     if not view.answers:
         told = _without_audit(result)
         lanes = [timeline_part(view, None)] if result.detections else []
-        return f"{told.sentence.rstrip('.')}.", [plain_hero(told, (scene[0](result), f"{scene[1]}.")), *lanes]
+        return f"{told.sentence.rstrip('.')}.", [plain_hero(told, bench_still(result)), *lanes]
     answer = view.answers[0]
     fault = key_fault(view, answer)
-    if fault is None:
-        return answer.sentence, audit_screen(view, (scene[0](result), scene[1]), look)
-    shown = fault_still(result, answer.label, fault, FIRST), colours(result, answer.label, fault)
+    shown = bench_still(result) if fault is None else fault_still(result, answer.label, fault, FIRST)
     return answer.sentence, audit_screen(view, shown, look)
 
 

@@ -1,11 +1,11 @@
 """What stands below the first screen: the faults of each detector, and what the effects found."""
 
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import EVENT_ROWS
-from replay.outputs.report.cards import Look, Still, cards, name_of
+from replay.outputs.report.cards import Look, Still, cards
 from replay.outputs.report.first_screen import command_of
 from replay.outputs.report.markup import Fold, Markup, Part, Section, element, joined
 from replay.outputs.report.run_view import RunView
@@ -28,13 +28,15 @@ def fault_sections(view: RunView, still: Still | None, look: Look) -> Iterator[S
 
 def _lead(view: RunView, answer: Answer) -> Markup:
     """How many faults, and what a card is."""
-    kinds = Counter(name_of(fault) for fault in view.faults(answer.label))
-    counts = [
-        plural(count, kind.lower(), f"{kind.lower()}es" if kind == "Miss" else "") for kind, count in kinds.items()
-    ]
+    false, misses = view.false.get(answer.label, ()), view.misses[answer.label]
+    missed = sum(miss.kind == NEVER_FOUND for miss in misses)
+    things = "unconfirmed contact" if false and all(one.unconfirmed for one in false) else "false contact"
+    counts = [plural(len(false), things)] if false else []
+    counts += [f"{missed} missed"] if missed else []
+    counts += [f"{len(misses) - missed} late or cut short"] if len(misses) > missed else []
     over = next(rank for rank in view.ranking if rank.label == answer.label).phases
     at = ", at the sampling offset of this run" if over > 1 else ""
-    words = f"{' and '.join(counts)}{at}. One card a pair of bodies, with its longest fault."
+    words = f"{', '.join(counts)}{at}. One card a pair of bodies, with its longest fault."
     return element("p", words, class_="lead")
 
 

@@ -9,16 +9,15 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import TriangleMesh
-from cdcore.numerics import FloatArray, IntArray, place_points
-from replay.comparison.false_contacts import FalseContact
+from cdcore.numerics import BoolArray, FloatArray, IntArray, place_points
 from replay.comparison.outcome import Miss
 from replay.outputs.camera import AZIMUTHS, overview, standing, towards_user
 from replay.outputs.palette import INVENTED, MISSED, Rgba, albedo, is_ghost, tags_of
 from replay.outputs.report.cage import cage
 from replay.outputs.report.markup import Markup, element
 from replay.outputs.report.rasteriser import Colour, Lines, Shape, View, drawn
+from replay.outputs.report.run_view import Fault
 from replay.pipeline.run_result import RunResult
-from replay.prepare.assembly import Assembly
 
 FIRST: Final = (470, 352)
 CARD: Final = (300, 170)
@@ -32,6 +31,9 @@ WORDS: Final = 150
 
 MOST_LETTERS: Final = 20
 """That fit into it."""
+
+LINES: Final = 44.0
+"""Units from one name to the next."""
 
 WHITE: Final[Colour] = (0.95, 0.96, 0.97)
 GLASS: Final[Colour] = (0.45, 0.70, 0.95)
@@ -54,149 +56,137 @@ RAISED: Final = np.radians(20.0)
 SIDE: Final = 0.6
 """What looking from the side opposite to the user costs, beside an arrow seen end on."""
 
-Fault = Miss | FalseContact
-
 
 @dataclass(frozen=True)
 class Placed:
-    """Two bodies at the moment of a fault."""
+    """A body at the moment of a fault."""
 
-    names: tuple[str, str]
-    meshes: tuple[TriangleMesh, TriangleMesh]
-    poses: tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
-    solids: tuple[TriangleMesh | None, TriangleMesh | None]
+    name: str
+    mesh: TriangleMesh
+    pose: tuple[FloatArray, FloatArray]
+    solid: TriangleMesh | None  # what a detector asks in its place, where that differs to the eye
+    faces: IntArray  # that meet the other body, of a miss
+
+    @property
+    def outline(self) -> FloatArray:
+        """Vertices of the body or of what stands for it, world metres."""
+        return place_points((self.solid or self.mesh).vertices, *self.pose)
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What a picture shows: the body that is drawn white, the one that is glass, and where they are nearest or meet."""
+
+    white: Placed
+    glass: Placed
     point: FloatArray
-    gap: FloatArray | None
-    """Nearest points (2, 3) of the surfaces where they do not meet."""
-    faces: tuple[IntArray, IntArray]
-    """Faces that meet, of a miss."""
-    hollow: str
-    """Name of the body whose hull fills its hollow, or ``""``."""
+    gap: FloatArray | None  # nearest points (2, 3) of the surfaces; ``None`` where they meet
 
-    def points(self, body: int, mesh: TriangleMesh | None = None) -> FloatArray:
-        """Vertices of a body or of what stands for it, world metres."""
-        return place_points((mesh or self.meshes[body]).vertices, *self.poses[body])
+    @property
+    def length(self) -> str:
+        """The gap in words, ``""`` where the bodies meet."""
+        return "" if self.gap is None else f"{1e3 * float(np.linalg.norm(self.gap[1] - self.gap[0])):.2g} mm"
 
 
-def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, int] = CARD) -> Markup:
-    """A fault as SVG around a raster picture; in the first picture of a page each part is named."""
-    placed = _placed(result, label, fault)
-    glass = _glass(placed)
-    away = _direction(result, placed, fault)
-    factor = SHARPER[size]
-    pixels = (round(size[0] * factor), round(size[1] * factor))
-    worded = size == FIRST
-    view = View.of(_shown(placed), away, pixels, round(WORDS * factor) if worded else 0)
-    shapes, lines = _parts(placed, glass, view)
+def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, int] = CARD) -> tuple[Markup, str]:
+    """A fault as SVG around a raster picture, and its colours in words; in the first of a page each part is named."""
+    sight, factor, worded = _sight(result, label, fault), SHARPER[size], size == FIRST
+    pixels = _pixels(size)
+    away = _direction(result, sight, fault)
+    view = View.of(_shown(sight), away, pixels, round(WORDS * factor) if worded else 0)
+    shapes, lines = _parts(sight, view)
     picture, shape = drawn(view, shapes, lines, _background(pixels))
-    arrow, place = _arrow(placed, view, factor)
-    words = _words(placed, label, glass, view, shape, place) if worded else ()
-    return element(
-        "svg", _image(picture, size), arrow, *words, class_="still", viewBox=f"0 0 {size[0]} {size[1]}", role="img",
-        aria_label=described(placed, label, glass),
-    )  # fmt: skip
+    arrow, place = _arrow(sight, view, factor)
+    words = _words(sight, label, view, shape == 0, place) if worded else ()
+    how = f"are {sight.length} apart, and {label} reports contact" if sight.gap is not None else "meet, unreported"
+    svg = _svg(picture, size, f"{sight.white.name} and {sight.glass.name} {how}", arrow, *words)
+    colours = [f"{sight.white.name} white", f"{sight.glass.name} blue"]
+    if sight.white.solid or sight.glass.solid:
+        colours.append("collider yellow")
+    if sight.gap is None:
+        colours.append("where they meet red")
+    return svg, ", ".join(colours)
 
 
-def colours(result: RunResult, label: str, fault: Fault) -> str:
-    """Which body has which colour, for the line below a picture."""
-    placed = _placed(result, label, fault)
-    glass = _glass(placed)
-    yellow = ", collider yellow" if any(placed.solids) else ""
-    red = ", where they meet red" if isinstance(fault, Miss) else ""
-    return f"{placed.names[1 - glass]} white, {placed.names[glass]} blue{yellow}{red}"
-
-
-def bench_still(result: RunResult, size: tuple[int, int] = FIRST) -> Markup:
+def bench_still(result: RunResult) -> tuple[Markup, str]:
     """All bodies in the middle of the session, where there is no fault to show."""
     assembly, scene = result.assembly, result.session.scene
-    frame = len(assembly.motion) // 2
+    motion, frame = assembly.motion, len(assembly.motion) // 2
     eye = overview(assembly, scene, np.zeros((0, 3)), frame)
-    motion, shapes, near = assembly.motion, [], []
+    shapes, near = [], [np.zeros((0, 3))]
     for body in np.flatnonzero(motion.valid[frame]).tolist():
-        tags = tags_of(assembly.bodies[body].name, scene)
+        mesh, tags = assembly.bodies[body].mesh, tags_of(assembly.bodies[body].name, scene)
         colour = albedo(tags)
         alpha = 0.1 if is_ghost(tags) else GLASS_ALPHA if colour[3] < 255 else 1.0
-        points = place_points(
-            assembly.bodies[body].mesh.vertices, motion.rotations[frame, body], motion.translations[frame, body]
-        )
-        shapes.append(Shape(points[assembly.bodies[body].mesh.faces], GLASS if alpha < 1 else _unit(colour), alpha))
+        points = place_points(mesh.vertices, motion.rotations[frame, body], motion.translations[frame, body])
+        shapes.append(Shape(points[mesh.faces], GLASS if alpha < 1 else _unit(colour), alpha))
         near.append(points if np.ptp(points, axis=0).max() < 0.6 else points.mean(axis=0, keepdims=True))
-    pixels = (round(size[0] * SHARPER[size]), round(size[1] * SHARPER[size]))
-    shown = np.concatenate(near) if near else np.zeros((1, 3))
-    view = View.of(shown, np.subtract(eye.position, eye.target), pixels)
-    picture, _ = drawn(view, shapes, (), _background(pixels))
-    at = assembly.motion.times[frame]
-    return element(
-        "svg", _image(picture, size), class_="still", viewBox=f"0 0 {size[0]} {size[1]}", role="img",
-        aria_label=f"The scene at {at:.2f} s",
-    )  # fmt: skip
+    shown = np.concatenate(near) if shapes else np.zeros((1, 3))
+    view = View.of(shown, np.subtract(eye.position, eye.target), _pixels(FIRST))
+    picture, _ = drawn(view, shapes, (), _background(_pixels(FIRST)))
+    words = f"The scene at {motion.times[frame]:.2f} s"
+    return _svg(picture, FIRST, words), words
 
 
-def described(placed: Placed, label: str, glass: int) -> str:
-    """The picture in words, for those who cannot see it."""
-    white, blue = placed.names[1 - glass], placed.names[glass]
-    if placed.gap is None:
-        return f"{white} and {blue} where they meet, and {label} reports nothing"
-    length = 1e3 * float(np.linalg.norm(placed.gap[1] - placed.gap[0]))
-    return f"{white} and {blue} are {length:.2g} mm apart, and {label} reports contact"
+def _pixels(size: tuple[int, int]) -> tuple[int, int]:
+    return round(size[0] * SHARPER[size]), round(size[1] * SHARPER[size])
 
 
-def _placed(result: RunResult, label: str, fault: Fault) -> Placed:
-    assembly, row, gap = result.assembly, 0, None
-    faces = (np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
+def _svg(picture: FloatArray, size: tuple[int, int], words: str, *over: Markup) -> Markup:
+    """A raster picture with what is drawn over it; ``words`` for those who cannot see it."""
+    from PIL import Image
+
+    out = io.BytesIO()
+    Image.fromarray(np.round(picture * 255).astype(np.uint8)).save(out, "WEBP", quality=82, method=2)
+    source = "data:image/webp;base64," + b64encode(out.getvalue()).decode()
+    image = element("image", href=source, width=size[0], height=size[1])
+    box = f"0 0 {size[0]} {size[1]}"
+    return element("svg", image, *over, class_="still", viewBox=box, role="img", aria_label=words)
+
+
+def _sight(result: RunResult, label: str, fault: Fault) -> Sight:
+    """The two bodies of a fault where there is most to see of it."""
+    assembly, row = result.assembly, 0
+    ends = assembly.pairs[fault.pair].tolist()
+    none = np.zeros(0, dtype=np.int64)
+    faces, solids = [none, none], list[TriangleMesh | None]([None, None])
     if isinstance(fault, Miss):
-        assembly, row = standing(result.assembly, fault)
-        faces = _meeting(result, fault)
+        assembly, row = standing(assembly, fault)
+        reference = result.detections[result.oracle]
+        met = fault.faces if reference.face_sets is None else reference.faces(fault.deepest, fault.pair)
+        if met is not None:
+            faces = [np.unique(met[:, 0]), np.unique(met[:, 1])]
     else:
         row = fault.widest
-        gap = _gap(assembly, fault)
-    first, second = assembly.pairs[fault.pair].tolist()
+        solids = _solids(result, label, ends)
     motion = assembly.motion
-    return Placed(
-        names=(fault.body_a, fault.body_b),
-        meshes=(assembly.bodies[first].mesh, assembly.bodies[second].mesh),
-        poses=(
-            (motion.rotations[row, first], motion.translations[row, first]),
-            (motion.rotations[row, second], motion.translations[row, second]),
-        ),
-        solids=(None, None) if isinstance(fault, Miss) else _solids(result, label, (first, second)),
-        point=np.asarray(fault.point), gap=gap, faces=faces,
-        hollow="" if isinstance(fault, Miss) else fault.hollow,
-    )  # fmt: skip
+    two = [
+        Placed(
+            assembly.bodies[body].name, assembly.bodies[body].mesh,
+            (motion.rotations[row, body], motion.translations[row, body]), solid, meeting,
+        )
+        for body, solid, meeting in zip(ends, solids, faces, strict=True)
+    ]  # fmt: skip
+    hollow = "" if isinstance(fault, Miss) else fault.hollow
+    two.sort(key=lambda placed: (placed.name == hollow, _filled(placed), np.ptp(placed.mesh.vertices, axis=0).max()))
+    gap = None if isinstance(fault, Miss) or np.isnan(fault.gap) else _gap(two)
+    return Sight(two[0], two[1], np.asarray(fault.point), gap)
 
 
-def _gap(assembly: Assembly, fault: FalseContact) -> FloatArray | None:
-    if np.isnan(fault.gap):
-        return None
-    from cdcore.narrow.fcl_meshes import FclMeshes
-
-    ends, motion = assembly.pairs[fault.pair].tolist(), assembly.motion
-    meshes = FclMeshes([assembly.bodies[body].mesh for body in ends])
-    for place, body in enumerate(ends):
-        meshes.place(place, motion.rotations[fault.widest, body], motion.translations[fault.widest, body])
-    return meshes.gap(0, 1)[1]
-
-
-def _meeting(result: RunResult, miss: Miss) -> tuple[IntArray, IntArray]:
-    """Faces of both bodies that meet where the cut is longest."""
-    reference = result.detections[result.oracle]
-    faces = miss.faces if reference.face_sets is None else reference.faces(miss.deepest, miss.pair)
-    if faces is None:
-        return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
-    return np.unique(faces[:, 0]), np.unique(faces[:, 1])
-
-
-def _solids(result: RunResult, label: str, bodies: tuple[int, int]) -> tuple[TriangleMesh | None, TriangleMesh | None]:
-    """What a detector asks in place of each mesh, where that differs to the eye."""
+def _solids(result: RunResult, label: str, bodies: Sequence[int]) -> list[TriangleMesh | None]:
+    """What a detector asks in place of each mesh: where that differs to the eye, or else at all."""
     colliders: Sequence[Any] = getattr(result.detectors.get(label), "colliders", ())
     if not colliders:
-        return None, None
-    meshes = [result.assembly.bodies[body].mesh for body in bodies]
-    solids = [colliders[body].mesh for body in bodies]
-    other = [solid is not mesh for solid, mesh in zip(solids, meshes, strict=True)]
-    larger = [_volume(solid) > HOLLOW * _volume(mesh) for solid, mesh in zip(solids, meshes, strict=True)]
-    first, second = larger if any(larger) else other
-    return solids[0] if first else None, solids[1] if second else None
+        return [None for _ in bodies]
+    two = [(result.assembly.bodies[body].mesh, colliders[body].mesh) for body in bodies]
+    larger = [_volume(solid) > HOLLOW * _volume(mesh) for mesh, solid in two]
+    chosen = larger if any(larger) else [solid is not mesh for mesh, solid in two]
+    return [solid if other else None for (_, solid), other in zip(two, chosen, strict=True)]
+
+
+def _filled(placed: Placed) -> float:
+    """Cubic metres that a collider has more than its mesh."""
+    return 0.0 if placed.solid is None else _volume(placed.solid) - _volume(placed.mesh)
 
 
 def _volume(mesh: TriangleMesh) -> float:
@@ -204,59 +194,51 @@ def _volume(mesh: TriangleMesh) -> float:
     return abs(float((a * np.cross(b, c)).sum())) / 6
 
 
-def _glass(placed: Placed) -> int:
-    """Which of the two is drawn as glass: the one whose solid fills its hollow or fills most, else the larger."""
-    if placed.hollow in placed.names:
-        return placed.names.index(placed.hollow)
-    filled = [
-        0.0 if solid is None else _volume(solid) - _volume(mesh)
-        for solid, mesh in zip(placed.solids, placed.meshes, strict=True)
-    ]
-    if filled[0] == filled[1]:
-        filled = [float(np.linalg.norm(np.ptp(mesh.vertices, axis=0))) for mesh in placed.meshes]
-    return int(filled[1] > filled[0])
+def _gap(two: Sequence[Placed]) -> FloatArray:
+    """The nearest points of two bodies, as the comparison measured their distance."""
+    from cdcore.narrow.fcl_meshes import FclMeshes
+
+    meshes = FclMeshes([placed.mesh for placed in two])
+    for number, placed in enumerate(two):
+        meshes.place(number, *placed.pose)
+    return meshes.gap(0, 1)[1]
 
 
-def _direction(result: RunResult, placed: Placed, fault: Fault) -> FloatArray:
+def _direction(result: RunResult, sight: Sight, fault: Fault) -> FloatArray:
     """From where to look: across the gap, or along the surfaces that meet, from the user's side."""
     along = np.asarray(fault.normal) if isinstance(fault, Miss) else np.zeros(3)
-    if placed.gap is not None:
-        along = placed.gap[1] - placed.gap[0]
+    if sight.gap is not None:
+        along = sight.gap[1] - sight.gap[0]
     along = along / max(float(np.linalg.norm(along)), 1e-12)
     row = fault.deepest if isinstance(fault, Miss) else fault.widest
-    user = towards_user(result.assembly, result.session.scene, row, tuple(placed.point.tolist()))
+    user = towards_user(result.assembly, result.session.scene, row, fault.point)
     turn = np.arange(AZIMUTHS) * (2 * np.pi / AZIMUTHS)
     across, up = np.cos(RAISED), np.full(AZIMUTHS, np.sin(RAISED))
     choices = np.stack([across * np.sin(turn), up, across * np.cos(turn)], axis=1)
-    cost = np.abs(choices @ along) - SIDE * (choices @ user)
-    chosen: FloatArray = choices[int(np.argmin(cost))]
+    chosen: FloatArray = choices[int(np.argmin(np.abs(choices @ along) - SIDE * (choices @ user)))]
     return chosen
 
 
-def _shown(placed: Placed) -> FloatArray:
+def _shown(sight: Sight) -> FloatArray:
     """Points that the picture must hold: both bodies, no farther from the fault than the smaller is large."""
-    points = [placed.points(k, placed.solids[k]) for k in range(2)]
-    near = min(float(np.linalg.norm(np.ptp(some, axis=0))) for some in points)
-    if placed.gap is None:
-        near *= 0.5
-    every = np.concatenate(points)
-    return np.concatenate([placed.point[None], every[np.linalg.norm(every - placed.point, axis=1) < near]])
+    outlines = [sight.white.outline, sight.glass.outline]
+    near = min(float(np.linalg.norm(np.ptp(points, axis=0))) for points in outlines)
+    every = np.concatenate(outlines)
+    close = np.linalg.norm(every - sight.point, axis=1) < near * (0.5 if sight.gap is None else 1.0)
+    return np.concatenate([sight.point[None], every[close]])
 
 
-def _parts(placed: Placed, glass: int, view: View) -> tuple[list[Shape], list[Lines]]:
+def _parts(sight: Sight, view: View) -> tuple[list[Shape], list[Lines]]:
+    """Shapes, the white body first, and the lines of the cages."""
     shapes, lines = [], list[Lines]()
-    for body in range(2):
-        corners = placed.points(body)[placed.meshes[body].faces]
-        colour, alpha = (GLASS, GLASS_ALPHA) if body == glass else (WHITE, 1.0)
-        marked = placed.faces[body]
+    for placed, colour, alpha in ((sight.white, WHITE, 1.0), (sight.glass, GLASS, GLASS_ALPHA)):
+        corners = place_points(placed.mesh.vertices, *placed.pose)[placed.mesh.faces]
         # Two triangles of a bench top would paint it red.
-        marked = marked[np.ptp(corners[marked], axis=1).max(axis=1) < LARGEST_MARK]
-        plain = np.setdiff1d(np.arange(len(corners)), marked)
-        shapes.append(Shape(corners[plain], colour, alpha))
-        shapes.append(Shape(corners[marked], _unit(MISSED)))
-        solid = placed.solids[body]
-        if solid is not None:
-            walls, edges = cage(solid, placed.meshes[body], placed.poses[body], view, _unit(INVENTED))
+        red = placed.faces[np.ptp(corners[placed.faces], axis=1).max(axis=1) < LARGEST_MARK]
+        shapes.append(Shape(np.delete(corners, red, axis=0), colour, alpha))
+        shapes.append(Shape(corners[red], _unit(MISSED)))
+        if placed.solid is not None:
+            walls, edges = cage(placed.solid, placed.mesh, placed.pose, view, _unit(INVENTED))
             shapes.append(walls)
             lines += edges
     return shapes, lines
@@ -270,89 +252,64 @@ def _background(size: tuple[int, int]) -> FloatArray:
     """Dark, lighter in the middle."""
     y, x = np.mgrid[0 : size[1], 0 : size[0]]
     away = np.hypot(x / size[0] - 0.4, (y / size[1] - 0.42) * size[1] / size[0]) / 0.8
-    share = np.clip(1.0 - away, 0.0, 1.0)[..., None]
-    return DARK + share * (LIGHTER - DARK)
+    return DARK + np.clip(1.0 - away, 0.0, 1.0)[..., None] * (LIGHTER - DARK)
 
 
-def _image(picture: FloatArray, size: tuple[int, int]) -> Markup:
-    from PIL import Image
-
-    out = io.BytesIO()
-    Image.fromarray(np.round(picture * 255).astype(np.uint8)).save(out, "WEBP", quality=82, method=2)
-    source = "data:image/webp;base64," + b64encode(out.getvalue()).decode()
-    return Markup(f'<image href="{source}" width="{size[0]}" height="{size[1]}"/>')
+Point = tuple[float, float]
 
 
-def _arrow(placed: Placed, view: View, factor: float) -> tuple[Markup, tuple[float, float]]:
+def _arrow(sight: Sight, view: View, factor: float) -> tuple[Markup, Point]:
     """The gap as an arrow with two heads, a small one or a contact as a ring; and its middle."""
-    if placed.gap is None:
-        x, y, _ = (view.pixels(placed.point) / factor).tolist()
-        return element("circle", class_="ring missed", cx=f"{x:.1f}", cy=f"{y:.1f}", r=11), (x, y)
-    ends = view.pixels(placed.gap)[:, :2] / factor
+    ends = view.pixels(np.stack([sight.point] * 2) if sight.gap is None else sight.gap)[:, :2] / factor
     (x, y), along = ends.mean(axis=0).tolist(), ends[1] - ends[0]
     length = float(np.hypot(*along))
     if length < SHORTEST_ARROW:
-        return element("circle", class_="ring", cx=f"{x:.1f}", cy=f"{y:.1f}", r=9), (x, y)
+        kind = "ring missed" if sight.gap is None else "ring"
+        return element("circle", class_=kind, cx=f"{x:.1f}", cy=f"{y:.1f}", r=10), (x, y)
     step = along / length
     aside = np.array([-step[1], step[0]])
     strokes = [f"M{_at(ends[0])}L{_at(ends[1])}"]
     for tip, inward in ((ends[0], step), (ends[1], -step)):
-        barbs = (tip + 6 * inward + 4 * aside, tip + 6 * inward - 4 * aside)
-        strokes.append(f"M{_at(barbs[0])}L{_at(tip)}L{_at(barbs[1])}")
-    path = "".join(strokes)
-    return element("g", *(element("path", class_=kind, d=path) for kind in ("halo", "arrow"))), (x, y)
+        strokes.append(f"M{_at(tip + 6 * inward + 4 * aside)}L{_at(tip)}L{_at(tip + 6 * inward - 4 * aside)}")
+    return element("g", *(element("path", class_=kind, d="".join(strokes)) for kind in ("halo", "arrow"))), (x, y)
 
 
 def _at(point: FloatArray) -> str:
     return f"{point[0]:.1f} {point[1]:.1f}"
 
 
-def _words(
-    placed: Placed, label: str, glass: int, view: View, shape: IntArray, middle: tuple[float, float]
-) -> list[Markup]:
-    """Names beside the picture: each a line to what it names, from top to bottom without overlap."""
-    factor = SHARPER[FIRST]
-    names: list[tuple[tuple[float, float], str, str, str]] = []
-    white, blue = placed.names[1 - glass], placed.names[glass]
-    rows, columns = np.nonzero(shape == _numbers(placed)[1 - glass])
+def _words(sight: Sight, label: str, view: View, white: BoolArray, middle: Point) -> list[Markup]:
+    """Names beside the picture, from top to bottom without overlap, each with a line to what it names.
+
+    ``white`` (rows, columns): where the white body is seen; ``middle`` of the arrow.
+    """
+    factor, found = SHARPER[FIRST], list[tuple[Point, str, str, str]]()
+    rows, columns = np.nonzero(white)
     if len(rows):
-        row = int(np.quantile(rows, 0.25))
-        column = int(columns[rows == row].max()) if (rows == row).any() else int(columns.max())
-        what = "touches nothing" if placed.gap is not None else "touches"
-        names.append(((column / factor, row / factor), _short(white, "white"), what, ""))
-    solid = placed.solids[glass]
-    if solid is not None:
-        points = view.pixels(placed.points(glass, solid))[:, :2] / factor
-        right = points[np.argmax(points[:, 0] - 0.3 * np.abs(points[:, 1] - FIRST[1] * 0.42))]
-        names.append(((float(right[0]), float(right[1])), "collider", _short(f"what {label} asks", "asked"), "yellow"))
+        row = rows[len(rows) // 4]
+        place = float(columns[rows == row].max()) / factor, float(row) / factor
+        found.append((place, sight.white.name, "touches nothing" if sight.gap is not None else "touches", ""))
+    points = view.pixels(sight.glass.outline)[:, :2] / factor
+    points = points[(points.min(axis=1) > 0) & (points[:, 1] < FIRST[1]) & (points[:, 0] < FIRST[0] - WORDS)]
+    named = ("collider", f"what {label} asks", "yellow") if sight.glass.solid else (sight.glass.name, "touches", "blue")
+    if len(points):
+        x, y = points[np.argmax(points[:, 0] - 0.3 * np.abs(points[:, 1] - FIRST[1] * 0.42))].tolist()
+        found.append(((x, y), *named))
+    if sight.gap is not None:
+        found.append((middle, sight.length, f"from {sight.white.name} to {sight.glass.name}", ""))
     else:
-        points = view.pixels(placed.points(glass))[:, :2] / factor
-        points = points[(points[:, 1] > 0) & (points[:, 1] < FIRST[1]) & (points[:, 0] < FIRST[0] - WORDS)]
-        if len(points):
-            right = points[np.argmax(points[:, 0])]
-            names.append(((float(right[0]), float(right[1])), _short(blue, "blue"), "the other body", "blue"))
-    if placed.gap is not None:
-        length = 1e3 * float(np.linalg.norm(placed.gap[1] - placed.gap[0]))
-        names.append((middle, f"{length:.2g} mm", _short(f"from {white} to {blue}", "apart"), ""))
-    else:
-        names.append((middle, "contact", _short(f"{label} reports none", "not reported"), "red"))
-    names.sort(key=lambda name: name[0][1])
-    made, free = list[Markup](), 44.0
-    for left, (target, name, what, kind) in enumerate(names):
-        y = min(max(target[1], free), FIRST[1] - 22 - 44.0 * (len(names) - 1 - left))
-        free = y + 44.0
-        x = FIRST[0] - WORDS + 8
+        found.append((middle, "contact", f"{label} reports none", "red"))
+    found.sort(key=lambda name: name[0][1])
+    made, free, x = list[Markup](), LINES, FIRST[0] - WORDS + 8
+    for number, (target, name, what, kind) in enumerate(found):
+        y = min(max(target[1], free), FIRST[1] - LINES * (len(found) - number - 0.5))
+        free = y + LINES
         made.append(element("path", class_=f"lead {kind}", d=f"M{x - 5} {y:.0f}L{target[0]:.1f} {target[1]:.1f}"))
-        made.append(element("text", name, class_=f"c {kind}", x=x, y=f"{y:.0f}"))
-        made.append(element("text", what, class_="c2", x=x, y=f"{y + 16:.0f}"))
+        made.append(element("text", _cut(name), class_=f"c {kind}", x=x, y=f"{y:.0f}"))
+        made.append(element("text", _cut(what), class_="c2", x=x, y=f"{y + 16:.0f}"))
     return made
 
 
-def _short(words: str, instead: str) -> str:
-    """Words that fit beside the picture, or others."""
-    return words if len(words) <= MOST_LETTERS else instead
-
-
-def _numbers(placed: Placed) -> tuple[int, int]:
-    """Numbers of the shapes that are the two bodies."""
-    return 0, 2 + (placed.solids[0] is not None)
+def _cut(words: str) -> str:
+    """Words as far as they fit beside the picture."""
+    return words if len(words) <= MOST_LETTERS else f"{words[: MOST_LETTERS - 1]}…"

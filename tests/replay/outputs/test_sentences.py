@@ -24,8 +24,8 @@ from replay.tradeoffs.pareto import advice_of, front_of
 @pytest.fixture(scope="module", autouse=True)
 def without_drawings():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(page, "fault_still", lambda *_: Markup(""))
-        patch.setattr(page, "bench_still", lambda *_: Markup(""))
+        patch.setattr(page, "fault_still", lambda *_: (Markup(""), ""))
+        patch.setattr(page, "bench_still", lambda *_: (Markup(""), ""))
         patch.setattr(tradeoff, "picture", lambda *_, **__: b"")
         yield
 
@@ -44,8 +44,7 @@ def expected_in_page(state):
     }  # fmt: skip
     yield f"it: {', '.join(f'{count} {kind}' for kind, count in kinds.items() if count) or 'no contact'}"
     yield f"exact: {contacts} reference" if contacts else "exact: no contact"
-    if lost:
-        yield f"{len(lost)} miss{'es' * (len(lost) > 1)}"
+    yield from (f"{count} {kind}" for kind, count in kinds.items() if count and kind in ("missed", "late or cut short"))
     if contacts:
         yield f"Contacts of {contacts} that sampling at a fixed rate misses"
     if outcome.count("left out"):
@@ -94,18 +93,12 @@ def test_every_sentence_of_the_report_holds_in_every_state(state):
     text = unescape(made)
     assert [one for one in expected_in_page(state) if one not in text] == []
     truth, said, _ = STATES[state]
-    outcome, (contacts, lost) = became(truth, said), missed(truth, said)
+    outcome, (_, lost) = became(truth, said), missed(truth, said)
     assert text.count('id="miss=') == len(lost)
     cells = Cells(made).tables
     assert dict(cells["Pair-frames"][:5]) == {
         word.lower(): str(outcome.count(word)) for word in ("both", "MISSED", "false", "within tolerance", "left out")
     }
-    matched = dict(cells["Contacts matched one to one"])
-    reported = sum(value == "c" for _, _, value in stretches(said))
-    assert (matched["contacts of the reference"], matched["contacts reported"]) == (str(contacts), str(reported))
-    assert dict(cells["Causes: misses (pair-frames decided again)"])["decided again, of pair-frames missed"].endswith(
-        f" of {outcome.count('MISSED')}"
-    )
 
 
 @pytest.mark.parametrize("state", STATES)

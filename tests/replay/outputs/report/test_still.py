@@ -60,7 +60,7 @@ def test_what_is_behind_an_opaque_wall_is_hidden_and_behind_glass_is_seen(alpha)
 def test_the_yellow_cage_lies_whole_in_the_picture_and_the_arrow_is_the_gap():
     result, _ = state_of("only false")
     (fault,) = result.false["c"]
-    text = fault_still(result, "c", fault, FIRST)
+    text = fault_still(result, "c", fault, FIRST)[0]
     assert f"{1e3 * fault.gap:.2g} mm" in text and "from " in text
     seen = Image.open(io.BytesIO(base64.b64decode(re.search('image/webp;base64,([^"]+)"', text)[1])))
     r, g, b = np.moveaxis(np.asarray(seen.convert("RGB")).astype(int), -1, 0)
@@ -72,5 +72,5 @@ def test_the_yellow_cage_lies_whole_in_the_picture_and_the_arrow_is_the_gap():
 def test_a_miss_is_marked_where_the_faces_meet():
     result, _ = state_of("one missed")
     (miss,) = result.misses["it"]
-    text = fault_still(result, "it", miss, FIRST)
+    text = fault_still(result, "it", miss, FIRST)[0]
     assert 'class="ring missed"' in text and "it reports none" in text
