@@ -101,7 +101,7 @@ def _cells(row: Row) -> tuple[Cell, ...]:
     counts = [Marked(count_words(row, name), mark if row[name] else "") for name, mark in MARKS.items()]
     return (
         row["label"], *counts, f"{row['mean_ms']:.3f}", p99, "front" if row["front"] else "", false,
-        str(row["passes"]), row["asked"] or "-",
+        str(row["passes"]), row["settings"] or "-",
     )  # fmt: skip
 
 

@@ -81,7 +81,7 @@ def sorted_rows(rows: Sequence[AnyRow]) -> list[AnyRow]:
 
 
 def advice_of(rows: Sequence[Row], *, processor_share: float = 1.0) -> list[str]:
-    """What being right costs and what less costs; or one sentence that says why there is no advice.
+    """What getting every contact right costs and what less costs; or one sentence that says why there is no advice.
 
     ``processor_share``: of the seconds on the clock those in which this process was at work.
     """

@@ -209,7 +209,7 @@ class _Sweep:
             return None
         detection = trial.detector.detect(trial.motion)
         trial.row = {
-            "label": setting.label, "asked": setting.asked, "detector": setting.detector, "line": setting.line,
+            "label": setting.label, "settings": setting.asked, "detector": setting.detector, "line": setting.line,
             "value": setting.value, "rate_hz": setting.rate_hz, "cell_mm": setting.cell * 1e3,
             "complete": setting.complete, "simplicity": setting.simplicity,
             "oracle": setting.detector == self._scoring.spec.name,

@@ -66,7 +66,7 @@ def test_on_the_demo_twelve_settings_are_tried_in_twenty_seconds_and_counted_as_
     assert len(done.front) >= 3 or not quiet
     by_label = {row["label"]: row for row in done.rows}
     run = compute(
-        session, detectors={"hulls": by_label["hulls at 50 Hz"]["asked"], "paper": by_label["paper"]["asked"]}
+        session, detectors={"hulls": by_label["hulls at 50 Hz"]["settings"], "paper": by_label["paper"]["settings"]}
     )
     assert counted(by_label["paper"]) == audited(run, "paper")
     over, hulls = run.phases["hulls"].spreads(), by_label["hulls at 50 Hz"]
