@@ -10,12 +10,12 @@ from rich.text import Text
 
 from replay.base.constants import CAVEAT
 from replay.cli.terminal import STYLES, Command, Paragraph, line, terminal
-from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import happened_words
 from replay.outputs import run_tables as built
+from replay.outputs.contact_tables import false_rows, miss_rows
 from replay.outputs.moments import worst_first
 from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table, table
-from replay.outputs.words import CONTACT_WORDS_SHORT, false_thing, tallied
+from replay.outputs.words import CONTACT_WORDS_SHORT, tallied
 from replay.pipeline.answer import RUN, SESSION, busy_words
 from replay.pipeline.headline import beside, doubts, price, undecided
 from replay.pipeline.run_result import RunResult
@@ -28,9 +28,6 @@ EVENT_ROWS: Final = 20
 PAIR_ROWS: Final = 20
 
 COST_HEAD: Final = ("detector", "how", "mean ms", *built.QUANTILES.values(), built.LATE, "longest stage")
-
-MISS_HEAD: Final = ("miss", "at s", "pair", "frames", "what", "cause")
-FALSE_HEAD: Final = ("false", "at s", "pair", "frames", "mm apart", "why")
 
 SCREEN_HEADS: Final = {
     "detector": "", "what": "", "missed": "missed", built.LATE_OR_SHORT: "late or\ncut short",
@@ -133,17 +130,11 @@ def no_detection(result: RunResult) -> str:
 def fault_tables(result: RunResult) -> list[Table]:
     """Of each detector what it missed, never found ones first; then what is false, longest first."""
     more = "… and {} more in {}.parquet" if result.out else "… and {} more with --format json"
-    tables = []
+    tables, misses, false = [], miss_rows(result), false_rows(result)
     for label in worst_first(result):
-        misses = sorted(result.misses.get(label, ()), key=lambda miss: miss.kind != NEVER_FOUND)
-        if misses:
-            missed = built.miss_table(f"missed by {label}", misses).only(*MISS_HEAD)
-            missed = built.with_noise(missed, [(result, miss) for miss in misses])
-            tables.append(missed.first(FAULT_ROWS, more.format("{}", "misses")))
-        false = sorted(result.false.get(label, ()), key=lambda contact: -contact.frames)
-        if false:
-            wrong = built.false_table(f"{false_thing(false)}s of {label}", false, label).only(*FALSE_HEAD)
-            tables.append(wrong.first(FAULT_ROWS, more.format("{}", "false")))
+        for made, name in ((built.miss_table(misses, label), "misses"), (built.false_table(false, label), "false")):
+            if made.rows:
+                tables.append(made.first(FAULT_ROWS, more.format("{}", name)))
     return tables
 
 

@@ -3,24 +3,21 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
 from cdcore.protocol import DECIDED
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.contact_counts import cut_contacts
 from replay.comparison.contact_duration import PHASES
-from replay.comparison.false_contacts import FalseContact
-from replay.comparison.outcome import Miss
+from replay.comparison.false_contacts import VOLUMES
+from replay.comparison.misses import NEVER_FOUND
 from replay.effects.recorded import CURVES
-from replay.outputs.tables import CODE, FAINT, FOUND, IN_RED, INVENTED, PARTLY, STRONG, Cell, Marked, Table, table
+from replay.outputs.columns import RawTable
+from replay.outputs.tables import FAINT, FOUND, IN_RED, INVENTED, PARTLY, Cell, Marked, Table, table
 from replay.outputs.words import (
     FRAME_ROWS,
     OUTCOME_WORDS,
     WITHIN,
-    bound_words,
     counted,
-    depth_words,
     span_words,
     tallied,
 )  # fmt: skip
@@ -204,50 +201,36 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
     return [f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}"] if refused else []
 
 
-def miss_table(title: str, misses: Sequence[Miss], by: str = "") -> Table:
-    """A row per miss, in the order given, with everything there is to say of one; ``by``: whose, to look at it."""
-    asked = f" --by {by}" if by else ""
-    rows = [
-        (
-            Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
-            Marked(f"replay view RUN --miss {one.number}{asked}", CODE), _moment(one), one.frames,
-            depth_words(one), one.face_pairs, one.shown[0],
-            "" if one.touch is None else "{} and {}".format(*one.touch.faces),
-        )
-        for one in misses
-    ]  # fmt: skip
-    return table(title, (*SEEN_HEAD, *BETWEEN_HEAD[-2:]), rows, words=5, whole=("miss", "pair"))
+def miss_table(misses: RawTable, label: str) -> Table:
+    """The misses of a detector, those that were never found first."""
+    own = misses.where(detector=label).by(lambda row: row["kind"] != NEVER_FOUND)
+    rows = own.plain()
+    words: dict[str, list[Cell]] = {"at s": [_moment(row) for row in rows], "pair": [_pair(row) for row in rows]}
+    noise = ("noise",) if any(row["noise"] for row in rows) else ()
+    heads = ("number", "at s", "pair", "frames", "kind", "cause", *noise)
+    return own.shown(f"missed by {label}", *heads, words=words).headed({"number": "miss"})
 
 
-def false_table(title: str, found: Sequence[FalseContact], label: str) -> Table:
-    """A row per false contact, in the order given; ``label``: of who reports them."""
-    rows = [
-        (
-            Marked(str(one.number), STRONG), f"{one.body_a} - {one.body_b}", one.kind, one.cause,
-            Marked(f"replay view RUN --false {one.number} --by {label}", CODE), f"{one.start:.3f}", one.frames,
-            "" if np.isnan(one.gap) else f"{one.gap * 1e3:.1f}",
-        )
-        for one in found
-    ]  # fmt: skip
-    head = ("false", "pair", "what", "why", "look at it", "at s", "frames", "mm apart")
-    return table(title, head, rows, words=5, whole=("false", "pair"))
+def false_table(false: RawTable, label: str) -> Table:
+    """The false contacts of a detector, the longest first."""
+    own = false.where(detector=label).by(lambda row: -row["frames"])
+    rows = own.plain()
+    thing = "unconfirmed contact" if all(row["cause"] == VOLUMES for row in rows) else "false contact"
+    words: dict[str, list[Cell]] = {"pair": [_pair(row) for row in rows]}
+    heads = ("number", "start", "pair", "frames", "gap", "cause")
+    return own.shown(f"{thing}s of {label}", *heads, words=words).headed({"number": "false"})
 
 
-def with_noise(made: Table, found: Sequence[tuple[RunResult, Miss]]) -> Table:
-    """A table of misses, and beside each whether its contact holds in spite of tracker noise, where that was asked."""
-    words = [one.noise.words[miss.episode - 1] for one, miss in found if one.noise is not None]
-    return made.beside("in noise", words) if words and len(words) == len(found) else made
+def _pair(row: Mapping[str, Any]) -> str:
+    return f"{row['body_a']} - {row['body_b']}"
 
 
-def _moment(miss: Miss) -> Cell:
-    words, bound = f"{miss.seconds:.3f}", bound_words(miss)
-    return Marked(words, "", bound) if bound else words
-
-
-MISS_HEAD = ("miss", "pair", "what", "cause", "look at it", "at s")
-SEEN_HEAD = (*MISS_HEAD, "frames", "cut mm", "face pairs")
-BETWEEN_HEAD = (*MISS_HEAD, "after frame", "first faces")
-"""Columns for misses that a frame shows, and for those that none shows: they have no depth."""
+def _moment(row: Mapping[str, Any]) -> Cell:
+    """When a miss begins; a first touch between frames says how far it is uncertain, if by more than a microsecond."""
+    moment = row["start"] if row["touch"] is None else row["touch"]
+    unsure = 0.0 if row["touch"] is None else row["touch"] - row["touch_free"]
+    below = f"within {1e6 * unsure:.2g} microseconds" if unsure > 1e-6 else ""
+    return Marked(f"{moment:.3f}", "", below) if below else f"{moment:.3f}"
 
 
 def cost_table(result: Summarised) -> Table:

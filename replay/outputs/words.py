@@ -38,7 +38,6 @@ def address(kind: str, number: int, by: str = "") -> str:
 
 
 WITHIN: Final = OUTCOME_WORDS[Outcome.WITHIN_TOLERANCE]
-BETWEEN: Final = OUTCOME_WORDS[Outcome.BETWEEN_FRAMES]
 
 NOT_LOOKED_FOR: Final = "No contact was looked for: the scene's effects call for none"
 
@@ -75,11 +74,6 @@ def counted(number: int, thing: str, several: str = "") -> str:
 def tallied(counts: Mapping[str, int]) -> str:
     """Names and how often each: ``contact: 18, breakage: 1``. The name of an event is no word that has a plural."""
     return ", ".join(f"{name}: {count:,}" for name, count in counts.items())
-
-
-def depth_words(miss: Miss, unit: str = "", width: int = 0) -> str:
-    """Millimetres of the cut of a miss; of one that no frame shows, that it lies between frames."""
-    return BETWEEN if miss.touch is not None else f"{miss.cut_length * 1e3:{width}.1f}{unit}"
 
 
 def bound_words(miss: Miss) -> str:

@@ -12,10 +12,11 @@ import pyarrow.compute as pc
 
 from replay.errors import RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
+from replay.outputs import contact_tables
+from replay.outputs.columns import types_of
 from replay.outputs.results.batch_parts import FOLDER, LIST, Mark, Part, read_parts, summaries, write_parts
-from replay.outputs.results.fault_tables import FALSE_COLUMNS, FALSE_MEASURES, MISS_COLUMNS, MISS_MEASURES
 from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, columns_of, read_table
-from replay.outputs.results.parquet_tables import EPISODE_COLUMNS, EVENT_COLUMNS, HEADS
+from replay.outputs.results.parquet_tables import EVENT_COLUMNS
 from replay.outputs.results.reading import checked_table, read_json
 from replay.outputs.results.run_folder import (
     EPISODES,
@@ -43,9 +44,9 @@ YOUNGER: Final = frozenset(("cause",))
 """Columns that readers of one run need and older versions did not write."""
 
 DATA_SET: Final[dict[str, tuple[str, Mapping[str, type]]]] = {
-    "episodes": (EPISODES, RUN | HEADS | EPISODE_COLUMNS | KEYS),
-    "misses": (MISSES, RUN | HEADS | MISS_COLUMNS | MISS_MEASURES | KEYS),
-    "false_contacts": (FALSE_CONTACTS, RUN | HEADS | FALSE_COLUMNS | FALSE_MEASURES | KEYS),
+    "episodes": (EPISODES, RUN | types_of(contact_tables.EPISODES) | KEYS),
+    "misses": (MISSES, RUN | types_of(contact_tables.MISSES) | KEYS),
+    "false_contacts": (FALSE_CONTACTS, RUN | types_of(contact_tables.FALSE_CONTACTS) | KEYS),
     "events": (EVENTS, RUN | EVENT_COLUMNS | KEYS),
     "metrics": (METRICS, RUN | METRIC_COLUMNS | dict.fromkeys(SAID, str) | TIMES),
 }

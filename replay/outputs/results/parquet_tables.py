@@ -14,7 +14,7 @@ from cdcore.protocol import counts_as_contact
 from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.holding import within
-from replay.comparison.outcome import Episode, Miss, Outcome
+from replay.comparison.outcome import Miss, Outcome
 from replay.effects.output import plain_value
 from replay.metrics.row import METRICS, TASK, metric_rows
 from replay.outputs.results.parquet import columns_of, table_of
@@ -67,66 +67,10 @@ def timing_table(result: RunResult) -> pa.Table:
     return pa.table(columns)
 
 
-def episode_table(result: RunResult) -> pa.Table:
-    """Every contact of every detector, in order of time; ``number`` counts from 1 within a detector.
-
-    Columns: ``detector number body_a body_b held first last frames frames_lost cuts start end``: ``end`` is when the
-    last frame is over, ``frames_lost`` are those within it without a pose, which are not among its ``frames``, and
-    ``cuts`` counts the stretches of lost poses that cut it. ``missed_by`` names the audited
-    detectors that never found an episode of the oracle, separated by commas. Of an audited detector ``status`` is
-    ``matched``, ``piece`` (of a split one), ``invented`` or ``excused``, and where matched ``truth`` is the number of
-    the oracle's episode, with ``overlap_frames``, ``onset_error`` and ``duration_error`` (seconds). ``flag`` names what
-    was in doubt about a pose in it (null: nothing). Of the oracle's ``noise`` says whether the contact holds in spite
-    of tracker noise, and ``noise_share`` in which share of noisy copies it is (null: not asked).
-    """
-    never = _never_found(result)
-    status = {label: matches.status() for label, matches in result.matches.items()}
-    match = {(label, one.found): one for label, matches in result.matches.items() for one in matches.matched}
-    rows = [(label, number, one) for label, found in result.episodes.items() for number, one in enumerate(found, 1)]
-    values = [
-        (
-            one.first, one.last, one.frames, one.frames_lost, one.cuts, one.start, one.end,
-            ",".join(never.get((label, number), ())),
-            _doubt(result, one), status.get(label, {}).get(number, ""),
-            *(getattr(match.get((label, number)), name, None) for name in MATCH),
-            *(in_noise(result, number) if label == result.oracle else (None, None)),
-        )
-        for label, number, one in rows
-    ]  # fmt: skip
-    heads = heads_of(result, rows)
-    return pa.table(heads | columns_of(values, EPISODE_COLUMNS))
-
-
-MATCH: Final = ("truth", "overlap", "onset_error", "duration_error")
-"""Attributes of a match; ``overlap`` is written as ``overlap_frames``."""
-
-EPISODE_COLUMNS: Final[dict[str, type]] = {
-    "first": int, "last": int, "frames": int, "frames_lost": int, "cuts": int, "start": float, "end": float,
-    "missed_by": str, "flag": str, "status": str, "truth": int, "overlap_frames": int, "onset_error": float,
-    "duration_error": float, "noise": str, "noise_share": float,
-}  # fmt: skip
-
-
-HEADS: Final[dict[str, type]] = {"detector": str, "number": int, "body_a": str, "body_b": str, "held": bool}
-"""Columns of contacts, misses and false contacts alike, before those of their own."""
-
 EVENT_COLUMNS: Final[dict[str, type]] = {
     "stamp_ns": int, "end_stamp_ns": int, "source": str, "name": str, "body": str, "level": str, "message": str,
     "values": str, "time": float, "end_time": float,
 }  # fmt: skip
-
-
-def in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]:
-    """Word and share of a contact of the oracle in noisy copies."""
-    noise = result.noise
-    return (None, None) if noise is None else (noise.words[number - 1], noise.contacts[number - 1].share)
-
-
-def heads_of(result: RunResult, rows: Sequence[tuple[str, int, Episode | Miss | FalseContact]]) -> Columns:
-    """Detector, number and pair of each row."""
-    asked = np.array([(one.pair, one.first, one.last) for _, _, one in rows], dtype=np.int64).reshape(-1, 3)
-    named = columns_of([(label, number) for label, number, _ in rows], {"detector": str, "number": int})
-    return named | _pair_columns(result, *asked.T)
 
 
 def event_table(result: RunResult) -> pa.Table:
@@ -204,14 +148,6 @@ def _happened(result: RunResult) -> tuple[IntArray, IntArray]:
     return np.concatenate(rows), np.concatenate(columns)
 
 
-def _doubt(result: RunResult, episode: Episode) -> str | None:
-    """What is in doubt about any pose in a contact."""
-    if result.flags is None:
-        return None
-    part = result.flags.bodies[episode.first : episode.last + 1, result.assembly.pairs[episode.pair]]
-    return flag_word(int(np.bitwise_or.reduce(part, axis=None))) or None
-
-
 def _flag_column(result: RunResult, rows: IntArray, columns: IntArray) -> pa.DictionaryArray:
     flag = np.zeros(len(rows), dtype=np.uint16)
     if result.flags is not None:
@@ -268,11 +204,3 @@ def _numbers(found: Sequence[Miss | FalseContact], rows: IntArray, columns: IntA
         low, high = np.searchsorted(rows, [one.first, one.last + 1])
         number[low:high][columns[low:high] == one.pair] = one.number
     return number
-
-
-def _never_found(result: RunResult) -> dict[tuple[str, int], list[str]]:
-    never: dict[tuple[str, int], list[str]] = {}
-    for label in result.comparisons:
-        for episode in result.counts[label].missed_numbers:
-            never.setdefault((result.oracle, episode), []).append(label)
-    return never

@@ -15,11 +15,13 @@ from replay.base.progress import Advance, ignored
 from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
+from replay.outputs import contact_tables
+from replay.outputs.columns import types_of
 from replay.outputs.report.page import write_report
 from replay.outputs.report.tradeoff import JSON as TRADEOFF_JSON
 from replay.outputs.report.tradeoff import PICTURES
 from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
-from replay.outputs.results import fault_tables, parquet_tables
+from replay.outputs.results import parquet_tables
 from replay.outputs.results.parquet import KEYS, read_table, with_keys
 from replay.outputs.results.reading import checked_contacts, checked_summary, checked_table, read_json
 from replay.pipeline.ranking import Rank, ranking
@@ -41,23 +43,24 @@ PICTURE: Final = "run.rrd"
 REPORT: Final = "report.html"
 
 TABLES: Final = {
-    EPISODES: parquet_tables.episode_table, MISSES: fault_tables.miss_table,
-    FALSE_CONTACTS: fault_tables.false_table, EVENTS: parquet_tables.event_table,
+    EPISODES: lambda result: contact_tables.episode_rows(result).to_arrow(),
+    MISSES: lambda result: contact_tables.miss_rows(result).to_arrow(),
+    FALSE_CONTACTS: lambda result: contact_tables.false_rows(result).to_arrow(), EVENTS: parquet_tables.event_table,
     METRICS: parquet_tables.metrics_table, TIMING: parquet_tables.timing_table, SERIES: parquet_tables.series_table,
 }  # fmt: skip
 """File -> what makes its table; that of the series only where there are effects, of times where there are any."""
 
-SPAN: Final = frozenset((*parquet_tables.HEADS, "first", "last", "start", "end"))
+SPAN: Final = frozenset(types_of((*contact_tables.HEADS, *contact_tables.SPAN)))
 
 CONTACTS: Final[dict[str, tuple[dict[str, type], frozenset[str]]]] = {
-    EPISODES: (parquet_tables.EPISODE_COLUMNS, SPAN | {"frames"}),
-    MISSES: (fault_tables.MISS_COLUMNS | fault_tables.MISS_MEASURES, SPAN | {"kind", "cause", "deepest"}),
-    FALSE_CONTACTS: (fault_tables.FALSE_COLUMNS | fault_tables.FALSE_MEASURES, SPAN | {"kind", "cause"}),
+    EPISODES: (types_of(contact_tables.EPISODES), SPAN | {"frames"}),
+    MISSES: (types_of(contact_tables.MISSES), SPAN | {"kind", "cause", "deepest"}),
+    FALSE_CONTACTS: (types_of(contact_tables.FALSE_CONTACTS), SPAN | {"kind", "cause"}),
 }
 """File -> columns of its own with their types, and the columns that no row may lack."""
 
 READ_TABLES: Final = {
-    **{name: (parquet_tables.HEADS | own | KEYS, needed) for name, (own, needed) in CONTACTS.items()},
+    **{name: (own | KEYS, needed) for name, (own, needed) in CONTACTS.items()},
     METRICS: (METRIC_COLUMNS | KEYS, frozenset(("session", "settings", "detector"))),
     EVENTS: (parquet_tables.EVENT_COLUMNS | KEYS, frozenset(("stamp_ns", "source", "name", "message", "time"))),
 }

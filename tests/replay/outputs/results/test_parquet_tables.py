@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from support.small_worlds import cubes
 
+from replay.outputs.contact_tables import EPISODES, FALSE_CONTACTS, MISSES, episode_rows, false_rows, miss_rows
 from replay.outputs.results import parquet_tables as tables
-from replay.outputs.results.fault_tables import miss_table
-from replay.outputs.results.parquet_tables import episode_table, event_table, frame_table, timing_table
+from replay.outputs.results.parquet_tables import event_table, frame_table, timing_table
 from replay.pipeline.engine import compute
 from sessions import Event, Interval, Scene
 from sessions.model.scene import SceneBody
@@ -66,7 +66,7 @@ def test_a_run_in_which_nothing_happened_has_a_table_without_rows():
     quiet = compute(cubes({"a": [0, 0], "b": [5, 5.01]}), detectors="hybrid", oracle="hybrid")
     (table,) = frame_table(quiet)
     assert table.num_rows == 0 and "verdict/hybrid" in table.column_names
-    assert episode_table(quiet).num_rows == miss_table(quiet).num_rows == 0
+    assert episode_rows(quiet).rows == miss_rows(quiet).rows == false_rows(quiet).rows == ()
 
 
 def test_a_pair_frame_in_doubt_has_a_row_whatever_was_said_of_it_and_names_the_doubt():
@@ -76,7 +76,7 @@ def test_a_pair_frame_in_doubt_has_a_row_whatever_was_said_of_it_and_names_the_d
 
 
 def test_episodes_of_the_oracle_say_who_never_found_them(result):
-    found = [row for row in rows(episode_table(result)) if row["detector"] == "hybrid"]
+    found = [row for row in episode_rows(result).plain() if row["detector"] == "hybrid"]
     assert [(row["number"], row["first"], row["last"], row["frames"], row["missed_by"]) for row in found] == [
         (1, 4, 4, 1, "slow"),
         (2, 8, 10, 3, ""),
@@ -85,7 +85,7 @@ def test_episodes_of_the_oracle_say_who_never_found_them(result):
 
 
 def test_miss_rows_repeat_the_numbered_misses(result):
-    got = rows(miss_table(result))
+    got = miss_rows(result).plain()
     assert [row["number"] for row in got] == [miss.number for miss in result.misses["slow"]]
     first = result.misses["slow"][0]
     assert (got[0]["kind"], got[0]["episode"], got[0]["deepest"]) == (first.kind, first.episode, first.deepest)
@@ -106,3 +106,24 @@ def test_events_keep_the_sessions_clock_in_a_run_that_starts_later():
     session = cubes(PLACES, events=[Event(50_000_000, "x")])
     late = compute(session, detectors="hybrid", oracle="none", start=0.03)
     assert rows(event_table(late))[0]["time"] == pytest.approx(0.05, abs=1e-12)
+
+
+def test_every_column_says_what_it_holds_and_all_are_written_with_their_types(result):
+    for made, columns in (
+        (episode_rows(result), EPISODES), (miss_rows(result), MISSES), (false_rows(result), FALSE_CONTACTS)
+    ):  # fmt: skip
+        assert len({column.name for column in columns}) == len(columns)
+        assert all(len(column.meaning) > 5 for column in columns)
+        table = made.to_arrow()
+        assert table.schema.names == [column.name for column in columns] and table.to_pylist() == made.plain()
+        kinds = {str: "string", int: "int64", float: "double", bool: "bool"}
+        assert [str(kind) for kind in table.schema.types] == [kinds[column.dtype] for column in columns]
+
+
+def test_a_screen_shows_the_values_of_the_table_in_the_units_of_people(result):
+    false = compute(
+        cubes({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]}), detectors="c=collider[shape=box,skin_m=0.05]"
+    )
+    (row,), shown = false_rows(false).plain(), false_rows(false).shown("", "number", "start", "gap", "cause")
+    assert shown.rows == ((row["number"], f"{row['start']:.3f}", f"{1e3 * row['gap']:.1f}", row["cause"]),)
+    assert [column.name for column in shown.columns] == ["number", "at s", "mm apart", "why"]

@@ -1,0 +1,203 @@
+"""Contacts, misses and false contacts as tables: what each column holds is said here, once."""
+
+from dataclasses import dataclass
+from math import isnan
+from typing import Any, Final
+
+import numpy as np
+
+from replay.comparison.holding import within
+from replay.comparison.matching import EpisodeMatch
+from replay.comparison.outcome import Episode, FirstTouch
+from replay.outputs.columns import Column, RawTable
+from replay.pipeline.run_result import RunResult
+from replay.prepare.flags import flag_word
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """A contact, a miss or a false contact of a detector, with what the run says of it elsewhere."""
+
+    label: str
+    number: int
+    thing: Any  # an ``Episode``, a ``Miss`` or a ``FalseContact``
+    bodies: tuple[str, str]
+    held: bool
+    noise: tuple[str | None, float | None] = (None, None)
+    missed_by: str = ""
+    flag: str | None = None
+    status: str = ""
+    match: EpisodeMatch | None = None
+
+    @property
+    def touch(self) -> FirstTouch | None:
+        """The first touch of a miss that no frame shows."""
+        return self.thing.touch
+
+
+def attribute(
+    name: str, dtype: type, meaning: str, unit: str = "", head: str = "", format: str = "", scale: float = 1.0
+) -> Column[Entry]:
+    """A column that is an attribute of the contact or fault."""
+    return Column(name, dtype, meaning, lambda entry: getattr(entry.thing, name), unit, head, format, scale)
+
+
+def matched(name: str, dtype: type, meaning: str, unit: str = "", of: str = "") -> Column[Entry]:
+    """A column that is an attribute of the match with a contact of the reference."""
+    return Column(name, dtype, meaning, lambda entry: entry.match and getattr(entry.match, of or name), unit)
+
+
+def touched(name: str, dtype: type, meaning: str, of: str, place: int | None = None, unit: str = "") -> Column[Entry]:
+    """A column that is an attribute of the first touch of a miss that no frame shows."""
+
+    def value(entry: Entry) -> Any:
+        if entry.touch is None:
+            return None
+        whole = getattr(entry.touch, of)
+        return whole if place is None else whole[place]
+
+    return Column(name, dtype, meaning, value, unit)
+
+
+def axes(name: str, meaning: str, unit: str = "") -> tuple[Column[Entry], ...]:
+    """Three columns of a vector of the world."""
+
+    def axis(k: int) -> Column[Entry]:
+        return Column(f"{name}_{'xyz'[k]}", float, meaning, lambda entry: getattr(entry.thing, name)[k], unit)
+
+    return tuple(axis(k) for k in range(3))
+
+
+HEADS: Final[tuple[Column[Entry], ...]] = (
+    Column("detector", str, "label of the detector", lambda entry: entry.label),
+    Column("number", int, "counts from 1 within a detector, in order of time", lambda entry: entry.number),
+    Column("body_a", str, "first body of the pair", lambda entry: entry.bodies[0]),
+    Column("body_b", str, "second body of the pair", lambda entry: entry.bodies[1]),
+    Column("held", bool, "a hand and what it holds, or a body and its parent", lambda entry: entry.held),
+    attribute("first", int, "first frame"),
+    attribute("last", int, "last frame, included"),
+)
+SPAN: Final[tuple[Column[Entry], ...]] = (
+    attribute("start", float, "when its first frame is", "s", "at s", ".3f"),
+    attribute("end", float, "when its last frame is over", "s", "until s", ".3f"),
+)
+NOISE: Final[tuple[Column[Entry], ...]] = (
+    Column(
+        "noise", str, "whether the contact of the reference holds in spite of tracker noise; null: not asked",
+        lambda entry: entry.noise[0], head="in noise",
+    ),
+    Column("noise_share", float, "share of noisy copies that have the contact", lambda entry: entry.noise[1]),
+)  # fmt: skip
+
+EPISODES: Final = (
+    *HEADS,
+    attribute("frames", int, "frames in contact"),
+    attribute("frames_lost", int, "frames within it without a pose"),
+    attribute("cuts", int, "stretches of lost poses that cut it: before, within and after"),
+    *SPAN,
+    Column("missed_by", str, "detectors that never found it, with commas", lambda entry: entry.missed_by),
+    Column("flag", str, "what was in doubt about a pose in it; null: nothing", lambda entry: entry.flag),
+    Column("status", str, "of an audited one: matched, piece, invented, excused, held", lambda entry: entry.status),
+    matched("truth", int, "number of the contact of the reference that it matches"),
+    matched("overlap_frames", int, "frames in common with that one", of="overlap"),
+    matched("onset_error", float, "how much later it begins than that one", "s"),
+    matched("duration_error", float, "how much longer it is than that one", "s"),
+    *NOISE,
+)
+
+MISSES: Final = (
+    *HEADS,
+    attribute("frames", int, "frames missed"),
+    *SPAN,
+    attribute("kind", str, "never found, found late, lost early or interrupted", head="what"),
+    attribute("episode", int, "number of the contact of the reference"),
+    attribute("deepest", int, "frame in which the surfaces cut longest"),
+    attribute("face_pairs", int, "pairs of faces that meet there"),
+    attribute("cut_length", float, "length of the intersection curve there", "m", "cut mm", ".1f", 1e3),
+    attribute("cause", str, "the stage that lost it"),
+    *axes("point", "where, at the deepest frame or the first touch, in the world", "m"),
+    *axes("normal", "unit direction from the first body to the second there"),
+    touched("touch", float, "when a contact begins that no frame shows", "moment", unit="s"),
+    touched("face_a", int, "face of the first body that touches first", "faces", 0),
+    touched("face_b", int, "face of the second body that touches first", "faces", 1),
+    touched("touch_free", float, "nothing touches before", "free", unit="s"),
+    *NOISE,
+)
+
+FALSE_CONTACTS: Final = (
+    *HEADS,
+    attribute("frames", int, "frames that are false"),
+    *SPAN,
+    attribute("kind", str, "nothing there, starts early, ends late or joins two contacts", head="what"),
+    attribute("widest", int, "frame in which the surfaces are farthest apart, of those looked at"),
+    attribute("cause", str, "why it was reported", head="why"),
+    *axes("point", "the middle between the nearest points there, in the world", "m"),
+    Column(
+        "gap", float, "between the surfaces there; null: not measured",
+        lambda entry: None if isnan(entry.thing.gap) else entry.thing.gap, "m", "mm apart", ".1f", 1e3,
+    ),
+    Column("hollow", str, "body whose convex hull fills a hollow", lambda entry: entry.thing.hollow or None),
+)  # fmt: skip
+
+
+def episode_rows(result: RunResult) -> RawTable:
+    """Every contact of every detector, in order of time."""
+    never: dict[tuple[str, int], list[str]] = {}
+    for label in result.comparisons:
+        for number in result.counts[label].missed_numbers:
+            never.setdefault((result.oracle, number), []).append(label)
+    status = {label: matches.status() for label, matches in result.matches.items()}
+    match = {(label, one.found): one for label, matches in result.matches.items() for one in matches.matched}
+    things = [(label, number, one) for label, found in result.episodes.items() for number, one in enumerate(found, 1)]
+    entries = [
+        Entry(
+            label=label, number=number, thing=contact, bodies=_bodies(result, contact), held=held,
+            noise=_in_noise(result, number) if label == result.oracle else (None, None),
+            missed_by=",".join(never.get((label, number), ())), flag=_doubt(result, contact),
+            status=status.get(label, {}).get(number, ""), match=match.get((label, number)),
+        )
+        for (label, number, contact), held in zip(things, _held(result, things), strict=True)
+    ]  # fmt: skip
+    return RawTable.of(EPISODES, entries)
+
+
+def miss_rows(result: RunResult) -> RawTable:
+    """Every numbered miss of every audited detector."""
+    things = [(label, miss.number, miss) for label, found in result.misses.items() for miss in found]
+    return RawTable.of(MISSES, [
+        Entry(label, number, miss, _bodies(result, miss), held, _in_noise(result, miss.episode))
+        for (label, number, miss), held in zip(things, _held(result, things), strict=True)
+    ])  # fmt: skip
+
+
+def false_rows(result: RunResult) -> RawTable:
+    """Every numbered false contact of every audited detector."""
+    things = [(label, false.number, false) for label, found in result.false.items() for false in found]
+    return RawTable.of(FALSE_CONTACTS, [
+        Entry(label, number, false, _bodies(result, false), held)
+        for (label, number, false), held in zip(things, _held(result, things), strict=True)
+    ])  # fmt: skip
+
+
+def _bodies(result: RunResult, thing: Any) -> tuple[str, str]:
+    first, second = result.assembly.pairs[thing.pair].tolist()
+    return result.assembly.names[first], result.assembly.names[second]
+
+
+def _held(result: RunResult, things: list[tuple[str, int, Any]]) -> list[bool]:
+    spans = np.array([(thing.pair, thing.first, thing.last) for _, _, thing in things], dtype=np.int64).reshape(-1, 3)
+    return (result.assembly.held[spans[:, 0]] | within(result.holdings, *spans.T)).tolist()
+
+
+def _in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]:
+    """Word and share of a contact of the oracle in noisy copies."""
+    noise = result.noise
+    return (None, None) if noise is None else (noise.words[number - 1], noise.contacts[number - 1].share)
+
+
+def _doubt(result: RunResult, contact: Episode) -> str | None:
+    """What is in doubt about any pose in a contact."""
+    if result.flags is None:
+        return None
+    part = result.flags.bodies[contact.first : contact.last + 1, result.assembly.pairs[contact.pair]]
+    return flag_word(int(np.bitwise_or.reduce(part, axis=None))) or None
