@@ -17,8 +17,8 @@ from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_files import load_mesh, refined, simplified
 
 FOLDER: Final = Path(__file__).with_name("device_meshes")
-GRIPS: Final = (0.008, 0.02, 0.03, 0.034, 0.045)
-"""Radii in metres of the cylinders that there are hands for: a rod, a test tube, three beakers."""
+GRIPS: Final = (0.008, 0.01, 0.02, 0.03, 0.034, 0.045)
+"""Radii in metres of the cylinders that there are hands for: two rods, a test tube, three beakers."""
 
 WAND_MASS, HEADSET_MASS = 0.2, 0.5  # kg, round figures for hollow plastic; the meshes are solid
 WRIST = 0.135  # how far behind the grip the arm is cut off

@@ -1,3 +1,5 @@
+from importlib import import_module
+
 import numpy as np
 import pytest
 from support.surface_rays import distances_along_rays, points_on_faces
@@ -6,6 +8,8 @@ from sessions.glassware.devices import GRIPS, hand_right
 from sessions.glassware.furniture import test_tube_rack
 from sessions.glassware.tools import delivery_tube
 from sessions.glassware.tubes import test_tube
+from sessions.synthetic.bench_bumps import PLACED
+from sessions.synthetic.scenes import SCENES
 
 
 @pytest.mark.parametrize("faces", [500, 2000, 5000, pytest.param(50_000, marks=pytest.mark.slow)])
@@ -63,3 +67,11 @@ def test_a_hand_goes_round_a_cylinder_of_the_grip_without_entering_it(grip_radiu
     level = (np.abs(mesh.vertices[:, 1]) < 0.04) & (radii < grip_radius + 0.02)
     around = np.sort(np.arctan2(mesh.vertices[level, 2], mesh.vertices[level, 0]))
     assert np.degrees(np.diff(around, append=around[0] + 2 * np.pi).max()) < 140
+
+
+def test_the_hands_of_every_scene_hold_a_grip_that_is_shipped():
+    """Another grip gets the nearest hand, which would change what a seed makes."""
+    made = [getattr(import_module(module), name) for module, name in (where.split(":") for where in SCENES.values())]
+    grips = {grip for experiment in made for grip in getattr(experiment, "grips", ())}
+    grips |= {item.options["grip_radius"] for item in PLACED.values() if "grip_radius" in item.options}
+    assert 0.01 in grips and grips <= {*GRIPS}
