@@ -12,6 +12,10 @@ class SessionError(Exception):
         return said if said.isprintable() else said.encode("unicode_escape").decode()
 
 
+class WrongInputError(SessionError, TypeError):
+    """What was given is of another kind than what was asked for."""
+
+
 class MeshFileError(SessionError):
     """A mesh file, or arrays given as a mesh, that cannot be used."""
 

@@ -61,7 +61,7 @@ def audit(
     """
     from replay.api.batch import run_near
     from replay.api.places import check_place, place
-    from replay.api.runner import require_session
+    from replay.prepare.session_input import require_session
 
     limits = Gates(max_missed, max_p99_ms, max_invented)
     several = list(sessions) if isinstance(sessions, Sequence) and not isinstance(sessions, str) else [sessions]

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from os import PathLike
 from pathlib import Path
 from typing import Any, Final
 
 from replay.api.run_result import RunResult
 from replay.base.progress import Advance, Progress, Silent, ignored
-from replay.errors import WrongInputError
 from replay.pipeline import run_result
 from replay.pipeline.engine import compute
 from replay.pipeline.settings import RunSettings
+from replay.prepare.session_input import require_session
 from sessions import Session
 
 WRITING: Final = "Writing report and picture"
@@ -78,15 +77,6 @@ def opened(given: Session | str | Path, scene: str | Path | None) -> Session:
     from sessions.scene_files.scene_meshes import with_scene
 
     return with_scene(given, scene)
-
-
-def require_session(given: object) -> None:
-    """Refuse what is neither a session nor a path with a ``WrongInputError``."""
-    if not isinstance(given, Session | str | PathLike):
-        raise WrongInputError(
-            f"a session or the path of one is needed, not {type(given).__name__}; of arrays make one with "
-            "replay.Session.from_arrays(times_ns, {body: (positions, quaternions_xyzw)}, meshes)"
-        )
 
 
 def write(

@@ -41,6 +41,7 @@ from replay.prepare.holding_poses import held
 from replay.prepare.noise import parse_noise
 from replay.prepare.policy import KEEP, Policy, PolicyLike, parse_policy
 from replay.prepare.repair import Repair, repair_session
+from replay.prepare.session_input import require_session
 from sessions import Session
 
 COMPARING: Final = "Comparing with the reference"
@@ -70,6 +71,7 @@ def prepared(
 
     ``looking``: whether a detector will run; the other parameters are as for ``replay.run``.
     """
+    require_session(session, path=False)
     progress, planned = progress or Silent(), plan(session.scene)
     rules = parse_policy(policy)
     # What a scene's effects do not name is not looked at, unless somebody asks for pairs, or looks about.

@@ -6,12 +6,13 @@ Memory for ``Session.blocks`` is one chunk and one block, for a file of any leng
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, partial
+from os import PathLike
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from google.protobuf.message import DecodeError
 
-from sessions.errors import MeshFileError, SessionError, SessionFileError, TornFileError
+from sessions.errors import MeshFileError, SessionError, SessionFileError, TornFileError, WrongInputError
 from sessions.mcap_format import annotations, metadata, schemas
 from sessions.mcap_format.mcap_file import McapFile, McapFrames
 from sessions.mcap_format.pose_decoding import FrameDecoder
@@ -27,6 +28,12 @@ MISSING = "missing"  # The metadata key that says what a truncated file lacks
 Value = TypeVar("Value")
 
 
+def _require_path(given: object) -> None:
+    if not isinstance(given, str | PathLike):
+        kind = type(given).__name__
+        raise WrongInputError(f"read_session takes the path of a file, not {kind}; arrays: Session.from_arrays(...)")
+
+
 def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | None = None) -> Session:
     """Read a session file of profile ``vrlab/1``, or any MCAP with ``foxglove.FrameTransforms`` on ``/tf``.
 
@@ -40,6 +47,7 @@ def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | 
     Raises ``SessionFileError``: the file is missing, empty, damaged, no MCAP, of an unknown version, or has no poses;
     ``TornFileError`` when it was cut short and ``torn`` is ``refuse``.
     """
+    _require_path(path)
     if torn not in ("refuse", "keep"):
         raise SessionError(f"torn is {torn!r}; use 'refuse' or 'keep'")
     file = McapFile(Path(path))

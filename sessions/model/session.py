@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sessions.errors import MeshFileError, SessionError
+from sessions.errors import MeshFileError, SessionError, WrongInputError
 from sessions.mesh_data import MeshData
 from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.event import Event, Interval, LiveContact
@@ -198,6 +198,7 @@ class Session:
 
         Raises ``SessionError``: shapes that do not fit, stamps that do not increase.
         """
+        _require_mapping("poses", poses, "(positions (T, 3), quaternions_xyzw (T, 4))")
         tracks = {name: _track_of(name, times_ns, pose) for name, pose in poses.items()}
         return cls.from_tracks(tracks, meshes=meshes, scene=scene, events=events, intervals=intervals, facts=facts)
 
@@ -213,6 +214,8 @@ class Session:
         facts: Mapping[str, str] | None = None,
     ) -> "Session":
         """A session whose bodies have clocks of their own; a frame is made for every stamp that any body has."""
+        if meshes is not None:
+            _require_mapping("meshes", meshes, "(vertices (v, 3), faces (f, 3))")
         given = {name: mesh_of(name, mesh) for name, mesh in (meshes or {}).items()}
         return cls(_frames(tracks), given, scene or Scene(), tuple(events), tuple(intervals), dict(facts or {}))
 
@@ -231,6 +234,11 @@ def _some(names: Sequence[str]) -> str:
 def _short(words: str) -> str:
     plain = words if words.isprintable() else words.encode("unicode_escape").decode()
     return plain if len(plain) <= MOST_LETTERS else plain[: MOST_LETTERS - 3] + "..."
+
+
+def _require_mapping(what: str, given: object, value: str) -> None:
+    if not isinstance(given, Mapping):
+        raise WrongInputError(f"{what} are a mapping from body name to {value}, not {type(given).__name__}")
 
 
 def _track_of(name: str, times_ns: ArrayLike, pose: tuple[ArrayLike, ArrayLike]) -> Track:

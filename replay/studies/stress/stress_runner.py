@@ -8,7 +8,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore import Verdict
-from cdcore.detectors import detector_names, load_detector
+from cdcore.detectors import OPTIONAL, detector_names, load_detector
 from cdcore.narrow.margins.triangle_margins import triangle_margins
 from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.numerics import BoolArray, ByteArray, FloatArray
@@ -28,7 +28,7 @@ ALL: Final = "all"
 NOT_IN_ALL: Final = {
     "sphere": "answers about bounding spheres, not about triangles",
     "collider": "answers about a solid that stands in for the mesh",
-    "mujoco": "answers about the hull, which is another solid",
+    **dict.fromkeys(OPTIONAL, "answers about the hull, which is another solid"),
     "image-space": "refuses open meshes, and one triangle is open",
     "static": "asks the same meshes as discrete, and its spheres would take nine minutes",
 }
