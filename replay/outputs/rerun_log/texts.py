@@ -96,8 +96,8 @@ def dots_of(result: RunResult) -> tuple[list[Dot], int]:
         rows = {row["label"]: row for row in result.tradeoff.rows}
         for number, label in enumerate(result.tradeoff.front):
             row = rows[label]
-            false = 1.0 - (1.0 if row["precision"] is None else row["precision"])
-            dots.append(Dot(label, row["mean_ms"], row["contacts_lost"], false, colour_of(number)))
+            wrong, false = row["missed"] + row["late"], row["false"] or 0.0
+            dots.append(Dot(label, row["mean_ms"], wrong, false, colour_of(number)))
         return dots, rows[result.tradeoff.front[0]]["contacts"]
     for rank in result.ranking:
         if rank.mean is not None:

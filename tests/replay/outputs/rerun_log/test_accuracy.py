@@ -1,15 +1,19 @@
 """Accuracy against cost: dots stand where their figures are, and no two names on one another."""
 
+from dataclasses import replace
 from itertools import combinations
 from math import log10
 
 import numpy as np
 import pytest
+from support.small_worlds import cubes
 
 from replay.outputs.rerun_log.accuracy import HEIGHT, TOPS, half_width, placed_labels
 from replay.outputs.rerun_log.texts import dots_of, ranking_text
 from replay.outputs.run_tables import ranking_table
 from replay.outputs.tables import text_of
+from replay.tradeoffs.settings import Setting
+from replay.tradeoffs.sweep import tradeoff
 
 
 def test_dots_are_those_of_the_ranking_on_one_axis_of_cost(demo, read):
@@ -49,3 +53,14 @@ def test_the_ranking_beside_the_picture_has_the_figures_of_the_table_of_the_run(
         (row,) = [line for line in rows if line.startswith(f"| {rank.label}:")]
         shown = [cell.strip(" *") for cell in row.split("|")]
         assert all(text_of(cell) in shown for cell in cells), row
+
+
+def test_a_tradeoff_has_a_dot_for_each_setting_on_its_front_at_its_wrong_contacts_and_its_cost(demo):
+    bumped = cubes({"a": [0] * 12, "b": [3, 1.3, 1.3, 3, 0.9, 3, 1.3, 1.3, 0.9, 0.8, 1.3, 3]})
+    tried = tradeoff(bumped, settings=(Setting("exact", "exact"), Setting("balls", "sphere")))
+    dots, contacts = dots_of(replace(demo, tradeoff=tried))
+    rows = {row["label"]: row for row in tried.rows}
+    assert tried.front and [one.name for one in dots] == list(tried.front) and contacts == tried.about["contacts"]
+    for one in dots:
+        row = rows[one.name]
+        assert (one.ms, one.wrong) == (row["mean_ms"], row["missed"] + row["late"]) and one.false == row["false"]
