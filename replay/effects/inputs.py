@@ -196,10 +196,6 @@ class EffectInputs:
         """Vertices and faces in the body's frame."""
         return self.session.meshes[self._named(name)]
 
-    def has(self, kind: str) -> bool:
-        """Whether a used effect is in the plan."""
-        return kind in self.outputs
-
     def output(self, kind: str) -> EffectOutput:
         """The output of an effect this one needs or uses.
 

@@ -75,7 +75,7 @@ class EffectSpec:
     compute: Callable[[EffectInputs], EffectOutput]  # from inputs to output
     fields: Mapping[str, Field] = field(default_factory=dict)  # keys of its ``[[effect]]`` table
     # needs: kinds it cannot do without, in the plan because this one is. uses: kinds it builds on when the plan holds
-    # them anyway. Both run before it: ``inputs.output(kind)``; ``inputs.has(kind)`` of a used one.
+    # them anyway. Both run before it: ``inputs.output(kind)``, of a used one where ``inputs.outputs`` has it.
     needs: tuple[str | Need, ...] = ()
     uses: tuple[str, ...] = ()
     reads: tuple[str, ...] = ()  # topics beyond the poses: ``HANDS`` gives ``inputs.hand_of(body)``

@@ -18,7 +18,6 @@ from replay.effects.models.reacting import HEAT, STORED, Reactor
 from replay.effects.models.speciation import GAS, SOLID, Speciation
 
 BROUGHT: Final = " as brought"
-OUTSIDE: Final = -1
 SPENT: Final = 1e-12
 """A rest below this share of what a vessel held goes with the last drop: it is rounding."""
 TICK: Final = 0.02
