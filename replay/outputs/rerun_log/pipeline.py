@@ -116,48 +116,43 @@ def _log_volumes(writer: RecordingWriter, run: WatchedRun, result: RunResult, st
     """The sphere and the box of both bodies, below the bodies, and the eye that sees both."""
     assembly, root = result.assembly, pipeline_path(run.label)
     mode = getattr(run.seen.settings, "sphere", "best")
-    spheres = [sphere_in_mode(body.mesh, mode) for body in assembly.bodies]
-    small = [body for body, sphere in enumerate(spheres) if sphere.radius <= ROOM]
     pairs = {one: assembly.pairs[one.pair].tolist() for one in run.moments}
-    wire, thin = rr.components.FillMode.MajorWireframe, rr.Radius.ui_points(1.0)
-    for body in {body for pair in pairs.values() for body in pair if body in small}:
-        path, sphere, box = (
-            f"{root}/bodies/{entity(assembly.names[body])}",
-            spheres[body],
-            box_best(assembly.bodies[body].mesh),
-        )
+    shown = {body: assembly.bodies[body] for pair in pairs.values() for body in pair}
+    spheres = {body: sphere_in_mode(shape.mesh, mode) for body, shape in shown.items()}
+    boxes = {body: box_best(shape.mesh) for body, shape in shown.items()}
+    wire = rr.components.FillMode.MajorWireframe
+    # What holds the room is not drawn. Wires ignore alpha: an empty row hides them.
+    for body in (body for body, sphere in spheres.items() if sphere.radius <= ROOM):
+        path = f"{root}/bodies/{entity(assembly.names[body])}"
 
-        def here(shown: Moment, body: int = body) -> list[int]:
-            return [body] if body in pairs[shown] else []
+        def here(moment: Moment, body: int = body) -> list[int]:
+            return [body] if body in pairs[moment] else []
 
-        def balls(some: list[int], sphere: Any = sphere) -> rr.ComponentColumnList:
-            sizes = np.full((len(some), 3), sphere.radius, dtype=np.float32)
-            return rr.Ellipsoids3D.columns(centers=np.tile(sphere.centre, (len(some), 1)), half_sizes=sizes)
+        def round_ones(some: list[int]) -> rr.ComponentColumnList:
+            sizes = [[spheres[one].radius] * 3 for one in some]
+            return rr.Ellipsoids3D.columns(centers=[spheres[one].centre for one in some], half_sizes=sizes)
 
-        def boxes(some: list[int], box: Any = box) -> rr.ComponentColumnList:
-            centre, half, turn = (np.tile(value, (len(some), 1)) for value in (box.centre, box.half, _turn(box.axes)))
-            return rr.Boxes3D.columns(centers=centre, half_sizes=half, quaternions=turn)
+        def square_ones(some: list[int]) -> rr.ComponentColumnList:
+            turns = [_turn(boxes[one].axes) for one in some]
+            sizes, centres = [boxes[one].half for one in some], [boxes[one].centre for one in some]
+            return rr.Boxes3D.columns(centers=centres, half_sizes=sizes, quaternions=turns)
 
-        # Wires ignore alpha: an empty row hides them.
-        writer.steps(f"{path}/sphere", steps, here, balls)
-        grey, blue = [STAGE_COLOURS[SPHERES]], [STAGE_COLOURS[BOXES]]
-        writer.static(f"{path}/sphere", rr.Ellipsoids3D.from_fields(fill_mode=wire, line_radii=thin, colors=grey))
+        writer.steps(f"{path}/sphere", steps, here, round_ones)
+        colour, thin = packed([STAGE_COLOURS[SPHERES]]), rr.Radius.ui_points(1.0)
+        writer.static(f"{path}/sphere", rr.Ellipsoids3D.from_fields(fill_mode=wire, line_radii=thin, colors=colour))
         if BOXES in run.counts:
-            writer.steps(f"{path}/box", steps, here, boxes)
-            thick = rr.Radius.ui_points(1.8)
-            writer.static(f"{path}/box", rr.Boxes3D.from_fields(fill_mode=wire, radii=thick, colors=blue))
+            writer.steps(f"{path}/box", steps, here, square_ones)
+            colour, thick = packed([STAGE_COLOURS[BOXES]]), rr.Radius.ui_points(1.8)
+            writer.static(f"{path}/box", rr.Boxes3D.from_fields(fill_mode=wire, radii=thick, colors=colour))
     eyes = {}
-    for one in run.moments:
-        # What holds the room is not seen whole.
-        held = [box_best(assembly.bodies[body].mesh).corners if body in small else spheres[body].centre[None]
-                for body in pairs[one]]  # fmt: skip
-        placed = [_placed(result, one.frame, body, some) for body, some in zip(pairs[one], held, strict=True)]
-        points = np.concatenate([some for some in placed if len(some) > 1] or placed)
-        user = towards_user(assembly, result.session.scene, one.frame, points.mean(axis=0).tolist())
-        near = framing(points, user + np.array([0.0, 0.35, 0.0]))
-        away = FARTHER * np.subtract(near.position, near.target)
-        eyes[one] = Eye(tuple(np.asarray(near.target) + away), near.target)
-    log_eyes(writer, f"{root}/near/eye", [(frame, later, eyes[one]) for frame, later, one in steps])
+    for moment, pair in pairs.items():
+        near = [body for body in pair if spheres[body].radius <= ROOM] or pair
+        points = np.concatenate([_placed(result, moment.frame, body, boxes[body].corners) for body in near])
+        user = towards_user(assembly, result.session.scene, moment.frame, points.mean(axis=0).tolist())
+        eye = framing(points, user + np.array([0.0, 0.35, 0.0]))
+        away = FARTHER * np.subtract(eye.position, eye.target)
+        eyes[moment] = Eye(tuple(np.asarray(eye.target) + away), eye.target)
+    log_eyes(writer, f"{root}/near/eye", [(frame, later, eyes[moment]) for frame, later, moment in steps])
 
 
 def _turn(axes: FloatArray) -> FloatArray:

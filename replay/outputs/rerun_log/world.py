@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
+from functools import lru_cache
 from typing import Final
 
 import numpy as np
@@ -107,6 +108,7 @@ def _moves(motion: Motion, frame: int, body: int) -> bool:
     return bool((places[0] != places[1]).any() or (turns[0] != turns[1]).any())
 
 
+@lru_cache(maxsize=64)  # several tabs have bodies of their own
 def shaded(mesh: TriangleMesh) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint32]]:
     """Vertices, unit normals (v, 3) and faces (f, 3) to draw: smooth over gentle edges, flat across sharp ones."""
     normals = _corner_normals(mesh).reshape(-1, 3)
