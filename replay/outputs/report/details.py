@@ -32,10 +32,11 @@ GLOSSARY: Final = {
 }
 
 
-def words_section() -> Section:
-    """The words of the first screen."""
-    lines = [element("p", element("b", word), f": {meaning}.") for word, meaning in GLOSSARY.items()]
-    return Section("Words", "Words", lines)
+def words_section(view: RunView) -> Iterator[Section]:
+    """The words of the first screen of an audit."""
+    if view.ranking:
+        lines = [element("p", element("b", word), f": {meaning}.") for word, meaning in GLOSSARY.items()]
+        yield Section("Words", "Words", lines)
 
 
 def last_section(view: RunView, notes: Sequence[str]) -> Section:

@@ -51,7 +51,7 @@ def report_html(result: RunResult) -> str:
     notes = beside(result)[len(undecided(view)) :]
     sections = [
         *_other_sections(result), *fault_sections(view, partial(fault_still, result), partial(_look, view)),
-        *effect_section(view, events, [*_titrations(result)]), last_section(view, notes), words_section(),
+        *effect_section(view, events, [*_titrations(result)]), last_section(view, notes), *words_section(view),
     ]  # fmt: skip
     title, screen = _first_screen(result, view)
     top = [page_head(view, name, sections), *doubt_lines(doubts(result)), *screen]

@@ -29,7 +29,7 @@ SHARPER: Final = {FIRST: 1.8, CARD: 1.4}
 WORDS: Final = 150
 """Units on the right of the first picture that its words take."""
 
-MOST_LETTERS: Final = 20
+MOST_LETTERS: Final = 19
 """That fit into it."""
 
 LINES: Final = 44.0
@@ -284,19 +284,21 @@ def _words(sight: Sight, label: str, view: View, white: BoolArray, middle: Point
     ``white`` (rows, columns): where the white body is seen; ``middle`` of the arrow.
     """
     factor, found = SHARPER[FIRST], list[tuple[Point, str, str, str]]()
+    said = "touches nothing" if sight.gap is not None else "touches"
     rows, columns = np.nonzero(white)
     if len(rows):
         row = rows[len(rows) // 4]
         place = float(columns[rows == row].max()) / factor, float(row) / factor
-        found.append((place, sight.white.name, "touches nothing" if sight.gap is not None else "touches", ""))
+        found.append((place, sight.white.name, said, ""))
     points = view.pixels(sight.glass.outline)[:, :2] / factor
     points = points[(points.min(axis=1) > 0) & (points[:, 1] < FIRST[1]) & (points[:, 0] < FIRST[0] - WORDS)]
-    named = ("collider", f"what {label} asks", "yellow") if sight.glass.solid else (sight.glass.name, "touches", "blue")
+    named = ("collider", f"what {label} asks", "yellow") if sight.glass.solid else (sight.glass.name, said, "blue")
     if len(points):
         x, y = points[np.argmax(points[:, 0] - 0.3 * np.abs(points[:, 1] - FIRST[1] * 0.42))].tolist()
         found.append(((x, y), *named))
     if sight.gap is not None:
-        found.append((middle, sight.length, f"from {sight.white.name} to {sight.glass.name}", ""))
+        between = f"from {sight.white.name} to {sight.glass.name}"
+        found.append((middle, sight.length, between if len(between) <= MOST_LETTERS else "apart", ""))
     else:
         found.append((middle, "contact", f"{label} reports none", "red"))
     found.sort(key=lambda name: name[0][1])

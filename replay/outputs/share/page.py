@@ -52,7 +52,7 @@ def shared_page(run: RunFolder, *, pictured: bool) -> str:
     events = [row | {"source": row["source"].removeprefix(EFFECT)} for row in rows]
     sections = [
         *fault_sections(view, None, look), *effect_section(view, events),
-        last_section(view, held(run)), words_section(),
+        last_section(view, held(run)), *words_section(view),
     ]  # fmt: skip
     found = (
         Finding(one["code"], Severity[one["severity"].upper()], one["body"] or "", one["message"])

@@ -61,6 +61,7 @@ def test_every_number_of_the_page_is_in_the_summary_or_in_a_table(state):
     ]
     counts = {len(one) for rows in tables[:2] for one in (rows, {(row["body_a"], row["body_b"]) for row in rows})}
     numbers = {*values_of(told), *FIXED, *values_of([*tables, frames, of_pair]), *counts, *(n - 1 for n in of_pair)}
+    numbers |= {1 - effect["frames_run"] / effect["frames"] for effect in told["effects"].values()}
     rate = told["session"]["median_step"]
     numbers |= {1 / rate} if rate else set()
     text = said_in(re.sub(r"<svg\b.*?</svg>|<div class=.ticks.*?</div>", " ", page, flags=re.DOTALL))
