@@ -91,7 +91,7 @@ def test_another_offset_moves_the_distance_by_as_much(name, settings, millimetre
         # A millimetre and more too late between edges: Rapier measures at corners of faces.
         ("rapier", {"prediction_m": 0.01}, 0.01, 1e-6, 3e-3),
         ("bullet", {}, 0.002, 1e-3, 0.0),
-        ("physx", {"contact_offset_m": 0.01}, 0.02, 1e-6, 2e-5),
+        pytest.param("physx", {"contact_offset_m": 0.01}, 0.02, 1e-6, 2e-5, marks=pytest.mark.slow),
     ],
 )
 def test_between_random_hulls_it_errs_by_no_more_than_its_row_says(name, settings, reach, early, late):
