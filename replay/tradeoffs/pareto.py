@@ -101,7 +101,7 @@ def advice_of(rows: Sequence[Row], *, processor_share: float = 1.0) -> list[str]
     if other is None:
         return [first, "No setting that was tried is surely quicker."]
     if not quicker(other, best):
-        return [first, f"{other['label'].capitalize()} take {_ms(other)}, not surely less: {_wrong(other)}."]
+        return [first, f"With {other['label']} a frame takes {_ms(other)}, not surely less: {_wrong(other)}."]
     return [first, f"At {_ms(other)} ({other['label']}) {_wrong(other)}; {_slow_frames(other, best)}."]
 
 
