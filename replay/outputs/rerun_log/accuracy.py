@@ -166,7 +166,7 @@ def half_width(text: str) -> float:
 
 def _edge(place: tuple[float, float], dot: tuple[float, float], text: str) -> tuple[float, float]:
     """Where a line from a dot meets the plate of its words."""
-    half = half_width(text)
+    half = 0.85 * half_width(text)  # on a large screen the plate is narrower
     return min(max(dot[0], place[0] - half), place[0] + half), place[1]
 
 

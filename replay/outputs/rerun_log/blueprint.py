@@ -134,7 +134,7 @@ def _answer(picture: Picture) -> Any:
         name = "Close-up: white touches nothing" if with_solids(result) else "Close-up"
         contents = ["/world/**", *headset, *(f"- /{SPACE}/{part}" for part in ON_POLES)]
         top.insert(1, views.spatial(name, contents, EYE))
-        widths = [0.41, 0.33, 0.26]
+        widths = [0.43, 0.33, 0.24]
         below.append(views.text_list(MOMENTS, "Moments: click a time"))
     high = (RULER_POINTS + LANE_POINTS * max(3, len(lanes))) / LOW_POINTS
     rows = [rrb.Horizontal(*top, column_shares=widths), rrb.Horizontal(*below, column_shares=[0.6, 0.4][: len(below)])]
