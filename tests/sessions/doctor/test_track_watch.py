@@ -74,7 +74,8 @@ def test_a_gap_is_longer_than_three_median_steps(steps, found):
     draft = clean()
     shifted(draft, 400, FRAMES, round((steps - 1) * STEP_NS))
     gaps = [one for one in findings(draft) if one.code == "gap"]
-    assert bool(gaps) == found
+    stamps = draft.arrays["stamp_ns"]
+    assert [(one.start_ns, one.end_ns) for one in gaps] == [(stamps[399], stamps[400])] * found
     assert all(one.severity == Severity.NOTE for one in gaps)
 
 
