@@ -13,6 +13,7 @@ from typing import Final, TypeVar
 import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
+from replay.detection.detector_spec import TRUSTED
 from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook, Item, RegressionQuestion
 from replay.studies.class_study.conclusions import Sensitivity, compared, results
@@ -101,7 +102,9 @@ def analyse(
 def _choose(metrics: Metrics, detector: str | None) -> str:
     there = metrics.detectors
     if detector is None:
-        return max(there, key=lambda name: (metrics.of(name).recall() or 0.0, -there.index(name)))
+        # Who misses nothing may still report false contacts; the reference does neither.
+        found = {name: (metrics.of(name).recall() or 0.0, name == TRUSTED, -there.index(name)) for name in there}
+        return max(there, key=lambda name: found[name])
     if detector not in there:
         raise StudyError(f"no metrics of detector {detector!r}; there are: {', '.join(there)}")
     return detector

@@ -57,6 +57,12 @@ def test_the_detector_that_misses_least_is_chosen_and_another_on_request():
         analyse(codebook(BEHAVIOUR), questionnaire(answers), table, detector="exakt")
 
 
+def test_where_another_misses_as_little_the_reference_is_chosen():
+    answers, contacts = a_class(30)
+    table = metrics(contacts, detectors=("hull50", "exact"), recall=(1.0, 1.0))
+    assert analyse(codebook(BEHAVIOUR), questionnaire(answers), table).detector == "exact"
+
+
 def test_without_a_measured_recall_no_result_about_behaviour_is_given():
     answers, contacts = a_class(30)
     study = analyse(codebook(BEHAVIOUR), questionnaire(answers), metrics(contacts, recall=(None,)))
