@@ -10,6 +10,7 @@ from replay.comparison.holding import within
 from replay.comparison.matching import EpisodeMatch
 from replay.comparison.outcome import Episode, FirstTouch
 from replay.outputs.columns import Column, RawTable
+from replay.pipeline.diagnosis import why
 from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import flag_word
 
@@ -28,6 +29,7 @@ class Entry:
     flag: str | None = None
     status: str = ""
     match: EpisodeMatch | None = None
+    why: str = ""
 
     @property
     def touch(self) -> FirstTouch | None:
@@ -89,6 +91,8 @@ NOISE: Final[tuple[Column[Entry], ...]] = (
     Column("noise_share", float, "share of noisy copies that have the contact", lambda entry: entry.noise[1]),
 )  # fmt: skip
 
+WHY: Final[Column[Entry]] = Column("why", str, "the sentence about it", lambda entry: entry.why)
+
 EPISODES: Final = (
     *HEADS,
     attribute("frames", int, "frames in contact"),
@@ -122,6 +126,7 @@ MISSES: Final = (
     touched("face_b", int, "face of the second body that touches first", "faces", 1),
     touched("touch_free", float, "nothing touches before", "free", unit="s"),
     *NOISE,
+    WHY,
 )
 
 FALSE_CONTACTS: Final = (
@@ -137,6 +142,7 @@ FALSE_CONTACTS: Final = (
         lambda entry: None if isnan(entry.thing.gap) else entry.thing.gap, "m", "mm apart", ".1f", 1e3,
     ),
     Column("hollow", str, "body whose convex hull fills a hollow", lambda entry: entry.thing.hollow or None),
+    WHY,
 )  # fmt: skip
 
 
@@ -165,7 +171,10 @@ def miss_rows(result: RunResult) -> RawTable:
     """Every numbered miss of every audited detector."""
     things = [(label, miss.number, miss) for label, found in result.misses.items() for miss in found]
     return RawTable.of(MISSES, [
-        Entry(label, number, miss, _bodies(result, miss), held, _in_noise(result, miss.episode))
+        Entry(
+            label=label, number=number, thing=miss, bodies=_bodies(result, miss), held=held,
+            noise=_in_noise(result, miss.episode), why=_why(result, label, miss),
+        )
         for (label, number, miss), held in zip(things, _held(result, things), strict=True)
     ])  # fmt: skip
 
@@ -174,7 +183,10 @@ def false_rows(result: RunResult) -> RawTable:
     """Every numbered false contact of every audited detector."""
     things = [(label, false.number, false) for label, found in result.false.items() for false in found]
     return RawTable.of(FALSE_CONTACTS, [
-        Entry(label, number, false, _bodies(result, false), held)
+        Entry(
+            label=label, number=number, thing=false, bodies=_bodies(result, false), held=held,
+            why=_why(result, label, false),
+        )
         for (label, number, false), held in zip(things, _held(result, things), strict=True)
     ])  # fmt: skip
 
@@ -182,6 +194,10 @@ def false_rows(result: RunResult) -> RawTable:
 def _bodies(result: RunResult, thing: Any) -> tuple[str, str]:
     first, second = result.assembly.pairs[thing.pair].tolist()
     return result.assembly.names[first], result.assembly.names[second]
+
+
+def _why(result: RunResult, label: str, thing: Any) -> str:
+    return why(result, label, result.summary["detectors"][label], thing)
 
 
 def _held(result: RunResult, things: list[tuple[str, int, Any]]) -> list[bool]:

@@ -61,7 +61,7 @@ def test_a_lineup_is_asked_for_in_the_same_words_on_every_verb():
     assert eval(got.output) == {"detectors": ["hybrid", "static,qaco"], "oracle": "continuous", "seed": 0}
 
 
-SHARED = ("--policy", "--format", "--start", "--end", "--tau", "--seed", "--oracle", "--force")
+SHARED = ("--policy", "--start", "--end", "--tau", "--seed", "--oracle", "--force")
 """What every verb that replays a session takes."""
 
 
