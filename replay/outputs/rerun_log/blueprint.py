@@ -131,9 +131,8 @@ def _answer(picture: Picture) -> Any:
     room = views.spatial("Where", contents, picture.eye)
     top, widths = [views.text_view(ANSWER, "The answer"), room], [0.5, 0.5]
     if picture.views:
-        name = "Close-up: white touches nothing" if with_solids(result) else "Close-up"
         contents = ["/world/**", *headset, *(f"- /{SPACE}/{part}" for part in ON_POLES)]
-        top.insert(1, views.spatial(name, contents, EYE))
+        top.insert(1, views.spatial("Close-up: the nearest moment", contents, EYE))
         widths = [0.43, 0.33, 0.24]
         below.append(views.text_list(MOMENTS, "Moments: click a time"))
     high = (RULER_POINTS + LANE_POINTS * max(3, len(lanes))) / LOW_POINTS
