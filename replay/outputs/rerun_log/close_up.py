@@ -15,7 +15,6 @@ import rerun as rr
 
 from cdcore import TriangleMesh
 from cdcore.bounding.sphere import sphere_in_mode
-from cdcore.narrow.mesh_stage import MeshStage
 from cdcore.numerics import FloatArray, place_points
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Miss, Outcome
@@ -67,6 +66,10 @@ class CloseUp:
 
 def close_ups(result: RunResult, moments: Sequence[FocusMoment]) -> dict[FocusMoment, CloseUp]:
     """How each moment is shown: before the contact that was missed, or so far off that a false one is seen whole."""
+    if not moments:
+        return {}
+    from cdcore.narrow.mesh_stage import MeshStage  # a run without contacts loads no collision library
+
     assembly, scene = result.assembly, result.session.scene
     obstacles, unseen = Obstacles(assembly, scene), Obstacles(replace(assembly, bodies=()), scene)
     meshes = MeshStage(assembly.bodies, assembly.pairs)
