@@ -88,7 +88,7 @@ def _without_audit(result: RunResult) -> Hero:
 
 def _look(view: RunView, label: str, fault: Fault) -> Markup:
     """The command that shows a fault in motion."""
-    by = "" if label == next(iter(view.summary["audit"])) else f" --by {label}"
+    by = f" --by {label}" if len(view.answers) > 1 else ""
     return element("code", f"replay view {view.folder} --{kind_of(fault)} {fault.number}{by}")
 
 
