@@ -52,7 +52,7 @@ def _grasp_pairs(result):
     from replay.effects.effect_plan import plan
 
     declared = plan(result.session.scene).steps["grasp"].declared
-    return [pair for one in declared for pair in one.pairs()]
+    return [pair for one in declared for pair in one["between"]]
 
 
 @pytest.mark.parametrize("name", BODY_SCENES)
