@@ -1,6 +1,7 @@
 """``replay guide``: the pages of the guide in the terminal."""
 
 import sys
+from pathlib import Path
 from typing import Final
 
 import click
@@ -13,19 +14,22 @@ WIDEST: Final = 100
 
 @click.command()
 @click.argument("topic", required=False, metavar="[TOPIC]")
+@click.option("--script", is_flag=True, help="Write the scripts of the page into this folder, those for Unity.")
 @common
 @click.pass_context
-def command(context: click.Context, /, topic: str | None, **_: bool) -> int:
+def command(context: click.Context, /, topic: str | None, script: bool, **_: bool) -> int:
     """Print the page of the guide about TOPIC, or the list of all pages.
 
-    Where the output is no terminal, it is the page's Markdown.
+    Where the output is no terminal, it is the page's Markdown. A script that is here already is kept, unless it is the
+    same.
 
     \b
     replay guide
     replay guide audit
     replay guide audit > audit.md
+    replay guide unity --script
     """
-    from replay.guide.pages import INDEX, find_topic, page, topics
+    from replay.guide.pages import INDEX, find_topic, page, topics, write_scripts
 
     known = topics()
     found = INDEX if topic is None else find_topic(topic, known)
@@ -33,6 +37,10 @@ def command(context: click.Context, /, topic: str | None, **_: bool) -> int:
         from sessions.scene_files.toml_table import nearest
 
         raise click.UsageError(f"the guide has no page {topic!r}{nearest(str(topic), known)}", context)
+    if script:
+        for path in write_scripts(found, Path.cwd()):
+            click.echo(f"wrote {path.name}")
+        return 0
     text = page(found)
     if sys.stdout.isatty():
         _show(text)

@@ -85,7 +85,7 @@ def command(
     return people.gate(result.broken)
 
 
-NONE: Final = "·"
+NO_NAMES: Final = "-"
 
 
 def stress_tables(result: StressResult) -> Group:
@@ -139,7 +139,7 @@ def flip_table(flips: Sequence[Flips]) -> Table:
         of = [one for one in flips if one.detector == name]
         cells = [_flip_cell([one for one in of if one.relation == relation]) for relation in relations]
         families = sorted({one.number for one in of if one.flips or one.refused})
-        rows.append((name, *cells, " ".join(f"{number:02d}" for number in families) or NONE))
+        rows.append((name, *cells, " ".join(f"{number:02d}" for number in families) or NO_NAMES))
     head = ("detector", *relations, "in families")
     title = f"answers that changed under harmless changes, of {pairs:,} pairs"
     return table(title, head, rows, words=("detector", "in families"))
@@ -158,19 +158,19 @@ def case_table(cases: Sequence[CaseTally]) -> Table:
             rows.append((f"{number} {of[0].name}" if place == 0 else "", asked, words, who, reason))
     never = {one.detector: one.reason for one in cases if asked_any and one.detector not in asked_any}
     rows += [("all of them", 0, "does not apply", name, reason) for name, reason in never.items()]
-    head = ("case", "asked", "result", "detectors", "why")
+    head = ("case", "questions", "result", "detectors", "why")
     return table("cases of whole bodies", head, rows, words=("case", "result", "detectors", "why"))
 
 
 def _flip_cell(flips: Sequence[Flips]) -> str:
     changed, refused = (sum(getattr(one, name) for one in flips) for name in ("flips", "refused"))
-    return (f"{changed:,}" if changed else NONE) + (f"  ! {refused:,}" if refused else "")
+    return (f"{changed:,}" if changed else "0") + (f"  ! {refused:,}" if refused else "")
 
 
 def _cell(tally: Tally) -> str:
     parts = [f"{tally.missed:,} + {tally.invented:,}"] if tally.missed or tally.invented else []
     parts += [f"{sign} {count:,}" for sign, count in (("~", tally.within), ("!", tally.refused)) if count]
-    return "  ".join(parts) or NONE
+    return "  ".join(parts) or "0"
 
 
 def _label(tally: Tally) -> str:

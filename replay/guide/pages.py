@@ -4,10 +4,16 @@ import re
 from pathlib import Path
 from typing import Final
 
+from replay.errors import OutputError
+from sessions.whole_files import whole_file
+
 FOLDER: Final = Path(__file__).parent
 
 INDEX: Final = "README"
 """The page that a code host shows for the folder: it links all others, in reading order."""
+
+SCRIPTS: Final = {"unity": ("VrLabRecorder.cs", "VrLabColliders.cs")}
+"""Page -> files beside it that a reader takes along."""
 
 _LINK: Final = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 _IMAGE: Final = re.compile(r"!\[[^\]]*\]\([^)]*\)\n*")
@@ -23,6 +29,24 @@ def topics() -> list[str]:
 def page(topic: str) -> str:
     """The Markdown of a page; ``topic`` is one of ``topics()`` or ``INDEX``."""
     return (FOLDER / f"{topic}.md").read_text("utf-8")
+
+
+def write_scripts(topic: str, folder: Path) -> list[Path]:
+    """Write the scripts that belong to a page, such as the C# of ``unity``, into a folder; their paths.
+
+    Raises ``OutputError``: the page has none, or another file of that name is there.
+    """
+    scripts = [FOLDER / name for name in SCRIPTS.get(topic, ())]
+    if not scripts:
+        raise OutputError(f"the page {topic!r} has no scripts; pages with some: {', '.join(SCRIPTS)}")
+    for script in scripts:
+        there = folder / script.name
+        if there.exists() and there.read_bytes() != script.read_bytes():
+            raise OutputError(f"{there} is there already and differs; move it away")
+    for script in scripts:
+        with whole_file(folder / script.name, OutputError) as file:
+            file.write(script.read_bytes())
+    return [folder / script.name for script in scripts]
 
 
 def find_topic(word: str, among: list[str]) -> str | None:

@@ -67,9 +67,9 @@ def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
             NOT_APPLICABLE if rank.late_counts is None else _count(rank.late_counts, PARTLY),
             NOT_APPLICABLE if rank.missed_counts is None else rank.undecided,
             _false_share(rank, intervals),
-            NOT_MEASURED if rank.mean is None else milliseconds(rank.mean),
-            NOT_MEASURED if rank.p99 is None else milliseconds(rank.p99),
-            NOT_MEASURED if rank.of_frame is None else f"{figure(100 * rank.of_frame)} %",
+            NOT_APPLICABLE if rank.mean is None else milliseconds(rank.mean),
+            NOT_APPLICABLE if rank.p99 is None else milliseconds(rank.p99),
+            NOT_APPLICABLE if rank.of_frame is None else f"{figure(100 * rank.of_frame)} %",
             rank.setting,
         )
         for rank in ranks

@@ -4,7 +4,8 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from replay.base.constants import HEADSET_HZ
+import numpy as np
+
 from replay.comparison.causes import Cause
 from replay.comparison.false_contacts import HELD, HOLLOW, SOLIDS, VOLUMES, FalseContact
 from replay.comparison.misses import NEVER_FOUND, by_depth
@@ -57,7 +58,8 @@ def _sentence(result: Measured, summary: Mapping[str, Any], rank: Rank, *, worst
         return f"{who}: {fault_words(rank, whose=whose)}.{more}"
     if not (rank.lost or rank.fault):
         return f"No detector missed a contact or reported a false one.{more}"
-    return f"{who} {'is' if code else 'are'} worst: {fault_words(rank, largest=True, whose=whose)}.{more}"
+    verb = "is" if code or rank.setting == RECORDED else "are"
+    return f"{who} {verb} worst: {fault_words(rank, largest=True, whose=whose)}.{more}"
 
 
 def _nothing_happened(result: Measured, summary: Mapping[str, Any], label: str) -> str:
@@ -144,7 +146,7 @@ DECIDED_BY_TRIANGLES: Final = frozenset((
 
 def _at_every_frame(result: Measured, rank: Rank, spec: DetectorSpec) -> Fix:
     """Sampling at every frame, which a run of a fixed rate asks beside its sampling offsets."""
-    words = f"Sample every frame ({HEADSET_HZ:g} Hz)"
+    words = f"Sample every frame{_recorded_rate(result)}"
     offsets = result.phases.get(rank.label)
     every = None if offsets is None else offsets.every_frame
     if every is None:
@@ -155,6 +157,12 @@ def _at_every_frame(result: Measured, rank: Rank, spec: DetectorSpec) -> Fix:
     took = "" if every.seconds is None else f"; {milliseconds(every.seconds)} ms a frame"
     told = figures_words(lost_words(missed, late, rank.contacts), every.invented)
     return Fix(f"{words}: {told}{took} (measured on this session).", True)
+
+
+def _recorded_rate(result: Measured) -> str:
+    """`` (90 Hz)``, the usual rate of the recording; ``""`` of a single frame."""
+    steps = np.diff(result.assembly.motion.times)
+    return f" ({1.0 / float(np.median(steps)):.3g} Hz)" if len(steps) else ""
 
 
 def _measured(words: str, label: str, summary: Mapping[str, Any]) -> Fix:

@@ -107,6 +107,6 @@ def frame_sampling_table(sessions: Sequence[Sequence[Sampled]]) -> PaperTable:
     note = (
         f"{len(sessions)} x 60 s of {SCENE} at {HEADSET_HZ:g} Hz, half of its contacts planted to last 16 to 24 ms. "
         "Mean, least, and most of all phases of the looks; what a look saw holds until the next. Truth: continuous. "
-        "Intervals: Wilson, 95 %, over contacts, not over look phases alone, at the whole number nearest to the mean."
+        "Intervals: Wilson, 95 %, over contacts, not over sampling offsets alone, at the whole number next to the mean."
     )
     return PaperTable("T1d", "Contacts that frame sampling misses", head, tuple(rows), note)

@@ -33,3 +33,13 @@ def test_no_page_is_a_usage_error_that_names_what_there_is(word, answer, capsys)
     assert main(["guide", word]) == 2
     printed, said = capsys.readouterr()
     assert printed == "" and f"error: the guide has no page {word!r}; {answer}" in said
+
+
+def test_the_scripts_of_a_page_are_written_once_and_never_over_another_file(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["guide", "unity", "--script"]) == 0 == main(["guide", "unity", "--script"])
+    recorder = tmp_path / "VrLabRecorder.cs"
+    assert "class VrLabRecorder" in recorder.read_text() and (tmp_path / "VrLabColliders.cs").is_file()
+    recorder.write_text("mine")
+    assert main(["guide", "unity", "--script"]) == 1 and recorder.read_text() == "mine"
+    assert main(["guide", "audit", "--script"]) == 1 and "unity" in capsys.readouterr().err

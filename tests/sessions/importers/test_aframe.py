@@ -85,7 +85,7 @@ NO_DEVICE, NO_TIME, NO_EVENT = (
 
 ROOT = Path(__file__).resolve().parents[3]
 
-SCRIPT = "".join(re.findall(r"```csharp\n(.*?)```", (ROOT / "replay/guide/unity.md").read_text("utf-8"), flags=re.S))
+SCRIPT = (ROOT / "replay/guide/VrLabRecorder.cs").read_text("utf-8")
 
 
 def templates():

@@ -90,7 +90,7 @@ def test_a_scene_names_them_and_replaces_those_recorded(tmp_path):
     assert faults[0] == [] and faults[1][0].startswith("x.toml: [scene]: ") and "does not exist" in faults[1][0]
 
 
-GUIDE = (Path(__file__).resolve().parents[3] / "replay" / "guide" / "unity.md").read_text("utf-8")
+GUIDE = (Path(__file__).resolve().parents[3] / "replay" / "guide" / "VrLabColliders.cs").read_text("utf-8")
 FILLED = r'(\w+)\.Add\(Invariant\(\$"((?:[^"\\]|\\.)*)"\)\);'
 
 
