@@ -3,6 +3,7 @@
 import pytest
 from rerun.chunk import RrdReader
 
+import replay
 from replay.outputs.rerun_log.moment_table import read_moments
 
 OVER_TIME = {"TimeSeries", "StateTimeline", "TextLog"}
@@ -82,21 +83,33 @@ def drawn(read, entity, kind, ns):
     return found
 
 
+def empty_views(read, share):
+    """Names of views with nothing to see at a share of the session, or (``None``) where the picture opens."""
+    places = read_moments(read.path)
+    last = max((one.session_ns for one in places), default=0)
+    leading = next((one.session_ns for one in places if one.leads), 0)
+    ns = leading if share is None else int(share * last)
+    entities = [entity for entity in read.entities if not entity.startswith("/__")]
+    return [
+        name
+        for name, kind, query in Layout(read.path).views()
+        if not sum(drawn(read, entity, kind, ns) for entity in selected(query, entities))
+    ]
+
+
 @pytest.mark.parametrize("share", [0.0, 0.31, 1.0, None])
 def test_no_view_is_empty_at_any_cursor(searched, share):
-    places = read_moments(searched.path)
-    last = max(one.session_ns for one in places)
-    leading = next(one.session_ns for one in places if one.leads)
-    ns = leading if share is None else int(share * last)
-    entities = [entity for entity in searched.entities if not entity.startswith("/__")]
-    views = [*Layout(searched.path).views()]
-    assert len(views) > 12
-    empty = [
-        name
-        for name, kind, query in views
-        if not sum(drawn(searched, entity, kind, ns) for entity in selected(query, entities))
-    ]
-    assert empty == []
+    assert len([*Layout(searched.path).views()]) > 12
+    assert empty_views(searched, share) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scene", ["titration", "ammonia-calorimetry", "flame-test"])
+def test_no_view_of_a_run_with_effects_opens_empty(scene, tmp_path, reader):
+    session, _ = replay.synthetic_session(scene)
+    result = replay.run(session, detectors="discrete[rate_hz=22.5]", out=tmp_path / "run")
+    read = reader(result.out / "run.rrd")
+    assert "Effects" in Layout(read.path).tabs() and empty_views(read, None) == []
 
 
 def test_the_tabs_of_an_audit_are_questions(searched, recording):
