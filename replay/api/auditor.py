@@ -71,7 +71,7 @@ def audit(
     if not given:
         raise AuditError("there is no session to audit; name at least one")
     if asked.get("oracle") == "none":
-        raise AuditError("an audit needs an oracle to compare with; leave oracle out for the exact one")
+        raise AuditError("an audit needs a reference to compare with; leave oracle out for the exact one")
     folders = _folders(given, None if out is None else place(out))
     for folder in folders:
         check_place(folder, force=asked.get("force", False))

@@ -91,7 +91,7 @@ def in_noise(
 ) -> NoiseResult:  # fmt: skip
     """What the oracle of a run says of noisy copies; ``NoiseError``: it does not decide at instants."""
     if oracle.detection.covers != "instants":
-        raise NoiseError(f"noise is asked of an oracle of instants, which {oracle.spec.name} is not; trust exact")
+        raise NoiseError(f"noise is asked of a reference of instants, which {oracle.spec.name} is not; trust exact")
 
     def of_pair(column: int) -> Detector:
         bodies = tuple(assembly.bodies[end] for end in assembly.pairs[column])

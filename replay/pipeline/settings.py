@@ -124,7 +124,7 @@ def line_up(settings: RunSettings, session: Session) -> Lineup:
             return Lineup(specs, spec.label, labels if len(specs) > 1 else frozenset())
     if trusted.label in labels:
         raise DetectorSpecError(
-            f"the oracle and a detector are both called {trusted.label!r}; write oracle=... with a label"
+            f"the reference and a detector are both called {trusted.label!r}; write oracle=... with a label"
         )
     return Lineup((*specs, trusted), trusted.label, labels)
 

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
 GAINED, LOST, SHIFTED = KINDS = ("gained", "lost", "shifted")
 
 TRUTH: Final[Mapping[str, str]] = {
-    "matched": ", confirmed by the oracle",
-    "piece": ", part of one of the oracle's",
-    "excused": ", undecided beside the oracle",
+    "matched": ", confirmed by the reference",
+    "piece": ", part of one of the reference's",
+    "excused": ", undecided beside the reference",
     "invented": ", false",
 }
 """How ``status`` of an episode is said, where the run was audited."""

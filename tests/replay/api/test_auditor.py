@@ -39,7 +39,7 @@ def test_all_detectors_share_one_run_folder_and_sessions_have_one_each(tmp_path)
 def test_what_cannot_be_audited_is_refused(tmp_path):
     with pytest.raises(AuditError, match="no session"):
         audit([])
-    with pytest.raises(AuditError, match="needs an oracle"):
+    with pytest.raises(AuditError, match="needs a reference"):
         audit(cubes(BUMP), oracle="none")
     with pytest.raises(AuditError, match="two sessions are called 'p'"):
         audit(["a/p.mcap", "b/p.mcap"], out=tmp_path / "x")

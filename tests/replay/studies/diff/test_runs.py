@@ -99,5 +99,5 @@ def test_the_machines_own_ratio_is_that_of_what_did_the_same_and_was_set_the_sam
 def test_what_was_gained_is_told_with_the_oracles_word_and_how_far_times_are_the_machines(audited, capsys):
     assert main(["diff", str(audited / "a"), str(audited / "b")]) == 0
     printed = " ".join(capsys.readouterr().out.split())
-    assert "gained a - b at 0.040 s, 1 frame, confirmed by the oracle" in printed
+    assert "gained a - b at 0.040 s, 1 frame, confirmed by the reference" in printed
     assert "set differently: mine: rate_hz 20 -> 100" in printed and "so much is the machine's" in printed
