@@ -36,7 +36,9 @@ def run_figure(result: RunResult, label: str | None = None) -> NotebookFigure:
     """The timeline of one detector (the worst unless named) above a scatter of all: what is wrong over mean ms."""
     label = label or next((rank.label for rank in result.ranking), None)
     if label is None:
-        raise AuditError("nothing was compared in this run, so there is nothing to plot; run it with a reference (oracle=...)")
+        raise AuditError(
+            "nothing was compared in this run, so there is nothing to plot; run it with a reference (oracle=...)"
+        )
     comparison = result.comparisons[label]
     figure = NotebookFigure(figsize=(10, 7.5), layout="constrained")
     above, below = figure.subplots(2, 1, height_ratios=(3, 2))

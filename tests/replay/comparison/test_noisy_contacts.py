@@ -124,8 +124,8 @@ def test_without_noise_nothing_is_said_of_it_and_no_column_is_filled():
 @pytest.mark.parametrize(
     ("more", "words"),
     [
-        ({"oracle": "none"}, "noise is asked of an oracle"),
-        ({"oracle": "continuous"}, "an oracle of instants, which continuous is not"),
+        ({"oracle": "none"}, "noise is asked of a reference"),
+        ({"oracle": "continuous"}, "a reference of instants, which continuous is not"),
         ({"noise": "jug=vive"}, "there is no body 'jug'"),
         ({"noise": "much"}, "'much' is no noise"),
     ],
