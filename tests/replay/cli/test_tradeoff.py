@@ -8,6 +8,7 @@ from support.small_worlds import cubes
 from replay.cli.console import People
 from replay.cli.main import main
 from replay.cli.tradeoff import tradeoff_bar
+from replay.outputs.results.run_folder import read_run_folder
 from replay.outputs.tradeoff_table import tradeoff_list
 from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs import growth
@@ -39,6 +40,7 @@ def test_settings_and_advice_are_printed_and_the_folder_is_written(file, tmp_pat
     report = (tmp_path / "costs" / "report.html").read_text("utf-8")
     for row in told["rows"]:  # one price, on the screen and on the page
         assert f"{row['mean_ms']:.3f}" in said and f"{row['mean_ms']:.3f}" in report
+    assert read_run_folder(tmp_path / "costs").summary["tradeoff"]["answer"] == told["answer"]
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) != 0
 
 
