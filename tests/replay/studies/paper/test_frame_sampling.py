@@ -68,7 +68,7 @@ def test_the_table_adds_sessions_and_averages_phases():
     assert one.column("looks a second") == [90.0, 45.0, 22.5, 10.0]
     assert set(one.column("contacts")) == {8} and set(one.column("missed, mean")) == {2.0}
     assert set(one.column("missed seconds, share")) == {0.25}
-    assert "95 %, over contacts, not over look phases alone" in one.note
+    assert "95 %, over contacts, not over sampling offsets alone" in one.note
 
 
 @pytest.mark.slow
