@@ -122,7 +122,9 @@ def _fix(result: Measured, summary: Mapping[str, Any], rank: Rank, fault: Miss |
     for label, other in summary["detectors"].items():
         if other["name"] == mended.name and _alike(mended, other["settings"]):
             return _measured(words, label, summary)
-    return Fix(f"{words}: not measured. To measure it:", False, f'replay run {SESSION} --detectors "{_asked(mended)}"')
+    needs = ", with the extra engines" if mended.settings.get("shape") == "compound" else ""
+    asked = f'replay run {SESSION} --detectors "{_asked(mended)}"'
+    return Fix(f"{words}: not measured. To measure it{needs}:", False, asked)
 
 
 def _mended(spec: DetectorSpec, cause: str) -> DetectorSpec | None:

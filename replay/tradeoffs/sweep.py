@@ -126,6 +126,8 @@ def _wanted(
     session: Session, assembly: Assembly, settings: Sequence[Setting] | None, detectors: SpecsLike | None
 ) -> tuple[Setting, ...]:
     if settings is not None:
+        if not all(isinstance(setting, Setting) for setting in settings):
+            raise TypeError("settings are replay.tradeoffs.settings.Setting; name detectors with detectors=...")
         return tuple(settings)
     if detectors is not None:
         return settings_of(detectors)

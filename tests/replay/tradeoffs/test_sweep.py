@@ -116,3 +116,8 @@ def test_a_pose_that_the_policy_drops_is_no_contact():
     session = framed(range(0, 80_000_000, 10_000_000), [[1, 1]] * 8, places, turns)
     (row,) = tradeoff(session, settings=LIST[:1], policy=["zero-quaternion=drop"]).rows
     assert (row["contacts"], row["wrong"]) == (1, 0)
+
+
+def test_detectors_given_as_settings_are_refused_in_a_sentence(bumped):
+    with pytest.raises(TypeError, match="detectors="):
+        tradeoff(bumped, settings=["exact", "sphere"])
