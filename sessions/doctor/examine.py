@@ -1,27 +1,23 @@
 """``examine``: finds everything wrong with a recording, a scene or a mesh; no fault ends the search."""
 
-import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, TypeVar
-
-from mcap.records import DataEnd
+from typing import TYPE_CHECKING, Any, Final
 
 from sessions.doctor.finding import Finding, Severity, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import PosePass, look_through
-from sessions.doctor.session_findings import examine_session, recording_findings, scene_findings
+from sessions.doctor.session_findings import examine_session, scene_findings
 from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SceneError, SessionError, SessionFileError
 from sessions.input_files import opened
 from sessions.mcap_format import reader
-from sessions.mcap_format.container import bytes_at, parsed
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.refusals import brief
-from sessions.mcap_format.schemas import GAZE_PREFIX, SCALARS_PREFIX, WORLD, topic_key
+from sessions.mcap_format.schemas import WORLD
 from sessions.mcap_format.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene
@@ -30,8 +26,6 @@ from sessions.model.session import Session
 if TYPE_CHECKING:
     from sessions.scene_files.scene_meshes import Planned
 
-Result = TypeVar("Result")
-READ_BYTES: Final = 1 << 22
 MESH_FILES: Final = (".glb", ".obj", ".stl", ".ply", ".off")
 
 
@@ -105,7 +99,7 @@ class _Tried:
     def __init__(self) -> None:
         self.findings: list[Finding] = []
 
-    def __call__(self, load: Callable[[], Result], otherwise: Result, body: str = "") -> Result:
+    def __call__(self, load: Callable[[], Any], otherwise: Any, body: str = "") -> Any:
         try:
             return load()
         except SessionFileError as error:
@@ -126,26 +120,14 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
     except SessionFileError as error:
         yield refusal(error)
         return
-    yield from _file_findings(file)
     tried = _Tried()
-    nothing: tuple[dict[str, str], dict[str, str]] = ({}, {})
-    facts, hashes = tried(lambda: reader.session_facts(file), nothing)
-    nobody: tuple[str, ...] = ()
-    names = tried(lambda: reader.listed_names(file), nobody) if file.own else nobody
-    none: Checked = (Scene(), {}, [])
+    tried(partial(reader.check_version, file), None)
     look = partial(_attached, file, planned) if replaced is None else partial(_checked, Path(replaced), planned)
-    scene, declared, faults = tried(look, none)
-    tried.findings += _bad_scene(faults)
-    meshes = {
-        name: tried(partial(reader.attached_mesh, file, name, expected), None, name)
-        for name, expected in hashes.items()
-    }
-    tried(lambda: [*reader.attached_colliders(file)], [""])
-    streams: dict[str, dict[str, Any]] = {prefix: {} for prefix in (GAZE_PREFIX, SCALARS_PREFIX)}
-    for topic in dict.fromkeys(channel.topic for channel in file.catalogue.channels.values()):
-        found = tried(partial(reader.part, file, topic), None) if reader.is_part(topic) else None
-        if found is not None and (prefix := topic_key(topic)) in streams:
-            streams[prefix][topic.removeprefix(prefix)] = found
+    scene, declared, faults = tried(look, (Scene(), {}, []))
+    tried.findings += [*_file_findings(file), *_bad_scene(faults)]
+    names = tried(partial(reader.listed_names, file), ()) if file.own else ()
+    session = reader.session_of(file, names, scene, tried)
+    reader.load_parts(session)
     frames = TolerantFrames(file, names)
     looked = look_through(frames.blocks(), scene.space_radius)
     known = len(tried.findings)
@@ -156,9 +138,7 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
         yield Finding("no-poses", Severity.ERROR, "it holds no pose that can be read")
     yield from tried.findings
     yield from _noted(frames.noted, looked, names if file.own else looked.names)
-    named = {"gaze": streams[GAZE_PREFIX], "scalar": streams[SCALARS_PREFIX]}
-    readable = [name for name, mesh in meshes.items() if mesh is not None]
-    yield from recording_findings(looked, scene, facts, meshes | declared, named, [*readable, *declared])
+    yield from examine_session(replace(session, meshes={**session.meshes, **declared}), looked)
 
 
 def _file_findings(file: McapFile) -> Iterator[Finding]:
@@ -167,18 +147,6 @@ def _file_findings(file: McapFile) -> Iterator[Finding]:
     if catalogue.tear is not None:
         message = f"it ends or breaks off at byte {catalogue.tear} of {catalogue.size}, without an index"
         yield Finding("torn", Severity.ERROR, message, count=catalogue.size - catalogue.tear)
-    elif catalogue.data_end is not None:
-        with file.path.open("rb") as stream:
-            data_end = parsed(bytes_at(stream, catalogue.data_end))
-            stated = data_end.data_section_crc if isinstance(data_end, DataEnd) else 0
-            size, crc = catalogue.data_end.start, 0
-            stream.seek(0)
-            for start in range(0, size if stated else 0, READ_BYTES):
-                crc = zlib.crc32(stream.read(min(READ_BYTES, size - start)), crc)
-        if crc != stated:
-            yield Finding(
-                "data-crc", Severity.ERROR, f"the first {size} bytes fail the checksum of the file", count=size
-            )
     yield from (refusal(fault.error, fault.name) for fault in catalogue.faults)
 
 

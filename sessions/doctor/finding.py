@@ -20,8 +20,6 @@ class CodeSpec:
     fix: str
 
 
-_REWRITE = "rewrite it with `replay recover`"
-_DIGITS = "export more digits"
 _EXPORT = "run with --policy to choose what stands in for it, and correct the program that wrote it"
 _MEND = "mend it with `replay mesh repair`"
 _AGAIN = "export the session again from the program that made it"
@@ -38,7 +36,6 @@ _MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
         "bad-names": ("nobody knows which bodies were recorded", CURES["bad-names"]),
         "unlisted-body": ("poses of a body that the file does not list", CURES["unlisted-body"]),
         "too-much": ("no reader takes so much at once", CURES["too-much"]),
-        "data-crc": ("bytes changed after the file was written", "copy the original again"),
         "damaged-attachment": ("a mesh or the scene changed after it was written", CURES["damaged-attachment"]),
         "unknown-version": ("this program may misread the file", CURES["unknown-version"]),
         "no-poses": ("there is nothing to replay", f"{CURES['no-poses']}, or {CURES['not-mcap']}"),
@@ -49,37 +46,29 @@ _MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
                              "check that the recorder stamps each sample"),
         "gap": ("nobody knows what happened in between",
                 "do not read contact-free time across it; record at a lower load"),
-        "uneven-steps": ("the rate is a median, not a clock", "take time from stamps, never from frame numbers"),
         "clock-skew": ("the two clocks of this recording disagree; things recorded on one are misplaced on the other",
                        "synchronise the clocks and state the offset in the session's facts"),
-        "clock-drift": ("one clock runs faster; the offset holds for a moment only",
-                        "synchronise clocks while recording"),
     },
     "pose": {
         "not-finite": ("the sample is no pose", _EXPORT),
         "zero-quaternion": ("the sample has no rotation; many engines take it as none", _EXPORT),
         "non-unit-quaternion": ("the rotation is scaled; engines that do not notice stretch the mesh",
                                 "normalise it in the exporter"),
-        "off-unit-quaternion": ("the rotation was rounded; a run renormalises it", _DIGITS),
+        "off-unit-quaternion": ("the rotation was rounded; a run renormalises it", "export more digits"),
         "out-of-space": ("the position is corrupt: no room holds it",
                          "run with --policy to choose what stands in for it, or set `[space] radius_m` in the scene"),
         "identity-while-lost": ("the tracker lost the body and wrote the origin instead, as a valid pose", _TRACKER),
         "tracking-lost": ("the recording says that there is no pose",
                           f"{_TRACKER}; at the export, where samples hold no pose"),
         "frozen": ("the position stood still because nothing was measured", _TRACKER),
-        "at-rest": ("the pose repeats to the last bit: at rest, and without tracker noise", "nothing"),
         "teleport": ("the body did not get there by moving; the path in between is unknown", _TRACKER),
         "turn-outlier": ("the rotation left and came back faster than a hand turns; what a glass pours then is made up",
                          "look at line of sight and base stations"),
-        "sign-flips": ("q and -q alternate: the same rotation", "nothing; interpolate on the shorter arc"),
-        "rounded-rotations": ("rotations were printed with few decimals", _DIGITS),
     },
     "scale": {
         "unit-suspect": ("positions look like millimetres or centimetres, not metres", "import with the right unit"),
         "handedness": ("left and right seem to be swapped", "import with the source's handedness"),
         "up-axis": ("head or table stands upright along another axis than +Y", "import with the source's axes"),
-        "head-below-hands": ("the head is lower than the hands most of the time",
-                             "check the up axis and the roles of the devices"),
     },
     "mesh": {
         "mesh-hash": ("the mesh is not the one that was recorded", "put the recorded mesh back"),

@@ -29,8 +29,6 @@ LOOKS_PER_BLOCK: Final = 512  # Frames of a block whose poses are kept to judge 
 MOST_LOOKS: Final = 131_072  # Of a whole recording; of one that is longer fewer frames of a block are kept
 JOINED_FRAMES: Final = 1024  # Frames examined together; smaller blocks are joined first
 
-MOST_DECIMALS: Final = 7  # Numbers printed with more decimals than float32 holds are not called rounded
-
 
 @dataclass(frozen=True, eq=False)
 class PosePass:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.doctor.finding import Finding, Severity, Span
-from sessions.doctor.pose_pass import MOST_DECIMALS, PosePass
+from sessions.doctor.pose_pass import PosePass
 from sessions.doctor.runs import runs
 from sessions.doctor.scale import unit_guess
 from sessions.doctor.track_watch import Mark, marked
@@ -68,7 +68,7 @@ def pose_spans(looked: PosePass) -> list[PoseSpan]:
         for code, mark in SIMPLE.items():
             found += track.simple(code, mark)
         found += track.identity()
-        found += track.still("frozen")
+        found += track.frozen()
         if unit_guess(looked, column) is None:
             found += track.simple("out-of-space", Mark.OUT_OF_SPACE)
             found += track.teleports()
@@ -85,11 +85,6 @@ def teleports(looked: PosePass, spans: Sequence[PoseSpan] | None = None) -> Jump
         after = np.searchsorted(usable, [row for there, row in rows if there == column])
         found[looked.names[column]] = looked.stamp_ns[np.stack([usable[after - 1], usable[after]], axis=1)]
     return found
-
-
-def rest_spans(looked: PosePass) -> list[PoseSpan]:
-    """Every span in which a body repeats its pose because it lies still."""
-    return [span for column in range(len(looked.names)) for span in _Track.of(looked, column).still("at-rest")]
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,8 +134,8 @@ class _Track:
         for row in self.usable[self.has(Mark.TELEPORT, self.usable)].tolist():
             yield PoseSpan("teleport", self.column, row, row, 1, float(self.steps[row]))
 
-    def still(self, code: str) -> Iterator[PoseSpan]:
-        """Stretches of one repeated position: ``frozen`` ones, or those of a body ``at-rest``."""
+    def frozen(self) -> Iterator[PoseSpan]:
+        """Stretches of one repeated position in which nothing was measured; a body at rest is in none."""
         rows, same = self.usable, self.has(Mark.SAME_PLACE, self.usable)
         repeats = int(same.sum())
         for first, last in runs(same).tolist():
@@ -149,11 +144,11 @@ class _Track:
                 continue
             if self.has(Mark.IDENTITY, rows[first : last + 1]).all() and self._jump(first - 1, last + 1) > LOST_JUMP_M:
                 continue
-            if (code == "frozen") == self._is_frozen(first, last, repeats):
+            if self._is_frozen(first, last, repeats):
                 size = float(self.steps[rows[last + 1]]) if last + 1 < len(rows) else 0.0
                 # A jump to the place where the body then stands still belongs to the stretch.
-                jumped = code == "frozen" and first > 0 and self.has(Mark.TELEPORT, rows[first - 1 : first])[0]
-                yield self.span(code, rows, first - int(jumped), last, size)
+                jumped = first > 0 and self.has(Mark.TELEPORT, rows[first - 1 : first])[0]
+                yield self.span("frozen", rows, first - int(jumped), last, size)
 
     def _is_frozen(self, first: int, last: int, repeats: int) -> bool:
         rows = self.usable
@@ -200,11 +195,6 @@ def pose_findings(looked: PosePass) -> Iterator[Finding]:
         rest = found[MOST_OF_A_KIND:]
         if rest:
             yield _together(looked, rest, SEVERITIES[rest[0].code], "{1} more stretches of the same, {0} samples")
-    resting: dict[int, list[PoseSpan]] = defaultdict(list)
-    for span in rest_spans(looked):
-        resting[span.column].append(span)
-    for found in resting.values():
-        yield _together(looked, found, Severity.NOTE, "the position repeats bit for bit in {0} samples, {1} stretches")
     for column, name in enumerate(looked.names):
         yield from _notes(looked, column, name)
 
@@ -254,30 +244,9 @@ def _together(looked: PosePass, found: Sequence[PoseSpan], severity: Severity, w
 def _notes(looked: PosePass, column: int, name: str) -> Iterator[Finding]:
     for code, mark, severity, words in (
         ("turn-outlier", Mark.TURN_OUTLIER, Severity.WARNING, "of the samples turned away and back in two steps"),
-        ("sign-flips", Mark.SIGN_FLIP, Severity.NOTE, "times q becomes -q"),
         ("off-unit-quaternion", Mark.OFF_UNIT, Severity.NOTE, "quaternions are off unit length by more than 1e-6"),
     ):
         rows = np.flatnonzero(looked.body_has(column, mark)).tolist()
         if rows:
             stretch = Span.of(looked.stamp_ns, rows[0], rows[-1])
             yield stretch.finding(code, severity, f"{len(rows)} {words}", name, len(rows))
-    decimals = _decimals(looked.quaternion[:, column])
-    if decimals is not None:
-        message = f"quaternions have {decimals} decimals, {np.degrees(10.0**-decimals):.1g} degrees"
-        count = int(np.isfinite(looked.quaternion[:, column, 0]).sum())
-        yield Finding("rounded-rotations", Severity.NOTE, message, name, count=count)
-
-
-LEAST_DIFFERENT: Final = 8  # Rotations that must differ before their decimals are judged: 0, 0, 0, 1 has none to judge
-
-
-def _decimals(quaternions: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> int | None:
-    """The number of decimals that all these quaternions were printed with, if they were."""
-    there = quaternions[np.isfinite(quaternions).all(axis=1)]
-    if len(there) < LEAST_DIFFERENT or len(np.unique(there[:512], axis=0)) < LEAST_DIFFERENT:
-        return None
-    with np.errstate(over="ignore", invalid="ignore"):
-        for decimals in range(1, MOST_DECIMALS + 1):
-            if (np.abs(there - np.round(there, decimals)) < 1e-12).all():
-                return decimals
-    return None

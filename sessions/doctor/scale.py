@@ -110,14 +110,6 @@ def _up(looked: PosePass, roles: Roles) -> Iterator[Finding]:
             yield Finding("up-axis", Severity.WARNING, message, name)
         else:
             yield from _head_height_elsewhere(place, name)
-    hands = [column for role, column in roles.items() if role != "head"]
-    if hands:
-        height = looked.position[:, hands, 1].max(axis=1) - looked.position[:, head, 1]
-        height = height[np.isfinite(height)]
-        share = float((height > 0).mean()) if len(height) >= LEAST_LOOKS else 0.0
-        if share > MOST:
-            message = f"a hand is above the head {100 * share:.0f} % of the time, by {np.median(height):.2f} m"
-            yield Finding("head-below-hands", Severity.WARNING, message, name)
 
 
 def _head_height_elsewhere(place: FloatArray, name: str) -> Iterator[Finding]:

@@ -1,8 +1,7 @@
 """Findings about a session and its scene, but not about its file: the container code is not loaded."""
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -17,8 +16,6 @@ from sessions.model.scene import Scene, SceneBody, absent_bodies
 from sessions.model.session import Session
 from sessions.model.track import GazeTrack, ScalarTrack
 
-Streams = Mapping[str, Mapping[str, GazeTrack] | Mapping[str, ScalarTrack]]
-
 
 def examine_session(
     session: Session, looked: PosePass | None = None, needed: Collection[str] | None = None
@@ -29,52 +26,37 @@ def examine_session(
     ``None``: all.
     """
     looked = looked or look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
-    streams: Streams = {"gaze": session.gaze, "scalar": session.scalars}
-    yield from recording_findings(looked, session.scene, session.facts, session.meshes, streams, needed)
-
-
-def recording_findings(
-    looked: PosePass,
-    scene: Scene,
-    facts: Mapping[str, str],
-    meshes: Mapping[str, Any],
-    streams: Streams,
-    needed: Collection[str] | None = None,
-) -> Iterator[Finding]:
-    """Every check that a file and a session in memory share.
-
-    ``meshes``: of every body that has one; ``streams``: what they are called -> name -> stream; ``needed``: the bodies
-    whose meshes are looked at, ``None``: all.
-    """
+    scene, meshes = session.scene, session.meshes
     yield from time_findings(looked)
     yield from pose_findings(looked)
-    yield from scale_findings(looked, scene, facts)
+    yield from scale_findings(looked, scene, session.facts)
     names = [name for name in meshes if needed is None or name in needed]
     yield from all_mesh_findings(meshes, names)
-    there = tuple(body for body in scene.bodies if body.id in names)
-    yield from table_findings(meshes, replace(scene, bodies=there))
+    yield from table_findings(meshes, replace(scene, bodies=tuple(body for body in scene.bodies if body.id in names)))
     yield from scene_findings(scene, looked.names, [*meshes])
-    yield from stream_findings(streams, looked)
+    yield from stream_findings(session, looked)
 
 
-def stream_findings(streams: Streams, looked: PosePass) -> Iterator[Finding]:
-    """Everything about gaze and scalars; ``streams``: what they are called -> name -> stream."""
+def stream_findings(session: Session, looked: PosePass) -> Iterator[Finding]:
+    """Everything about gaze and scalars."""
     zero, last = (int(looked.stamp_ns.min()), int(looked.stamp_ns.max())) if len(looked.stamp_ns) else (0, 0)
-    for what, named in streams.items():
-        for name, one in named.items():
-            called, stamps = f"{what} {name!r}", one.times_ns
-            there = one.valid if isinstance(one, GazeTrack) else np.isfinite(one.values)
-            if not there.any():
-                yield Finding("stream-empty", Severity.WARNING, f"{called}: no sample of {len(one)} holds anything")
-            elif zero < last and (stamps[0] > last or stamps[-1] < zero):
-                ends = f"{(stamps[0] - zero) / 1e9:.1f} s to {(stamps[-1] - zero) / 1e9:.1f} s after the first pose"
-                message = f"{called}: it lasts from {ends}, the poses {(last - zero) / 1e9:.1f} s"
-                yield Finding("stream-apart", Severity.WARNING, message)
-            if isinstance(one, GazeTrack) and (lost := np.flatnonzero(one.valid & ~one.usable)).size:
-                message = f"{called}: samples that are seen and hold no direction: {len(lost)}"
-                yield Span(int(stamps[lost[0]]), int(stamps[lost[-1]]), zero).finding(
-                    "gaze-nowhere", Severity.WARNING, message, count=len(lost)
-                )
+    streams: list[tuple[str, GazeTrack | ScalarTrack | None]]
+    streams = [(f"gaze {name!r}", gaze) for name, gaze in session.gaze.items()]
+    streams += [(f"scalar {name!r}", scalar) for name, scalar in session.scalars.items()]
+    for called, one in streams:
+        if one is None:  # of a file whose messages cannot be read
+            continue
+        stamps, there = one.times_ns, one.valid if isinstance(one, GazeTrack) else np.isfinite(one.values)
+        if not there.any():
+            yield Finding("stream-empty", Severity.WARNING, f"{called}: no sample of {len(one)} holds anything")
+        elif zero < last and (stamps[0] > last or stamps[-1] < zero):
+            ends = f"{(stamps[0] - zero) / 1e9:.1f} s to {(stamps[-1] - zero) / 1e9:.1f} s after the first pose"
+            message = f"{called}: it lasts from {ends}, the poses {(last - zero) / 1e9:.1f} s"
+            yield Finding("stream-apart", Severity.WARNING, message)
+        if isinstance(one, GazeTrack) and (lost := np.flatnonzero(there & ~one.usable)).size:
+            message = f"{called}: samples that are seen and hold no direction: {len(lost)}"
+            span = Span(int(stamps[lost[0]]), int(stamps[lost[-1]]), zero)
+            yield span.finding("gaze-nowhere", Severity.WARNING, message, count=len(lost))
 
 
 def scene_findings(scene: Scene, names: Sequence[str], meshes: Sequence[str]) -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""Findings about clocks: stamps that do not go forward, gaps, uneven steps, and two clocks that disagree."""
+"""Findings about clocks: stamps that do not go forward, gaps, and two clocks that disagree."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -12,12 +12,10 @@ from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
 
 GAP_STEPS: Final = 3.0  # A step longer than three median steps is a gap
-UNEVEN_STEPS: Final = 1.5  # A step longer than one and a half median steps has lost a frame
 LONG_GAP_NS: Final = 250_000_000
 """A longer gap is worth a warning: a quarter of a second is enough for a hand to touch and leave a glass."""
 SKEW_NS: Final = 1_000_000_000  # A recorder writes a frame within milliseconds of its stamp; a second is two clocks
 EPOCH_NS: Final = 86_400_000_000_000  # A day or more apart, the two clocks merely start at different zeros
-DRIFT_NS: Final = 50_000_000  # An offset that grows by more than this between the first and the last tenth is drift
 
 
 def time_findings(looked: PosePass) -> Iterator[Finding]:
@@ -27,7 +25,6 @@ def time_findings(looked: PosePass) -> Iterator[Finding]:
         return
     yield from _order(stamps)
     yield from _gaps(stamps, int(stamps[0]), "")
-    yield from _uneven(stamps)
     yield from _skew(looked)
     for column, name in enumerate(looked.names):
         yield from _device_clock(looked, column, name)
@@ -76,27 +73,12 @@ def _gaps(stamps: NDArray[np.int64], zero: int, body: str) -> Iterator[Finding]:
         yield span.finding("gap", Severity.NOTE, message, body, len(short))
 
 
-def _uneven(stamps: NDArray[np.int64]) -> Iterator[Finding]:
-    step = np.diff(stamps)
-    forward = step[step > 0]
-    median = float(np.median(forward)) if len(forward) else 0.0
-    uneven = np.flatnonzero(step > UNEVEN_STEPS * median)
-    if len(uneven):
-        message = (
-            f"{1e9 / median:.1f} Hz in the median, steps of {forward.min() / 1e6:.1f} to {forward.max() / 1e6:.1f} ms, "
-            f"{len(uneven)} over 1.5 times the median"
-        )
-        span = Span.of(stamps, uneven[0], uneven[-1] + 1)
-        yield span.finding("uneven-steps", Severity.NOTE, message, count=len(uneven))
-
-
 def _skew(looked: PosePass) -> Iterator[Finding]:
     stamps, skew = looked.stamp_ns, looked.log_ns - looked.stamp_ns
     middle = float(np.median(skew))
-    whole = Span.of(stamps, 0, -1)
     if abs(middle) > EPOCH_NS:
         message = f"log time and frame time have different zeros, {middle / 1e9:.0f} s apart"
-        yield whole.finding("clock-skew", Severity.NOTE, message, count=len(stamps))
+        yield Span.of(stamps, 0, -1).finding("clock-skew", Severity.NOTE, message, count=len(stamps))
         off = np.abs(skew - middle) > SKEW_NS
     else:
         off = np.abs(skew) > SKEW_NS
@@ -105,11 +87,6 @@ def _skew(looked: PosePass) -> Iterator[Finding]:
         message = f"log time and frame time are {float(np.median(worst)) / 1e9:+.3f} s apart"
         span = Span.of(stamps, first, last)
         yield span.finding("clock-skew", Severity.WARNING, message, count=last - first + 1)
-    tenth = len(skew) // 10
-    drift = float(np.median(skew[-tenth:]) - np.median(skew[:tenth])) if tenth >= 10 and not off.any() else 0.0
-    if abs(drift) > DRIFT_NS:
-        message = f"log time runs away from frame time by {drift / 1e6:+.0f} ms"
-        yield whole.finding("clock-drift", Severity.WARNING, message, count=len(stamps))
 
 
 def _device_clock(looked: PosePass, column: int, name: str) -> Iterator[Finding]:

@@ -43,7 +43,6 @@ class Mark(IntFlag):
     LOST = 64
     SAME_PLACE = 128
     SAME_ROTATION = 256
-    SIGN_FLIP = 512
     SAMPLE_BACKWARDS = 1024
     SAMPLE_REPEATED = 2048
     SAMPLE_SKEWED = 4096
@@ -119,7 +118,7 @@ class TrackWatch:
             velocity = way / step[:, None]
         for mark, where in (
             (Mark.TELEPORT, _no_motion(velocity)), (Mark.SAME_PLACE, same_place),
-            (Mark.SAME_ROTATION, same_rotation), (Mark.SIGN_FLIP, cosine < 0), (Mark.SAMPLE_BACKWARDS, since < 0),
+            (Mark.SAME_ROTATION, same_rotation), (Mark.SAMPLE_BACKWARDS, since < 0),
             (Mark.SAMPLE_REPEATED, (since == 0) & ~(same_place & same_rotation)),
             (Mark.TURN_OUTLIER, _undone(cosine, _cosines(window.quaternion, 2), TURN_BOUND * step)),
         ):  # fmt: skip

@@ -5,6 +5,7 @@ Memory for ``Session.blocks`` is one chunk and one block, for a file of any leng
 
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cache, partial
 from os import PathLike
 from pathlib import Path
@@ -37,7 +38,7 @@ def _require_path(given: object) -> None:
 def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | None = None) -> Session:
     """Read a session file of profile ``vrlab/1``, or any MCAP with ``foxglove.FrameTransforms`` on ``/tf``.
 
-    Meshes are checked against their hashes. Frames, live contacts and streams are decoded when asked for.
+    Meshes are checked against their hashes. Frames and streams are decoded when asked for.
     A file without the profile has the metadata ``format: foreign`` and ``profile: none`` (or what it calls its own).
 
     ``path``: the file; ``torn``: what to do with a file that was cut short, for example by a crash of the recorder:
@@ -56,23 +57,14 @@ def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | 
             f"{path} is cut short at byte {file.catalogue.tear} and has no index; save what is there with "
             "`replay recover`"
         )
-    facts, hashes = session_facts(file)
-    facts.pop(SCENE_FACT, None)
+    check_version(file)
     file.catalogue.check_pose_channels()
+    names = listed_names(file) if file.own else _scanned_names(file)
+    session = session_of(file, names, None if scene is None else Scene())
+    facts = {key: value for key, value in session.facts.items() if key != SCENE_FACT}
     if file.catalogue.tear is not None:
         facts[MISSING] = _missing(file)
-    session = Session(
-        McapFrames(file, listed_names(file) if file.own else _scanned_names(file)),
-        {name: attached_mesh(file, name, expected) for name, expected in hashes.items()},
-        attached_scene(file) if scene is None else Scene(),
-        events=part(file, schemas.EVENTS),
-        intervals=part(file, schemas.INTERVALS),
-        facts=facts,
-        origin=str(path),
-        live_contacts=LazySequence(partial(part, file, schemas.LIVE_CONTACTS)),
-        colliders=attached_colliders(file),
-        **{name: _streams(file, prefix) for prefix, name in schemas.STREAMS.items()},
-    )
+    session = replace(session, facts=facts)
     if scene is None:
         return session
     from sessions.scene_files.scene_meshes import with_scene
@@ -80,16 +72,55 @@ def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | 
     return with_scene(session, scene)
 
 
-def _streams(file: McapFile, prefix: str) -> Any:
-    return LazyMapping(file.topics_below(prefix), partial(part, file, prefix))
+def at_once(load: Callable[[], Any], _otherwise: Any, _body: str = "") -> Any:
+    """Load a part of a file; whoever goes on behind a refusal takes the second argument, and notes the body."""
+    return load()
+
+
+def session_of(
+    file: McapFile, names: tuple[str, ...], scene: Scene | None = None, attempt: Callable[..., Any] = at_once
+) -> Session:
+    """The session in a file, of these bodies; what is read only when it is asked for is loaded by ``attempt`` too."""
+    facts, hashes = session_facts(file)
+    meshes = {name: attempt(partial(attached_mesh, file, name, stated), None, name) for name, stated in hashes.items()}
+    streams: dict[str, Any] = {
+        name: LazyMapping(file.topics_below(prefix), partial(_stream, file, prefix, attempt))
+        for prefix, name in schemas.STREAMS.items()
+    }
+    return Session(
+        McapFrames(file, names),
+        {name: mesh for name, mesh in meshes.items() if mesh is not None},
+        attempt(partial(attached_scene, file), Scene()) if scene is None else scene,
+        events=attempt(partial(part, file, schemas.EVENTS), ()),
+        intervals=attempt(partial(part, file, schemas.INTERVALS), ()),
+        facts=facts,
+        origin=str(file.path),
+        live_contacts=attempt(partial(part, file, schemas.LIVE_CONTACTS), ()),
+        colliders=attempt(partial(attached_colliders, file), {}),
+        **streams,
+    )
+
+
+def _stream(file: McapFile, prefix: str, attempt: Callable[..., Any], key: str) -> Any:
+    return attempt(partial(part, file, prefix + key), None)
+
+
+def load_parts(session: Session) -> None:
+    """Load everything of a session but its frames."""
+    for name in schemas.STREAMS.values():
+        dict(getattr(session, name))
+
+
+def check_version(file: McapFile) -> None:
+    """Refuse a file of our profile that is of another version."""
+    if file.own:
+        metadata.check_version(file.catalogue.profile, file.path)
 
 
 def session_facts(file: McapFile) -> tuple[dict[str, str], dict[str, str]]:
     """The facts of a session, and mesh name -> SHA-256."""
-    profile = file.catalogue.profile
     if not file.own:
-        return {"format": "foreign", "profile": profile or "none", **metadata.DECLARED}, {}
-    metadata.check_version(profile, file.path)
+        return {"format": "foreign", "profile": file.catalogue.profile or "none", **metadata.DECLARED}, {}
     return metadata.metadata_of(file.catalogue.metadata_record(metadata.SESSION_RECORD) or {})
 
 
@@ -173,7 +204,7 @@ Messages = list[tuple[int, bytes]]
 """(publish_ns, payload) of a topic, in file order."""
 
 
-def _stream(prefix: str, found: Messages, _last_ns: int) -> Any:
+def _samples(prefix: str, found: Messages, _last_ns: int) -> Any:
     return annotations.read_stream(prefix, (payload for _, payload in found))
 
 
@@ -181,7 +212,7 @@ _PARTS: dict[str, Callable[[Messages, int], Any]] = {
     schemas.EVENTS: lambda found, _: tuple(annotations.read_event(payload, time_ns) for time_ns, payload in found),
     schemas.INTERVALS: lambda found, last_ns: annotations.read_intervals((payload for _, payload in found), last_ns),
     schemas.LIVE_CONTACTS: lambda found, _: tuple(annotations.read_contact(payload) for _, payload in found),
-    **{prefix: partial(_stream, prefix) for prefix in schemas.STREAMS},
+    **{prefix: partial(_samples, prefix) for prefix in schemas.STREAMS},
 }
 """Topic, or prefix of topics, beside those of the poses -> what a session makes of its messages."""
 
@@ -199,9 +230,8 @@ def read_part(where: Path, topic: str, messages: Messages, last_ns: int = 0) -> 
         raise refused(where, "bad-message", f"a message on {topic} is not what its schema says") from None
 
 
-def part(file: McapFile, prefix: str, key: str = "") -> Any:
-    """What a session holds of the topic ``prefix`` and ``key`` together."""
-    topic = prefix + key
+def part(file: McapFile, topic: str) -> Any:
+    """What a session holds of a topic."""
     messages = list(file.payloads(topic))
     last_ns = (file.last_stamp() or 0) if messages and topic == schemas.INTERVALS else 0
     return read_part(file.path, topic, messages, last_ns)
@@ -229,25 +259,3 @@ class LazyMapping(Mapping[str, Value], Generic[Value]):
 
     def __len__(self) -> int:
         return len(self._keys)
-
-
-class LazySequence(Sequence[Value], Generic[Value]):
-    """A sequence that ``load`` gives whole when its first item is asked for."""
-
-    def __init__(self, load: Callable[[], Sequence[Value]]) -> None:
-        self._source, self._load = load, cache(lambda: tuple(load()))
-
-    def __reduce__(self) -> Any:
-        return LazySequence, (self._source,)
-
-    def __getitem__(self, index: Any) -> Any:
-        return self._load()[index]
-
-    def __len__(self) -> int:
-        return len(self._load())
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, Sequence) and self._load() == tuple(other)
-
-    def __hash__(self) -> int:
-        return hash(self._load())

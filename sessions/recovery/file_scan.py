@@ -44,7 +44,7 @@ class FileScan:
     @property
     def closed(self) -> bool:
         """Whether its writer came to the end of the data."""
-        return self.declared.data_end is not None
+        return self.declared.closed
 
     @property
     def bytes_skipped(self) -> int:

@@ -17,9 +17,9 @@ from sessions.input_files import opened
 from sessions.mcap_format import metadata
 from sessions.mcap_format.catalogue import Catalogue
 from sessions.mcap_format.container import add, bytes_at, finish, parsed, started_writer
-from sessions.mcap_format.reader import read_session
+from sessions.mcap_format.reader import load_parts, read_session
 from sessions.mcap_format.refusals import brief
-from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, STREAMS, TF, channel_spec
+from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF, channel_spec
 from sessions.mcap_format.writer import SCENE_FILE
 from sessions.recovery.file_scan import FileScan, scan_file
 from sessions.recovery.lost import Recovery
@@ -114,9 +114,7 @@ def refusal_of(path: Path) -> str:
         session = read_session(path)
         for _ in session.blocks():
             pass
-        len(session.live_contacts)
-        for name in STREAMS.values():
-            dict(getattr(session, name))
+        load_parts(session)
     except SessionFileError as error:
         return brief(error)
     return ""

@@ -43,16 +43,6 @@ def test_the_vive_log_has_159_rows_of_identity_and_a_jump_of_three_metres(tracke
     }
 
 
-@pytest.mark.parametrize(
-    ("name", "frames", "uneven"), [("grabLeft", 1127, 59), ("grabRight", 1436, 121), ("tracked-recording", 2568, 114)]
-)
-def test_the_captures_have_the_gaps_their_notes_count(name, frames, uneven):
-    session = import_session("aframe", CAPTURES / f"{name}.json")
-    findings = examine(session)
-    (steps,) = of(findings, "uneven-steps")
-    assert (len(session.frames), steps.count) == (frames, uneven)
-
-
 def test_the_right_hand_of_the_long_capture_is_frozen_for_74_frames():
     session = import_session("aframe", CAPTURES / "tracked-recording.json")
     (frozen,) = of(examine(session), "frozen")

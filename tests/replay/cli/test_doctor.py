@@ -9,15 +9,16 @@ from replay.cli.main import main
 @pytest.fixture(scope="module")
 def files(tmp_path_factory):
     folder = tmp_path_factory.mktemp("doctor")
-    broken = clean()
+    rounded, broken = clean(), clean()
+    rounded.arrays["quaternion_xyzw"][:, 0] *= 1 + 1e-5
     FAULTS["frozen pose"](broken, 1, 300)
-    return clean().write(folder / "clean.mcap"), broken.write(folder / "frozen.mcap")
+    return rounded.write(folder / "clean.mcap"), broken.write(folder / "frozen.mcap")
 
 
 def test_a_clean_session_can_be_trusted_and_its_notes_are_one_line(files, capsys):
     assert main(["doctor", str(files[0])]) == 0
     text = capsys.readouterr().out
-    assert "clean.mcap  nothing suspicious found" in text and "notes (-v lists them): at-rest" in text
+    assert "clean.mcap  nothing suspicious found" in text and "notes (-v lists them): off-unit-quaternion" in text
 
 
 def test_a_fault_is_said_with_body_span_meaning_and_cure(files, capsys):
@@ -29,14 +30,14 @@ def test_a_fault_is_said_with_body_span_meaning_and_cure(files, capsys):
 
 def test_verbose_lists_the_notes(files, capsys):
     assert main(["doctor", str(files[0]), "-v"]) == 0
-    assert "at rest, and without tracker noise" in " ".join(capsys.readouterr().out.split())
+    assert "the rotation was rounded" in " ".join(capsys.readouterr().out.split())
 
 
 @pytest.mark.parametrize("how", [["--format", "json"]])
 def test_json_holds_every_finding_of_every_file(files, how, capsys):
     assert main(["doctor", *map(str, files), *how]) == 0
     clean_one, broken = json.loads(capsys.readouterr().out)
-    assert [one["code"] for one in clean_one["findings"]] == ["at-rest"]
+    assert [one["code"] for one in clean_one["findings"]] == ["off-unit-quaternion"]
     assert next((one["code"], one["body"]) for one in broken["findings"]) == ("frozen", "hand-left")
     assert broken["file"] == str(files[1])
 

@@ -65,13 +65,6 @@ def test_a_fault_in_every_other_frame_is_listed_so_often_and_then_counted():
     assert found[-1].message == f"{450 - MOST_OF_A_KIND} more stretches of the same, {450 - MOST_OF_A_KIND} samples"
 
 
-def test_sign_flips_are_counted_and_only_noted():
-    draft = clean()
-    draft.arrays["quaternion_xyzw"][100:200, 1] *= -1
-    (one,) = findings(draft, "sign-flips")
-    assert (one.count, one.severity, one.body) == (2, Severity.NOTE, "hand-left")
-
-
 @pytest.mark.parametrize(("degrees", "frames", "found_at"), [(95.0, 1, [400]), (20.0, 1, []), (95.0, 2, [])])
 def test_a_rotation_that_leaves_for_one_frame_is_found_and_a_turn_is_not(degrees, frames, found_at):
     draft = clean()
@@ -83,16 +76,11 @@ def test_a_rotation_that_leaves_for_one_frame_is_found_and_a_turn_is_not(degrees
     assert [round(one.start * 90) for one in found] == found_at
 
 
-def test_rounded_rotations_are_noted_with_their_decimals():
+def test_rotations_that_were_rounded_are_noted():
     draft = clean()
-    turns = draft.arrays["quaternion_xyzw"]
-    turns[:, :2] = np.round(turns[:, :2], 4)
-    assert [one.message.split(",")[0] for one in findings(draft, "rounded-rotations")] == [
-        "quaternions have 4 decimals"
-    ] * 2
+    draft.arrays["quaternion_xyzw"][:, :2] = np.round(draft.arrays["quaternion_xyzw"][:, :2], 4)
     (off, _) = findings(draft, "off-unit-quaternion")
-    assert off.severity == Severity.NOTE and off.count > 100
-    assert findings(clean(), "rounded-rotations") == []
+    assert off.severity == Severity.NOTE and off.count > 100 and findings(clean(), "off-unit-quaternion") == []
 
 
 def spans(draft):

@@ -15,14 +15,6 @@ def test_heads_and_hands_are_told_by_their_names_and_nothing_else_is():
     assert roles == {"right": 1}
 
 
-def test_a_head_below_the_hands_is_named():
-    looked = look_through([clean().session().frames])
-    names = {"flask": "hmd", "hand-left": "hand-left", "tray": "tray"}
-    looked = type(looked)(tuple(names[name] for name in looked.names), *list(vars(looked).values())[1:])
-    (one,) = scale_findings(looked, Scene(), {})
-    assert (one.code, one.body) == ("head-below-hands", "hmd")
-
-
 def test_facts_that_admit_a_left_handed_source_are_believed():
     looked = look_through([clean().session().frames])
     assert [one.code for one in scale_findings(looked, Scene(), {"handedness": "left"})] == ["handedness"]

@@ -1,7 +1,7 @@
 import pytest
 from mcap.opcode import Opcode
 from support.damage import records
-from support.planted_faults import BODIES, clean, unknown_frame
+from support.planted_faults import BODIES, FAULTS, clean, unknown_frame
 
 from sessions.doctor.examine import examine
 from sessions.mcap_format import container
@@ -13,7 +13,9 @@ from sessions.mcap_format.metadata import bodies_record
 def path(tmp_path, monkeypatch):
     """A clean session in many small chunks."""
     monkeypatch.setattr(container, "CHUNK_BYTES", 1 << 15)
-    return clean().write(tmp_path / "s.mcap")
+    draft = clean()
+    FAULTS["frozen pose"](draft, 0, 200)
+    return draft.write(tmp_path / "s.mcap")
 
 
 def chunks_of(path):
@@ -37,7 +39,7 @@ def test_a_flipped_byte_in_a_chunk_is_found_with_the_time_it_costs(path):
     path.write_bytes(data)
     found = {one.code: one for one in examine(path)}
     assert (found["damaged-chunk"].start_ns, found["damaged-chunk"].end_ns) == (place.first_ns, place.last_ns)
-    assert "data-crc" in found and "gap" in found
+    assert "gap" in found
 
 
 def test_an_attachment_that_changed_is_found(path):
@@ -45,7 +47,7 @@ def test_an_attachment_that_changed_is_found(path):
     data[data.find(b"glTF") + 40] ^= 1
     path.write_bytes(data)
     found = {one.code for one in examine(path)}
-    assert {"damaged-attachment", "data-crc"} <= found
+    assert "damaged-attachment" in found
 
 
 def test_an_unknown_version_is_named_and_the_poses_are_examined_all_the_same(path):
@@ -53,7 +55,7 @@ def test_an_unknown_version_is_named_and_the_poses_are_examined_all_the_same(pat
     path.write_bytes(data)
     found = {one.code: one for one in examine(path)}
     assert "newer" in found["unknown-version"].fix and "vrlab/9" in found["unknown-version"].message
-    assert "at-rest" in found
+    assert "frozen" in found
 
 
 def test_bodies_of_other_frames_and_bodies_that_are_not_listed_are_noted_and_examined(tmp_path):
@@ -76,4 +78,4 @@ def test_a_damaged_record_does_not_end_the_examination(path):
     start, end = next((a, b) for opcode, a, b in records(data) if opcode == Opcode.HEADER)
     path.write_bytes(data[: start + 9] + b"\xff" * (end - start - 9) + data[end:])
     found = {one.code for one in examine(path)}
-    assert {"unreadable", "at-rest"} <= found
+    assert {"unreadable", "frozen"} <= found
