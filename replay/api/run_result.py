@@ -11,7 +11,7 @@ from replay.base.by_label import ByLabel
 from replay.pipeline import run_result
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from replay.outputs.notebook import Plot
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,14 +38,14 @@ class RunResult(run_result.RunResult):
 
         return run_html(self)
 
-    def plot(self, label: str | None = None) -> Figure:
-        """A timeline of one detector, the worst unless named, and below it what all miss beside what they take.
+    def plot(self) -> Plot:
+        """What all detectors miss beside what they take, and when: as in the report, for a notebook.
 
-        Raises ``UnknownLabelError``: no such detector was audited; ``AuditError``: none was.
+        Raises ``AuditError``: no detector was compared with another.
         """
-        from replay.outputs.report.run_plot import run_figure
+        from replay.outputs.notebook import run_plot
 
-        return run_figure(self, label)
+        return run_plot(self)
 
     def write(self, folder: str | Path, *, force: bool = False, picture: bool = True) -> RunResult:
         """Write the run folder with its report, and return the result that knows where it is.

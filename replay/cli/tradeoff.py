@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("session", type=SESSION_FILE, metavar="SESSION")
-@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder with table, curve and picture.")
+@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Run folder with table, report and picture.")
 @lineup
 @click.option(
     "--time-limit", type=click.FloatRange(min=0), metavar="SECONDS", default=150.0, show_default=True,
@@ -103,7 +103,7 @@ def command(
         people.detail(f"not tried: {', '.join(done.cut)}")
     if out is not None:
         view = "" if no_picture else f", or: replay view {out}"
-        people.say("", f"wrote {out}", f"look at:  {out / 'tradeoff.png'}{view}")
+        people.say("", f"wrote {out}", f"look at:  {out / 'report.html'}{view}")
     return 0
 
 

@@ -1,12 +1,15 @@
-"""What a notebook and a Python prompt show of a run: the ranking, the answer, and where the picture is."""
+"""What a notebook and a Python prompt show of a run: the ranking, the answer, charts, and where the picture is."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from html import escape
 from shlex import quote
 from textwrap import wrap
 from typing import Final
 
-from replay.outputs.report.markup import page_table
+from replay.errors import AuditError
+from replay.outputs.report.first_screen import all_detectors
+from replay.outputs.report.markup import page_html, page_table
+from replay.outputs.report.run_view import view_of
 from replay.outputs.run_tables import LATE_OR_SHORT, ranking_table
 from replay.outputs.tables import text_of
 from replay.outputs.words import counted
@@ -28,6 +31,7 @@ FILES: Final = {"report.html": "report", "run.rrd": "picture for Rerun"}
 """Files of a run folder that are linked."""
 
 WIDTH: Final = 100
+PLOT_HEIGHT: Final = 420
 STYLE: Final = (
     "<style>.replay-run td,.replay-run th{padding:2px 10px}.replay-run .number{text-align:right}"
     ".replay-run caption{text-align:left;font-weight:bold}.replay-run .word{text-align:left}</style>"
@@ -75,6 +79,26 @@ def run_html(result: RunResult) -> str:
         found = (f'<a href="{escape((result.out / name).as_posix())}">{FILES[name]}</a>' for name in there)
         parts.append(f"<p>{', '.join(found)}; <code>.view()</code> shows the picture here</p>")
     return f'<div class="replay-run">{STYLE}{"".join(parts)}</div>'
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A part of the report that a notebook shows; ``page`` is HTML that can be written to a file."""
+
+    page: str
+
+    def _repr_html_(self) -> str:
+        # A frame of its own: neither page has the styles of the other.
+        return f'<iframe srcdoc="{escape(self.page)}" style="width:100%;height:{PLOT_HEIGHT}px;border:0"></iframe>'
+
+
+def run_plot(result: RunResult) -> Plot:
+    """Ranking, accuracy against cost and the timeline of all detectors; ``AuditError``: nothing was compared."""
+    if not result.ranking:
+        raise AuditError(
+            "nothing was compared in this run, so there is nothing to plot; run it with a reference (oracle=...)"
+        )
+    return Plot(page_html("Detectors", all_detectors(view_of(result), None), ()))
 
 
 def _what(result: RunResult) -> str:

@@ -1,8 +1,8 @@
 """Charts as SVG that lies in the page: accuracy against cost, when what happened, and curves of effects."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil, floor, log10
+from math import ceil, floor, log1p, log10
 from typing import Final
 
 from replay.outputs.report.markup import Markup, element, joined
@@ -22,8 +22,6 @@ NEIGHBOURS: Final = 2000
 """Stretches nearer to each other than this part of a lane are painted as one."""
 
 SIZE: Final = (432.0, 180.0)
-PLOT: Final = (34.0, 414.0, 22.0, 142.0)
-"""Left, right, top and bottom of a plot."""
 
 LETTER: Final = 7.2
 """Width of a letter of a name in a plot."""
@@ -42,57 +40,84 @@ class Dot:
     kind: str  # class of its colour
 
 
-def scatter(dots: Sequence[Dot], words: str, x_words: str, y_words: str) -> Markup:
+def scatter(dots: Sequence[Dot], words: str, x_words: str, y_words: str, size: tuple[float, float] = SIZE) -> Markup:
     """Named dots, their value of y in the name; each name stands where it covers no other."""
-    left, right, top, bottom = PLOT
-    xs = [dot.x for dot in dots if dot.x > 0] or [1.0]
-    logarithmic = max(xs) > SPREAD * min(xs)
-    x_ticks = _decades(min(xs), max(xs)) if logarithmic else _ticks(max(xs), 5)
-    y_ticks = _ticks(max([1.0, *(dot.y for dot in dots)]), 3)
-
-    def place(dot: Dot) -> tuple[float, float]:
-        share = dot.x / x_ticks[-1]
-        if logarithmic:
-            share = log10(max(dot.x, x_ticks[0]) / x_ticks[0]) / log10(x_ticks[-1] / x_ticks[0])
-        return left + share * (right - left), bottom - dot.y / y_ticks[-1] * (bottom - top)
-
-    parts = []
-    for tick in y_ticks:
-        y = bottom - tick / y_ticks[-1] * (bottom - top)
-        parts.append(element("path", class_="grid", d=f"M{left:g} {y:.1f}H{right:g}"))
-        parts.append(element("text", f"{tick:g}", class_="t r", x=left - 7, y=f"{y + 4:.1f}"))
-    for tick in x_ticks:
-        parts.append(
-            element("text", f"{tick:g}", class_="t m", x=f"{place(Dot('', tick, 0, ''))[0]:.1f}", y=bottom + 17)
-        )
-    parts.append(element("text", y_words, class_="t", x=left, y=11))
-    parts.append(element("text", x_words, class_="t r", x=right, y=bottom + 34))
-    places = [place(dot) for dot in dots]
+    across = _Axis.of([dot.x for dot in dots if dot.x > 0] or [1.0], 5)
+    up = _Axis.of([1.0, *(dot.y for dot in dots)], 3, zero=True)
+    left, right, top, bottom = _plot(size)
+    parts = _axes(across, up, x_words, y_words, size)
+    places = [(left + across.share(dot.x) * (right - left), bottom - up.share(dot.y) * (bottom - top)) for dot in dots]
     taken = [(x - 6, y - 6, x + 6, y + 6) for x, y in places]
     for dot, (x, y) in zip(dots, places, strict=True):
         parts.append(element("circle", class_=f"dot {dot.kind}", cx=f"{x:.1f}", cy=f"{y:.1f}", r=5.5))
-        name = f"{dot.label}: {dot.y:g}"
-        free = _free(taken, x, y, LETTER * len(name))
+        name = f"{dot.label}: {round(dot.y, 1):g}"
+        free = _free(taken, x, y, LETTER * len(name), size)
         if free is not None:
             taken.append(free)
             parts.append(element("text", name, class_="lb", x=f"{free[0]:.1f}", y=f"{free[3] - 3:.1f}"))
     said = f"{words}: {', '.join(f'{dot.label} {dot.y:g} at {dot.x:.2g}' for dot in dots)}"
-    return element(
-        "svg", *parts, class_="sc", viewBox=f"0 0 {SIZE[0]:g} {SIZE[1]:g}", role="img", aria_label=said,
-    )  # fmt: skip
+    return _svg(parts, said, size)
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """Ticks of an axis, and where a value stands between the first and the last."""
+
+    ticks: Sequence[float]
+    scale: Callable[[float], float]
+
+    @staticmethod
+    def of(values: Sequence[float], most: int, *, zero: bool = False) -> "_Axis":
+        """An axis from 0, or a logarithmic one where the values are far apart; with ``zero`` that has a 0 too."""
+        smallest, largest = min(value for value in values if value > 0), max(values)
+        if largest <= SPREAD * smallest:
+            return _Axis(_ticks(largest, most), float)
+        if zero:
+            return _Axis([0.0, *_decades(1.0, largest)], log1p)
+        ticks = _decades(smallest, largest)
+        return _Axis(ticks, lambda value: log10(max(value, ticks[0])))
+
+    def share(self, value: float) -> float:
+        """Where a value stands, 0 to 1."""
+        first, last = self.scale(self.ticks[0]), self.scale(self.ticks[-1])
+        return (self.scale(value) - first) / (last - first)
+
+
+def _plot(size: tuple[float, float]) -> tuple[float, float, float, float]:
+    """Left, right, top and bottom of the plot in a chart."""
+    return 34.0, size[0] - 18.0, 22.0, size[1] - 38.0
+
+
+def _axes(across: _Axis, up: _Axis, x_words: str, y_words: str, size: tuple[float, float]) -> list[Markup]:
+    """Grid lines, ticks and what both axes are."""
+    left, right, top, bottom = _plot(size)
+    parts = []
+    for tick in up.ticks:
+        y = bottom - up.share(tick) * (bottom - top)
+        parts.append(element("path", class_="grid", d=f"M{left:g} {y:.1f}H{right:g}"))
+        parts.append(element("text", f"{tick:g}", class_="t r", x=left - 7, y=f"{y + 4:.1f}"))
+    for tick in across.ticks:
+        x = left + across.share(tick) * (right - left)
+        parts.append(element("text", f"{tick:g}", class_="t m", x=f"{x:.1f}", y=bottom + 17))
+    parts.append(element("text", y_words, class_="t", x=left, y=11))
+    parts.append(element("text", x_words, class_="t r", x=right, y=bottom + 34))
+    return parts
+
+
+def _svg(parts: Sequence[Markup], words: str, size: tuple[float, float]) -> Markup:
+    return element("svg", *parts, class_="sc", viewBox=f"0 0 {size[0]:g} {size[1]:g}", role="img", aria_label=words)
 
 
 Box = tuple[float, float, float, float]
 
 
-def _free(taken: Sequence[Box], x: float, y: float, wide: float) -> Box | None:
+def _free(taken: Sequence[Box], x: float, y: float, wide: float, size: tuple[float, float]) -> Box | None:
     """The first box beside a dot that covers no other and lies in the plot."""
     places = ((x + 10, y - 8), (x - 10 - wide, y - 8), (x - wide / 2, y - 24), (x + 6, y - 22), (x - wide - 4, y - 22))
     for left, top in places:
         box = (left, top, left + wide, top + 15)
-        inside = left >= PLOT[0] and box[2] <= SIZE[0] and top >= 0
-        covers = any(a < box[2] and left < c and b < box[3] and top < d for a, b, c, d in taken)
-        if inside and not covers:
+        inside = left >= _plot(size)[0] and box[2] <= size[0] and top >= 0
+        if inside and not any(a < box[2] and left < c and b < box[3] and top < d for a, b, c, d in taken):
             return box
     return None
 
@@ -172,19 +197,16 @@ def curve(
     points: Sequence[tuple[float, float]], ends: Sequence[float], words: str, x_words: str, y_words: str
 ) -> Markup:
     """A curve over a linear axis, with a vertical line at each end point."""
-    left, right, top, bottom = PLOT
+    left, right, top, bottom = _plot(SIZE)
     xs, ys = zip(*points, strict=True)
-    x_ticks, y_ticks = _ticks(max(*xs, 1e-9), 5), _ticks(max(*ys, 1e-9), 3)
-    across, up = (right - left) / x_ticks[-1], (bottom - top) / y_ticks[-1]
+    across, up = (_Axis(_ticks(max(*some, 1e-9), most), float) for some, most in ((xs, 5), (ys, 3)))
+
+    def x_of(x: float) -> str:
+        return f"{left + across.share(x) * (right - left):.1f}"
+
     step = 1 + len(points) // 800
-    path = "L".join(f"{left + x * across:.1f} {bottom - y * up:.1f}" for x, y in points[::step])
+    path = "L".join(f"{x_of(x)} {bottom - up.share(y) * (bottom - top):.1f}" for x, y in points[::step])
     parts = [element("path", class_="curve", d=f"M{path}")]
-    parts += [element("path", class_="end", d=f"M{left + end * across:.1f} {top}V{bottom}") for end in ends]
-    parts += [element("text", f"{x:g}", class_="t m", x=f"{left + x * across:.1f}", y=bottom + 17) for x in x_ticks]
-    for tick in y_ticks:
-        parts.append(element("path", class_="grid", d=f"M{left} {bottom - tick * up:.1f}H{right}"))
-        parts.append(element("text", f"{tick:g}", class_="t r", x=left - 7, y=f"{bottom - tick * up + 4:.1f}"))
-    parts.append(element("text", y_words, class_="t", x=left, y=11))
-    parts.append(element("text", x_words, class_="t r", x=right, y=bottom + 34))
-    drawing = element("svg", *parts, class_="sc", viewBox=f"0 0 {SIZE[0]:g} {SIZE[1]:g}", role="img", aria_label=words)
+    parts += [element("path", class_="end", d=f"M{x_of(end)} {top}V{bottom}") for end in ends]
+    drawing = _svg([*parts, *_axes(across, up, x_words, y_words, SIZE)], words, SIZE)
     return element("figure", joined([drawing, element("figcaption", words)]), class_="plot")

@@ -19,7 +19,6 @@ from replay.outputs import contact_tables
 from replay.outputs.columns import types_of
 from replay.outputs.report.page import write_report
 from replay.outputs.report.tradeoff import JSON as TRADEOFF_JSON
-from replay.outputs.report.tradeoff import PICTURES
 from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
 from replay.outputs.results import parquet_tables
 from replay.outputs.results.parquet import KEYS, read_table, with_keys
@@ -100,7 +99,7 @@ def is_plain_name(name: Any) -> bool:
 
 RUN: Final = FolderKind(
     "run", SUMMARY, SCHEMA,
-    (FRAMES, *TABLES, PICTURE, REPORT, "session.mcap", "session.truth.json", TRADEOFF_TABLE, TRADEOFF_JSON, *PICTURES),
+    (FRAMES, *TABLES, PICTURE, REPORT, "session.mcap", "session.truth.json", TRADEOFF_TABLE, TRADEOFF_JSON),
 )  # fmt: skip
 
 

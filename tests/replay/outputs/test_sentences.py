@@ -5,14 +5,12 @@ from html import unescape
 from re import findall
 
 import pytest
-from matplotlib.text import Text
 from support.lettered_worlds import STATES, became, missed, run, stretches
 from support.page_cells import Cells
 from support.price_rows import ABOUT, price_row
 from support.sentences import picture_text
 
-from replay.outputs.report import page, tradeoff, tradeoff_picture
-from replay.outputs.report.drawing import LIGHT
+from replay.outputs.report import page
 from replay.outputs.report.markup import Markup
 from replay.outputs.report.page import report_html
 from replay.outputs.rerun_log.texts import accuracy_text
@@ -26,7 +24,6 @@ def without_drawings():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(page, "fault_still", lambda *_: (Markup(""), ""))
         patch.setattr(page, "bench_still", lambda *_: (Markup(""), ""))
-        patch.setattr(tradeoff, "picture", lambda *_, **__: b"")
         yield
 
 
@@ -119,12 +116,6 @@ def test_a_page_without_an_audit_counts_what_each_detector_found():
     assert f"<h1>{contacts} contacts found by exact, 1 contact found by sphere</h1>" in text
 
 
-def words_of_picture(done):
-    """The words of the drawn picture."""
-    drawn = tradeoff_picture._drawn(done, LIGHT)
-    return [one.get_text() for one in drawn.findobj(Text)]
-
-
 @pytest.mark.parametrize(
     ("rows", "cut", "front"),
     [
@@ -140,8 +131,8 @@ def test_the_report_of_a_tradeoff_answers_in_every_state(rows, cut, front):
     done = Tradeoff(tuple(rows), labels, tuple(advice_of(rows)), cut, ABOUT)
     text = unescape(report_html(replace(run("several"), tradeoff=done)))
     assert f"<h1>{done.answer}</h1>" in text and len(labels) == front
-    drawn = words_of_picture(done)
-    assert done.answer in drawn and set(labels) <= set(drawn)
+    dots = dict(findall(r'<text class="lb"[^>]*>([^<]*): ([\d.]+)<', text.partition("What accuracy costs</h2>")[2]))
+    assert dots.items() >= {row["label"]: f"{row['wrong']:g}" for row in rows}.items()
     assert (f"{len(cut)} setting{'s' * (len(cut) > 1)} not tried, for want of time" in text) == bool(cut)
     told = accuracy_text(replace(run("several"), tradeoff=done))
     assert (f"Not tried, for want of time: {', '.join(cut)}." in told) == bool(cut) and done.answer in told

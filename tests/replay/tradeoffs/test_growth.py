@@ -4,7 +4,6 @@ import pytest
 from cdcore import detect_live
 from replay.detection.detector_spec import parse_detector
 from replay.detection.run_detector import make_detector
-from replay.outputs.report.tradeoff_picture import growth_picture
 from replay.outputs.tradeoff_table import growth_table
 from replay.prepare.assemble import assemble
 from replay.tradeoffs import growth
@@ -82,7 +81,6 @@ def test_the_answer_and_the_table_say_which_axes_leave_the_budget_and_where():
     assert growth_answer(rows[2:]) == "No size tried takes a complete detector out of its budget"
     made = growth_table(rows)
     assert made.rows == (("exact", "leaves at 32", "fits up to 5,000"),) and "3 passes" in made.notes[0]
-    assert growth_picture(rows).startswith(b"\x89PNG")
 
 
 def test_every_axis_is_timed_and_what_is_hopeless_is_not_grown_further(bumped, monkeypatch):
