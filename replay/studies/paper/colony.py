@@ -75,47 +75,44 @@ def detected(poses: NearPoses, name: str, **settings: Any) -> tuple[int, int, in
     return hits, spent, int((false.verdict == Verdict.CONTACT).sum())
 
 
-@dataclass(frozen=True)
-class ColonyRows:
-    """Rows of one family: of F7e, and of the ablation."""
-
-    rates: tuple[tuple[Cell, ...], ...]
-    without: tuple[tuple[Cell, ...], ...]
+Rows = list[tuple[Cell, ...]]
 
 
-def colony_rows(family: str, count: int, seed: int = 0) -> ColonyRows:
-    """Every detector and variant over ``count`` poses of a family, and the colony with each equation switched off."""
-    rates: list[tuple[Cell, ...]] = []
-    without: list[tuple[Cell, ...]] = []
+def colony_rows(family: str, count: int, seed: int = 0) -> tuple[Rows, Rows]:
+    """Rows of F7e and of the ablation: every detector and variant over ``count`` poses of a family, then the colony
+    with each equation switched off.
+    """
+    rates: Rows = []
+    without: Rows = []
     cold = {"warm_start": False, "budget": BUDGET, "seed": seed}
     poses = near_poses(family, count, seed)
     spent_at_random = detected(poses, "qaco", variant="random", **cold)[1]
     for name in ("exact", "hybrid", "rapid-style", "solid-style", "aabb", "obb"):
         rates.append(_rate(poses, name, detected(poses, name), None))
     for variant in VARIANTS:
-        row = detected(poses, "qaco", variant=variant, **cold)
-        rates.append(_rate(poses, f"qaco {variant}", row, spent_at_random))
+        counts = detected(poses, "qaco", variant=variant, **cold)
+        rates.append(_rate(poses, f"qaco {variant}", counts, spent_at_random))
     rates.append(_rate(poses, "hybrid-qaco", detected(poses, "hybrid-qaco", **cold), spent_at_random))
     for variant in ("memetic", "corrected"):
         for equation in (None, *EQUATIONS):
-            row = detected(poses, "qaco", variant=variant, without_equation=equation, **cold)
+            counts = detected(poses, "qaco", variant=variant, without_equation=equation, **cold)
             word = "nothing" if equation is None else f"({equation})"
-            cells = _rate(poses, "", row, spent_at_random)
+            cells = _rate(poses, "", counts, spent_at_random)
             without.append((family, variant, word, *cells[2:7], *cells[-2:]))
-    return ColonyRows(tuple(rates), tuple(without))
+    return rates, without
 
 
-def colony_tables(parts: Sequence[ColonyRows]) -> list[PaperTable]:
+def colony_tables(families: Sequence[tuple[Rows, Rows]]) -> list[PaperTable]:
     """Fig. 7's random-collision rate, and the ablation."""
+    rates, without = (tuple(row for rows in part for row in rows) for part in zip(*families, strict=True))
     return [
         PaperTable(
-            "F7e", f"Random poses about first touch, {BUDGET:,} evaluations each", RATE_HEAD,
-            tuple(row for part in parts for row in part.rates),
+            "F7e", f"Random poses about first touch, {BUDGET:,} evaluations each", RATE_HEAD, rates,
             "Intervals: Wilson, 95 %. Evaluations: mean of a colliding pose, missed ones included, without flood fill.",
         ),
         PaperTable(
-            "ablation", "The colony with one equation switched off", ABLATION_HEAD,
-            tuple(row for part in parts for row in part.without), "The same poses, budget and intervals as F7e.",
+            "ablation", "The colony with one equation switched off", ABLATION_HEAD, without,
+            "The same poses, budget and intervals as F7e.",
         ),
     ]  # fmt: skip
 
@@ -125,8 +122,8 @@ RATE_HEAD: Final = ("family", "algorithm", *MEASURED, "free", "reported though f
 ABLATION_HEAD: Final = ("family", "variant", "without", *MEASURED, "evaluations", "to random")
 
 
-def _rate(poses: NearPoses, name: str, row: tuple[int, int, int], spent_at_random: int | None) -> tuple[Cell, ...]:
-    hits, spent, false = row
+def _rate(poses: NearPoses, name: str, counts: tuple[int, int, int], spent_at_random: int | None) -> tuple[Cell, ...]:
+    hits, spent, false = counts
     of = len(poses.colliding)
     evaluations = spent / of if spent_at_random is not None else None
     ratio = spent / spent_at_random if spent_at_random else None

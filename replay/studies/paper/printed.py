@@ -23,6 +23,3 @@ VARIANCE: Final = {"hybrid-qaco": 0.020, "solid-style": 0.058, "rapid-style": 0.
 
 TIME_TO_RAPID: Final = {"hybrid-qaco": 0.750, "solid-style": 0.795, "rapid-style": 1.0}
 """Fig. 7: 99 and 105 ms as shares of the 132 ms of RAPID."""
-
-SECONDS: Final = {"hybrid-qaco": 0.099, "solid-style": 0.105, "rapid-style": 0.132}
-"""Fig. 7: time of a detection, seconds."""

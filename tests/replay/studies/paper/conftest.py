@@ -2,14 +2,15 @@
 
 import pytest
 
-from replay.studies.paper.contestants import groups_of
-from replay.studies.paper.experiment import run_paper
+from replay.studies.paper.experiment import Size, run_paper
 from replay.studies.paper.fixtures import fixture
+from replay.studies.paper.rows import groups_of
 
 
 @pytest.fixture(scope="session")
 def small():
-    return run_paper(targets=(100,), poses=2, near=40, sessions=1)
+    """Key -> table."""
+    return {table.key: table for table in run_paper(Size((100,), poses=2, near=40)).tables}
 
 
 @pytest.fixture(scope="session")

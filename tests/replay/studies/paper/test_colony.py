@@ -58,10 +58,10 @@ def test_what_a_collider_invents_in_free_poses_is_counted_as_false():
 
 @pytest.mark.slow
 def test_every_variant_and_equation_has_its_row_with_a_rate_in_its_interval(small):
-    rates = next(one for one in small.tables if one.key == "F7e")
+    rates = small["F7e"]
     assert sum(rates.column("reported though free")) == 0
     for row in rates.rows:
         assert row[5] <= row[4] <= row[6] and row[3] == round(row[4] * row[2])
-    ablation = next(one for one in small.tables if one.key == "ablation")
+    ablation = small["ablation"]
     assert {row[2] for row in ablation.rows} == {"nothing", *(f"({number})" for number in EQUATIONS)}
     assert len({row[8] for row in ablation.rows}) > len(EQUATIONS)

@@ -1,6 +1,6 @@
 """Coverage misses are counted from the truth, search misses from covered poses alone, and random work as computed."""
 
-from itertools import count, pairwise, product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -24,15 +24,13 @@ def test_all_faces_cover_every_pose_and_smaller_samples_fewer(drawn):
         assert sum(counts[0]) < sum(counts[-1]) / 10
 
 
-def test_searches_are_asked_about_covered_poses_only_and_a_second_is_shared_by_its_evaluations(monkeypatch):
-    monkeypatch.setattr(feature_samples, "perf_counter", count(100).__next__)
-    one = feature_samples.search_samples("torus-sphere", 0, 8, 0)
-    assert set(one.spent) == set(product(feature_samples.SEARCHERS, feature_samples.SIZES))
-    for (searcher, size), spent in one.spent.items():
-        assert len(spent) == sum(there > 0 for there in one.meeting[size])
-        assert all(hit is None or 0 < hit <= feature_samples.LIMIT for hit in spent)
-        evaluations = sum(hit or feature_samples.LIMIT for hit in spent)
-        assert one.pace[searcher, size] == (pytest.approx(1 / evaluations) if spent else None)
+@pytest.mark.slow
+def test_searches_are_asked_about_covered_poses_only(drawn):
+    for one in drawn:
+        assert set(one.spent) == set(product(feature_samples.SEARCHERS, feature_samples.SIZES))
+        for (_, size), spent in one.spent.items():
+            assert len(spent) == sum(there > 0 for there in one.meeting[size])
+            assert all(hit is None or 0 < hit <= feature_samples.LIMIT for hit in spent)
 
 
 def test_nine_in_ten_are_reached_by_the_ninth_of_ten():
@@ -50,11 +48,6 @@ def test_random_pairs_take_as_many_evaluations_as_computed():
     chances = rng.uniform(0.001, 0.05, size=4000)
     spent = rng.geometric(chances)
     assert np.quantile(spent, 0.9) == pytest.approx(feature_samples.expected_evaluations(chances), rel=0.1)
-
-
-def test_the_exponent_of_a_square_is_two():
-    assert feature_samples.growth({100: 50, 200: 200, 400: 800, 800: None}) == (100, 50, 400, 800, pytest.approx(2.0))
-    assert feature_samples.growth({100: 5, 200: None}) == (None,) * 5
 
 
 @pytest.mark.slow
