@@ -1,4 +1,4 @@
-"""End points of a titration: where acid and base, oxidant and reductant, or the ions of a salt are equivalent.
+"""End points of a titration: where acid and base, or oxidant and reductant, are equivalent.
 
 What is equivalent follows from the amounts alone: the excess of protons over all steps of pKa above a cut changes its
 sign. Only a cut at which the pH has an inflection is an end point: nobody could see the others.
@@ -13,7 +13,6 @@ import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay.effects.matter import Matter
-from replay.effects.models.equation import charge_of
 from replay.effects.models.equilibrium import Mixture, equilibrium
 from replay.effects.models.ledger import BROUGHT
 from replay.effects.models.speciation import PROTON, WATER
@@ -30,9 +29,6 @@ HALF_STEP: Final = np.linspace(-0.5, 0.5, 42)
 
 NARROW: Final = 0.15
 """An inflection further from the cut, as a share of that step, is none of it."""
-
-ABOUT: Final = 0.02
-"""Share of a metal ion by which it is looked at before and after it is equivalent."""
 
 STRONGEST, WEAKEST = -2.0, 16.0
 """A pKa beyond these is no step: the acid gives its proton whole, or keeps it in water."""
@@ -51,10 +47,6 @@ class _Crossing:
         """What rows (n, ...) come to there."""
         return np.asarray(rows[self.before] + self.share * (rows[self.after] - rows[self.before]))
 
-    def same(self, other: "_Crossing") -> bool:
-        """Whether it is where another one is."""
-        return self.before == other.before and abs(self.share - other.share) < 1e-6
-
 
 Found = Iterator[tuple[_Crossing, str, str]]
 """Crossings, and the names of what is equivalent."""
@@ -68,12 +60,9 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
     history, speciation = matter.histories[vessel], matter.recipe.speciation
     if speciation is None or not history.added_ml[-1].any():
         return []
-    totals = matter.totals(history.amounts)
-    kinds = (_of_protons(matter, vessel, totals), _of_electrons(matter, vessel), _of_ions(matter, vessel, totals))
-    found = sorted(chain(*kinds), key=lambda row: (row[0].before, row[0].share))
+    kinds = chain(_of_protons(matter, vessel, matter.totals(history.amounts)), _of_electrons(matter, vessel))
+    found = sorted(kinds, key=lambda row: (row[0].before, row[0].share))
     events: list[EffectEvent] = []
-    # Where a salt falls out of an acid and its base both are equivalent at once.
-    found = [row for k, row in enumerate(found) if not k or not row[0].same(found[k - 1][0])]
     for number, (crossing, left, right) in enumerate(found, start=1):
         came = history.added_ml[crossing.after] > history.added_ml[crossing.before]
         added = history.added_ml[:, came].sum(axis=1)
@@ -145,30 +134,6 @@ def _names(matter: Matter, vessel: str, crossing: _Crossing, low: float, high: f
     else:
         acids, bases = [formula for formula in mine if gives(formula)], sorted(filter(chemistry.is_base, titrants))
     return (" + ".join(acids), " + ".join(bases)) if acids and bases else None
-
-
-def _of_ions(matter: Matter, vessel: str, totals: FloatArray) -> Found:
-    """Where a metal ion has as much as falls out with it, one salt after the other, the least soluble first."""
-    mixture, litres = matter.mixture, 1e-3 * matter.histories[vessel].volume_ml
-    salts = [row for row, uses in enumerate(mixture.uses) if uses[0] == 0.0 and np.count_nonzero(uses) == 2]
-    for metal in (place for place, part in enumerate(mixture.parts) if charge_of(part) > 0):
-        left, names = totals[:, metal], []
-        for salt in sorted((row for row in salts if mixture.uses[row, metal]), key=lambda row: mixture.products[row]):
-            (other,) = (place for place in np.flatnonzero(mixture.uses[salt]).tolist() if place != metal)
-            left = left - totals[:, other] * mixture.uses[salt, metal] / mixture.uses[salt, other]
-            names.append(mixture.parts[other])
-            for crossing in _crossings(left) if totals[:, other].any() else ():
-                if _jumps(mixture, metal, crossing.at(totals), float(crossing.at(litres))):
-                    yield crossing, mixture.parts[metal], " + ".join(sorted(names))
-
-
-def _jumps(mixture: Mixture, metal: int, point: FloatArray, litres: float) -> bool:
-    """Whether the free metal ion changes by a power of ten about a crossing: less nobody sees."""
-    totals = np.tile(point, (2, 1))
-    totals[:, metal] *= (1.0 - ABOUT, 1.0 + ABOUT)
-    free = mixture.species.index(mixture.parts[metal])
-    low, high = equilibrium(mixture, totals, np.full(2, litres)).species[:, free]
-    return bool(low > 0.0 and high > 10.0 * low)
 
 
 def _of_electrons(matter: Matter, vessel: str) -> Found:

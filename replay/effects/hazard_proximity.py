@@ -11,10 +11,10 @@ from replay.effects.protocol import EffectSpec
 from replay.effects.spans import Span, switched
 from sessions.mesh_data import MeshData
 
-FRAMES_AT_ONCE: Final = 1024
-"""Frames that are looked at together: their distances to the clusters of a hand stay in a processor's cache."""
+FRAMES_AT_ONCE: Final = 64
+"""Frames that are looked at together: their distances to the points of a hand stay in a processor's cache. With 256
+the flame test takes four times as long (2026-11-23)."""
 
-CLUSTER: Final = 32
 STEP_M: Final = 0.02
 MOST_PARTS: Final = 40
 """Of an edge: a board of a metre then has a point every 25 mm, and costs some thousand points a frame."""
@@ -57,25 +57,11 @@ def _distance(inputs: EffectInputs, declared: Declaration, visitor: str, hazard:
     rows = np.flatnonzero(gate & valid)
     inputs.count("vertex tests", len(rows) * len(vertices))
     distance = np.full(len(inputs), np.nan)
-    clusters = _clusters(vertices)
     for start in range(0, len(rows), FRAMES_AT_ONCE):
         part = rows[start : start + FRAMES_AT_ONCE]
-        distance[part] = _nearest(comer.take(part).relative_to(danger.take(part)), clusters, low, high)
+        relative = comer.take(part).relative_to(danger.take(part))
+        distance[part] = np.sqrt(_square_to_box(vertices, relative, low, high).min(axis=0))
     return distance
-
-
-def _nearest(relative: BodyPoses, clusters: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """Distance (n,) in some frames; of the clusters (k, m, 3) only those are looked at that may hold the nearest."""
-    middle = clusters.mean(axis=1)
-    radius = np.sqrt(((clusters - middle[:, None]) ** 2).sum(axis=2)).max(axis=1)[:, None]
-    away = np.sqrt(_square_to_box(middle, relative, low, high))
-    found = np.full(len(relative.times), np.inf)
-    for points, asked in zip(clusters, away - radius <= (away + radius).min(axis=0), strict=True):
-        rows = np.flatnonzero(asked)
-        if len(rows):
-            square = _square_to_box(points, relative.take(rows), low, high)
-            found[rows] = np.minimum(found[rows], square.min(axis=0))
-    return np.sqrt(found)
 
 
 def _square_to_box(points: FloatArray, relative: BodyPoses, low: FloatArray, high: FloatArray) -> FloatArray:
@@ -91,19 +77,6 @@ def _square_to_box(points: FloatArray, relative: BodyPoses, low: FloatArray, hig
         away *= away
         total += away
     return total
-
-
-def _clusters(points: FloatArray) -> FloatArray:
-    """Points (k, m, 3) that lie together, halved along their widest axis; short ones are filled up with their last."""
-    parts = [points]
-    while len(parts[0]) > CLUSTER:
-        halves = []
-        for part in parts:
-            order = part[np.argsort(part[:, int(np.argmax(np.ptp(part, axis=0)))])]
-            halves += [order[: (len(part) + 1) // 2], order[(len(part) + 1) // 2 :]]
-        parts = halves
-    most = max(len(part) for part in parts)
-    return np.stack([np.pad(part, ((0, most - len(part)), (0, 0)), mode="edge") for part in parts if len(part)])
 
 
 def _near(distance: FloatArray, declared: Declaration) -> list[Span]:

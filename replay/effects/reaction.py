@@ -9,9 +9,7 @@ from replay.effects.declaring import Declaration, mapping, number, text
 from replay.effects.end_points import end_points
 from replay.effects.inputs import EffectInputs
 from replay.effects.matter import Matter, matter_of
-from replay.effects.models.equilibrium import Equilibrium
-from replay.effects.models.ledger import BROUGHT
-from replay.effects.models.speciation import GAS, SOLID
+from replay.effects.models.speciation import GAS
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
 from replay.effects.protocol import EffectSpec
 from sessions.model.scene import Scene
@@ -27,36 +25,38 @@ LEAST_PH: Final = 0.05
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``end-point`` where acid and base, or oxidant and reductant, are equivalent, ``gas`` and ``ph``.
 
-    Extents, gas that left and pH as series.
+    Series of pH, of gas that left, and of the extent of what has no constant: at equilibrium no equation has its own.
     """
     matter, found = matter_of(inputs), Findings(len(inputs))
+    reactions = matter.recipe.reactions
     for vessel, history in matter.histories.items():
-        asked = [one for one in matter.recipe.reactions if one.asks_ph and _any(matter, one, vessel)]
-        wet, solved = matter.solved(vessel, history.times)
-        for reaction in matter.recipe.reactions:
-            times = _times(inputs, matter, reaction, vessel)
-            extent = np.zeros(len(times))
+        mixed = bool(history.added_ml[-1].any())
+        found.ran[history.frames[1:]] |= mixed
+        for reaction in reactions:
             if reaction.process >= 0:
-                extent = matter.states(vessel, times)[1][:, reaction.process]
-            else:
-                extent[wet] = _equilibrated(matter, reaction, vessel, times[wet], solved)
-            if (extent > 0.0).any():
-                found.ran |= np.isin(inputs.times, times)
-                equation = reaction.declared["equation"]
-                # Named by the equation wherever there are several, so that no order of tables names one.
-                which = f" of {equation}" if len(matter.recipe.reactions) > 1 else ""
-                found.series[f"{vessel}/extent{which}"] = Series(times, extent, "mol")
-                moving = np.flatnonzero(np.diff(extent, prepend=0.0))
-                found.lane(vessel, LaneSpan(float(times[moving[0]]), float(times[moving[-1]]), equation))
-        if asked and history.added_ml[-1].any():
-            times = np.unique(np.concatenate([_times(inputs, matter, one, vessel) for one in asked]))
-            if not np.array_equal(times, history.times):
-                wet, solved = matter.solved(vessel, times)
+                _tell_extent(inputs, matter, reaction, vessel, found)
+        asked = [reaction for reaction in reactions if reaction.asks_ph and _any(matter, reaction, vessel)]
+        if asked and mixed:
+            times = np.unique(np.concatenate([_times(inputs, matter, reaction, vessel) for reaction in asked]))
+            wet, solved = matter.solved(vessel, times)
             found.series[f"{vessel}/pH"] = Series(times[wet], solved.ph, "pH")
         _tell_gases(inputs, matter, vessel, found)
-        if matter.recipe.reactions:
-            found.events += end_points(matter, vessel) or _changed_ph(vessel, found.series.get(f"{vessel}/pH"))
+        found.events += end_points(matter, vessel) or _changed_ph(vessel, found.series.get(f"{vessel}/pH"))
     return found.output()
+
+
+def _tell_extent(inputs: EffectInputs, matter: Matter, reaction: Reaction, vessel: str, found: Findings) -> None:
+    """How far an equation without a constant went in a vessel: a series, and a lane while it goes on."""
+    times = _times(inputs, matter, reaction, vessel)
+    extent = matter.states(vessel, times)[1][:, reaction.process]
+    moving = np.flatnonzero(np.diff(extent, prepend=0.0))
+    if len(moving):
+        found.ran |= np.isin(inputs.times, times)
+        equation = reaction.declared["equation"]
+        # Named by the equation wherever there are several, so that no order of tables names one.
+        which = f" of {equation}" if len(matter.recipe.reactions) > 1 else ""
+        found.series[f"{vessel}/extent{which}"] = Series(times, extent, "mol")
+        found.lane(vessel, LaneSpan(float(times[moving[0]]), float(times[moving[-1]]), equation))
 
 
 def _tell_gases(inputs: EffectInputs, matter: Matter, vessel: str, found: Findings) -> None:
@@ -100,48 +100,6 @@ def _any(matter: Matter, reaction: Reaction, vessel: str) -> bool:
     chemistry = matter.recipe.chemistry
     parts = {part for formula in reaction.equation.reagents for part in chemistry.dissolved(formula)} - {"H2O"}
     return any(matter.amount(vessel, part).any() for part in parts)
-
-
-def _equilibrated(
-    matter: Matter, reaction: Reaction, vessel: str, times: FloatArray, solved: Equilibrium
-) -> FloatArray:
-    """Mol (n,) of an equation at equilibrium: by its solid that formed or dissolved, else by its scarcest reagent."""
-    amounts = matter.states(vessel, times)[0]
-    equation, chemistry, column = reaction.equation, matter.recipe.chemistry, matter.ledger.column
-    for side, sign in ((equation.reagents, -1.0), (equation.products, 1.0)):
-        for formula, many in side.items():
-            place = column.get(formula + SOLID)
-            if reaction.phases.get(formula) == "s" and place is not None:
-                first = (
-                    matter.recipe.contents[vessel].solids.get(formula, 0.0) if vessel in matter.recipe.contents else 0
-                )
-                return np.maximum(0.0, sign * (amounts[:, place] - first)) / many
-    speciation = matter.recipe.speciation
-    assert speciation is not None
-    extent = np.full(len(times), np.inf)
-    for formula, many in equation.reagents.items():
-        forms = speciation.form(chemistry, formula)
-        if not forms:
-            continue
-        place = column.get(formula + BROUGHT)
-        mine = amounts[:, place] if place is not None else _brought(matter, amounts, formula)
-        left = np.min([solved.species[:, row] / often for row, often in forms.items()], axis=0)
-        extent = np.minimum(extent, np.maximum(0.0, mine - left) / many)
-    return np.where(np.isfinite(extent), extent, 0.0)
-
-
-def _brought(matter: Matter, amounts: FloatArray, ion: str) -> FloatArray:
-    """Mol (n,) of an ion as it was brought under the formulas that have it."""
-    chemistry, wanted = matter.recipe.chemistry, matter.recipe.chemistry.parts(ion) or {ion: 1}
-    if ion == "OH-":
-        wanted = {"H+": -1}
-    found = np.zeros(len(amounts))
-    for column, place in matter.ledger.column.items():
-        if column.endswith(BROUGHT):
-            parts = chemistry.dissolved(column.removesuffix(BROUGHT))
-            shares = [parts.get(part, 0) / many for part, many in wanted.items() if part != "H2O"]
-            found += max(0.0, min(shares, default=0.0)) * amounts[:, place]
-    return found
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

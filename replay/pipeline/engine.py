@@ -74,8 +74,8 @@ def prepared(
     require_session(session, path=False)
     progress, planned = progress or Silent(), plan(session.scene)
     rules = parse_policy(policy)
-    # What a scene's effects do not name is not looked at, unless somebody asks for pairs, or looks about.
-    alone = session.scene.effects is not None and not session.gaze and pairs is None and (planned.pairs or not looking)
+    # What a scene's effects do not name is not looked at, unless somebody asks for pairs.
+    alone = session.scene.effects is not None and pairs is None and (planned.pairs or not looking)
     with progress.stage("Examining the recording", 3) as advance:
         treatment = repair_session(held(session, start, end), rules, planned.bodies if alone else None)
         advance(1)

@@ -14,7 +14,7 @@ from replay.base.shown import shown
 from replay.effects.effect_summary import happened, leading, titration_curves
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import FACE_PAIRS, QUANTITIES, EffectEvent, FloatArray, LaneSpan, Liquid, Series
-from replay.effects.recorded import GAZE, SCALARS, UNSEEN, Looked
+from replay.effects.recorded import SCALARS
 from replay.outputs.palette import FAINT, SERIES, TICKS, WHITE, Rgba
 from replay.outputs.rerun_log.accuracy import log_words
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
@@ -41,9 +41,6 @@ MARKERS: Final = 100
 
 MARKER_M: Final = 0.006
 """Radius of a marker."""
-
-AIR: Final = 1.5
-"""Metres of a ray that meets nothing."""
 
 LEVEL_WORDS: Final = {"info": "INFO", "warning": "WARN", "error": "ERROR"}
 
@@ -144,8 +141,9 @@ def _ph_y(ph: Any) -> Any:
 
 def tab_name(effects: Mapping[str, EffectRun]) -> str:
     """What the tab is called: effects are declared, signals were recorded."""
-    signals = "signals" * bool({GAZE, SCALARS} & effects.keys())
-    return " and ".join(filter(None, ("effects" * bool(effects.keys() - {GAZE, SCALARS}), signals))).capitalize()
+    if SCALARS not in effects:
+        return "Effects"
+    return "Effects and signals" if len(effects) > 1 else "Signals"
 
 
 def _path(kind: str, *parts: str) -> str:
@@ -165,9 +163,6 @@ def log_effects(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> No
             number += 1
         _log_events(writer, _path(kind, "events"), run.events)
         _log_markers(writer, kind, run.events)
-        if kind == GAZE:
-            for place, (who, looked) in enumerate(run.output.data.items()):
-                _log_rays(writer, entity("world", GAZE, who), looked, SERIES[place % len(SERIES)])
     for body, liquid in _drawn(effects).items():
         _log_liquid(writer, f"{body_path(body)}/liquid", liquid)
 
@@ -227,16 +222,6 @@ def _log_markers(writer: RecordingWriter, kind: str, events: Sequence[EffectEven
             colors=packed([SERIES[1] if event.level == "error" else SERIES[4]]),
         )  # fmt: skip
         writer.session_rows(entity("world", ROOT, kind, str(number)), _ns(np.array([event.time])), columns)
-
-
-def _log_rays(writer: RecordingWriter, path: str, looked: Looked, colour: Rgba) -> None:
-    """A line from the eyes to what they look at, or into the air; none while they are not seen."""
-    there = looked.body != UNSEEN
-    far = np.where(np.isfinite(looked.distance), looked.distance, AIR)[there]
-    strips = np.stack([looked.rays[there, 0], looked.rays[there, 0] + far[:, None] * looked.rays[there, 1]], axis=1)
-    writer.static(path, rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(1.0), colors=packed([colour])))
-    columns = rr.LineStrips3D.columns(strips=strips.astype(np.float32))
-    writer.session_rows(path, _ns(looked.times), columns, there.astype(np.int64))
 
 
 def _log_liquid(writer: RecordingWriter, path: str, liquid: Liquid) -> None:

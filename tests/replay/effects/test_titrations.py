@@ -175,16 +175,3 @@ def test_zinc_and_hydrogen_carbonate_that_want_the_same_acid_are_refused_without
     with pytest.raises(PlanError, match=r"rate_per_s is missing: 'CO2' wants H\+ too"):
         mixed()
     assert mixed(rate_per_s=0.1)["reaction"].series["flask/pH"].values[0] == pytest.approx(8.3, abs=0.1)
-
-
-@pytest.mark.parametrize(
-    ("flask", "equations", "ends"),
-    [({"NaCl": 0.05}, ["AgNO3 + NaCl -> AgCl + NaNO3"], [("Ag+ and Cl-", 5.0)]),
-     ({"NaCl": 0.05, "KI": 0.05}, ["Ag+ + Cl- -> AgCl(s)", "Ag+ + I- -> AgI(s)"],
-      [("Ag+ and I-", 5.0), ("Ag+ and Cl- + I-", 10.0)])],
-)  # fmt: skip
-def test_silver_has_an_end_point_for_each_halide_the_least_soluble_first(flask, equations, ends):
-    for order in (equations, equations[::-1]):
-        found = titrated(flask, {"AgNO3": 0.1}, order)["reaction"].output.named("end-point")
-        assert [event.text.partition(" are ")[0] for event in found] == [words for words, _ in ends]
-        assert [event.values["volume_ml"] for event in found] == pytest.approx([volume for _, volume in ends], abs=0.01)

@@ -9,7 +9,6 @@ from rerun.chunk import RrdReader
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
-from replay.effects.recorded import NOTHING, UNSEEN, Looked
 from replay.outputs.rerun_log.columns import RecordingWriter
 from replay.outputs.rerun_log.effects import (
     drawn_rows,
@@ -29,20 +28,13 @@ OUTPUT = EffectOutput(
     lanes={"cup": (LaneSpan(0.0, 0.5, "pours"), LaneSpan(0.5, 1.0, "spills")), SKIPPED: (LaneSpan(0.5, 1.0, SKIPPED),)},
     liquids={"cup": Liquid(TIMES, np.array([0.05, 0.03, 0.01]), 0.01, 0.02, np.full((3, 4), 200, dtype=np.uint8))},
 )
-LOOKED = Looked(
-    TIMES,
-    np.tile([[0.0, 1, 0], [0, 0, -1]], (3, 1, 1)),
-    np.array([2.0, np.inf, np.inf]),
-    np.array([0, NOTHING, UNSEEN]),
-)
-SEEN = EffectOutput(lanes={"anna": (LaneSpan(0.0, 0.1, "cup"),)}, data={"anna": LOOKED})
 
 
 def run_of(kind, output):
     return EffectRun(EffectSpec(kind, "x", lambda i: output), ("declared",), output, 0.1, {}, 3, 2)
 
 
-RUNS = {"pour": run_of("pour", OUTPUT), "gaze": run_of("gaze", SEEN)}
+RUNS = {"pour": run_of("pour", OUTPUT)}
 
 
 @pytest.fixture(scope="module")
@@ -70,8 +62,8 @@ def values(batches, name):
 def test_every_part_of_an_effect_has_an_entity_and_nothing_else_has(entities):
     told = {path for path in entities if not path.startswith("/__")}
     assert told == {
-        "/effects/pour/cup/volume", "/effects/pour/events", f"/1_cup{COLON}pour", f"/2_anna{COLON}gaze",
-        "/world/effects/pour/1", "/world/cup/liquid", "/world/gaze/anna",
+        "/effects/pour/cup/volume", "/effects/pour/events", f"/1_cup{COLON}pour",
+        "/world/effects/pour/1", "/world/cup/liquid",
     }  # fmt: skip
 
 
@@ -79,11 +71,6 @@ def test_values_and_words_arrive_as_they_are(entities):
     scalars = [row[0] for row in values(entities["/effects/pour/cup/volume"], "scalars")]
     assert scalars[:2] == [3.0, 2.0] and np.isnan(scalars[2])
     assert values(entities["/effects/pour/events"], ":text") == [["pours cup"], ["3 mL beside"]]
-
-
-def test_gaze_is_a_line_to_what_it_meets_or_into_the_air_and_none_while_the_eyes_are_not_seen(entities):
-    strips = values(entities["/world/gaze/anna"], "strips")
-    assert strips == [[[[0.0, 1.0, 0.0], [0.0, 1.0, -2.0]]], [[[0.0, 1.0, 0.0], [0.0, 1.0, -1.5]]], []]
 
 
 def test_a_liquid_is_a_cylinder_from_the_floor_to_its_level_and_unseen_when_empty(entities):
@@ -122,7 +109,7 @@ def test_the_answer_is_the_result_or_the_last_event_and_the_picture_opens_after_
     stream = rr.RecordingStream("test")
     stream.save(tmp_path / "run.rrd")
     writer = RecordingWriter(stream, SimpleNamespace(ns=np.array([0, 1_000_000_000])))
-    log_happened(writer, {kind: one for kind, one in runs.items() if kind != "gaze"}, leads=leads)
+    log_happened(writer, runs, leads=leads)
     stream.disconnect()
     rows = {
         str(chunk.entity_path): [chunk.to_record_batch()] for chunk in RrdReader(str(tmp_path / "run.rrd")).stream()
