@@ -140,6 +140,20 @@ def test_bodies_at_rest_are_asked_once_and_keep_their_faces():
     assert len(detection.face_sets.faces) == detection.face_counts[0, 0]
 
 
+def test_a_list_of_faces_that_fills_at_the_last_of_a_pair_loses_none_of_them():
+    rng, frames = np.random.default_rng(26), 8  # of 1,200 draws one whose list is full at the last leaves that meet
+    soups = [rng.normal(size=(80, 1, 3)) * 0.6 + rng.normal(size=(80, 3, 3)) * 0.8 for _ in range(2)]
+    place = np.zeros((frames + 1, 3, 3))
+    place[:, :, 1] = np.arange(frames + 1)[:, None]
+    place[-1, 0, 2], place[:, 2, 2] = 10.0, 20.0
+    motion = Motion(np.arange(frames + 1), place, np.tile(np.eye(3), (frames + 1, 3, 1, 1)))
+    bodies = bodies_of([*soups, plate(None)])
+    detection = create_detector("exact", bodies, **PLAIN).detect(motion, faces=True)
+    assert np.array_equal(detection.faces(0, 0), meeting_faces(*soups))
+    assert (detection.face_counts[:-1, 0] == len(detection.faces(0, 0))).all()
+    assert not detection.face_counts[-1].any() and not detection.face_counts[:, 1:].any()
+
+
 def test_a_question_about_contact_of_coplanar_grids_needs_no_list_of_all_faces():
     bodies = bodies_of([plate(None, size=40), plate(None, size=40)])
     place = np.zeros((24, 2, 3))

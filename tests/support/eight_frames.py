@@ -6,35 +6,59 @@ from support.motions import motion_of, placed, soup
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.spacetime.bounds import position_pad
 from cdcore.narrow.spacetime.box_tree import build_box_tree
-from cdcore.narrow.spacetime.pose_lanes import pose_lanes
+from cdcore.narrow.spacetime.memory import (
+    EDGE_ROOM,
+    MARKS,
+    PAIR_WORDS,
+    POSE_A,
+    POSE_B,
+    STATES,
+    TREE_B,
+    Scratch,
+    pair_memory,
+)
+from cdcore.narrow.spacetime.pose_lanes import Tracks
 from cdcore.narrow.spacetime.traverse import fill_relative, largest_chord
+
+ARRAYS = ("boxes", "links", "leaves", "placed", "picks", "corners", "boxed", "spans", "planes")
+SIZES = (96, 9, 24, 72, 768, 32, 48, EDGE_ROOM)
+ROOM = 4096
 
 
 @kernel
-def relative_of(pose_a, pose_b, frame, relative, middle, scratch):
-    fill_relative(pose_a, pose_b, frame, relative)
-    return largest_chord(relative, 4 + 0 * frame, 8 + 0 * frame, middle, scratch)
+def relative_of(row, relative, middle, squares):
+    pair = pair_memory(row)
+    fill_relative(pair.pose_a, pair.pose_b, 0 * len(row), relative)
+    return largest_chord(relative, 4 + 0 * len(row), 8 + 0 * len(row), middle, squares)
 
 
-ARRAYS = ("boxes", "links", "leaves", "placed", "picks", "corners", "boxed", "spans", "planes")
+def row_of_pair(trees, turn, move):
+    """Trees and poses of two bodies as the kernels take them, and what must be kept while they do."""
+    tracks, row = Tracks(trees, np.arange(2), len(turn)), np.zeros(PAIR_WORDS, dtype=np.int64)
+    tracks.fill(turn, move, np.zeros(2, dtype=bool))
+    row[:TREE_B], row[TREE_B:POSE_A] = trees[0].row, trees[1].row
+    row[POSE_A:POSE_B], row[POSE_B:MARKS] = tracks.rows
+    return row, tracks
 
 
 class EightFrames:
-    def __init__(self, seed, size=0.3):
+    """``apart``: metres by which the first body is moved along x."""
+
+    def __init__(self, seed, size=0.3, apart=0.0):
         rng = np.random.default_rng(seed)
         self.meshes = [soup(rng, 40, size), soup(rng, 60, size)]
         self.turn, self.move = motion_of("soup", rng, 24, 2)
+        self.move[:, 0, 0] += apart
         self.trees = [build_box_tree(mesh) for mesh in self.meshes]
-        frames = np.arange(24)
-        self.poses = [
-            pose_lanes(self.turn, self.move, k, frames, tree.boxes[0], tree.reach) for k, tree in enumerate(self.trees)
-        ]
         # kernels index every array as one row
         self.flat = [tree._replace(**{name: getattr(tree, name).ravel() for name in ARRAYS}) for tree in self.trees]
-        a, b = self.poses
-        self.pad = position_pad(sum(t.reach for t in self.trees) + a.size + b.size, a.skew + b.skew)
-        self.relative, self.middle = np.empty(96), np.empty(9)
-        self.chord = relative_of(a, b, 0, self.relative, self.middle, np.empty(32))
+        self.row, self._kept = row_of_pair(self.trees, self.turn, self.move)
+        self.pad = position_pad(sum(t.reach for t in self.trees) + np.linalg.norm(self.move, axis=2).max(0).sum(), 0.0)
+        doubles, words = [np.empty(size) for size in SIZES], np.zeros(ROOM, dtype=np.int64)
+        lists = words.copy(), ROOM, words.copy(), ROOM
+        self.scratch = Scratch(*doubles, words, np.empty(256, np.int64), np.zeros(STATES, np.int64), *lists, words)
+        self.relative, self.middle, self.found = self.scratch.relative, self.scratch.middle, self.scratch.found
+        self.chord = relative_of(self.row, self.relative, self.middle, np.empty(32))
 
     def world(self, frame):
         return [placed(mesh, self.turn[frame, k], self.move[frame, k]) for k, mesh in enumerate(self.meshes)]

@@ -12,9 +12,8 @@ from cdcore.narrow.spacetime.bounds import ROUNDOFF, SIGN_PADS, SIGN_ULPS, TINY
 from cdcore.narrow.spacetime.simd import Lanes, above, dot, load8, minus, moved, plus, store, turn
 
 MOVED_EDGES = 176
-"""Doubles of a moved face, eight of each: its edges and their moments about the origin, its plane and where that is."""
-EDGE_ROOM = MOVED_EDGES + 22
-"""Then the same of a fixed face, one of each."""
+"""Doubles of a moved face, eight of each: its edges and their moments about the origin, its plane and where that is;
+then the same of a fixed face, one of each."""
 
 
 @hot_kernel

@@ -6,7 +6,7 @@ from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_
 from cdcore.kernels.memory import Memory
 from cdcore.narrow.spacetime.bounds import EDGE_SLACK
 from cdcore.narrow.spacetime.certain_test import certain_lanes, move_edges
-from cdcore.narrow.spacetime.memory import TreeMemory
+from cdcore.narrow.spacetime.memory import Scratch, TreeMemory
 from cdcore.narrow.spacetime.simd import above, dot, fused, least3, load8, most3, moved, plus, splat8, store
 
 
@@ -104,15 +104,16 @@ def lanes_at_moved_plane(
 
 @hot_kernel
 def survivors_of_leaves(
-    tree_a: TreeMemory, leaf_a: int, tree_b: TreeMemory, b: int, leaf_b: int, relative: Memory, offset: Memory, pad:
-    float, mask: int, turned: Memory, placed: Memory, plane: Memory, span: Memory, edges: Memory, found: Memory,
-) -> int:  # fmt: skip
-    """Write face pairs that are not certainly apart to ``found``; returns how many.
+    tree_a: TreeMemory, leaf_a: int, tree_b: TreeMemory, b: int, leaf_b: int, pad: float, mask: int, scratch: Scratch
+) -> int:
+    """Write face pairs that are not certainly apart to ``scratch.found``; returns how many.
 
     As face, face, lanes in which the world's points are to be asked, and lanes in which they certainly meet.
     """
     become_part_of_caller()
-    enter_box_frame(tree_b.boxes, b, relative, turned)
+    offset, turned, placed, plane = scratch.offset, scratch.turned, scratch.moved, scratch.plane
+    span, edges, found = scratch.span, scratch.edges, scratch.found
+    enter_box_frame(tree_b.boxes, b, scratch.relative, turned)
     row_a, row_b = 4 * leaf_a, 4 * leaf_b
     leaves_a, leaves_b = tree_a.leaves, tree_b.leaves
     first, corners = runtime_int(leaves_a[row_a + 2]), runtime_int(leaves_a[row_a + 3])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel
 from cdcore.kernels.memory import Memory
+from cdcore.narrow.spacetime.memory import Scratch
 from cdcore.narrow.spacetime.simd import (
     above,
     dot,
@@ -29,16 +30,17 @@ from cdcore.narrow.spacetime.simd import (
 
 @hot_kernel
 def lanes_that_may_meet(
-    boxes_a: Memory, a: int, boxes_b: Memory, b: int, relative: Memory, middle: Memory, chord: float,
-    pad: float, mask: int, leaves: bool, offset: Memory,
+    boxes_a: Memory, a: int, boxes_b: Memory, b: int, chord: float, pad: float, mask: int, leaves: bool,
+    scratch: Scratch,
 ) -> int:  # fmt: skip
     """Lanes of ``mask`` in which node a (of A) and node b (of B) are not certainly apart.
 
-    ``relative`` (96,) poses of A in B's frame, ``middle`` (9,) the rotation of the middle frame. Leaves the centre of
-    a in b's box frame in ``offset`` (24,). Cross products of axes are tried for two leaves only: at inner nodes they
-    cost more than they cull.
+    ``scratch.relative`` (96,): poses of A in B's frame, ``scratch.middle`` (9,): the rotation of the middle frame.
+    Leaves the centre of a in b's box frame in ``scratch.offset`` (24,). Cross products of axes are tried for two leaves
+    only: at inner nodes they cost more than they cull.
     """
     become_part_of_caller()
+    relative, middle, offset = scratch.relative, scratch.middle, scratch.offset
     cx, cy, cz, _, _, _, _, _, _, _, _, _, ha0, ha1, ha2, radius_a = row16(boxes_a, a)
     bx, by, bz, b00, b10, b20, b01, b11, b21, b02, b12, b22, hb0, hb1, hb2, _ = row16(boxes_b, b)
     x = moved(minus(load8(relative, 72), bx), cx, cy, cz, load8(relative, 0), load8(relative, 8), load8(relative, 16))

@@ -5,7 +5,8 @@ for a whole recording in as many tests as there are levels. A path length, which
 body that moves to and fro keeps its box.
 
 The ends of a box are centres as they were placed; the distance of two boxes and the sum of two radii err by less than
-20 u S, which the pad of ``cdcore.narrow.spacetime.bounds`` covers.
+20 u S, which the pad of ``cdcore.narrow.spacetime.bounds`` covers: an origin is no further out than a centre in the
+box and the reach of its body.
 """
 
 from __future__ import annotations
@@ -14,11 +15,10 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
-from cdcore.kernels.memory import Memory, words_of
-from cdcore.narrow.spacetime.memory import PoseMemory, pose_memory
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
+from cdcore.kernels.memory import Memory
+from cdcore.narrow.spacetime.memory import PoseMemory
 from cdcore.narrow.spacetime.simd import LANES, least, load8, most, splat8, store
-from cdcore.numerics import IntArray
 
 SPAN_BITS: Final = 6
 """The finest spans have 64 frames: with 16 the tests of near bodies cost what they save, with 256 less is saved."""
@@ -85,21 +85,23 @@ def fill_ranges(centres: Memory, stride: int, count: int, ranges: Memory, lanes:
 
 
 @hot_kernel
-def spans_apart(pose_a: PoseMemory, pose_b: PoseMemory, span: int, reach: float) -> bool:
-    """Whether two root centres stay further apart than ``reach`` in all frames of one span."""
+def spans_apart(pose_a: PoseMemory, pose_b: PoseMemory, span: int, radii: float, pad: float) -> bool:
+    """Whether two root centres stay further apart than ``radii`` in a span; ``pad`` is a share of the size."""
     stay_one_function()
     a, b = 6 * span * pose_a.step, 6 * span * pose_b.step
-    squared = 0.0
+    squared, size = 0.0, 2.0 * (pose_a.facts[1] + pose_b.facts[1])
     for k in range(3):
+        size += max(abs(pose_a.ranges[a + k]), abs(pose_a.ranges[a + 3 + k]))
+        size += max(abs(pose_b.ranges[b + k]), abs(pose_b.ranges[b + 3 + k]))
         between = max(pose_b.ranges[b + k] - pose_a.ranges[a + 3 + k], pose_a.ranges[a + k] - pose_b.ranges[b + 3 + k])
         if between > 0.0:
             squared += between * between
-    apart: bool = np.sqrt(squared) > reach
+    apart: bool = np.sqrt(squared) > radii + pad * size
     return apart
 
 
 @hot_kernel
-def first_near(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, reach: float, work: Memory) -> int:
+def first_near(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, radii: float, pad: float, work: Memory) -> int:
     """The first frame from ``frame`` on that no span dismisses; the number of frames if there is none.
 
     Climbs from the finest span that holds the frame as long as spans are apart. ``work[SPAN_TESTS]`` counts.
@@ -109,22 +111,10 @@ def first_near(pose_a: PoseMemory, pose_b: PoseMemory, frame: int, reach: float,
     span, level, offset, width, near = frame >> SPAN_BITS, (frames + SPAN - 1) >> SPAN_BITS, 0, SPAN, frame
     while True:
         work[SPAN_TESTS] += 1
-        if not spans_apart(pose_a, pose_b, offset + span, reach):
+        if not spans_apart(pose_a, pose_b, offset + span, radii, pad):
             return near
         near = min((span + 1) * width, frames)
         if level == 1:
             return near
         offset += level
         span, level, width = span >> FAN_BITS, (level + FAN - 1) >> FAN_BITS, width << FAN_BITS
-
-
-@kernel
-def _first_near(row_a: IntArray, row_b: IntArray, frame: int, reach: float, work: IntArray) -> int:
-    pose_a, pose_b = pose_memory(row_a, runtime_int(0)), pose_memory(row_b, runtime_int(0))
-    return first_near(pose_a, pose_b, frame, reach, words_of(work))
-
-
-def first_near_of(row_a: IntArray, row_b: IntArray, frame: int, reach: float) -> tuple[int, int]:
-    """``first_near`` of two tracks given by their rows, and how many spans were tested."""
-    work = np.zeros(SPAN_TESTS + 1, dtype=np.int64)
-    return int(_first_near(row_a, row_b, frame, reach, work)), int(work[SPAN_TESTS])

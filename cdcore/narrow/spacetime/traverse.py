@@ -1,110 +1,131 @@
-"""One pair of bodies over its frames: spans apart, path-length skips, then blocks of eight frames through both trees.
+"""Pairs of bodies over their frames: repeats, spans apart, path-length skips, then blocks of eight through both trees.
 
-A kernel takes one row of integers: addresses of arrays, and numbers. It stops where a list is full or a face pair is
-left open. The caller empties the list, and the kernel continues from the same place.
+A kernel takes one row of integers a pair: addresses of arrays, and numbers. It stops where a list is full or a pair is
+done and left something; the caller takes what the lists hold, has the rest decided exactly, and the kernel goes on from
+the same place. So memory does not grow with what a pair leaves open.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from time import perf_counter
-from typing import Final, TypeAlias
+from collections.abc import Sequence
+from typing import Final
 
 import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
-from cdcore.kernels.memory import Memory, address_of, bytes_at, doubles_at, doubles_of, words_at, words_of
-from cdcore.narrow.spacetime.block import (
-    BLOCKS,
-    GAP_TESTS,
-    MOST_AT_ONCE,
-    NEAR_LANES,
-    SKIPPED_FRAMES,
-    BlockQuestion,
-    Lists,
-    Scratch,
-    have_room,
-    traverse_block,
+from cdcore.kernels.memory import Memory, address_of
+from cdcore.narrow.spacetime.block import BLOCKS, GAP_TESTS, REUSED, SKIPPED, search_block
+from cdcore.narrow.spacetime.bounds import (
+    CHORD_SLACK,
+    LARGEST_SIZE,
+    LARGEST_SKEW,
+    POSITION_ULPS,
+    ROUNDOFF,
+    SKEW_FACTOR,
+    SMALLEST_SIZE,
 )
-from cdcore.narrow.spacetime.bounds import CHORD_SLACK
 from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.certain_test import EDGE_ROOM
-from cdcore.narrow.spacetime.memory import POSE_WORDS, TREE_WORDS, PoseMemory, TreeMemory, pose_memory, tree_memory
+from cdcore.narrow.spacetime.memory import (
+    ALIVE,
+    AT_FRAME,
+    BEYOND,
+    DEPTH,
+    DOUBLES,
+    EVERY,
+    LANES_NOW,
+    MOST_AT_ONCE,
+    NEXT_SPAN,
+    PLACES,
+    SCRATCH_WORDS,
+    START,
+    STATES,
+    STOP,
+    Pair,
+    PoseMemory,
+    Question,
+    Scratch,
+    pair_memory,
+    question_memory,
+    scratch_memory,
+)
 from cdcore.narrow.spacetime.motion_bounds import first_unsafe, root_gap
-from cdcore.narrow.spacetime.pose_lanes import PoseLanes
 from cdcore.narrow.spacetime.simd import LANES, dot, fused, load8, minus, splat8, store
 from cdcore.narrow.spacetime.time_spans import SPAN_BITS, first_near
-from cdcore.narrow.spacetime.undecided import answer_later
-from cdcore.narrow.triangles.sums import new_digits
-from cdcore.numerics import ByteArray, FloatArray, IntArray
+from cdcore.narrow.spacetime.undecided import settled
+from cdcore.numerics import IntArray
 
-SHORTEST_SKIP = 4
+SHORTEST_SKIP: Final = 4
 """Frames: a shorter skip saves less than the half-used block after it costs."""
-MOST_LEAF_CORNERS = 24
-"""Three for each of at most eight faces of a leaf."""
-
-# a row of the kernel: two trees, two tracks, then these
-TREE_B: Final = TREE_WORDS
-POSE_A: Final = 2 * TREE_WORDS
-POSE_B: Final = POSE_A + POSE_WORDS
-ROOM: Final = POSE_B + POSE_WORDS
-STACK, FOUND, STATE, HITS, NEAR, WORK = (ROOM + k for k in range(1, 7))
-LISTS: Final = ROOM + 7
-QUESTION: Final = LISTS + 4
-
-QUESTION_WORDS: Final = 5
-
-# doubles of the scratch memory
-MIDDLE, OFFSET, TURNED, PLANE, SPAN, MOVED = 96, 112, 136, 208, 240, 288
-EDGES: Final = MOVED + 24 * MOST_LEAF_CORNERS
-ROOM_DOUBLES: Final = EDGES + EDGE_ROOM
-
-AT_FRAME, IN_BLOCK, NEXT_SPAN = 3, 4, 5
-"""Places of ``Scratch.state`` after the three of a block: the frame to continue from, whether that is inside its block,
-and the first frame whose span is not yet tested."""
-STATES: Final = 6
-
-NOTHING: IntArray = np.zeros(0, dtype=np.int64)
-Settle: TypeAlias = "Callable[[int, IntArray], IntArray]"
-"""``(row, keys)``: decides face pairs in integers, sets the hits of the row, and gives the keys of those that meet."""
+ALIKE: Final = 4.0
+"""Frames of one block keep one distance, in the largest of their sizes: none is larger than another by this factor."""
+LIST: Final = 4096
+"""Face pairs that a list holds before it is emptied."""
+FEW: Final = 16
+"""The same of face pairs left open, where a frame is done at the first that meets."""
 
 
 @hot_kernel
-def scratch_memory(row: IntArray) -> Scratch:
-    """The scratch memory of a row."""
+def size_at(pair: Pair, frame: int) -> float:
+    """The size S of ``cdcore.narrow.spacetime.bounds`` in a frame."""
     become_part_of_caller()
-    room = row[ROOM]
-    return Scratch(
-        words_at(row[STACK]), doubles_at(room), doubles_at(room + 8 * MIDDLE), doubles_at(room + 8 * OFFSET),
-        doubles_at(room + 8 * TURNED), doubles_at(room + 8 * MOVED), doubles_at(room + 8 * PLANE),
-        doubles_at(room + 8 * SPAN), doubles_at(room + 8 * EDGES), words_at(row[FOUND]), words_at(row[STATE]),
-    )  # fmt: skip
+    a, b = pair.pose_a, pair.pose_b
+    size: float = a.facts[1] + b.facts[1] + a.away[frame * a.step] + b.away[frame * b.step]
+    return size
 
 
 @hot_kernel
-def skipped(
-    tree_a: TreeMemory, pose_a: PoseMemory, tree_b: TreeMemory, pose_b: PoseMemory, frame: int, question: BlockQuestion,
-    work: Memory, state: Memory,
-) -> int:  # fmt: skip
-    """Count frames in which the bodies are certainly apart; returns the next frame to test.
+def poses_repeat(pose: PoseMemory, frame: int) -> bool:
+    """Whether a pose is that of the frame before."""
+    become_part_of_caller()
+    return bool(pose.changed[frame * pose.step] == 0)
 
-    Each span is tested once. Path lengths come after it, because they reach beyond the end of a span.
+
+@hot_kernel
+def frames_left_out(pair: Pair, frame: int, pad: float, question: Question, work: Memory, state: Memory) -> int:
+    """The next frame that is to be searched: marks frames that repeat the one before, or lie beyond the kernels.
+
+    Bodies are certainly apart in the others that it passes. Each span is tested once. Path lengths come after it,
+    because they reach beyond the end of a span. ``pad``: as a share of the size.
     """
     stay_one_function()
-    stop, following = question.stop, frame
+    a, b, boxes_a, boxes_b = pair.pose_a, pair.pose_b, pair.tree_a.boxes, pair.tree_b.boxes
+    if frame > question.start and poses_repeat(a, frame) and poses_repeat(b, frame):
+        question.repeats[frame] = 1
+        work[REUSED] += 1
+        return frame + 1
+    size = size_at(pair, frame)
+    # asked this way round, a size that is not a number is beyond them
+    if not (size >= SMALLEST_SIZE and size <= LARGEST_SIZE and a.facts[0] + b.facts[0] <= LARGEST_SKEW):
+        question.volumes[frame] = BEYOND
+        return frame + 1
+    following = frame
     if frame >= state[NEXT_SPAN]:
-        reach = tree_a.boxes[15] + tree_b.boxes[15] + question.pad
-        following = min(first_near(pose_a, pose_b, frame, reach, work), stop)
+        following = min(first_near(a, b, frame, boxes_a[15] + boxes_b[15], pad, work), question.stop)
         state[NEXT_SPAN] = ((frame >> SPAN_BITS) + 1) << SPAN_BITS
     if following == frame:
         work[GAP_TESTS] += 1
-        gap = root_gap(tree_a.boxes, pose_a, tree_b.boxes, pose_b, frame, question.pad)
+        gap = root_gap(boxes_a, a, boxes_b, b, frame, pad * size)
         if gap > 0.0:
-            following = first_unsafe(pose_a, pose_b, frame, stop, gap)
-            if following - frame < SHORTEST_SKIP and following < stop:
+            # sizes, and what a dismissal keeps, grow by no more than the bodies move
+            following = first_unsafe(a, b, frame, question.stop, gap * (1.0 - 2.0 * pad))
+            if following - frame < SHORTEST_SKIP and following < question.stop:
                 following = frame
-    work[SKIPPED_FRAMES] += following - frame
+    work[SKIPPED] += following - frame
     return following
+
+
+@hot_kernel
+def frames_alike(pair: Pair, frame: int, most: int) -> int:
+    """How many frames from this one on have sizes so alike that one block takes them; repeats at the end are left."""
+    stay_one_function()
+    size, count = size_at(pair, frame), 1
+    for k in range(1, most):
+        other = size_at(pair, frame + k)
+        if not (other <= ALIKE * size and size <= ALIKE * other):
+            return count
+        if not (poses_repeat(pair.pose_a, frame + k) and poses_repeat(pair.pose_b, frame + k)):
+            count = k + 1
+    return count
 
 
 @hot_kernel
@@ -142,207 +163,105 @@ def largest_chord(relative: Memory, lane: int, lanes: int, middle: Memory, squar
 
 
 @hot_kernel
-def lists_of(row: IntArray) -> Lists:
-    """The lists of a row."""
-    become_part_of_caller()
-    return Lists(words_at(row[LISTS]), row[LISTS + 1], words_at(row[LISTS + 2]), row[LISTS + 3])
-
-
-@hot_kernel
-def question_of(row: IntArray, pad: float) -> BlockQuestion:
-    """The question of a row."""
-    become_part_of_caller()
-    return BlockQuestion(
-        row[QUESTION], row[QUESTION + 1], pad, row[QUESTION + 2] != 0, row[QUESTION + 3], row[QUESTION + 4]
-    )
-
-
-@hot_kernel
-def traverse_frames(row: IntArray, pad: float) -> bool:
-    """Decide the frames of a row's question; False when it stopped for its caller, as ``traverse_block`` does."""
+def search_frames(pair: Pair, question: Question, scratch: Scratch) -> bool:
+    """Decide the frames of a question; False when it stopped because a list was full."""
     stay_one_function()
-    tree_a, tree_b = tree_memory(row, runtime_int(0)), tree_memory(row, runtime_int(TREE_B))
-    pose_a, pose_b = pose_memory(row, runtime_int(POSE_A)), pose_memory(row, runtime_int(POSE_B))
-    scratch = scratch_memory(row)
-    state, hits, near, work = scratch.state, bytes_at(row[HITS]), bytes_at(row[NEAR]), words_at(row[WORK])
-    lists, question = lists_of(row), question_of(row, pad)
-    stop = question.stop
+    state, stop = scratch.state, question.stop
+    # position_pad of a unit of size
+    pad = POSITION_ULPS * ROUNDOFF + SKEW_FACTOR * (pair.pose_a.facts[0] + pair.pose_b.facts[0])
     f = state[AT_FRAME]
     while f < stop:
-        if not have_room(lists):
-            state[AT_FRAME] = f
-            return False
-        lanes = min(runtime_int(LANES), stop - f)
-        if state[IN_BLOCK] == 0:
-            following = skipped(tree_a, pose_a, tree_b, pose_b, f, question, work, state)
+        lanes = state[LANES_NOW]
+        if lanes == 0:
+            following = frames_left_out(pair, f, pad, question, scratch.work, state)
             if following > f:
                 f = following
                 continue
-            fill_relative(pose_a, pose_b, f, scratch.relative)
-            work[BLOCKS] += 1
+            lanes = frames_alike(pair, f, min(runtime_int(LANES), stop - f))
+            fill_relative(pair.pose_a, pair.pose_b, f, scratch.relative)
+            scratch.work[BLOCKS] += 1
             scratch.stack[0], scratch.stack[1], scratch.stack[2] = 0, 0, (1 << lanes) - 1
-            state[0], state[1], state[IN_BLOCK] = 3, (1 << lanes) - 1, 1
-        elif not question.faces:
-            for k in range(lanes):
-                state[1] &= ~(runtime_int(hits[f + k]) << k)
+            state[DEPTH], state[ALIVE], state[LANES_NOW] = 3, (1 << lanes) - 1, lanes
+        largest = 0.0
+        for k in range(lanes):
+            largest = max(largest, size_at(pair, f + k))
+            if question.hits[f + k] != 0 and not question.every:
+                state[ALIVE] &= ~(1 << k)
         chord = largest_chord(scratch.relative, lanes // 2, lanes, scratch.middle, scratch.plane)
-        if not traverse_block(tree_a, pose_a, tree_b, pose_b, f, chord, question, lists, hits, work, scratch):
+        if not search_block(pair, f, chord, pad * largest, question, scratch):
             state[AT_FRAME] = f
             return False
-        for k in range(lanes):
-            near[f + k] = state[NEAR_LANES] >> k & 1
-        state[IN_BLOCK] = 0
+        state[LANES_NOW] = 0
         f += lanes
     state[AT_FRAME] = stop
     return True
 
 
 @kernel
-def traverse_pairs(rows: IntArray, pads: FloatArray, first: int) -> int:
+def search_pairs(rows: IntArray, room: IntArray, first: int) -> int:
     """Decide one row's question after the other from ``first`` on, whose state the caller has made ready.
 
-    Stops at a row that needs its caller or leaves something in the lists, and returns its number; else that of all
-    rows.
+    Stops at a row that leaves something in the lists or fills one, and returns its number; else that of all rows.
     """
-    for pair in range(first, len(rows)):
-        row = rows[pair]
-        if pair > first:
-            state = words_at(row[STATE])
+    scratch = scratch_memory(room)
+    for number in range(first, len(rows)):
+        pair, question = pair_memory(rows[number]), question_memory(rows[number])
+        if number > first:
             for k in range(STATES):
-                state[k] = 0
-            state[AT_FRAME] = row[QUESTION]
-        done, held = traverse_frames(row, pads[pair]), runtime_int(0)
-        for k in range(LISTS, QUESTION, 2):
-            held += words_at(row[k])[0]
-        if not done or held > 0:
-            return pair
+                scratch.state[k] = 0
+            scratch.state[AT_FRAME] = question.start
+        done = search_frames(pair, question, scratch)
+        if not done or scratch.keys[0] + scratch.later[0] > 0:
+            return number
     return len(rows)
 
 
-@kernel
-def answer_later_of(row: IntArray, pair: FloatArray, digits: IntArray) -> int:
-    """Decide what a row leaves open in exact sums; returns how many face pairs only integers can tell."""
-    return answer_later(
-        tree_memory(row, runtime_int(0)), pose_memory(row, runtime_int(POSE_A)),
-        tree_memory(row, runtime_int(TREE_B)), pose_memory(row, runtime_int(POSE_B)),
-        question_of(row, 0.0), lists_of(row), bytes_at(row[HITS]), words_at(row[WORK]), doubles_of(pair),
-        words_of(digits),
-    )  # fmt: skip
-
-
 class Workspace:
-    """Memory for one traversal after another, so that each sets up a row of integers only; one a thread."""
+    """Memory for one search after another; one a thread. ``work`` (COUNTERS,) is added to."""
 
-    def __init__(self) -> None:
-        self._room, self._found = np.empty(ROOM_DOUBLES), np.empty(4 * 64, dtype=np.int64)
-        self._state, self._stack = np.zeros(STATES, dtype=np.int64), np.empty(0, dtype=np.int64)
-        self._keys, self._later = (np.zeros(length, dtype=np.int64) for length in (4096, 4096))
-        self._row, self._pad = np.zeros(QUESTION + QUESTION_WORDS, dtype=np.int64), np.empty(1)
-        self._row[ROOM], self._row[FOUND], self._row[STATE] = map(address_of, (self._room, self._found, self._state))
-        self._pair, self._digits = np.empty(18), new_digits()
-        self.exact_seconds = 0.0
-        """Seconds spent on what was left open, of all traversals."""
-        self._place_lists()
+    def __init__(self, trees: Sequence[BoxTree], work: IntArray) -> None:
+        self.work = work
+        depth = 6 * (max((len(tree.links) for tree in trees), default=0) + 1)
+        self._state, self._keys = np.zeros(STATES, dtype=np.int64), np.zeros(LIST + MOST_AT_ONCE, dtype=np.int64)
+        self._later, self._room = np.zeros(LIST + MOST_AT_ONCE, dtype=np.int64), np.empty(SCRATCH_WORDS, dtype=np.int64)
+        doubles = np.empty(sum(DOUBLES))
+        stack, found = np.empty(depth, dtype=np.int64), np.empty(4 * 64, dtype=np.int64)
+        self._kept = doubles, stack, found
+        self._room[: len(DOUBLES)] = [address_of(doubles) + place for place in PLACES]
+        words = stack, found, self._state, self._keys
+        self._room[len(DOUBLES) :] = [
+            *map(address_of, words), len(self._keys), address_of(self._later), MOST_AT_ONCE + FEW, address_of(work),
+        ]  # fmt: skip
 
-    def traverse(
-        self, tree_a: BoxTree, pose_a: PoseLanes, tree_b: BoxTree, pose_b: PoseLanes, question: BlockQuestion,
-        settle: Settle, marks: ByteArray, work: IntArray,
-    ) -> IntArray:  # fmt: skip
-        """Decide the frames of a question about one pair; ``work`` is added to, ``marks`` (2, n) as in ``rows_of``.
-
-        Returns the face pairs that meet, as ``traverse_all`` yields them.
-        """
-        self.make_room((tree_a, tree_b))
-        rows = self.rows_of((tree_a.row, tree_b.row), (pose_a.row, pose_b.row), question, marks[None], work)
-        return next((keys for _, keys in self.traverse_all(rows, np.array([question.pad]), settle)), NOTHING)
-
-    def traverse_all(self, rows: IntArray, pads: FloatArray, settle: Settle) -> Iterator[tuple[int, IntArray]]:
-        """Decide the questions of P rows; what a row leaves open is settled as it comes, some hundred pairs at a time.
-
-        Yields the number of a row in which faces are asked for and meet, and the keys of these. They hold until the
-        next row.
-        """
-        first = 0
-        while first < len(rows):
-            self._start(rows[first, QUESTION])
-            while (first := traverse_pairs(rows, pads, first)) < len(rows):
-                self._empty_later(rows, first, settle)
-                if self._state[AT_FRAME] == rows[first, QUESTION + 1]:
-                    break
-                self._make_room_for_keys(rows, 0)
-            if first < len(rows) and self._keys[0]:
-                yield first, self._keys[1 : self._keys[0] + 1]
-            first += 1
-
-    def _empty_later(self, rows: IntArray, row: int, settle: Settle) -> None:
-        """Have the pairs left open decided; those that meet join the keys if faces are asked for."""
-        count = int(self._later[0])
-        if not count:
-            return
-        begin = perf_counter()
-        self._make_room_for_keys(rows, count)
-        left = answer_later_of(rows[row], self._pair, self._digits)
-        if left:
-            meeting = settle(row, self._later[1 : left + 1])
-            self._later[0] = 0
-            if rows[row, QUESTION + 2]:
-                start = int(self._keys[0]) + 1
-                self._keys[start : start + len(meeting)] = meeting
-                self._keys[0] += len(meeting)
-        self.exact_seconds += perf_counter() - begin
-
-    def _make_room_for_keys(self, rows: IntArray, more: int) -> None:
-        """Lengthen the list of keys where it has no room for so many and one step more."""
-        needed = int(self._keys[0]) + more + 2 * MOST_AT_ONCE
-        if len(self._keys) <= needed:
-            longer = np.empty(2 * needed, dtype=np.int64)
-            longer[: self._keys[0] + 1] = self._keys[: self._keys[0] + 1]
-            self._keys = longer
-            self._place_lists()
-            rows[:, LISTS:QUESTION] = self._row[LISTS:QUESTION]
-
-    def make_room(self, trees: Sequence[BoxTree]) -> None:
-        """Make the stack long enough for any two of some trees; a longer one has another address."""
-        nodes = 6 * (max(len(tree.links) for tree in trees) + 1)
-        if len(self._stack) < nodes:
-            self._stack = np.empty(nodes, dtype=np.int64)
-            self._row[STACK] = address_of(self._stack)
-
-    def rows_of(
-        self, trees: tuple[IntArray, IntArray], poses: tuple[IntArray, IntArray], question: BlockQuestion,
-        marks: ByteArray, work: IntArray,
-    ) -> IntArray:  # fmt: skip
-        """The kernel's rows of P pairs, which hold until more room is made; ``work`` is added to.
-
-        ``trees`` and ``poses``: rows (P, n) of A and of B. A word of the question may stand for all pairs.
-
-        ``marks`` (P, 2, n) are set to 1 where there is contact, and where no bounding volume keeps the bodies apart.
-        """
-        rows = np.empty((len(marks), QUESTION + QUESTION_WORDS), dtype=np.int64)
-        rows[:] = self._row
-        rows[:, :TREE_B], rows[:, TREE_B:POSE_A] = trees
-        rows[:, POSE_A:POSE_B], rows[:, POSE_B:ROOM] = poses
-        rows[:, HITS] = address_of(marks) + 2 * marks.shape[2] * np.arange(len(marks))
-        rows[:, NEAR], rows[:, WORK] = rows[:, HITS] + marks.shape[2], address_of(work)
-        start, stop, _, *rest = question
-        for word, value in enumerate((start, stop, *rest), QUESTION):
-            rows[:, word] = value
-        return rows
-
-    def _start(self, frame: int) -> None:
-        """Make ready for a traversal that begins at this frame."""
+    def decide(self, row: IntArray) -> None:
+        """Decide a question (1, PAIR_WORDS) about contact, from frame 0 on."""
         self._state[:] = 0
-        self._state[AT_FRAME] = frame
-        self._keys[0] = self._later[0] = 0
+        if search_pairs(row, self._room, 0) == 0:  # rare: a tie that only exact arithmetic decides
+            self._keys[0] = self._later[0] = 0
+            self.search(row)
 
-    def traverse_one(self, row: IntArray, pad: float, settle: Settle) -> None:
-        """Decide the one frame of a row (1, n) that asks whether there is contact; no list needs more room for that."""
-        self._start(0)
-        self._pad[0] = pad
-        while traverse_pairs(row, self._pad, 0) == 0:
-            self._empty_later(row, 0, settle)
+    def search(self, rows: IntArray) -> list[tuple[int, IntArray]]:
+        """Decide the questions of P rows (P, PAIR_WORDS), all of which ask for every face pair or none does.
 
-    def _place_lists(self) -> None:
-        lists = (self._keys, self._later)
-        self._row[LISTS:QUESTION:2] = [address_of(one) for one in lists]
-        self._row[LISTS + 1 : QUESTION : 2] = [len(one) for one in lists]
+        Returns the numbers of rows with face pairs that meet, if these are asked for, and the pairs, packed.
+        """
+        every, parts = bool(rows[0, EVERY]), dict[int, list[IntArray]]()
+        self._room[len(DOUBLES) + 6] = MOST_AT_ONCE + (LIST if every else FEW)
+        row, done = 0, True
+        while row < len(rows):
+            if done:
+                self._state[:] = 0
+                self._state[AT_FRAME] = rows[row, START]
+            # a row that ends with nothing in the lists is followed by the next one, inside the kernel
+            row = int(search_pairs(rows, self._room, row))
+            if row == len(rows):
+                break
+            meeting = [self._keys[1 : self._keys[0] + 1].copy()]
+            if self._later[0]:
+                meeting.append(settled(rows[row], self._later[1 : self._later[0] + 1], self.work))
+            self._keys[0] = self._later[0] = 0
+            if every:
+                parts.setdefault(row, []).extend(meeting)
+            done = bool(self._state[AT_FRAME] == rows[row, STOP])
+            row += done
+        return [(row, np.concatenate(some)) for row, some in parts.items()]

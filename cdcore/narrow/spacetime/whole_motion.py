@@ -6,41 +6,60 @@ not change are asked once.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
-from functools import cache
+from dataclasses import dataclass
 from threading import local
 from time import perf_counter
+from typing import Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from cdcore.kernels.memory import address_of
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime.block import COUNTERS
+from cdcore.narrow.spacetime.bounds import ROUNDOFF, SMALLEST_SIZE
 from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.far_poses import FAR, asked_apart, far_poses, without
-from cdcore.narrow.spacetime.pair_job import NO_FACES, NO_FRAMES, FramesAnswer, PairJob, Poses
-from cdcore.narrow.spacetime.pose_lanes import Tracks, ends_of
-from cdcore.narrow.spacetime.together import search_together
+from cdcore.narrow.spacetime.memory import (
+    BEYOND,
+    BITS_A,
+    BITS_B,
+    EVERY,
+    FRAMES,
+    MARKS,
+    NEAR,
+    PAIR_WORDS,
+    POSE_A,
+    POSE_B,
+    POSE_WORDS,
+    START,
+    STOP,
+    TREE_B,
+)
+from cdcore.narrow.spacetime.pose_lanes import Tracks
 from cdcore.narrow.spacetime.traverse import Workspace
-from cdcore.numerics import BoolArray, ByteArray, IntArray
-from cdcore.protocol import Motion
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
+from cdcore.protocol import Motion, pair_has_pose
 
 COUNTER_NAMES = (
     "node_tests", "leaf_pairs", "face_tests", "world_tests", "exact_tests", "integer_tests", "blocks", "skipped",
-    "span_tests", "gap_tests",
+    "span_tests", "gap_tests", "reused",
 )  # fmt: skip
 """Names of the kernel's counters, in its order."""
-STAGES = ("poses", "search", "exact", "faces")
-"""Reading poses; planning pairs, spheres and trees; what only exact arithmetic decides; sorting and collecting."""
-_Read = tuple[Tracks | None, float]
-"""The tracks of all bodies of pairs, ``None`` where they are read pair by pair, and the seconds that it took."""
-_Done = tuple[int, PairJob, list[FramesAnswer]]
-"""Column of a pair, and the answers of its stretches."""
-FRAMES_AT_ONCE = 16384
-"""Bounds the list of face pairs left to exact arithmetic: 500 a frame, as in resting contact, make 65 MB."""
-FRAMES_PER_TASK = 4096
-"""With threads, frames that a task answers: short enough to share the work, long enough for skips along the path."""
+STAGES: Final = ("poses", "search", "faces")
+"""Reading poses; spheres, trees, and what only exact arithmetic decides; sorting and collecting."""
+FRAMES_AT_ONCE: Final = 16384
+"""Frames that one task answers: a face pair of a frame is one number, which leaves 24 bits for each face."""
+KEY_BITS: Final = 62
+FRAMES_PER_TASK: Final = 4096
+"""With threads: short enough to share the work, long enough for skips along the path."""
+ROUNDING_ULPS: Final = 64.0
+"""Placing two corners rounds each by at most 7 u of its coordinates; taken four times."""
+
+Faces = NDArray[np.int32]
+NO_FACES: Faces = np.zeros((0, 2), dtype=np.int32)
+NO_FRAMES: IntArray = np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,182 +77,197 @@ class MotionAnswer:
     pair: IntArray
     start: IntArray
     stop: IntArray
-    faces: NDArray[np.int32]
+    faces: Faces
     near: tuple[IntArray, IntArray]
     work: dict[str, int]
     seconds: dict[str, float]
 
 
+class Found(NamedTuple):
+    """Face pairs (m, 2) of one pair that meet, and the frame of each, (m,), not decreasing."""
+
+    column: int
+    frame: IntArray
+    faces: Faces
+
+
 def decide_motion(
-    trees: Sequence[BoxTree], pairs: IntArray, poses: Poses | Motion, *, faces: bool = False, threads: int = 1
+    trees: Sequence[BoxTree], pairs: IntArray, motion: Motion, *, faces: bool = False, threads: int = 1
 ) -> MotionAnswer:
     """Decide every pair (P, 2) in every frame at which both bodies have a pose; a tree per body.
 
     ``faces``: list all face pairs that meet. ``threads``: workers; the answer does not depend on it.
     """
-    reaches, read = np.array([tree.reach for tree in trees]), _read(trees, pairs, poses)
-    far = None if _all_near(read[0]) else far_poses(poses.translations, poses.valid, reaches)
-    if far is None:
-        return _decide(trees, pairs, poses, read, faces, threads)
-    near = Poses(without(poses.rotations, far, poses.valid), without(poses.translations, far, poses.valid), poses.valid)
-    found = _decide(trees, pairs, near, _read(trees, pairs, near), faces, threads)
-    answers = [(found, poses.everywhere, np.arange(len(pairs)))]
-    kept = np.ones((len(poses.valid), len(pairs)), dtype=np.bool_)
-    for column, rows, asked in asked_apart(far, poses.valid, poses.translations, pairs, reaches):
-        kept[rows, column] = False
-        alone = Poses(poses.rotations[asked], poses.translations[asked], poses.valid[asked])
-        one = pairs[[column]]
-        found = _decide(trees, one, alone, _read(trees, one, alone), faces, 1)
-        answers.append((found, asked, np.array([column])))
-    return _together(answers, kept)
-
-
-def _read(trees: Sequence[BoxTree], pairs: IntArray, poses: Poses | Motion) -> _Read:
-    """The tracks of all bodies of pairs, if poses are known everywhere."""
-    begin, tracks = perf_counter(), None
-    if len(poses.everywhere) > 0 and len(pairs) > 0 and bool(poses.valid.all()):
-        bodies = np.unique(pairs)
-        still = None if poses.still is None else poses.still[bodies]
-        ends = ends_of([trees[body] for body in bodies.tolist()])
-        tracks = Tracks(poses.rotations, poses.translations, bodies, poses.everywhere, ends, still)
-    return tracks, perf_counter() - begin
-
-
-def _all_near(tracks: Tracks | None) -> bool:
-    """Whether all poses are read and none is far from the origin."""
-    return tracks is not None and bool((tracks.found[:, 0] <= FAR * tracks.ends[:, 16]).all())
-
-
-def _together(answers: list[tuple[MotionAnswer, IntArray, IntArray]], kept: BoolArray) -> MotionAnswer:
-    """One answer of several, each with its frames and columns; of the first only the pair-frames that are kept."""
-    hits, rows = answers[0][0].hits & kept, 0
-    entries, near, seconds, work = [], [], dict.fromkeys(STAGES, 0.0), dict.fromkeys(answers[0][0].work, 0)
-    for number, (answer, frames, columns) in enumerate(answers):
-        frame, pair = frames[answer.frame], columns[answer.pair]
-        close = frames[answer.near[0]], columns[answer.near[1]]
-        use, still = (slice(None) if number else kept[where] for where in ((frame, pair), close))
-        if number:
-            hits[np.ix_(frames, columns)] |= answer.hits
-        near.append([part[still] for part in close])
-        entries.append((frame[use], pair[use], answer.start[use] + rows, answer.stop[use] + rows))
-        rows += len(answer.faces)
-        seconds = {stage: seconds[stage] + answer.seconds[stage] for stage in STAGES}
-        work = {name: work[name] + answer.work[name] for name in work}
-    frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
-    order, faces = np.lexsort((pair, frame)), np.concatenate([answer.faces for answer, _, _ in answers])
-    together = np.concatenate(near, axis=1)
-    return MotionAnswer(
-        hits, frame[order], pair[order], start[order], stop[order], faces, (together[0], together[1]), work, seconds
-    )
-
-
-def _decide(
-    trees: Sequence[BoxTree],
-    pairs: IntArray,
-    poses: Poses | Motion,
-    read: _Read,
-    faces: bool,
-    threads: int,
-) -> MotionAnswer:
-    """``decide_motion`` of poses none of which is far."""
-    clock, (tracks, reading) = [perf_counter()], read
-    shared: Tracks | list[None] = [None] * len(trees) if tracks is None else tracks
-    marks, work = np.zeros((len(pairs), 2, len(poses.valid)), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
-
-    @cache
-    def job(column: int) -> PairJob:
-        i, j = pairs[column].tolist()
-        return PairJob(trees, i, j, poses, shared, faces=faces)
-
-    left, done = np.ones(len(pairs), dtype=np.bool_), list[_Done]()
-    workspace, sorting = Workspace(), 0.0
-
-    def settle(column: int, keys: IntArray) -> IntArray:
-        return job(column).settled(keys, 0, marks[column, 0])
-
-    if tracks is not None and threads <= 1 and len(poses.valid) <= FRAMES_AT_ONCE:
-        columns, found = search_together(trees, pairs, tracks, faces, workspace, settle, marks, work)
-        left[columns] = False
-        for column, keys in found:
-            begin = perf_counter()
-            frame, some = job(column).unpacked(keys)
-            sorting += perf_counter() - begin
-            done.append((column, job(column), [FramesAnswer(frame, some, np.zeros_like(work), (0.0, 0.0, 0.0))]))
-    jobs = [(column, job(column)) for column in np.flatnonzero(left).tolist()]
+    clock = [perf_counter()]
+    marks = np.zeros((len(pairs), 3, len(motion.valid)), dtype=np.uint8)
+    work, found = np.zeros(COUNTERS, dtype=np.int64), list[Found]()
+    known: BoolArray | None = None if motion.valid.all() else pair_has_pose(motion, pairs).T
+    if marks.size:
+        turns, places = _without_gaps(motion)
+        tracks = Tracks(trees, np.unique(pairs), len(turns))
+        tracks.fill(turns, places, motion.still)
+        rows_of_body = np.zeros((len(trees), POSE_WORDS), dtype=np.int64)
+        rows_of_body[tracks.bodies] = tracks.rows
+        rows = rows_of_pairs(trees, pairs, rows_of_body, marks, every=faces)
+        clock.append(perf_counter())
+        found = _searched(trees, rows, work, threads, _turned(trees, pairs))
+        found += _beyond(trees, pairs, (turns, places), marks)
+    clock += [perf_counter()] * (3 - len(clock))
+    entries = _entries(marks, found, known, faces)
+    hits, near = marks[:, 0].view(np.bool_), marks[:, 1] > marks[:, 0]
+    column, frame = np.divmod(np.flatnonzero(near), max(1, marks.shape[2]))
     clock.append(perf_counter())
-    done += _answered(jobs, threads, marks)
-    clock.append(perf_counter())
-    answer = _collected(done, marks, work, faces)
-    parts = [part.seconds for _, _, some in done for part in some]
-    exact = workspace.exact_seconds
-    together = clock[1] - clock[0] - exact - sorting, exact, sorting
-    spent = [reading, *(sum(stage) for stage in zip(together, *parts, strict=True))]
-    spent[3] += perf_counter() - clock[2]
-    return replace(answer, seconds=dict(zip(STAGES, spent, strict=True)))
+    seconds = dict(zip(STAGES, np.diff(clock).tolist(), strict=True))
+    counters = dict(zip(COUNTER_NAMES, work.tolist(), strict=True))
+    return MotionAnswer(np.ascontiguousarray(hits.T), *entries, (frame, column), counters, seconds)
 
 
-def _stretches(job: PairJob, frames: int) -> Iterator[tuple[int, int]]:
-    """Cut the frames of a pair; frames that spans dismiss are one stretch of any length, because it lists no faces."""
-    step, start = min(frames, job.most_frames), 0
-    while start < job.count:
-        near = job.first_near(start)
-        stop = near if near > start + step else min(start + step, job.count)
-        yield start, stop
-        start = stop
+def rows_of_pairs(
+    trees: Sequence[BoxTree], pairs: IntArray, poses: IntArray, marks: ByteArray, *, every: bool
+) -> IntArray:
+    """The kernels' rows of P pairs, about all T frames; ``poses`` (N, POSE_WORDS), ``marks`` (P, 3, T), zeros."""
+    turned = _turned(trees, pairs)[:, None]
+    a, b = np.where(turned, pairs[:, ::-1], pairs).T
+    rows, of_tree = np.empty((len(pairs), PAIR_WORDS), dtype=np.int64), np.array([tree.row for tree in trees])
+    bits = np.array([(len(tree.faces) - 1).bit_length() for tree in trees])
+    rows[:, :TREE_B], rows[:, TREE_B:POSE_A] = of_tree[a], of_tree[b]
+    rows[:, POSE_A:POSE_B], rows[:, POSE_B:MARKS] = poses[a], poses[b]
+    rows[:, MARKS], rows[:, FRAMES] = address_of(marks) + 3 * marks.shape[2] * np.arange(len(pairs)), marks.shape[2]
+    rows[:, START], rows[:, STOP], rows[:, EVERY] = 0, marks.shape[2], every
+    rows[:, BITS_A], rows[:, BITS_B] = bits[a], bits[b]
+    return rows
 
 
-def _answered(jobs: list[tuple[int, PairJob]], threads: int, marks: ByteArray) -> list[_Done]:
-    """The answers of all stretches of each pair, which leave their ``marks`` (P, 2, T) at distinct frames."""
-    if not jobs:
-        return []
-    if threads <= 1:
-        workspace = Workspace()
-        return [
-            (column, job, [job.stretch(*part, workspace, marks[column]) for part in _stretches(job, FRAMES_AT_ONCE)])
-            for column, job in jobs
-        ]
-    here = local()
+def _turned(trees: Sequence[BoxTree], pairs: IntArray) -> BoolArray:
+    """Pairs whose second body is the smaller one, which is moved into the frame of the larger one, (P,)."""
+    radius = np.array([tree.boxes[0, 15] for tree in trees])
+    turned: BoolArray = radius[pairs[:, 0]] > radius[pairs[:, 1]]
+    return turned
 
-    def answer(job: PairJob, start: int, stop: int, own: ByteArray) -> FramesAnswer:
+
+def _without_gaps(motion: Motion) -> tuple[FloatArray, FloatArray]:
+    """Rotations and translations in which a body without a pose stays where it was, or where it will be first."""
+    valid = motion.valid
+    if valid.all():
+        return motion.rotations, motion.translations
+    last = np.maximum.accumulate(np.where(valid, np.arange(len(valid))[:, None], -1), axis=0)
+    source, body = np.where(last < 0, valid.argmax(axis=0), last), np.arange(valid.shape[1])
+    return motion.rotations[source, body], motion.translations[source, body]
+
+
+def _searched(trees: Sequence[BoxTree], rows: IntArray, work: IntArray, threads: int, turned: BoolArray) -> list[Found]:
+    """Search all frames of all pairs, stretch by stretch; ``work`` is added to."""
+    frames, room = int(rows[0, FRAMES]), KEY_BITS - int((rows[:, BITS_A] + rows[:, BITS_B]).max())
+    step = min(FRAMES_PER_TASK if threads > 1 else FRAMES_AT_ONCE, 1 << max(0, room))
+    here, spent = local(), list[IntArray]()
+
+    def stretch(first: int, last: int, start: int) -> list[Found]:
         if not hasattr(here, "workspace"):
-            here.workspace = Workspace()
-        return job.stretch(start, stop, here.workspace, own)
+            here.workspace = Workspace(trees, np.zeros(COUNTERS, dtype=np.int64))
+            spent.append(here.workspace.work)
+        part = rows[first:last].copy()
+        part[:, START], part[:, STOP] = start, min(start + step, frames)
+        found = []
+        for k, keys in here.workspace.search(part):
+            frame, faces = _unpacked(keys, part[k], turned[first + k])
+            found.append(Found(first + k, frame + start, faces))
+        return found
 
-    with ThreadPoolExecutor(threads) as pool:
-        parts = [
-            [pool.submit(answer, job, *part, marks[column]) for part in _stretches(job, FRAMES_PER_TASK)]
-            for column, job in jobs
-        ]
-        answers = [[part.result() for part in some] for some in parts]
-    return [(column, job, some) for (column, job), some in zip(jobs, answers, strict=True)]
+    starts = range(0, frames, step)
+    if threads <= 1:
+        parts = [stretch(0, len(rows), start) for start in starts]
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            tasks = [pool.submit(stretch, k, k + 1, start) for k in range(len(rows)) for start in starts]
+            parts = [task.result() for task in tasks]
+    work += np.sum(spent, axis=0)
+    return [one for part in parts for one in part]
 
 
-def _collected(done: list[_Done], marks: ByteArray, total: IntArray, faces: bool) -> MotionAnswer:
+def _unpacked(keys: IntArray, row: IntArray, turned: bool) -> tuple[IntArray, Faces]:
+    """Frames and face pairs, sorted, faces in the order of the pair."""
+    bits_a, bits_b = int(row[BITS_A]), int(row[BITS_B])
+    both = bits_a + bits_b
+    if turned:
+        low = keys & ((1 << bits_b) - 1)
+        keys = (keys >> both << both) | (low << bits_a) | ((keys >> bits_b) & ((1 << bits_a) - 1))
+        bits_a, bits_b = bits_b, bits_a
+    keys = np.sort(keys)
+    faces = np.empty((len(keys), 2), dtype=np.int32)
+    faces[:, 0] = (keys >> bits_b) & ((1 << bits_a) - 1)
+    faces[:, 1] = keys & ((1 << bits_b) - 1)
+    return keys >> both, faces
+
+
+def _beyond(
+    trees: Sequence[BoxTree], pairs: IntArray, poses: tuple[FloatArray, FloatArray], marks: ByteArray
+) -> list[Found]:
+    """Every face against every face in frames beyond the bounds of the kernels, which are noted as ``NEAR``."""
+    found, (turns, places) = list[Found](), poses
+    if marks[:, 1].max() < BEYOND:
+        return found
+    beyond = marks[:, 1] == BEYOND
+    marks[:, 1][beyond] = NEAR
+    for column, frame in np.argwhere(beyond).tolist():
+        ends = pairs[column].tolist()
+        if _certainly_apart(places[frame, ends[0]], places[frame, ends[1]], sum(trees[body].reach for body in ends)):
+            continue
+        first, second = (
+            place_points(_triangles(trees[body]), turns[frame, body], places[frame, body]) for body in ends
+        )
+        faces = meeting_faces_exhaustive(first, second).astype(np.int32)
+        marks[column, 0, frame] = len(faces) > 0
+        found.append(Found(column, np.full(len(faces), frame), faces))
+    return found
+
+
+def _triangles(tree: BoxTree) -> FloatArray:
+    """The mesh's triangles (f, 3, 3), body frame."""
+    triangles = np.empty((len(tree.faces), 3, 3))
+    triangles[tree.faces] = tree.placed.reshape(-1, 3, 4)[:, :, :3].transpose(0, 2, 1)
+    return triangles
+
+
+def _certainly_apart(first: FloatArray, second: FloatArray, reach: float) -> bool:
+    """For origins of two bodies that together reach so far: whether no placed corner can meet the other body.
+
+    Rotations may be off orthonormal by 1e-3, and the reach of a very small body may have underflowed to 0: it counts
+    twice, and with the smallest size of the kernels.
+    """
+    with np.errstate(over="ignore"):
+        rounding = ROUNDING_ULPS * ROUNDOFF * (np.abs(first).max() + np.abs(second).max() + reach)
+        return bool(np.abs(first - second).max() > 2.0 * (reach + SMALLEST_SIZE) + rounding)
+
+
+def _entries(
+    marks: ByteArray, found: list[Found], known: BoolArray | None, faces: bool
+) -> tuple[IntArray, IntArray, IntArray, IntArray, Faces]:
+    """Give frames that repeat poses the answer of the first of them, and those without a pose none.
+
+    Returns ``frame``, ``pair``, ``start``, ``stop`` and ``faces`` of a ``MotionAnswer``.
+    """
+    everywhere, repeats = np.arange(marks.shape[2]), np.logical_or.reduce(marks[:, 2], axis=1)
+    parts: dict[int, list[Found]] = {}
+    for one in sorted(found, key=lambda one: one.column):
+        parts.setdefault(one.column, []).append(one)
     entries, rows, row_count = [(NO_FRAMES,) * 4], [NO_FACES], 0
-    for column, job, parts in done:
-        own = marks[column]
-        for part in parts:
-            total += part.work
-        if job.which is not job.everywhere:
-            known = own[:, job.which]
-            own[:] = 0
-            own[:, job.frames] = known
-        if faces and own[0].any():
-            touching = np.flatnonzero(own[0, job.frames])
-            found = np.concatenate([part.frame for part in parts])
-            bounds = np.searchsorted(found, np.arange(job.count + 1)) + row_count
-            which = job.which[touching]
-            entries.append((job.frames[touching], np.full(len(touching), column), bounds[which], bounds[which + 1]))
-            rows += [part.faces for part in parts]
-            row_count += len(found)
-    hits, near = marks.transpose(1, 0, 2).view(np.bool_)
-    close = np.flatnonzero(near > hits)
-    column = close // max(1, hits.shape[1])  # a second quotient, of divmod, takes longer than a product
-    close -= column * hits.shape[1]
+    for column in range(len(marks)):
+        source = everywhere
+        if repeats[column]:
+            source = np.maximum.accumulate(np.where(marks[column, 2], 0, everywhere))
+            marks[column, :2] = marks[column, :2][:, source]
+        if known is not None:
+            marks[column, :2] *= known[column]
+        if faces and column in parts:
+            of_faces, sets = (np.concatenate(some) for some in list(zip(*parts[column], strict=True))[1:])
+            if (np.diff(of_faces) < 0).any():  # frames beyond the kernels come last
+                order = np.argsort(of_faces, kind="stable")
+                of_faces, sets = of_faces[order], sets[order]
+            touching = np.flatnonzero(marks[column, 0])
+            first, last = np.searchsorted(of_faces, [source[touching], source[touching] + 1]) + row_count
+            entries.append((touching, np.full(len(touching), column), first, last))
+            rows.append(sets)
+            row_count += len(of_faces)
     frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
-    order, reused = np.lexsort((pair, frame)), sum(len(job.frames) - job.count for _, job, _ in done)
-    work = dict(zip(COUNTER_NAMES, total.tolist(), strict=True)) | {"reused": reused}
-    return MotionAnswer(
-        np.ascontiguousarray(hits.T), frame[order], pair[order], start[order], stop[order], np.concatenate(rows),
-        (close, column), work, {},
-    )  # fmt: skip
+    order = np.lexsort((pair, frame))
+    return frame[order], pair[order], start[order], stop[order], np.concatenate(rows)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
 from cdcore.kernels.memory import Memory
 from cdcore.narrow.spacetime.bounds import DETERMINANT_ULPS, ROUNDOFF, TINY
+from cdcore.narrow.spacetime.memory import Pair
 from cdcore.narrow.spacetime.simd import (
     Lanes,
     above,
@@ -123,13 +124,13 @@ def filtered_answer(
 
 
 @hot_kernel
-def faces_meet(
-    placed_a: Memory, face_a: int, edge_a: float, entries_a: Memory, stride_a: int, frame_a: int,
-    placed_b: Memory, face_b: int, edge_b: float, entries_b: Memory, stride_b: int, frame_b: int,
-    scratch: Memory,
-) -> int:  # fmt: skip
-    """Whether two placed faces meet: 0, 1, or UNDECIDED where only exact arithmetic can tell."""
+def faces_meet(pair: Pair, face_a: int, edge_a: float, face_b: int, edge_b: float, frame: int, scratch: Memory) -> int:
+    """Whether two faces meet in a frame, placed: 0, 1, or UNDECIDED where only exact arithmetic can tell.
+
+    ``edge_a`` and ``edge_b`` bound their edges; ``scratch`` (4,).
+    """
     stay_one_function()
-    ax, ay, az = place_face(placed_a, face_a, entries_a, stride_a, frame_a)
-    bx, by, bz = place_face(placed_b, face_b, entries_b, stride_b, frame_b)
+    pose_a, pose_b = pair.pose_a, pair.pose_b
+    ax, ay, az = place_face(pair.tree_a.placed, face_a, pose_a.entries, pose_a.stride, frame * pose_a.step)
+    bx, by, bz = place_face(pair.tree_b.placed, face_b, pose_b.entries, pose_b.stride, frame * pose_b.step)
     return filtered_answer(ax, ay, az, bx, by, bz, edge_a, edge_b, scratch)

@@ -99,15 +99,15 @@ def test_a_body_that_bounding_boxes_keep_apart_is_not_asked_about():
     assert 30 < contained <= found.work["containment_tests"] < contained + 8
 
 
-def test_a_glass_at_rest_on_a_table_is_asked_once_for_an_hour():
+def test_a_glass_at_rest_on_a_table_is_asked_once_a_stretch_of_frames():
     plate = grid_plate(10) * 0.01
     bodies = [body_of("table", plate), body_of("glass", plate + np.array([0.003, 0.001, 0.0]))]
     frames = 20_000
     turn, move = np.tile(np.eye(3), (frames, 2, 1, 1)), np.zeros((frames, 2, 3))
     detection = create_detector("exact", bodies).detect(Motion(np.arange(frames) / 90, move, turn), faces=True)
     assert (detection.verdict == Verdict.CONTACT).all()
-    assert detection.work["reused"] == frames - 1
-    assert len(detection.face_sets.faces) == len(detection.faces(0, 0)) > 200
+    assert detection.work["reused"] >= frames - 2  # two stretches
+    assert len(detection.face_sets.faces) == 2 * len(detection.faces(0, 0)) > 400
     assert np.array_equal(detection.faces(frames - 1, 0), detection.faces(0, 0))
 
 

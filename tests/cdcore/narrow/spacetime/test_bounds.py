@@ -1,4 +1,4 @@
-"""The pad is larger than the rounding of a relative pose; a gap is kept until the first frame that may close it."""
+"""The pad is larger than the rounding of a relative pose; no corners are nearer than the gap."""
 
 from fractions import Fraction
 
@@ -9,7 +9,8 @@ from support.motions import rotations
 
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.spacetime.bounds import position_pad
-from cdcore.narrow.spacetime.motion_bounds import first_unsafe, root_gap
+from cdcore.narrow.spacetime.memory import pair_memory
+from cdcore.narrow.spacetime.motion_bounds import root_gap
 from cdcore.numerics import place_points
 
 
@@ -54,32 +55,16 @@ def test_the_pad_grows_with_size_and_skew():
 
 
 @kernel
-def gap_of(boxes_a, pose_a, boxes_b, pose_b, frame, pad):
-    return root_gap(boxes_a, pose_a, boxes_b, pose_b, frame, pad)
-
-
-@kernel
-def unsafe_of(pose_a, pose_b, frame, stop, gap):
-    return first_unsafe(pose_a, pose_b, frame, stop, gap)
+def gap_of(row, frame, pad):
+    pair = pair_memory(row)
+    return root_gap(pair.tree_a.boxes, pair.pose_a, pair.tree_b.boxes, pair.pose_b, frame, pad)
 
 
 @pytest.mark.parametrize("apart", [0.0, 3.0, 30.0])
 def test_no_two_corners_are_nearer_than_the_gap(apart):
-    scene = EightFrames(1)
-    scene.poses[0].entries.reshape(12, -1)[9] += apart
-    scene.poses[0].centres.reshape(3, -1)[0] += apart
+    scene = EightFrames(1, apart=apart)
     for frame in range(8):
-        gap = gap_of(scene.flat[0].boxes, scene.poses[0], scene.flat[1].boxes, scene.poses[1], frame, scene.pad)
+        gap = gap_of(scene.row, frame, scene.pad)
         first, second = (world.reshape(-1, 3) for world in scene.world(frame))
-        nearest = np.linalg.norm((first + np.array([apart, 0, 0]))[:, None] - second[None], axis=2).min()
-        assert gap <= nearest
+        assert gap <= np.linalg.norm(first[:, None] - second[None], axis=2).min()
         assert apart < 30 or gap > 20
-
-
-@pytest.mark.parametrize("gap", [1e-9, 0.05, 0.4, 2.0, 1e9])
-def test_the_first_unsafe_frame_is_where_the_paths_reach_the_gap(gap):
-    a, b = EightFrames(2).poses
-    for frame in range(24):
-        walked = (a.path - a.path[frame]) + (b.path - b.path[frame])
-        reached = [h for h in range(frame + 1, 24) if walked[h] >= gap * (1 - 1e-9)]
-        assert unsafe_of(a, b, frame, 24, gap) == (reached[0] if reached else 24)

@@ -1,14 +1,11 @@
-"""A tree loses no face, its fitted boxes cover what lies below, and a row of addresses gives its arrays."""
+"""A tree loses no face, and its fitted boxes cover what lies below."""
 
 import numpy as np
 import pytest
-from support.eight_frames import ARRAYS, EightFrames
 from support.motions import KINDS, grid_plate, rotations
 from support.slow_trees import faces_below
 
-from cdcore.kernels.compiling import kernel, runtime_int
 from cdcore.narrow.spacetime.box_tree import LEAF_FACES, build_box_tree
-from cdcore.narrow.spacetime.memory import pose_memory, tree_memory
 
 MESHES = {name: make(np.random.default_rng(2)) for name, make in KINDS.items()}
 MESHES["plate"] = grid_plate(8)
@@ -131,32 +128,3 @@ def test_points_give_a_box_of_no_extent_and_no_nan(triangles):
     assert np.isfinite(axes).all()
     assert np.isfinite(extent).all()
     assert np.abs(axes @ axes.T - np.eye(3)).max() < 2e-15
-
-
-@kernel
-def first_entries(row, at):
-    tree = tree_memory(row, at)
-    return (
-        tree.boxes[3], runtime_int(tree.links[3]), runtime_int(tree.leaves[3]), runtime_int(tree.faces[3]),
-        tree.placed[3], runtime_int(tree.picks[3]), tree.corners[3], tree.boxed[3], tree.spans[3], tree.planes[3],
-    )  # fmt: skip
-
-
-@kernel
-def track(row, at):
-    pose = pose_memory(row, at)
-    return pose.entries[2], pose.stride, pose.step, pose.path[2], pose.ranges[2], pose.frames, pose.centres[2]
-
-
-def test_the_row_of_a_tree_gives_its_arrays_under_their_names():
-    tree = EightFrames(0).trees[1]
-    names = [*ARRAYS[:3], "faces", *ARRAYS[3:]]
-    row = np.concatenate([np.zeros(5, dtype=np.int64), tree.row])
-    assert first_entries(row, 5) == tuple(getattr(tree, name).ravel()[3] for name in names)
-
-
-def test_the_row_of_a_track_gives_its_arrays_and_numbers():
-    pose = EightFrames(0).poses[1]
-    row = np.concatenate([np.zeros(3, dtype=np.int64), pose.row])
-    wanted = pose.entries[2], pose.stride, pose.step, pose.path[2], pose.ranges[2], pose.frames, pose.centres[2]
-    assert track(row, 3) == wanted

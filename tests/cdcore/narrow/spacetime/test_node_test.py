@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.eight_frames import EightFrames
+from support.eight_frames import EightFrames, row_of_pair
 from support.motions import rotations
 from support.slow_trees import faces_below
 
@@ -10,11 +10,10 @@ from cdcore.kernels.compiling import kernel, runtime_int
 from cdcore.kernels.memory import doubles_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime.box_tree import build_box_tree
-from cdcore.narrow.spacetime.certain_test import EDGE_ROOM, certain_lanes, move_edges
+from cdcore.narrow.spacetime.certain_test import certain_lanes, move_edges
 from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
+from cdcore.narrow.spacetime.memory import EDGE_ROOM, pair_memory
 from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
-from cdcore.narrow.spacetime.pose_lanes import pose_lanes
-from cdcore.narrow.spacetime.undecided import decide_by_integers
 from cdcore.narrow.spacetime.world_test import UNDECIDED, faces_meet
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import place_points
@@ -22,8 +21,8 @@ from replay.studies.stress.families import FAMILIES
 
 
 @kernel
-def asked(boxes_a, a, boxes_b, b, relative, middle, chord, pad, mask, leaves, offset):
-    return lanes_that_may_meet(boxes_a, a, boxes_b, b, relative, middle, chord, pad, mask, leaves, offset)
+def asked(boxes_a, a, boxes_b, b, chord, pad, mask, leaves, scratch):
+    return lanes_that_may_meet(boxes_a, a, boxes_b, b, chord, pad, mask, leaves, scratch)
 
 
 @pytest.mark.parametrize("leaves", [False, True])
@@ -35,10 +34,7 @@ def test_no_lane_with_contact_is_dropped_and_most_others_are(seed, leaves):
     dropped = clear = 0
     for a in range(1, len(a_tree.boxes), 2):
         for b in range(1, len(b_tree.boxes), 2):
-            left = asked(
-                a_tree.boxes, a, b_tree.boxes, b, scene.relative, scene.middle, scene.chord, scene.pad, 255, leaves,
-                np.empty(24),
-            )  # fmt: skip
+            left = asked(a_tree.boxes, a, b_tree.boxes, b, scene.chord, scene.pad, 255, leaves, scene.scratch)
             below = faces_below(a_tree, a), faces_below(b_tree, b)
             for lane in range(8):
                 first, second = worlds[lane][0][below[0]], worlds[lane][1][below[1]]
@@ -52,24 +48,16 @@ def test_no_lane_with_contact_is_dropped_and_most_others_are(seed, leaves):
 def test_lanes_that_were_not_asked_stay_out():
     scene = EightFrames(0)
     a, b = scene.trees
-    left = asked(
-        a.boxes, 0, b.boxes, 0, scene.relative, scene.middle, scene.chord, scene.pad, 0b101, False, np.empty(24)
-    )
+    left = asked(a.boxes, 0, b.boxes, 0, scene.chord, scene.pad, 0b101, False, scene.scratch)
     assert left & ~0b101 == 0
 
 
 @kernel
-def survivors(tree_a, a, leaf_a, tree_b, b, leaf_b, relative, middle, chord, pad, found):
-    offset, turned, moved, plane, span = np.empty(24), np.empty(72), np.empty(768), np.empty(32), np.empty(48)
-    edges = np.empty(EDGE_ROOM)
-    mask = lanes_that_may_meet(
-        tree_a.boxes, a, tree_b.boxes, b, relative, middle, chord, pad, 255 + 0 * a, True, offset
-    )
+def survivors(tree_a, a, leaf_a, tree_b, b, leaf_b, chord, pad, scratch):
+    mask = lanes_that_may_meet(tree_a.boxes, a, tree_b.boxes, b, chord, pad, 255 + 0 * a, True, scratch)
     if mask == 0:
         return 0
-    return survivors_of_leaves(
-        tree_a, leaf_a, tree_b, b, leaf_b, relative, offset, pad, mask, turned, moved, plane, span, edges, found
-    )
+    return survivors_of_leaves(tree_a, leaf_a, tree_b, b, leaf_b, pad, mask, scratch)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -77,14 +65,13 @@ def test_every_meeting_face_pair_survives_in_its_lanes_and_few_others_do(seed):
     scene = EightFrames(seed, size=0.6)
     a_tree, b_tree = scene.trees
     lanes, certain = np.zeros((2, *map(len, scene.meshes)), dtype=int)
-    found = np.empty(256, dtype=np.int64)
     for a in np.flatnonzero(a_tree.links[:, 1] >= 0):
         for b in np.flatnonzero(b_tree.links[:, 1] >= 0):
             count = survivors(
-                scene.flat[0], a, int(a_tree.links[a, 1]), scene.flat[1], b, int(b_tree.links[b, 1]), scene.relative,
-                scene.middle, scene.chord, scene.pad, found,
+                scene.flat[0], a, int(a_tree.links[a, 1]), scene.flat[1], b, int(b_tree.links[b, 1]), scene.chord,
+                scene.pad, scene.scratch,
             )  # fmt: skip
-            for face_a, face_b, left, meet in found[: 4 * count].reshape(-1, 4):
+            for face_a, face_b, left, meet in scene.found[: 4 * count].reshape(-1, 4):
                 lanes[a_tree.faces[face_a], b_tree.faces[face_b]] = left | meet
                 certain[a_tree.faces[face_a], b_tree.faces[face_b]] = meet
     meeting = 0
@@ -130,21 +117,15 @@ def test_certain_lanes_hold_wherever_the_corners_are_within_the_pad(number, pad)
 
 
 @kernel
-def asked_world_test(placed_a, pose_a, edge_a, placed_b, pose_b, edge_b, frame):
-    scratch = np.empty(8)
-    zero = 0 * frame
-    return faces_meet(
-        placed_a, zero, edge_a, pose_a.entries, pose_a.stride, frame * pose_a.step, placed_b, zero, edge_b,
-        pose_b.entries, pose_b.stride, frame * pose_b.step, scratch,
-    )  # fmt: skip
+def asked_world_test(row, edge_a, edge_b, frame):
+    return faces_meet(pair_memory(row), 0 * frame, edge_a, 0 * frame, edge_b, frame, np.empty(8))
 
 
 def answers(pair, turn, move):
     trees = [build_box_tree(pair[k : k + 1]) for k in range(2)]
-    lanes = [pose_lanes(turn, move, k, np.arange(len(turn)), trees[k].boxes[0], trees[k].reach) for k in range(2)]
-    placed = [tree.placed.ravel() for tree in trees]
+    row, _kept = row_of_pair(trees, turn, move)
     edges = [float(tree.planes[0, 10]) * 1.001 for tree in trees]
-    ours = [asked_world_test(placed[0], lanes[0], edges[0], placed[1], lanes[1], edges[1], f) for f in range(len(turn))]
+    ours = [asked_world_test(row, *edges, f) for f in range(len(turn))]
     world = [[place_points(pair[k], turn[f, k], move[f, k]) for k in range(2)] for f in range(len(turn))]
     return np.array(ours), triangles_intersect(np.array(world))
 
@@ -169,19 +150,3 @@ def test_ordinary_pairs_are_all_certain():
     ours, truth = answers(rng.normal(size=(2, 3, 3)), turn, move)
     assert np.array_equal(ours, truth)
     assert 0 < truth.sum() < 200
-
-
-def test_answers_are_those_of_the_predicate_at_the_reference_vertices():
-    rng = np.random.default_rng(8)
-    frames = 300
-    turn, move = rotations(rng, (frames, 2)), rng.normal(size=(frames, 2, 3))
-    turn[:, 1], move[:, 1] = turn[:, 0], move[:, 0]
-    flat = rng.integers(0, 4, (2, 3, 3)).astype(float)
-    trees = [build_box_tree(flat[k : k + 1]) for k in range(2)]
-    a, b = (pose_lanes(turn, move, k, np.arange(frames), trees[k].boxes[0], trees[k].reach) for k in range(2))
-    hits = np.zeros(frames, dtype=np.uint8)
-    meeting = decide_by_integers(np.arange(frames), (0, 0), 0, tuple(trees), (a, b), hits)
-    world = np.array([[place_points(flat[k], turn[f, k], move[f, k]) for k in range(2)] for f in range(frames)])
-    want = triangles_intersect(world)
-    assert np.array_equal(meeting, np.flatnonzero(want))
-    assert np.array_equal(hits, want)

@@ -1,79 +1,12 @@
-"""One pair over its frames: every frame is decided once; eight lanes at a time say what one says."""
+"""Eight lanes at a time say what one says."""
 
 import numpy as np
 import pytest
 from support.eight_frames import EightFrames
-from support.motions import grid_plate
 
 from cdcore.kernels.compiling import kernel, runtime_int
-from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime import simd as lanes
-from cdcore.narrow.spacetime.block import (
-    BLOCKS,
-    COUNTERS,
-    GAP_TESTS,
-    SKIPPED_FRAMES,
-    SPAN_TESTS,
-    BlockQuestion,
-)
-from cdcore.narrow.spacetime.box_tree import build_box_tree
-from cdcore.narrow.spacetime.pose_lanes import pose_lanes
 from cdcore.narrow.spacetime.simd import above, excess, load8, moved, outside, row16, splat8, store, turn
-from cdcore.narrow.spacetime.traverse import Workspace
-
-
-def asked(scene, start, stop, faces=True):
-    marks, work = np.zeros((2, 24), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
-    question = BlockQuestion(start, stop, scene.pad, faces, 8, 8)
-    (tree_a, tree_b), (pose_a, pose_b) = scene.trees, scene.poses
-    keys = Workspace().traverse(tree_a, pose_a, tree_b, pose_b, question, by_integers, marks, work)
-    assert (marks[0] <= marks[1]).all()
-    return marks[0], keys, work
-
-
-def by_integers(_row, keys):
-    pytest.fail(f"{len(keys)} pairs need integers")
-
-
-def test_every_frame_is_decided_as_the_exhaustive_test_decides_it():
-    scene = EightFrames(5, size=0.7)
-    hits, keys, work = asked(scene, 0, 24)
-    keys = np.sort(keys)
-    for frame in range(24):
-        mine = keys[keys >> 16 == frame]
-        want = meeting_faces_exhaustive(*scene.world(frame))
-        assert [(k >> 8 & 255, k & 255) for k in mine.tolist()] == [tuple(row) for row in want.tolist()]
-        assert hits[frame] == (len(want) > 0)
-    assert work[BLOCKS] * 8 + work[SKIPPED_FRAMES] >= 24
-
-
-def test_starting_elsewhere_gives_the_same_frames_counted_from_the_start():
-    scene = EightFrames(5, size=0.7)
-    _, whole, _ = asked(scene, 0, 24)
-    _, part, _ = asked(scene, 5, 19)
-    keys = np.sort(whole)
-    inside = keys[(keys >> 16 >= 5) & (keys >> 16 < 19)] - (5 << 16)
-    assert np.array_equal(inside, np.sort(part))
-
-
-def test_a_span_that_holds_a_contact_is_looked_at_once_and_its_frames_are_decided():
-    scene = EightFrames(5, size=0.7)
-    _, _, work = asked(scene, 0, 24)
-    assert work[SPAN_TESTS] == 1
-    assert work[GAP_TESTS] >= work[BLOCKS] > 0
-
-
-def test_lists_lengthen_when_thousands_of_faces_touch():
-    plate = grid_plate(14)
-    tree = build_box_tree(plate)
-    frames = 8
-    turn, move = np.tile(np.eye(3), (frames, 2, 1, 1)), np.zeros((frames, 2, 3))
-    poses = [pose_lanes(turn, move, k, np.arange(frames), tree.boxes[0], tree.reach) for k in range(2)]
-    marks, work = np.zeros((2, frames), dtype=np.uint8), np.zeros(COUNTERS, dtype=np.int64)
-    question = BlockQuestion(0, frames, 1e-12, True, 9, 9)
-    keys = Workspace().traverse(tree, poses[0], tree, poses[1], question, by_integers, marks, work)
-    assert marks[1].all()
-    assert len(keys) == frames * len(meeting_faces_exhaustive(plate, plate)) > 4096
 
 
 @pytest.mark.parametrize("seed", range(4))
