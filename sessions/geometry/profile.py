@@ -4,7 +4,7 @@ A profile is a chain of strokes (straight lines and arcs). It is sampled to a po
 the *offset* of that polyline, joint by joint, so both sides are parallel at any resolution.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,27 +60,28 @@ class Arc:
 Stroke = Line | Arc
 
 
-def rounded(
-    points: Sequence[tuple[float, float]], radii: Sequence[float], least: Sequence[int] | None = None
-) -> list[Stroke]:
-    """Return strokes along ``points`` with corner ``i + 1`` rounded by ``radii[i]`` (0: a sharp corner).
+def rounded(corners: Iterable[Sequence[float]]) -> list[Stroke]:
+    """Return strokes along corners (r, y, rounding, least).
 
-    ``least`` are the fewest segments of each rounding, 2 if not given. Where the outside of the wall is the shorter
-    side, a turn of ``a`` between two segments makes the wall 1 / cos(a) thick there: 50 degrees or more need 3.
+    A rounding of 0, or none, leaves a corner sharp. ``least`` are the fewest segments of the rounding (2 if not
+    given), or of the line to a sharp corner (1). Where the outside of the wall is the shorter side, a turn of ``a``
+    between two segments makes the wall 1 / cos(a) thick there: 50 degrees or more need 3.
     """
+    rows = list(corners)
+    points = [np.array(row[:2], dtype=np.float64) for row in rows]
     strokes: list[Stroke] = []
-    corners = [np.asarray(point, dtype=np.float64) for point in points]
-    last = corners[0]
-    for before, corner, after, radius, fewest in zip(
-        corners, corners[1:], corners[2:], radii, least or [2] * len(radii), strict=False
-    ):
-        arc = _fillet(before, corner, after, radius, fewest) if radius else None
-        begin, finish = arc.sample(1) if arc else (corner, corner)
-        _append_line(strokes, last, begin)
-        strokes.extend([arc] if arc else [])
-        last = finish
-    _append_line(strokes, last, corners[-1])
-    return strokes
+    last = points[0]
+    for number, corner in enumerate(points[1:-1], start=1):
+        rounding, least = (*rows[number][2:], 0.0, 0.0)[:2]
+        if rounding:
+            arc = _fillet(points[number - 1], corner, points[number + 1], rounding, int(least) or 2)
+            begin, finish = arc.sample(1)
+            strokes += [*_line(last, begin), arc]
+            last = finish
+        else:
+            strokes += _line(last, corner, int(least) or 1)
+            last = corner
+    return strokes + _line(last, points[-1])
 
 
 def sampled(strokes: Sequence[Stroke], segments: int) -> Polyline:
@@ -153,9 +154,11 @@ def _mirror_on_axis(point: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.array([-1.0, 1.0]) if point[0] == 0.0 else np.array([1.0, 1.0])
 
 
-def _append_line(strokes: list[Stroke], start: NDArray[np.float64], end: NDArray[np.float64]) -> None:
-    if np.hypot(*(end - start)) > 1e-9:
-        strokes.append(Line((float(start[0]), float(start[1])), (float(end[0]), float(end[1]))))
+def _line(start: NDArray[np.float64], end: NDArray[np.float64], least: int = 1) -> list[Stroke]:
+    """The line between two points; none where they are one."""
+    if np.hypot(*(end - start)) <= 1e-9:
+        return []
+    return [Line((float(start[0]), float(start[1])), (float(end[0]), float(end[1])), least)]
 
 
 def _fillet(

@@ -12,19 +12,21 @@ from sessions.glassware.instrument import Instrument
 LEAST_FACES, MOST_FACES = 500, 50_000
 
 
-_MODULE_OF = {
-    "erlenmeyer_flask": "flasks", "volumetric_flask": "flasks", "reagent_bottle": "flasks",
-    "reagent_bottle_stopper": "flasks", "test_tube": "tubes", "test_tube_rack": "furniture",
-    "graduated_cylinder": "tubes", "funnel": "tubes", "burette": "tubes", "burette_stopcock": "tubes",
-    "pipette": "tubes", "dropper": "tubes", "watch_glass": "beakers", "evaporating_dish": "beakers",
-    "gas_jar": "beakers", "gas_jar_cover": "beakers", "delivery_tube": "tools", "rubber_stopper": "tools",
-    "stirring_rod": "tools", "tongs": "tools", "alcohol_lamp": "tools", "wick_holder": "tools", "stand": "furniture",
-    "tripod": "furniture", "wire_gauze": "furniture", "bench": "furniture", "hand_left": "devices",
-    "hand_right": "devices", "proxy_wand": "devices", "proxy_headset": "devices",
-}  # fmt: skip
-INSTRUMENTS: Mapping[str, tuple[str, str, dict[str, int]]] = MappingProxyType(
-    {f"beaker_{size}": ("beakers", "beaker", {"millilitres": size}) for size in (50, 100, 250, 400, 600)}
-    | {name: (module, name, {}) for name, module in _MODULE_OF.items()}
+_MODULES = {
+    "burette": "burette burette_stopcock",
+    "devices": "hand_left hand_right proxy_wand proxy_headset",
+    "furniture": "bench stand test_tube_rack tripod wire_gauze",
+    "tools": "delivery_tube gas_jar_cover rubber_stopper stirring_rod tongs",
+    "vessels": "dropper erlenmeyer_flask evaporating_dish watch_glass",
+}
+_TURNED = (
+    "test_tube graduated_cylinder funnel pipette volumetric_flask reagent_bottle reagent_bottle_stopper gas_jar "
+    "alcohol_lamp wick_holder"
+)
+INSTRUMENTS: Mapping[str, tuple[str, str, dict[str, Any]]] = MappingProxyType(
+    {f"beaker_{size}": ("vessels", "beaker", {"millilitres": size}) for size in (50, 100, 250, 400, 600)}
+    | {name: ("vessels", "from_row", {"name": name}) for name in _TURNED.split()}
+    | {name: (module, name, {}) for module, names in _MODULES.items() for name in names.split()}
 )
 """Name -> module of this package, imported on use, function in it, and the options that make it this instrument."""
 

@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from sessions.glassware.instrument import TYPICAL, Instrument, Site, weighed
+from sessions.glassware.instrument import Instrument, weighed
 from sessions.glassware.solid_parts import fitted
 from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_files import load_mesh, refined, simplified
@@ -21,7 +21,6 @@ GRIPS: Final = (0.008, 0.01, 0.02, 0.03, 0.034, 0.045)
 """Radii in metres of the cylinders that there are hands for: two rods, a test tube, three beakers."""
 
 WAND_MASS, HEADSET_MASS = 0.2, 0.5  # kg, round figures for hollow plastic; the meshes are solid
-WRIST = 0.135  # how far behind the grip the arm is cut off
 
 FIRST_TOLERANCE, LAST_TOLERANCE, TOLERANCE_GROWTH = 1e-4, 0.02, 1.15
 SPLIT_M = 4e-3  # The first length tried that edges are split to where more faces are asked for
@@ -43,16 +42,12 @@ def proxy_wand(faces: int) -> Instrument:
 
     The origin lies under the trackpad, where the handle meets the ring.
     """
-    sites = {"grip": Site(point=(0.0, -0.018, 0.09), direction=(0.0, 0.0, 1.0))}
-    mesh, origin = _shipped("wand", faces), "under the trackpad"
-    return weighed("proxy_wand", mesh, "controller tool", "plastic", mass=WAND_MASS, sites=sites, origin=origin)
+    return weighed("proxy_wand", _shipped("wand", faces), "controller tool", mass=WAND_MASS)
 
 
 def proxy_headset(faces: int) -> Instrument:
     """Return a headset that looks towards -Z, with straps round the head; the origin lies between the eyes."""
-    sites = {"view": Site(point=(0.0, 0.0, 0.0), direction=(0.0, 0.0, -1.0))}
-    mesh, origin = _shipped("headset", faces), "between the eyes"
-    return weighed("proxy_headset", mesh, "headset", "plastic", mass=HEADSET_MASS, sites=sites, origin=origin)
+    return weighed("proxy_headset", _shipped("headset", faces), "headset", mass=HEADSET_MASS)
 
 
 def _hand(name: str, faces: int, grip_radius: float, side: float) -> Instrument:
@@ -60,13 +55,7 @@ def _hand(name: str, faces: int, grip_radius: float, side: float) -> Instrument:
     mesh = _shipped(f"hand_{1e3 * grip:.0f}", faces)
     if side < 0.0:
         mesh = mesh.transformed(np.diag([-1.0, 1.0, 1.0, 1.0]))
-    sites = {
-        "grip": Site(point=(0.0, 0.0, 0.0)),
-        "wrist": Site(point=(side * (grip + 0.022), -0.003, WRIST), direction=(0.0, 0.0, 1.0)),
-    }
-    origin = "on the axis of what is held, between the second and third finger"
-    tags, sources = f"hand {name.removeprefix('hand_')}", (f"a hand of 185 mm: {TYPICAL}",)
-    return weighed(name, mesh, tags, "tissue", sources, sites=sites, origin=origin)
+    return weighed(name, mesh, f"hand {name.removeprefix('hand_')}", "tissue")
 
 
 @lru_cache(maxsize=16)

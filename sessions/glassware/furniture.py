@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sessions.geometry.solids import box
-from sessions.glassware.instrument import TYPICAL, Instrument, Part, Site, weighed
+from sessions.glassware.instrument import Instrument, weighed
 from sessions.glassware.solid_parts import bent, cylinder, fitted, fitted_union, grounded, ring, rod, sections_for
 from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_files import refined, subtracted, united
@@ -24,12 +24,11 @@ def bench(faces: int, *, width: float = 1.6, depth: float = 0.75, height: float 
         legs = [box((leg, tall, leg), (sx * x, tall / 2.0, sz * z)) for sx in (-1, 1) for sz in (-1, 1)]
         return [slab, rail, *legs]
 
-    sources, sites = (f"1.6 x 0.75 m, 0.9 m high: {TYPICAL}",), {"top": Site(point=(0.0, height, 0.0))}
-    return weighed("bench", fitted_union(parts, faces, 0.1), "bench furniture", "laminate", sources, sites=sites)
+    return weighed("bench", fitted_union(parts, faces, 0.1), "bench furniture", "laminate")
 
 
 def test_tube_rack(faces: int) -> Instrument:
-    """Return a wooden rack for six tubes of 16 mm; they stand in hollows of its floor, ``hole_1`` to ``hole_6``."""
+    """Return a wooden rack for six tubes of 16 mm, `RACK_PITCH` apart along X; they stand in hollows of its floor."""
     length, depth, tall, floor, hollow = RACK_HOLES * RACK_PITCH + 24.0e-3, 60.0e-3, 95.0e-3, 14.0e-3, 4.0e-3
     places = [(i - (RACK_HOLES - 1) / 2.0) * RACK_PITCH for i in range(RACK_HOLES)]
 
@@ -44,16 +43,14 @@ def test_tube_rack(faces: int) -> Instrument:
         holes = [cylinder((x, floor - hollow, 0.0), (x, tall + 0.05, 0.0), 9.0e-3, sections) for x in places]
         return refined(subtracted(united(boards), holes), spacing * 2.0)
 
-    mesh, _ = fitted(build, faces, 0.01)
-    sites = {f"hole_{i + 1}": Site(point=(x, floor - hollow, 0.0)) for i, x in enumerate(places)}
-    return weighed("test_tube_rack", mesh, "rack furniture", "wood", sites=sites)
+    return weighed("test_tube_rack", fitted(build, faces, 0.01)[0], "rack furniture", "wood")
 
 
 test_tube_rack.__test__ = False  # type: ignore[attr-defined]  # pytest collects names that start with test
 
 
 def stand(faces: int, *, clamp_height: float = 0.45, grip_radius: float = 7.0e-3) -> Instrument:
-    """Return a stand with a clamp that grips ``grip_radius``; the axis of what it holds is at the site ``clamp``."""
+    """Return a stand with a clamp that grips ``grip_radius``; the axis of what it holds is 60 mm before its middle."""
     base, rod_radius, tall, back, jaw = 12.0e-3, 6.0e-3, 0.65, -0.07, 3.5e-3
     axis_z = back + 0.13
 
@@ -83,13 +80,11 @@ def stand(faces: int, *, clamp_height: float = 0.45, grip_radius: float = 7.0e-3
             rod(bow, jaw, thin),
         ]
 
-    sources = (f"base 140 x 220 mm, rod 12 x 650 mm: {TYPICAL}",)
-    sites = {"clamp": Site(point=(0.0, clamp_height, axis_z))}
-    return weighed("stand", fitted_union(parts, faces), "stand metal furniture", "steel", sources, sites=sites)
+    return weighed("stand", fitted_union(parts, faces), "stand metal furniture", "steel")
 
 
 def tripod(faces: int) -> Instrument:
-    """Return a tripod, 0.21 m high, with a wire gauze on its ring; the site ``top`` is the gauze's upper side."""
+    """Return a tripod, 0.21 m high; a wire gauze lies on its ring."""
     tall, ring_radius, leg = 0.21, 62.0e-3, 4.0e-3
     middle = tall - 4.0e-3
 
@@ -100,11 +95,7 @@ def tripod(faces: int) -> Instrument:
         paths = [_leg_path(angle, ring_radius, middle, leg, spacing) for angle in (90, 210, 330)]
         return [hoop, *(rod(path, leg, thin) for path in paths)]
 
-    mesh, gauze = grounded(fitted_union(parts, faces)), wire_gauze(faces)
-    tall, thickness = float(mesh.bounds[1, 1]), float(gauze.mesh.bounds[1, 1])
-    sources, sites = (f"ring 138 mm, 210 mm high: {TYPICAL}",), {"top": Site(point=(0.0, tall + thickness, 0.0))}
-    parts_of = (Part(instrument=gauze, position=(0.0, tall, 0.0)),)
-    return weighed("tripod", mesh, "tripod metal furniture", "steel", sources, sites=sites, parts=parts_of)
+    return weighed("tripod", grounded(fitted_union(parts, faces)), "tripod metal furniture", "steel")
 
 
 def wire_gauze(faces: int) -> Instrument:
@@ -119,8 +110,7 @@ def wire_gauze(faces: int) -> Instrument:
         hems += [box((3e-3, plate, side - 3e-3), (x, plate * 0.8, 0.0)) for x in wires]
         return [box((side, plate, side), (0.0, plate / 2.0, 0.0)), middle, *hems]
 
-    sources = (f"125 mm square: {TYPICAL}",)
-    return weighed("wire_gauze", fitted_union(parts, faces), "gauze metal", "steel", sources)
+    return weighed("wire_gauze", fitted_union(parts, faces), "gauze metal", "steel")
 
 
 def _leg_path(angle_deg: float, ring_radius: float, height: float, foot: float, spacing: float) -> NDArray[np.float64]:

@@ -1,6 +1,6 @@
-"""What an instrument is: a closed mesh, what it is made of, where liquid stands in it, and which parts move.
+"""What an instrument is: a closed mesh, what it weighs, where liquid stands in it, and places that procedures name.
 
-Conventions: metres, +Y up; the origin is the centre of the base, unless ``Instrument.origin`` names another place.
+Conventions: metres, +Y up; the origin is the centre of the base, unless the instrument's function names another place.
 """
 
 from collections.abc import Mapping
@@ -13,7 +13,6 @@ from sessions.mesh_data import MeshData
 
 Point = tuple[float, float, float]
 
-TYPICAL = "typical dimensions, own choice"
 GLASS = "borosilicate glass 3.3"
 MILLILITRE = 1e-6
 
@@ -28,40 +27,36 @@ DENSITY: Mapping[str, float] = {
 class Opening:
     """The disc through which liquid enters and leaves.
 
-    ``lip`` is the point it leaves from when the vessel tips towards ``pour_direction``: the spout's edge, or the rim.
+    ``lip`` is the point it leaves from when the vessel tips towards +X: the spout's edge, or the rim.
     """
 
     centre: Point
     normal: Point
     radius: float
     lip: Point
-    pour_direction: Point
 
     @classmethod
     def upwards(cls, radius: float, height: float, reach: float = 0.0) -> "Opening":
-        """Return the opening of an upright vessel; its lip lies towards +X, ``reach`` metres beyond the radius."""
+        """Return the opening of an upright vessel; its lip lies ``reach`` metres beyond the radius."""
         lip = (radius + reach, height, 0.0)
-        centre, up, x = (0.0, height, 0.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0)
-        return cls(centre=centre, normal=up, radius=radius, lip=lip, pour_direction=x)
+        return cls(centre=(0.0, height, 0.0), normal=(0.0, 1.0, 0.0), radius=radius, lip=lip)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Cavity:
-    """The space where liquid stands: closed meshes whose walls are the inner walls of the glass.
+    """The space where liquid stands.
 
-    ``to_mark`` and ``to_brim`` are the liquid when filled to the mark, and to the rim. ``capacity_m3`` is the nominal
-    volume up to the mark, which ``to_mark`` encloses between the heights y ``floor_height`` and ``mark_height``.
+    ``to_brim`` is the liquid when filled to the rim: a closed mesh whose walls are the inner walls of the glass.
+    ``capacity_m3`` is the nominal volume, between the heights y ``floor_height`` and ``mark_height``.
     """
 
     capacity_m3: float
     floor_height: float
     mark_height: float
-    to_mark: MeshData
     to_brim: MeshData
     opening: Opening
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "to_mark", in_single_precision(self.to_mark))
         object.__setattr__(self, "to_brim", in_single_precision(self.to_brim))
 
     @property
@@ -77,41 +72,6 @@ class Cavity:
         }
 
 
-@dataclass(frozen=True, kw_only=True)
-class Wall:
-    """A wall of constant ``thickness`` wherever the inner surface lies at a height y in ``span``."""
-
-    thickness: float
-    span: tuple[float, float]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Site:
-    """A named place of an instrument: a tip, the axis of a clamp, a hole of a rack."""
-
-    point: Point
-    direction: Point = (0.0, 1.0, 0.0)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Joint:
-    """A revolute joint: the part turns about ``axis`` through ``origin`` (both in the parent's frame), in radians."""
-
-    origin: Point
-    axis: Point
-    lower: float
-    upper: float
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Part:
-    """An instrument that belongs to another one: where its origin lies in the parent, and how it may move."""
-
-    instrument: "Instrument"
-    position: Point = (0.0, 0.0, 0.0)
-    joint: Joint | None = None
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Instrument:
     """One instrument of the bench.
@@ -120,24 +80,17 @@ class Instrument:
     ----------
     name, mesh : the row of the table it was made from, and its closed surface.
     tags : what effects select by: ``glass vessel hot sharp tool furniture hand ...``.
-    material, mass : mass in kg is volume times density, an estimate, unless the maker states one.
-    wall, cavity : only where they apply: a rod has neither.
-    sites : named places.
-    parts : movable or loose parts, each with a closed mesh of its own.
-    sources : where the dimensions come from.
+    mass : kg, volume times density, an estimate, unless the maker states one.
+    cavity : of a vessel.
+    sites : places in its frame that a procedure needs: a grip, a flame.
     """
 
     name: str
     mesh: MeshData
     tags: tuple[str, ...]
-    material: str
-    sources: tuple[str, ...]
     mass: float
-    wall: Wall | None = None
     cavity: Cavity | None = None
-    sites: Mapping[str, Site] = field(default_factory=dict)
-    parts: tuple[Part, ...] = ()
-    origin: str = "centre of the base"
+    sites: Mapping[str, Point] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mesh", in_single_precision(self.mesh))
@@ -152,14 +105,16 @@ def in_single_precision(mesh: MeshData) -> MeshData:
     return MeshData(mesh.vertices.astype(np.float32), mesh.faces)
 
 
-def mass_of(mesh: MeshData, material: str) -> float:
-    """Return the volume of the closed mesh times the density of its material, in kg."""
-    return mesh.volume * DENSITY[material]
-
-
 def weighed(
-    name: str, mesh: MeshData, tags: str, material: str, sources: tuple[str, ...] = (TYPICAL,), **more: Any
+    name: str,
+    mesh: MeshData,
+    tags: str,
+    material: str = GLASS,
+    *,
+    mass: float | None = None,
+    cavity: Cavity | None = None,
+    sites: Mapping[str, Point] | None = None,
 ) -> Instrument:
     """Return the instrument of this mesh, weighed unless ``mass`` is given; ``tags`` are the words of one string."""
-    fields = {"tags": tuple(tags.split()), "sources": sources, "mass": mass_of(mesh, material), **more}
-    return Instrument(name=name, mesh=mesh, material=material, **fields)
+    kilograms = mesh.volume * DENSITY[material] if mass is None else mass
+    return Instrument(name=name, mesh=mesh, tags=tuple(tags.split()), mass=kilograms, cavity=cavity, sites=sites or {})

@@ -1,11 +1,11 @@
-"""What hands hold and what burns: stirring rod, tongs, delivery tube, alcohol lamp."""
+"""What hands hold, and what closes a vessel: stirring rod, tongs, delivery tube, stopper, cover of a gas jar."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.geometry.profile import Arc, Line, Stroke, rounded, sampled
+from sessions.geometry.profile import Arc, Line, Stroke, sampled
 from sessions.geometry.rings import sewn, turned_solid
-from sessions.glassware.instrument import GLASS, MILLILITRE, TYPICAL, Instrument, Part, Site, Wall, weighed
+from sessions.glassware.instrument import Instrument, weighed
 from sessions.glassware.solid_parts import (
     bent,
     cylinder,
@@ -17,8 +17,6 @@ from sessions.glassware.solid_parts import (
     sections_for,
     swept,
 )
-from sessions.glassware.tubes import TIP, TUBING
-from sessions.glassware.vessel import Shape, turned_vessel
 from sessions.mesh_data import MeshData
 
 
@@ -33,8 +31,7 @@ def stirring_rod(faces: int, *, length: float = 0.2) -> Instrument:
     segments = round(faces / 2.0 / float(np.clip((faces / 20.0) ** 0.5, 10.0, 96.0)))
     outline = sampled(strokes, segments)
     mesh = turned_solid(outline, max(8, round(faces / 2.0 / (len(outline) - 2))))
-    sites = {"tip": TIP, "grip": Site(point=(0.0, 0.85 * length, 0.0))}
-    return weighed("stirring_rod", mesh, "glass tool rod", GLASS, (f"6 x 200 mm: {TYPICAL}",), sites=sites)
+    return weighed("stirring_rod", mesh, "glass tool rod", sites={"grip": (0.0, 0.85 * length, 0.0)})
 
 
 def tongs(faces: int, *, opening_deg: float = 10.0) -> Instrument:
@@ -61,17 +58,14 @@ def tongs(faces: int, *, opening_deg: float = 10.0) -> Instrument:
         pin = cylinder((0.0, 0.0, 0.0), (0.0, 2.6 * radius, 0.0), 6.0e-3, sections_for(6e-3, spacing))
         return [pin, *arm(1.0, spacing), *arm(-1.0, spacing)]
 
-    sites = {
-        "tip": Site(point=(0.0, radius, -0.112), direction=(0.0, 0.0, -1.0)),
-        "grip": Site(point=(0.0, radius, 0.09)),
-    }
-    origin = "under the pivot, on the plane it lies on"
-    mesh = grounded(fitted_union(parts, faces, 0.008))
-    return weighed("tongs", mesh, "tongs metal tool", "steel", sites=sites, origin=origin)
+    return weighed("tongs", grounded(fitted_union(parts, faces, 0.008)), "tongs metal tool", "steel")
 
 
 def delivery_tube(faces: int) -> Instrument:
-    """Return a gas delivery tube with two right bends and the rubber stopper (a part) that holds its inlet."""
+    """Return a gas delivery tube with two right bends; a rubber stopper with its lower face at the origin holds it.
+
+    Outer diameter 8 mm and wall 1 mm: DURAN tubing of borosilicate glass 3.3, product list (SCHOTT).
+    """
     outer, wall, bend = 4.0e-3, 1.0e-3, 0.02
     corners = [(0.0, -0.012, 0.0), (0.0, 0.075, 0.0), (0.17, 0.075, 0.0), (0.17, -0.11, 0.0)]
 
@@ -87,16 +81,7 @@ def delivery_tube(faces: int) -> Instrument:
         ]
         return sewn([*walls[0], ends[0], *walls[1][::-1], ends[1]], around=True, falling_from=len(fine) + 1)
 
-    mesh, _ = fitted(build, faces, 0.02)
-    down = (0.0, -1.0, 0.0)
-    more = {
-        "wall": Wall(thickness=wall, span=(-0.2, 0.2)),
-        "sites": {"inlet": Site(point=corners[0], direction=down), "outlet": Site(point=corners[-1], direction=down)},
-        "parts": (Part(instrument=rubber_stopper(faces, hole=outer + 0.1e-3)),),
-        "origin": "centre of the lower face of its stopper",
-    }
-    sources = (f"outer diameter 8 mm, wall 1.0 mm: {TUBING}", f"lengths and bends: {TYPICAL}")
-    return weighed("delivery_tube", mesh, "glass tube delivery_tube", GLASS, sources, **more)
+    return weighed("delivery_tube", fitted(build, faces, 0.02)[0], "glass tube delivery_tube")
 
 
 def rubber_stopper(faces: int, *, hole: float = 4.1e-3) -> Instrument:
@@ -107,33 +92,18 @@ def rubber_stopper(faces: int, *, hole: float = 4.1e-3) -> Instrument:
         outline = np.concatenate([_cut(corners[i], corners[i + 1], spacing) for i in range(4)])
         return ring(outline, sections_for(16e-3, spacing, 12))
 
-    mesh, _ = fitted(build, faces, 0.004)
-    return weighed("rubber_stopper", mesh, "rubber stopper", "rubber")
+    return weighed("rubber_stopper", fitted(build, faces, 0.004)[0], "rubber stopper", "rubber")
 
 
-def alcohol_lamp(faces: int) -> Instrument:
-    """Return an alcohol lamp, filled to 80 mL, its wick holder a part; the site ``flame`` is the wick's top."""
-    wall, radius, throat, top = 2.0e-3, 36.0e-3, 9.0e-3, 73.0e-3
-    strokes = rounded(
-        [(0.0, wall), (radius * 0.8, wall), (radius * 1.08, 30.0e-3), (throat, 62.0e-3), (throat, top)],
-        [6.0e-3, 16.0e-3, 4.0e-3],
-    )
-    turned = turned_vessel(Shape(strokes=strokes, wall=wall), faces)
-    seat = float(turned.mesh.bounds[1, 1]) + 0.2e-3
-    flame, wick = Site(point=(0.0, seat + 24.0e-3, 0.0)), Part(instrument=wick_holder(faces), position=(0.0, seat, 0.0))
-    tags, capacity = "glass vessel lamp flame hot open", 80.0 * MILLILITRE
-    return turned.instrument("alcohol_lamp", capacity, tags, (TYPICAL,), sites={"flame": flame}, parts=(wick,))
-
-
-def wick_holder(faces: int) -> Instrument:
-    """Return the collar of an alcohol lamp with its wick, which hangs 50 mm below and stands 24 mm above."""
-    collar = [(3e-3, -50e-3), (3e-3, 0.0), (13e-3, 0.0), (13e-3, 6e-3), (5e-3, 8e-3), (5e-3, 15e-3)]
-    wick = [(3.2e-3, 15e-3), (3.2e-3, 24e-3), (0.0, 24e-3)]
-    strokes = rounded([(0.0, -50e-3), *collar, *wick], [0.0] * 8)
-    outline = sampled(strokes, round((faces / 4.0) ** 0.5 * 1.3))
-    mesh = turned_solid(outline, max(8, round(faces / 2.0 / (len(outline) - 2))))
-    origin = "centre of the underside of the collar"
-    return weighed("wick_holder", mesh, "metal wick hot", "porcelain", origin=origin)
+def gas_jar_cover(faces: int) -> Instrument:
+    """Return the round glass plate, 84 mm wide and 3 mm thick, that closes a gas jar."""
+    radius, thickness, bevel = 42.0e-3, 3.0e-3, 0.5e-3
+    sections = max(12, round((faces / 10.0) ** 0.5 * 1.8))
+    bands = max(2, round(faces / 2.0 / sections))
+    across = np.linspace(radius - bevel, 0.0, max(2, (bands - 3) // 2 + 1))
+    edge = [(radius, bevel), (radius, thickness - bevel)]
+    outline = [*((r, 0.0) for r in across[::-1]), *edge, *((r, thickness) for r in across)]
+    return weighed("gas_jar_cover", turned_solid(np.array(outline), sections), "glass plate")
 
 
 def _cut(start: NDArray[np.float64], end: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:

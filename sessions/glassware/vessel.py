@@ -5,16 +5,15 @@ enlarged to the area of its circle (`rings.area_factor`) and the mark is solved 
 volume up to the mark is the nominal one at 500 faces as at 50,000.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.geometry.profile import Polyline, Stroke, clipped, level_holding, offset, sampled
+from sessions.geometry.profile import Polyline, Stroke, level_holding, offset, sampled
 from sessions.geometry.rings import Ring, area_factor, even_angles, sewn, turned
-from sessions.glassware.instrument import GLASS, Cavity, Instrument, Opening, Wall, weighed
+from sessions.glassware.instrument import GLASS, Cavity, Instrument, Opening, Point, weighed
 from sessions.mesh_data import MeshData
 
 # At 12 sides the wall varies by -1.2 % to +2.3 % around the vessel, at 8 by -2.6 % to +5.4 %; the promise is 10 %.
@@ -76,56 +75,36 @@ class Shape:
 
 @dataclass(frozen=True, eq=False)
 class Turned:
-    """A meshed vessel and what is needed to fill it: the sampled inner profile and its rings."""
+    """A meshed vessel and what is needed to fill it: the sampled inner profile and its rings.
+
+    ``reach``: how far a spout stands out over the rim, metres.
+    """
 
     mesh: MeshData
-    shape: Shape
     inner: Polyline
     inner_rings: list[Ring]
-    angles: NDArray[np.float64]
-
-    def filled(self, level: float) -> MeshData:
-        """Return the closed mesh of the liquid that stands up to ``level``, below any spout."""
-        outline = clipped(self.inner, level)
-        rings = [*self.inner_rings[: len(outline) - 1], *turned(outline[-1:], self.angles)]
-        return sewn([*self._floor(), *rings, _pole(level)])
-
-    def between(self, low: float, high: float) -> MeshData:
-        """Return the closed mesh of the space inside between two heights, the upper one at most that of the rim."""
-        above = clipped(self.inner, low)
-        upper = self.inner if high >= self.inner[-1, 1] else clipped(self.inner, high)
-        first_above = int(np.flatnonzero(self.inner[:, 1] <= low + 1e-6)[-1]) + 1
-        outline = np.concatenate([above[-1:], upper[first_above:]])
-        return sewn([_pole(low), *turned(outline, self.angles), _pole(float(outline[-1, 1]))])
+    reach: float
 
     def brimful(self) -> MeshData:
         """Return the closed mesh of the space up to the rim, the spout included."""
-        return sewn([*self._floor(), *self.inner_rings, _pole(float(self.inner[-1, 1]))])
-
-    def _floor(self) -> list[Ring]:
-        """The pole that closes the floor of a tube; a profile that starts on the axis has one already."""
-        return [] if self.inner[0, 0] == 0.0 else [_pole(float(self.inner[0, 1]))]
-
-    def cavity(self, capacity_m3: float) -> Cavity:
-        """Return the cavity with its mark where the vessel holds ``capacity_m3``; a spout's middle is the lip."""
-        mark, (radius, height) = level_holding(self.inner, capacity_m3), self.inner[-1].tolist()
-        return Cavity(
-            capacity_m3=capacity_m3,
-            floor_height=float(self.inner[0, 1]),
-            mark_height=mark,
-            to_mark=self.filled(mark),
-            to_brim=self.brimful(),
-            opening=Opening.upwards(radius, height, self.shape.spout.depth if self.shape.spout else 0.0),
-        )
+        floor, rim = self.inner[[0, -1], 1].tolist()
+        # A profile that starts on the axis has a pole already; a tube is closed by one.
+        below = [] if self.inner[0, 0] == 0.0 else [_pole(floor)]
+        return sewn([*below, *self.inner_rings, _pole(rim)])
 
     def instrument(
-        self, name: str, capacity_m3: float, tags: str, sources: tuple[str, ...], material: str = GLASS, **more: Any
+        self, name: str, capacity_m3: float, tags: str, material: str = GLASS, sites: Mapping[str, Point] | None = None
     ) -> Instrument:
-        """Return the instrument of this vessel, its wall and its cavity; ``more`` are further fields of it."""
-        low = self.shape.foot.top if self.shape.foot else float(self.inner[:, 1].min())
-        wall = Wall(thickness=self.shape.wall, span=(low, float(self.inner[-1, 1])))
-        fields = {"wall": wall, "cavity": self.cavity(capacity_m3), **more}
-        return weighed(name, self.mesh, tags, material, sources, **fields)
+        """Return the instrument of this vessel, its mark where it holds ``capacity_m3``."""
+        radius, height = self.inner[-1].tolist()
+        cavity = Cavity(
+            capacity_m3=capacity_m3,
+            floor_height=float(self.inner[0, 1]),
+            mark_height=level_holding(self.inner, capacity_m3),
+            to_brim=self.brimful(),
+            opening=Opening.upwards(radius, height, self.reach),
+        )
+        return weighed(name, self.mesh, tags, material, cavity=cavity, sites=sites)
 
 
 def turned_vessel(shape: Shape, faces: int) -> Turned:
@@ -152,7 +131,7 @@ def turned_vessel(shape: Shape, faces: int) -> Turned:
             ring for ring, (_, y) in zip(outer_rings, outer, strict=True) if not shape.foot or y > shape.foot.top + 1e-9
         ]
         mesh = sewn([*inner_rings, *rim, *kept[::-1], *base], falling_from=down)
-    return Turned(mesh, shape, inner, inner_rings, angles)
+    return Turned(mesh, inner, inner_rings, shape.spout.depth if shape.spout else 0.0)
 
 
 def _pole(height: float) -> Ring:

@@ -78,7 +78,7 @@ class Instruments:
 
     def site(self, name: str, site: str) -> Array:
         """A named place in the body's own frame, (3,)."""
-        return np.array(self.instruments[name].sites[site].point)
+        return np.array(self.instruments[name].sites[site])
 
     def bodies(self) -> tuple[SceneBody, ...]:
         """The scene's bodies in the order they were given."""

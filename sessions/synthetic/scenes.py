@@ -1,5 +1,6 @@
 """Every synthetic session by name: `make_scene_session("bench-bumps")` gives the session and what is planted in it."""
 
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
@@ -39,7 +40,12 @@ def make_scene_session(
 
     Raises ``SessionError``: no such scene, noise, jitter or losses; a rate that is not positive.
     """
+    return scene_maker(name)(seed=seed, rate_hz=rate_hz, noise=noise, **settings)
+
+
+def scene_maker(name: str) -> Callable[..., tuple[Session, Truth]]:
+    """The function that makes a scene; ``SessionError``: there is none of this name."""
     if name not in SCENES:
         raise SessionError(f"no scene {name!r}; there are: {', '.join(SCENES)}")
     module, function = SCENES[name].split(":")
-    return getattr(import_module(module), function)(seed=seed, rate_hz=rate_hz, noise=noise, **settings)
+    return getattr(import_module(module), function)

@@ -20,7 +20,7 @@ RIM_WITHIN: Final = 1e-6
 
 
 def tilt_keeping(cavity: Cavity, millilitres: float) -> float:
-    """Tilt in radians towards the lip at which a vessel keeps exactly so much: the onset of pouring from that fill.
+    """Tilt in radians towards +X at which a vessel keeps exactly so much: the onset of pouring from that fill.
 
     By slices of the cavity's mesh that another library cuts, so that no formula is shared with what is audited; rounded
     to a microradian, so that every version of that library gives the same poses.
@@ -28,7 +28,7 @@ def tilt_keeping(cavity: Cavity, millilitres: float) -> float:
     ValueError where the vessel does not hold as much.
     """
     rim = cavity.to_brim.vertices[cavity.to_brim.vertices[:, 1] >= cavity.opening.lip[1] - RIM_WITHIN]
-    forward = np.array(cavity.opening.pour_direction)
+    forward = np.array([1.0, 0.0, 0.0])
 
     def missing(tilt: float) -> float:
         down = np.sin(tilt) * forward - np.cos(tilt) * np.array([0.0, 1.0, 0.0])

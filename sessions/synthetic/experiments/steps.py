@@ -37,7 +37,7 @@ def pour(lab: Lab, side: str, target: str, millilitres: float, *, seconds: float
     before = lab.volumes[source]
     onset, greatest = (tilt_keeping(cavity, kept) for kept in (before, before - millilitres))
     turn = lab.where[source][1]
-    forward = rotated(turn, cavity.opening.pour_direction)
+    forward = rotated(turn, (1.0, 0.0, 0.0))
     axis, lip = np.cross(UP, forward), np.array(cavity.opening.lip)
     middle = _mouth(lab, target) + beside * forward
     high = lip[1] + CLEAR_OF_RIM

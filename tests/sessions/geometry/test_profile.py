@@ -5,13 +5,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
 from sessions.geometry import rotations
-from sessions.geometry.profile import rounded, sampled, solved
-
-CONE = [(0.0, 0.001), (0.03, 0.001), (0.01, 0.08), (0.01, 0.12)]
-
-
-def profile(segments=20):
-    return sampled(rounded(CONE, [0.008, 0.01]), segments)
+from sessions.geometry.profile import solved
 
 
 def test_a_root_is_found_to_the_last_bits():

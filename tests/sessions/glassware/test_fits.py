@@ -1,0 +1,110 @@
+"""Parts that belong together fit, and hands go round what they hold: rays and radii of the meshes decide."""
+
+import numpy as np
+import pytest
+from support.surface_rays import distances_along_rays, points_on_faces
+
+from sessions.glassware.catalogue import made_instrument
+from sessions.glassware.devices import GRIPS
+from sessions.glassware.furniture import RACK_HOLES, RACK_PITCH
+from sessions.glassware.tools import delivery_tube
+from sessions.glassware.vessels import LOW_FORM
+from sessions.synthetic.bench_bumps import PLACED
+from sessions.synthetic.scenes import SCENES, scene_maker
+
+SHARES = [0.0, 0.3, 0.7, 1.0]
+
+
+def placed(name, faces, height=0.0, quarter_turns=0.0):
+    """A mesh lifted to a height and turned about Z."""
+    angle = quarter_turns * np.pi / 2.0
+    pose = np.eye(4)
+    pose[:2, :2] = [[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]
+    pose[1, 3] = height
+    return made_instrument(name, faces).mesh.transformed(pose)
+
+
+def radii(mesh):
+    return np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 2])
+
+
+@pytest.mark.parametrize("millilitres", LOW_FORM)
+def test_a_beaker_has_the_diameter_and_height_of_its_series(millilitres):
+    instrument = made_instrument(f"beaker_{millilitres}", 20_000)
+    diameter, height, wall = (value * 1e-3 for value in LOW_FORM[millilitres])
+    body = radii(instrument.mesh)[instrument.mesh.vertices[:, 1] < 0.7 * height]
+    assert 2 * body.max() == pytest.approx(diameter, rel=2e-3)
+    assert instrument.mesh.bounds[1, 1] == pytest.approx(height, abs=0.2 * wall)
+    assert instrument.cavity.mark_height < 0.9 * height
+
+
+def test_the_stopper_fits_the_bottle_without_touching_its_neck():
+    bottle, stopper = placed("reagent_bottle", 20_000), placed("reagent_bottle_stopper", 20_000, 0.104)
+    inside = radii(stopper)[stopper.vertices[:, 1] < 0.119].max()
+    neck = radii(bottle)[np.abs(bottle.vertices[:, 1] - 0.115) < 0.005].min()
+    assert 0 < neck - inside < 2e-3
+
+
+@pytest.mark.parametrize(("quarter_turns", "shut"), [(0.0, True), (1.0, False)])
+def test_the_stopcock_shuts_the_bore_and_opens_it_at_a_quarter_turn(quarter_turns, shut):
+    meshes = placed("burette", 3000), placed("burette_stopcock", 3000, 0.1, quarter_turns)
+    down = ([[1e-5, 1.0, 1e-5]], [[0.0, -1.0, 0.0]])
+    assert any(len(distances_along_rays(mesh.triangles, *down)[0]) for mesh in meshes) == shut
+
+
+@pytest.mark.parametrize("quarter_turns", SHARES)
+def test_the_key_turns_without_touching_the_glass(quarter_turns):
+    glass, key = placed("burette", 3000), placed("burette_stopcock", 3000, 0.1, quarter_turns)
+    edges = np.concatenate([key.faces[:, [0, 1]], key.faces[:, [1, 2]], key.faces[:, [2, 0]]])
+    edges = edges[edges[:, 0] < edges[:, 1]]
+    start, end = key.vertices[edges[:, 0]], key.vertices[edges[:, 1]]
+    length = np.linalg.norm(end - start, axis=1)
+    near = glass.triangles[np.abs(glass.triangles[..., 1] - 0.1).min(axis=1) < 0.03]
+    hits = distances_along_rays(near, start, (end - start) / length[:, None])
+    assert not any(len(hit) and hit[0] <= whole for hit, whole in zip(hits, length, strict=True))
+
+
+@pytest.mark.parametrize("faces", [500, 2000, pytest.param(50_000, marks=pytest.mark.slow)])
+def test_the_delivery_tube_is_a_wall_of_a_millimetre_round_a_bore_of_six(faces):
+    tube = delivery_tube(faces).mesh
+    points, normals = points_on_faces(tube, 300, faces)
+    ends = np.array([(0.0, -0.012, 0.0), (0.17, -0.11, 0.0)])
+    away = np.linalg.norm(points[:, None] - ends, axis=2).min(axis=1) > 0.005
+    points, normals = points[away], normals[away]
+    across = distances_along_rays(tube.triangles, points + 1e-6 * normals, normals)
+    in_bore = np.array([len(hit) > 0 and hit[0] < 0.0065 for hit in across])
+    assert in_bore.sum() > 80
+    outwards = -normals[in_bore]
+    hits = distances_along_rays(tube.triangles, points[in_bore] + 1e-6 * outwards, outwards)
+    assert np.array([hit[0] for hit in hits]) == pytest.approx(1e-3, rel=0.10)
+    up = distances_along_rays(tube.triangles, [[0.17 + 1e-5, -0.21, 1e-5]], [[0, 1, 0]])[0]
+    assert up[0] > 0.2  # past the open end, up the bore to the bend
+
+
+def test_a_test_tube_fits_every_hole_of_the_rack_without_touching():
+    rack, tube = placed("test_tube_rack", 3000), placed("test_tube", 500)
+    body = radii(tube)[tube.vertices[:, 1] < 0.15].max()
+    turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+    outward = np.column_stack([np.cos(turns), np.zeros(24), np.sin(turns)])
+    for x in (np.arange(RACK_HOLES) - (RACK_HOLES - 1) / 2) * RACK_PITCH:
+        top = distances_along_rays(rack.triangles, np.tile([x, 0.085, 0.0], (24, 1)), outward)
+        assert min(hit[0] for hit in top) > body
+        down = distances_along_rays(rack.triangles, [[x + 1e-4, 0.2, 1e-4]], [[0, -1, 0]])[0]
+        assert 0.2 - down[0] == pytest.approx(0.01, abs=1e-6)
+
+
+@pytest.mark.parametrize("grip_radius", GRIPS)
+def test_a_hand_goes_round_a_cylinder_of_the_grip_without_entering_it(grip_radius):
+    mesh = made_instrument("hand_right", 3000, (("grip_radius", grip_radius),)).mesh
+    away = radii(mesh)
+    assert grip_radius - 1e-3 < away.min() < grip_radius + 5e-3
+    level = (np.abs(mesh.vertices[:, 1]) < 0.04) & (away < grip_radius + 0.02)
+    around = np.sort(np.arctan2(mesh.vertices[level, 2], mesh.vertices[level, 0]))
+    assert np.degrees(np.diff(around, append=around[0] + 2 * np.pi).max()) < 140
+
+
+def test_the_hands_of_every_scene_hold_a_grip_that_is_shipped():
+    """Another grip gets the nearest hand, which would change what a seed makes."""
+    grips = {grip for name in SCENES for grip in getattr(scene_maker(name), "grips", ())}
+    grips |= {item.options["grip_radius"] for item in PLACED.values() if "grip_radius" in item.options}
+    assert 0.01 in grips and grips <= {*GRIPS}
