@@ -1,4 +1,4 @@
-"""Spheres, then boxes: the pair-frames that both let through may meet, all others are clear."""
+"""Spheres, then boxes if asked: the pair-frames that they let through may meet, all others are clear."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,15 +25,21 @@ class BroadAnswer:
     work: dict[str, int]
     """Counters of sphere and box tests."""
     clock: list[float]
-    """Seconds of the performance counter at the start, after the spheres and after the boxes."""
+    """Seconds of the performance counter at the start, after the spheres and, if they are asked, after the boxes."""
 
 
 class BroadPhase:
-    """The volumes of all bodies; ``sphere`` is a mode of ``SPHERES``, ``skip`` as in ``SphereStage``."""
+    """The volumes of all bodies; ``sphere`` is a mode of ``SPHERES``, ``skip`` as in ``SphereStage``.
 
-    def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, sphere: str = "best", skip: bool = True) -> None:
+    ``boxes``: False: whole motions are asked about spheres only.
+    """
+
+    def __init__(
+        self, bodies: Sequence[Body], pairs: IntArray, *, sphere: str = "best", skip: bool = True, boxes: bool = True
+    ) -> None:
         self.spheres = SphereStage([sphere_in_mode(body.mesh, sphere) for body in bodies], pairs, skip=skip)
         self.boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
+        self._asks_boxes = boxes
 
     def candidates(self, motion: Motion) -> BroadAnswer:
         """Answer for every frame and pair of the motion."""
@@ -41,12 +47,13 @@ class BroadPhase:
         spheres = self.spheres.candidates(motion)
         columns, frames = np.nonzero(spheres.verdict.T == Verdict.CANDIDATE)
         clock.append(perf_counter())
-        work = spheres.work | {"box_tests": len(frames)}
+        work = dict(spheres.work)
         spheres.verdict[frames, columns] = Verdict.CLEAR
-        if len(frames):
+        if self._asks_boxes:
+            work["box_tests"] = len(frames)
             meet = self.boxes.may_meet(motion, frames, columns)
             frames, columns = frames[meet], columns[meet]
-        clock.append(perf_counter())
+            clock.append(perf_counter())
         return BroadAnswer(spheres.verdict, frames, columns, work, clock)
 
     def by_stage(self, motion: Motion) -> tuple[BoolArray, BoolArray]:

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cdcore.engines import BulletWorld, EngineDetector, EngineSettings, EngineSolid
+from cdcore.engines import BulletWorld, EngineDetector, EngineSolid, ShapedSettings
 from cdcore.protocol.settings import MOST_METRES, number
 
 
 @dataclass(frozen=True, kw_only=True)
-class BulletSettings(EngineSettings):
+class BulletSettings(ShapedSettings):
     """Settings of ``bullet``.
 
     ``shape``: hull or mesh, the triangles of what is not convex. ``rate_hz``: looks per second of session time, 240 is

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cdcore.engines import EngineDetector, EngineSettings, EngineSolid, PhysxWorld
+from cdcore.engines import EngineDetector, EngineSolid, PhysxWorld, ShapedSettings
 from cdcore.protocol.settings import MOST_METRES, number
 
 
 @dataclass(frozen=True, kw_only=True)
-class PhysxSettings(EngineSettings):
+class PhysxSettings(ShapedSettings):
     """Settings of ``physx``.
 
     ``shape``: hull, which PhysX cuts to at most 64 corners; or mesh, the triangles of what is not convex.

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from cdcore.engines import EngineDetector, EngineSettings, EngineSolid, RapierWorld
+from cdcore.engines import EngineDetector, EngineSolid, RapierWorld, ShapedSettings
 from cdcore.protocol.settings import MOST_METRES, number
 
 
 @dataclass(frozen=True, kw_only=True)
-class RapierSettings(EngineSettings):
+class RapierSettings(ShapedSettings):
     """Settings of ``rapier``.
 
     ``shape``: hull or mesh, the triangles of what is not convex. ``rate_hz``: looks per second of session time, 60 is

@@ -11,7 +11,7 @@ from typing import ClassVar, Protocol, TypeVar
 import numpy as np
 
 from cdcore.engines.engine_solids import EngineSolid, engine_poses, engine_solid
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import (
     DECIDED,
     Body,
@@ -31,12 +31,20 @@ from cdcore.protocol.settings import MOST_HERTZ, CheckedSettings, choice, number
 class EngineSettings(CheckedSettings):
     """Settings of every row that asks an engine.
 
-    ``shape``: hull, the convex hull of every mesh; or mesh, the triangles of a mesh that is not convex.
     ``rate_hz``: looks per second of session time; ``None``: every frame.
     """
 
-    shape: str = choice("hull", ("hull", "mesh"))
     rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second", optional=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShapedSettings(EngineSettings):
+    """Settings of a row whose engine has triangle meshes.
+
+    ``shape``: hull, the convex hull of every mesh; or mesh, the triangles of a mesh that is not convex.
+    """
+
+    shape: str = choice("hull", ("hull", "mesh"))
 
 
 class EngineWorld(Protocol):
@@ -67,11 +75,14 @@ class EngineDetector(PairDetector[SettingsT]):
     """The engine's name in sentences."""
     meshes_meet: ClassVar[bool] = False
     """Whether the engine tests one triangle mesh against another."""
+    least_thickness: ClassVar[float] = 1e-4
+    """Metres: engines refuse flat meshes, so one that is thinner than this gets this thickness."""
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SettingsT) -> None:
         super().__init__(bodies, pairs, settings)
         self._order = np.array(sorted(range(len(bodies)), key=lambda k: bodies[k].name), dtype=np.int64)
-        self._solids = [engine_solid(bodies[k], settings.shape, self.title) for k in self._order.tolist()]
+        shape = getattr(settings, "shape", "hull")
+        self._solids = [engine_solid(bodies[k], shape, self.title, self.least_thickness) for k in self._order.tolist()]
         self._columns = np.sort(np.argsort(self._order)[pairs], axis=1)
         meshes = np.array([solid.faces is not None for solid in self._solids], dtype=np.bool_)
         self._refused: BoolArray = np.zeros(len(pairs), dtype=np.bool_)
@@ -112,7 +123,7 @@ class EngineDetector(PairDetector[SettingsT]):
             seconds[frame] = perf_counter() - start
         seen = contact_or_clear(hits, motion.take(frames), self.pairs)
         verdict, work = memory.hold(seen, looks, pair_has_pose(motion, self.pairs))
-        verdict = self._with_refusals(verdict)
+        verdict[self._refused & (verdict != Verdict.NO_POSE)] = Verdict.INVALID
         why = f"not supported: {self.title} tests no triangle mesh against another"
         in_vain = [(int(frame), int(pair)) for frame, pair in np.argwhere(verdict == Verdict.INVALID)]
         return self._detection(
@@ -123,7 +134,3 @@ class EngineDetector(PairDetector[SettingsT]):
             seconds={"engine": seconds},
             reasons=dict.fromkeys(in_vain, why),
         )
-
-    def _with_refusals(self, verdict: ByteArray) -> ByteArray:
-        asked_in_vain = self._refused & (verdict != Verdict.NO_POSE)
-        return np.where(asked_in_vain, np.uint8(Verdict.INVALID), verdict).astype(np.uint8)

@@ -14,9 +14,6 @@ from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray, Int32Array
 from cdcore.protocol import Body
 
-SHEET: Final = 1e-4
-"""Metres: engines refuse flat meshes, so one that is thinner than this gets this thickness."""
-
 LARGEST: Final = 1e5
 """Metres: the corners are kept in float32, in which a body of this size is known to a centimetre."""
 
@@ -32,13 +29,16 @@ class EngineSolid:
     corners stands in its place.
     """
 
+    name: str
     corners: FloatArray
     middle: FloatArray
     faces: Int32Array | None = None
 
 
-def engine_solid(body: Body, shape: str, engine: str) -> EngineSolid:
+def engine_solid(body: Body, shape: str, engine: str, least_thickness: float) -> EngineSolid:
     """The hull of a body (``shape`` "hull"), or its triangles if it is not convex ("mesh").
+
+    A hull thinner than ``least_thickness``, metres, gets that thickness.
 
     InvalidMeshError for a body so large that an engine of float32 does not know its corners.
     """
@@ -52,10 +52,10 @@ def engine_solid(body: Body, shape: str, engine: str) -> EngineSolid:
         )
     middle = (low + high) / 2
     if shape == "mesh" and not is_convex(body.mesh):
-        return EngineSolid(body.mesh.vertices - middle, middle, body.mesh.faces)
-    solid = thickened(points - middle)
+        return EngineSolid(body.name, body.mesh.vertices - middle, middle, body.mesh.faces)
+    solid = thickened(points - middle, least_thickness)
     hull = hull_of(solid)
-    return EngineSolid(solid if hull is None else hull.vertices, middle)
+    return EngineSolid(body.name, solid if hull is None else hull.vertices, middle)
 
 
 def is_convex(mesh: TriangleMesh) -> bool:
@@ -69,12 +69,12 @@ def is_convex(mesh: TriangleMesh) -> bool:
     return abs(full - abs(_volume(mesh))) <= CONVEX_SHARE * full
 
 
-def thickened(points: FloatArray) -> FloatArray:
-    """The points (n, 3); those of a sheet or a needle on both sides of it, ``SHEET`` apart."""
+def thickened(points: FloatArray, least: float) -> FloatArray:
+    """The points (n, 3); those of a sheet or a needle, thinner than ``least``, on both sides of it, so far apart."""
     about = points - points.mean(axis=0)
     for axis in np.linalg.eigh(about.T @ about)[1].T:
-        if np.ptp(points @ axis) < SHEET:
-            points = np.concatenate([points - SHEET / 2 * axis, points + SHEET / 2 * axis])
+        if np.ptp(points @ axis) < least:
+            points = np.concatenate([points - least / 2 * axis, points + least / 2 * axis])
     return points
 
 

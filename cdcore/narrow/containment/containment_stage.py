@@ -62,14 +62,14 @@ REFUSAL: Final = "refused: containment=False"
 class ContainmentStage:
     """Decides containment for pair-frames of ``pairs`` (P, 2) whose surfaces do not meet.
 
-    Where ``asked`` is False every pair is refused, with ``refusal`` as the reason.
+    Where ``asked`` is False every pair is refused.
     """
 
-    def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, asked: bool = True, refusal: str = REFUSAL) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, asked: bool = True) -> None:
         self._asked = asked
         self.solids = [_Solid(body.mesh) for body in bodies] if asked else []
         self.pairs, self._may_now = pairs.tolist(), np.empty(1, dtype=np.bool_)
-        self.words = tuple(containment_word(bodies[i], bodies[j]) if asked else refusal for i, j in self.pairs)
+        self.words = tuple(containment_word(bodies[i], bodies[j]) if asked else REFUSAL for i, j in self.pairs)
         """As ``containment_word``, per pair; what lies inside a closed body is found all the same."""
 
     def mark(self, motion: Motion, frames: IntArray, columns: IntArray, verdict: ByteArray) -> int:

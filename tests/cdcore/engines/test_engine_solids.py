@@ -5,7 +5,7 @@ import pytest
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, random_rotations, rod_mesh, without_faces
 
 from cdcore import Body, TriangleMesh
-from cdcore.engines.engine_solids import SHEET, engine_poses, engine_solid, is_convex
+from cdcore.engines.engine_solids import engine_poses, engine_solid, is_convex
 
 
 @pytest.mark.parametrize(
@@ -22,7 +22,7 @@ def test_only_a_closed_mesh_that_fills_its_hull_is_convex(mesh, convex):
 def test_its_corners_at_a_pose_are_the_corners_of_the_mesh_there():
     rng = np.random.default_rng(2)
     for mesh in (box_mesh(), TriangleMesh(beaker_mesh().vertices + np.array([3, -2, 1]), beaker_mesh().faces)):
-        solid = engine_solid(Body("a", mesh), "mesh", "Engine")
+        solid = engine_solid(Body("a", mesh), "mesh", "Engine", 1e-4)
         turn, move = random_rotations(rng, 1)[0], rng.normal(size=3)
         places, quaternions = engine_poses([solid], turn[None], move[None])
         x, y, z, w = quaternions[0]
@@ -34,6 +34,6 @@ def test_its_corners_at_a_pose_are_the_corners_of_the_mesh_there():
 
 def test_a_sheet_gets_a_thickness_and_a_solid_keeps_its_own():
     flat = TriangleMesh(box_mesh().vertices * [1, 1, 0], box_mesh().faces)
-    assert np.ptp(engine_solid(Body("a", flat), "hull", "Engine").corners[:, 2]) == pytest.approx(SHEET)
-    solid = engine_solid(Body("a", box_mesh()), "hull", "Engine")
+    assert np.ptp(engine_solid(Body("a", flat), "hull", "Engine", 1e-4).corners[:, 2]) == pytest.approx(1e-4)
+    solid = engine_solid(Body("a", box_mesh()), "hull", "Engine", 1e-4)
     assert np.allclose(np.ptp(solid.corners, axis=0), np.ptp(box_mesh().vertices, axis=0))

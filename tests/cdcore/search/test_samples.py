@@ -7,7 +7,7 @@ from support.shapes import merged, moved
 
 from cdcore import TriangleMesh
 from cdcore.search.features import NEIGHBOURS, features_of
-from cdcore.search.rng import Spread, stream_of
+from cdcore.search.rng import stream_of
 from cdcore.search.sample_control import BANDS, ENOUGH, EXPLORE, FORGET, LEVELS, TRY_LEVEL, SampleControl, band_of
 from cdcore.search.samples import sample_of
 
@@ -89,13 +89,6 @@ def test_another_seed_pair_frame_or_restart_gives_another_stream():
 def test_numbers_do_not_depend_on_how_many_are_drawn_at_a_time():
     whole, parts = stream_of(0, "a", "b", 0.0, 0), stream_of(0, "a", "b", 0.0, 0)
     assert np.array_equal(whole.random(100), np.concatenate([parts.random(33), parts.random(67)]))
-
-
-@pytest.mark.parametrize("zeros", [0, 3, 4, 17, 31, 32])
-def test_a_key_is_spread_as_numpy_spreads_its_number_also_with_zeros_in_front(zeros):
-    key = bytes(zeros) + np.random.default_rng(zeros).bytes(32 - zeros)
-    expected = np.random.SeedSequence(int.from_bytes(key, "big")).generate_state(4, np.uint64)
-    assert np.array_equal(Spread(key).generate_state(4), expected)
 
 
 def test_the_first_numbers_of_a_known_key_are_these_on_every_machine():

@@ -263,7 +263,7 @@ def test_an_effect_that_secretly_asks_a_detector_is_found_by_counters_trace_and_
         "p.ASKS = replace(p.ASKS, fields=load_effect('hazard-proximity').fields)\n"
         "EFFECTS['hazard-proximity'] = 'support.effect_proofs:ASKS'\np.run_small(p.NEAR)"
     )
-    assert {"numba", "cdcore.detectors.static"} & proofs.modules_after(code)
+    assert {"numba", "cdcore.detectors.meshes"} & proofs.modules_after(code)
 
 
 def test_an_effect_that_looks_at_who_else_is_there_is_found_by_its_outputs(mutant, monkeypatch):

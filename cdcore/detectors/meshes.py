@@ -1,0 +1,299 @@
+"""The detectors that ask FCL about meshes: ``hybrid`` at every frame, ``discrete`` at ticks, ``static`` after a move.
+
+Volumes leave the pair-frames that may meet, meshes decide them, and each answer is held until the next question.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any, ClassVar
+
+import numpy as np
+
+from cdcore.bounding.sphere import SPHERES
+from cdcore.broad.broad_looks import LivePairs
+from cdcore.broad.broad_phase import BroadPhase
+from cdcore.detectors import FCL, PAPER
+from cdcore.narrow.containment.containment_stage import ContainmentStage
+from cdcore.narrow.mesh_stage import MeshStage
+from cdcore.narrow.sections.section_source import section_of_faces
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, Int32Array, IntArray
+from cdcore.protocol import (
+    NO_FACES,
+    Body,
+    Detection,
+    Explanation,
+    FaceSets,
+    Live,
+    LiveHeld,
+    Motion,
+    PairDetector,
+    Verdict,
+    ordered_by_name,
+    pair_has_pose,
+)
+from cdcore.protocol.blocks import looks_at, looks_of
+from cdcore.protocol.detection import SectionSource
+from cdcore.protocol.settings import MOST_HERTZ, MOST_METRES, CheckedSettings, choice, flag, number
+
+
+@dataclass(eq=False)
+class _Held:
+    """Of each pair the last question and its answer; the only thing that passes from block to block."""
+
+    tick: float
+    poses: FloatArray
+    """(P, 2, 12): rotation by rows and translation of both bodies; NaN before the first question."""
+    verdict: ByteArray
+    faces: list[Int32Array]
+
+
+class MeshDetector(PairDetector[Any]):
+    """Asks the meshes of a pair, and holds each answer until the next question (zero-order hold).
+
+    A pair is asked at every frame, or at the first frame at or after each tick of ``rate_hz``, or where its bodies have
+    moved against each other by more than ``epsilon``; a row that has no such setting asks as if it were ``None``.
+    """
+
+    kind: ClassVar[str] = "engine"
+    online: ClassVar[bool] = True
+    stages: ClassVar[tuple[str, ...]] = ("spheres", "boxes", "meshes", "containment")
+    leaps: ClassVar[bool] = True
+    """Whether its spheres leap over frames; False: as an engine at its step, which knows no path ahead."""
+    counters: ClassVar[tuple[str, ...]]
+    """Names of its counters; those of answers that are not new: ``reused`` in the meshes, ``held`` or ``cached``."""
+
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: Any) -> None:
+        super().__init__(bodies, pairs, settings)
+        self._rate_hz: float | None = getattr(settings, "rate_hz", None)
+        self._epsilon: float | None = getattr(settings, "epsilon", None)
+        self._broad = BroadPhase(
+            bodies, pairs, sphere=getattr(settings, "sphere", "best"), skip=getattr(settings, "skip", self.leaps),
+            boxes="boxes" in self.stages,
+        )  # fmt: skip
+        self._meshes = MeshStage(bodies, pairs)
+        self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
+        # How far one body moved as seen from the other depends on which is which.
+        self._ordered, self._turned = ordered_by_name(bodies, pairs)
+
+    def live(self) -> Live:
+        """A session that is asked one frame after the other."""
+        if self._epsilon:
+            return super().live()
+        looks = LivePairs(self._broad, self._meshes.decide_now, self._containment.question)
+        return LiveHeld(looks, self.pairs, self._rate_hz) if self._rate_hz else looks
+
+    def faces_of(self, motion: Motion, hits: BoolArray) -> FaceSets | None:
+        """Ask the meshes in these pair-frames; ``None`` where a frame may hold an earlier one's faces."""
+        if self._rate_hz is not None or self._epsilon:
+            return None
+        columns, frames = np.nonzero(hits.T)
+        return self._meshes.decide(motion, frames, columns, faces=True).face_sets(frames, columns)
+
+    def _fresh_memory(self) -> _Held:
+        count = len(self.pairs)
+        verdict = np.full(count, Verdict.NO_POSE, dtype=np.uint8)
+        return _Held(-np.inf, np.full((count, 2, 12), np.nan), verdict, [NO_FACES] * count)
+
+    def _run(self, motion: Motion, memory: _Held, faces: bool) -> Detection:
+        known, pairs = pair_has_pose(motion, self.pairs), len(self.pairs)
+        looks, memory.tick = looks_of(motion.times, self._rate_hz, memory.tick)
+        seen = motion if looks.all() else motion.take(np.flatnonzero(looks))
+        asked = known[looks] if self._epsilon is None else self._after_moves(motion, known, memory, self._epsilon)
+        near = self._broad.candidates(seen)
+        frames, columns = (part[asked[near.frames, near.columns]] for part in (near.frames, near.columns))
+        meshes = self._meshes.decide(seen, frames, columns, faces=faces)
+        near.verdict[frames[meshes.hits], columns[meshes.hits]] = Verdict.CONTACT
+        near.clock.append(perf_counter())
+        contained = self._containment.mark(seen, frames[~meshes.hits], columns[~meshes.hits], near.verdict)
+        near.clock.append(perf_counter())
+        # Row 0 is the answer before the block; ``last`` (T, P): the row that answers a frame.
+        numbers = np.where(asked, np.arange(1, len(seen) + 1)[:, None], 0)
+        last = np.maximum.accumulate(np.concatenate([np.zeros((1, pairs), dtype=np.int64), numbers]), axis=0)
+        newest, last = last[-1], last[np.cumsum(looks)]
+        answers = np.concatenate([memory.verdict[None], near.verdict])
+        verdict = np.where(known, np.take_along_axis(answers, last, axis=0), np.uint8(Verdict.NO_POSE))
+        sets, which = [NO_FACES, *memory.faces, *meshes.sets], np.zeros(answers.shape, dtype=np.int64)
+        which[0] = 1 + np.arange(pairs)
+        if faces:
+            which[frames + 1, columns] = 1 + pairs + meshes.which
+        frame, pair = np.nonzero(verdict == Verdict.CONTACT)
+        face_sets = FaceSets.from_shared(frame, pair, which[last[frame, pair], pair], sets) if faces else None
+        sections = self._sections(seen, last, memory.poses.copy()) if faces else None
+        memory.verdict = answers[newest, np.arange(pairs)]
+        memory.faces = [sets[k] for k in which[newest, np.arange(pairs)].tolist()]
+        fresh = np.flatnonzero(newest)
+        memory.poses[fresh] = _poses_of(seen, newest[fresh] - 1, self.pairs[fresh])
+        queries = int(asked.sum())
+        held = int(known.sum()) - queries
+        work = near.work | {
+            "queries": queries, "pair_looks": queries, "cached": held, "held": held, "looks": len(seen),
+            "mesh_queries": meshes.queries if "reused" in self.counters else len(frames), "reused": meshes.reused,
+            "containment_tests": contained, "face_pairs": int(sum(len(faces) for faces in meshes.sets)),
+        }  # fmt: skip
+        return self._detection(
+            motion,
+            verdict,
+            face_sets=face_sets,
+            containment=self._containment.words,
+            work={name: work[name] for name in self.counters},
+            seconds=dict(zip(self.stages, np.diff(near.clock).tolist(), strict=True)),
+            section_source=sections,
+        )
+
+    def _after_moves(self, motion: Motion, known: BoolArray, memory: _Held, epsilon: float) -> BoolArray:
+        """Which pair-frames, (T, P), are asked because of a move since the last question."""
+        asked = np.zeros(known.shape, dtype=np.bool_)
+        for column, ends in enumerate(self.pairs):
+            frames = np.flatnonzero(known[:, column])
+            poses = np.concatenate([memory.poses[[column]], _poses_of(motion, frames, ends)])
+            if epsilon == 0.0:
+                asked[frames, column] = (poses[1:] != poses[:-1]).any(axis=(1, 2))
+                continue
+            sphere = self._broad.spheres
+            centre, radius = (part[self._ordered[column, 0]] for part in (sphere.centres, sphere.radii))
+            ordered = poses[:, ::-1] if self._turned[column] else poses
+            asked[frames, column] = _moved(ordered, centre, float(radius), epsilon)
+        return asked
+
+    def _sections(self, seen: Motion, last: IntArray, before: FloatArray) -> SectionSource:
+        """Segments at the poses at which the faces were found, not at those of a frame that holds the answer."""
+
+        def section(frame: int, pair: int, faces: IntArray) -> FloatArray:
+            row, ends = int(last[frame, pair]), self.pairs[pair]
+            poses = _poses_of(seen, np.array(row - 1), ends) if row else before[pair]
+            a, b = ((self.bodies[k], (pose[:9].reshape(3, 3), pose[9:])) for k, pose in zip(ends, poses, strict=True))
+            return section_of_faces(*a, *b, faces)
+
+        return section
+
+
+def _poses_of(motion: Motion, frames: IntArray, ends: IntArray) -> FloatArray:
+    """Rotation by rows and translation of both ends (2,) or (K, 2) of a pair at frames (K,), as (K, 2, 12)."""
+    turn, move = motion.rotations[frames[..., None], ends], motion.translations[frames[..., None], ends]
+    return np.concatenate([turn.reshape(*turn.shape[:-2], 9), move], axis=-1)
+
+
+def _moved(poses: FloatArray, centre: FloatArray, radius: float, epsilon: float) -> BoolArray:
+    """Which of K poses (1 + K, 2, 12), after that of the question before, are further than ``epsilon`` from the last.
+
+    Seen from the second body, the ball of the first moves by at most ``|dR|_F d + |dc|``: the Frobenius norm bounds the
+    map, the centre moves by itself. Each question sets the pose that the next are compared with, so errors do not add.
+    """
+    turns, moves = poses[..., :9].reshape(-1, 2, 3, 3), poses[..., 9:]
+    back = turns[:, 1].transpose(0, 2, 1)
+    turn = back @ turns[:, 0]
+    place = np.einsum("kab,b->ka", turn, centre) + np.einsum("kab,kb->ka", back, moves[:, 0] - moves[:, 1])
+    asked, moved = 0, np.zeros(len(poses), dtype=np.bool_)
+    for k in range(1, len(poses)):
+        way = np.linalg.norm(turn[k] - turn[asked]) * radius + np.linalg.norm(place[k] - place[asked])
+        if not way <= epsilon:  # so that what is not a number has moved
+            moved[k], asked = True, k
+    return moved[1:]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StaticSettings(CheckedSettings):
+    """Settings of ``static``.
+
+    ``epsilon``: metres; an answer stays while no point of one body has moved further than this relative to the other
+    since the last query. 0: while both poses are bit for bit those of the last query.
+    ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
+    """
+
+    epsilon: float = number(0.0, 0, MOST_METRES, unit="metres")
+    containment: bool = flag(True)
+
+
+class StaticDetector(MeshDetector):
+    """Asks the meshes of a pair only when one of the two has moved: N frozen frames are one query.
+
+    Choose it for scenes that mostly stand still; a pair that moves costs a query every frame. A query is a sphere test
+    and, where spheres overlap, a mesh query. ``work``: ``queries`` done, ``cached`` pair-frames answered from the query
+    before, ``mesh_queries`` among the queries. With ``epsilon`` above 0 a cached answer can be wrong by that distance.
+
+    Source: the paper's row *static*, "suitable when objects are stationary and do not collide".
+    """
+
+    name: ClassVar[str] = "static"
+    Settings: ClassVar[type] = StaticSettings
+    stages: ClassVar[tuple[str, ...]] = ("spheres", "meshes", "containment")
+    counters: ClassVar[tuple[str, ...]] = ("queries", "cached", "mesh_queries")
+    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, Fig. 5, static detection", FCL)
+    choose_when: ClassVar[str] = "things stand still most of the time"
+    cannot: ClassVar[str] = "be fast when everything moves"
+
+
+@dataclass(frozen=True, kw_only=True)
+class DiscreteSettings(CheckedSettings):
+    """Settings of ``discrete``.
+
+    ``rate_hz``: looks per second of session time; ``None``: every frame.
+    ``sphere``: "paper" for equation (21), "best" for the smallest ball known; the verdicts are the same.
+    ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
+    """
+
+    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second", optional=True)
+    sphere: str = choice("best", SPHERES)
+    containment: bool = flag(True)
+
+
+class DiscreteDetector(MeshDetector):
+    """Tests every pair at each tick ``k / rate_hz`` and holds the answer until the next test (zero-order hold).
+
+    A test (a *look*) happens at the first frame at or after a tick, and at the first frame of all. The verdict of a
+    frame between two looks is *held*: a live engine would still believe it, and it may be wrong. A look at which a pair
+    has no pose keeps the verdict before. A frame without a pose is NO_POSE, even where a verdict is held.
+
+    Choose it to see what an engine of a given rate would have missed; ``hybrid`` gives the same verdicts at every
+    frame. ``work["held"]`` counts the pair-frames between looks.
+    """
+
+    name: ClassVar[str] = "discrete"
+    Settings: ClassVar[type] = DiscreteSettings
+    leaps: ClassVar[bool] = False
+    counters: ClassVar[tuple[str, ...]] = (
+        "sphere_tests", "box_tests", "mesh_queries", "containment_tests", "looks", "pair_looks", "held",
+    )  # fmt: skip
+    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, Fig. 5, discrete detection", FCL)
+    choose_when: ClassVar[str] = "you want to know what an engine of that rate misses"
+    cannot: ClassVar[str] = "see what happens between its looks"
+
+    def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
+        """Say whether a frame was tested; where it was, spheres and boxes let every contact through."""
+        del pair, faces
+        return Explanation(looked=looks_at(motion.times, frame, self._rate_hz), spheres_meet=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class HybridSettings(CheckedSettings):
+    """Settings of ``hybrid``.
+
+    ``sphere``: "paper" for equation (21), "best" for the smallest ball known; the verdicts are the same.
+    ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
+    ``skip``: whether the sphere stage leaps over frames in which the recorded paths are too short to close the gap.
+    """
+
+    sphere: str = choice("best", SPHERES)
+    containment: bool = flag(True)
+    skip: bool = flag(True)
+
+
+class HybridDetector(MeshDetector):
+    """The paper's pipeline without its search: spheres over the whole motion, boxes, FCL meshes, containment.
+
+    Choose it for a complete answer in general position with a widely used engine underneath. It inherits FCL's limits
+    on degenerate faces and resting ties (see ``cdcore.narrow.fcl_meshes``); ``exact`` has none.
+
+    Source: section 4 of the paper, with its inverted condition put right: spheres that do *not* meet end the matter.
+    Cost: spheres and boxes some ten nanoseconds a pair-frame, meshes some ten microseconds each.
+    """
+
+    name: ClassVar[str] = "hybrid"
+    Settings: ClassVar[type] = HybridSettings
+    counters: ClassVar[tuple[str, ...]] = (
+        "sphere_tests", "skipped", "box_tests", "mesh_queries", "reused", "containment_tests", "face_pairs",
+    )  # fmt: skip
+    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, section 4", FCL)
+    choose_when: ClassVar[str] = "you want contacts and faces of ordinary meshes from a widely used engine"
+    cannot: ClassVar[str] = "be exact on degenerate faces and resting ties"
