@@ -1,11 +1,14 @@
 """``examine``: finds everything wrong with a recording, a scene or a mesh; no fault ends the search."""
 
+import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
+
+from mcap.records import DataEnd
 
 from sessions.doctor.finding import Finding, Severity, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
@@ -15,6 +18,7 @@ from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SceneError, SessionError, SessionFileError
 from sessions.input_files import opened
 from sessions.mcap_format import reader
+from sessions.mcap_format.container import Place, bytes_at, parsed
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import WORLD
@@ -26,6 +30,7 @@ from sessions.model.session import Session
 if TYPE_CHECKING:
     from sessions.scene_files.scene_meshes import Planned
 
+READ_BYTES: Final = 1 << 22
 MESH_FILES: Final = (".glb", ".obj", ".stl", ".ply", ".off")
 
 
@@ -147,7 +152,23 @@ def _file_findings(file: McapFile) -> Iterator[Finding]:
     if catalogue.tear is not None:
         message = f"it ends or breaks off at byte {catalogue.tear} of {catalogue.size}, without an index"
         yield Finding("torn", Severity.ERROR, message, count=catalogue.size - catalogue.tear)
+    elif catalogue.data_end is not None and (size := _changed_bytes(file.path, catalogue.data_end)):
+        yield Finding("data-crc", Severity.ERROR, f"the first {size} bytes fail the checksum of the file", count=size)
     yield from (refusal(fault.error, fault.name) for fault in catalogue.faults)
+
+
+def _changed_bytes(path: Path, data_end: Place) -> int:
+    """The size of the data whose checksum is wrong, else 0: of a message index, no other checksum tells."""
+    with path.open("rb") as stream:
+        record = parsed(bytes_at(stream, data_end))
+        if not isinstance(record, DataEnd) or not record.data_section_crc:
+            return 0
+        stream.seek(0)
+        crc, left = 0, data_end.start
+        while left:
+            part = stream.read(min(READ_BYTES, left))
+            crc, left = zlib.crc32(part, crc), left - len(part)
+    return data_end.start if crc != record.data_section_crc else 0
 
 
 def _attached(file: McapFile, planned: "Planned") -> Checked:

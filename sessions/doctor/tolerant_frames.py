@@ -52,7 +52,7 @@ class TolerantFrames(FrameDecoder):
 
     def __init__(self, file: McapFile, names: tuple[str, ...]) -> None:
         super().__init__(file.catalogue, names)
-        self._catalogue, self.noted = file.catalogue, Noted(doubled=self.doubled)
+        self.noted = Noted(doubled=self.doubled)
 
     def blocks(self) -> Iterator[Frames]:
         """All frames in file order; every region of the file is unpacked, also where it holds no poses."""

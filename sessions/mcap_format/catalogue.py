@@ -114,8 +114,8 @@ class Catalogue:
     """The first ones, up to ``MOST_FAULTS``."""
     tear: int | None = None
     """Byte at which the file is cut short, or ``None``."""
-    closed: bool = False
-    """Whether its writer came to the end of the data."""
+    data_end: Place | None = None
+    """The record that ends the data; a file without one was never closed."""
     run: Region | None = None
     """The messages outside chunks that the next one joins."""
 
@@ -193,7 +193,7 @@ class Catalogue:
         elif place.opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
             self.declare(bytes_at(stream, place))
         elif place.opcode == Opcode.DATA_END:
-            self.closed = True
+            self.data_end = place
         elif place.opcode in ENTERED:
             content = bytes_at(stream, place)
             self._record(place, parsed(content), content)

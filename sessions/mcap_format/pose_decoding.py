@@ -40,7 +40,7 @@ class FrameDecoder:
         self, catalogue: Catalogue, names: tuple[str, ...] | None, window: tuple[int, int] | None = None
     ) -> None:
         self._window = window
-        self._where, self._tf, self._tracking = catalogue.path, catalogue.ids(TF), catalogue.ids(TRACKING)
+        self._catalogue = catalogue
         self._grow = names is None
         self._columns = {name: column for column, name in enumerate(names or ())}
         self._parent: str | None = None
@@ -66,9 +66,9 @@ class FrameDecoder:
         return self._frames_and_notes(table)[0]
 
     def _frames_and_notes(self, table: MessageTable) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        notes = table.of_channels(self._tracking)
+        notes = table.of_channels(self._catalogue.ids(TRACKING))
         empty = np.array([table.payload(row) == FRAME_WITHOUT_SAMPLES for row in notes.tolist()], dtype=np.bool_)
-        return np.union1d(table.of_channels(self._tf), notes[empty]), notes[~empty]
+        return np.union1d(table.of_channels(self._catalogue.ids(TF)), notes[empty]), notes[~empty]
 
     def decode(self, table: MessageTable) -> Iterator[Frames]:
         """The frames of one region, in parts of bounded size; a message that is not what it should be is an error."""
@@ -89,7 +89,7 @@ class FrameDecoder:
             yield self._frames(table, part, mine)
 
     def _frames(self, table: MessageTable, rows: NDArray[np.int64], notes: dict[int, bytes]) -> Frames:
-        end = np.where(np.isin(table.channel[rows], list(self._tf)), table.end[rows], table.start[rows])
+        end = np.where(np.isin(table.channel[rows], list(self._catalogue.ids(TF))), table.end[rows], table.start[rows])
         samples = self._samples(table, rows, end)
         columns = [self._column(part.parent, part.child) for part in samples]
         stamp, shape = table.publish_ns[rows], (len(rows), len(self._columns))
@@ -175,7 +175,7 @@ class FrameDecoder:
                 status[column] = value
 
     def _refused(self, what: str, code: str = "bad-message") -> SessionFileError:
-        return refused(self._where, code, what)
+        return refused(self._catalogue.path, code, what)
 
 
 def _identity(table: MessageTable, row: int) -> _Identity:

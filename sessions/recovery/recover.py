@@ -1,13 +1,18 @@
 """``recover``: every whole message of every readable chunk of a damaged file, in a file that is whole.
 
-The result and the new file's metadata name what is lost. Data that cannot be trusted is not kept.
+A chunk whose checksum is wrong is not read at all, because nobody can say which of its bytes changed. What follows a
+record that is not whole is lost: nothing is guessed among bytes without records. The result and the new file's
+metadata name what is lost.
 """
 
 import hashlib
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
+from google.protobuf.message import DecodeError
 from mcap.opcode import Opcode
 from mcap.records import Attachment
 from mcap.writer import Writer
@@ -15,17 +20,18 @@ from mcap.writer import Writer
 from sessions.errors import SessionError, SessionFileError
 from sessions.input_files import opened
 from sessions.mcap_format import metadata
-from sessions.mcap_format.catalogue import Catalogue
+from sessions.mcap_format.catalogue import Catalogue, Region, read_catalogue
 from sessions.mcap_format.container import add, bytes_at, finish, parsed, started_writer
-from sessions.mcap_format.reader import load_parts, read_session
+from sessions.mcap_format.pose_decoding import MESSAGE_BYTES, FrameDecoder
+from sessions.mcap_format.reader import is_part, load_parts, read_part, read_session
 from sessions.mcap_format.refusals import brief
-from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF, channel_spec
+from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF, TRACKING, channel_spec
+from sessions.mcap_format.unpacking import MessageTable, read_region
 from sessions.mcap_format.writer import SCENE_FILE
-from sessions.recovery.file_scan import FileScan, scan_file
-from sessions.recovery.lost import Recovery
+from sessions.recovery.lost import LostChunk, Recovery
 from sessions.whole_files import whole_file
 
-NOT_SMALL = (Opcode.CHUNK, Opcode.MESSAGE, Opcode.ATTACHMENT)
+OF_MESSAGES = (Opcode.CHUNK, Opcode.MESSAGE)
 RECOVERED = "recovered"  # The fact that says what a recovered file lacks
 
 
@@ -50,61 +56,10 @@ def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Re
         if not overwrite:
             raise SessionFileError(f"{out} is there already; name another file to write")
     with opened(source, "session file", SessionFileError) as stream:
-        found = scan_file(source, stream)
-        if not found.parts and not found.declared.attachments:
-            first = f"its first chunk is {found.lost[0].why}, and no other is whole" if found.lost else ""
-            raise _nothing(source, first or "there is no chunk in it")
-        return _write(found, stream, target, overwrite=overwrite)
-
-
-def _nothing(source: Path, why: str) -> SessionFileError:
-    return SessionFileError(f"nothing in {source} can be saved: {why}")
-
-
-def _write(found: FileScan, stream: BinaryIO, target: Path, *, overwrite: bool) -> Recovery:
-    declared, records = found.declared, dict(found.declared.metadata)
-    session = records.get(metadata.SESSION_RECORD)
-    own = any(word.startswith(PROFILE_FAMILY) for word in (declared.profile, (session or {}).get(metadata.FORMAT, "")))
-    listed = _listed_names(records.get(metadata.BODIES_RECORD), declared.path)
-    profile = _profile(found, session, own=own)
-    held = set(found.names)
-    keep, lost = _attachments(declared, stream, session or {})
-    unread = len({fault.start for fault in declared.faults if fault.opcode not in NOT_SMALL})
-    result = Recovery(
-        out=target, messages=0, frames=found.frames, first_ns=found.first_ns, last_ns=found.last_ns,
-        chunks=tuple(found.lost), bytes_skipped=found.bytes_skipped, closed=found.closed, attachments=lost,
-        bodies=tuple(name for name in listed if name not in held),
-        notes=(f"{unread} records make no sense",) if unread else (), left_out=found.left_out,
-    )  # fmt: skip
-    with whole_file(target, SessionFileError, overwrite=overwrite) as file:
-        writer = started_writer(file, profile)
-        for name, made in keep.items():
-            writer.add_attachment(made.create_time, made.log_time, name, made.media_type, made.data)
-        if own:
-            facts = {**metadata.metadata_of(session or {})[0], RECOVERED: "; ".join(result.sentences())}
-            meshes = {body: made.data for file, made in keep.items() if (body := metadata.mesh_name(file)) is not None}
-            hashes = {body: hashlib.sha256(data).hexdigest() for body, data in meshes.items()}
-            writer.add_metadata(metadata.SESSION_RECORD, metadata.session_record(facts, hashes))
-            bodies = tuple(dict.fromkeys([*listed, *found.names]))
-            writer.add_metadata(
-                metadata.BODIES_RECORD,
-                metadata.bodies_record(bodies if len(bodies) <= metadata.MAX_BODIES else found.names),
-            )
-        for name, values in declared.metadata:
-            if name not in (metadata.SESSION_RECORD, metadata.BODIES_RECORD) or not own:
-                writer.add_metadata(name, values)
-        if not found.frames and (own or declared.ids(TF)):
-            spec = channel_spec(TF)  # without a channel of poses a reader refuses the file
-            writer.register_channel(
-                TF, "protobuf", writer.register_schema(spec.schema, "protobuf", spec.descriptor_set)
-            )
-        kept, unknown = _messages(found, stream, writer)
-        finish(writer)
-        file.flush()
-        if why := refusal_of(Path(file.name)):
-            raise _nothing(declared.path, why)
-    result = replace(result, messages=kept, unknown=unknown)
-    why = refusal_of(declared.path) if result.whole else ""
+        declared = read_catalogue(source, stream, strict=False)
+        with whole_file(target, SessionFileError, overwrite=overwrite) as file:
+            result = _written(declared, stream, file, target)
+    why = refusal_of(source) if result.whole else ""
     return replace(result, mended=(f"mended what no reader takes: {why}",)) if why else result
 
 
@@ -120,41 +75,159 @@ def refusal_of(path: Path) -> str:
     return ""
 
 
-def _profile(found: FileScan, session: dict[str, str] | None, *, own: bool) -> str:
-    """The profile of the file to write; a refusal where no reader of this version takes what is there."""
-    declared = found.declared
+def _written(declared: Catalogue, stream: BinaryIO, file: BinaryIO, target: Path) -> Recovery:
+    """Write attachments, messages, and then the metadata, which say what was lost of all these."""
+    records = dict(declared.metadata)
+    session = records.get(metadata.SESSION_RECORD) or {}
+    # The head may be what is damaged: the facts repeat the profile.
+    own = any(word.startswith(PROFILE_FAMILY) for word in (declared.profile, session.get(metadata.FORMAT, "")))
+    if own and session.get(metadata.FORMAT) != PROFILE:
+        metadata.check_version(declared.profile, declared.path)
+    writer = started_writer(file, PROFILE if own else declared.profile)
+    attachments, lost = _attachments(declared, stream, session)
+    for name, made in attachments.items():
+        writer.add_attachment(made.create_time, made.log_time, name, made.media_type, made.data)
+    kept = _KeptMessages(declared, writer)
+    for region in declared.regions:
+        kept.add(stream, region)
+    if not kept.regions and not attachments:
+        first = f"its first chunk is {kept.lost[0].why}, and no other is whole" if kept.lost else ""
+        raise _nothing(declared.path, first or "there is no chunk in it")
     if not own:
         declared.check_pose_channels()
-        return declared.profile
-    # The head may be what is damaged: the facts repeat the profile.
-    if session is None or session.get(metadata.FORMAT) != PROFILE:
-        metadata.check_version(declared.profile, declared.path)
-    return PROFILE
+    listed = _listed_names(records.get(metadata.BODIES_RECORD), declared.path)
+    unread = len({fault.start for fault in declared.faults if fault.opcode not in (*OF_MESSAGES, Opcode.ATTACHMENT)})
+    result = Recovery(
+        out=target, messages=kept.messages, frames=kept.frames, first_ns=kept.first_ns, last_ns=kept.last_ns,
+        chunks=tuple(kept.lost), bytes_skipped=0 if declared.tear is None else declared.size - declared.tear,
+        bodies=tuple(name for name in listed if name not in kept.names), attachments=lost, unknown=kept.unknown,
+        closed=declared.data_end is not None, left_out=kept.left_out,
+        notes=(f"{unread} records make no sense",) if unread else (),
+    )  # fmt: skip
+    if own:
+        facts = {**metadata.metadata_of(session)[0], RECOVERED: "; ".join(result.sentences())}
+        meshes = {body: made.data for name, made in attachments.items() if (body := metadata.mesh_name(name))}
+        hashes = {body: hashlib.sha256(data).hexdigest() for body, data in meshes.items()}
+        writer.add_metadata(metadata.SESSION_RECORD, metadata.session_record(facts, hashes))
+        bodies = tuple(dict.fromkeys([*listed, *kept.names]))
+        bodies = bodies if len(bodies) <= metadata.MAX_BODIES else kept.names
+        writer.add_metadata(metadata.BODIES_RECORD, metadata.bodies_record(bodies))
+    for name, values in declared.metadata:
+        if name not in (metadata.SESSION_RECORD, metadata.BODIES_RECORD) or not own:
+            writer.add_metadata(name, values)
+    if not kept.frames and (own or declared.ids(TF)):
+        spec = channel_spec(TF)  # without a channel of poses a reader refuses the file
+        writer.register_channel(TF, "protobuf", writer.register_schema(spec.schema, "protobuf", spec.descriptor_set))
+    finish(writer)
+    file.flush()
+    if why := refusal_of(Path(file.name)):
+        raise _nothing(declared.path, why)
+    return result
 
 
-def _messages(found: FileScan, stream: BinaryIO, writer: Writer) -> tuple[int, int]:
-    """Copy the messages, payloads as they are; how many, and how many nobody declares."""
-    kept = unknown = 0
-    numbers: dict[int, int] = {}
-    schemas = {0: 0}
-    known = found.declared.channels
-    for table in found.tables(stream):
-        for channel in sorted(set(table.channel.tolist()) & known.keys() - numbers.keys()):
-            made, schema = known[channel]
-            if schema is not None and schema.id not in schemas:
-                schemas[schema.id] = writer.register_schema(schema.name, schema.encoding, schema.data)
-            where = schemas.get(made.schema_id, 0)
-            numbers[channel] = writer.register_channel(made.topic, made.message_encoding, where, made.metadata)
-        rows = table.of_channels(set(numbers))
-        unknown += len(table.channel) - len(rows)
-        kept += len(rows)
+def _nothing(source: Path, why: str) -> SessionFileError:
+    return SessionFileError(f"nothing in {source} can be saved: {why}")
+
+
+class _KeptMessages:
+    """Copies the messages that a reader takes, region by region, and counts them and what is lost."""
+
+    def __init__(self, declared: Catalogue, writer: Writer) -> None:
+        self._declared, self._writer = declared, writer
+        self._decoder = FrameDecoder(declared, None)
+        self._schemas: dict[int, int] = {0: 0}
+        self._numbers: dict[int, int] = {}
+        self.regions = self.messages = self.frames = self.unknown = self.left_out = 0
+        self.first_ns = self.last_ns = 0
+        self.lost: list[LostChunk] = []
+        for fault in declared.faults:
+            if fault.opcode in OF_MESSAGES:
+                self._lose(fault.start, fault.error)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The bodies that have poses."""
+        return self._decoder.names
+
+    def add(self, stream: BinaryIO, region: Region) -> None:
+        """Keep a stretch of messages that can be read; any other is noted as lost."""
+        try:
+            table = read_region(stream, region, self._declared)
+            kept = _without(table, _unreadable_parts(table, self._declared))
+            try:
+                self._count_frames(kept)
+            except SessionFileError as error:
+                if error.code != "bad-message":
+                    raise
+                kept = _without(kept, _unreadable_poses(kept, self._declared))
+                self._count_frames(kept)
+        except SessionFileError as error:
+            self._lose(region.place.start, error, region)
+            return
+        self.regions += 1
+        self.left_out += len(table.channel) - len(kept.channel)
+        self._copy(kept)
+
+    def _lose(self, start: int, error: SessionFileError, region: Region | None = None) -> None:
+        why = "damaged" if "is damaged" in str(error) else f"unreadable ({brief(error)})"
+        span = (region.first_ns, region.last_ns, region.indexed) if region else (0, 0, None)
+        self.lost.append(LostChunk(start, *span, why))
+
+    def _count_frames(self, table: MessageTable) -> None:
+        decoder = self._decoder.fork()
+        stamps = [stamp for frames in decoder.decode(table) for stamp in frames.stamp_ns.tolist()]
+        self._decoder = decoder
+        if stamps:
+            self.first_ns = min([*stamps, self.first_ns] if self.frames else stamps)
+            self.last_ns = max([*stamps, self.last_ns])
+        self.frames += len(stamps)
+
+    def _copy(self, table: MessageTable) -> None:
+        """Write the messages, payloads as they are, but those on channels that nothing declares."""
+        for channel in sorted({*table.channel.tolist()} & self._declared.channels.keys() - self._numbers.keys()):
+            record, schema = self._declared.channels[channel]
+            if schema is not None and schema.id not in self._schemas:
+                self._schemas[schema.id] = self._writer.register_schema(schema.name, schema.encoding, schema.data)
+            where = self._schemas.get(record.schema_id, 0)
+            number = self._writer.register_channel(record.topic, record.message_encoding, where, record.metadata)
+            self._numbers[channel] = number
+        rows = table.of_channels({*self._numbers})
+        self.unknown += len(table.channel) - len(rows)
+        self.messages += len(rows)
         part = table.part(rows)
-        channels = [numbers[channel] for channel in part.channel.tolist()]
-        stamps = (column.tolist() for column in (part.sequence, part.log_ns, part.publish_ns))
-        payloads = map(table.payload, rows.tolist())
-        for record in zip(channels, *stamps, payloads, strict=True):
-            add(writer, record)
-    return kept, unknown
+        columns = (part.channel, part.sequence, part.log_ns, part.publish_ns)
+        for channel, *stamps, row in zip(*(column.tolist() for column in columns), rows.tolist(), strict=True):
+            add(self._writer, (self._numbers[channel], *stamps, table.payload(row)))
+
+
+def _unreadable_poses(table: MessageTable, declared: Catalogue) -> Iterator[int]:
+    """Numbers of the messages of poses and validity that are not what their schema says, or too long for it."""
+    for topic in (TF, TRACKING):
+        for row in table.of_channels(declared.ids(topic)).tolist():
+            payload = table.payload(row)
+            try:
+                channel_spec(topic).message.FromString(payload)
+            except DecodeError:
+                yield row
+            else:
+                if len(payload) > MESSAGE_BYTES:
+                    yield row
+
+
+def _unreadable_parts(table: MessageTable, declared: Catalogue) -> Iterator[int]:
+    """Numbers of the messages, other than poses, that a reader of sessions refuses."""
+    for number in {*table.channel.tolist()} & declared.channels.keys():
+        topic = declared.channels[number].topic
+        for row in table.of_channels({number}).tolist() if is_part(topic) else ():
+            try:
+                read_part(declared.path, topic, [(int(table.publish_ns[row]), table.payload(row))])
+            except SessionFileError:
+                yield row
+
+
+def _without(table: MessageTable, rows: Iterator[int]) -> MessageTable:
+    left_out = list(rows)
+    return table.part(np.delete(np.arange(len(table.channel)), left_out)) if left_out else table
 
 
 def _attachments(
