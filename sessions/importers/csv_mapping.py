@@ -182,7 +182,6 @@ def read_mapping(path: str | Path) -> CsvMapping:
     wide = whole.named_tables("bodies")
     if (long is None) == (not wide):
         whole.refuse("give either [body] (a row per body and time) or [bodies.NAME] (columns per body)")
-    kinds = whole.table("rows")
     mapping = CsvMapping(
         time=column,
         unit=unit,
@@ -199,13 +198,10 @@ def read_mapping(path: str | Path) -> CsvMapping:
         name=long.text("name", None) if long is not None else "",
         body=pose_columns(long) if long is not None else None,
         bodies={name: pose_columns(table) for name, table in wide.items()} or None,
-        rows=_kinds(kinds) if kinds is not None else None,
         scalars={name: _scalar(table) for name, table in whole.named_tables("scalars").items()},
         gaze={name: _ray(table) for name, table in whole.named_tables("gaze").items()},
         events=whole.texts("event_columns"),
     )
-    if mapping.rows is not None and mapping.body is None:
-        whole.refuse("[rows] needs [body]: only a table with a row per body has kinds of rows")
     whole.done()
     if faults:
         raise ImportFileError("; ".join(faults))
@@ -278,18 +274,3 @@ def _angles(table: TomlTable, order: str) -> tuple[str, ...]:
     columns = tuple(axes.text(axis, None) for axis in order.lower())
     axes.done()
     return columns
-
-
-def _kinds(table: TomlTable) -> RowKinds:
-    words = {key: table.text(key) for key in ("enter", "exit", "other", "trigger", "value", "event", "scalar", "gaze")}
-    kinds = RowKinds(table.text("column", None), table.text("pose", "pose"), **words)
-    if (kinds.enter or kinds.exit) and not kinds.other:
-        table.refuse("enter and exit need other: the column of the second body")
-    if kinds.event and not kinds.other:
-        table.refuse("event needs other: the column of its name")
-    if kinds.trigger and not kinds.value:
-        table.refuse("trigger needs value: the column of its value")
-    if kinds.scalar and not (kinds.other and kinds.value):
-        table.refuse("scalar needs other and value: the columns of its name and of the number")
-    table.done()
-    return kinds

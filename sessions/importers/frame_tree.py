@@ -47,9 +47,6 @@ class FrameTree:
         self._tables: dict[str, tuple[NDArray[np.int64], Numbers]] = {}
         self._interpolated = False
 
-    def __contains__(self, frame: str) -> bool:
-        return frame in self._links
-
     def add(self, parent: str, child: str, stamp_ns: int, numbers: Sequence[float], *, static: bool = False) -> None:
         """One transform: a place and a quaternion xyzw.
 

@@ -18,9 +18,6 @@ from sessions.importers.frame_tree import FrameTree
 from sessions.importers.joining import ClockFit
 from sessions.importers.mcap_messages import Received, listed, number, numbers_of, part, received, stamp_of, text
 from sessions.importers.pose_table import BesidePoses, SourceFrame, imported
-from sessions.importers.scene_entities import SceneEntities
-from sessions.mesh_data import MeshData
-from sessions.meshes.conventions import Convention
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event
 
@@ -36,7 +33,7 @@ def read_mcap(
 ) -> Imported:
     """Everything in an MCAP file of another program.
 
-    A frame is a body of its name; a pose or entity is a body of its topic or id. Stamps are those of the messages.
+    A frame is a body of its name, a pose one of its topic. Stamps are those of the messages.
 
     Parameters
     ----------
@@ -47,29 +44,18 @@ def read_mcap(
     Raises ``ImportFileError``: names file, topic and what to do.
     """
     axes = convention_named(convention or ASSUMED)
-    tree, entities = FrameTree(str(source)), SceneEntities(str(source))
-    unstamped, readings = 0, Readings()
-    for one in received(source, (*LAYOUTS, "SceneUpdate"), topics):
-        if one.kind == "SceneUpdate":
-            entities.add(one.message, one.log_ns)
-        elif one.kind:
+    tree, readings, unstamped = FrameTree(str(source)), Readings(), 0
+    for one in received(source, tuple(LAYOUTS), topics):
+        if one.kind:
             unstamped += _add(one, tree, readings)
         else:
             readings.add(one)
-    shapes = entities.hang(tree)
     tables, words, joined = tree.tables(join=len(topics) > 1)
-    words += entities.notes.values()
     if unstamped:
         words.append(f"{unstamped} poses without a stamp have the time they were logged at")
     assumed = [] if convention else [f"axes {ASSUMED} ({axes.words})"]
     frame = SourceFrame(axes, "m", 1.0, "stamps of the messages, ns", "ns", (*assumed, "lengths in m", *joined))
-    meshes = {name: _in_axes(mesh, axes) for name, mesh in shapes.items()}
-    return replace(readings.put_into(imported(tables, frame, words), frame), meshes=meshes, of_people=False)
-
-
-def _in_axes(mesh: MeshData, axes: Convention) -> MeshData:
-    faces = mesh.faces if axes.handedness == "right" else mesh.faces[:, ::-1]
-    return MeshData(axes.points(mesh.vertices), faces)
+    return replace(readings.put_into(imported(tables, frame, words), frame), of_people=False)
 
 
 class _Layout(NamedTuple):

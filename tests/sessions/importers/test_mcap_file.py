@@ -11,7 +11,6 @@ from foxglove_schemas_protobuf import (
     FrameTransforms_pb2,
     PoseInFrame_pb2,
     PosesInFrame_pb2,
-    SceneUpdate_pb2,
 )
 from google.protobuf import json_format
 from google.protobuf.struct_pb2 import Value
@@ -21,7 +20,6 @@ from mcap.writer import Writer as McapWriter
 from scipy.spatial.transform import Rotation, Slerp
 from support.import_mutants import MUTANTS, survive
 
-from sessions import make_shape, mesh_to_glb
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
 
@@ -152,37 +150,6 @@ def test_poses_are_bodies_named_after_their_topics(tmp_path, write):
         assert same_poses(session.tracks[body], PLACES[name], TURNS[name])
 
 
-@pytest.mark.parametrize("write", [as_protobuf, as_json])
-def test_entities_are_bodies_with_their_shapes_as_meshes(tmp_path, write):
-    ball = make_shape("sphere", {"radius": 0.1}, 100)
-
-    def messages():
-        for k, stamp in enumerate(STAMPS.tolist()):
-            update = SceneUpdate_pb2.SceneUpdate()
-            box = stamped(update.entities.add(id="box", frame_id="world"), stamp).cubes.add()
-            put(box.pose.position, box.pose.orientation, PLACES["head"][k], TURNS["head"][k])
-            box.size.x, box.size.y, box.size.z = 0.1, 0.2, 0.3
-            if k == 0:
-                pillar = stamped(update.entities.add(id="pillar", frame_id="world"), stamp).cylinders.add()
-                put(pillar.pose.position, pillar.pose.orientation, (1, 2, 3), Rotation.identity())
-                pillar.size.x, pillar.size.y, pillar.size.z = 0.2, 0.4, 2.0
-                model = stamped(update.entities.add(id="ball", frame_id="world"), stamp).models.add()
-                put(model.pose.position, model.pose.orientation, (0, 0, 0), Rotation.identity())
-                model.scale.x = model.scale.y = model.scale.z = 2.0
-                model.media_type, model.data = "model/gltf-binary", mesh_to_glb(ball, "ball")
-            yield "/scene", stamp, update
-
-    session = import_session("mcap", write(tmp_path / "a.mcap", messages()))
-    assert same_poses(session.tracks["box"], PLACES["head"], TURNS["head"])
-    sizes = {name: np.ptp(mesh.bounds, axis=0).round(6).tolist() for name, mesh in session.meshes.items()}
-    assert sizes["box"] == [0.2, 0.3, 0.1]  # ROS's y, z, x
-    assert sizes["pillar"] == pytest.approx([0.4, 2.0, 0.2], abs=0.01)
-    assert np.allclose(session.meshes["ball"].vertices, 2 * ball.vertices @ ROS.T, atol=1e-6)
-    assert all(mesh.volume > 0 for mesh in session.meshes.values())
-    assert len(session.tracks["pillar"]) == COUNT  # published once
-    assert "frames published once hold throughout: 'pillar', 'ball'" in session.facts["conversions"]
-
-
 def test_frames_with_clocks_of_their_own_are_interpolated_but_not_across_a_gap(tmp_path):
     hand, cup = STAMPS, STAMPS + STEP // 2
     heard = (np.arange(COUNT) < 3) | (np.arange(COUNT) >= 22)  # the hand is silent for 0.21 s
@@ -273,15 +240,6 @@ def rewritten(path, change):
 I = Rotation.identity()  # noqa: E741
 
 
-def entity(**more):
-    update = SceneUpdate_pb2.SceneUpdate()
-    one = update.entities.add(id="box", frame_id="world")
-    for kind, fields in more.items():
-        part = getattr(one, kind).add(**fields)
-        part.pose.orientation.w = 1
-    return update
-
-
 def damaged(change):
     return lambda path: rewritten(as_protobuf(path, transforms()), change)
 
@@ -334,9 +292,6 @@ BROKEN = {
     "no JSON": (in_json("FrameTransform", b"{"), "/t: a foxglove.FrameTransform cannot be read"),
     "an encoding": (in_json("FrameTransform", {}, "msgpack"), "messages are encoded as 'msgpack'; write protobuf"),
     "a far stamp": (in_json("FrameTransform", at(10**11)), "frame 'a'.*stamp|stamp.*'a'"),
-    "a cube without a size": (of(entity(cubes={})), "entity 'box': .*"),
-    "a model that is none": (of(entity(models={"data": b"glTF", "media_type": "model/gltf-binary"})), "entity 'box': "),
-    "triangles of no corner": (of(entity(triangles={"indices": [0, 1, 2]})), "entity 'box': "),
 }  # fmt: skip
 
 
