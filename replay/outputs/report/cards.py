@@ -3,8 +3,6 @@
 from collections.abc import Callable
 from typing import Final
 
-from replay.comparison.misses import NEVER_FOUND
-from replay.comparison.outcome import Miss
 from replay.outputs.report.charts import lane
 from replay.outputs.report.markup import Markup, element
 from replay.outputs.report.run_view import Fault, FaultsOfPair, RunView, fault_address, faults_by_pair, spans
@@ -20,53 +18,56 @@ AROUND: Final = 0.35
 LEAST_AROUND: Final = 0.1
 """Seconds."""
 
-Still = Callable[[str, Fault], tuple[Markup, str]]
-Look = Callable[[str, Fault], Markup]
-"""Picture of a fault of a detector, with its colours in words; and how to see it in motion."""
+Shown = tuple[Markup, str]
+"""A picture, and what is seen on it."""
+
+Still = Callable[[Fault | None, bool], Shown]
+Look = Callable[[Fault], Markup]
+"""Picture of a fault (of the bench where there is none), larger where it is the first of a page; and how to see it in
+motion."""
 
 
 def cards(view: RunView, label: str, still: Still | None, look: Look) -> list[Markup]:
     """The cards of a detector and the rest of its faults; nothing where it made none."""
     groups = faults_by_pair(view, label)
-    shown = [_card(view, label, group, still, look) for group in groups[:MOST_PAIRS]]
+    shown = [_card(view, group, still, look) for group in groups[:MOST_PAIRS]]
     parts = [element("div", *shown, class_="cards")] if shown else []
     if rest := groups[MOST_PAIRS:]:
-        lines = [_line(view, label, fault, pair=True) for group in rest for fault in group.faults]
+        lines = [_line(view, fault, pair=True) for group in rest for fault in group.faults]
         parts.append(_folded(f"{plural(len(rest), 'more pair')} of bodies", lines))
     return parts
 
 
-def _card(view: RunView, label: str, group: FaultsOfPair, still: Still | None, look: Look) -> Markup:
+def _card(view: RunView, group: FaultsOfPair, still: Still | None, look: Look) -> Markup:
     fault, *more = group.faults
     parts = [
-        element("h3", _key(fault), f"{name_of(fault)} {fault.number}: {group.pair[0]} and {group.pair[1]}"),
-        element("p", f"{span_of(fault)}, {plural(fault.frames, 'frame')}, {fault.kind}", class_="when"),
-        element("p", view.why(label, fault)),
-        _lanes(view, label, fault), look(label, fault),
-    ]  # fmt: skip
+        element("h3", _key(fault), f"{fault.name} {fault.number}: {fault.pair[0]} and {fault.pair[1]}"),
+        element("p", f"{fault.span}, {plural(fault.frames, 'frame')}, {fault.what}", class_="when"),
+        element("p", fault.why),
+        _lanes(view, fault),
+        look(fault),
+    ]
     if more:
-        parts.append(_folded(f"{len(more):,} more of this pair", [_line(view, label, other) for other in more]))
-    image = [still(label, fault)[0]] if still else []
-    return element(
-        "article", *image, element("div", *parts, class_="cb"), class_="card", id=fault_address(view, label, fault)
-    )
+        parts.append(_folded(f"{len(more):,} more of this pair", [_line(view, other) for other in more]))
+    image = [still(fault, False)[0]] if still else []
+    return element("article", *image, element("div", *parts, class_="cb"), class_="card", id=fault_address(view, fault))
 
 
-def _lanes(view: RunView, label: str, fault: Fault) -> Markup:
+def _lanes(view: RunView, fault: Fault) -> Markup:
     """The reference above the detector, around a fault of one pair."""
     around = max(AROUND * (fault.end - fault.start), LEAST_AROUND)
     window = fault.start - around, fault.end + around
     rows = []
-    for name in (view.oracle, label):
+    for name in (view.oracle, fault.label):
         found = spans(view, name, fault.pair)
         rows += [element("span", name), lane(found, window, f"{name} from {window[0]:.3f} to {window[1]:.3f} s")]
     return element("div", *rows, class_="mini")
 
 
-def _line(view: RunView, label: str, fault: Fault, *, pair: bool = False) -> Markup:
-    address = fault_address(view, label, fault)
-    link = element("a", f"{name_of(fault)} {fault.number}", href=f"#{address}")
-    named = f": {fault.body_a} and {fault.body_b}" if pair else ""
+def _line(view: RunView, fault: Fault, *, pair: bool = False) -> Markup:
+    address = fault_address(view, fault)
+    link = element("a", f"{fault.name} {fault.number}", href=f"#{address}")
+    named = f": {fault.pair[0]} and {fault.pair[1]}" if pair else ""
     when = f" at {fault.start:.3f} s, {plural(fault.frames, 'frame')}{named}"
     return element("li", _key(fault), link, when, id=address)
 
@@ -78,19 +79,4 @@ def _folded(words: str, lines: list[Markup]) -> Markup:
 
 
 def _key(fault: Fault) -> Markup:
-    kind = "false"
-    if isinstance(fault, Miss):
-        kind = "missed" if fault.kind == NEVER_FOUND else "late"
-    return element("span", class_=f"k {kind}")
-
-
-def name_of(fault: Fault) -> str:
-    """``False contact``, ``Unconfirmed contact`` or ``Miss``."""
-    if isinstance(fault, Miss):
-        return "Miss"
-    return "Unconfirmed contact" if fault.unconfirmed else "False contact"
-
-
-def span_of(fault: Fault) -> str:
-    """``19.344 to 22.056 s``."""
-    return f"{fault.start:.3f} to {fault.end:.3f} s"
+    return element("span", class_=f"k {fault.stretch}")

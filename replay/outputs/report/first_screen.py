@@ -2,13 +2,12 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Final
 
-from replay.outputs.report.cards import Look, name_of, span_of
+from replay.outputs.report.cards import Look, Shown, Still
 from replay.outputs.report.charts import KIND_WORDS, Dot, lane, legend, ruler, scatter
 from replay.outputs.report.markup import Markup, Section, contents, element, joined
-from replay.outputs.report.run_view import Fault, RunView, key_fault, kind_of, spans
+from replay.outputs.report.run_view import FALSE, Fault, Hero, RunView, key_fault, spans
 from replay.outputs.run_tables import happened, ranking_table
 from replay.outputs.tables import Cell, text_of
 from replay.pipeline.answer import RUN, SESSION, TIMES_ARE, Answer, busy_words, cost
@@ -27,19 +26,7 @@ MOST_LANES: Final = 6
 """Detectors with a lane on the first screen; further ones are folded."""
 
 
-@dataclass(frozen=True)
-class Hero:
-    """The top of a page where there is no answer about a detector, or beside one."""
-
-    sentence: str
-    lines: Sequence[str] = ()
-
-
-Shown = tuple[Markup, str]
-"""A picture, and what is seen on it."""
-
-
-def page_head(view: RunView, name: str, sections: Sequence[Section]) -> Markup:
+def page_head(view: RunView, sections: Sequence[Section]) -> Markup:
     """Whose session, how long, and where everything else stands."""
     session = view.summary["session"]
     facts = [f"{session['duration']:.0f} s" if session["duration"] >= LONG else f"{session['duration']:.3g} s"]
@@ -47,7 +34,7 @@ def page_head(view: RunView, name: str, sections: Sequence[Section]) -> Markup:
         facts.append(plural(view.ranking[-1].contacts, "contact"))
     if "synthetic" in session["facts"]:
         facts.append("made up")
-    said = element("p", "Replay of ", element("b", name), f": {', '.join(facts)}")
+    said = element("p", "Replay of ", element("b", view.name), f": {', '.join(facts)}")
     return element("header", said, contents(sections), class_="top")
 
 
@@ -56,15 +43,16 @@ def _compared(view: RunView) -> bool:
     return any(audit["undecided"]["share"] != 1 for audit in view.summary["audit"].values())
 
 
-def doubt_lines(lines: Sequence[str]) -> list[Markup]:
-    """What a reader must know before the answer."""
-    return [element("p", line, class_="doubt") for line in lines]
-
-
-def audit_screen(view: RunView, shown: Shown | None, look: Look) -> list[Markup]:
-    """Answer, ranking, scatter and timeline of an audit."""
-    moment = view.answers[0].moment
-    return [_hero(view, shown, look), *all_detectors(view, None if moment is None else moment.seconds)]
+def first_screen(view: RunView, still: Still | None, look: Look) -> list[Markup]:
+    """Everything above the fold: the answer, or what stands in its place, then all detectors."""
+    if view.hero is None:
+        moment = view.answers[0].moment
+        return [_answer(view, still, look), *all_detectors(view, None if moment is None else moment.seconds)]
+    shown = still(None, True) if still and not view.answers else None
+    top = [_hero(view.hero, shown)]
+    if view.answers:
+        return [*top, *all_detectors(view, None)]
+    return [*top, timeline_part(view, None)] if view.contacts else top
 
 
 def all_detectors(view: RunView, mark: float | None) -> list[Markup]:
@@ -72,28 +60,29 @@ def all_detectors(view: RunView, mark: float | None) -> list[Markup]:
     return [element("section", ranking_part(view), scatter_part(view), class_="two"), timeline_part(view, mark)]
 
 
-def _hero(view: RunView, shown: Shown | None, look: Look) -> Markup:
+def _answer(view: RunView, still: Still | None, look: Look) -> Markup:
     """The answer about the worst detector beside the picture of its worst fault."""
     answer = view.answers[0]
     fault = key_fault(view, answer)
+    shown = still(fault, True) if still else None
     parts = [element("h1", marked(answer.sentence))]
+    caption = ""
     if fault is not None:
-        parts.append(
-            element("p", element("span", class_=f"k {_kind(fault)}"), _where(view, answer, fault), class_="where")
-        )
-    parts.append(_facts(view, answer, None if fault is None else look(answer.label, fault)))
-    caption = "" if fault is None else f"{name_of(fault)} {fault.number}, {span_of(fault)}, drawn at {_at(answer)}: "
+        colour = "false" if fault.kind == FALSE else "missed"
+        key = element("span", class_=f"k {colour}")
+        parts.append(element("p", key, _where(view, fault), class_="where"))
+        at = "" if answer.moment is None else f"{answer.moment.seconds:.3f} s"
+        caption = f"{fault.name} {fault.number}, {fault.span}, drawn at {at}: "
+    parts.append(_facts(view, answer, None if fault is None else look(fault)))
     figure = [] if shown is None else [_figure(shown[0], f"{caption}{shown[1]}.")]
     return element("section", element("div", *parts, class_="say"), *figure, class_="hero")
 
 
-def plain_hero(told: Hero, shown: Shown | None = None) -> Markup:
+def _hero(hero: Hero, shown: Shown | None) -> Markup:
     """A sentence and lines below it, beside a picture of the scene."""
-    lines = [element("p", line) for line in told.lines]
+    words = [element("h1", hero.sentence), *(element("p", line) for line in hero.lines)]
     figure = [] if shown is None else [_figure(shown[0], f"{shown[1]}.")]
-    return element(
-        "section", element("div", element("h1", told.sentence), *lines, class_="say"), *figure, class_="hero"
-    )
+    return element("section", element("div", *words, class_="say"), *figure, class_="hero")
 
 
 def _figure(picture: Markup, words: str) -> Markup:
@@ -109,22 +98,14 @@ def marked(sentence: str) -> Markup:
     return Markup("".join(joined([part]) for part in (before, element("mark", found.group()), after)))
 
 
-def _kind(fault: Fault) -> str:
-    return "false" if kind_of(fault) == "false" else "missed"
-
-
-def _at(answer: Answer) -> str:
-    return "" if answer.moment is None else f"{answer.moment.seconds:.3f} s"
-
-
-def _where(view: RunView, answer: Answer, fault: Fault) -> str:
+def _where(view: RunView, fault: Fault) -> str:
     """Which bodies, from when to when, and how many of all faults of this kind."""
-    every: Sequence[Fault] = (view.misses if kind_of(fault) == "miss" else view.false)[answer.label]
+    every = [other for other in view.faults[fault.label] if other.kind == fault.kind]
     alike = [other for other in every if other.pair == fault.pair]
     start, end = min(other.start for other in alike), max(other.end for other in alike)
-    what = name_of(fault).lower()
+    what = fault.name.lower()
     digits = 1 if view.summary["session"]["duration"] >= LONG else 3
-    pair = sentence_of(f"{fault.body_a} and {fault.body_b}")
+    pair = sentence_of(" and ".join(fault.pair))
     if len(every) == 1:
         return f"{pair}, {start:.{digits}f} s: the only {what}."
     things = f"{len(every)} missed, late or cut short" if what == "miss" else plural(len(every), what)
@@ -213,7 +194,7 @@ def timeline_part(view: RunView, mark: float | None) -> Markup:
         named = [(view.oracle, element("i", " (reference)"))]
         named += [(rank.label, element("i", f": {rank.what}")) for rank in view.ranking[:-1]]
     else:
-        named = [(label, Markup("")) for label in view.episodes]
+        named = [(label, Markup("")) for label in view.contacts]
     start = float(view.summary["window"]["start"] or 0.0)
     window = start, start + float(view.summary["session"]["duration"])
     lanes, seen = [], set[str]()

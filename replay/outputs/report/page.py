@@ -1,7 +1,7 @@
 """``report.html``: what was missed, where and at what price, on one self-contained page."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -9,21 +9,15 @@ import numpy as np
 
 from replay.base.constants import CAVEAT
 from replay.effects.effect_summary import RESULTS, happened, happened_words, leading, titration_curves
+from replay.outputs.contact_tables import episode_rows, false_rows, miss_rows
+from replay.outputs.report.cards import Look, Shown, Still
 from replay.outputs.report.charts import curve
 from replay.outputs.report.details import last_section, words_section
-from replay.outputs.report.first_screen import (
-    Hero,
-    all_detectors,
-    audit_screen,
-    doubt_lines,
-    page_head,
-    plain_hero,
-    timeline_part,
-)
+from replay.outputs.report.first_screen import first_screen, page_head
 from replay.outputs.report.markup import Markup, Section, element, page_html, section_html
-from replay.outputs.report.run_view import Fault, RunView, key_fault, kind_of, view_of
+from replay.outputs.report.run_view import MISS, Fault, Hero, RunView, contacts_of, faults_of
 from replay.outputs.report.sections import effect_section, fault_sections
-from replay.outputs.report.still import FIRST, bench_still, fault_still
+from replay.outputs.report.still import CARD, FIRST, bench_still, fault_still
 from replay.outputs.run_tables import contact_table
 from replay.outputs.words import NOT_LOOKED_FOR, tallied
 from replay.pipeline.headline import beside, doubts, undecided
@@ -43,39 +37,45 @@ def write_report(result: RunResult, path: Path) -> None:
 def report_html(result: RunResult) -> str:
     """The page as text."""
     view = view_of(result)
-    name = session_name(result.session, result.summary["session"]["id"])
+    more, curves = [*_other_sections(result)], [*_titrations(result)]
+    return run_page(view, partial(_still, result), partial(_look, view), more, curves)
+
+
+def run_page(
+    view: RunView, still: Still | None, look: Look, more: Sequence[Section] = (), curves: Sequence[Markup] = ()
+) -> str:
+    """The page of a run, its faults with a ``still`` each and a ``look`` at it in motion; ``more`` sections first."""
+    sections = [
+        *more, *fault_sections(view, still, look), *effect_section(view, curves), last_section(view),
+        *words_section(view),
+    ]  # fmt: skip
+    # What a reader must know before the answer.
+    doubt_lines = [element("p", line, class_="doubt") for line in view.doubts]
+    top = [page_head(view, sections), *doubt_lines, *first_screen(view, still, look)]
+    return page_html(view.title, top, [section_html(section) for section in sections], CAVEAT)
+
+
+def view_of(result: RunResult) -> RunView:
+    """A run in memory."""
     events = [
         {"source": kind, "name": event.name, "message": event.text, "time": event.time, "end_time": event.end}
         for kind, event in happened(result.effects)
     ]
-    notes = beside(result)[len(undecided(view)) :]
-    sections = [
-        *_other_sections(result), *fault_sections(view, partial(fault_still, result), partial(_look, view)),
-        *effect_section(view, events, [*_titrations(result)]), last_section(view, notes), *words_section(view),
-    ]  # fmt: skip
-    title, screen = _first_screen(result, view)
-    top = [page_head(view, name, sections), *doubt_lines(doubts(result)), *screen]
-    return page_html(f"{title} Replay of {name}", top, [section_html(section) for section in sections], CAVEAT)
+    return RunView(
+        summary=result.summary, oracle=result.oracle, ranking=result.ranking, answers=result.answers,
+        faults=faults_of(result.comparisons, miss_rows(result).plain(), false_rows(result).plain()),
+        contacts=contacts_of(result.detections, episode_rows(result).plain(), result.oracle), events=events,
+        name=session_name(result.session, result.summary["session"]["id"]), hero=_hero(result),
+        doubts=doubts(result), notes=beside(result)[len(undecided(result)) :], folder=str(result.out or "RUN"),
+    )  # fmt: skip
 
 
-def _first_screen(result: RunResult, view: RunView) -> tuple[str, list[Markup]]:
-    """The sentence of the title, and everything above the fold."""
-    look = partial(_look, view)
+def _hero(result: RunResult) -> Hero | None:
+    """What is said of a tradeoff, or where no detector is compared: how many contacts, or what the effects say."""
     if result.tradeoff is not None:
-        rest = all_detectors(view, None) if view.answers else []
-        return result.tradeoff.answer, [plain_hero(Hero(result.tradeoff.answer)), *rest]
-    if not view.answers:
-        told = _without_audit(result)
-        lanes = [timeline_part(view, None)] if result.detections else []
-        return f"{told.sentence.rstrip('.')}.", [plain_hero(told, bench_still(result)), *lanes]
-    answer = view.answers[0]
-    fault = key_fault(view, answer)
-    shown = bench_still(result) if fault is None else fault_still(result, answer.label, fault, FIRST)
-    return answer.sentence, audit_screen(view, shown, look)
-
-
-def _without_audit(result: RunResult) -> Hero:
-    """What was found where no detector is compared with another: contacts, or what the effects say."""
+        return Hero(result.tradeoff.answer)
+    if result.answers:
+        return None
     if result.detections:
         counts = [f"{plural(len(found), 'contact')} found by {label}" for label, found in result.episodes.items()]
         return Hero(", ".join(counts))
@@ -86,10 +86,19 @@ def _without_audit(result: RunResult) -> Hero:
     return Hero(tallied(Counter(event.name for _, event in found)) or NOT_LOOKED_FOR, lines)
 
 
-def _look(view: RunView, label: str, fault: Fault) -> Markup:
+def _still(result: RunResult, fault: Fault | None, first: bool) -> Shown:
+    """The picture of a fault, or of the bench."""
+    if fault is None:
+        return bench_still(result)
+    things = result.misses[fault.label] if fault.kind == MISS else result.false[fault.label]
+    thing = next(thing for thing in things if thing.number == fault.number)
+    return fault_still(result, fault.label, thing, FIRST if first else CARD)
+
+
+def _look(view: RunView, fault: Fault) -> Markup:
     """The command that shows a fault in motion."""
-    by = f" --by {label}" if len(view.answers) > 1 else ""
-    return element("code", f"replay view {view.folder} --{kind_of(fault)} {fault.number}{by}")
+    by = f" --by {fault.label}" if len(view.answers) > 1 else ""
+    return element("code", f"replay view {view.folder} --{fault.kind} {fault.number}{by}")
 
 
 def _other_sections(result: RunResult) -> Iterator[Section]:
@@ -109,10 +118,7 @@ def _titrations(result: RunResult) -> Iterator[Markup]:
         words = f"The pH in {vessel} over what came in"
         if ends:
             points = " and ".join(f"{end:.2f}" for end in ends)
-            words += (
-                f"; the line is its end point, {points} mL"
-                if len(ends) == 1
-                else f"; the lines are its end points, {points} mL"
-            )
+            lines = "line is its end point" if len(ends) == 1 else "lines are its end points"
+            words += f"; the {lines}, {points} mL"
         points_of = np.stack([added, ph], axis=1).tolist()
         yield curve(points_of, ends, f"{words}.", "came in, mL", "pH")

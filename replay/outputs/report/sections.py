@@ -1,14 +1,14 @@
 """What stands below the first screen: the faults of each detector, and what the effects found."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from collections import Counter
+from collections.abc import Iterator, Sequence
 
-from replay.comparison.misses import NEVER_FOUND
 from replay.effects.effect_summary import EVENT_ROWS
 from replay.outputs.report.cards import Look, Still, cards
+from replay.outputs.report.charts import KIND_WORDS
 from replay.outputs.report.first_screen import command_of
 from replay.outputs.report.markup import Fold, Markup, Part, Section, element, joined
-from replay.outputs.report.run_view import RunView
+from replay.outputs.report.run_view import FALSE, RunView
 from replay.outputs.run_tables import effect_table
 from replay.outputs.tables import table
 from replay.pipeline.answer import Answer
@@ -28,12 +28,13 @@ def fault_sections(view: RunView, still: Still | None, look: Look) -> Iterator[S
 
 def _lead(view: RunView, answer: Answer) -> Markup:
     """How many faults, and what a card is."""
-    false, misses = view.false.get(answer.label, ()), view.misses[answer.label]
-    missed = sum(miss.kind == NEVER_FOUND for miss in misses)
-    things = "unconfirmed contact" if false and all(one.unconfirmed for one in false) else "false contact"
-    counts = [plural(len(false), things)] if false else []
-    counts += [f"{missed} missed"] if missed else []
-    counts += [f"{len(misses) - missed} late or cut short"] if len(misses) > missed else []
+    faults = view.faults[answer.label]
+    count = Counter(fault.stretch for fault in faults)
+    confirmed = any(fault.kind == FALSE and not fault.unconfirmed for fault in faults)
+    counts = []
+    if count["false"]:
+        counts.append(plural(count["false"], "false contact" if confirmed else "unconfirmed contact"))
+    counts += [f"{count[kind]} {KIND_WORDS[kind]}" for kind in ("missed", "late") if count[kind]]
     over = next(rank for rank in view.ranking if rank.label == answer.label).phases
     at = ", at the sampling offset of this run" if over > 1 else ""
     words = f"{', '.join(counts)}{at}. One card a pair of bodies, with its longest fault."
@@ -48,14 +49,9 @@ def _reasons(view: RunView, answer: Answer) -> Markup:
     return joined(lines)
 
 
-def effect_section(
-    view: RunView, events: Sequence[Mapping[str, Any]], curves: Sequence[Markup] = ()
-) -> Iterator[Section]:
-    """What the effects found, and what nobody asked for; beside an audit folded.
-
-    ``events`` are rows of the table of events.
-    """
-    planned, effects = view.summary["plan"], view.summary["effects"]
+def effect_section(view: RunView, curves: Sequence[Markup]) -> Iterator[Section]:
+    """What the effects found, and what nobody asked for; beside an audit folded."""
+    planned, effects, events = view.summary["plan"], view.summary["effects"], view.events
     if not effects:
         return
     rows = [

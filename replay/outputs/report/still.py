@@ -10,14 +10,16 @@ import numpy as np
 
 from cdcore import TriangleMesh
 from cdcore.numerics import BoolArray, FloatArray, IntArray, place_points
+from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Miss
 from replay.outputs.camera import AZIMUTHS, overview, standing, towards_user
 from replay.outputs.palette import INVENTED, MISSED, Rgba, albedo, is_ghost, tags_of
 from replay.outputs.report.cage import cage
 from replay.outputs.report.markup import Markup, element
 from replay.outputs.report.rasteriser import Colour, Lines, Shape, View, drawn
-from replay.outputs.report.run_view import Fault
 from replay.pipeline.run_result import RunResult
+
+Fault = Miss | FalseContact
 
 FIRST: Final = (470, 352)
 CARD: Final = (300, 170)

@@ -23,7 +23,7 @@ from replay.outputs.results.run_folder import (
     result_folder,
     write_summary,
 )
-from replay.outputs.share.page import shared_page, title_of
+from replay.outputs.share.page import folder_view, shared_page
 from replay.outputs.tables import Marked, table
 from replay.pipeline.sentences import plural
 from sessions.mcap_format.metadata import SHARE
@@ -86,7 +86,8 @@ def _packed(content: bytes) -> bytes:
 
 def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
     """The page of a run, and where it is ``pictured`` its recording, as it is and packed; the title of the page."""
-    text = shared_page(run, pictured=pictured)
+    view = folder_view(run)
+    text = shared_page(view, pictured=pictured)
     if pictured:
         recording, labels = run.path / PICTURE, list(run.summary["audit"])
         shutil.copyfile(recording, page.with_name(f"{name}.rrd"))
@@ -94,7 +95,7 @@ def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
         page.with_name(f"{name}.js").write_bytes(packed)
         text = _beside(text, name)
     page.write_text(text, encoding="utf-8", newline="\n")
-    return title_of(run)
+    return view.title
 
 
 def _moments(recording: Path, labels: Sequence[str]) -> bytes:
