@@ -2,23 +2,28 @@
 
 python .ci/real_recordings.py fetch FOLDER            prints the commands that put the recordings into FOLDER
 python .ci/real_recordings.py page FOLDER             prints the page, with what FOLDER and ../shared/data hold
+python .ci/real_recordings.py class FOLDER            runs the sessions of twelve participants, and writes their page
+python .ci/real_recordings.py pictures FOLDER         draws the pictures of the findings into .github/pictures
 """
 
+import subprocess
 import sys
 import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
 import replay
+from replay.cli.main import main
 from replay.outputs.run_tables import ranking_table
 from replay.outputs.tables import text_of
-from sessions import Session, Severity, examine, import_session
+from sessions import Session, Severity, examine, import_session, write_session
 from sessions.glassware.devices import proxy_headset
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -80,6 +85,39 @@ RECORDINGS = (
     Recording("tracker-july", *ACCURACY, "Experiment_Data/20200717_Exp2/measurementPoint1.txt", MIT, TRACKER),
     Recording("tracker-september", *ACCURACY, "Experiment_Data/20200917_Exp2/measurementPoint10.txt", MIT, TRACKER),
 )  # fmt: skip
+
+SHOTS = ROOT / ".github" / "pictures"
+
+PICTURES = {"grab-left": 730, "tracker-july": 765}
+"""Recordings whose report is shown, and how many pixels of it."""
+
+CLASS_REPOSITORY = "jsantospaz/uspceu_crom_vr_assessment"
+CLASS_COMMIT = "acd0c08"
+CLASS_FILES = {
+    "P08": (30, 32), "P13": (50, 52), "P14": (54, 56), "P15": (58, 60), "P18": (70, 72), "P21": (82, 84),
+    "P22": (86, 88), "P24": (94, 96), "P26": (102, 104), "P28": (110, 112), "P29": (114, 116), "P31": (122, 124),
+}  # fmt: skip
+"""Participant -> the numbers of two files that are read whole; in others a decimal comma stands between the cells."""
+
+CLASS_MAPPING = """
+convention = "unity"
+units = "m"
+[time]
+column = "Time"
+unit = "text"
+format = "%H:%M:%S.%f"
+[body]
+name = "Device"
+position = ["X", "Y", "Z"]
+quaternion_xyzw = ["qX", "qY", "qZ", "qW"]
+"""
+
+POST_M = (0.02, 0.4, 0.02)
+POST_GAP_M = 0.05
+"""Between a post and the headset while its wearer looks straight ahead."""
+
+REST_FRAMES = 200
+"""At the start of a recording its wearer sits still; so many frames say where."""
 
 HEAD = (
     "recording", "rate, length", "doctor", "contacts", "hulls at 50 Hz", "meshes at 50 Hz", "paper", "`exact` a frame",
@@ -162,7 +200,118 @@ def rows(folder: Path | None) -> Iterator[list[str]]:
             yield row(recording, file, folder)
 
 
-def page(folder: Path | None) -> str:
+def participant_session(file: Path, participant: str, mapping: Path) -> Session:
+    """The headset of a participant between two posts that stand beside it as it rests."""
+    headset = import_session("csv", file, mapping=mapping).tracks["H"]
+    mesh = proxy_headset(HEADSET_FACES).mesh
+    turn = Rotation.from_quat(headset.quaternions_xyzw[:REST_FRAMES]).mean()
+    place = np.median(headset.positions[:REST_FRAMES], axis=0)
+    across = turn.apply([1.0, 0.0, 0.0]) * [1.0, 0.0, 1.0]
+    across /= np.linalg.norm(across)
+    beside = (mesh.vertices @ turn.as_matrix().T @ across).max() + POST_GAP_M + POST_M[0] / 2
+    post = trimesh.creation.box(POST_M)
+    rows = len(headset.times_ns)
+    yaw = Rotation.from_rotvec([0.0, np.arctan2(-across[2], across[0]), 0.0]).as_quat()
+    poses = {"headset": (headset.positions, headset.quaternions_xyzw)}
+    for name, side in (("left post", -1.0), ("right post", 1.0)):
+        poses[name] = (np.tile(place + side * beside * across, (rows, 1)), np.tile(yaw, (rows, 1)))
+    meshes = {"headset": (mesh.vertices, mesh.faces)} | dict.fromkeys(list(poses)[1:], (post.vertices, post.faces))
+    return Session.from_arrays(headset.times_ns, poses, meshes=meshes, facts={"pseudonym": participant})
+
+
+def write_class(folder: Path) -> None:
+    """Runs of all participants, and the class page about them, in ``folder``/class."""
+    home = folder / "class"
+    (home / "sessions").mkdir(parents=True, exist_ok=True)
+    mapping = home / "columns.toml"
+    mapping.write_text(CLASS_MAPPING, encoding="utf-8")
+    for participant, numbers in CLASS_FILES.items():
+        for number in numbers:
+            session = participant_session(folder / f"subject__{number}.txt", participant, mapping)
+            write_session(session, home / "sessions" / f"{participant}-{number}.mcap")
+    main(["run", str(home / "sessions"), "--out", str(home / "runs"), "--no-picture", "--force"])
+    main(["study", "page", str(home / "runs"), "--out", str(home / "page"), "--force"])
+
+
+def class_figures(folder: Path) -> dict[str, str]:
+    """What the page says of the participants, by the word that stands for it."""
+    runs = folder / "class" / "runs"
+    if not runs.is_dir():
+        sys.exit("the sessions of the participants were not run; do so with `class` first")
+    tables = {name: table.to_pylist() for name, table in replay.read(runs).items()}
+    metrics = [line for line in tables["metrics"] if line["detector"] == "exact"]
+    contacts = [line for line in tables["episodes"] if line["detector"] == "exact"]
+    count = Counter(line["run"] for line in contacts)
+    rows = []
+    for label in LINEUP:
+        faults = Counter(line["kind"] for line in tables["misses"] if line["detector"] == label)
+        late = faults["found late"] + faults["lost early"]
+        longest = max(1e3 * (line["end"] - line["start"]) for line in tables["misses"] if line["detector"] == label)
+        rows.append(f"| {label} | {faults.total() - late} | {late} | {longest:.0f} ms |")
+    return {
+        "class: participants": str(len({line["student"] for line in metrics})),
+        "class: sessions": str(len(metrics)),
+        "class: minutes": f"{sum(line['valid_minutes'] for line in metrics):.0f}",
+        "class: contacts": str(len(contacts)),
+        "class: fewest": str(min(count[line["run"]] for line in metrics)),
+        "class: most": str(max(count.values())),
+        "class: table": "\n".join(rows),
+    }
+
+
+def screenshot(address: str, picture: Path, height: int) -> None:
+    """What a browser shows of a page in a window of 1,280 pixels."""
+    with TemporaryDirectory() as profile:
+        subprocess.run(
+            ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--no-first-run",
+             "--disable-background-networking", f"--screenshot={picture}", f"--window-size=1280,{height}",
+             f"--user-data-dir={profile}", address],
+            check=True, capture_output=True,
+        )  # fmt: skip
+
+
+def draw_pictures(folder: Path) -> None:
+    """The first screen of two reports, and where a lost tracker says that it is."""
+    home = folder / "pictures"
+    home.mkdir(exist_ok=True)
+    for recording in RECORDINGS:
+        file = recording.find(folder)
+        if recording.name not in PICTURES or file is None:
+            continue
+        session = home / f"{recording.name}.mcap"
+        write_session(imported(file, folder), session)
+        out = home / recording.name
+        main(["run", str(session), "--out", str(out), "--no-picture", "--force"])
+        screenshot((out / "report.html").resolve().as_uri(), SHOTS / f"{recording.name}.png", PICTURES[recording.name])
+    lost = next(recording for recording in RECORDINGS if recording.name == "tracker-august").find(folder)
+    if lost is not None:
+        draw_lost(np.loadtxt(lost)[:, :3], SHOTS / "tracker-august.png")
+
+
+def draw_lost(positions: np.ndarray, picture: Path) -> None:
+    """The distance of a tracker from where it lies: valid numbers, and most metres off while it is lost."""
+    from matplotlib.figure import Figure
+
+    seconds = np.arange(len(positions)) / 250
+    lost = ~np.any(positions != 0.0, axis=1)
+    away = np.linalg.norm(positions - np.median(positions[~lost], axis=0), axis=1)
+    figure = Figure(figsize=(12.8, 3.0), layout="constrained")
+    axes = figure.subplots()
+    axes.plot(seconds, np.where(lost, np.nan, away), color="#2b79c9", linewidth=2)
+    axes.plot(seconds, np.where(lost, away, np.nan), color="#c8202f", linewidth=3)
+    axes.annotate(
+        f"{int(lost.sum())} rows at the origin, unturned: lost, and written as a pose like any other",
+        (seconds[lost].mean(), away[lost].max()), xytext=(170, 0), textcoords="offset points", ha="left", va="center",
+        color="#c8202f", fontsize=13,
+    )  # fmt: skip
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel("seconds")
+    axes.set_ylabel("metres from its place")
+    axes.spines[["top", "right"]].set_visible(False)
+    figure.savefig(picture, dpi=100)
+
+
+def page(folder: Path) -> str:
     """The page: the text beside this module, with the tables and figures in the places for them."""
     measured = list(rows(folder))
     sources = ["| recording | device | repository, file, commit | licence |", "|---|---|---|---|"]
@@ -173,6 +322,8 @@ def page(folder: Path | None) -> str:
     text = TEXT.read_text("utf-8")
     text = text.replace("{measured}", "\n".join(f"| {' | '.join(cells)} |" for cells in table))
     text = text.replace("{sources}", "\n".join(sources))
+    for word, value in class_figures(folder).items():
+        text = text.replace(f"{{{word}}}", value)
     for cells in measured:
         for heading, cell in zip(HEAD, cells, strict=True):
             text = text.replace(f"{{{cells[0]}: {heading}}}", cell)
@@ -188,13 +339,24 @@ def fetch_commands(folder: Path) -> Iterator[str]:
         for one in RECORDINGS:
             if one.repository == repository:
                 yield f"git -C {folder}/{clone} show {one.commit}:{one.path} > {folder}/{one.file}"
+    clone = CLASS_REPOSITORY.rpartition("/")[2]
+    yield f"git clone https://github.com/{CLASS_REPOSITORY} {folder}/{clone}"
+    for number in sorted(sum(CLASS_FILES.values(), ())):
+        name = f"subject__{number}.txt"
+        yield f"git -C {folder}/{clone} show {CLASS_COMMIT}:Data/{name} > {folder}/{name}"
     yield f"npm pack @webxr-input-profiles/assets@1.0.20 --pack-destination {folder}"
     inside = "package/dist/profiles/htc-vive/none.glb"
     yield f"tar -xzOf {folder}/webxr-input-profiles-assets-1.0.20.tgz {inside} > {folder}/{WAND}"
 
 
+VERBS = {
+    "fetch": lambda folder: print("\n".join(fetch_commands(folder))),
+    "page": lambda folder: print(page(folder).rstrip("\n")),
+    "class": write_class,
+    "pictures": draw_pictures,
+}
+
 if __name__ == "__main__":
-    if len(sys.argv) != 3 or sys.argv[1] not in ("fetch", "page"):
+    if len(sys.argv) != 3 or sys.argv[1] not in VERBS:
         sys.exit(__doc__)
-    target = Path(sys.argv[2])
-    print("\n".join(fetch_commands(target)) if sys.argv[1] == "fetch" else page(target).rstrip("\n"))
+    VERBS[sys.argv[1]](Path(sys.argv[2]))

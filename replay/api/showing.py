@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from replay.prepare.session_input import require_folder
+
 PathLike = str | Path
 
 
@@ -25,7 +27,7 @@ def view(*runs: PathLike, miss: int | None = None, false: int | None = None, by:
 
     if not runs:
         raise RunFolderError("there is no run to show; name at least one run folder")
-    folders = [Path(run) for run in runs]
+    folders = [require_folder(run) for run in runs]
     first, *_ = [read_run_folder(folder) for folder in folders]
     first.require_miss(miss)
     with open_viewer(*folders, miss=miss, false=false, by=by) as viewer:
@@ -45,8 +47,8 @@ def share(runs: PathLike | Sequence[PathLike], out: PathLike, *, anyway: bool = 
     """
     from replay.outputs.share.folder import INDEX
 
-    several = [runs] if isinstance(runs, str | Path) else runs
-    write_share([Path(run) for run in several], Path(out), anyway=anyway, force=force)
+    several = runs if isinstance(runs, list | tuple) else [runs]
+    write_share([require_folder(run) for run in several], Path(out), anyway=anyway, force=force)
     return Path(out) / INDEX
 
 

@@ -11,7 +11,7 @@ from typing import Any, Final, TypeVar
 from replay.effects import EFFECTS, effect_kinds, load_effect
 from replay.effects.declaring import Declaration, Pair, body_faults, declare
 from replay.effects.protocol import POSES, EffectSpec
-from replay.errors import EffectError, PlanError
+from replay.errors import EffectError, PlanError, WrongInputError
 from sessions.model.scene import Scene
 from sessions.scene_files.toml_table import nearest
 
@@ -65,6 +65,8 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
     key and the nearest known name, ``faults`` are all there are.
     Raises EffectError: a declared effect whose file cannot be loaded.
     """
+    if not isinstance(scene, Scene):
+        raise WrongInputError(f"a scene is needed, not {type(scene).__name__}; a session has one: session.scene")
     faults: list[str] = []
     declared = _declared(scene, file, table, faults)
     theirs = {key: "" for kind in declared for key in load_effect(kind, table).properties}

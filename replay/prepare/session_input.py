@@ -1,6 +1,8 @@
-"""What may be given for a session."""
+"""What may be given for a session, and for a run folder."""
 
 from os import PathLike
+from pathlib import Path
+from typing import Any
 
 from replay.errors import WrongInputError
 from sessions import Session
@@ -8,8 +10,7 @@ from sessions import Session
 
 def require_session(given: object, *, path: bool = True) -> None:
     """Refuse what is neither a session nor, where ``path``, the path of one, with a ``WrongInputError``."""
-    # A path of another file system (universal-pathlib) is no PathLike.
-    place = isinstance(given, str | PathLike) or hasattr(given, "joinpath")
+    place = _is_path(given)
     if isinstance(given, Session) or (path and place):
         return
     wanted = "a session or the path of one" if path else "a session"
@@ -17,3 +18,18 @@ def require_session(given: object, *, path: bool = True) -> None:
     if place:
         how = "read the file with replay.read_session(path)"
     raise WrongInputError(f"{wanted} is needed, not {type(given).__name__}; {how}")
+
+
+def require_folder(given: Any) -> Path:
+    """The path that is given for a run folder; ``WrongInputError`` where it is none."""
+    if not _is_path(given):
+        kind = type(given).__name__
+        raise WrongInputError(
+            f"the path of a run folder is needed, not {kind}; make one with replay.run(..., out=folder)"
+        )
+    return Path(given) if isinstance(given, str) else given
+
+
+def _is_path(given: object) -> bool:
+    # A path of another file system (universal-pathlib) is no PathLike.
+    return isinstance(given, str | PathLike) or hasattr(given, "joinpath")

@@ -24,6 +24,8 @@ EXACT_SECONDS: Final = 4.0e6
 
 TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year 1) at the Unix epoch
 
+NO_YEAR: Final = 1900  # What strptime says of a time of day without a date
+
 LONGEST_LINE: Final = 1_000_000  # Letters of a line that are read; a header of 12 bodies has a thousand
 
 DELIMITERS: Final = ",;\t"  # Of a file that no mapping describes the one that its header has most
@@ -76,11 +78,12 @@ class CsvTable:
         except (pa.ArrowInvalid, pa.ArrowKeyError, UnicodeDecodeError) as error:
             why = str(error).splitlines()[0][:160] if str(error) else type(error).__name__
             raise ImportFileError(f"{source}: this is no CSV ({why}); save it again as UTF-8") from None
-        if not len(self) and 1 < len(header) < self._widest:
+        if len(self) < self.skipped and 1 < len(header) < self._widest:
+            many = "most rows have" if len(self) else "every row has"
             cure = "export numbers with decimal points, or semicolons between the cells"
             cure = "check delimiter and skip_lines of the mapping" if mapped else cure
             raise ImportFileError(
-                f"{source}: every row has more cells than line {self._above}, which has {len(header)}; {cure}"
+                f"{source}: {many} more cells than line {self._above}, which has {len(header)}; {cure}"
             )
         self.columns = tuple(header)
         if rate_hz > 0.0:
@@ -243,8 +246,10 @@ class CsvTable:
 def _nanoseconds(text: str, form: str) -> int:
     """Nanoseconds since 1970 of a date and time; ISO 8601 keeps every digit of its second."""
     if form:
-        moment, digits = datetime.strptime(text, form), ""
+        moment = datetime.strptime(text, form)
         digits = f"{moment.microsecond:06d}"
+        if moment.year == NO_YEAR:  # a time of day counts from midnight
+            moment = moment.replace(year=1970)
     else:
         fraction = re.search(r"(?<=\d)[.,](\d+)", text)
         digits = fraction[1] if fraction else ""

@@ -27,6 +27,7 @@ from replay.outputs.results.run_folder import (
     READ_TABLES,
     SUMMARY,
 )
+from replay.prepare.session_input import require_folder
 
 RUN: Final[dict[str, type]] = {"run": str}
 
@@ -63,7 +64,7 @@ def read(folder: Path | str) -> dict[str, pa.Table]:
     What an older version did not write is null. A session that was run twice is there twice. Raises
     ``RunFolderError``: there is no run folder, a table cannot be read, or a newer version wrote it.
     """
-    found = find_runs(Path(folder))
+    found = find_runs(require_folder(folder))
     return {name: joined(found, name) for name in DATA_SET}
 
 

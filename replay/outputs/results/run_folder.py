@@ -26,6 +26,7 @@ from replay.outputs.results.reading import checked_contacts, checked_summary, ch
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds, recording_mark
+from replay.prepare.session_input import require_folder
 from sessions.model.constants import SCENE_FACT
 from sessions.whole_files import whole_folder
 
@@ -231,11 +232,12 @@ class RunFolder:
         return (checked_contacts(path, table, self.summary) if name in CONTACTS else table).to_pylist()
 
 
-def read_run_folder(path: Path) -> RunFolder:
+def read_run_folder(path: str | Path) -> RunFolder:
     """Open a run folder; ``RunFolderError`` where it holds no summary, one of another schema, or one that is damaged.
 
     Anybody may have sent it: every value that is known has the type that a run writes.
     """
+    path = require_folder(path)
     try:
         summary = read_json(path / SUMMARY)
     except (OSError, ValueError) as error:

@@ -114,7 +114,7 @@ def detectors_of(names: str) -> list[str]:
     Raises StressError: no name, or a peer that is not installed.
     Raises UnknownDetectorError: lists the names there are.
     """
-    asked = [name.strip() for name in names.split(",") if name.strip()]
+    asked = [name.strip() for name in str(names).split(",") if name.strip()]
     if not asked:
         raise StressError(f"{names!r} names no detector; there are: {', '.join([*detector_names(), *PEERS])}, {ALL}")
     found: list[str] = []

@@ -166,6 +166,12 @@ WRONG = {
     "a view of no run": (lambda r, p: replay.view(p), replay.ReplayError, "run"),
     "a share of no run": (lambda r, p: replay.share(p / "nowhere", p / "out"), replay.ReplayError, "nowhere"),
     "a diff of no run": (lambda r, p: replay.diff(p / "nowhere", p), replay.ReplayError, "nowhere"),
+    "a number for a run to view": (lambda r, p: replay.view(3), TypeError, "path of a run folder"),
+    "a number for a run to share": (lambda r, p: replay.share(3, p / "out"), TypeError, "path of a run folder"),
+    "a number for runs to compare": (lambda r, p: replay.diff(3, p), TypeError, "path of a run folder"),
+    "a number for runs to read": (lambda r, p: replay.read(3), TypeError, "path of a run folder"),
+    "a session for a scene": (lambda r, p: replay.plan(r.session), TypeError, "session.scene"),
+    "a number for a detector": (lambda r, p: replay.stress(3), replay.CollisionCoreError, "exact"),
     "a name misspelt": (lambda r, p: replay.adit, AttributeError, "audit"),
 }  # fmt: skip
 

@@ -95,6 +95,11 @@ CASES = {
         ["datetime", *head("p{}", "xyz"), *head("q{}", VALUES)],
         [[stamp, *row] for stamp, row in zip(wall(""), rows_of(*G), strict=True)], ",", ("log",), np.round(TIME, 3), "",
     ),
+    "a clock without a date": (
+        ["Time", "Device", *"XYZ", *head("q{}", "WXYZ")],
+        [[stamp.split("T")[1].rstrip("Z"), "H", *PLACE[0][k], *TURN[0][k][WXYZ]] for k, stamp in enumerate(wall(""))],
+        ",", ("H",), np.round(TIME, 3), "convention",
+    ),
     "before 0, in mm": (
         ["t (s)", *head("Cup pos {} (mm)", "xyz"), *head("Cup rot {}", VALUES)],
         rows_of(TIME - 0.25, 1000 * PLACE[0], TURN[0]), ",", ("Cup",), TIME, "convention",
