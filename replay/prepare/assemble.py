@@ -64,8 +64,8 @@ class AssemblyLayout:
     live_contacts: Sequence[LiveContact] = ()
     live_residual: float = 0.0
 
-    def assembly(self, frames: PlacedFrames, carried: int = 0) -> Assembly:
-        """An assembly of placed frames, without the first ``carried`` ones, which only give the path into the rest."""
+    def assembly(self, frames: PlacedFrames) -> Assembly:
+        """An assembly of placed frames."""
         times = (frames.stamp_ns - self.scan.first_ns) / 1e9
         valid = frames.origin != PoseOrigin.NONE
         linked = valid & np.roll(valid, 1, axis=0)
@@ -76,15 +76,12 @@ class AssemblyLayout:
             linked[:, column] &= begun == ended
         if len(self.pairs):
             names = [body.name for body in self.bodies]
-            motion = Motion(
-                times, frames.translation, frames.rotation, valid, linked=linked, names=names, copy=bool(carried)
-            )
+            motion = Motion(times, frames.translation, frames.rotation, valid, linked=linked, names=names, copy=False)
         else:
             # The survey has checked every sample, and no detector will use these poses: the compiler stays unloaded.
             motion = Motion.of_rigid(times, frames.translation, frames.rotation, valid, linked)
         shared = {item.name: getattr(self, item.name) for item in fields(Assembly) if hasattr(self, item.name)}
-        motion = motion.frames(carried, len(frames)) if carried else motion
-        return Assembly(motion=motion, stamp_ns=frames.stamp_ns[carried:], origin=frames.origin[carried:], **shared)
+        return Assembly(motion=motion, stamp_ns=frames.stamp_ns, origin=frames.origin, **shared)
 
 
 def lay_out(
@@ -165,43 +162,20 @@ def assemble(
     'a-b'
     """
     layout = layout or lay_out(session, pairs=pairs)
-    count = window_frames(layout.scan, start, end)
-    return layout.assembly(PlacedFrames.filled(count, _placed_blocks(session, layout, BLOCK_FRAMES, start, end)))
-
-
-def assemble_blocks(
-    session: Session, frames: int = BLOCK_FRAMES, *, start: float | None = None, end: float | None = None,
-    layout: AssemblyLayout | None = None,
-) -> Iterator[Assembly]:  # fmt: skip
-    """The same in consecutive blocks of at most ``frames`` frames, for a session larger than memory.
-
-    Joined, the blocks equal ``assemble`` to the last bit, for any block size: samples are carried across borders, and
-    ``motion.linked`` of a block's first frame tells whether the path from the block before is known.
-    """
-    layout = layout or lay_out(session)
-    carried: list[PlacedFrames] = []
-    for part in _placed_blocks(session, layout, frames, start, end):
-        yield layout.assembly(PlacedFrames.join([*carried, part]), len(carried))
-        carried = [part.part(len(part) - 1, len(part))]
-
-
-def _placed_blocks(
-    session: Session, layout: AssemblyLayout, size: int, start: float | None, end: float | None
-) -> Iterator[PlacedFrames]:
     low, high = _window(layout.scan, start, end)
+    count = int(((layout.scan.stamp_ns >= low) & (layout.scan.stamp_ns <= high)).sum())
+    return layout.assembly(PlacedFrames.filled(count, _placed_blocks(session, layout, low, high)))
+
+
+def _placed_blocks(session: Session, layout: AssemblyLayout, low: int, high: int) -> Iterator[PlacedFrames]:
+    """The frames between two stamps, both included."""
     kinematics = Kinematics(session.scene, session.names, [body.name for body in layout.bodies])
-    for frames in filled(block.frames for block in in_order(session.blocks(size))):
+    for frames in filled(block.frames for block in in_order(session.blocks(BLOCK_FRAMES))):
         first, stop = np.searchsorted(frames.stamp_ns, low), np.searchsorted(frames.stamp_ns, high, side="right")
-        placed = kinematics.place(frames).part(int(first), int(stop))
-        yield from (placed.part(begin, begin + size) for begin in range(0, len(placed), size))
+        if stop > first:
+            yield kinematics.place(frames).part(int(first), int(stop))
         if len(frames) and frames.stamp_ns[-1] > high:
             return
-
-
-def window_frames(seen: SessionScan, start: float | None, end: float | None) -> int:
-    """How many frames lie between ``start`` and ``end``; ``AssemblyError`` where none does."""
-    low, high = _window(seen, start, end)
-    return int(((seen.stamp_ns >= low) & (seen.stamp_ns <= high)).sum())
 
 
 def window_ns(first: int, last: int, start: float | None, end: float | None) -> tuple[int, int]:

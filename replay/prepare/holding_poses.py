@@ -79,3 +79,11 @@ def held(session: Session, start: float | None, end: float | None) -> Session:
             f"{seconds * MOST_POSES / (count * bodies):,.0f} s with --start and --end"
         )
     return decoded_once(session.between(low - MARGIN_NS, high + MARGIN_NS))
+
+
+def begun(session: Session) -> Session:
+    """The session, decoded once; of one that is too long to be held its first ``MOST_POSES``."""
+    stamps, most = session.stamps(), MOST_POSES // max(1, len(session.names))
+    if len(stamps) > most:
+        session = session.between(int(stamps[0]), int(stamps[most - 1]))
+    return decoded_once(session)

@@ -60,109 +60,50 @@ def filled(blocks: Iterable[Frames]) -> Iterator[FilledFrames]:
 
     The joined result does not depend on how the frames were cut into blocks, to the last bit.
     """
-    waiting: Frames | None = None
-    anchor: _Anchor | None = None
+    window: Frames | None = None
+    first = 0  # Rows of the window before this one have left; they are kept while they can still speak for others
     for block in blocks:
-        window = block if waiting is None else Frames.join([waiting, block])
+        window = block if window is None else Frames.join([window, block])
         if not len(window):
             continue
-        anchor = anchor or _Anchor.none(len(window.names))
         ready = int(np.searchsorted(window.stamp_ns, window.stamp_ns[-1] - BRIDGE_NS, side="right"))
-        if ready:
-            yield _fill(window, ready, anchor)
-            anchor = anchor.after(window.part(0, ready))
-        waiting = window.part(ready, len(window))
-    if waiting is not None and len(waiting):
-        yield _fill(waiting, len(waiting), anchor or _Anchor.none(len(waiting.names)))
+        if ready > first:
+            yield _fill(window, first, ready)
+        kept = int(np.searchsorted(window.stamp_ns, window.stamp_ns[ready] - BRIDGE_NS))
+        window, first = window.part(kept, len(window)), ready - kept
+    if window is not None and len(window):
+        yield _fill(window, first, len(window))
 
 
-@dataclass(frozen=True, eq=False)
-class _Anchor:
-    """The last sample of each body before a window: one row of the same columns."""
-
-    stamp_ns: IntArray
-    position: FloatArray
-    quaternion: FloatArray
-    usable: BoolArray
-
-    @classmethod
-    def none(cls, bodies: int) -> "_Anchor":
-        """No body has been seen."""
-        return cls(
-            np.zeros(bodies, dtype=np.int64), np.zeros((bodies, 3)), np.zeros((bodies, 4)), np.zeros(bodies, np.bool_)
-        )
-
-    def after(self, frames: Frames) -> "_Anchor":
-        """The last sample of each body after these frames too."""
-        table = _Samples.of(frames, self)
-        last = table.before[-1], np.arange(len(frames.names))
-        return _Anchor(table.stamp_ns[last], table.position[last], table.quaternion[last], table.usable[last])
-
-
-@dataclass(frozen=True, eq=False)
-class _Samples:
-    """The samples of a window below one row for the anchor, and for each frame which row comes before and after.
-
-    ``before`` and ``after`` are (n, N) row numbers; ``after`` is -1 where no sample follows.
-    """
-
-    stamp_ns: IntArray
-    position: FloatArray
-    quaternion: FloatArray
-    usable: BoolArray
-    before: IntArray
-    after: IntArray
-
-    @classmethod
-    def of(cls, window: Frames, anchor: _Anchor) -> "_Samples":
-        """Look up the neighbours of every frame."""
-        present = window.status != Status.ABSENT
-        rows = np.arange(1, len(window) + 1)[:, None]
-        before = np.maximum.accumulate(np.where(present, rows, 0), axis=0)
-        end = len(window) + 1
-        after = np.minimum.accumulate(np.where(present, rows, end)[::-1], axis=0)[::-1]
-        stamps = np.broadcast_to(window.stamp_ns[:, None], present.shape)
-        return cls(
-            np.concatenate([anchor.stamp_ns[None], stamps]), np.concatenate([anchor.position[None], window.position]),
-            np.concatenate([anchor.quaternion[None], window.quaternion_xyzw]),
-            np.concatenate([anchor.usable[None], is_usable(window.status)]), before, np.where(after == end, -1, after),
-        )  # fmt: skip
-
-
-def _fill(window: Frames, count: int, anchor: _Anchor) -> FilledFrames:
-    """Fill the first frames of a window; the rest of it only serves as their future."""
-    head = window.part(0, count)
+def _fill(window: Frames, first: int, stop: int) -> FilledFrames:
+    """Fill some frames of a window; the rest of it only serves as their past and future."""
+    head = window.part(first, stop)
     origin = _ORIGIN[head.status]
     position, quaternion = head.position.copy(), head.quaternion_xyzw.copy()
     position[origin == PoseOrigin.NONE] = np.nan
     quaternion[origin == PoseOrigin.NONE] = np.nan
-    absent = head.status == Status.ABSENT
-    if absent.any():
-        _fill_absent(_Samples.of(window, anchor), head.stamp_ns, absent, position, quaternion, origin)
+    rows, columns = np.nonzero(head.status == Status.ABSENT)
+    if len(rows):
+        usable, present = is_usable(window.status), window.status != Status.ABSENT
+        numbers, last = np.arange(len(window))[:, None], len(window) - 1
+        before = np.maximum.accumulate(np.where(present, numbers, -1), axis=0)[first + rows, columns]
+        after = np.minimum.accumulate(np.where(present, numbers, last + 1)[::-1], axis=0)[::-1][first + rows, columns]
+        since = head.stamp_ns[rows] - window.stamp_ns[before]
+        until = window.stamp_ns[np.minimum(after, last)] - head.stamp_ns[rows]
+        near_before = (before >= 0) & usable[before, columns] & (since <= BRIDGE_NS)
+        near_after = (after <= last) & usable[np.minimum(after, last), columns] & (until <= BRIDGE_NS)
+        held = near_before & ~near_after
+        r, c, b = rows[held], columns[held], before[held]
+        position[r, c], quaternion[r, c] = window.position[b, c], window.quaternion_xyzw[b, c]
+        origin[r, c] = PoseOrigin.HELD
+        between = near_before & near_after
+        r, c, b, a = rows[between], columns[between], before[between], after[between]
+        share = since[between] / (since[between] + until[between])
+        start, end = window.position[b, c], window.position[a, c]
+        position[r, c] = start + (end - start) * share[:, None]
+        quaternion[r, c] = slerp(window.quaternion_xyzw[b, c], window.quaternion_xyzw[a, c], share)
+        origin[r, c] = PoseOrigin.INTERPOLATED
     return FilledFrames(head.stamp_ns, position, quaternion, origin)
-
-
-def _fill_absent(
-    samples: _Samples, stamp_ns: IntArray, absent: BoolArray, position: FloatArray,
-    quaternion: FloatArray, origin: ByteArray,
-) -> None:  # fmt: skip
-    rows, columns = np.nonzero(absent)
-    now = stamp_ns[rows]
-    before, after = samples.before[rows, columns], samples.after[rows, columns]
-    since, until = now - samples.stamp_ns[before, columns], samples.stamp_ns[after, columns] - now
-    near_before = samples.usable[before, columns] & (since <= BRIDGE_NS)
-    near_after = (after >= 0) & samples.usable[after, columns] & (until <= BRIDGE_NS)
-    held = near_before & ~near_after
-    r, c, b = rows[held], columns[held], before[held]
-    position[r, c], quaternion[r, c] = samples.position[b, c], samples.quaternion[b, c]
-    origin[r, c] = PoseOrigin.HELD
-    between = near_before & near_after
-    r, c, b, a = rows[between], columns[between], before[between], after[between]
-    share = since[between] / (since[between] + until[between])
-    start, end = samples.position[b, c], samples.position[a, c]
-    position[r, c] = start + (end - start) * share[:, None]
-    quaternion[r, c] = slerp(samples.quaternion[b, c], samples.quaternion[a, c], share)
-    origin[r, c] = PoseOrigin.INTERPOLATED
 
 
 NEARLY_EQUAL: Final = 1.0 - 1e-10

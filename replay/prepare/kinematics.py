@@ -46,13 +46,6 @@ class PlacedFrames:
         return PlacedFrames(self.stamp_ns[rows], self.translation[rows], self.rotation[rows], self.origin[rows])
 
     @classmethod
-    def join(cls, parts: "Sequence[PlacedFrames]") -> "PlacedFrames":
-        """Blocks after each other."""
-        if len(parts) == 1:
-            return parts[0]
-        return cls(*(np.concatenate([getattr(part, item.name) for part in parts]) for item in fields(cls)))
-
-    @classmethod
     def filled(cls, count: int, parts: "Iterable[PlacedFrames]") -> "PlacedFrames":
         """Blocks after each other, ``count`` frames in all, each block let go once it is taken in."""
         arrays: list[NDArray[Any]] = []

@@ -9,8 +9,9 @@ import numpy as np
 from cdcore import Motion, create_detector
 from cdcore.numerics import BoolArray, FloatArray
 from cdcore.protocol import Verdict, counts_as_contact
-from replay.prepare.assemble import AssemblyLayout, assemble_blocks, lay_out
-from replay.prepare.holding_poses import decoded_once
+from replay.base.constants import BLOCK_FRAMES
+from replay.prepare.assemble import AssemblyLayout, assemble, lay_out
+from replay.prepare.holding_poses import begun
 from replay.prepare.policy import parse_policy
 from replay.prepare.repair import repair_session
 from sessions import Session
@@ -39,19 +40,22 @@ class Draft:
     near : pairs that move against each other and come within ``NEAR_M``, boxes along their own axes.
     stands : (upper, lower) -> share of the recording.
     held : sets of bodies that move and never move against each other.
+    seen : the part that was looked at, in words; ``""``: all of it.
     """
 
     near: tuple[Pair, ...] = ()
     stands: Mapping[Pair, float] = field(default_factory=dict)
     held: tuple[tuple[str, ...], ...] = ()
+    seen: str = ""
 
 
 def drafted(session: Session) -> Draft:
-    """Look through a recording once; errors as of a run."""
+    """Look through a recording once, of one that is too long to be held through its beginning; errors as of a run."""
     bare = replace(session, scene=replace(session.scene, pairs=None, ignore=(), effects=None, text=""))
     if not session.meshes:
         return Draft()
-    session = repair_session(decoded_once(bare), parse_policy(None)).session
+    beginning = begun(bare)
+    session = repair_session(beginning, parse_policy(None)).session
     layout = lay_out(session, looking=False)
     if not len(layout.pairs):
         return Draft()
@@ -61,25 +65,18 @@ def drafted(session: Session) -> Draft:
     rigid = [pair for pair, fixed in zip(pairs, _rigid(samples, layout, near), strict=True) if fixed]
     held = _joined(rigid)
     loose = tuple(pair for pair in pairs if not any({*pair} <= {*group} for group in held))
-    return Draft(loose, _stands(samples, layout, near), held)
+    seen = "" if beginning.part is None else f"its first {layout.scan.duration / 3600:.1f} h, which fit into memory"
+    return Draft(loose, _stands(samples, layout, near), held, seen)
 
 
 def _near(session: Session, layout: AssemblyLayout) -> tuple[BoolArray, Motion]:
     """(P,) which pairs come near, and the motion at a sample every ``SAMPLE_S``."""
     boxes = create_detector("collider", layout.bodies, pairs=layout.pairs, shape="box", skin_m=NEAR_M / 2)
-    kept: list[Motion] = []
-
-    def motions() -> Iterator[Motion]:
-        for block in assemble_blocks(session, layout=layout):
-            ticks = np.floor(block.motion.times / SAMPLE_S)
-            kept.append(block.motion.take(np.flatnonzero(np.diff(ticks, prepend=-1.0))))
-            yield block.motion
-
+    motion = assemble(session, layout=layout).motion
     near = np.zeros(len(layout.pairs), dtype=np.bool_)
-    for found in boxes.stream(motions()):
+    for found in boxes.stream(motion.blocks(BLOCK_FRAMES)):
         near |= (counts_as_contact(found.verdict) | (found.verdict == Verdict.UNRESOLVED)).any(axis=0)
-    parts = [(one.times, one.translations, one.rotations, one.valid) for one in kept]
-    return near, Motion(*(np.concatenate(rows) for rows in zip(*parts, strict=True)))
+    return near, motion.take(np.flatnonzero(np.diff(np.floor(motion.times / SAMPLE_S), prepend=-1.0)))
 
 
 def _turned(first: FloatArray, second: FloatArray) -> FloatArray:
@@ -157,7 +154,12 @@ def draft_text(session: Session, draft: Draft, files: Mapping[str, tuple[str, st
     """
     own = session.scene
     there = dict.fromkeys([*session.names, *(body.id for body in own.bodies if body.id not in session.names)])
-    lines = [f"# {heading}", "[scene]", f"name = {value_text(own.name or 'first')}"]
+    lines = [
+        f"# {heading}",
+        *([f"# Looked at: {draft.seen}."] if draft.seen else []),
+        "[scene]",
+        f"name = {value_text(own.name or 'first')}",
+    ]
     groups = {name: f"held-{k}" for k, group in enumerate(draft.held, start=1) for name in group}
     for name in there:
         mesh, node, scale = files.get(name, ("", "", 1.0))

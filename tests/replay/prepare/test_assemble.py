@@ -10,7 +10,7 @@ from support.small_worlds import along_x, cube, cubes, framed
 from cdcore import Motion
 from cdcore.errors import InvalidPoseError
 from replay.errors import AssemblyError
-from replay.prepare.assemble import assemble, assemble_blocks, lay_out
+from replay.prepare.assemble import assemble, lay_out
 from replay.prepare.assembly import PoseOrigin
 from sessions import Scene, Session, Status, Track
 from sessions.model.scene import Pose, SceneBody
@@ -211,8 +211,21 @@ def test_a_pose_that_is_none_is_refused_with_frame_time_and_body_even_far_into_a
     )
     with pytest.raises(InvalidPoseError, match=r"frame 70 \(0.700000 s\), body a: position .* is not finite"):
         assemble(session)
-    with pytest.raises(InvalidPoseError, match=r"frame 70 \(0.700000 s\), body a"):
-        list(assemble_blocks(session, 8))
+
+
+@dataclasses.dataclass
+class Blocks:
+    """Frames that come in blocks of one size, whatever is asked for."""
+
+    frames: object
+    size: int
+
+    @property
+    def names(self):
+        return self.frames.names
+
+    def blocks(self, _):
+        return self.frames.blocks(self.size)
 
 
 def messy_session(seed, frames=60, bodies=3):
@@ -231,18 +244,13 @@ def messy_session(seed, frames=60, bodies=3):
 
 @given(st.integers(0, 10_000), st.integers(1, 13))
 @settings(max_examples=15, deadline=None)
-def test_blocks_joined_equal_the_whole_to_the_last_bit(seed, size):
+def test_the_size_of_blocks_changes_no_bit(seed, size):
     session = messy_session(seed)
-    whole, blocks = assemble(session), list(assemble_blocks(session, size))
-    assert max(len(block.motion) for block in blocks) <= size
+    whole, blocks = assemble(session), dataclasses.replace(session, source=Blocks(session.frames, size))
+    cut = assemble(blocks)
     for name in ("times", "translations", "rotations", "valid", "linked"):
-        joined = np.concatenate([getattr(block.motion, name) for block in blocks])
-        assert joined.tobytes() == getattr(whole.motion, name).tobytes(), name
-    for name in ("stamp_ns", "origin"):
-        joined = np.concatenate([getattr(block, name) for block in blocks])
-        assert joined.tobytes() == getattr(whole, name).tobytes(), name
-    assert all(block.pairs.tolist() == whole.pairs.tolist() for block in blocks)
-    assert all(block.notes == whole.notes for block in blocks)
+        assert getattr(cut.motion, name).tobytes() == getattr(whole.motion, name).tobytes(), name
+    assert cut.origin.tobytes() == whole.origin.tobytes() and cut.notes == whole.notes
 
 
 def test_a_layout_made_once_serves_again():

@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 from replay.errors import AssemblyError
 from replay.prepare.assembly import PoseOrigin
 from replay.prepare.interpolation import FilledFrames
-from replay.prepare.kinematics import Kinematics, PlacedFrames
+from replay.prepare.kinematics import Kinematics
 from sessions.model.scene import Pose, Scene, SceneBody
 
 
@@ -76,13 +76,6 @@ def test_bodies_without_parent_and_offset_keep_the_bits_of_their_position():
     frames = random_frames(2)
     placed = Kinematics(Scene(), ("a", "b"), ("b",)).place(frames)
     assert placed.translation[:, 0].tobytes() == frames.position[:, 1].tobytes()
-
-
-def test_parts_and_joins_undo_each_other():
-    placed = Kinematics(Scene(), ("a",), ("a",)).place(random_frames(1))
-    joined = PlacedFrames.join([placed.part(0, 2), placed.part(2, 5)])
-    for name in vars(placed):
-        assert np.array_equal(getattr(placed, name), getattr(joined, name))
 
 
 def test_a_parent_nobody_recorded_is_refused_by_name():
