@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 EFFECTS: Final[dict[str, str]] = {
     kind: f"replay.effects.{kind.replace('-', '_')}:SPEC"
     for kind in (
-        "contact", "grasp", "placement", "hazard-proximity", "breakage", "burn-exposure", "pour",
+        "contact", "grasp", "hazard-proximity", "breakage", "burn-exposure", "pour",
         "burette", "mixing", "reaction", "precipitation", "colour", "gas", "heat", "flame-test",
     )
 }  # fmt: skip

@@ -19,7 +19,6 @@ from replay.effects.fitting import HALF_WINDOW, Parabola, before, fitted, settle
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray
 from replay.effects.protocol import EffectSpec
-from sessions.model.scene import Scene
 
 MISFIT_M: Final = 0.002
 """Six times the noise of a VIVE tracker (0.3 mm): a path into an impact further from a parabola holds a jump."""
@@ -32,9 +31,9 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         impacts: list[tuple[Pair, Impact]] = []
         for pair in declared["between"]:
             seen = bounces(inputs, pair)
+            impacts += [(pair, bounce) for bounce in seen]
             for bounce in seen:
                 found.ran[bounce.frame : bounce.frame + 3] = True
-            impacts += [(pair, bounce) for bounce in seen]
             for touch in touches_of(inputs, pair, flickers=True):
                 # The frames that show a contact after a bounce show the same impact, or slower ones.
                 if not any(0 <= touch.first - bounce.frame <= 2 * HALF_WINDOW for bounce in seen):
@@ -109,24 +108,11 @@ def _events(inputs: EffectInputs, declared: Declaration, pair: Pair, impact: Imp
     mass = inputs.body(pair[0]).extra.get("mass")
     if mass is not None:
         values["energy_j"] = 0.5 * float(mass) * impact.speed**2
-    if declared["speed_m_s"] is not None:
-        values |= {"threshold_m_s": declared["speed_m_s"], "broken": impact.speed > declared["speed_m_s"]}
-    else:
-        values |= {"threshold_j": declared["energy_j"], "broken": values["energy_j"] > declared["energy_j"]}
+    values |= {"threshold_m_s": declared["speed_m_s"], "broken": impact.speed > declared["speed_m_s"]}
     words = f"{pair[0]} meets {pair[1]} at {impact.speed:.2f} m/s"
     event = EffectEvent(impact.time, "impact", pair, None, values, words, point=impact.point)
     crash = replace(event, name="broken", message=f"{pair[0]} breaks: {words}", level="error")
     return [event, crash] if values["broken"] else [event]
-
-
-def _check(declared: Declaration, scene: Scene) -> None:
-    given = [key for key in ("speed_m_s", "energy_j") if declared[key] is not None]
-    if len(given) != 1:
-        raise declared.fail(f"it has {' and '.join(given) or 'no threshold'}; give speed_m_s or energy_j")
-    for name, _ in declared["between"] if given == ["energy_j"] else ():
-        found = scene.body(name)
-        if found is None or found.extra.get("mass") is None:
-            raise declared.fail(f"energy_j needs the mass of {name!r}; give it `mass` in kg")
 
 
 SPEC = EffectSpec(
@@ -136,10 +122,8 @@ SPEC = EffectSpec(
     needs=("contact",),
     fields={
         "between": pairs("[what may break, what it may fall on]"),
-        "speed_m_s": number("speed across the surface above which it breaks", "m/s", default=None, above=0.0),
-        "energy_j": number("kinetic energy above which it breaks", "J", default=None, above=0.0),
+        "speed_m_s": number("speed across the surface above which it breaks", "m/s", above=0.0),
     },
     trigger="the begin of a contact whose path before is known",
     sources=("thresholds: the scene's author",),
-    check=_check,
 )

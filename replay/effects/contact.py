@@ -55,14 +55,9 @@ def touches_of(inputs: EffectInputs, pair: Pair, *, flickers: bool = False) -> l
     return [one for one in found if flickers or not one.flicker]
 
 
-def meeting(reported: PairContact, frame: int) -> FloatArray:
-    """Points (n, 3), world metres, of the curve in which a pair meets at a frame; none without faces."""
-    return reported.section(frame).reshape(-1, 3)
-
-
 def _touch(reported: PairContact, first: int, stop: int) -> EffectContact:
     clear = np.flatnonzero(reported.known[:first] & ~reported.touching[:first])
-    points = meeting(reported, first)
+    points = reported.section(first).reshape(-1, 3)
     point = vector_of(points.mean(axis=0)) if len(points) else None
     seen = reported.touching[first:stop][reported.known[first:stop]]
     flicker = not bool((seen[1:] & seen[:-1]).any())

@@ -80,17 +80,10 @@ def before(runs: NDArray[np.int64], frame: int, most: int = 2 * HALF_WINDOW + 1)
     return rows if len(rows) >= LEAST_SAMPLES else rows[:0]
 
 
-def velocities(
-    times: FloatArray, places: FloatArray, runs: NDArray[np.int64], at: NDArray[np.int64] | None = None
-) -> FloatArray:
-    """Velocity (n, k) from the nine samples around a frame that belong to its stretch; NaN below five.
-
-    ``at``: (n,) the frames asked for; ``None``: every one.
-    """
-    count = len(times)
-    frames = np.arange(count) if at is None else at
+def velocities(times: FloatArray, places: FloatArray, runs: NDArray[np.int64], frames: NDArray[np.int64]) -> FloatArray:
+    """Velocity (n, k) at frames (n,) from the nine samples around each that belong to its stretch; NaN below five."""
     offsets = np.arange(-HALF_WINDOW, HALF_WINDOW + 1)
-    rows = np.clip(frames[:, None] + offsets, 0, max(0, count - 1))
+    rows = np.clip(frames[:, None] + offsets, 0, max(0, len(times) - 1))
     inside = (frames[:, None] + offsets == rows) & (runs[rows] == runs[frames, None]) & (runs[frames] >= 0)[:, None]
     enough = inside.sum(axis=1) >= LEAST_SAMPLES
     velocity = np.full((len(frames), places.shape[1]), np.nan)

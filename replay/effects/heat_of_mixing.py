@@ -29,32 +29,17 @@ def mixed(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
         found.events.append(event)
         found.lane(event.bodies[-1], LaneSpan(event.time, event.end or event.time, "water into acid"))
     for name, history in matter.histories.items():
-        moved = np.flatnonzero(history.times > history.times[0])
-        changed = moved[np.diff(history.volume_ml[np.append(moved[:1] - 1, moved)]) != 0.0] if len(moved) else moved
-        kelvin = matter.amount(name, HEAT)
-        if not len(changed) and not kelvin.any():
+        changed = np.flatnonzero(np.diff(history.volume_ml, prepend=history.volume_ml[0]))
+        if not len(changed) and not matter.amount(name, HEAT).any():
             continue
         first = int(history.frames[changed[0]]) if len(changed) else 0
         found.ran[first:] = True
-        shown = np.arange(len(inputs)) >= max(0, first - 1)
-        shown[:1] = True
-        times = inputs.times[shown]
-        celsius = _celsius(declared, matter, name, times)
+        times = inputs.times[[0, *range(max(1, first - 1), len(inputs))]]
+        celsius = declared["ambient_c"] + matter.kelvin(name, times)
+        # What boils is told so, whatever its heat over its capacity is rounded to.
+        celsius[celsius > boils(declared) - BOILING] = boils(declared)
         note_temperature(declared, found, name, Series(times, celsius, "degC"))
         found.events += _extremes(name, times, celsius)
-
-
-def _celsius(declared: Declaration, matter: Matter, name: str, times: FloatArray) -> FloatArray:
-    """Temperature (n,) of a vessel; an empty one has that of the room."""
-    history, ledger = matter.histories[name], matter.ledger
-    rows = history.rows(times)
-    capacity = ledger.capacity(ledger.at[name], history.volume_ml[rows])
-    filled = np.where(capacity > 0.0, capacity, 1.0)
-    since = np.maximum(0.0, times - history.times[rows])
-    excess = matter.amount(name, HEAT)[rows] / filled * np.exp(-declared["loss_w_per_k"] * since / filled)
-    celsius = declared["ambient_c"] + excess
-    # What boils is told so, whatever its heat over its capacity is rounded to.
-    return np.where(celsius > boils(declared) - BOILING, boils(declared), celsius)
 
 
 def _extremes(name: str, times: FloatArray, celsius: FloatArray) -> list[EffectEvent]:

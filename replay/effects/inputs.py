@@ -51,21 +51,11 @@ class BodyPoses:
 
     def point(self, local: ArrayLike) -> FloatArray:
         """World place (T, 3) of a point (3,) of the body's frame; NaN where there is no pose."""
-        return np.asarray(self.translation + self.direction(local))
-
-    def direction(self, local: ArrayLike) -> FloatArray:
-        """World direction (T, 3) of a direction (3,) of the body's frame; NaN where there is no pose."""
         x, y, z = (float(value) for value in np.asarray(local, dtype=np.float64))
         turn = self.rotation
         way = (turn[:, :, 0] * x + turn[:, :, 1] * y) + turn[:, :, 2] * z
         way[~self.valid] = np.nan
-        return np.asarray(way, dtype=np.float64)
-
-    def tilt(self) -> FloatArray:
-        """Angle (T,) in radians between the body's +Y and up; NaN where there is no pose."""
-        up = self.direction((0.0, 1.0, 0.0))
-        # The arc tangent keeps its digits near 0 and pi, where the arc cosine of a rounded cosine loses half of them.
-        return np.arctan2(np.hypot(up[:, 0], up[:, 2]), up[:, 1])
+        return np.asarray(self.translation + way)
 
     def take(self, rows: IntArray | slice) -> "BodyPoses":
         """Some frames of it."""

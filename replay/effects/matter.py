@@ -15,6 +15,7 @@ from replay.effects.models.equilibrium import Equilibrium, Mixture, equilibrium
 from replay.effects.models.history import History, Warmth
 from replay.effects.models.ledger import BROUGHT, LUMPS, Ledger
 from replay.effects.models.outflow import GAP_S, Stream
+from replay.effects.models.reacting import HEAT
 from replay.effects.models.warming import WATER_BOILS_C
 from replay.effects.movement import movement_of
 from replay.effects.vessels import Vessel, vessels_of
@@ -56,6 +57,16 @@ class Matter:
             extents[:, row] += more
             amounts += more[:, None] * ledger.reactor.changes[row]
         return amounts, extents, history.volume_ml[rows]
+
+    def kelvin(self, vessel: str, times: FloatArray) -> FloatArray:
+        """Above the room (n,) at times; between two rows the excess falls by Newton's law; nothing has none."""
+        history, ledger = self.histories[vessel], self.ledger
+        rows = history.rows(times)
+        capacity = ledger.capacity(ledger.at[vessel], history.volume_ml[rows])
+        filled = np.where(capacity > 0.0, capacity, 1.0)
+        since = np.maximum(0.0, times - history.times[rows])
+        loss = 0.0 if ledger.warmth is None else ledger.warmth.loss
+        return np.asarray(self.amount(vessel, HEAT)[rows] / filled * np.exp(-loss * since / filled))
 
     def solved(self, vessel: str, times: FloatArray) -> tuple[IntArray, Equilibrium]:
         """Rows (k,) of the times at which there is a liquid, and its equilibrium there."""

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from cdcore.numerics import FloatArray, IntArray
 from replay.effects.declaring import Declaration
@@ -19,7 +20,7 @@ from replay.effects.models.outflow import Stream, entry_times, over_weir, places
 from replay.effects.output import Series
 from replay.effects.spans import BoolArray
 from replay.effects.vessels import ML, Vessel, vessels_of
-from sessions.doctor.track_watch import TURN_BOUND
+from sessions.doctor.track_watch import undone_turns
 
 SPILLED, UNKNOWN = -1, -2
 TURN_OUTLIER = "turn-outlier"
@@ -52,8 +53,8 @@ def movement_of(inputs: EffectInputs) -> Movement:
 class _Outlet:
     """A vessel that gives: where to, from which point, and what it does not keep."""
 
-    into: tuple[str, ...]
     declared: Declaration | None = None  # of a burette
+    into: tuple[str, ...] = ()
     target: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))  # (T,) number of the vessel it enters
     point: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
 
@@ -109,7 +110,13 @@ class _Bench:
         came = np.cumsum(coming)
         before = came - coming
         if name in self.area:
-            let_out = run_out(self.inputs.times, self.area[name], coming * ML, **self._column(name)) / ML
+            vessel, declared = self.vessels[name], self.outlets[name].declared
+            assert declared is not None
+            foot, section = vessel.floor - declared["tip"][1], vessel.section_m2
+            let_out = run_out(
+                self.inputs.times, self.area[name], coming * ML,
+                discharge=declared["discharge"], section=section, foot=foot, volume=first * ML,
+            ) / ML  # fmt: skip
             top = first + came - np.cumsum(let_out)
             over = np.minimum(top, np.maximum.accumulate(np.maximum(0.0, top - brim)))
             return let_out, np.diff(over, prepend=0.0), top - over
@@ -145,14 +152,6 @@ class _Bench:
         # How long a vessel had been tilted before the recording is not known.
         most[:1] = np.inf
         return np.asarray(most)
-
-    def _column(self, name: str) -> dict[str, float]:
-        vessel, declared = self.vessels[name], self.outlets[name].declared
-        assert declared is not None
-        return {
-            "discharge": declared["discharge"], "section": vessel.section_m2,
-            "foot": vessel.floor - declared["tip"][1], "volume": vessel.volume_ml * ML,
-        }  # fmt: skip
 
     def _aim(self, name: str, leaving: FloatArray) -> None:
         """Find where it falls in each frame in which it flows, if that is not known yet."""
@@ -195,55 +194,42 @@ class _Bench:
         return np.nan_to_num(velocities(poses.times, lips, runs, rows))
 
     def _streams(self, name: str, leaving: FloatArray, over: FloatArray) -> list[Stream]:
-        found = []
+        """What left a vessel for each place, and what ran over its brim."""
+        parts = []
         if name in self.outlets:
-            outlet = self.outlets[name]
-            flowing = leaving > 0.0
-            for number in sorted(set(outlet.target[flowing].tolist())):
-                target = "" if number == SPILLED else self.names[number]
-                found.append(self._stream(name, target, flowing & (outlet.target == number), leaving, outlet.point))
-        rim = self.held[name].point(self.vessels[name].place("opening")) if (over > 0.0).any() else np.zeros((0, 3))
-        return found + ([self._stream(name, "", over > 0.0, over, rim, over_brim=True)] if len(rim) else [])
-
-    def _stream(
-        self, source: str, target: str, mask: BoolArray, volume: FloatArray, points: FloatArray,
-        *, over_brim: bool = False,
-    ) -> Stream:  # fmt: skip
-        rows = np.flatnonzero(mask)
-        return Stream(source, target, over_brim, self.inputs.times[rows], rows, volume[rows], points[rows])
+            target, point = self.outlets[name].target, self.outlets[name].point
+            for number in sorted(set(target[leaving > 0.0].tolist())):
+                into = "" if number == SPILLED else self.names[number]
+                parts.append((into, False, np.where(target == number, leaving, 0.0), point))
+        if (over > 0.0).any():
+            parts.append(("", True, over, self.held[name].point(self.vessels[name].place("opening"))))
+        found = []
+        for into, over_brim, volume, points in parts:
+            rows = np.flatnonzero(volume > 0.0)
+            found.append(Stream(name, into, over_brim, self.inputs.times[rows], rows, volume[rows], points[rows]))
+        return found
 
 
 def _turned_and_back(poses: BodyPoses) -> BoolArray:
-    """(T,) whether a frame's rotation was reached and left faster than a hand turns, and undone by more than half."""
-    turn = poses.rotation
-    found = np.zeros(len(turn), dtype=np.bool_)
-    if len(turn) < 3:
-        return found
-    steps = np.maximum(np.diff(poses.times), 1e-9)
-
-    def angle(first: FloatArray, second: FloatArray) -> FloatArray:
-        return np.arccos(np.clip(0.5 * (np.einsum("tij,tij->t", first, second) - 1.0), -1.0, 1.0))
-
-    way = angle(turn[:-1], turn[1:])
-    fast = way > TURN_BOUND * steps
-    across = angle(turn[:-2], turn[2:])
-    found[1:-1] = fast[:-1] & fast[1:] & (across < 0.5 * np.minimum(way[:-1], way[1:]))
-    return found & poses.valid
+    """(T,) whether the doctor calls a frame's rotation an outlier: reached and left faster than a hand turns."""
+    outlier = np.zeros(len(poses.valid), dtype=np.bool_)
+    rows = np.flatnonzero(poses.valid)
+    if len(rows) > 2:
+        steps = np.maximum(np.diff(poses.times[rows]), 1e-9)
+        outlier[rows[1:]] = undone_turns(Rotation.from_matrix(poses.rotation[rows]).as_quat(), steps)
+    return outlier
 
 
 def _outlets(inputs: EffectInputs) -> dict[str, _Outlet]:
     """Vessel that gives -> its outlet, of all tables that declare one."""
-    found: dict[str, _Outlet] = {}
+    outlets: dict[str, _Outlet] = {}
     for declared in inputs.tables.get("burette", ()):
-        name = declared["body"]
-        into = (*(found[name].into if name in found else ()), *declared["into"])
-        found[name] = _Outlet(tuple(dict.fromkeys(into)), found[name].declared if name in found else declared)
+        outlets.setdefault(declared["body"], _Outlet(declared)).into += declared["into"]
     for declared in inputs.tables.get("pour", ()):
         for source in declared["from"]:
-            others = (name for name in declared["into"] if name != source)
-            into = tuple(dict.fromkeys((*(found[source].into if source in found else ()), *others)))
-            found[source] = _Outlet(into, found[source].declared if source in found else None)
-    return found
+            others = tuple(name for name in declared["into"] if name != source)
+            outlets.setdefault(source, _Outlet()).into += others
+    return outlets
 
 
 def _open_area(inputs: EffectInputs, declared: Declaration) -> FloatArray:

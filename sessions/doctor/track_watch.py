@@ -111,7 +111,6 @@ class TrackWatch:
         step = np.maximum(np.diff(window.time), self._least_step)
         same_place = (way == 0).all(axis=1)
         same_rotation = (window.quaternion[1:] == window.quaternion[:-1]).all(axis=1)
-        cosine = _cosines(window.quaternion, 1)
         since = np.diff(window.sample_ns)
         found = np.zeros(len(way), dtype=np.uint32)
         with np.errstate(divide="ignore", invalid="ignore"):  # a clock that only runs backwards has no least step
@@ -120,7 +119,7 @@ class TrackWatch:
             (Mark.TELEPORT, _no_motion(velocity)), (Mark.SAME_PLACE, same_place),
             (Mark.SAME_ROTATION, same_rotation), (Mark.SAMPLE_BACKWARDS, since < 0),
             (Mark.SAMPLE_REPEATED, (since == 0) & ~(same_place & same_rotation)),
-            (Mark.TURN_OUTLIER, _undone(cosine, _cosines(window.quaternion, 2), TURN_BOUND * step)),
+            (Mark.TURN_OUTLIER, undone_turns(window.quaternion, step)),
         ):  # fmt: skip
             found[where] |= np.uint32(mark)
         begin = max(self._done, 1)
@@ -146,18 +145,17 @@ def _no_motion(velocity: FloatArray) -> NDArray[np.bool_]:
     return odd
 
 
-def _cosines(quaternions: FloatArray, apart: int) -> FloatArray:
-    """Of half the angle between samples so many apart, (n - apart,); negative: one stands for its negative."""
+def undone_turns(quaternions: FloatArray, steps: FloatArray) -> NDArray[np.bool_]:
+    """Which steps (n - 1,) of rotations (n, 4), n at least 2, turn faster than `TURN_BOUND` and are undone in the next.
+
+    ``steps``: (n - 1,) seconds. Undone is what the step after takes back by more than half.
+    """
     unit = quaternions / np.maximum(np.sqrt((quaternions * quaternions).sum(axis=1, keepdims=True)), 1e-300)
-    return np.asarray(np.einsum("ij,ij->i", unit[apart:], unit[:-apart]))
-
-
-def _undone(cosine: FloatArray, across: FloatArray, bound: FloatArray) -> NDArray[np.bool_]:
-    """Which steps (n,) turn further than ``bound`` (n,) radians and are undone, by more than half, in the next step."""
-    turn, both = (2.0 * np.arccos(np.minimum(1.0, np.abs(one))) for one in (cosine, across))
-    fast = turn > bound
-    least = np.minimum(turn[1:], turn[:-1])
-    return np.append(fast[1:] & fast[:-1] & (both < 0.5 * least), False)
+    turn, both = (
+        2.0 * np.arccos(np.minimum(1.0, np.abs(np.einsum("ij,ij->i", unit[apart:], unit[:-apart])))) for apart in (1, 2)
+    )
+    fast = turn > TURN_BOUND * steps
+    return np.append(fast[1:] & fast[:-1] & (both < 0.5 * np.minimum(turn[1:], turn[:-1])), False)
 
 
 def _middle(four: FloatArray) -> FloatArray:

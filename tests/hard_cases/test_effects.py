@@ -12,7 +12,7 @@ from sessions.model.track import HandTrack, Track
 
 TWO = {"between": ["hand-left", "pot"]}
 DECLARED = {
-    "contact": TWO, "grasp": TWO, "placement": {**TWO, "tilt_deg": 30.0},
+    "contact": TWO, "grasp": TWO,
     "breakage": {**TWO, "speed_m_s": 1.0},
     "burn-exposure": {**TWO, "threshold_c": 65.0, "seconds": 0.5, "surface_c": 80.0},
     "hazard-proximity": {"of": ["hand-left"], "hazard": "pot", "distance": 0.1},
@@ -62,11 +62,11 @@ def test_an_effect_at_the_limits_answers_with_finite_numbers_and_breaks_nothing(
 
 @pytest.mark.parametrize("name", ["lost all the time", "seen once", "a kilometre away"])
 def test_who_is_not_there_costs_nothing_and_finds_nothing(name):
-    for kind in ("breakage", "placement", "burn-exposure"):
+    for kind in ("breakage", "burn-exposure"):
         run = compute(world(*WORLDS[name], kind), detectors=()).effects[kind]
         assert run.frames_run == 0 and run.events == (), kind
 
 
 def test_every_effect_of_bodies_is_tried_here():
-    bodies = {"contact", "grasp", "placement", "hazard-proximity", "breakage", "burn-exposure"}
+    bodies = {"contact", "grasp", "hazard-proximity", "breakage", "burn-exposure"}
     assert set(DECLARED) == bodies & set(EFFECTS)

@@ -23,11 +23,6 @@ from sessions.synthetic.experiments.titration import TITRATION
 ROOT = Path(__file__).resolve().parents[2]
 EXPERIMENTS = (ACID_DILUTION, COPPER_SULFATE, FLAME_TEST, GAS_COLLECTION, SILVER_CHLORIDE_EXPERIMENT, TITRATION)
 
-ELSE = {
-    "placement": {"between": ["tag:glass", "bench"], "tilt_deg": 30.0},
-}
-"""Declarations of kinds that no experiment calls for."""
-
 PEOPLE = {"hand-left": ("hand", "left"), "hand-right": ("hand", "right"), "headset": ("headset",), "bench": ("bench",)}
 
 
@@ -37,7 +32,7 @@ def declarations():
     for experiment in EXPERIMENTS:
         for effect in experiment.effects:
             found.setdefault(effect.kind, effect)
-    return {**{kind: SceneEffect(kind, settings) for kind, settings in ELSE.items()}, **found}
+    return found
 
 
 def bodies():

@@ -1,12 +1,9 @@
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
 import pytest
 from support.small_worlds import cube
 
-from replay.effects.effect_plan import plan
-from replay.errors import PlanError
 from replay.pipeline.engine import compute
 from sessions import Session
 from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -125,24 +122,6 @@ def test_a_body_breaks_once():
     heights = np.maximum(-0.0005, 0.3 - 0.5 * GRAVITY * (0.3 - bounce) ** 2)
     crash, impact, _ = broken(world(heights))
     assert len(crash) == 1 and len(impact) == 1
-
-
-def test_a_threshold_of_energy_is_that_of_the_mass():
-    assert broken(falling(0.25, energy_j=0.2))[0] and not broken(falling(0.25, energy_j=0.3))[0]
-
-
-def test_a_threshold_is_declared_once():
-    with pytest.raises(PlanError, match="it has speed_m_s and energy_j; give"):
-        plan(scene(speed_m_s=1.0, energy_j=1.0))
-    nothing = SceneEffect("breakage", {"between": ["cup", "top"]})
-    with pytest.raises(PlanError, match="it has no threshold; give"):
-        plan(replace(scene(), effects=(nothing,)))
-
-
-def test_an_energy_without_a_mass_is_refused_before_the_run():
-    bodies = (SceneBody("cup"), SceneBody("top"))
-    with pytest.raises(PlanError, match="energy_j needs the mass of 'cup'; give it `mass` in kg"):
-        plan(replace(scene(energy_j=0.1), bodies=bodies))
 
 
 def bouncing(height, restitution, depth, rate, phase, noise):

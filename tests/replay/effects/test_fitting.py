@@ -23,14 +23,14 @@ def test_a_step_in_the_path_shows_as_misfit():
 
 def test_velocities_of_a_parabola_are_exact_at_every_frame_of_the_stretch():
     places = np.stack([3.0 * UNEVEN - 4.9 * UNEVEN**2, np.ones(12)], axis=1)
-    found = velocities(UNEVEN, places, np.zeros(12, dtype=np.int64))
+    found = velocities(UNEVEN, places, np.zeros(12, dtype=np.int64), np.arange(12))
     assert np.allclose(found[:, 0], 3.0 - 9.8 * UNEVEN, atol=1e-9) and np.allclose(found[:, 1], 0.0, atol=1e-12)
 
 
 def test_no_velocity_is_taken_across_a_gap_or_from_four_samples():
     runs = np.array([0] * 4 + [1] * 8)
     places = np.where(runs == 0, 0.0, 5.0)[:, None]
-    found = velocities(UNEVEN, places, runs)
+    found = velocities(UNEVEN, places, runs, np.arange(12))
     assert np.isnan(found[:4]).all() and np.allclose(found[4:], 0.0)
 
 
