@@ -1,9 +1,10 @@
-"""The CSV of the Unity script is emulated here with the same format strings as in the README."""
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.import_mutants import MUTANTS, survive
+from support.import_mutants import MUTANTS, round_trips, survive
 
 from sessions import MeshData
 from sessions.errors import SessionError
@@ -23,28 +24,6 @@ def written(tmp_path, lines, name="take.csv"):
     path = tmp_path / name
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
-
-
-def test_collisions_triggers_and_lost_poses_come_through(tmp_path):
-    lines = [
-        HEADER, unity_row(0.0, "RightHand", (0, 0, 0), (0, 0, 0, 1)), "trigger,0.005000,RightHand,,,,,,,,,,0.75",
-        "enter,0.006000,RightHand,,,,,,,,,Beaker,",
-        unity_row(0.011, "RightHand", (0, 0, 0), (0, 0, 0, 1), tracked=False),
-        unity_row(0.022, "RightHand", (0, 0, 0), (0, 0, 0, 0)), "exit,0.030000,RightHand,,,,,,,,,Beaker,",
-        "remark,0.040000,RightHand,,,,,,,,,,", "pose,0.05",
-    ]  # fmt: skip
-    session = import_session("csv", written(tmp_path, lines))
-    assert session.tracks["RightHand"].valid.tolist() == [True, False, False]
-    assert [(one.time_ns, one.body_a, one.body_b, one.phase) for one in session.live_contacts] == [
-        (6_000_000, "RightHand", "Beaker", "enter"),
-        (30_000_000, "RightHand", "Beaker", "exit"),
-    ]
-    hand = session.hands["student/right"]
-    assert (hand.times_ns.tolist(), hand.trigger.tolist()) == ([5_000_000], [0.75])
-    said = session.facts["conversions"]
-    assert "1 rows left out that have too few" in said
-    assert "RightHand: 1 rows flagged as lost" in said
-    assert "1 rows left out of unknown kind 'remark'" in said
 
 
 WIDE = """
@@ -122,26 +101,6 @@ def test_gaze_in_the_frame_of_a_headset_is_carried_into_the_world(tmp_path):
     mapping.write_text(WIDE + gaze.format("flusk"))
     with pytest.raises(SessionError, match="gaze of 'anna': no body 'flusk'; did you mean 'flask'"):
         import_session("csv", path, mapping=mapping)
-
-
-def test_rows_of_unity_are_scalars_and_gaze_along_the_forward_of_an_eye(tmp_path):
-    turn, place = Rotation.from_euler("zxy", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
-    eye = [
-        unity_row(0.011 * k, "anna", place, turn.as_quat(), tracked=k != 1).replace("pose", "gaze", 1) for k in (0, 1)
-    ]
-    lines = [
-        HEADER, unity_row(0.0, "cup", (0, 0, 0), (0, 0, 0, 1)), *eye,
-        "scalar,0.005000,,,,,,,,,,heart rate,71.5", "scalar,0.015000,,,,,,,,,,heart rate,72", "scalar,0.5,,,,,,,,,,,7",
-    ]  # fmt: skip
-    session = import_session("csv", written(tmp_path, lines))
-    gaze, mirror = session.gaze["anna"], np.diag([1.0, 1.0, -1.0])
-    assert session.names == ("cup",) and gaze.valid.tolist() == [True, False]
-    assert np.allclose(gaze.origins, place @ mirror, atol=1e-6)
-    assert np.allclose(gaze.directions, turn.apply([0, 0, 1]) @ mirror, atol=1e-6)  # Unity's forward is +Z
-    assert {name: one.values.tolist() for name, one in session.scalars.items()} == {
-        "heart rate": [71.5, 72],
-        "scalar": [7],
-    }
 
 
 @pytest.mark.parametrize(
@@ -240,6 +199,81 @@ def test_a_ragged_row_that_is_no_utf_8_is_one_sentence_and_prints_no_traceback(t
     (tmp_path / "take.csv").write_bytes("\n".join([HEADER, *rows, "pose,\xff", rows[0], ""]).encode("latin-1"))
     with pytest.raises(SessionError, match="this is not UTF-8 text; save it as UTF-8"):
         import_session("csv", tmp_path / "take.csv")
+
+
+ROOT = Path(__file__).resolve().parents[3]
+
+SCRIPT = (ROOT / "replay/guide/VrLabRecorder.cs").read_text("utf-8")
+
+
+def templates():
+    """The header and the kinds of lines as the script writes them."""
+    kinds = ("pose,", "trigger,", "{kind},", "scalar,", "gaze,")
+    (header,) = re.findall(r'WriteLine\("(kind,[^"]*)"\)', SCRIPT)
+    lines = re.findall(r'Invariant\(\$"([^"]*)"\)', SCRIPT)
+    return header, *(next(line for line in lines if line.startswith(start)) for start in kinds)
+
+
+def filled(template, values):
+    """One line: ``F6`` is six decimals, ``R`` of a float the shortest text that reads back the same."""
+
+    def cell(match):
+        expression, _, form = match.group(1).partition(":")
+        value = values[expression]
+        return f"{value:.6f}" if form == "F6" else str(np.float32(value)) if form == "R" else str(value)
+
+    return re.sub(r"\{([^{}]*)\}", cell, template)
+
+
+def pose_values(time, name, position, quaternion, tracked=1):
+    parts = {f"p.{axis}": value for axis, value in zip("xyz", position, strict=True)}
+    parts |= {f"q.{axis}": value for axis, value in zip("xyzw", quaternion, strict=True)}
+    return {"Time.timeAsDouble": time, "Cell(body.name)": name, "Tracked(body)": tracked, **parts}
+
+
+def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
+    header, pose, trigger, contact, scalar, gaze = templates()
+    rng = np.random.default_rng(8)
+    count = 40
+    turns, places = Rotation.random(count, random_state=8), rng.normal(size=(count, 3)) * [1, 1, 1e-5]
+    lines = [header]
+    for k in range(count):
+        time = k / 90
+        lines.append(filled(pose, pose_values(time, "LeftHand", places[k], turns[k].as_quat(), int(k != 3))))
+        lines.append(filled(trigger, {"Time.timeAsDouble": time, "hand": "left", "value": k / count}))
+        lines.append(filled(scalar, {"Time.timeAsDouble": time, "Cell(name)": "heart rate", "value": 70 + k}))
+        eye = pose_values(time, "", places[k], turns[k].as_quat()) | {"Cell(who)": "anna"}
+        lines.append(filled(gaze, eye))
+        if k in (10, 20):
+            kind = {10: "enter", 20: "exit"}[k]
+            both = (("LeftHand", "Beaker"), ("Beaker", "LeftHand"))
+            lines += [
+                filled(contact, {"kind": kind, "Time.timeAsDouble": time, "Cell(body)": a, "Cell(other)": b})
+                for a, b in both
+            ]
+    path = tmp_path / "session.csv"
+    path.write_text("\r\n".join(lines) + "\r\n", encoding="utf-8")
+
+    session = import_session("csv", path, proxies=False)
+    assert session.names == ("LeftHand",) and session.facts["handedness"] == "left"
+    assert "axes unity" in session.facts["conversions"]
+    assert session.frames.stamp_ns.tolist() == [round(round(k / 90, 6) * 1e9) for k in range(count)]
+    mirror = np.diag([1.0, 1.0, -1.0])
+    assert np.allclose(session.frames.position[:, 0], places @ mirror, rtol=1e-7, atol=1e-12)
+    got = Rotation.from_quat(session.frames.quaternion_xyzw[:, 0]).as_matrix()
+    assert np.allclose(got, mirror @ turns.as_matrix() @ mirror, atol=1e-6)
+    assert np.flatnonzero(~session.tracks["LeftHand"].valid).tolist() == [3]
+    assert np.allclose(session.hands["student/left"].trigger, np.arange(count) / count)
+    assert [(one.body_a, one.body_b, one.phase) for one in session.live_contacts] == [
+        ("LeftHand", "Beaker", "enter"),
+        ("LeftHand", "Beaker", "exit"),
+    ]
+    assert "left out" not in session.facts["conversions"]
+    assert session.scalars["heart rate"].values.tolist() == [70.0 + k for k in range(count)]
+    round_trips(session, tmp_path)
+    looked = session.gaze["anna"]
+    assert np.allclose(looked.origins, places @ mirror, rtol=1e-7, atol=1e-12)
+    assert np.allclose(looked.directions, turns.apply([0, 0, 1]) @ mirror, atol=1e-6)
 
 
 TAKE = [HEADER, *(f"pose,{0.011 * k:.6f},Cup{k % 2},{0.01 * k},1,0,0,0,0,1,1,," for k in range(60))]

@@ -2,7 +2,7 @@ import pytest
 from support.import_mutants import MUTANTS, tried
 
 from sessions.importers.contacts_csv import read_contacts
-from sessions.importers.csv_file import events, hands, live_contacts, unknown_kinds
+from sessions.importers.csv_file import events, hands, unknown_kinds
 from sessions.importers.csv_mapping import UNITY, CsvMapping, PoseColumns
 from sessions.importers.csv_table import CsvTable
 from sessions.model.event import Event, LiveContact
@@ -19,24 +19,6 @@ def table(tmp_path, *lines):
 
 def happening(kind, time, body, other="", value=""):
     return f"{kind},{time},{body}{',' * 9}{other},{value}"
-
-
-def test_a_contact_that_both_bodies_report_counts_once_and_this_is_said(tmp_path):
-    cells = table(
-        tmp_path,
-        HEADER,
-        happening("exit", 2, "Hand", "Beaker"),
-        happening("enter", 1, "Hand", "Beaker"),
-        happening("enter", 1, "Beaker", "Hand"),
-        happening("enter", 1.5, "Beaker", "Hand"),
-    )
-    found, said = live_contacts(cells, UNITY)
-    assert [(one.time_ns, one.body_a, one.body_b, one.phase) for one in found] == [
-        (1_000_000_000, "Hand", "Beaker", "enter"),
-        (1_500_000_000, "Beaker", "Hand", "enter"),
-        (2_000_000_000, "Hand", "Beaker", "exit"),
-    ]
-    assert said == ["1 contacts that both bodies reported counted once"]
 
 
 def test_a_trigger_stays_between_released_and_pressed(tmp_path):

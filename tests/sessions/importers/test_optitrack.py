@@ -88,18 +88,6 @@ def test_frames_without_numbers_are_lost_and_counted(tmp_path):
     assert "Cup, Left hand: 2 frames are lost" in session.facts["conversions"]
 
 
-def test_headers_of_motive_1_21_which_name_no_lines_are_read(tmp_path):
-    text = export().replace("Format Version,1.23", "Format Version,1.21")
-    for word in (",Type,", ",Name,", ",ID,"):
-        text = text.replace(word, ",,", 1)
-    session = import_session("optitrack", written(tmp_path, text.replace("Time (Seconds)", "Time")))
-    assert set(session.names) == {*NAMES}
-    for name in NAMES:
-        assert np.allclose(session.tracks[name].positions, PLACES[name], atol=1e-9)
-        same = np.abs((session.tracks[name].quaternions_xyzw * TURNS[name].as_quat()).sum(axis=1))
-        assert np.allclose(same, 1.0, atol=1e-6)
-
-
 @pytest.mark.parametrize("count", MUTANTS)
 def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
     survive("optitrack", written(tmp_path, export()), count)

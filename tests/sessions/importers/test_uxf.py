@@ -114,25 +114,15 @@ def replaced(old, new, file=HEAD):
 
 BROKEN = [
     (without_poses, NO_TRACKER), (without_rows, "there is no pose in it"),
-    (lambda folder: (folder / "trackers").rename(folder.parent / "elsewhere"), NO_TRACKER),
     (replaced(b"rot_z", b"rz"), r"head_movement_T001.csv: line 1: no column 'rot_z'"),
-    (replaced(b"rot_x", b"rx"), "line 1: no column 'rot_x'"), (replaced(b"pos_y", b"py"), "line 1: no column 'pos_y'"),
-    (replaced(b"time", b"t"), "line 1: no column 'time'"), (replaced(b"time,pos", b"time,pos_x,pos"), "'pos_x' occurs"),
     (replaced(b"4.1234,", b"soon,"), r"line 2, column 'time': 'soon' is no number; repair the cell"),
     (replaced(b"4.1234,", b'"4,1234",'), "column 'time': '4,1234' is no number; export it with decimal points"),
     (replaced(b"4.1234,", b","), r"line 2, column 'time': the time is missing; remove the row"),
-    (replaced(b"4.1234,", b"inf,"), "column 'time': the time is missing"),
-    (replaced(b"4.1234,", b"1e300,"), "a time is outside the years"), (replaced(b"4.1234", b"4.\x001"), "is no number"),
-    (replaced(b"\n4.1234,", b"\n4.1234,here"), "line 2, column 'pos_x': 'here.*' is no number"),
-    (replaced(b"pos_x", b"pos_x\xff"), "this is not UTF-8 text"),
+    (replaced(b"4.1234,", b"1e300,"), "a time is outside the years"),
     (lambda folder: (folder / HEAD).write_text((folder / HEAD).read_text().replace(".", ",")),
      "every row has more cells than line 1, which has 7; export numbers with decimal points, or semicolons between"),
-    (replaced(b"start_time", b"start", "trial_results.csv"), "trial_results.csv: line 1: no column 'start_time'"),
-    (replaced(b"end_time", b"end", "trial_results.csv"), "line 1: no column 'end_time'"),
-    (replaced(b"4.1,", b"soon,", "trial_results.csv"), "line 2, column 'start_time': 'soon' is no number"),
-    (replaced(b"score", b"ppid", "trial_results.csv"), "column 'ppid' occurs twice"),
+    (replaced(b"end_time", b"end", "trial_results.csv"), "trial_results.csv: line 1: no column 'end_time'"),
     (lambda folder: (folder / "trial_results.csv").write_bytes(b""), "trial_results.csv: the file is empty"),
-    (lambda folder: (folder / "trial_results.csv").write_bytes(b"\xff"), "trial_results.csv: this is not UTF-8 text"),
 ]  # fmt: skip
 
 

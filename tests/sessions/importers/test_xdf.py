@@ -1,5 +1,3 @@
-"""Files are written to the XDF specification, chunk by chunk; pyxdf only reads them."""
-
 import gzip
 import struct
 import sys
@@ -8,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from support.import_mutants import MUTANTS, survive
+from support.xdf_files import TRANSFORM_OUTLET, chunk, offsets, samples, stream_header, xdf_file
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session, xdf
@@ -20,38 +19,6 @@ RNG = np.random.default_rng(3)
 PLACES = {name: RNG.normal(size=(COUNT, 3)) for name in ("Head", "Cup")}
 TURNS = {name: Rotation.random(COUNT, random_state=seed) for seed, name in enumerate(PLACES)}
 TYPES = ("PositionX", "PositionY", "PositionZ", "OrientationA", "OrientationB", "OrientationC", "OrientationD")
-
-
-def chunk(tag, content):
-    return b"\x04" + struct.pack("<I", len(content) + 2) + struct.pack("<H", tag) + content
-
-
-def stream_header(number, name, kind, channels, form="double64"):
-    desc = "".join(
-        "<channel>" + "".join(f"<{key}>{value}</{key}>" for key, value in one.items()) + "</channel>"
-        for one in channels
-    )
-    xml = (
-        f'<?xml version="1.0"?><info><name>{name}</name><type>{kind}</type><channel_count>{max(1, len(channels))}'
-        f"</channel_count><nominal_srate>0</nominal_srate><channel_format>{form}</channel_format>"
-        f"<desc><channels>{desc}</channels></desc></info>"
-    )
-    return chunk(2, struct.pack("<I", number) + xml.encode())
-
-
-def samples(number, stamps, rows):
-    content = struct.pack("<I", number) + b"\x04" + struct.pack("<I", len(stamps))
-    for stamp, row in zip(stamps, rows, strict=True):
-        content += b"\x08" + struct.pack("<d", stamp)
-        if isinstance(row, str):
-            content += b"\x01" + bytes([len(row)]) + row.encode()
-        else:
-            content += struct.pack(f"<{len(row)}d", *row)
-    return chunk(3, content)
-
-
-def offsets(number, pairs):
-    return b"".join(chunk(4, struct.pack("<Idd", number, at, value)) for at, value in pairs)
 
 
 def channels(unit="meters", types=TYPES, names=tuple(PLACES), **more):
@@ -68,12 +35,6 @@ def numbers():
     )
 
 
-def written(tmp_path, *parts):
-    path = tmp_path / "take.xdf"
-    path.write_bytes(b"XDF:" + chunk(1, b'<?xml version="1.0"?><info><version>1.0</version></info>') + b"".join(parts))
-    return path
-
-
 def take(*, unit="meters", scale=1.0, pairs=(), head=None):
     rows = numbers()
     rows[:, [0, 1, 2, 7, 8, 9]] *= scale
@@ -84,7 +45,7 @@ def take(*, unit="meters", scale=1.0, pairs=(), head=None):
 
 @pytest.mark.parametrize(("unit", "scale"), [("meters", 1.0), ("mm", 1000.0), ("centimeters", 100.0), ("", 1.0)])
 def test_objects_of_a_mocap_stream_arrive_in_metres(tmp_path, unit, scale):
-    session = import_session("xdf", written(tmp_path, *take(unit=unit, scale=scale)))
+    session = import_session("xdf", xdf_file(tmp_path, *take(unit=unit, scale=scale)))
     assert set(session.names) == {"Head", "Cup"}
     for name in PLACES:
         track = session.tracks[name]
@@ -100,11 +61,6 @@ def test_objects_of_a_mocap_stream_arrive_in_metres(tmp_path, unit, scale):
 
 
 POSE_OUTLET = [{"label": one} for one in ("PosX", "PosY", "PosZ", "RotX", "RotY", "RotZ", "RotW")]
-TRANSFORM_OUTLET = [
-    *({"label": one, "unit": "unit quaternion", "type": "quaternion component"} for one in "xyzw"),
-    *({"label": one, "unit": "degree", "type": "axis angle"} for one in "xyz"),
-    *({"label": one, "unit": "meter", "type": "position in world space"} for one in "xyz"),
-]
 
 
 def test_outlets_of_lsl4unity_are_bodies_in_the_axes_of_unity(tmp_path):
@@ -115,7 +71,7 @@ def test_outlets_of_lsl4unity_are_bodies_in_the_axes_of_unity(tmp_path):
         samples(2, STAMPS, np.column_stack([turn, 0 * place, place])),
         stream_header(3, "Pupil", "Unity.Float", [{"label": "mm"}]), samples(3, STAMPS, place[:, :1]),
     )  # fmt: skip
-    session = import_session("xdf", written(tmp_path, *parts))
+    session = import_session("xdf", xdf_file(tmp_path, *parts))
     assert session.names == ("Cup", "Hand") and list(session.scalars) == ["Pupil"]
     mirror = np.diag([1.0, 1.0, -1.0])
     for track in session.tracks.values():
@@ -125,26 +81,8 @@ def test_outlets_of_lsl4unity_are_bodies_in_the_axes_of_unity(tmp_path):
     assert "axes unity (left-handed, +Y up, +Z forward); lengths in m" in session.facts["assumed"]
     with pytest.raises(ImportFileError, match="poses of Unity and others are in it; name the axes of all by --conv"):
         import_session(
-            "xdf", written(tmp_path, *parts[:2], *(take(head=stream_header(4, "M", "MoCap", channels()))[:1]))
+            "xdf", xdf_file(tmp_path, *parts[:2], *(take(head=stream_header(4, "M", "MoCap", channels()))[:1]))
         )
-
-
-def test_a_stream_of_poses_is_a_body_whatever_it_is_called(tmp_path):
-    place, turn = PLACES["Cup"], TURNS["Cup"].as_quat()
-    plain = [{"label": one, "type": "position"} for one in "xyz"] + [
-        {"label": one, "type": "quaternion"} for one in "xyzw"
-    ]
-    parts = stream_header(1, "lhand", "Controller", plain), samples(1, STAMPS, np.column_stack([place, turn]))
-    session = import_session("xdf", written(tmp_path, *parts))
-    assert np.abs(session.tracks["lhand"].positions - place).max() < 1e-9
-    assert np.abs(np.abs((session.tracks["lhand"].quaternions_xyzw * turn).sum(axis=1)) - 1).max() < 1e-9
-    parts = (
-        stream_header(1, "rhand", "VR", TRANSFORM_OUTLET),
-        samples(1, STAMPS, np.column_stack([turn, 0 * place, place])),
-    )
-    session = import_session("xdf", written(tmp_path, *parts))
-    assert np.abs(session.tracks["rhand"].positions - place * [1, 1, -1]).max() < 1e-9
-    assert "axes unity" in session.facts["assumed"]
 
 
 STREAM_MAP = """
@@ -174,19 +112,7 @@ def controllers(tmp_path):
         np.column_stack([1000 * PLACES["Head"], TURNS["Head"].as_quat()]),
     )
     (tmp_path / "map.toml").write_text(STREAM_MAP)
-    return written(tmp_path, left[0], samples(1, STAMPS, left[1]), head[0], samples(2, STAMPS, head[1]))
-
-
-def test_channels_of_any_name_are_bodies_where_a_mapping_says_so(tmp_path):
-    session = import_session("xdf", controllers(tmp_path), mapping=tmp_path / "map.toml")
-    mirror = np.diag([1.0, 1.0, -1.0])
-    assert not session.scalars and session.facts["source_convention"] == "unity"
-    for body, name in (("left", "Cup"), ("head", "Head")):
-        track = session.tracks[body]
-        assert np.allclose(track.positions, PLACES[name] @ mirror, atol=1e-9)
-        got = Rotation.from_quat(track.quaternions_xyzw).as_matrix()
-        assert np.allclose(got, mirror @ TURNS[name].as_matrix() @ mirror, atol=1e-9)
-    assert np.flatnonzero(~session.tracks["left"].valid).tolist() == [7]
+    return xdf_file(tmp_path, left[0], samples(1, STAMPS, left[1]), head[0], samples(2, STAMPS, head[1]))
 
 
 @pytest.mark.parametrize(
@@ -210,7 +136,7 @@ def test_what_is_wrong_with_a_mapping_of_streams_is_named(tmp_path, old, new, wo
 
 def test_clock_offsets_are_applied_and_how_well_they_fit_is_said(tmp_path):
     pairs = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]
-    session = import_session("xdf", written(tmp_path, *take(pairs=pairs)), convention="unity")
+    session = import_session("xdf", xdf_file(tmp_path, *take(pairs=pairs)), convention="unity")
     expected = STAMPS + 0.25 + 2e-5 * (STAMPS - STAMPS[0])
     assert np.abs(session.frames.stamp_ns / 1e9 - expected).max() < 1e-6
     said = session.facts["conversions"]
@@ -220,7 +146,7 @@ def test_clock_offsets_are_applied_and_how_well_they_fit_is_said(tmp_path):
 
 def test_streams_of_text_are_events_in_order(tmp_path):
     marks = stream_header(2, "Stim", "Markers", [], "string"), samples(2, [STAMPS[3], STAMPS[9]], ["grasp", "pour"])
-    session = import_session("xdf", written(tmp_path, *marks, *take()))
+    session = import_session("xdf", xdf_file(tmp_path, *marks, *take()))
     assert [(one.time_ns, one.name, one.message) for one in session.events] == [
         (round(STAMPS[3] * 1e9), "Stim", "grasp"), (round(STAMPS[9] * 1e9), "Stim", "pour"),
     ]  # fmt: skip
@@ -237,7 +163,7 @@ def test_other_streams_of_numbers_are_scalars_on_the_same_clock(tmp_path):
         stream_header(4, "Bare", "Markers", [{}, {}]), samples(4, STAMPS[:2], [[1, 2], [3, 4]]),
         stream_header(5, "Silent", "EEG", [{"label": "a"}]),
     )  # fmt: skip
-    session = import_session("xdf", written(tmp_path, *parts, *take()))
+    session = import_session("xdf", xdf_file(tmp_path, *parts, *take()))
     assert list(session.scalars) == ["Cap/Fz", "Cap/Cz", "Heart rate", "Bare/1", "Bare/2"]
     for column, name in enumerate(("Cap/Fz", "Cap/Cz")):
         one = session.scalars[name]
@@ -260,7 +186,7 @@ def test_eyes_of_a_gaze_stream_are_rays_in_the_frame_of_the_poses(tmp_path):
         stream_header(2, "Tracker", "Gaze", [*left, *flat]),
         samples(2, STAMPS, np.column_stack([rays[:, :3] * 1000, rays[:, 3:], seen, rays[:, :2]])),
     )
-    session = import_session("xdf", written(tmp_path, *parts, *take()), convention="ros")
+    session = import_session("xdf", xdf_file(tmp_path, *parts, *take()), convention="ros")
     assert list(session.gaze) == ["Tracker/left"]
     assert list(session.scalars) == ["Tracker/lConfidence", "Tracker/ScreenX", "Tracker/ScreenY"]
     gaze, axes = session.gaze["Tracker/left"], np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]])
@@ -278,14 +204,14 @@ def test_an_object_without_confidence_is_lost(tmp_path):
     names = ("Head",)
     rows = np.column_stack([numbers()[:, :7], np.arange(COUNT) % 2])
     head = stream_header(1, "M", "MoCap", channels(names=names, types=(*TYPES, "Confidence")))
-    track = import_session("xdf", written(tmp_path, head, samples(1, STAMPS, rows))).tracks["Head"]
+    track = import_session("xdf", xdf_file(tmp_path, head, samples(1, STAMPS, rows))).tracks["Head"]
     assert track.valid.tolist() == [bool(k % 2) for k in range(COUNT)]
 
 
 @pytest.mark.parametrize(("cut", "kept", "skipped"), [(100, COUNT, False), (130, COUNT // 2, True)])
 def test_a_file_cut_short_loses_the_sample_that_was_cut_and_says_so(tmp_path, cut, kept, skipped):
     """pyxdf hands out a last sample that is half its own and half the one before."""
-    path = written(tmp_path, *take())
+    path = xdf_file(tmp_path, *take())
     path.write_bytes(path.read_bytes()[:-cut])
     session = import_session("xdf", path)
     assert session.tracks["Cup"].valid.tolist() == [True] * (kept - 1) + [False]
@@ -323,7 +249,7 @@ BROKEN = {
 @pytest.mark.parametrize("name", BROKEN)
 def test_a_broken_file_is_refused_in_one_sentence(tmp_path, name):
     parts, words = BROKEN[name]
-    path = written(tmp_path, *parts())
+    path = xdf_file(tmp_path, *parts())
     with pytest.raises(ImportFileError, match=words) as raised:
         import_session("xdf", path)
     assert str(path) in str(raised.value) and "\n" not in str(raised.value)
@@ -331,7 +257,7 @@ def test_a_broken_file_is_refused_in_one_sentence(tmp_path, name):
 
 @pytest.mark.parametrize("ending", [".xdfz", ".xdf.gz"])
 def test_a_compressed_file_is_read_and_one_that_unpacks_without_end_refused(tmp_path, ending, monkeypatch):
-    path = written(tmp_path, *take())
+    path = xdf_file(tmp_path, *take())
     expected, packed = import_session("xdf", path), path.with_suffix(ending)
     packed.write_bytes(gzip.compress(path.read_bytes()))
     found = import_session("auto", packed)
@@ -357,4 +283,4 @@ def test_another_file_and_a_missing_library_are_one_sentence(tmp_path, monkeypat
 @pytest.mark.parametrize("count", MUTANTS)
 def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
     marks = stream_header(2, "Stim", "Markers", [], "string"), samples(2, [STAMPS[3], STAMPS[9]], ["grasp", "pour"])
-    survive("xdf", written(tmp_path, *marks, *take(pairs=[(STAMPS[0], 0.1), (STAMPS[9], 0.2)])), count)
+    survive("xdf", xdf_file(tmp_path, *marks, *take(pairs=[(STAMPS[0], 0.1), (STAMPS[9], 0.2)])), count)

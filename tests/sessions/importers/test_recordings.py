@@ -1,8 +1,15 @@
-"""A CSV that nobody has described gets a draft of its mapping; completed, it gives the poses that were written."""
+"""Twenty hand-written recordings of the kinds that people have give the poses that were written.
+
+A CSV that nobody has described gets a draft of its mapping first, and is imported with the draft completed.
+"""
+
+import json
 
 import numpy as np
 import pytest
+from mcap.writer import Writer
 from scipy.spatial.transform import Rotation
+from support.xdf_files import TRANSFORM_OUTLET, samples, stream_header, xdf_file
 
 from replay.cli.main import main
 from sessions import read_session
@@ -214,3 +221,112 @@ def test_all_faults_of_a_mapping_and_all_columns_that_are_missing_are_named_at_o
     )
     with pytest.raises(ImportFileError, match="no columns 'time', 'z', 'a', 'b', 'c', 'd'; there are: t, x, y"):
         import_session("csv", log, mapping=mapping)
+
+
+# --- Other formats: each writes its file, and gives the format and the options to import it with ---
+
+UNITY, ROS = np.diag([1.0, 1.0, -1.0]), np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]])
+
+
+def motive_1_21(folder):
+    """Its header leaves the words Type, Name and ID out."""
+    names = ("Cup", "Left hand")
+    lines = ["Format Version,1.21,Take Name,t,Rotation Type,Quaternion,Length Units,Meters,Coordinate Space,Global", ""]
+    lines += [",," + ",".join(["Rigid Body"] * 14), ",," + ",".join(name for name in names for _ in range(7))]
+    lines += [",," + ",".join(["A1"] * 14), ",," + ",".join((["Rotation"] * 4 + ["Position"] * 3) * 2)]
+    lines.append("Frame,Time" + ",X,Y,Z,W,X,Y,Z" * 2)
+    for k in range(COUNT):
+        numbers = [number for body in (0, 1) for number in (*TURN[body][k], *PLACE[body][k])]
+        lines.append(f"{k},{TIME[k]:.6f}," + ",".join(f"{number:.12f}" for number in numbers))
+    (folder / "take.csv").write_text("\r\n".join([*lines, ""]))
+    return folder / "take.csv", "optitrack", {}
+
+
+def streams(*described):
+    """An XDF file of streams: name, type, channels and rows of each."""
+
+    def write(folder):
+        parts = [
+            stream_header(number, *head) + samples(number, 100.0 + TIME, rows)
+            for number, (*head, rows) in enumerate(described, start=1)
+        ]
+        return xdf_file(folder, *parts), "xdf", {}
+
+    return write
+
+
+def mapped_streams(folder):
+    """Channels that say nothing, in millimetres and Unity's axes, with Euler angles."""
+    labels = [{"label": one} for one in ("px", "py", "pz", "ez", "ex", "ey")]
+    angles = Rotation.from_quat(TURN[0]).as_euler("zxy", degrees=True)
+    path, *_ = streams(("Controllers", "VR", labels, np.column_stack([1000 * PLACE[0], angles])))(folder)
+    (folder / "m.toml").write_text(
+        'convention = "unity"\nunits = "mm"\n[bodies.left]\nstream = "Controllers"\nposition = ["px", "py", "pz"]\n'
+        'euler = ["ez", "ex", "ey"]\norder = "zxy"\n'
+    )
+    return path, "xdf", {"mapping": folder / "m.toml"}
+
+
+def frames(format, options, *moves):
+    """An MCAP file of frames: topic, parent and child of each body."""
+
+    def write(folder):
+        with (folder / "frames.mcap").open("wb") as stream:
+            writer = Writer(stream)
+            writer.start()
+            schema = writer.register_schema("foxglove.FrameTransform", "jsonschema", b"{}")
+            channels = {topic: writer.register_channel(topic, "json", schema) for topic, _, _ in moves}
+            for k, stamp in enumerate((1e9 * TIME).round().astype(int).tolist()):
+                for body, (topic, parent, child) in enumerate(moves):
+                    pose = {"translation": dict(zip("xyz", PLACE[body % 2][k], strict=True)),
+                            "rotation": dict(zip("xyzw", TURN[body % 2][k], strict=True))}  # fmt: skip
+                    message = {
+                        "timestamp": {"sec": 1, "nsec": stamp},
+                        "parent_frame_id": parent,
+                        "child_frame_id": child,
+                    }
+                    writer.add_message(channels[topic], stamp, json.dumps(message | pose).encode(), stamp)
+            writer.finish()
+        return folder / "frames.mcap", format, options
+
+    return write
+
+
+PLAIN = [{"label": one, "type": "position"} for one in "xyz"] + [{"label": one, "type": "quaternion"} for one in "xyzw"]
+ROBOT = ("left_wheel", "oakd_left_camera_frame", "left", "hand_link", "head_pan_link")
+RECORDINGS = {
+    "Motive 1.21": (motive_1_21, ("Cup", "Left hand"), np.eye(3)),
+    "XDF of a controller": (
+        streams(("lhand", "Controller", PLAIN, np.column_stack(G))), ("lhand",), np.eye(3),
+    ),
+    "XDF of LSL4Unity": (
+        streams(("rhand", "VR", TRANSFORM_OUTLET, np.column_stack([TURN[0], 0 * PLACE[0], PLACE[0]]))),
+        ("rhand",), UNITY,
+    ),
+    "XDF with a mapping": (mapped_streams, ("left",), UNITY),
+    "frames of a robot": (frames("auto", {}, *(("/tf", "odom", name) for name in ROBOT)), ROBOT, ROS),
+    "two roots, named": (
+        frames("mcap", {"topics": ["/a", "/b"]}, ("/a", "map", "cup"), ("/b", "room", "rod")), ("cup", "rod"), ROS,
+    ),
+}  # fmt: skip
+"""Recordings of other kinds: what writes one, its bodies, and the axes that they come in."""
+
+
+def test_there_are_twenty_recordings():
+    assert len(CASES) + len(RECORDINGS) == 20
+
+
+@pytest.mark.parametrize("kind", RECORDINGS)
+def test_a_recording_gives_the_poses_that_were_written(tmp_path, kind):
+    write, names, axes = RECORDINGS[kind]
+    path, format, options = write(tmp_path)
+    session = import_session(format, path, **options)
+    assert set(session.names) == {*names}
+    # A hand or controller gets a stand-in, a frame of a robot never does.
+    assert bool(session.meshes) == (format in ("optitrack", "xdf"))
+    for body, name in enumerate(names):
+        track = session.tracks[name]
+        assert track.valid.all() and np.allclose(track.positions, PLACE[body % 2] @ axes.T, atol=1e-9)
+        turn = axes @ Rotation.from_quat(TURN[body % 2]).as_matrix() @ axes.T
+        assert np.allclose(Rotation.from_quat(track.quaternions_xyzw).as_matrix(), turn, atol=1e-9)
+        assert np.allclose((track.times_ns - track.times_ns[0]) / 1e9, TIME, atol=2e-6)
