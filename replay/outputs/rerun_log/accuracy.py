@@ -6,17 +6,17 @@ drawn by hand in one view, y downwards.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import ceil, floor, log10
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import rerun as rr
 
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.outputs.palette import FAINT, TICKS, WHITE, Rgba
-from replay.outputs.rerun_log.columns import RecordingWriter, Steps, packed
+from replay.outputs.rerun_log.columns import RecordingWriter, packed
 from replay.pipeline.gates import figure
 
 PLOT: Final = "accuracy/plot"
@@ -30,6 +30,9 @@ BOUNDS: Final = ((-110.0, 850.0), (0.0, 930.0))
 
 LETTER, LINE = 9.4, 40.0
 """Half of a label is so many units a letter; lines of words stand so far apart."""
+
+UP: Final = 15.0
+"""How far words are moved up, in units of the view."""
 
 STEPS: Final = (1.0, 2.0, 3.0, 5.0)
 """Ticks of the axis of cost in each power of ten."""
@@ -117,22 +120,11 @@ Said = Sequence[tuple[tuple[float, float], str, Rgba]]
 
 
 def log_words(writer: RecordingWriter, path: str, said: Said) -> None:
-    """Send words that stand at all times."""
-    log_words_at(writer, path, [(0, 0, None)], lambda _: said)
-
-
-def log_words_at(
-    writer: RecordingWriter, path: str, steps: Steps, said: Callable[[Any], Said], up: float = 15.0
-) -> None:
-    """Send words at each step; the viewer centres them on their place and hangs them below: they are moved up."""
-
-    def columns(some: list[Any]) -> rr.ComponentColumnList:
-        places = np.array([(x, y - up) for (x, y), _, _ in some], dtype=np.float32).reshape(-1, 2)
-        words, colours = [text for _, text, _ in some], packed(colour for *_, colour in some)
-        return rr.Points2D.columns(positions=places, labels=words, colors=colours)
-
-    writer.steps(path, steps, said, columns)
-    writer.static(path, rr.Points2D.from_fields(radii=rr.Radius.ui_points(0.01), show_labels=True))
+    """Send words; the viewer centres them on their place and hangs them below: they are moved up."""
+    places = np.array([(x, y - UP) for (x, y), _, _ in said], dtype=np.float32)
+    words, colours = [text for _, text, _ in said], packed(colour for *_, colour in said)
+    dot = rr.Radius.ui_points(0.01)
+    writer.static(path, rr.Points2D(places, labels=words, colors=colours, radii=dot, show_labels=True))
 
 
 def placed_labels(

@@ -21,7 +21,7 @@ from replay.outputs.rerun_log.columns import entity
 from replay.outputs.rerun_log.details import details_path, worked_moment
 from replay.outputs.rerun_log.effects import CURVE_BOUNDS, HAPPENED, curve_path, effect_views, tab_name
 from replay.outputs.rerun_log.lanes import noise_lane, pair_lanes, session_lanes
-from replay.outputs.rerun_log.pipeline import FRAME_BOUNDS, moment_words, pipeline_path
+from replay.outputs.rerun_log.pipeline import moment_words, pipeline_path
 from replay.outputs.rerun_log.texts import ACCURACY, SESSION_TEXT
 from replay.outputs.rerun_log.timing import BUDGET_LINE, budget_share, ceiling, total_ms, total_path
 from replay.outputs.rerun_log.world import body_path
@@ -163,7 +163,7 @@ def _pipeline(picture: Picture, run: WatchedRun) -> Any:
     name = f"{moment_words(run, run.worked)}   dots: faces of ants   white: best pair"
     contents = [bodies, *_no_volumes(picture, root), f"/{root}/search/**"]
     search = views.spatial(name, contents, f"{root}/search/eye", f"/{root}")
-    frame = views.flat(f"{root}/frame", "This frame: pairs left, and the price", *FRAME_BOUNDS)
+    frame = views.text_view(f"{root}/frame", "This frame: pairs left, and the price")
     around = views.seconds_between(max(0.0, at - AROUND_MOMENT), at + AROUND_MOMENT)
     left = views.plot(around, f"/{root}/pairs", f"Pairs left, of {pairs}, half a second around {at:.3f} s")
     listed = views.text_list(f"{root}/moments", "Other moments: click a time")

@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Final
 
-import rerun as rr
-
 from replay.comparison.outcome import Outcome
 from replay.outputs.moments import KINDS, FocusMoment
 from replay.outputs.palette import MISSED
 from replay.outputs.rerun_log.answer import log_list
 from replay.outputs.rerun_log.close_up import CloseUp, labels_of, log_cages, measure, standing_at, with_solids
-from replay.outputs.rerun_log.columns import RecordingWriter, Steps, entity, steps_of
+from replay.outputs.rerun_log.columns import RecordingWriter, entity, steps_of
 from replay.outputs.rerun_log.contacts import section_of
-from replay.outputs.rerun_log.stage import log_eyes, log_labels, log_lines, log_standing
+from replay.outputs.rerun_log.stage import log_eyes, log_labels, log_lines, log_notes, log_standing
 from replay.outputs.rerun_log.texts import detector_text
 from replay.pipeline.run_result import RunResult
 
@@ -45,7 +43,7 @@ def log_details(writer: RecordingWriter, result: RunResult, label: str, views: M
     drawn = sorted({worked, *longest}, key=lambda one: (one.frame, one.later))
     rows = [(one.frame, one.later, min(one.first, one.frame), one.last, one) for one in drawn]
     steps = steps_of(rows, len(writer.clock.ns), worked)
-    _log_notes(writer, details_path(label, "note"), steps)
+    log_notes(writer, details_path(label, "note"), steps, {one: one.said for one in drawn})
     bodies = details_path(label, "bodies")
     log_standing(
         writer, bodies, result.session.scene, steps, {one: standing_at(result, one, views[one]) for one in drawn}
@@ -61,11 +59,3 @@ def log_details(writer: RecordingWriter, result: RunResult, label: str, views: M
     log_lines(writer, f"{root}/lines", steps, lines, 1.8)
     if label in with_solids(result):
         log_cages(writer, result, label, {one: views[one] for one in drawn}, steps, bodies)
-
-
-def _log_notes(writer: RecordingWriter, path: str, steps: Steps) -> None:
-    def columns(some: list[FocusMoment]) -> rr.ComponentColumnList:
-        kinds = [rr.MediaType.MARKDOWN] * len(some)
-        return rr.TextDocument.columns(text=[one.said for one in some], media_type=kinds)
-
-    writer.steps(path, steps, lambda one: [one], columns)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -13,8 +13,7 @@ from cdcore.bounding.sphere import sphere_in_mode
 from cdcore.numerics import FloatArray, place_points
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.outputs.camera import Eye, Obstacles, framing, towards_user
-from replay.outputs.palette import MISSED, SERIES, TICKS, WHITE, WITHIN_TOLERANCE, Rgba
-from replay.outputs.rerun_log.accuracy import log_words_at
+from replay.outputs.palette import MISSED, SERIES, WHITE, Rgba
 from replay.outputs.rerun_log.close_up import ROOM
 from replay.outputs.rerun_log.columns import RecordingWriter, Steps, entity, packed, steps_of
 from replay.outputs.rerun_log.stage import (
@@ -25,10 +24,12 @@ from replay.outputs.rerun_log.stage import (
     log_eyes,
     log_labels,
     log_lines,
+    log_notes,
     log_standing,
 )
 from replay.outputs.rerun_log.timing import ceiling, stage_ms, total_ms
 from replay.outputs.rerun_log.world import face_normals
+from replay.outputs.tables import markdown, table
 from replay.outputs.watched_run import ALL, BOXES, CONFIRMED, CONTACT, LOST, SEARCHED, SPHERES, Moment, WatchedRun
 from replay.outputs.words import counted
 from replay.pipeline.gates import figure
@@ -38,10 +39,9 @@ if TYPE_CHECKING:
     from cdcore.search.tracing import LookTrace
 
 STAGE_COLOURS: Final[Mapping[str, Rgba]] = {
-    ALL: WITHIN_TOLERANCE, SPHERES: SERIES[5], BOXES: SERIES[0], SEARCHED: SERIES[1], CONFIRMED: SERIES[2],
-    "broad phase": SERIES[0], "search": SERIES[1], "narrow phase": SERIES[4], "containment": SERIES[3],
+    SPHERES: SERIES[5], BOXES: SERIES[0], SEARCHED: SERIES[1], CONFIRMED: SERIES[2],
 }  # fmt: skip
-"""Colours of what a stage leaves, and of the time it takes."""
+"""Colours of what a stage leaves."""
 
 ENDS: Final[Mapping[str, Rgba]] = {CONTACT: SERIES[2], LOST: MISSED}
 """Colour of how a look ended; of a near pass white."""
@@ -61,21 +61,6 @@ NEAREST: Final = 0.22
 
 WORDS_UP: Final = (0.24, 0.10, -0.34)
 """How high words on the search stand, in distances of the eye."""
-
-BAR_WIDTH, BAR_STEP = 520.0, 76.0
-BAR_LINES: Final = 14
-"""A bar is so many thin lines: thick ones have round caps, which lie at small counts, and boxes have no fill."""
-
-FRAME_BOUNDS: Final = ((-280.0, BAR_WIDTH + 240.0), (-60.0, 950.0))
-"""What the view of a frame shows of both axes."""
-
-HALF_LETTER: Final = 8.0
-"""Half of what a letter takes of the view of a frame on 1,280 pixels; words are centred on their place."""
-
-UP: Final = 27.0
-"""How far words are moved up, in units of the view, to stand beside their bar."""
-
-COUNTS_Y, TIMES_Y, NAMES_X = 70.0, 600.0, -150.0
 
 
 def pipeline_path(label: str, *parts: str) -> str:
@@ -101,7 +86,7 @@ def log_pipeline(writer: RecordingWriter, run: WatchedRun, result: RunResult) ->
     log_standing(writer, f"{root}/bodies", result.session.scene, steps, at)
     _log_volumes(writer, run, result, steps)
     _log_search(writer, run, result, steps)
-    _log_bars(writer, run, result, steps)
+    _log_frame(writer, run, result, steps)
     _log_list(writer, run, result)
     ns = int(writer.clock.ns[run.worked.frame])
     marks = np.array([ns - 2_000_000, ns, ns + 2_000_000])
@@ -283,67 +268,29 @@ def _log_counts(writer: RecordingWriter, run: WatchedRun) -> None:
         writer.curve(path, frames, count[frames].astype(np.float64), stage, STAGE_COLOURS[stage], width, step=True)
 
 
-def _log_bars(writer: RecordingWriter, run: WatchedRun, result: RunResult, steps: Steps) -> None:
+def _log_frame(writer: RecordingWriter, run: WatchedRun, result: RunResult, steps: Steps) -> None:
     """The frame of the moment in numbers: how many pairs each stage leaves, and what each takes."""
-    root, times, total = pipeline_path(run.label, "frame"), stage_ms(run.detection), total_ms(run.detection)
-    pairs, slowest = max(1, int(run.counts[ALL].max())), {}
+    times, total = stage_ms(run.detection), total_ms(run.detection)
+    words = {}
     for one in run.moments:
-        slowest[one] = max((ms[one.frame] for ms in times.values()), default=0.0) or 1.0
-    share = {one: figure(100 * total[one.frame] / BUDGET_MS) for one in run.moments}
-    log_words_at(writer, f"{root}/counts", steps, lambda _: [
-        ((220.0, COUNTS_Y - BAR_STEP), f"{pairs} pairs in this frame: who is left after each stage", WHITE),
-    ], UP)  # fmt: skip
-    log_words_at(writer, f"{root}/price", steps, lambda one: [(
-        (200.0, TIMES_Y - BAR_STEP),
-        f"{total[one.frame]:.2f} ms for this frame: {share[one]} % of a {HEADSET_HZ:g} Hz frame", WHITE,
-    )], UP)  # fmt: skip
-    for rank, (stage, count) in enumerate(run.counts.items()):
-        lengths = {one: BAR_WIDTH * count[one.frame] / pairs for one in run.moments}
-        words = {one: _count_words(run, result, one, stage, int(count[one.frame])) for one in run.moments}
-        _bar(writer, f"{root}/{rank}", COUNTS_Y + BAR_STEP * rank, stage, steps, lengths, words)
-    for rank, (stage, ms) in enumerate(times.items()):
-        lengths = {one: BAR_WIDTH * ms[one.frame] / slowest[one] for one in run.moments}
-        micro = {one: f"{1e3 * ms[one.frame]:.0f} µs" for one in run.moments}
-        _bar(writer, f"{root}/price/{rank}", TIMES_Y + BAR_STEP * rank, stage, steps, lengths, micro)
+        share = figure(100 * total[one.frame] / BUDGET_MS)
+        price = f"{total[one.frame]:.2f} ms for this frame: {share} % of a {HEADSET_HZ:g} Hz frame"
+        counts = [(stage, _count_words(run, result, one, stage)) for stage in run.counts]
+        taken = [(stage, f"{1e3 * ms[one.frame]:.0f} µs") for stage, ms in times.items()]
+        left = table("", ("stage", "pairs that it leaves"), counts)
+        words[one] = "\n\n".join([markdown(left), f"**{price}**", markdown(table("", ("stage", "takes"), taken))])
+    log_notes(writer, pipeline_path(run.label, "frame"), steps, words)
 
 
-def _count_words(run: WatchedRun, result: RunResult, moment: Moment, stage: str, count: int) -> str:
+def _count_words(run: WatchedRun, result: RunResult, moment: Moment, stage: str) -> str:
     """How many pairs, and why fewer are searched than boxes meet, or which is confirmed or missed."""
+    count = int(run.counts[stage][moment.frame])
     waiting = int(run.counts.get(BOXES, run.counts[SPHERES])[moment.frame]) - count
     if stage == SEARCHED and waiting > 0:
-        return f"{count}   {waiting} as before"
+        return f"{count}, {waiting} as before"
     if stage == CONFIRMED and moment.kind == LOST:
-        return f"{count}   missed: {result.assembly.pair_name(moment.pair)}"
+        return f"{count}, missed: {result.assembly.pair_name(moment.pair)}"
     return f"{count}"
-
-
-def _bar(
-    writer: RecordingWriter, path: str, y: float, stage: str, steps: Steps, lengths: Mapping[Moment, float],
-    words: Mapping[Moment, str],
-) -> None:  # fmt: skip
-    """A bar from zero, its name before it and words at its end."""
-    colour = STAGE_COLOURS.get(stage, TICKS)
-    heights = y + 34.0 * (np.arange(BAR_LINES) / (BAR_LINES - 1) - 0.5)
-
-    def lines(one: Moment) -> Sequence[Any]:
-        if lengths[one] <= 0:
-            return ()
-        return [[(0.0, height), (lengths[one], height)] for height in heights]
-
-    def columns(some: list[Any]) -> rr.ComponentColumnList:
-        return rr.LineStrips2D.columns(strips=np.array(some, dtype=np.float32).reshape(-1, 2, 2))
-
-    writer.steps(f"{path}/bar", steps, lines, columns)
-    writer.static(f"{path}/bar", rr.LineStrips2D.from_fields(colors=packed([colour]), radii=1.7))
-
-    def said(one: Moment) -> list[Any]:
-        end = MISSED if "missed" in words[one] else colour
-        return [
-            ((lengths[one] + 30.0 + HALF_LETTER * len(words[one]), y), words[one], end),
-            ((NAMES_X, y), stage, TICKS),
-        ]
-
-    log_words_at(writer, f"{path}/words", steps, said, UP)
 
 
 def _log_list(writer: RecordingWriter, run: WatchedRun, result: RunResult) -> None:

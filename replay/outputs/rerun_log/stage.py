@@ -145,6 +145,15 @@ def log_dots(
     writer.static(path, rr.Points3D.from_fields(radii=rr.Radius.ui_points(size)))
 
 
+def log_notes(writer: RecordingWriter, path: str, steps: Steps, notes: Mapping[Any, str]) -> None:
+    """Send Markdown about each moment that is shown."""
+
+    def columns(some: list[str]) -> rr.ComponentColumnList:
+        return rr.TextDocument.columns(text=some, media_type=[rr.MediaType.MARKDOWN] * len(some))
+
+    writer.steps(path, steps, lambda shown: [notes[shown]], columns)
+
+
 def log_eyes(writer: RecordingWriter, path: str, steps: Sequence[tuple[int, int, Eye]]) -> None:
     """Send a camera that stands elsewhere from each step on. A view that tracks it needs no command to follow."""
     rotations = np.array([look_rotation(eye) for *_, eye in steps]).reshape(-1, 3, 3)
