@@ -66,7 +66,7 @@ class RunResult(run_result.RunResult):
 
         Raises ``OutputError``: the extra ``notebook`` is not installed.
         """
-        from replay.outputs.rerun_log.in_notebook import notebook_viewer
+        from replay.outputs.rerun_log.viewer import notebook_viewer
         from replay.outputs.results.run_folder import PICTURE
 
         if self.out is not None and (self.out / PICTURE).is_file():

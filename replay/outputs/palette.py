@@ -69,12 +69,6 @@ SERIES: Final[tuple[Rgba, ...]] = (
 )
 """Colours of detectors in plots, in order; none of them is near the red or the yellow."""
 
-DOUBTS: Final[tuple[Rgba, ...]] = (
-    SERIES[3], (160, 120, 210, 255), (130, 96, 190, 255), SERIES[1], (150, 110, 60, 255), SERIES[0], SERIES[2],
-    WITHIN_TOLERANCE, (90, 120, 120, 255),
-)  # fmt: skip
-"""Colours of poses in doubt, in the order of ``replay.prepare.flags.FLAG_KINDS``."""
-
 Looks = Mapping[int, tuple[str, Rgba]]
 """State of a lane -> its word and colour; a state without a row is a gap."""
 

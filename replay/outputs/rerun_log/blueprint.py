@@ -2,22 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
+import rerun as rr
 import rerun.blueprint as rrb
+from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
 from replay.outputs.camera import Eye
 from replay.outputs.lanes import number_boxes
 from replay.outputs.moments import FocusMoment
-from replay.outputs.palette import tags_of
-from replay.outputs.rerun_log import accuracy, findings, views
+from replay.outputs.palette import BACKGROUND, tags_of
+from replay.outputs.rerun_log import accuracy
 from replay.outputs.rerun_log.answer import ANSWER, EYE, MOMENTS, ON_POLES, SPACE
 from replay.outputs.rerun_log.close_up import CloseUp, solid_path, with_solids
-from replay.outputs.rerun_log.columns import entity
+from replay.outputs.rerun_log.columns import FRAME, SESSION, drawable, entity
 from replay.outputs.rerun_log.details import details_path, worked_moment
 from replay.outputs.rerun_log.effects import CURVE_BOUNDS, HAPPENED, curve_path, effect_views, tab_name
 from replay.outputs.rerun_log.lanes import noise_lane, pair_lanes, session_lanes
@@ -49,6 +51,9 @@ AROUND_MOMENT: Final = 0.5
 """Seconds before and after the worked moment in which steps can be read; over a minute they are a carpet."""
 
 
+PLAIN: Final = rrb.Background(color=BACKGROUND[:3], kind=rrb.BackgroundKind.SolidColor)
+
+
 @dataclass(frozen=True, eq=False)
 class Picture:
     """What is laid out and sent."""
@@ -72,7 +77,7 @@ class Picture:
         start, last = (float(times[0]), float(times[-1])) if len(times) else (0.0, 1.0)
         # The last number may be widened beyond the last frame.
         boxes = [box for misses in self.result.misses.values() for box in number_boxes(misses, round(last * 1e9))]
-        return views.seconds_between(start, max([last, *(end / 1e9 for _, _, end in boxes)]))
+        return seconds_between(start, max([last, *(end / 1e9 for _, _, end in boxes)]))
 
     @cached_property
     def without_solids(self) -> list[str]:
@@ -105,11 +110,9 @@ def build_blueprint(picture: Picture) -> rrb.Blueprint:
     details = [
         _details(picture, label) for label in [*picture.order, *(set(picture.result.detections) - {*picture.order})]
     ]
-    if (paths := findings.finding_lanes(picture.result)) is not None:
-        details.append(_findings(picture, paths))
     if details:
         tabs.append(rrb.Tabs(*details, name="Details", active_tab=0))
-    return views.whole_layout(tabs, first)
+    return whole_layout(tabs, first)
 
 
 def _one_or_tabs(parts: Sequence[Any], name: str) -> Any:
@@ -124,17 +127,17 @@ def _answer(picture: Picture) -> Any:
     result = picture.result
     legend = "blue: right   yellow: false contact   red: missed or late   grey: contact"
     lanes = [*picture.lanes, *session_lanes(result)][:4]
-    below = [views.state_view("", f"When   {legend}", picture.whole, lanes)]
+    below = [state_view("", f"When   {legend}", picture.whole, lanes)]
     # A headset stands between the user's side and the bench.
     headset = [f"- /{body_path(name)}/**" for name in _tagged(picture, "headset")]
     contents = ["/world/**", *headset, *(f"- /{SPACE}/{part}" for part in ("eye", "words", "leaders", "measure"))]
-    room = views.spatial("Where", contents, picture.eye)
-    top, widths = [views.text_view(ANSWER, "The answer"), room], [0.5, 0.5]
+    room = spatial("Where", contents, picture.eye)
+    top, widths = [text_view(ANSWER, "The answer"), room], [0.5, 0.5]
     if picture.views:
         contents = ["/world/**", *headset, *(f"- /{SPACE}/{part}" for part in ON_POLES)]
-        top.insert(1, views.spatial("Close-up: the nearest moment", contents, EYE))
+        top.insert(1, spatial("Close-up: the nearest moment", contents, EYE))
         widths = [0.43, 0.33, 0.24]
-        below.append(views.text_list(MOMENTS, "Moments: click a time"))
+        below.append(text_list(MOMENTS, "Moments: click a time"))
     high = (RULER_POINTS + LANE_POINTS * max(3, len(lanes))) / LOW_POINTS
     rows = [rrb.Horizontal(*top, column_shares=widths), rrb.Horizontal(*below, column_shares=[0.6, 0.4][: len(below)])]
     return rrb.Vertical(*rows, row_shares=[1.0 - high, high], name="Answer")
@@ -151,25 +154,25 @@ def _pipeline(picture: Picture, run: WatchedRun) -> Any:
     root, top = pipeline_path(run.label), ceiling([total_ms(run.detection)])
     axis, stages = rrb.ScalarAxis(range=(0.0, top)), entity("timing", run.label, "stages")
     title = f"Time per frame by stage, ms, added up   cut at {top:.2f}: 99.9 % of frames"
-    plot = views.plot(picture.whole, "/", title, [f"{stages}/**", f"{root}/mark/**"], axis_y=axis)
+    times = plot(picture.whole, "/", title, [f"{stages}/**", f"{root}/mark/**"], axis_y=axis)
     pairs = int(run.counts[ALL].max(initial=0))
     if not run.moments:
-        counts = views.plot(picture.whole, f"/{root}/pairs", f"Pairs left after each stage, of {pairs}")
-        return rrb.Vertical(counts, plot, name=run.label)
+        counts = plot(picture.whole, f"/{root}/pairs", f"Pairs left after each stage, of {pairs}")
+        return rrb.Vertical(counts, times, name=run.label)
     at = float(run.motion.times[run.worked.frame])
     shapes = "1 spheres (grey), 2 boxes (blue)" if BOXES in run.counts else "1 spheres (grey)"
     bodies = f"/{root}/bodies/**"
-    near = views.spatial(f"At {at:.3f} s   {shapes}", [bodies, f"/{root}/near/eye"], f"{root}/near/eye", f"/{root}")
+    near = spatial(f"At {at:.3f} s   {shapes}", [bodies, f"/{root}/near/eye"], f"{root}/near/eye", f"/{root}")
     name = f"{moment_words(run, run.worked)}   dots: faces of ants   white: best pair"
     contents = [bodies, *_no_volumes(picture, root), f"/{root}/search/**"]
-    search = views.spatial(name, contents, f"{root}/search/eye", f"/{root}")
-    frame = views.text_view(f"{root}/frame", "This frame: pairs left, and the price")
-    around = views.seconds_between(max(0.0, at - AROUND_MOMENT), at + AROUND_MOMENT)
-    left = views.plot(around, f"/{root}/pairs", f"Pairs left, of {pairs}, half a second around {at:.3f} s")
-    listed = views.text_list(f"{root}/moments", "Other moments: click a time")
+    search = spatial(name, contents, f"{root}/search/eye", f"/{root}")
+    frame = text_view(f"{root}/frame", "This frame: pairs left, and the price")
+    around = seconds_between(max(0.0, at - AROUND_MOMENT), at + AROUND_MOMENT)
+    left = plot(around, f"/{root}/pairs", f"Pairs left, of {pairs}, half a second around {at:.3f} s")
+    listed = text_list(f"{root}/moments", "Other moments: click a time")
     return rrb.Vertical(
         rrb.Horizontal(near, search, frame, column_shares=[0.31, 0.40, 0.29]),
-        rrb.Horizontal(left, plot, listed, column_shares=[0.29, 0.38, 0.33]),
+        rrb.Horizontal(left, times, listed, column_shares=[0.29, 0.38, 0.33]),
         row_shares=[0.68, 0.32],
         name=run.label,
     )
@@ -182,14 +185,14 @@ def _no_volumes(picture: Picture, root: str) -> list[str]:
 
 def _accuracy(picture: Picture) -> Any:
     """Both scatters over one axis of cost, what they mean, and the time of every frame."""
-    plots = views.flat(accuracy.PLOT, "Accuracy against cost: one dot a detector, one axis of cost", *accuracy.BOUNDS)
+    plots = flat(accuracy.PLOT, "Accuracy against cost: one dot a detector, one axis of cost", *accuracy.BOUNDS)
     share = budget_share(picture.high)
-    times = f"Time per frame, ms   cut at {picture.high:.2f}: 99.9 % of the slowest detector's frames"
+    title = f"Time per frame, ms   cut at {picture.high:.2f}: 99.9 % of the slowest detector's frames"
     axis = rrb.ScalarAxis(range=(0.0, max(picture.high, 1.0001 * share)))
     paths = [*(total_path(label) for label in picture.result.detections), BUDGET_LINE]
-    plot = views.plot(picture.whole, "/timing", times, paths, axis_y=axis)
-    text = views.text_view(ACCURACY, "What it means")
-    right = rrb.Vertical(text, plot, row_shares=[0.32, 0.68])
+    times = plot(picture.whole, "/timing", title, paths, axis_y=axis)
+    text = text_view(ACCURACY, "What it means")
+    right = rrb.Vertical(text, times, row_shares=[0.32, 0.68])
     return rrb.Horizontal(plots, right, column_shares=[0.5, 0.5], name="Accuracy against cost")
 
 
@@ -197,21 +200,21 @@ def _happened(picture: Picture) -> Any:
     """What happened in the room, what people did there, when, and in numbers."""
     result = picture.result
     found = effect_views(result.effects)
-    words = [views.text_view(HAPPENED, "What happened")]
+    words = [text_view(HAPPENED, "What happened")]
     if found.events:
-        words.append(views.text_list(found.events[0], "Events: click a time", *found.events[1:]))
+        words.append(text_list(found.events[0], "Events: click a time", *found.events[1:]))
     top = [_room(picture), rrb.Vertical(*words, row_shares=[0.4, 0.6][: len(words)])]
     if found.titrated:
         vessel = found.titrated[0]
-        top.insert(1, views.flat(curve_path(vessel), "pH against what ran in; orange: the cursor", *CURVE_BOUNDS))
+        top.insert(1, flat(curve_path(vessel), "pH against what ran in; orange: the cursor", *CURVE_BOUNDS))
     rows = [rrb.Horizontal(*top, column_shares=[0.36, *[0.36] * (len(top) - 2), 0.28])]
     shares = [1.0]
     if lanes := [*found.lanes, *session_lanes(result)]:
-        rows.append(views.state_view("", "When: what the effects found, and what people did", picture.whole, lanes))
+        rows.append(state_view("", "When: what the effects found, and what people did", picture.whole, lanes))
         shares.append(min(MOST_LANES, (RULER_POINTS + LANE_POINTS * len(lanes)) / LOW_POINTS))
     if found.plots:
         plots = [*found.plots.items()][:EFFECT_PLOTS]
-        rows.append(rrb.Horizontal(*[views.plot(picture.whole, "/effects", unit, paths) for unit, paths in plots]))
+        rows.append(rrb.Horizontal(*[plot(picture.whole, "/effects", unit, paths) for unit, paths in plots]))
         shares.append(PLOTS)
     shares[0] -= sum(shares[1:])
     name = tab_name(result.effects) if result.effects else "Tasks"
@@ -222,14 +225,14 @@ def _room(picture: Picture) -> Any:
     """The room without contacts and misses: what happened is no matter of detectors."""
     red = [f"- /{body_path(name)}/missed_faces" for name in picture.result.assembly.names]
     contents = ["/world/**", "- /world/contacts/**", *red, *picture.without_solids]
-    return views.spatial(picture.result.session.scene.name or "Session", contents, picture.eye)
+    return spatial(picture.result.session.scene.name or "Session", contents, picture.eye)
 
 
 def _session(picture: Picture) -> Any:
     """Without anything to compare: the session, and what was replayed."""
     contents = ["/world/**", *picture.without_solids]
-    room = views.spatial(picture.result.session.scene.name or "Session", contents, picture.eye)
-    text = views.text_view(SESSION_TEXT, "What was replayed")
+    room = spatial(picture.result.session.scene.name or "Session", contents, picture.eye)
+    text = text_view(SESSION_TEXT, "What was replayed")
     return rrb.Horizontal(room, text, column_shares=[0.7, 0.3], name="Session")
 
 
@@ -242,32 +245,88 @@ def _details(picture: Picture, label: str) -> Any:
     if label in result.comparisons:
         there = np.flatnonzero(result.comparisons[label].counts).tolist()
         title = f"Pair by pair    {lane_legend(there, label)}"
-    text = views.text_view(f"{root}/text", "What was asked, and what each stage takes")
+    text = text_view(f"{root}/text", "What was asked, and what each stage takes")
     top, widths = [text], [1.0]
     own = [one for one in picture.views if one.label == label]
     if own:
         worked = worked_moment(result, own)
         at = float(result.assembly.motion.times[worked.frame])
-        note = views.text_view(f"{root}/note", "The moment")
+        note = text_view(f"{root}/note", "The moment")
         contents = [f"/{root}/bodies/**", f"/{root}/close_up/**", f"/{root}/eye"]
-        close = views.spatial(f"At {at:.3f} s, until a time is clicked", contents, f"{root}/eye", f"/{root}")
+        close = spatial(f"At {at:.3f} s, until a time is clicked", contents, f"{root}/eye", f"/{root}")
         top = [
             rrb.Vertical(text, note),
             close,
-            views.text_list(f"{root}/moments", f"All moments of {label}: click a time"),
+            text_list(f"{root}/moments", f"All moments of {label}: click a time"),
         ]
         widths = [0.3, 0.36, 0.34]
-    stages = views.plot(picture.whole, f"/{entity('timing', label, 'stages')}", "Time per frame by stage, ms, added up")
-    counters = views.plot(picture.whole, f"/{entity('counters', label)}", "Work per frame")
-    when = [views.state_view("", title, picture.whole, paths)] if paths else []
+    stages = plot(picture.whole, f"/{entity('timing', label, 'stages')}", "Time per frame by stage, ms, added up")
+    counters = plot(picture.whole, f"/{entity('counters', label)}", "Work per frame")
+    when = [state_view("", title, picture.whole, paths)] if paths else []
     below = rrb.Horizontal(*when, rrb.Tabs(stages, counters, active_tab=0), column_shares=[0.6, 0.4][-1 - len(when) :])
     return rrb.Vertical(rrb.Horizontal(*top, column_shares=widths), below, row_shares=[0.6, 0.4], name=label)
 
 
-def _findings(picture: Picture, paths: Sequence[str]) -> Any:
-    """What is suspicious about the recording."""
-    listing = views.text_view(findings.LIST, "What is suspicious about the recording")
-    if not paths:
-        return rrb.Horizontal(listing, name="Recording")
-    lanes = views.state_view("findings/lanes", "Poses in doubt, body by body", picture.whole, paths)
-    return rrb.Vertical(lanes, listing, row_shares=[0.45, 0.55], name="Recording")
+def whole_layout(tabs: Sequence[Any], first: int = 0) -> rrb.Blueprint:
+    """All tabs, the first to be seen by its number; nothing else is on screen, and nothing moves."""
+    times = rrb.TimePanel(timeline=SESSION, state="collapsed", playback_speed=0.25, play_state="paused")
+    hidden = rrb.SelectionPanel(state="hidden"), rrb.BlueprintPanel(state="hidden")
+    return rrb.Blueprint(rrb.Tabs(*tabs, active_tab=first), times, *hidden, auto_views=False, auto_layout=False)
+
+
+def seconds_between(start: float, end: float) -> rrb.TimeAxis:
+    """These seconds, from side to side; zooming stays possible."""
+    ends = (rr.TimeRangeBoundary.absolute(seconds=at) for at in (start, end))
+    return rrb.TimeAxis(view_range=rr.TimeRange(*ends))
+
+
+def spatial(name: str, contents: Sequence[str], eye: Eye | str, origin: str = "/world") -> Any:
+    """A room, dark and without a grid; ``eye``: where it is seen from first, or the entity that the view follows."""
+    controls = rrb.EyeControls3D(tracking_entity=f"/{eye}") if isinstance(eye, str) else _orbit(eye)
+    return rrb.Spatial3DView(
+        origin=origin, contents=list(contents), name=drawable(name), eye_controls=controls, background=PLAIN,
+        line_grid=rrb.LineGrid3D(visible=False),
+    )  # fmt: skip
+
+
+def _orbit(eye: Eye) -> rrb.EyeControls3D:
+    return rrb.EyeControls3D(
+        kind=rrb.Eye3DKind.Orbital, position=eye.position, look_target=eye.target, eye_up=(0.0, 1.0, 0.0)
+    )
+
+
+def text_view(path: str, name: str) -> Any:
+    """One text."""
+    return rrb.TextDocumentView(origin=f"/{path}", name=drawable(name))
+
+
+def text_list(path: str, name: str, *more: str) -> Any:
+    """Lines of which a click moves the cursor, of one entity or of several."""
+    times = [TimelineColumn(SESSION), TimelineColumn(FRAME, visible=False)]
+    columns = rrb.TextLogColumns(timeline_columns=times, text_log_columns=[TextLogColumn("body")])
+    one_width = rrb.TextLogFormat(monospace_body=True)
+    contents = [f"/{one}" for one in (path, *more)]
+    return rrb.TextLogView(
+        origin=f"/{path}", contents=contents, name=drawable(name), columns=columns, format_options=one_width
+    )
+
+
+def flat(path: str, name: str, x_range: tuple[float, float], y_range: tuple[float, float]) -> Any:
+    """A view drawn by hand, y downwards, over these ranges."""
+    bounds = rrb.VisualBounds2D(x_range=x_range, y_range=y_range)
+    return rrb.Spatial2DView(origin=f"/{path}", name=drawable(name), visual_bounds=bounds, background=PLAIN)
+
+
+def plot(axis: rrb.TimeAxis, origin: str, name: str, paths: Iterable[str] = (), **more: Any) -> Any:
+    """Curves over time: of these entities, or of all below the origin."""
+    contents = [f"/{path}" for path in paths] or "$origin/**"
+    legend = rrb.PlotLegend(rrb.Corner2D.RightTop)
+    return rrb.TimeSeriesView(
+        origin=origin, name=drawable(name), axis_x=axis, plot_legend=legend, contents=contents, **more
+    )
+
+
+def state_view(root: str, name: str, times: rrb.TimeAxis, lanes: Sequence[str] = ("**",)) -> Any:
+    """A view of lanes, of all below a root if none is named."""
+    contents = [f"/{root}/**" if lane == "**" else f"/{lane}" for lane in lanes]
+    return rrb.StateTimelineView(origin=f"/{root}", contents=contents, name=drawable(name), time_view=times)

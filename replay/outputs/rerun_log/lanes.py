@@ -7,7 +7,7 @@ viewer from merging neighbours narrower than four pixels into grey, and a frame 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -117,7 +117,7 @@ def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequen
     verdict, outcomes = result.detections[result.oracle].verdict, result.comparisons[order[0]].outcome
     touched = (counts_as_contact(verdict) & (outcomes != Outcome.HELD)).any(axis=1)
     words = np.array(["", "contact"], dtype=object)[touched.astype(np.intp)]
-    send_lane(writer, lanes[0], *word_changes(writer, words), [("contact", WITHIN_TOLERANCE)])
+    send_lane(writer, lanes[0], word_changes(writer, words), [("contact", WITHIN_TOLERANCE)])
     for label, path in zip(order, lanes[1:], strict=False):
         outcome = result.comparisons[label].outcome
         worst = np.full(len(outcome), "", dtype=object)
@@ -129,16 +129,18 @@ def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequen
 def log_lane(writer: RecordingWriter, path: str, state: NDArray[np.uint8], words: Looks) -> None:
     """Send one lane of states; one without a word is a gap."""
     text = np.array([words[code][0] if code in words else "" for code in range(256)], dtype=object)
-    send_lane(writer, path, *word_changes(writer, text[state]), [words[k] for k in words])
+    send_lane(writer, path, word_changes(writer, text[state]), words.values())
 
 
-def word_changes(writer: RecordingWriter, words: NDArray[np.object_]) -> tuple[NDArray[np.int64], list[str]]:
+def word_changes(writer: RecordingWriter, words: NDArray[np.object_]) -> dict[int, str]:
     """When a word per frame, ``""`` for none, changes, in nanoseconds, and to what."""
-    changes = np.flatnonzero(np.append(True, words[1:] != words[:-1])) if len(words) else np.zeros(0, np.int64)
-    # The last state lasts one frame: left open, it would run to the end of the axis, seconds of a miss that was one.
     ns = writer.clock.ns
-    end = ns[-1:] + round(float(np.median(np.diff(ns)))) if len(words) > 1 else ns[:0]
-    return np.concatenate([ns[changes], end]), words[changes].tolist() + [""] * len(end)
+    changes = np.flatnonzero(np.append(True, words[1:] != words[:-1])) if len(words) else np.zeros(0, np.int64)
+    rows = dict(zip(ns[changes].tolist(), words[changes].tolist(), strict=True))
+    if len(words) > 1:
+        # The last state lasts one frame: left open, it would run on to the end of the axis.
+        rows[int(ns[-1]) + round(float(np.median(np.diff(ns))))] = ""
+    return rows
 
 
 def log_with_numbers(
@@ -150,50 +152,37 @@ def log_with_numbers(
     A miss of 54 ms in a minute is one pixel wide. Its number is widened until it can be read; where numbers would
     overlap, they share a box: ``12-31``. The lane of a pair says exactly when.
     """
-    stamps, states = word_changes(writer, words)
+    rows = word_changes(writer, words)
     session_ns = int(writer.clock.ns[-1]) if len(writer.clock.ns) else 0
     boxes = number_boxes(misses, session_ns, *NARROW)
-    rows = dict(zip(stamps.tolist(), states, strict=True))
     for label, start, end in boxes:
         after = [state for ns, state in sorted(rows.items()) if ns <= end]
         rows = {ns: state for ns, state in rows.items() if not start <= ns <= end}
         rows |= {start: label, end: after[-1] if after else ""}
-    send_rows(writer, path, rows, [*looks, *_reds(boxes)])
+    # Neighbours differ in colour.
+    reds = [(label, MISSED if k % 2 else MISSED_DARK) for k, (label, _, _) in enumerate(boxes)]
+    send_lane(writer, path, rows, [*looks, *reds])
 
 
-def _reds(boxes: Sequence[Span]) -> list[tuple[str, Rgba]]:
-    """Colours of numbers; neighbours differ."""
-    return [(label, MISSED if k % 2 else MISSED_DARK) for k, (label, _, _) in enumerate(boxes)]
+def send_spans(writer: RecordingWriter, path: str, spans: Sequence[Span], words: Iterable[tuple[str, Rgba]]) -> None:
+    """Send a lane of these spans, and the colours of their words; a span replaces one that ends where it begins."""
+    rows = {end: "" for _, _, end in spans} | {start: word for word, start, _ in spans}
+    send_lane(writer, path, rows, words)
 
 
-def send_spans(writer: RecordingWriter, path: str, spans: Sequence[Span], words: Sequence[tuple[str, Rgba]]) -> None:
-    """Send a lane of these spans, in order of time, and the colours of their words."""
-    stamps = np.array([ns for _, start, end in spans for ns in (start, end)], dtype=np.int64)
-    send_lane(writer, path, stamps, [text for word, _, _ in spans for text in (word, "")], words)
-
-
-def send_rows(writer: RecordingWriter, path: str, rows: Mapping[int, str], words: Sequence[tuple[str, Rgba]]) -> None:
+def send_lane(writer: RecordingWriter, path: str, rows: Mapping[int, str], words: Iterable[tuple[str, Rgba]]) -> None:
     """Send a lane of nanosecond -> word, ``""`` for none, and the colours of the words."""
-    at = sorted(rows)
-    send_lane(writer, path, np.array(at, dtype=np.int64), [rows[ns] for ns in at], words)
-
-
-def send_lane(
-    writer: RecordingWriter, path: str, stamps: NDArray[np.int64], states: Sequence[str],
-    words: Sequence[tuple[str, Rgba]],
-) -> None:  # fmt: skip
-    """Send states at these nanoseconds, ``""`` for none, and the colours of the words."""
-    names, colours = [word for word, _ in words], packed(colour for _, colour in words)
-    writer.static(path, rr.StateConfiguration(values=names, colors=colours))
-    before = ["", *states[:-1]]
-    resets = [k for k, state in enumerate(states) if before[k] and state]
+    known = dict(words)
+    writer.static(path, rr.StateConfiguration(values=[*known], colors=packed(known.values())))
     # A first, empty row at zero gives every lane a row wherever the cursor is; a state that begins there replaces it.
-    times = np.concatenate([[0], stamps, stamps[resets] - 1]).astype(np.int64)
-    texts = np.array(["", *states, *[""] * len(resets)], dtype=object)
-    order = np.argsort(times, kind="stable")
-    times, texts = times[order], texts[order]
-    last = np.append(np.flatnonzero(np.diff(times)), len(times) - 1)
-    writer.session_rows(path, times[last], rr.StateChange.columns(state=texts[last].tolist()))
+    states, before = {0: ""}, ""
+    for ns in sorted(rows):
+        if before and rows[ns]:
+            states[ns - 1] = ""
+        states[ns] = before = rows[ns]
+    stamps = sorted(states)
+    columns = rr.StateChange.columns(state=[states[ns] for ns in stamps])
+    writer.session_rows(path, np.array(stamps, dtype=np.int64), columns)
 
 
 def session_lanes(result: RunResult) -> dict[str, list[Span]]:
@@ -226,6 +215,4 @@ def log_session_lanes(writer: RecordingWriter, result: RunResult) -> None:
     words = dict.fromkeys(word for spans in lanes.values() for word, _, _ in spans)
     colours = [(word, SERIES[k % len(SERIES)]) for k, word in enumerate(words)]
     for path, spans in lanes.items():
-        # A span that begins where the one before it ends takes its place.
-        rows = {end: "" for _, _, end in spans} | {start: word for word, start, _ in spans}
-        send_rows(writer, path, rows, colours)
+        send_spans(writer, path, spans, colours)

@@ -19,11 +19,9 @@ from replay.outputs.rerun_log.answer import ANSWER, focus_colours, log_answer
 from replay.outputs.rerun_log.blueprint import Picture, build_blueprint
 from replay.outputs.rerun_log.close_up import close_ups
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter
-from replay.outputs.rerun_log.contacts import log_contacts
+from replay.outputs.rerun_log.contacts import log_contacts, log_missed_faces
 from replay.outputs.rerun_log.details import log_details
 from replay.outputs.rerun_log.effects import log_effects, log_happened
-from replay.outputs.rerun_log.findings import log_findings
-from replay.outputs.rerun_log.missed import log_missed_faces
 from replay.outputs.rerun_log.pipeline import log_pipeline
 from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.texts import (
@@ -116,7 +114,6 @@ def _log_tabs(writer: RecordingWriter, picture: Picture) -> None:
     lanes.log_session_lanes(writer, result)
     if picture.happened:
         log_happened(writer, result.effects, leads=not result.comparisons)
-    log_findings(writer, result)
 
 
 def _eye(result: RunResult, moments: Sequence[FocusMoment]) -> Eye:

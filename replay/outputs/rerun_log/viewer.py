@@ -13,16 +13,18 @@ import subprocess
 import sys
 import tempfile
 import time
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, redirect_stdout
+from io import StringIO
 from pathlib import Path
-from typing import IO, Final
+from typing import IO, Any, Final
 
 import numpy as np
+import rerun as rr
 import rerun_cli
 from rerun.chunk import RrdReader
 from rerun.experimental import View, ViewerClient, ViewerState
 
-from replay.errors import ReplayError, RunFolderError
+from replay.errors import OutputError, ReplayError, RunFolderError
 from replay.outputs.rerun_log.columns import SESSION
 from replay.outputs.rerun_log.moment_table import read_moments
 from replay.outputs.rerun_log.recording_file import name_layer
@@ -41,6 +43,9 @@ NO_ANALYTICS: Final = {"CI": "1"}
 
 LOAD_SECONDS: Final = 60.0
 PAUSE_SECONDS: Final = 0.05
+
+SERVE: Final = "serve-local"
+"""Where a notebook has the viewer's files from: the installed package and not app.rerun.io, so it works offline."""
 
 NO_ADAPTER: Final = "there is no graphics driver here"
 
@@ -249,3 +254,25 @@ def free_port() -> int:
         probe.bind((LOOPBACK, 0))
         port: int = probe.getsockname()[1]
         return port
+
+
+def notebook_viewer(picture: Path, width: int, height: int) -> Any:
+    """A widget that shows the recording ``run.rrd`` of a run folder; pixels.
+
+    Raises ``OutputError``: the extra ``notebook`` is not installed.
+    """
+    os.environ.setdefault("RERUN_NOTEBOOK_ASSET", SERVE)
+    try:
+        with redirect_stdout(StringIO()):
+            import rerun_notebook  # noqa: F401
+            from rerun.notebook import Viewer
+    except ImportError as error:
+        raise OutputError(
+            'rerun-notebook is not installed; pip install "vrlab-replay[notebook]", or replay.view(folder) opens it'
+        ) from error
+    (store,) = RrdReader(picture).recordings()
+    stream = rr.RecordingStream(store.application_id, recording_id=store.recording_id)
+    viewer = Viewer(width=width, height=height, recording=stream)
+    stream.log_file_from_path(picture)
+    stream.flush()
+    return viewer
