@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from replay.pipeline.run_result import Tradeoff
     from replay.pipeline.settings import RunSettings
     from replay.studies.diff.runs import diff_runs as diff
-    from replay.studies.stress.stress_runner import StressResult, stress
+    from replay.studies.stress.runner import stress
+    from replay.studies.stress.tally import StressResult
     from replay.studies.synthetic_sessions import synthetic_session as synthetic_session
     from replay.tradeoffs.sweep import tradeoff
     from sessions.errors import SessionError
@@ -42,7 +43,7 @@ _HOME = {
     "RunSettings": "replay.pipeline.settings",
     "Session": "sessions.model.session",
     "SessionError": "sessions.errors",
-    "StressResult": "replay.studies.stress.stress_runner",
+    "StressResult": "replay.studies.stress.tally",
     "Tradeoff": "replay.pipeline.run_result",
     "advise": "replay.api.advisor",
     "audit": "replay.api.auditor",
@@ -52,7 +53,7 @@ _HOME = {
     "read_session": "sessions.mcap_format.reader",
     "run": "replay.api.runner",
     "share": "replay.api.showing",
-    "stress": "replay.studies.stress.stress_runner",
+    "stress": "replay.studies.stress.runner",
     "synthetic_session": "replay.studies.synthetic_sessions:synthetic_session",
     "tradeoff": "replay.tradeoffs.sweep",
     "view": "replay.api.showing",

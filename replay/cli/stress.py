@@ -1,37 +1,40 @@
-"""``replay stress``: detectors on hard triangle pairs whose answer is known."""
+"""``replay stress``: detectors on hard triangle pairs and bodies whose answer is known."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import click
 
 from replay.cli.console import People, TerminalProgress, answer
 from replay.cli.options import ANY_PATH, reporting, tau
-from replay.outputs.tables import Cell, Table, table
+from replay.outputs.tables import Table, table
 
 if TYPE_CHECKING:
     from rich.console import Group
 
-    from replay.studies.stress.relations import Flips
-    from replay.studies.stress.stress_runner import StressResult, Tally
-    from replay.studies.stress.system import CaseTally
+    from replay.studies.stress.tally import StressResult, Tally
 
 QUICK_PAIRS: Final = 200
 RELATION_PAIRS: Final = 200
 
-FIELDS: Final = ("missed", "invented", "within", "refused", "unconfirmed")
-COLUMNS: Final = ("missed", "invented", "within tolerance", "refused", "unconfirmed")
+FIELDS: Final = ("missed", "invented", "within", "refused", "unconfirmed", "changed")
+COLUMNS: Final = ("missed", "invented", "within tolerance", "refused", "unconfirmed", "changed")
 """Fields of a tally, and their headings."""
+
+KINDS: Final = {
+    "family": "triangle pairs of all families asked",
+    "relation": "triangle pairs asked again after a harmless change",
+    "case": "cases of whole bodies",
+}
 
 
 @click.command()
 @click.option(
     "--detectors", "--detector", "detector", default="all", show_default=True, metavar="NAMES",
-    help="Detectors, coal, trimesh or all; several with commas.",
+    help="Detectors, or all; several with commas.",
 )  # fmt: skip
 @click.option("--family", metavar="RANGE", help="Ask families: 9, 3-5 or 1,7-9.")
 @click.option("--relation", metavar="NAMES", help="Ask relations: swap, order, axes, scale, shift, all.")
@@ -42,7 +45,7 @@ COLUMNS: Final = ("missed", "invented", "within tolerance", "refused", "unconfir
 @click.option("--quick", is_flag=True, help=f"{QUICK_PAIRS} pairs of a family.")
 @click.option("--seed", type=click.IntRange(min=0), default=100, show_default=True, help="Of the first family.")
 @tau
-@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Write what fails here, a file a detector and family.")
+@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Write pairs that fail, a file a detector and family.")
 @reporting
 def command(
     detector: str, family: str | None, relation: str | None, case: str | None, pairs: int,
@@ -60,32 +63,27 @@ def command(
     replay stress --detector hybrid --relation axes,shift
     replay stress --detector discrete --case 29,41
     """
-    from replay.studies.stress.peers import PEERS, installed_peers
-    from replay.studies.stress.relations import count_flips, relations_of
-    from replay.studies.stress.stress_runner import ALL, StressResult, detectors_of, families_of, stress
-    from replay.studies.stress.system import cases_of, run_cases
+    from replay.studies.stress import runner
+    from replay.studies.stress.bodies import CASES
+    from replay.studies.stress.families import FAMILIES
+    from replay.studies.stress.tally import StressResult
 
-    chosen, relations, cases = families_of(family or "01-26"), relations_of(relation or "all"), cases_of(case or "all")
+    numbers = runner.numbers_of(family or "all", "family", range(1, len(FAMILIES) + 1))
+    families = [FAMILIES[number - 1] for number in numbers]
+    relations, cases = runner.relations_of(relation or "all"), runner.numbers_of(case or "all", "case", [*CASES])
     everything = family is None and relation is None and case is None
-    at_most = QUICK_PAIRS if quick else pairs
-    absent = [name for name in PEERS if name not in installed_peers()]
-    if ALL in detector.split(",") and absent:
-        people.say(f'not installed, so not asked: {", ".join(absent)}; pip install "vrlab-replay[peers]"')
-    result = StressResult(seed, min(pairs, at_most), tau, ())
-    shared: dict[str, Any] = {"families": chosen, "seed": seed, "out": out, "progress": TerminalProgress(people)}
+    pairs = min(pairs, QUICK_PAIRS) if quick else pairs
+    asking = runner.Asking(runner.detectors_of(detector), seed, tau, out, TerminalProgress(people))
+    tallies: list[Tally] = []
     if family is not None or everything:
-        result = stress(detector, pairs=result.pairs, tau=tau, **shared)
+        tallies += runner.ask_families(asking, families, pairs)
     if relation is not None or everything:
-        few = min(RELATION_PAIRS, max(1, at_most // 10))
-        result = replace(result, flips=count_flips(detectors_of(detector), relations, pairs=few, **shared))
+        tallies += runner.ask_relations(asking, relations, families, min(RELATION_PAIRS, max(1, pairs // 10)))
     if case is not None or everything:
-        whole = {name: shared[name] for name in ("seed", "out", "progress")}
-        result = replace(result, cases=run_cases(detectors_of(detector), cases, tau=tau, **whole))
-    answer(as_json, result.as_json() | {"broken": result.broken}, lambda: stress_tables(result))
+        tallies += runner.ask_cases(asking, cases)
+    result = StressResult(seed, pairs, tau, tuple(tallies))
+    answer(as_json, result.as_json(), lambda: stress_tables(result))
     return people.gate(result.broken)
-
-
-NO_NAMES: Final = "-"
 
 
 def stress_tables(result: StressResult) -> Group:
@@ -94,88 +92,58 @@ def stress_tables(result: StressResult) -> Group:
 
     from replay.cli.terminal import terminal
 
-    rows = dict(result.by_detector())
-    asked = f", {result.pairs:,} pairs of each family" if rows else ""
-    tables = [family_table(next(iter(rows.values())))] if len(rows) == 1 else []
-    tables += [sum_table(rows), cross_table(rows)] if len(rows) > 1 else []
-    tables += [flip_table(result.flips)] if result.flips else []
-    tables += [case_table(result.cases)] if result.cases else []
-    files = [one.file for some in (result.cases, result.tallies, result.flips) for one in some if one.file]
-    written = (Text(f"  {file}", overflow="fold") for file in files)
-    return terminal(f"seed {result.seed}{asked}, tau {result.tau:g} m", *tables, *written)
-
-
-def sum_table(rows: dict[str, list[Tally]]) -> Table:
-    """A row per detector, summed over the families."""
-    cells = [(name, sum(one.pairs for one in tallies), *_sums(tallies)) for name, tallies in rows.items()]
-    return table("all families", ("detector", "pairs", *COLUMNS), cells)
-
-
-def family_table(tallies: Sequence[Tally]) -> Table:
-    """A row per family of one detector, and the sums."""
-    rows = [(_label(tally), *_sums([tally])) for tally in tallies]
-    foot = ("all", *_sums(tallies)) if len(tallies) > 1 else ()
-    return table(tallies[0].detector, ("family", *COLUMNS), rows, foot=foot)
-
-
-def cross_table(rows: dict[str, list[Tally]]) -> Table:
-    """A row per family in which anybody failed, a column per detector that failed anywhere."""
-    failing = {name: tallies for name, tallies in rows.items() if any(one.failed for one in tallies)}
-    cells = [
-        (_label(tallies[0]), *(_cell(tally) for tally in tallies))
-        for tallies in zip(*failing.values(), strict=True)
-        if any(one.failed for one in tallies)
+    asked = f", {result.pairs:,} pairs of each family" if any(t.kind == "family" for t in result.tallies) else ""
+    tables = [
+        sum_table(title, tallies)
+        for kind, title in KINDS.items()
+        if (tallies := [tally for tally in result.tallies if tally.kind == kind])
     ]
-    title = "missed + invented, ~ within tolerance, ! refused; nobody else failed anywhere"
-    return table(title, ("family", *failing), cells)
+    written = (Text(f"  {tally.file}", overflow="fold") for tally in result.tallies if tally.file)
+    first = f"seed {result.seed}{asked}, tau {result.tau:g} m"
+    return terminal(first, *tables, where_table(result.tallies), *written)
 
 
-def flip_table(flips: Sequence[Flips]) -> Table:
-    """A row per detector, a column per relation, and the families with any."""
-    pairs = flips[0].pairs * len({one.number for one in flips})
-    relations = list(dict.fromkeys(one.relation for one in flips))
+def sum_table(title: str, tallies: Sequence[Tally]) -> Table:
+    """A row per detector."""
     rows = []
-    for name in dict.fromkeys(one.detector for one in flips):
-        of = [one for one in flips if one.detector == name]
-        cells = [_flip_cell([one for one in of if one.relation == relation]) for relation in relations]
-        families = sorted({one.number for one in of if one.flips or one.refused})
-        rows.append((name, *cells, " ".join(f"{number:02d}" for number in families) or NO_NAMES))
-    head = ("detector", *relations, "in families")
-    title = f"answers that changed under harmless changes, of {pairs:,} pairs"
-    return table(title, head, rows, words=("detector", "in families"))
+    for name in dict.fromkeys(tally.detector for tally in tallies):
+        own = [tally for tally in tallies if tally.detector == name]
+        rows.append((name, *(sum(getattr(tally, field) for tally in own) for field in ("asked", *FIELDS))))
+    return table(title, ("detector", "questions", *COLUMNS), rows)
 
 
-def case_table(cases: Sequence[CaseTally]) -> Table:
-    """A row for each case and for each answer that detectors gave to it."""
-    rows: list[tuple[Cell, ...]] = []
-    asked_any = {one.detector for one in cases if one.applies}
-    for number in sorted({one.number for one in cases}):
-        of = [one for one in cases if one.number == number and (one.detector in asked_any or not asked_any)]
-        answers = list(dict.fromkeys((one.words, one.asked, one.reason) for one in of))
-        for place, (words, asked, reason) in enumerate(answers):
-            names = [one.detector for one in of if (one.words, one.asked, one.reason) == (words, asked, reason)]
-            who = ", ".join(names) if len(names) < len(of) or len(of) == 1 else "all"
-            rows.append((f"{number} {of[0].name}" if place == 0 else "", asked, words, who, reason))
-    never = {one.detector: one.reason for one in cases if asked_any and one.detector not in asked_any}
-    rows += [("all of them", 0, "does not apply", name, reason) for name, reason in never.items()]
-    head = ("case", "questions", "result", "detectors", "why")
-    return table("cases of whole bodies", head, rows, words=("case", "result", "detectors", "why"))
+def where_table(tallies: Sequence[Tally]) -> Table:
+    """A row for each result of a family, a relation or a case; of several detectors only what was not passed."""
+    everybody = {tally.detector for tally in tallies}
+    rows = []
+    for question, results in _questions(tallies):
+        for words, why in dict.fromkeys((words, why) for _, words, why in results):
+            names = [name for name, *result in results if tuple(result) == (words, why)]
+            if words != "passed" or len(everybody) == 1:
+                rows.append((question, words, "all" if len(names) == len(everybody) > 1 else ", ".join(names), why))
+    title = "what was not passed" if len(everybody) > 1 else "each question"
+    head = ("question", "result", "detectors", "why, or in which families")
+    return table(title, head, rows, words=head)
 
 
-def _flip_cell(flips: Sequence[Flips]) -> str:
-    changed, refused = (sum(getattr(one, name) for one in flips) for name in ("flips", "refused"))
-    return (f"{changed:,}" if changed else "0") + (f"  ! {refused:,}" if refused else "")
+def _questions(tallies: Sequence[Tally]) -> Iterator[tuple[str, list[tuple[str, str, str]]]]:
+    """Questions, and of each detector name, result and reason; a relation is one question of all families."""
+    places = dict.fromkeys((tally.kind, 0 if tally.relation else tally.number, tally.relation) for tally in tallies)
+    for kind, number, relation in places:
+        own = [
+            tally
+            for tally in tallies
+            if (tally.kind, tally.relation) == (kind, relation) and number in (0, tally.number)
+        ]
+        if relation:
+            names = dict.fromkeys(tally.detector for tally in own)
+            yield relation, [_of_relation(name, (t for t in own if t.detector == name)) for name in names]
+        else:
+            yield f"{number:02d} {own[0].name}", [(tally.detector, tally.words, tally.reason) for tally in own]
 
 
-def _cell(tally: Tally) -> str:
-    parts = [f"{tally.missed:,} + {tally.invented:,}"] if tally.missed or tally.invented else []
-    parts += [f"{sign} {count:,}" for sign, count in (("~", tally.within), ("!", tally.refused)) if count]
-    return "  ".join(parts) or "0"
-
-
-def _label(tally: Tally) -> str:
-    return f"{tally.number:02d} {tally.name}"
-
-
-def _sums(tallies: Sequence[Tally]) -> list[int]:
-    return [sum(getattr(tally, field) for tally in tallies) for field in FIELDS]
+def _of_relation(name: str, tallies: Iterable[Tally]) -> tuple[str, str, str]:
+    failed = [tally for tally in tallies if tally.failed]
+    counts = ((word, sum(getattr(tally, word) for tally in failed)) for word in ("changed", "refused"))
+    words = ", ".join(f"{count:,} {word}" for word, count in counts if count)
+    return name, words or "passed", " ".join(f"{tally.number:02d}" for tally in failed)

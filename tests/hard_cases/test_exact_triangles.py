@@ -13,8 +13,8 @@ from cdcore import Verdict
 from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from replay.studies.stress.families import FAMILIES
-from replay.studies.stress.peers import verdicts_of
 from replay.studies.stress.relations import RELATIONS
+from replay.studies.stress.triangle_pairs import verdicts_of
 
 by_name = pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
 FRESH_SEEDS = (20_261, 77_003)

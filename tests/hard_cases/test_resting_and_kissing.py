@@ -8,8 +8,7 @@ from support.shapes import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, lab
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.protocol import counts_as_contact
-from replay.studies.stress.found_scenes import SCENES
-from replay.studies.stress.scenes import meeting
+from replay.studies.stress.scenes import SCENES, meeting
 
 ON_MESHES = ["hybrid", "static", "discrete", "exact"]
 REFUSED = {"faces listed twice": "has doubled or overlapping faces"} | dict.fromkeys(

@@ -22,7 +22,7 @@ from support.shared_data import DATA
 from cdcore import create_detector
 from cdcore.errors import CollisionCoreError
 from replay.prepare.assemble import assemble
-from replay.studies.stress.found_scenes import SCENES as HARD
+from replay.studies.stress.scenes import SCENES as HARD
 from sessions.importers import import_session
 from sessions.synthetic.scenes import SCENES, make_scene_session
 

@@ -22,7 +22,7 @@ from replay.outputs.results.run_folder import FALSE_CONTACTS, MISSES, RunFolder
 from replay.pipeline.engine import prepared
 from replay.prepare.assembly import Assembly
 from replay.studies.stress.families import FIRST_SEED
-from replay.studies.stress.found_scenes import SCENES
+from replay.studies.stress.scenes import SCENES
 from sessions import read_session
 
 WINDOWS: Final = (1.0, 10.0, 100.0, np.inf)

@@ -1,10 +1,11 @@
 """Hard cases of whole bodies: two of them, their poses, and the verdict that construction or all face pairs give.
 
-Source: section 7.5 of the project's specification; the numbers of the cases are its numbers.
+Lengths are sums of few powers of two where a hair decides, so that what touches does exactly.
 """
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import product
 from typing import Final
 
 import numpy as np
@@ -19,6 +20,12 @@ from replay.base.constants import HEADSET_HZ
 from replay.comparison.tolerance import TAU
 from replay.studies.stress.families import random_rotations
 from replay.studies.stress.solids import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, merged, moved, rod_mesh
+
+HAIR: Final = 2.0**-40
+"""Metres, a picometre: far below what a tracker sees, far above the rounding of a metre."""
+
+GONE: Final = (2.0**53, 1e17, 1e30, 1e160, 1e300)
+"""Metres from the origin: finite, and no pose of a room; squares of the last two are not finite."""
 
 LIFTS: Final = (1e-12, 1e-9, 1e-7, 5e-7, 1e-6, 2e-6, 1e-5)
 """Metres by which a resting glass is lifted or sunk."""
@@ -71,6 +78,27 @@ def of_all_pairs(name: str, bodies: tuple[Body, Body], motion: Motion) -> Stress
     """A scene whose truth all face pairs tell; nothing is inside anything in it."""
     meets = [len(meeting(bodies, motion, frame)) > 0 for frame in range(len(motion))]
     return StressScene(name, bodies, motion, np.array(meets, dtype=np.uint8) * np.uint8(Verdict.CONTACT))
+
+
+def _of_instants(
+    name: str,
+    meshes: tuple[TriangleMesh, TriangleMesh],
+    motion: Motion,
+    meets: ArrayLike,
+    free: Verdict = Verdict.CLEAR,
+) -> StressScene:
+    """A scene of instants whose contacts are known."""
+    truth = np.where(np.asarray(meets), Verdict.CONTACT, free).astype(np.uint8)
+    return StressScene(name, two(*meshes), motion, truth)
+
+
+def _of_intervals(name: str, meshes: tuple[TriangleMesh, TriangleMesh], motion: Motion, meets: bool) -> StressScene:
+    """A scene of one motion that has a contact somewhere, or none."""
+    return StressScene(name, two(*meshes), motion, np.array([meets], dtype=np.uint8), "intervals")
+
+
+def _inside_out(mesh: TriangleMesh) -> TriangleMesh:
+    return TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
 
 
 def containment(rng: Generator) -> Iterator[StressScene]:
@@ -185,11 +213,6 @@ def thin_wall(_rng: Generator) -> Iterator[StressScene]:
         yield StressScene(f"{speed:g} m/s beside", bodies, beside, np.zeros(PHASES, dtype=np.uint8), "intervals")
 
 
-def one(name: str, meshes: tuple[TriangleMesh, TriangleMesh], motion: Motion, meets: bool) -> StressScene:
-    """A scene of one motion that has a contact somewhere, or none."""
-    return StressScene(name, two(*meshes), motion, np.array([meets], dtype=np.uint8), "intervals")
-
-
 def turning(degrees: float) -> Motion:
     """The first body turns about z from minus to plus half the angle, by the shortest arc; the second stands."""
     half = np.radians(degrees) / 2
@@ -206,16 +229,16 @@ def rotation_only(_rng: Generator) -> Iterator[StressScene]:
         for side in (1, -1):
             post = box_mesh((0.01, 0.01, 0.1), (0.08 * side, 0, 0))
             name = f"{degrees:g} degrees, post {'before' if side > 0 else 'behind'}"
-            yield one(name, (rod, post), turning(degrees), (side > 0) == (degrees < 180))
+            yield _of_intervals(name, (rod, post), turning(degrees), (side > 0) == (degrees < 180))
 
 
 def ends(_rng: Generator) -> Iterator[StressScene]:
     """31: contact only at the first instant, only at the last, and no motion at all."""
     meshes = box_mesh(), box_mesh()
-    yield one("at the start only", meshes, at([[1.0, 0, 0], [1.5, 0, 0]]), True)
-    yield one("at the end only", meshes, at([[1.5, 0, 0], [1.0, 0, 0]]), True)
-    yield one("standing in contact", meshes, at([[0.9, 0, 0], [0.9, 0, 0]]), True)
-    yield one("standing apart", meshes, at([[1.1, 0, 0], [1.1, 0, 0]]), False)
+    yield _of_intervals("at the start only", meshes, at([[1.0, 0, 0], [1.5, 0, 0]]), True)
+    yield _of_intervals("at the end only", meshes, at([[1.5, 0, 0], [1.0, 0, 0]]), True)
+    yield _of_intervals("standing in contact", meshes, at([[0.9, 0, 0], [0.9, 0, 0]]), True)
+    yield _of_intervals("standing apart", meshes, at([[1.1, 0, 0], [1.1, 0, 0]]), False)
 
 
 def grazing(_rng: Generator) -> Iterator[StressScene]:
@@ -223,7 +246,7 @@ def grazing(_rng: Generator) -> Iterator[StressScene]:
     corners = np.concatenate([np.eye(3), -np.eye(3)])
     tip = TriangleMesh(corners, [[a, b, c] for a in (0, 3) for b in (1, 4) for c in (2, 5)])
     for gap in (0.0, TAU / 2, -TAU / 2, 2 * TAU, -2 * TAU):
-        yield one(f"gap {gap:g} m", (tip, tip), at([[-0.5, 0, 2 + gap], [0.5, 0, 2 + gap]]), gap <= 0)
+        yield _of_intervals(f"gap {gap:g} m", (tip, tip), at([[-0.5, 0, 2 + gap], [0.5, 0, 2 + gap]]), gap <= 0)
 
 
 def reversed_and_split(rng: Generator) -> Iterator[StressScene]:
@@ -237,12 +260,84 @@ def reversed_and_split(rng: Generator) -> Iterator[StressScene]:
             ways |= {f"split at {s:.3g}": np.array([start, start + s * (end - start), end]) for s in (0.5, 0.25, 1 / 3)}
             for way, places in ways.items():
                 name = f"path {number} {'through' if meets else 'beside'} {way}"
-                yield one(name, meshes, at(places + shift), meets)
+                yield _of_intervals(name, meshes, at(places + shift), meets)
+
+
+def glancing_spins(_rng: Generator) -> Iterator[StressScene]:
+    """44: a rod turns by up to 179 degrees in a frame; the corner of its tip passes a wall by a hair, or not."""
+    tip, thick = 0.11, 0.004
+    rod, reach = box_mesh((0.1, thick, thick), (tip - 0.05, 0, 0)), float(np.hypot(tip, thick / 2))
+    for degrees, gap in product((60.0, 120.0, 170.0, 179.0), (TAU / 2, 2 * TAU, 1e-4, 2e-3)):
+        for side, travel in product((1, -1), (0.0, 0.02)):
+            wall = box_mesh((0.01, 0.1, 0.2), (reach + side * gap + 0.005, 0, 0))
+            spin = turning(degrees)
+            place = np.zeros((2, 2, 3))
+            place[:, 0, 2] = -travel, travel
+            motion = Motion(spin.times, place, spin.rotations)
+            yield _of_intervals(
+                f"{degrees:g} degrees, gap {side * gap:g} m, {travel:g} m along", (rod, wall), motion, side < 0
+            )
+
+
+def flush(_rng: Generator) -> Iterator[StressScene]:
+    """45: a block that slides along a table and past its end, or stands on it, or in a slot of its own width."""
+    table, block = box_mesh((2.0, 2.0, 0.25), (0, 0, -0.125)), box_mesh((0.25,) * 3)
+    way = np.concatenate([np.zeros(8), np.arange(-16, 25) / 16])
+    for lift in (0.0, HAIR, -HAIR, 2.0**-20, -(2.0**-20)):
+        places = np.stack([way, 0 * way, 0 * way + 0.125 + lift], axis=1)
+        yield _of_instants(f"lifted by {lift:g} m", (block, table), at(places), (lift <= 0) & (np.abs(way) <= 1.125))
+        slot = merged(*(box_mesh((2.0, 0.25, 1.0), (0, side * (0.25 + lift), 0)) for side in (1, -1)))
+        along = np.stack([way, 0 * way, 0 * way], axis=1)
+        yield _of_instants(
+            f"a slot wider by {2 * lift:g} m", (block, slot), at(along), (lift <= 0) & (np.abs(way) <= 1.125)
+        )
+
+
+def nested_shells(_rng: Generator) -> Iterator[StressScene]:
+    """46: a box or a shell in a solid or in the cavity of a shell: free, touching by face, edge or corner, or out."""
+    box, solid = box_mesh(), box_mesh((2.0,) * 3)
+    inner, outer = merged(box, _inside_out(box_mesh((0.5,) * 3))), merged(box_mesh((3.0,) * 3), _inside_out(solid))
+    axes = np.array([[1, 0, 0], [1, 1, 0], [1, -1, 1], [0, 0, -1]])
+    away = np.array([0.0, 0.25, 0.5 - HAIR, 0.5, 0.5 + HAIR, 0.5 + 2.0**-10])
+    places = (away[:, None, None] * axes).reshape(-1, 3)
+    meets = np.repeat(away >= 0.5, len(axes))
+    for inside, around in product({"box": box, "shell": inner}.items(), {"solid": solid, "shell": outer}.items()):
+        free = Verdict.CONTAINED if around[0] == "solid" else Verdict.CLEAR
+        name, meshes = f"{inside[0]} in a {around[0]}", (inside[1], around[1])
+        yield _of_instants(name, meshes, at(places), meets, free)
+        yield _of_instants(f"{name}, outer first", meshes[::-1], at(-places), meets, free)
+
+
+def gone_wrong(_rng: Generator) -> Iterator[StressScene]:
+    """47: poses that are finite and impossible, among sound ones, whose answers they must not change."""
+    sound = np.array([[0.75, 0, 0], [1.5, 0, 0], [0.75, 0.25, 0]])
+    for value, axis, sign in product(GONE, range(3), (1, -1)):
+        lost = np.zeros((1, 3))
+        lost[0, axis] = sign * value
+        places = np.concatenate([sound, lost, sound, -lost, lost, sound])
+        meets = np.abs(places).max(axis=1) <= 1.0
+        yield _of_instants(f"{sign * value:g} m along {'xyz'[axis]}", (box_mesh(), box_mesh()), at(places), meets)
+    tiny = np.array([[0.75, 5e-324, -5e-324], [1.5, 5e-324, -0.0], [1.0, 0.0, -0.0]])
+    yield _of_instants("the smallest numbers", (box_mesh(), box_mesh()), at(tiny), [True, False, True])
+    motion = at(sound)
+    stretched = Motion(motion.times, motion.translations, motion.rotations * (1 + 4e-4))
+    yield _of_instants("rotations to repair", (box_mesh(), box_mesh()), stretched, [True, False, True])
+
+
+def far_crossings(_rng: Generator) -> Iterator[StressScene]:
+    """48: a cube through a thin plate, and beside it, a kilometre to eight thousand from the origin."""
+    bodies = two(box_mesh((0.005,) * 3), box_mesh((0.2, 0.2, 0.001)))
+    for far, aside in product((2.0**10, 2.0**17, 2.0**23), (0.0, 0.1 + 0.0025 + 1e-3)):
+        motion = crossing(1.0, 10, aside)
+        place = motion.translations + np.array([far, -far, far])
+        there = Motion(motion.times, place, motion.rotations, linked=motion.linked)
+        truth = np.full(10, not aside, dtype=np.uint8)
+        yield StressScene(f"{far:g} m away{', beside' if aside else ''}", bodies, there, truth, "intervals")
 
 
 Maker = Callable[[Generator], Iterator[StressScene]]
 
-SPECIFIED: Final[dict[int, tuple[str, Maker]]] = {
+SCENES: Final[dict[int, tuple[str, Maker]]] = {
     27: ("containment", containment),
     28: ("cavity", cavity),
     29: ("thin-wall phases", thin_wall),
@@ -255,5 +350,10 @@ SPECIFIED: Final[dict[int, tuple[str, Maker]]] = {
     39: ("unit errors", scaled),
     41: ("resting contact", resting),
     42: ("mesh degeneracies", degenerate),
+    44: ("glancing spins", glancing_spins),
+    45: ("flush over a span", flush),
+    46: ("nested shells", nested_shells),
+    47: ("poses gone wrong", gone_wrong),
+    48: ("crossings far away", far_crossings),
 }
-"""Cases of the specification that have scenes: number -> name, and what makes them."""
+"""Number of a case -> its name, and what makes its scenes: 29 to 33, 44 and 48 ask about the time between frames."""

@@ -7,8 +7,7 @@ import pytest
 from support.stress_files import read_cases
 
 from replay.cli.main import main
-from replay.studies.stress import peers
-from replay.studies.stress import stress_runner as runner
+from replay.studies.stress import runner
 
 
 def test_one_detector_gets_a_row_per_family_and_the_seed(capsys):
@@ -30,18 +29,15 @@ def test_several_detectors_are_asked_with_commas_between_them(capsys):
     assert "names no detector; there are: " in capsys.readouterr().err
 
 
-def test_all_prints_a_row_per_detector_and_names_absent_peers(capsys, monkeypatch):
-    monkeypatch.setattr(peers, "find_spec", lambda name: None)
+def test_all_prints_a_row_per_detector_and_what_was_not_passed(capsys):
     assert main(["stress", "--family", "10", "--pairs", "20"]) == 0
-    printed, said = capsys.readouterr()
-    for name in ("exact", "discrete", "hybrid"):
+    printed = capsys.readouterr().out
+    for name in ("exact", "discrete", "hybrid", "within tolerance"):
         assert name in printed
-    assert 'not installed, so not asked: coal, trimesh; pip install "vrlab-replay[peers]"' in said
 
 
-@pytest.mark.parametrize("words", [["--format", "json"]])
-def test_json_holds_every_tally(capsys, words):
-    assert main(["stress", "--detector", "exact", "--family", "3-5", "--pairs", "9", *words]) == 0
+def test_json_holds_every_tally(capsys):
+    assert main(["stress", "--detector", "exact", "--family", "3-5", "--pairs", "9", "--format", "json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert [one["number"] for one in report["tallies"]] == [3, 4, 5]
     assert (report["pairs"], report["seed"], report["broken"]) == (9, 100, [])
@@ -55,41 +51,28 @@ def test_failing_pairs_are_written_to_files_that_load(capsys, tmp_path):
 
 
 def test_a_wrong_answer_of_exact_exits_with_4(capsys, monkeypatch):
-    monkeypatch.setattr(runner, "answers_of", lambda name, pairs: np.zeros(len(pairs), dtype=np.uint8))
+    monkeypatch.setattr(runner, "verdicts_of", lambda name, pairs: np.zeros(len(pairs), dtype=np.uint8))
     assert main(["stress", "--detector", "exact", "--family", "3", "--pairs", "5"]) == 4
-    assert "gate: exact claims exactness and failed 5 of 5 pairs of 03 shared vertex" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "gate: exact claims exactness" in said and "5 of 5" in said and "03 shared vertex" in said
 
 
 def test_quick_asks_about_few_pairs(capsys):
     assert main(["stress", "--detector", "exact", "--family", "1-2", "--relation", "swap", "--quick"]) == 0
     printed = capsys.readouterr().out
     assert "200 pairs of each family" in printed
-    assert "of 40 pairs" in printed
+    assert "swap" in printed and " 40 " in printed
 
 
 def test_relations_are_asked_of_the_families_named(capsys, tmp_path):
-    words = [
-        "--detector",
-        "hybrid",
-        "--relation",
-        "shift,axes",
-        "--pairs",
-        "600",
-        "--family",
-        "9-12",
-        "--out",
-        str(tmp_path),
-    ]
-    assert main(["stress", *words]) == 0
+    words = ["--detector", "hybrid", "--relation", "shift,axes", "--pairs", "600", "--out", str(tmp_path)]
+    assert main(["stress", *words, "--family", "9-12"]) == 0
     printed = capsys.readouterr().out
-    assert "of 240 pairs" in printed and "swap" not in printed
+    assert "axes" in printed and "swap" not in printed
     assert list(tmp_path.iterdir())
     assert main(["stress", *words, "--family", "2-3", "--format", "json"]) == 0
-    report = json.loads(capsys.readouterr().out)
-    assert [(one["relation"], one["number"]) for one in report["flips"]] == [
-        ("shift", 2), ("shift", 3), ("axes", 2), ("axes", 3)
-    ]  # fmt: skip
-    assert len(report["tallies"]) == 2
+    told = [(one["relation"], one["number"], one["asked"]) for one in json.loads(capsys.readouterr().out)["tallies"]]
+    assert told == [("", 2, 600), ("", 3, 600), ("shift", 2, 60), ("shift", 3, 60), ("axes", 2, 60), ("axes", 3, 60)]
 
 
 @pytest.mark.parametrize(
@@ -99,6 +82,7 @@ def test_relations_are_asked_of_the_families_named(capsys, tmp_path):
         (["--family", "44"], "no family '44'"),
         (["--relation", "wave"], "no relation 'wave'"),
         (["--case", "26"], "no case '26'"),
+        (["--case", "40"], "no case '40'"),
     ],
 )
 def test_what_means_nothing_is_one_sentence(capsys, words, sentence):
@@ -106,15 +90,8 @@ def test_what_means_nothing_is_one_sentence(capsys, words, sentence):
     assert sentence in capsys.readouterr().err
 
 
-def test_cases_alone_are_asked_and_written_and_say_where_they_do_not_apply(capsys, tmp_path):
-    words = ["stress", "--detector", "hybrid", "--case", "28,32,40", "--out", str(tmp_path)]
-    assert main(words) == 0
+def test_cases_alone_are_asked_and_say_why(capsys):
+    assert main(["stress", "--detector", "hybrid", "--case", "28,32"]) == 0
     printed = " ".join(capsys.readouterr().out.split())
-    assert "28 cavity" in printed and "passed" in printed and "3 missed" in printed and "does not apply" in printed
+    assert "28 cavity" in printed and "passed" in printed and "3 missed" in printed and "decides at frames" in printed
     assert "pairs of each family" not in printed
-    assert [path.name for path in tmp_path.iterdir()] == ["case-32-hybrid-seed-100.npz"]
-    assert main([*words, "--format", "json"]) == 0
-    report = json.loads(capsys.readouterr().out)
-    assert [(one["number"], one["missed"], one["applies"]) for one in report["cases"]] == [
-        (28, 0, True), (32, 3, True), (40, 0, False)
-    ]  # fmt: skip

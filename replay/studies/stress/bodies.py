@@ -1,0 +1,136 @@
+"""A detector on the scenes of a case of whole bodies, and whether its answers repeat."""
+
+from collections.abc import Sequence
+from dataclasses import fields
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore import Detection, Motion, Verdict, create_detector, join
+from cdcore.detectors import load_detector
+from cdcore.errors import CollisionCoreError
+from cdcore.narrow.ill_posed import MarginStage
+from cdcore.numerics import BoolArray, ByteArray
+from cdcore.protocol import counts_as_contact, is_undecided
+from replay.studies.stress.scenes import SCENES, StressScene, at, meeting, two
+from replay.studies.stress.solids import ball_mesh, box_mesh
+from replay.studies.stress.tally import Tally, judged
+
+REPEATED: Final = 43
+"""Number of the case that asks whether an answer repeats, whatever the blocks, the threads and what is skipped."""
+
+CASES: Final = {n: name for n, (name, _) in sorted((SCENES | {REPEATED: ("repeated answers", None)}).items())}
+"""Number -> name, from 27 on."""
+
+AT_FRAMES: Final = "decides at frames: between them it is not asked"
+
+
+def ask_case(detector: str, number: int, scenes: Sequence[StressScene], *, seed: int, tau: float) -> Tally:
+    """Ask one detector one case; ``scenes`` are those of the case, if it has any."""
+    where: dict[str, Any] = {
+        "detector": detector, "kind": "case", "number": number, "name": CASES[number], "seed": seed,
+    }  # fmt: skip
+    if number == REPEATED:
+        return _ask_again(where)
+    answers = [_ask_scene(detector, scene, tau) for scene in scenes]
+    counts: dict[str, Any] = {word: sum(count[word] for count, _, _ in answers) for word in answers[0][0]}
+    promised = all(promised for _, _, promised in answers)
+    reasons = [
+        reason
+        for count, reason, _ in answers
+        if reason and any(count[word] for word in ("missed", "invented", "refused"))
+    ]
+    if not promised and counts["missed"]:
+        reasons.append(AT_FRAMES)
+    asked = sum(len(scene.truth) for scene in scenes)
+    return Tally(**where, asked=asked, **counts, reason=next(iter(reasons), ""), promised=promised)
+
+
+def _ask_again(where: dict[str, Any]) -> Tally:
+    """One digest for any size of blocks, any number of threads, skipping or not, where the detector has them."""
+    detector = where["detector"]
+    known = {item.name for item in fields(load_detector(detector).Settings)}
+    place = np.linspace(-1.3, 1.3, 97)
+    motion = at(np.stack([place, 0.1 * np.sin(9 * place), np.full(97, 0.2)], axis=1))
+    ways: list[dict[str, Any]] = [{"blocks": size} for size in (1, 10, 64, 4096)]
+    ways += [{"threads": threads} for threads in (1, 2, 3, 8) if "threads" in known]
+    ways += [{"skip": False}] if "skip" in known else []
+    try:
+        whole = _digest(detector, motion)
+        other = [way for way in ways if whole is None or _digest(detector, motion, **way) != whole]
+    except CollisionCoreError as error:
+        return Tally(**where, asked=len(ways), refused=len(ways), reason=str(error))
+    reason = ", ".join(f"{key} {value}: another digest" for way in other[:1] for key, value in way.items())
+    return Tally(**where, asked=len(ways), changed=len(other), reason=reason)
+
+
+def _digest(detector: str, motion: Motion, blocks: int = 0, **settings: Any) -> str | None:
+    """Of the answer about a motion, in blocks of so many frames if there are any."""
+    engine = create_detector(detector, two(ball_mesh(0.5), box_mesh()), **settings)
+    return (join(list(engine.stream(motion.blocks(blocks)))) if blocks else engine.detect(motion)).digest
+
+
+def _ask_scene(detector: str, scene: StressScene, tau: float) -> tuple[dict[str, int], str, bool]:
+    """Counts of what a detector says of a scene, why it refused, and whether it promised to decide this."""
+    try:
+        detections = _asked(detector, scene)
+    except CollisionCoreError as error:
+        every = np.ones(len(scene.truth), dtype=np.bool_)
+        counts = judged(np.zeros(len(every), dtype=np.uint8), scene.truth, every, lambda wrong: wrong)
+        return {word: int(rows.sum()) for word, rows in counts.items()}, str(error), True
+    verdict = np.concatenate([detection.verdict[:, 0] for detection in detections])
+    reason = next((why for detection in detections for why in detection.reasons.values()), "")
+    if scene.covers == "intervals":
+        said = _over_crossings(verdict.reshape(len(scene.truth), -1))
+        truth = scene.truth * np.uint8(Verdict.CONTACT)
+        promised = detections[0].covers == "intervals"
+    else:
+        said, truth, promised = verdict, scene.truth, True
+    refused = is_undecided(said)
+    word = (detections[0].containment or ("",))[0]
+    if word.startswith("refused: "):
+        silent = (truth == Verdict.CONTAINED) & ~counts_as_contact(said) & ~refused
+        reason = word.removeprefix("refused: ") if silent.any() else reason
+        refused |= silent
+    counts = judged(said, truth, refused, lambda wrong: _within(scene, wrong, tau))
+    return {word: int(rows.sum()) for word, rows in counts.items()}, reason, promised
+
+
+def _asked(detector: str, scene: StressScene) -> list[Detection]:
+    """One detection, or one a frame where instants are asked of a detector of intervals."""
+    engine = create_detector(detector, scene.bodies)
+    first = engine.detect(scene.motion.take(np.array([0])))
+    if scene.covers == "instants" and first.covers == "intervals":
+        rest = [engine.detect(scene.motion.take(np.array([frame]))) for frame in range(1, len(scene.motion))]
+        return [first, *rest]
+    return [engine.detect(scene.motion)]
+
+
+def _over_crossings(verdict: ByteArray) -> ByteArray:
+    """What (crossings, frames) verdicts come to: a contact anywhere, else undecided anywhere, else clear.
+
+    The first frame of a crossing has no interval before it, so that it has no pose there decides nothing.
+    """
+    said = np.full(len(verdict), Verdict.CLEAR, dtype=np.uint8)
+    open_ = is_undecided(verdict)
+    open_[:, 0] &= verdict[:, 0] != Verdict.NO_POSE
+    said[open_.any(axis=1)] = Verdict.UNRESOLVED
+    said[(verdict == Verdict.CANDIDATE).any(axis=1)] = Verdict.CANDIDATE
+    said[(verdict == Verdict.CONTACT).any(axis=1)] = Verdict.CONTACT
+    return said
+
+
+def _within(scene: StressScene, wrong: BoolArray, tau: float) -> BoolArray:
+    """Which wrong answers about instants are about at most tau."""
+    within = np.zeros(len(wrong), dtype=np.bool_)
+    if scene.covers == "intervals" or tau <= 0 or not wrong.any():
+        return within
+    stage = MarginStage(scene.bodies, tau)
+    for frame in np.flatnonzero(wrong & (scene.truth != Verdict.CONTAINED)).tolist():
+        turn, move = scene.motion.rotations[frame], scene.motion.translations[frame]
+        if scene.truth[frame] == Verdict.CONTACT:
+            question = (0, 1), meeting(scene.bodies, scene.motion, frame), turn, move
+            within[frame] = stage.shallow(*question) and stage.loose(*question)
+        else:
+            within[frame] = stage.near((0, 1), turn[None], move[None])[0]
+    return within

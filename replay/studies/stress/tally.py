@@ -1,0 +1,107 @@
+"""What detectors made of hard questions: one row a detector and family, relation of a family, or case."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Final
+
+import numpy as np
+
+from cdcore import Verdict
+from cdcore.numerics import BoolArray, ByteArray
+from cdcore.protocol import counts_as_contact
+
+WRONG: Final = ("missed", "invented", "within", "refused", "changed")
+"""Fields of a tally that count answers which are not exact, tolerance or not."""
+
+CLAIM_EXACTNESS: Final = frozenset({"exact", "continuous", "aabb", "obb", "rapid-style", "solid-style"})
+"""Detectors that promise the exact answer on every finite input: one wrong or refused answer is a failure."""
+
+
+@dataclass(frozen=True)
+class Tally:
+    """One detector on one family of triangle pairs, on one family under a relation, or on one case of whole bodies."""
+
+    detector: str
+    kind: str  # family, relation or case
+    number: int
+    name: str
+    seed: int
+    asked: int  # pairs, pair-frames, crossings or ways to ask again
+    relation: str = ""  # under which the pairs were asked again
+    # missed, invented: disagreements with the exact answer by more than tau
+    missed: int = 0
+    invented: int = 0
+    within: int = 0  # disagreements about at most tau (none in families whose coordinates are not metres)
+    refused: int = 0  # not decided
+    unconfirmed: int = 0  # reported by bounding volumes alone where nothing meets; never counted as invented
+    changed: int = 0  # answers that a harmless change of the question changed
+    reason: str = ""  # why it refused or missed
+    # whether the detector's promise reaches as far as the question: one of instants says nothing of intervals
+    promised: bool = True
+    file: str | None = None  # where the failing pairs were written, if they were
+
+    @property
+    def failed(self) -> int:
+        """Questions without the exact answer, tolerance or not."""
+        return sum(getattr(self, name) for name in WRONG)
+
+    @property
+    def words(self) -> str:
+        """What was counted, or ``passed``."""
+        names = {"within": "within tolerance"}
+        counts = ((getattr(self, word), names.get(word, word)) for word in (*WRONG, "unconfirmed"))
+        return ", ".join(f"{count:,} {word}" for count, word in counts if count) or "passed"
+
+
+@dataclass(frozen=True)
+class StressResult:
+    """All tallies, and how to repeat them."""
+
+    seed: int
+    pairs: int
+    tau: float
+    tallies: tuple[Tally, ...]
+
+    @property
+    def broken(self) -> list[str]:
+        """A sentence for each broken promise: a detector that claims exactness, wrong or undecided."""
+        return [
+            f"{tally.detector} claims exactness and failed {tally.failed:,} of {tally.asked:,} questions of "
+            f"{tally.number:02d} {tally.name} (seed {tally.seed}): {tally.words}"
+            for tally in self.tallies
+            # A case may ask what cannot be decided, such as containment of an open mesh.
+            if tally.detector in CLAIM_EXACTNESS
+            and tally.promised
+            and tally.failed > (tally.refused if tally.kind == "case" else 0)
+        ]
+
+    def by_detector(self) -> Iterator[tuple[str, list[Tally]]]:
+        """The tallies of one detector after the other."""
+        for name in dict.fromkeys(tally.detector for tally in self.tallies):
+            yield name, [tally for tally in self.tallies if tally.detector == name]
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return asdict(self) | {"broken": self.broken}
+
+
+def judged(
+    said: ByteArray, truth: ByteArray, refused: BoolArray, within: Callable[[BoolArray], BoolArray]
+) -> Mapping[str, BoolArray]:
+    """By the fields of a tally, of which of n verdicts (n,) beside true ones (n,) it is said.
+
+    ``refused`` (n,): not decided; ``within``: which of the wrong ones (n,) are wrong about at most a tolerance.
+    """
+    unconfirmed = (said == Verdict.CANDIDATE) & (truth != Verdict.CONTACT)
+    answer = np.where(said == Verdict.NOT_FOUND, Verdict.CLEAR, said)
+    answer[(said == Verdict.CANDIDATE) & (truth == Verdict.CONTACT)] = Verdict.CONTACT
+    wrong = (answer != truth) & ~refused & ~unconfirmed
+    excused = wrong & within(wrong)
+    missed = wrong & ~excused & (truth != Verdict.CLEAR) & ~((truth == Verdict.CONTAINED) & counts_as_contact(said))
+    return {
+        "missed": missed,
+        "invented": wrong & ~excused & ~missed,
+        "within": excused,
+        "refused": refused,
+        "unconfirmed": unconfirmed,
+    }

@@ -1,0 +1,69 @@
+"""Cases are counted under the right word, say why, and gate only what the detector promised."""
+
+import numpy as np
+import pytest
+
+from cdcore import Verdict
+from replay.studies.stress import bodies
+from replay.studies.stress.bodies import CASES
+from replay.studies.stress.runner import Asking, ask_cases
+from replay.studies.stress.tally import StressResult
+
+
+def run_cases(detectors, cases, **more):
+    return ask_cases(Asking(detectors, **more), cases)
+
+
+@pytest.mark.parametrize("number", [number for number in CASES if number != 29])
+def test_exact_passes_or_speaks_of_frames(number):
+    (one,) = run_cases(["exact"], [number])
+    assert one.invented == one.within == one.refused == one.changed == 0 and one.asked > 0
+    assert (one.missed > 0) == (number in (30, 32, 33, 44, 48))
+    assert one.promised == (number not in (30, 31, 32, 33, 44, 48))
+    assert StressResult(100, 1, 0.0, (one,)).broken == []
+
+
+def test_a_detector_of_intervals_misses_none_of_them():
+    for one in run_cases(["continuous"], [30, 31, 32, 33, 41, 43, 44, 48]):
+        assert one.words == "passed" and one.promised and one.reason == "", one
+
+
+def test_python_fcl_on_resting_glass_and_a_lattice_is_within_tolerance_and_without_tau_it_is_not():
+    told = run_cases(["hybrid"], [41, 42])
+    assert all(one.missed == one.invented == one.refused == 0 for one in told) and told[1].within > 0
+    (strict,) = run_cases(["hybrid"], [42], tau=0.0)
+    assert strict.within == 0 and strict.missed + strict.invented > 0
+
+
+def test_who_cannot_tell_inside_from_outside_refuses_with_the_reason():
+    (one,) = run_cases(["sphere"], [27])
+    assert one.missed == one.invented == 0 and one.asked == 24
+    assert one.refused + one.unconfirmed == 24
+
+
+def test_a_liar_is_counted_and_gated(monkeypatch):
+    create = bodies.create_detector
+
+    class Lying:
+        def __init__(self, *given, **settings):
+            self.inner = create(*given, **settings)
+
+        def detect(self, motion):
+            found = self.inner.detect(motion)
+            found.verdict.flags.writeable = True
+            found.verdict[:] = Verdict.CLEAR
+            return found
+
+    monkeypatch.setattr(bodies, "create_detector", Lying)
+    (one,) = run_cases(["exact"], [27])
+    assert one.missed == one.asked == 24
+    (sentence,) = StressResult(100, 1, 0.0, (one,)).broken
+    assert "24 of 24" in sentence and "27 containment" in sentence
+
+
+def test_an_answer_that_depends_on_blocks_is_seen(monkeypatch):
+    monkeypatch.setattr(bodies, "join", lambda parts: parts[0])
+    (one,) = run_cases(["exact"], [43])
+    assert one.changed == 3 and "blocks 1" in one.reason
+    assert len(StressResult(100, 1, 0.0, (one,)).broken) == 1
+    assert np.array_equal([run_cases([name], [43])[0].asked for name in ("exact", "hybrid")], [8, 5])

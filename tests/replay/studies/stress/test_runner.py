@@ -1,0 +1,142 @@
+"""The runner counts each wrong answer once, under the right word, and its gate knows who promised what."""
+
+import numpy as np
+import pytest
+from support.stress_files import read_cases
+
+from cdcore import Verdict
+from cdcore.errors import UnknownDetectorError
+from cdcore.narrow.triangles.predicates import triangles_intersect
+from replay.errors import OutputError, StressError
+from replay.studies.stress import runner
+from replay.studies.stress.bodies import CASES
+from replay.studies.stress.families import FAMILIES, Family
+from replay.studies.stress.relations import RELATIONS
+from replay.studies.stress.runner import Asking, detectors_of, numbers_of, relations_of, stress, tally_of
+
+FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+
+
+def above(height):
+    return [FLOOR, [[0.2, 0.2, height], [0.3, 0.2, 1], [0.2, 0.3, 1]]]
+
+
+PAIRS = np.array([above(-0.1), above(0.1), above(-1e-6), above(1e-6), above(-0.1), above(0.1)], dtype=float)
+TRUTH = np.array([True, False, True, False, True, False])
+OPPOSITE = np.where(TRUTH, Verdict.CLEAR, Verdict.CONTACT).astype(np.uint8)
+MIXED = [Verdict.INVALID, Verdict.CANDIDATE, Verdict.UNRESOLVED, Verdict.CLEAR, Verdict.CANDIDATE, Verdict.NOT_FOUND]
+
+
+@pytest.mark.parametrize(
+    ("family", "verdict", "tau", "counts"),
+    [
+        (FAMILIES[0], OPPOSITE, 2e-6, (2, 2, 2, 0, 0)),
+        (FAMILIES[0], OPPOSITE, 0.0, (3, 3, 0, 0, 0)),
+        (FAMILIES[0], OPPOSITE, 0.5e-6, (3, 3, 0, 0, 0)),
+        (FAMILIES[13], OPPOSITE, 2e-6, (3, 3, 0, 0, 0)),
+        (FAMILIES[0], np.where(TRUTH, Verdict.CONTACT, Verdict.CLEAR).astype(np.uint8), 2e-6, (0, 0, 0, 0, 0)),
+        (FAMILIES[0], np.array(MIXED, dtype=np.uint8), 2e-6, (0, 0, 0, 2, 1)),
+    ],
+    ids=["wrong", "no tolerance", "a small tolerance", "no metres", "right", "refusals and volumes"],
+)
+def test_an_answer_is_counted_once_under_the_right_word(family, verdict, tau, counts):
+    assert np.array_equal(triangles_intersect(PAIRS), TRUTH)
+    tally = tally_of(Asking(["planted"], tau=tau), "planted", family, PAIRS, TRUTH, verdict)
+    assert (tally.missed, tally.invented, tally.within, tally.refused, tally.unconfirmed) == counts
+    assert tally.failed == sum(counts[:4])
+
+
+def test_failing_pairs_are_written_and_those_within_tolerance_are_not(tmp_path):
+    asking = Asking(["lab.engine:Planted"], 5, 2e-6, tmp_path / "new")
+    tally = tally_of(asking, "lab.engine:Planted", FAMILIES[0], PAIRS, TRUTH, OPPOSITE)
+    path = tmp_path / "new" / "family-01-lab-engine-planted-seed-5.npz"
+    assert [*path.parent.iterdir()] == [path] and tally.file == str(path)
+    cases = read_cases(path)
+    assert (cases.detector, cases.family, cases.seed, cases.count) == ("lab.engine:Planted", 1, 5, 6)
+    assert cases.row.tolist() == [0, 1, 4, 5]
+    assert cases.triangles.tobytes() == PAIRS[[0, 1, 4, 5]].tobytes()
+    assert np.array_equal(cases.truth, TRUTH[cases.row]) and np.array_equal(cases.verdict, OPPOSITE[cases.row])
+    (tmp_path / "taken").write_text("")
+    with pytest.raises(OutputError, match="cannot be written"):
+        tally_of(Asking(["p"], 5, 2e-6, tmp_path / "taken"), "p", FAMILIES[0], PAIRS, TRUTH, OPPOSITE)
+
+
+def test_exact_is_right_on_a_sample_of_every_family_and_flips_nowhere():
+    result = stress("exact", pairs=20, seed=4_711)
+    assert [tally.failed for tally in result.tallies] == [0] * 26
+    assert result.broken == []
+    some = [FAMILIES[k] for k in (1, 9, 14, 17, 24)]
+    flips = runner.ask_relations(Asking(["exact"], 3), [*RELATIONS], some, 25)
+    assert [(one.relation, one.number, one.failed) for one in flips[:6]] == [
+        ("swap", 2, 0), ("swap", 10, 0), ("swap", 15, 0), ("swap", 18, 0), ("swap", 25, 0), ("order", 2, 0),
+    ]  # fmt: skip
+    assert sum(one.failed for one in flips) == 0 and len(flips) == 25
+
+
+def test_python_fcl_behind_hybrid_is_wrong_where_products_overflow_and_within_tolerance_on_points():
+    points, overflow = stress("hybrid", families=[FAMILIES[9], FAMILIES[15]], pairs=300).tallies
+    assert points.within > 50 and points.missed == points.invented == 0
+    assert overflow.missed > 5 and overflow.invented > 5 and overflow.within == 0
+
+
+def test_python_fcl_flips_and_the_file_holds_both_questions_and_both_answers(tmp_path):
+    asking = Asking(["hybrid"], out=tmp_path)
+    (found,) = runner.ask_relations(asking, ["axes"], FAMILIES[9:10], 200)
+    cases = read_cases(tmp_path / "family-10-hybrid-seed-100-axes.npz")
+    assert cases.relation == "axes" and len(cases.row) == 2 * found.changed > 0
+    assert (cases.verdict[::2] != cases.verdict[1::2]).all()
+    assert np.array_equal(cases.truth[::2], cases.truth[1::2])
+    assert np.array_equal(cases.triangles[::2], FAMILIES[9].pairs(200)[cases.row[::2]])
+    assert (np.sort(np.abs(cases.triangles[1::2]), axis=-1) == np.sort(np.abs(cases.triangles[::2]), axis=-1)).all()
+
+
+def test_of_changed_answers_refusals_are_counted_apart_and_volumes_not_at_all():
+    before = [Verdict.CLEAR, Verdict.CONTACT, Verdict.CLEAR, Verdict.CANDIDATE, Verdict.CLEAR]
+    after = [Verdict.CLEAR, Verdict.CLEAR, Verdict.INVALID, Verdict.CLEAR, Verdict.NOT_FOUND]
+    pairs = np.stack([FAMILIES[0].pairs(5)] * 2, axis=1)
+    verdict = np.array([before, after], dtype=np.uint8).T
+    one = runner.tally_of_relation(Asking(["planted"]), "planted", FAMILIES[0], "swap", pairs, verdict)
+    assert (one.changed, one.refused, one.asked, one.file) == (1, 1, 5, None)
+
+
+def test_a_detector_that_claims_exactness_and_lies_breaks_the_gate(monkeypatch):
+    monkeypatch.setattr(runner, "verdicts_of", lambda name, pairs: np.zeros(len(pairs), dtype=np.uint8))
+    (sentence,) = stress("exact", families=[FAMILIES[2]], pairs=9).broken
+    assert "exact claims exactness" in sentence and "9 of 9" in sentence and "03 shared vertex" in sentence
+    assert stress("hybrid", families=[FAMILIES[2]], pairs=9).broken == []
+
+
+def test_all_means_every_row_that_decides_on_meshes(monkeypatch):
+    monkeypatch.setattr(runner, "detector_names", lambda: ["sphere", "hybrid", "exact", "a-new-row"])
+    assert detectors_of("all") == ["hybrid", "exact", "a-new-row"]
+    assert detectors_of("exact, hybrid,exact,") == ["exact", "hybrid"]
+    with pytest.raises(UnknownDetectorError, match="there are: sphere"):
+        detectors_of("spoon")
+
+
+@pytest.mark.parametrize(
+    ("text", "numbers"),
+    [("1-26", list(range(1, 27))), ("9", [9]), ("3-5,12", [3, 4, 5, 12]), ("12,12", [12]), ("1-", [1])],
+)
+def test_families_are_named_by_number_and_range(text, numbers):
+    assert numbers_of(text, "family", range(1, 27)) == numbers
+    assert numbers_of("33-37", "case", [*CASES]) == [33, 37] and numbers_of("all", "case", [*CASES]) == [*CASES]
+    assert relations_of("axes,swap") == ["axes", "swap"]
+
+
+@pytest.mark.parametrize("text", ["", "x", "0", "27", "5-3", "1-99"])
+def test_a_number_that_is_none_is_refused(text):
+    with pytest.raises(StressError, match="they are 1-26"):
+        numbers_of(text, "family", range(1, 27))
+
+
+@pytest.mark.parametrize("bad", [{"pairs": 0}, {"seed": -1}, {"tau": -1.0}, {"tau": float("nan")}])
+def test_numbers_that_mean_nothing_are_refused(bad):
+    with pytest.raises(StressError, match="give 1 pair or more"):
+        stress("exact", families=FAMILIES[:1], **({"pairs": 1} | bad))
+
+
+def test_a_family_of_nobody_can_be_asked_too():
+    far_apart = Family(99, "apart", lambda rng, n: rng.random((n, 6, 3)) + np.repeat([0, 9], 3)[:, None], False)
+    tally = stress("exact", families=[far_apart], pairs=7).tallies[0]
+    assert (tally.number, tally.failed, tally.asked) == (99, 0, 7)

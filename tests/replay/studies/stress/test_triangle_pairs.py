@@ -1,0 +1,45 @@
+"""Detectors asked in batches; one that raises has refused that pair alone."""
+
+import numpy as np
+import pytest
+
+from cdcore import Verdict
+from cdcore.errors import CollisionCoreError, UnknownDetectorError
+from cdcore.narrow.triangles.predicates import triangles_intersect
+from replay.studies.stress import triangle_pairs
+from replay.studies.stress.families import FAMILIES
+from replay.studies.stress.triangle_pairs import verdicts_of
+
+
+@pytest.mark.parametrize("number", [1, 7, 9, 13, 15, 16, 24])
+def test_exact_asked_in_batches_says_what_the_predicate_says(number, monkeypatch):
+    monkeypatch.setattr(triangle_pairs, "BATCH", 16)
+    pairs = FAMILIES[number - 1].pairs(40)
+    assert np.array_equal(verdicts_of("exact", pairs) == Verdict.CONTACT, triangles_intersect(pairs))
+    assert verdicts_of("exact", pairs[:0]).shape == (0,)
+
+
+def test_a_refused_pair_stands_alone_and_the_others_are_answered(monkeypatch):
+    pairs = FAMILIES[2].pairs(9)
+    create = triangle_pairs.create_detector
+
+    def picky(name, bodies, **settings):
+        if any((body.mesh.triangles[0] == pairs[4, 0]).all() for body in bodies):
+            raise CollisionCoreError("not this one")
+        return create(name, bodies, **settings)
+
+    monkeypatch.setattr(triangle_pairs, "create_detector", picky)
+    expected = [Verdict.CONTACT] * 4 + [Verdict.INVALID] + [Verdict.CONTACT] * 4
+    assert verdicts_of("exact", pairs).tolist() == expected
+
+
+def test_the_cheaper_settings_change_no_verdict(monkeypatch):
+    pairs = FAMILIES[0].pairs(60)
+    cheap = verdicts_of("discrete", pairs)
+    monkeypatch.setattr(triangle_pairs, "CHEAPER", {})
+    assert np.array_equal(verdicts_of("discrete", pairs), cheap)
+
+
+def test_an_unknown_detector_is_refused():
+    with pytest.raises(UnknownDetectorError, match="there are"):
+        verdicts_of("spoon", FAMILIES[0].pairs(1))
