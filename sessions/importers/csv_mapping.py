@@ -25,6 +25,9 @@ ROW_TIME: Final = "time by rows"
 TEXT: Final = "text"
 """The unit of a clock that is written as a date and a time."""
 METRES: Final[Mapping[str, float]] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+KINDS: Final = ("pose", "enter", "exit", "trigger", "event", "scalar", "gaze")
+OTHER, VALUE = "other", "value"
+"""Columns of rows that are no poses."""
 CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0, "ticks": 100.0}
 """Nanoseconds per unit of the clock; ``ticks`` are .NET's, counted from the year 1."""
 
@@ -73,27 +76,6 @@ class GazeColumns:
 
 
 @dataclass(frozen=True)
-class RowKinds:
-    """Words in a column that says what a row is; rows of other words are counted and left out."""
-
-    column: str
-    pose: str
-    enter: str = ""
-    exit: str = ""
-    other: str = ""
-    """Column of the other body of a collision."""
-    trigger: str = ""
-    value: str = ""
-    """Column of the trigger's value, 0 to 1, and of an event's words."""
-    event: str = ""
-    """Rows that are events: their name stands in column ``other``, what is said in ``value``."""
-    scalar: str = ""
-    """Rows that are numbers over time: their name stands in column ``other``, the number in ``value``."""
-    gaze: str = ""
-    """Rows that say where a participant looks: the body is the participant, the pose that of the eye."""
-
-
-@dataclass(frozen=True)
 class CsvMapping:
     """A mapping; ``bodies`` is set for a wide table (columns per body), ``body`` for a long one (a row per body)."""
 
@@ -117,17 +99,13 @@ class CsvMapping:
     """What is added to every stamp."""
     name: str = ""
     body: PoseColumns | None = None
-    bodies: Mapping[str, PoseColumns] | None = None
-    rows: RowKinds | None = None
+    bodies: Mapping[str, PoseColumns] = field(default_factory=dict)
+    kind: str = ""
+    """The column that says what a row of a long table is, one of ``KINDS``; rows of other words are left out."""
     scalars: Mapping[str, ScalarColumn] = field(default_factory=dict)
     gaze: Mapping[str, GazeColumns] = field(default_factory=dict)
     events: tuple[str, ...] = ()
     """Columns in which every new text is an event."""
-
-    @property
-    def kinds(self) -> RowKinds:
-        """The kinds of rows; without a name where the table has none."""
-        return self.rows or RowKinds("", "")
 
 
 UNITY: Final = CsvMapping(
@@ -136,7 +114,7 @@ UNITY: Final = CsvMapping(
     convention="unity",
     name="body",
     body=PoseColumns(("px", "py", "pz"), ("qx", "qy", "qz", "qw"), valid="tracked"),
-    rows=RowKinds("kind", "pose", "enter", "exit", "other", "trigger", "value", "event", "scalar", "gaze"),
+    kind="kind",
 )
 """The CSV of the README's Unity script."""
 
@@ -149,16 +127,14 @@ _OPENVR: Final = CsvMapping(
     name="device",
     body=PoseColumns(ROW_MAJOR[3::4], matrix=tuple(one for one in ROW_MAJOR if one[2] != "3"), valid="valid"),
 )
-PRESETS: Final[Mapping[str, tuple[CsvMapping, ...]]] = {
-    "unity": (UNITY,),
-    "openvr": (
-        _OPENVR,
-        replace(_OPENVR, body=PoseColumns(("x", "y", "z"), ("r_x", "r_y", "r_z", "r_w"), valid="valid")),
-    ),
-}
-"""Name -> built-in mappings, of which the first whose columns are there is taken.
+PRESETS: Final = (
+    UNITY,
+    _OPENVR,
+    replace(_OPENVR, body=PoseColumns(("x", "y", "z"), ("r_x", "r_y", "r_z", "r_w"), valid="valid")),
+)
+"""Built-in mappings, of which the first whose columns are there is taken.
 
-``openvr``: a row per device and time, with ``mDeviceToAbsoluteTracking`` as the columns m00 to m23 and
+OpenVR: a row per device and time, with ``mDeviceToAbsoluteTracking`` as the columns m00 to m23 and
 ``bPoseIsValid`` as ``valid``, or with the columns that triad_openvr samples. Source: OpenVR SDK, openvr.h
 (HmdMatrix34_t).
 """
@@ -197,7 +173,7 @@ def read_mapping(path: str | Path) -> CsvMapping:
         offset_ns=round(offset * CLOCK_NS.get(unit, 1e9)),
         name=long.text("name", None) if long is not None else "",
         body=pose_columns(long) if long is not None else None,
-        bodies={name: pose_columns(table) for name, table in wide.items()} or None,
+        bodies={name: pose_columns(table) for name, table in wide.items()},
         scalars={name: _scalar(table) for name, table in whole.named_tables("scalars").items()},
         gaze={name: _ray(table) for name, table in whole.named_tables("gaze").items()},
         events=whole.texts("event_columns"),

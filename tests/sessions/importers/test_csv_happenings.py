@@ -2,7 +2,7 @@ import pytest
 from support.import_mutants import MUTANTS, tried
 
 from sessions.importers.contacts_csv import read_contacts
-from sessions.importers.csv_file import events, hands, unknown_kinds
+from sessions.importers.csv_file import CsvLog
 from sessions.importers.csv_mapping import UNITY, CsvMapping, PoseColumns
 from sessions.importers.csv_table import CsvTable
 from sessions.model.event import Event, LiveContact
@@ -24,7 +24,7 @@ def happening(kind, time, body, other="", value=""):
 def test_a_trigger_stays_between_released_and_pressed(tmp_path):
     values = ("0.25", "", "inf", "-1", "7")
     cells = table(tmp_path, HEADER, *(happening("trigger", k, "LeftHand", "", v) for k, v in enumerate(values)))
-    assert hands(cells, UNITY)["student/left"].trigger.tolist() == [0.25, 0.0, 1.0, 0.0, 1.0]
+    assert CsvLog(cells, UNITY).hands()["student/left"].trigger.tolist() == [0.25, 0.0, 1.0, 0.0, 1.0]
 
 
 def test_rows_of_kind_event_are_events_by_time(tmp_path):
@@ -38,7 +38,7 @@ def test_rows_of_kind_event_are_events_by_time(tmp_path):
     cells = table(
         tmp_path, HEADER, happening("event", 2, "", "stage", "pouring"), happening("event", 1, "Beaker", "", '"a, b"')
     )
-    assert events(cells, UNITY) == [
+    assert CsvLog(cells, UNITY).events() == [
         Event(1_000_000_000, "event", "a, b", "Beaker"),
         Event(2_000_000_000, "stage", "pouring"),
     ]
@@ -46,7 +46,7 @@ def test_rows_of_kind_event_are_events_by_time(tmp_path):
 
 def test_every_new_text_in_a_column_of_events_is_one_event(tmp_path):
     cells = table(tmp_path, "t,x,stage,mark", "1,0,,", "2,0,pour,!", "3,0,pour,", "4,0,stir,!", "5,0,,", "6,0,stir,")
-    assert [(one.time_ns, one.name, one.message) for one in events(cells, WIDE)] == [
+    assert [(one.time_ns, one.name, one.message) for one in CsvLog(cells, WIDE).events()] == [
         (2_000_000, "stage", "pour"),
         (2_000_000, "mark", "!"),
         (4_000_000, "stage", "stir"),
@@ -58,7 +58,7 @@ def test_every_new_text_in_a_column_of_events_is_one_event(tmp_path):
 def test_in_a_long_table_each_body_has_its_own_row_before(tmp_path):
     plan = CsvMapping("t", "ms", "openxr", name="b", body=PoseColumns(("x", "x", "x")), events=("held",))
     cells = table(tmp_path, "t,b,x,held", "1,l,0,cup", "1,r,0,", "2,l,0,cup", "2,r,0,rod")
-    assert [(one.body, one.message) for one in events(cells, plan)] == [("l", "cup"), ("r", "rod")]
+    assert [(one.body, one.message) for one in CsvLog(cells, plan).events()] == [("l", "cup"), ("r", "rod")]
 
 
 @pytest.mark.parametrize(
@@ -72,7 +72,7 @@ def test_in_a_long_table_each_body_has_its_own_row_before(tmp_path):
 )
 def test_rows_of_unknown_kinds_are_counted_and_named(tmp_path, kinds, said):
     cells = table(tmp_path, HEADER, happening("enter", 0, "x", "y"), *(happening(kind, 1, "x") for kind in kinds))
-    assert unknown_kinds(cells, UNITY) == said
+    assert CsvLog(cells, UNITY).unknown_kinds() == said
 
 
 def file(tmp_path, text):
