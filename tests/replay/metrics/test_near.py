@@ -1,14 +1,13 @@
 from dataclasses import replace
 
+import fcl
 import numpy as np
 import pytest
-from scipy.spatial import cKDTree
-from scipy.spatial.distance import cdist
 from scipy.spatial.transform import Rotation
-from support.small_worlds import cube, cubes
+from support.small_worlds import cubes
 
-from cdcore import Body, Motion, TriangleMesh
-from replay.metrics.near import CLOSE_M, SPACING_M, _close, close_stretches, spread_points, without_contact
+from cdcore import Motion
+from replay.metrics.near import CLOSE_M, close_stretches, without_contact
 from replay.prepare.assemble import assemble
 
 FRAMES = 400
@@ -47,34 +46,29 @@ def test_with_a_contact_within_half_a_second_it_is_no_miss():
     assert without_contact(found, np.zeros((0, 3))) == found
 
 
+def fcl_gap(mesh, turns, places):
+    tree = fcl.BVHModel()
+    tree.beginModel(len(mesh.faces), len(mesh.vertices))
+    tree.addSubModel(mesh.vertices, mesh.faces)
+    tree.endModel()
+    objects = [fcl.CollisionObject(tree, fcl.Transform(turn, place)) for turn, place in zip(turns, places, strict=True)]
+    return fcl.distance(*objects, fcl.DistanceRequest(), fcl.DistanceResult())
+
+
 @pytest.mark.parametrize("turns", [0.2, 0.002, 0.0])
-def test_close_is_what_all_points_to_all_points_say_however_slowly_things_move(turns):
-    rng, frames, shape = np.random.default_rng(1), 40, cube(0.02)
-    assembly = assemble(cubes({"a": np.zeros(frames), "b": 0.0302 + 0.006 * np.sin(np.arange(frames) / 6.0)}))
-    assembly = replace(assembly, bodies=[Body(name, TriangleMesh(shape.vertices, shape.faces)) for name in "ab"])
-    poses = assembly.motion.rotations.copy()
-    poses[:, 1] = Rotation.from_rotvec(rng.uniform(-turns, turns, (frames, 3))).as_matrix()
-    motion = Motion(assembly.motion.times, assembly.motion.translations, poses)
-    clouds = [spread_points(body) for body in assembly.bodies]
-    placed = [[clouds[n] @ poses[k, n].T + motion.translations[k, n] for n in (0, 1)] for k in range(frames)]
-    truth = [cdist(*both).min() < CLOSE_M for both in placed]
-    assert _close(replace(assembly, motion=motion), 0, 1, np.arange(frames), {}).tolist() == truth
-    assert 5 < sum(truth) < frames - 5
-
-
-def test_points_leave_no_gap_wider_than_the_spacing():
-    shape = cube(0.1)
-    points = spread_points(Body("c", TriangleMesh(shape.vertices, shape.faces)))
-    rng = np.random.default_rng(0)
-    surface = rng.uniform(-0.05, 0.05, (500, 3))
-    surface[:, 0] = 0.05
-    assert cKDTree(points).query(surface)[0].max() <= SPACING_M
-    assert np.abs(np.abs(points).max(axis=1) - 0.05).max() < 1e-12
-
-
-def test_points_of_a_large_body_are_bounded_in_number():
-    shape = cube(50.0)
-    assert len(spread_points(Body("c", TriangleMesh(shape.vertices, shape.faces)))) <= 40_000
+def test_close_is_what_fcl_says_of_the_surfaces_at_every_look(turns):
+    rng, count = np.random.default_rng(1), 40
+    assembly = assemble(cubes({"a": np.zeros(count), "b": np.linspace(1.0, 1.02 + 2 * turns, count)}))
+    whole = assembly.motion
+    poses = whole.rotations.copy()
+    poses[:, 1] = Rotation.from_rotvec(rng.uniform(-turns, turns, (count, 3))).as_matrix()
+    mesh, truth = assembly.bodies[0].mesh, []
+    for frame in range(count):
+        # At rest for a second, so that every look sees this pose.
+        motion = Motion(np.arange(2.0), *(part[[frame, frame]] for part in (whole.translations, poses)))
+        truth.append(fcl_gap(mesh, poses[frame], whole.translations[frame]) < CLOSE_M)
+        assert bool(close_stretches(replace(assembly, motion=motion), np.array([0]))) is truth[-1]
+    assert 5 < sum(truth) < count - 5
 
 
 def test_a_lost_pose_is_not_close_to_anything():
