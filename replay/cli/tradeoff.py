@@ -33,12 +33,11 @@ if TYPE_CHECKING:
     "--max-false", type=SHARE, default=0.2, show_default=True, metavar="SHARE",
     help="With --colliders: of the reported contact time at most so much may be false.",
 )  # fmt: skip
-@click.option("--growth", is_flag=True, help="Then grow the session: bodies, faces, rate. As much time again.")
 @replaying
 @reporting
 def command(
     session: Path, scene: Path | None, out: Path | None, force: bool, time_limit: float,
-    growth: bool, engine: str | None, colliders: Path | None, max_false: float, no_picture: bool, as_json: bool,
+    engine: str | None, colliders: Path | None, max_false: float, no_picture: bool, as_json: bool,
     people: People, **asked: Any,
 ) -> int:  # fmt: skip
     """Try many settings over SESSION, or --detectors: what each gets wrong, what it costs, and what to take.
@@ -53,17 +52,15 @@ def command(
     replay tradeoff session.mcap --engine unity --colliders unity-colliders
     """
     if colliders is not None:
-        if engine is None or out is not None or growth or asked.pop("detectors") or asked.pop("oracle"):
-            raise click.UsageError(
-                "--colliders goes with --engine alone; leave out --out, --detectors, --oracle and --growth"
-            )
+        if engine is None or out is not None or asked.pop("detectors") or asked.pop("oracle"):
+            raise click.UsageError("--colliders goes with --engine alone; leave out --out, --detectors and --oracle")
         from replay.cli.collider_table import write_colliders
 
         where = {"scene": scene, "force": force, "max_false": max_false, **asked}
         return write_colliders(session, colliders, engine, people, as_json=as_json, **where)
     if engine is not None:
-        if growth or asked.pop("detectors"):
-            raise click.UsageError("--engine has settings of its own; leave out --detectors and --growth")
+        if asked.pop("detectors"):
+            raise click.UsageError("--engine has settings of its own; leave out --detectors")
         from replay.cli.engine_advice import advise_engine
 
         how: dict[str, Any] = {"no_picture": no_picture, "as_json": as_json}
@@ -74,10 +71,9 @@ def command(
     from replay.detection.compile_notice import compiling_announced
     from replay.outputs.report.tradeoff import tradeoff_files
     from replay.outputs.results.run_folder import check_target
-    from replay.outputs.tradeoff_table import growth_table, tradeoff_list
+    from replay.outputs.tradeoff_table import tradeoff_list
     from replay.pipeline.citations import sources_behind
     from replay.pipeline.engine import compute
-    from replay.tradeoffs.growth import grow
     from replay.tradeoffs.sweep import tradeoff
     from sessions import read_session
 
@@ -86,10 +82,6 @@ def command(
     held = read_session(session, scene=scene)
     with compiling_announced(people, alone=True), tradeoff_bar(people) as watch:
         done = tradeoff(held, time_limit=time_limit, watch=watch, **asked)
-    if growth:
-        where = {name: asked[name] for name in ("start", "end", "policy")}
-        with compiling_announced(people, alone=True):
-            done = replace(done, growth=grow(held, time_limit=time_limit, **where))
     if out is not None:
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")
         progress = TerminalProgress(people)
@@ -97,8 +89,8 @@ def command(
         with progress.stage(WRITING, WRITING_STEPS) as advance, tradeoff_files(done) as files:
             write(run, out, force=force, picture=not no_picture, files=files, advance=advance)
     behind = sources_behind(row["detector"] for row in done.rows) if people.verbose else {}
-    shown = [tradeoff_list(done, everything=people.verbose), *([growth_table(done.growth)] if growth else [])]
-    answer_cited(as_json, done.as_json(), lambda: terminal(*shown), behind, done.advice)
+    shown = tradeoff_list(done, everything=people.verbose)
+    answer_cited(as_json, done.as_json(), lambda: terminal(shown), behind, done.advice)
     if done.cut:
         people.detail(f"not tried: {', '.join(done.cut)}")
     if out is not None:

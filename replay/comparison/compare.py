@@ -1,14 +1,13 @@
 """Compares two detections of the same frames and pairs: every pair-frame gets exactly one outcome."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 
 from cdcore import Detection
 from cdcore.numerics import BoolArray, ByteArray, IntArray
-from cdcore.protocol import FaceSets, counts_as_contact, is_undecided
+from cdcore.protocol import counts_as_contact, is_undecided
 from replay.base.constants import VERDICT_FRAMES
 from replay.comparison.outcome import Comparison, Episode, Outcome
 from replay.errors import AuditError
@@ -87,35 +86,3 @@ def _require_same(subject: Detection, oracle: Detection) -> None:
         )
     if not np.array_equal(subject.pairs, oracle.pairs):
         raise AuditError(f"{subject.detector} and {oracle.detector} speak of different pairs; give both the same pairs")
-
-
-@dataclass(frozen=True)
-class FaceRecall:
-    """Face pairs of the oracle, and how many of them the subject lists."""
-
-    # found, total: face pairs of each contact of the oracle, summed over its pair-frames
-    found: tuple[int, ...]
-    total: tuple[int, ...]
-    pair_frames: int  # with face pairs that both decided
-    invented: int  # face pairs that only the subject lists, in these pair-frames
-
-
-def face_recall(subject: FaceSets, oracle: FaceSets, comparison: Comparison, contacts: Sequence[Episode]) -> FaceRecall:
-    """Compare two lists of face pairs wherever the oracle has some and both decided; missed pair-frames count.
-
-    ``contacts`` are the oracle's.
-    """
-    outcome = comparison.outcome
-    number = {(frame, one.pair): k for k, one in enumerate(contacts) for frame in range(one.first, one.last + 1)}
-    decided = np.isin(outcome[oracle.frame, oracle.pair], [Outcome.BOTH, Outcome.MISSED])
-    found, total, listed = np.zeros(len(contacts), np.int64), np.zeros(len(contacts), np.int64), 0
-    for entry in np.flatnonzero(decided).tolist():
-        own = oracle.faces[oracle.start[entry] : oracle.stop[entry]]
-        at = int(oracle.frame[entry]), int(oracle.pair[entry])
-        other = subject.at(*at)
-        # One number per face pair.
-        truth, said = ((faces[:, 0].astype(np.int64) << 32) | faces[:, 1] for faces in (own, other))
-        found[number[at]] += len(np.intersect1d(truth, said, assume_unique=True))
-        total[number[at]] += len(truth)
-        listed += len(said)
-    return FaceRecall(tuple(found.tolist()), tuple(total.tolist()), int(decided.sum()), listed - int(found.sum()))

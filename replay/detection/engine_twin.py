@@ -1,4 +1,4 @@
-"""Which row asks an engine itself what another row re-creates, and where the two differ."""
+"""A row that asks an engine itself beside a row that re-creates it, and where the two differ."""
 
 from __future__ import annotations
 
@@ -7,45 +7,17 @@ from typing import Final
 
 import numpy as np
 
-from cdcore import Motion, create_detector
+from cdcore import Motion
 from cdcore.bounding.hull import hull_collider
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.numerics import BoolArray
-from cdcore.protocol import Detector, counts_as_contact, is_undecided
+from cdcore.protocol import counts_as_contact, is_undecided
 from replay.detection.detector_spec import parse_detector
+from replay.detection.run_detector import make_detector
 from replay.prepare.assembly import Assembly
-
-OFFSET: Final = {"rapier": ("prediction_m", 2.0), "bullet": ("margin_m", 1.0), "physx": ("contact_offset_m", 1.0)}
-"""Engine -> its setting that stands for ``skin_m`` of ``collider``, and how many times as long it is."""
 
 MOST_GAPS: Final = 400
 """Of the pair-frames in which two rows differ, those whose distance is measured."""
-
-
-def engine_twin(engine: str, setting: str) -> str | None:
-    """The row that asks an engine itself what a row of ``collider`` re-creates; ``None`` where it cannot be asked.
-
-    ``engine`` is ``rapier``, ``bullet`` or ``physx``; ``setting`` as in ``--detectors``. Hulls (one convex piece is a
-    hull) and meshes can be asked. PhysX reports no contact without an offset, so triggers of Unity cannot.
-
-    Examples
-    --------
-    >>> engine_twin("physx", "collider[shape=hull,rate_hz=50,skin_m=0.01]")
-    'physx[shape=hull,rate_hz=50.0,contact_offset_m=0.01]'
-    """
-    spec = parse_detector(setting)
-    settings = dict(spec.settings)
-    skin = float(settings.pop("skin_m", 0.0))
-    shape = settings.pop("shape", "hull")
-    if shape == "compound" and settings.get("pieces") == 1:
-        shape = "hull"
-        settings.pop("pieces")
-    rate = settings.pop("rate_hz", None)
-    if spec.name != "collider" or shape not in ("hull", "mesh") or settings or (engine == "physx" and not skin):
-        return None
-    name, times = OFFSET[engine]
-    parts = [f"shape={shape}"] + ([] if rate is None else [f"rate_hz={float(rate)}"]) + [f"{name}={times * skin}"]
-    return f"{engine}[{','.join(parts)}]"
 
 
 @dataclass(frozen=True)
@@ -67,7 +39,9 @@ class TwinCounts:
 
 def compare_twins(assembly: Assembly, engine: str, ours: str) -> TwinCounts:
     """Ask two rows, each as in ``--detectors``, about every pair-frame of a session, and count where they differ."""
-    asked, recreated = _answer(assembly, engine), _answer(assembly, ours)
+    asked, recreated = (
+        make_detector(parse_detector(row), assembly, 0).detect(assembly.motion).verdict for row in (engine, ours)
+    )
     posed = assembly.motion.valid[:, assembly.pairs].all(axis=2)
     decided = posed & ~is_undecided(asked) & ~is_undecided(recreated)
     theirs, own = counts_as_contact(asked), counts_as_contact(recreated)
@@ -80,12 +54,6 @@ def compare_twins(assembly: Assembly, engine: str, ours: str) -> TwinCounts:
         not_supported=int((posed & is_undecided(asked)).sum()),
         gaps_mm=_gaps(assembly, differ),
     )
-
-
-def _answer(assembly: Assembly, setting: str) -> np.ndarray:
-    spec = parse_detector(setting)
-    detector: Detector = create_detector(spec.name, assembly.bodies, pairs=assembly.pairs, **spec.settings)
-    return detector.detect(assembly.motion).verdict
 
 
 def _gaps(assembly: Assembly, differ: BoolArray) -> tuple[float, float] | None:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from cdcore import Detection, Detector, Motion, Verdict, create_detector, join
+from cdcore import Detection, Detector, Motion, create_detector, join
 from cdcore.detectors import DETECTORS, OPTIONAL, load_detector, settings_of
 from cdcore.errors import CollisionCoreError, OwnDetectorError
 from cdcore.narrow.sections.section_source import sections_of
-from cdcore.protocol import FaceSets, PairDetector, detect_live, own_failure, stream_live
+from cdcore.protocol import detect_live, own_failure, stream_live
 from replay.base.constants import BLOCK_FRAMES, HELD_FRAMES
 from replay.base.progress import Advance
 from replay.detection.detector_spec import DetectorSpec
@@ -145,27 +145,6 @@ def _at_once(detector: Detector, assembly: Assembly, faces: bool, advance: Advan
     return _joined(parts, detector, assembly) if len(motion) > HELD_FRAMES else join(parts)
 
 
-def face_sets_again(run: Run, assembly: Assembly, advance: Advance) -> tuple[FaceSets | None, Watched | None]:
-    """Which faces meet, in a second pass that is not timed; ``None`` where the detector lists none or too many.
-
-    A search is watched at it, since it would be watched for the picture too.
-    """
-    seen = watched_again(run.detector, run.detection, assembly.motion)
-    if seen is not None and seen.face_sets is not None:
-        advance(len(assembly.motion))
-        return seen.face_sets, seen
-    kept: list[tuple[int, FaceSets]] = []
-    first = rows = 0
-    for count, sets in _faces_again(run, assembly.motion, advance):
-        if sets is None:
-            return None, seen
-        kept.append((first, sets))
-        first, rows = first + count, rows + len(sets.faces)
-        if rows > FACE_ROWS:
-            return None, seen
-    return FaceSets.join(kept), seen
-
-
 def watched_again(detector: object, detection: Detection, motion: Motion) -> Watched | None:
     """What each stage of a search did, in a second search; ``None`` for other detectors, hours, a budget in seconds."""
     # Here, since a run without a search loads no compiler.
@@ -173,18 +152,6 @@ def watched_again(detector: object, detection: Detection, motion: Motion) -> Wat
 
     known = detection.reproducible and len(motion) <= HELD_FRAMES
     return detector.watch(motion) if known and isinstance(detector, Watchable) else None
-
-
-def _faces_again(run: Run, motion: Motion, advance: Advance) -> Iterator[tuple[int, FaceSets | None]]:
-    """Frames of each block, and its faces: of the contacts it has found if that suffices, else with all its work."""
-    detector, hits, first = run.detector, run.detection.verdict == Verdict.CONTACT, 0
-    if not isinstance(detector, PairDetector) or detector.faces_of(motion.frames(0, 1), hits[:1]) is None:
-        yield from ((len(part.times), part.face_sets) for part in _streamed(detector, motion, True, advance))
-        return
-    for part in motion.blocks(WHOLE_FRAMES):
-        yield len(part), detector.faces_of(part, hits[first : first + len(part)])
-        first += len(part)
-        advance(len(part))
 
 
 def _joined(parts: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:

@@ -17,6 +17,9 @@ CLOSE_M: Final = 0.010
 LOOKS_HZ: Final = 10.0
 """A near miss of a tenth of a second is seen."""
 
+LOOKS_AT_ONCE: Final = 4096
+"""Looks whose poses are held together: of hours all would take 200 MB."""
+
 APART_S: Final = 0.5
 """Stretches less than this apart are one."""
 
@@ -35,13 +38,16 @@ def close_stretches(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]
 
     ``pairs``: columns of ``assembly.pairs`` to look at.
     """
-    looks = assembly.motion.take(frames_at(assembly.motion.times, 1.0 / LOOKS_HZ, float(assembly.motion.times[-1])))
+    motion = assembly.motion
+    looks = frames_at(motion.times, 1.0 / LOOKS_HZ, float(motion.times[-1]))
     asked = {"pairs": assembly.pairs[pairs], "shape": "mesh", "skin_m": CLOSE_M / 2}
-    close = create_detector("collider", assembly.bodies, **asked).detect(looks).verdict == Verdict.CONTACT
+    parts = np.array_split(looks, -(-len(looks) // LOOKS_AT_ONCE))
+    answers = create_detector("collider", assembly.bodies, **asked).stream(map(motion.take, parts))
+    close = np.concatenate([answer.verdict == Verdict.CONTACT for answer in answers])
     found = []
     for pair, near in zip(pairs.tolist(), close.T, strict=True):
-        moments = looks.times[near]
-        stretches = np.split(moments, np.flatnonzero(np.diff(moments) > APART_S) + 1)
+        times = motion.times[looks[near]]
+        stretches = np.split(times, np.flatnonzero(np.diff(times) > APART_S) + 1)
         found += [NearMiss(pair, float(part[0]), float(part[-1])) for part in stretches if len(part)]
     return tuple(sorted(found, key=lambda near: (near.start, near.pair)))
 

@@ -122,8 +122,6 @@ def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
     ]
     rows.append(("missed, of those in contact", *(percent(each["missed"]) for each in figures)))
     rows.append(("between frames", *(each["between_frames"] for each in figures)))
-    faces = (each["faces"] for each in figures)
-    rows.append(("faces found", *(NOT_MEASURED if one is None else percent(one["recall"]) for one in faces)))
     return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))
 
 

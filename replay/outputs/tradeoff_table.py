@@ -1,13 +1,12 @@
 """Accuracy beside its price, a row per setting that was tried."""
 
 from collections.abc import Iterable, Sequence
-from typing import Any, Final
+from typing import Final
 
 from replay.base.constants import BUDGET_MS
 from replay.outputs.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, table
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import Tradeoff
-from replay.tradeoffs.growth import UNITS, growth_answer, leaves_at
 from replay.tradeoffs.pareto import BUSY, Row, count_words
 
 HEAD: Final = (
@@ -103,17 +102,3 @@ def _cells(row: Row) -> tuple[Cell, ...]:
         row["label"], *counts, f"{row['mean_ms']:.3f}", p99, "front" if row["front"] else "", false,
         str(row["passes"]), row["settings"] or "-",
     )  # fmt: skip
-
-
-def growth_table(rows: Sequence[dict[str, Any]]) -> Table:
-    """A row a detector: on each axis the size at which it fills a frame, or the largest that fits."""
-    axes, names = ([*dict.fromkeys(row[key] for row in rows)] for key in ("axis", "detector"))
-    cells = [(name, *(_growth(rows, axis, name) for axis in axes)) for name in names]
-    note = f"p99 of frames, {rows[0]['passes']} passes in turns; containment in, faces out" if rows else ""
-    return table(growth_answer(rows), ("detector", *(UNITS[axis] for axis in axes)), cells, notes=(note,))
-
-
-def _growth(rows: Sequence[dict[str, Any]], axis: str, name: str) -> str:
-    size = leaves_at(rows, axis, name)
-    largest = max((row["size"] for row in rows if (row["axis"], row["detector"]) == (axis, name)), default=0)
-    return f"fits up to {largest:,.0f}" if size is None else f"leaves at {size:,.0f}"

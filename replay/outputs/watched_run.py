@@ -79,7 +79,7 @@ def watched_runs(result: RunResult) -> list[WatchedRun]:
     found: list[WatchedRun] = []
     for label in result.comparisons:
         detection, motion = result.detections[label], result.assembly.motion
-        seen = result.watched.get(label) or watched_again(result.detectors.get(label), detection, motion)
+        seen = watched_again(result.detectors.get(label), detection, motion)
         if seen is not None:
             moments = _moments(result, label, seen)
             found.append(WatchedRun(label, detection, motion, stage_counts(detection, seen), seen, moments))

@@ -28,7 +28,7 @@ from replay.effects.effects_runner import EffectRun, run_effects
 from replay.effects.recorded import recorded
 from replay.errors import NoiseError
 from replay.pipeline.diagnosis import answers
-from replay.pipeline.faces import face_source, recall_of_faces
+from replay.pipeline.faces import face_source
 from replay.pipeline.ranking import ranking
 from replay.pipeline.run_result import Measured, RunResult
 from replay.pipeline.sentences import plural
@@ -112,9 +112,6 @@ def compute(
             trusted, truth = runs[lineup.oracle], measured.episodes[lineup.oracle]
             noise = in_noise(blur, ready.assembly, session.scene, trusted, truth, settings.seed, advance)
             measured = replace(measured, noise=noise)
-    if settings.faces:
-        recall, watched = recall_of_faces(measured.comparisons, measured.episodes, runs, ready.assembly, progress)
-        measured = replace(measured, face_recall=recall, watched=watched)
     effects = recorded(measured.session, ready.assembly)
     if planned.effects:
         with progress.stage(f"Simulating {plural(len(planned.effects), 'effect')}"):

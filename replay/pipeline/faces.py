@@ -1,39 +1,16 @@
-"""Faces, beside the verdicts: which a detector finds of those that meet, and who is asked for those that do."""
+"""Who is asked which faces meet."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from cdcore import Detection, Detector, Motion
-from replay.base.progress import Progress
-from replay.comparison.compare import FaceRecall, face_recall
-from replay.comparison.outcome import Comparison, Episode
 from replay.detection.detector_spec import TRUSTED, DetectorSpec
-from replay.detection.run_detector import Run, face_sets_again, make_detector
+from replay.detection.run_detector import Run, make_detector
 from replay.prepare.assembly import Assembly
-
-if TYPE_CHECKING:
-    from cdcore.search.tracing import Watched
-
-
-def recall_of_faces(
-    comparisons: Mapping[str, Comparison], found: Mapping[str, tuple[Episode, ...]], runs: dict[str, Run],
-    assembly: Assembly, progress: Progress,
-) -> tuple[dict[str, FaceRecall], dict[str, Watched | None]]:  # fmt: skip
-    """By label: face pairs found, and what a search did that had to be watched for them."""
-    recalls, watched = dict[str, FaceRecall](), dict[str, "Watched | None"]()
-    for label, comparison in comparisons.items():
-        truth, said = runs[comparison.oracle].detection, None
-        if truth.face_sets is not None and truth.covers == "instants":
-            with progress.stage(f"Comparing faces of {label}", len(assembly.motion)) as advance:
-                said, watched[label] = face_sets_again(runs[label], assembly, advance)
-        if said and truth.face_sets:
-            recalls[label] = face_recall(said, truth.face_sets, comparison, found[comparison.oracle])
-    return recalls, watched
 
 
 def face_source(assembly: Assembly, seed: int, oracle: Run | None) -> Callable[[Motion], Detection]:

@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Protocol
+from typing import Any, Final, Protocol
 
 from cdcore import Detection, Detector
 from replay.comparison.causes import Causes
-from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_counts import ContactCounts
 from replay.comparison.contact_duration import ContactDurations
 from replay.comparison.false_contacts import FalseContact
@@ -23,9 +22,6 @@ from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.repair import Repair
 from sessions import Session
-
-if TYPE_CHECKING:
-    from cdcore.search.tracing import Watched
 
 TRADEOFF_SCHEMA: Final = "vrlab-replay/tradeoffs/3"
 
@@ -43,7 +39,6 @@ class Tradeoff:
     cut : labels that the time limit left out.
     about : session, oracle, machine, versions, seed, ``clock`` (its self-check) and ``processor_share``: of the seconds
         on the clock those in which this process was at work; far below 1, others were, and times are upper bounds.
-    growth : rows of ``replay.tradeoffs.growth``, where that was asked for.
     """
 
     rows: tuple[dict[str, Any], ...]
@@ -51,7 +46,6 @@ class Tradeoff:
     advice: tuple[str, ...]
     cut: tuple[str, ...] = ()
     about: dict[str, Any] = field(default_factory=dict)
-    growth: tuple[dict[str, Any], ...] = ()
 
     @property
     def answer(self) -> str:
@@ -61,7 +55,7 @@ class Tradeoff:
     def as_json(self) -> dict[str, Any]:
         """Everything as plain data."""
         lists = {name: list(getattr(self, name)) for name in ("advice", "front", "cut", "rows")}
-        return {"schema": TRADEOFF_SCHEMA, **self.about, "answer": self.answer, **lists, "growth": list(self.growth)}
+        return {"schema": TRADEOFF_SCHEMA, **self.about, "answer": self.answer, **lists}
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +71,6 @@ class Measured:
     misses: Mapping[str, tuple[Miss, ...]]  # numbered, in order of time
     false: Mapping[str, tuple[FalseContact, ...]] = field(default_factory=dict)  # numbered, in order of time
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)  # episodes matched one to one with the oracle's
-    face_recall: Mapping[str, FaceRecall] = field(default_factory=dict)  # where asked for and both list faces
     causes: Mapping[str, Causes] = field(default_factory=dict)  # why each miss was missed
     phases: Mapping[str, OffsetCounts] = field(default_factory=dict)  # of a fixed rate: faults at each sampling offset
     at_every_frame: Mapping[str, float] = field(default_factory=dict)  # of a fixed rate: seconds a frame at all of them
@@ -89,7 +82,6 @@ class Measured:
     treatment: Repair | None = None  # the findings of the doctor, and what the policy did about them
     flags: Flags | None = None  # which verdicts rest on a pose in doubt
     detectors: Mapping[str, Detector] = field(default_factory=dict)  # ready to be asked again
-    watched: Mapping[str, "Watched | None"] = field(default_factory=dict)  # what each stage did, if it came with faces
 
     @cached_property
     def loose(self) -> tuple[Episode, ...]:

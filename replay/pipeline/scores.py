@@ -11,7 +11,6 @@ import numpy as np
 
 from cdcore import Detection, Verdict
 from replay.base.wilson import pooled, share, share_of_clusters
-from replay.comparison.compare import FaceRecall
 from replay.comparison.contact_counts import ContactCounts, HeldAnswers, count_reports, cut_contacts
 from replay.comparison.look_phases import OffsetCounts, spread
 from replay.comparison.matching import EpisodeMatches
@@ -52,7 +51,6 @@ def score(result: Measured, label: str) -> dict[str, Any]:
         "held": held_answers(result, label).counts(held_pairs), "misses": len(missed),
         "by_kind": {kind: sum(miss.kind == kind for miss in missed) for kind in MISS_KINDS},
         "false_contacts": len(false), "false_causes": dict(Counter(one.cause for one in false)),
-        "faces": _faces(result.face_recall.get(label)),
     }  # fmt: skip
     offsets = result.phases.get(label)
     figures |= _over_offsets(contacts, offsets)
@@ -175,13 +173,6 @@ def undecided_share(result: Measured, label: str) -> dict[str, Any]:
         left.append(int((posed & (outcome == Outcome.LEFT_OUT)).sum()))
         whole.append(int(posed.sum()))
     return share_of_clusters(left, whole)
-
-
-def _faces(recall: FaceRecall | None) -> dict[str, Any] | None:
-    if recall is None:
-        return None
-    found = share_of_clusters(recall.found, recall.total)
-    return {"recall": found, "pair_frames": recall.pair_frames, "invented": recall.invented}
 
 
 def _spread(errors: list[float]) -> dict[str, float] | None:

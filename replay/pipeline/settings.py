@@ -41,7 +41,6 @@ class RunSettings:
     noise : ``"vive"``, ``"measured"`` or ``"0.3 mm, 0.05 deg, 0.1 s"``, of one body ``"beaker=vive"``, or several: ask
         ``noise_copies`` noisy copies of the recording which contacts of the oracle hold in spite of it.
     seed : of every random stream.
-    faces : compare faces too, at the price of a second pass of every audited detector off the clock.
     tau : metres; a disagreement about less is *within tolerance*.
     offline : hand every detector the whole motion at once, also those that can be asked frame by frame.
 
@@ -58,7 +57,6 @@ class RunSettings:
     noise: Sequence[str] | str = ()
     noise_copies: int = COPIES
     seed: int = 0
-    faces: bool = False
     tau: float = TAU
     offline: bool = False
 
@@ -85,7 +83,6 @@ class RunSettings:
             "noise": list(self.noises),
             "noise_copies": self.noise_copies,
             "seed": self.seed,
-            "faces": self.faces,
             "tau": self.tau,
             "offline": self.offline,
         }

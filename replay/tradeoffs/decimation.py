@@ -1,4 +1,4 @@
-"""The same scene with coarser or finer meshes: vertices in a cell of a grid become one, or faces are cut in four."""
+"""Coarser and finer meshes: vertices in a cell of a grid become one, or faces are cut in four."""
 
 from dataclasses import replace
 
@@ -42,19 +42,6 @@ def decimated(assembly: Assembly, cell: float) -> Assembly:
     """The assembly with every mesh clustered in cells of this edge (metres); poses and pairs stay."""
     bodies = tuple(replace(body, mesh=clustered(body.mesh, cell)) for body in assembly.bodies)
     return replace(assembly, bodies=bodies)
-
-
-def with_faces(mesh: TriangleMesh, wanted: int) -> TriangleMesh:
-    """The same shape with about so many faces: each is cut into four, flat, or vertices of a grid become one."""
-    while 2 * len(mesh.faces) <= wanted:
-        mesh = quartered(mesh)
-    low, high = 0.0, float(np.ptp(mesh.vertices, axis=0).max())
-    if len(mesh.faces) <= 2 * wanted:
-        return mesh
-    for _ in range(12):
-        cell = (low + high) / 2
-        low, high = (low, cell) if len(clustered(mesh, cell).faces) < wanted else (cell, high)
-    return clustered(mesh, low) if low else mesh
 
 
 def quartered(mesh: TriangleMesh) -> TriangleMesh:

@@ -10,7 +10,7 @@ from typing import Final
 from replay.outputs.report.charts import Dot, scatter
 from replay.outputs.report.markup import Part, element, listed
 from replay.outputs.results.parquet import write_rows
-from replay.outputs.tradeoff_table import growth_table, how_measured, slow_frames, tradeoff_table
+from replay.outputs.tradeoff_table import how_measured, slow_frames, tradeoff_table
 from replay.outputs.words import counted
 from replay.pipeline.run_result import Tradeoff
 
@@ -49,8 +49,6 @@ def tradeoff_parts(done: Tradeoff) -> Iterator[Part]:
         yield element("details", element("summary", count), element("p", f"{', '.join(done.cut)}."))
     yield listed((_replayed(done), *slow_frames(done.rows), *how_measured(done)))
     yield tradeoff_table("Every setting that was tried", done.rows)
-    if done.growth:
-        yield growth_table(done.growth)
 
 
 def _replayed(done: Tradeoff) -> str:

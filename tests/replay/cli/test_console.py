@@ -67,11 +67,10 @@ class Watched:
 def test_every_stage_of_a_run_reports_all_of_its_work(detectors, tmp_path):
     watched = Watched()
     run(cubes({"a": [0.0] * 6, "b": [3.0, 0.9, 3.0, 0.9, 0.9, 3.0]}), detectors=detectors, out=tmp_path / "run",
-        progress=watched, faces=True)  # fmt: skip
+        progress=watched)  # fmt: skip
     names = [name.split()[0] for name in watched.stages]
     assert names[:3] == ["Examining", "Replaying", "Comparing"] and names[-1] == "Writing"
-    whole = {name: told for name, told in watched.stages.items() if not name.startswith("Comparing faces")}
-    assert [(name, total, done) for name, (total, done) in whole.items() if total != done] == []
+    assert [(name, total, done) for name, (total, done) in watched.stages.items() if total != done] == []
 
 
 def test_pieces_are_counted_with_rate_and_time_left_and_those_there_before_count_for_neither(capsys, monkeypatch):

@@ -11,7 +11,6 @@ from replay.cli.tradeoff import tradeoff_bar
 from replay.outputs.results.run_folder import read_run_folder
 from replay.outputs.tradeoff_table import tradeoff_list
 from replay.pipeline.run_result import Tradeoff
-from replay.tradeoffs import growth
 from replay.tradeoffs import sweep as trading
 from replay.tradeoffs.pareto import advice_of
 from replay.tradeoffs.settings import Setting
@@ -49,17 +48,6 @@ def test_two_detectors_get_no_advice_and_it_says_why(file, capsys):
     told = json.loads(capsys.readouterr().out)
     assert {row["label"] for row in told["rows"]} == {"a", "b"} and told["clock"]["passes"] >= 3
     assert "advice needs 3" in told["answer"]
-
-
-@pytest.mark.slow
-def test_growth_is_timed_when_asked_for_and_its_table_is_written(file, tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(growth, "SIZES", {"bodies": (1, 2)})
-    out = tmp_path / "costs"
-    assert main(["tradeoff", file, "--growth", "--no-picture", "--out", str(out)]) == 0
-    assert "No size tried takes a complete detector out of its budget" in capsys.readouterr().out
-    assert "fits up to 4" in (out / "report.html").read_text("utf-8")
-    told = json.loads((out / "tradeoff.json").read_text("utf-8"))["growth"]
-    assert {row["size"] for row in told} == {2, 4}
 
 
 def test_what_a_time_limit_cuts_is_said(file, capsys):

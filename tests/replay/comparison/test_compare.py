@@ -1,14 +1,11 @@
 import numpy as np
 import pytest
-from support.small_worlds import cubes, verdict_column, verdicts
+from support.small_worlds import verdict_column, verdicts
 
 from cdcore import Verdict
-from cdcore.protocol import FaceSets
-from replay.comparison.compare import FaceRecall, compare, face_recall
-from replay.comparison.episodes import episodes
+from replay.comparison.compare import compare
 from replay.comparison.outcome import Comparison, Outcome
 from replay.errors import AuditError
-from replay.pipeline.engine import compute
 
 LETTER = {
     Outcome.NEITHER: ".", Outcome.BOTH: "B", Outcome.MISSED: "M", Outcome.INVENTED: "I",
@@ -69,36 +66,3 @@ def test_counts_over_all_outcomes_make_up_every_pair_frame():
     comparison = Comparison("a", "b", outcome)
     assert sum(comparison.count(word) for word in Outcome) == outcome.size
     assert comparison.count(Outcome.MISSED) == (outcome == 2).sum()
-
-
-def test_pairs_of_faces_are_compared_where_both_decided_and_missed_frames_count():
-    truth = FaceSets.from_lists([0, 1, 2], [0, 0, 0], [np.array([[0, 1], [0, 2]])] * 3)
-    said = FaceSets.from_lists([0, 2], [0, 0], [np.array([[0, 2], [1, 1]]), np.array([[0, 1], [0, 2]])])
-    subject, oracle = verdict_column("C.-"), verdict_column("CCC")
-    recall = face_recall(said, truth, compare(subject, oracle), episodes(oracle))
-    assert recall == FaceRecall(found=(1,), total=(4,), pair_frames=2, invented=1)
-
-
-def test_pairs_of_faces_are_counted_contact_by_contact():
-    lists = [np.array([[k, 1], [k, 2]]) for k in range(4)]
-    truth = FaceSets.from_lists([0, 0, 1, 3], [0, 1, 1, 0], lists)
-    said = FaceSets.from_lists([0, 1, 3], [0, 1, 0], [lists[0], lists[2][:1], lists[3]])
-    oracle = verdicts(["CC", ".C", "..", "C."])
-    recall = face_recall(said, truth, compare(oracle, oracle), episodes(oracle))
-    assert (recall.found, recall.total) == ((2, 1, 2), (2, 4, 2))
-
-
-@pytest.mark.parametrize(("detector", "recall"), [("hybrid", 1.0), ("slow=discrete[rate_hz=20]", None)])
-def test_a_run_compares_faces_when_asked(detector, recall):
-    session = cubes({"a": [0] * 12, "b": [3, 3, 3, 3, 0.9, 3, 3, 3, 0.9, 0.8, 0.9, 3]})
-    result = compute(session, detectors=detector, oracle="exact", faces=True)
-    (figures,) = result.summary["audit"].values()
-    told = figures["faces"]
-    assert told["pair_frames"] == 4 and told["recall"]["of"] == result.detections["exact"].face_counts.sum()
-    assert told["recall"]["share"] == recall if recall else told["recall"]["share"] < 0.9
-
-
-def test_a_detector_without_faces_and_a_run_that_did_not_ask_say_nothing():
-    session = cubes({"a": [0, 0], "b": [3, 0.9]})
-    assert compute(session, detectors="sphere", faces=True).summary["audit"]["sphere"]["faces"] is None
-    assert compute(session, detectors="hybrid").summary["audit"]["hybrid"]["faces"] is None

@@ -29,7 +29,7 @@ def test_the_schema_is_one_and_has_the_number_of_the_code():
 @pytest.mark.parametrize(
     "asked",
     [
-        {"detectors": "slow=discrete[rate_hz=20],sphere,hybrid-qaco,collider", "faces": True},
+        {"detectors": "slow=discrete[rate_hz=20],sphere,hybrid-qaco,collider"},
         {"detectors": "exact", "oracle": "continuous"},
         {"detectors": "hybrid", "oracle": "none"},
         {"detectors": ()},
