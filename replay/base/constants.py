@@ -15,8 +15,8 @@ ONE_FRAME: Final = f"one frame at {HEADSET_HZ:g} Hz"
 HELD_FRAMES: Final = 324_000
 """Up to here (an hour at 90 Hz) every frame is drawn, and what a search did and all faces that meet are kept."""
 
-VERDICT_FRAMES: Final = 65536
-"""Frames whose verdicts are processed together: some 20 MB for 66 pairs, however long the session."""
+VERDICT_FRAMES: Final = 16384
+"""Frames whose verdicts are processed together: some 9 MB for 66 pairs as numpy counts, however long the session."""
 
 CAVEAT: Final = (
     "This is about the recorded poses and these meshes; tracker noise (VIVE: 0.14-0.77 mm frame to frame) is larger "

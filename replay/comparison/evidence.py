@@ -30,7 +30,7 @@ TOUCHES_IN_ALL: Final = 500
 recording, get no faces."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Cut:
     """How two surfaces meet in one frame."""
 

@@ -50,7 +50,7 @@ MOST_VERTICES: Final = 500
 """Vertices of a body that are asked whether a hull holds them."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class FalseContact:
     """One numbered false positive: a stretch of reported contact in which the oracle sees none.
 

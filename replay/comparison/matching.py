@@ -12,7 +12,7 @@ from replay.comparison.contact_counts import ContactCounts, count_contacts
 from replay.comparison.outcome import Comparison, Episode, Outcome
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class EpisodeMatch:
     """One contact of the oracle and the contact of the subject that matches it."""
 

@@ -24,7 +24,7 @@ MANY: Final = 40
 """Lines up to which a list is read line by line."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class MissedStretch:
     """Where a miss is; its geometry is not yet known."""
 

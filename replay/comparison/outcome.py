@@ -63,7 +63,7 @@ def counts_of(codes: ByteArray, most: int) -> IntArray:
     return counts
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Episode:
     """A contact of one pair in one detection: a maximal stretch of frames in contact, across frames without a pose.
 
@@ -99,7 +99,7 @@ class Episode:
         return sum(max(0, min(last, b) - max(first, a) + 1) for a, b in self.lost)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class FirstTouch:
     """Where two bodies first meet on their way from one frame to the next.
 
@@ -121,7 +121,7 @@ class FirstTouch:
     normal: Vector
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Miss:
     """One numbered false negative: a stretch of an oracle's episode that the subject did not report.
 

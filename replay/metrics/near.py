@@ -40,10 +40,11 @@ def close_stretches(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]
     """
     motion = assembly.motion
     looks = frames_at(motion.times, 1.0 / LOOKS_HZ, float(motion.times[-1]))
-    asked = {"pairs": assembly.pairs[pairs], "shape": "mesh", "skin_m": CLOSE_M / 2}
+    detector = create_detector(
+        "collider", assembly.bodies, pairs=assembly.pairs[pairs], shape="mesh", skin_m=CLOSE_M / 2
+    )
     parts = np.array_split(looks, -(-len(looks) // LOOKS_AT_ONCE))
-    answers = create_detector("collider", assembly.bodies, **asked).stream(map(motion.take, parts))
-    close = np.concatenate([answer.verdict == Verdict.CONTACT for answer in answers])
+    close = np.concatenate([part.verdict == Verdict.CONTACT for part in detector.stream(map(motion.take, parts))])
     found = []
     for pair, near in zip(pairs.tolist(), close.T, strict=True):
         times = motion.times[looks[near]]
