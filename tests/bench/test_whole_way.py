@@ -15,9 +15,12 @@ pytestmark = pytest.mark.bench
 
 MEASURED = """
 import json, sys, time
+from collections import Counter
+from contextlib import contextmanager
 from pathlib import Path
 from support.peak_memory import peak_bytes
 from replay import audit
+from replay.api.runner import WRITING
 from support.bench_engines import FclLoop
 from support.bench_loads import make_workload
 
@@ -26,14 +29,41 @@ def seconds(call):
     call()
     return time.process_time() - begin
 
+class Stages:
+    # processor time of each stage; what is written is told by how far writing is before it
+    WRITTEN = {0: "frames", 3: "tables", 5: "picture", 15: "report"}
+
+    def __init__(self):
+        self.seconds = Counter()
+
+    @contextmanager
+    def stage(self, name, total=None, unit="frames"):
+        step, mark = 0, time.process_time()
+
+        def advance(count):
+            nonlocal step, mark
+            if name == WRITING:
+                now = time.process_time()
+                self.seconds[f"{name}: {self.WRITTEN[step]}"] += now - mark
+                step, mark = step + count, now
+
+        begin = mark
+        yield advance
+        if name != WRITING:
+            self.seconds[name] += time.process_time() - begin
+
 session, detectors, out = sys.argv[1:]
 # what is not compiled on this machine yet is compiled here
 audit(session, detectors=detectors, end=45.0, out=Path(out) / "warm")
 loop = FclLoop(make_workload(5000))
 yard = [seconds(lambda: loop.ask("bool")) for _ in range(3)]
-spent = [seconds(lambda: audit(session, detectors=detectors, out=Path(out) / str(k))) for k in range(2)]
+spent, stages = [], []
+for k in range(2):
+    stages.append(Stages())
+    spent.append(seconds(lambda: audit(session, detectors=detectors, out=Path(out) / str(k), progress=stages[-1])))
 yard += [seconds(lambda: loop.ask("bool")) for _ in range(3)]
-print(json.dumps({"seconds": min(spent), "loops": min(spent) / min(yard), "peak": peak_bytes()}))
+shares = {name: took / spent[-1] for name, took in stages[-1].seconds.items()}
+print(json.dumps({"shares": shares, "seconds": min(spent), "loops": min(spent) / min(yard), "peak": peak_bytes()}))
 """
 
 BEFORE = {
@@ -57,5 +87,7 @@ def test_an_audit_with_all_its_outputs_takes_no_longer_than_before(name, detecto
         f"\n{name}, {detectors}: {found['seconds']:.1f} s of processor time, {found['loops']:.0f} times the loop "
         f"(before {before:.0f}), {found['peak'] / 2**20:.0f} MiB"
     )
+    for stage, share in sorted(found["shares"].items(), key=lambda row: -row[1]):
+        print(f"  {100 * share:4.0f} %  {stage}")
     assert found["loops"] < before
     assert found["peak"] < GIBIBYTE
