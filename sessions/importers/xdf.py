@@ -68,6 +68,9 @@ RAY: Final = ("positionx", "positiony", "positionz", "directionx", "directiony",
 
 UNITS: Final = {"meters": "m", "meter": "m", "metres": "m", "centimeters": "cm", "millimeters": "mm", "": "m"}
 
+KEYS: Final = ("label", "type", "unit", "object", "marker", "eye")
+"""Elements of a channel that are looked at."""
+
 
 def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path | None = None) -> Imported:
     """Everything in an XDF file.
@@ -81,73 +84,177 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
     """
     streams, notes = _streams(source)
     whole = _is_whole(source)
-    notes += [] if whole else ["the file is cut short or damaged: the last pose of each body is flagged as lost"]
-    posed = [stream for stream in streams if mapping is None and _holds_poses(source, stream)]
+    if not whole:
+        notes.append("the file is cut short or damaged: the last pose of each body is flagged as lost")
     if mapping is None:
-        tables, units = _tables(source, posed, whole)
+        posed = [stream for stream in streams if stream.holds_poses]
+        tables, units = _tables(posed)
     else:
-        plan = read_stream_mapping(mapping)
+        plan, tables = read_stream_mapping(mapping), dict[str, PoseTable]()
         convention, units = convention or plan.convention, {plan.units}
-        tables, posed = plan.tables(source, streams, whole)
+        posed = [plan.put_into(tables, body, source, streams) for body in plan.bodies]
     if not tables:
-        seen = [f"{_first(one['info'], 'name')} ({_first(one['info'], 'type')})" for one in streams]
+        seen = [f"{stream.name} ({_text(stream.data['info'], 'type')})" for stream in streams]
         raise ImportFileError(
             f"{source}: no stream of type MoCap with PositionX and OrientationA; there are: {', '.join(seen) or 'none'}"
             "; say which channels are a pose with --mapping FILE"
         )
+    for table in tables.values():
+        if table.valid is not None:
+            table.valid[-1:] &= whole
     lengths = {UNITS.get(unit, unit) for unit in units}
     if len(lengths) > 1 or not lengths <= METRES.keys():
         raise ImportFileError(f"{source}: lengths are in {', '.join(sorted(units))}; record all in one of m, cm, mm")
-    kinds = {"unity" if _is_unity(stream) else ASSUMED for stream in posed}
+    kinds = {"unity" if stream.is_unity else ASSUMED for stream in posed}
     if len(kinds) > 1 and not convention:
         raise ImportFileError(f"{source}: poses of Unity and others are in it; name the axes of all by --convention")
     axes, (unit,) = convention_named(convention or min(kinds)), lengths
-    assumed = [f"axes {axes.name} ({axes.words})"] * (not convention) + ["lengths in m"] * ("" in units)
+    assumed = [] if convention else [f"axes {axes.name} ({axes.words})"]
+    assumed += ["lengths in m"] if "" in units else []
     for stream in streams:
-        (notes if stream["clock_times"] else assumed).append(f"{_where(stream)}: {_clock(stream)}")
+        (notes if stream.data["clock_times"] else assumed).append(stream.clock)
     clock = "LSL clock of the recording computer, s"
     frame, beside = SourceFrame(axes, unit, METRES[unit], clock, assumed=tuple(assumed)), BesidePoses()
     for stream in streams:
-        if not any(stream is one for one in posed):
-            _beside(source, stream, frame, beside)
+        if stream not in posed:
+            stream.put_beside(frame, beside)
     samples = beside.put_into(imported(tables, frame, notes), stated=False)
-    return replace(samples, events=sorted(_events(source, streams), key=lambda event: event.time_ns))
+    events = [event for stream in streams for event in stream.events()]
+    return replace(samples, events=sorted(events, key=lambda event: event.time_ns))
 
 
-def _holds_poses(source: Path, stream: dict[str, Any]) -> bool:
-    """Whether it is a MoCap, or its channels are a place and a quaternion, whatever it is called."""
-    with suppress(ImportFileError):
-        return _kind(stream) == "mocap" or next(_bodies(f"{source}: {_where(stream)}", stream), None) is not None
-    return _is_unity(stream)
-
-
-def _is_unity(stream: dict[str, Any]) -> bool:
-    """Whether LSL4Unity sent it: by its type, or by the types of its channels."""
-    kinds = {_first(channel, "type").lower() for channel in _channels(stream)}
-    return _kind(stream).startswith(UNITY) or bool(kinds & UNITY_KINDS)
-
-
-def _tables(source: Path, streams: list[dict[str, Any]], whole: bool) -> tuple[dict[str, PoseTable], set[str]]:
+def _tables(posed: list["Stream"]) -> tuple[dict[str, PoseTable], set[str]]:
     """Every body of these streams, and the units of their lengths."""
     tables: dict[str, PoseTable] = {}
     units: set[str] = set()
-    for stream in streams:
-        for name, channels in _bodies(f"{source}: {_where(stream)}", stream):
-            name = name if name not in tables else f"{_first(stream['info'], 'name')}/{name}"
-            tables[name] = _poses(source, stream, channels, whole)
-            units |= {_unit(stream, channels[0])}
+    for stream in posed:
+        for name, channels in stream.bodies():
+            tables[name if name not in tables else f"{stream.name}/{name}"] = stream.poses(channels)
+            units.add(stream.unit(channels[0]))
     return tables, units
 
 
-def _kind(stream: dict[str, Any]) -> str:
-    return _first(stream["info"], "type").lower()
+class Stream:
+    """A stream as pyxdf reads it: its name, its type in small letters, its channels, and what was measured."""
+
+    def __init__(self, source: Path, data: dict[str, Any]) -> None:
+        info = data["info"]
+        self.name, self.kind = _text(info, "name"), _text(info, "type").lower()
+        self.is_text = _text(info, "channel_format") == "string"
+        self.where = f"{source}: stream {self.name!r}"
+        self.data = data
+        for key in ("desc", "channels"):
+            info = (info.get(key) or [None])[0] if isinstance(info, dict) else None
+        listed = info.get("channel", []) if isinstance(info, dict) else []
+        self.channels = [{key: _text(one, key) for key in KEYS} for one in listed]
+
+    @property
+    def stamps(self) -> Stamps:
+        """Nanoseconds, (n,)."""
+        return stamps_of(np.asarray(self.data["time_stamps"], dtype=np.float64), self.where)
+
+    @property
+    def values(self) -> Numbers | None:
+        """The samples (n, channels), ``None`` where they are no numbers."""
+        values = np.asarray(self.data["time_series"])
+        return values.astype(np.float64) if values.dtype.kind in "fiu" and values.ndim == 2 else None
+
+    @property
+    def clock(self) -> str:
+        """How its clock was brought onto the recorder's."""
+        if not self.data["clock_times"]:
+            return f"stream {self.name!r}: no clock offsets, so that its clock is taken for the recorder's"
+        fit = ClockFit.of(self.data["clock_times"], self.data["clock_values"])
+        return f"stream {self.name!r}: {fit.readings} clock offsets applied, {fit.words}"
+
+    @property
+    def is_unity(self) -> bool:
+        """Whether LSL4Unity sent it: by its type, or by the types of its channels."""
+        return self.kind.startswith(UNITY) or any(one["type"].lower() in UNITY_KINDS for one in self.channels)
+
+    @property
+    def holds_poses(self) -> bool:
+        """Whether it is a MoCap, or its channels are a place and a quaternion, whatever it is called."""
+        with suppress(ImportFileError):
+            return self.kind == "mocap" or next(self.bodies(), None) is not None
+        return self.is_unity
+
+    def unit(self, channel: int) -> str:
+        """The unit of a channel in small letters."""
+        return self.channels[channel]["unit"].lower()
+
+    def bodies(self) -> Iterator[tuple[str, list[int]]]:
+        """Each object that has a place and a quaternion, and its channels in the order of ``ROLES``."""
+        found: dict[str, dict[int, int]] = {}
+        for number, channel in enumerate(self.channels):
+            kind, label = channel["type"].lower(), channel["label"].lower()
+            name = channel["object"] or channel["marker"] or self.name
+            if kind in ("orientationp", "orientationh", "orientationr"):
+                raise ImportFileError(
+                    f"{self.where}: {name!r} has Euler angles, whose order XDF does not state; record OrientationA to D"
+                )
+            role = ROLES.get(kind, UNITY_ROLES.get((kind, label), UNITY_ROLES.get(("", label), -1)))
+            if role >= 0 and found.setdefault(name, {}).setdefault(role, number) != number:
+                raise ImportFileError(
+                    f"{self.where}: {name!r} has two channels {channel['type']}; name an <object> for each channel"
+                )
+        for name, roles in found.items():
+            if set(range(7)) <= set(roles):
+                yield name, [roles[role] for role in sorted(roles)]
+
+    def poses(self, channels: list[int], columns: PoseColumns | None = None) -> PoseTable:
+        """A place, a rotation and perhaps a confidence from channels in this order."""
+        values = self.values
+        if values is None or values.shape[1] <= max(channels):
+            why = "its samples are not the numbers its channels describe; record again"
+            raise ImportFileError(f"{self.where}: {why}")
+        rows, turn = values[:, channels], len(columns.numbers) if columns else 7
+        valid = rows[:, turn] > 0.0 if len(channels) > turn else np.ones(len(rows), dtype=np.bool_)
+        turns = columns.quaternions(rows[:, 3:turn]) if columns else rows[:, 3:7]
+        return PoseTable(self.stamps, rows[:, :3], turns, valid)
+
+    def put_beside(self, frame: SourceFrame, beside: BesidePoses) -> None:
+        """Every eye with a place and a direction, and every other channel of numbers."""
+        values = self.values
+        if values is None or not len(values):
+            return
+        name, stamps = self.name or "stream", self.stamps
+        described = [*self.channels, *[dict.fromkeys(KEYS, "")] * values.shape[1]][: values.shape[1]]
+        eyes: dict[str, dict[str, int]] = {}
+        for number, channel in enumerate(described):
+            eyes.setdefault(channel["eye"], {})[channel["type"].lower()] = number
+        taken: set[int] = set()
+        for eye, types in eyes.items():
+            if self.kind == "gaze" and types.keys() >= set(RAY):
+                columns = [types[kind] for kind in RAY]
+                unit = self.unit(columns[0])
+                metres = METRES.get(UNITS.get(unit, unit), frame.metres)
+                seen = values[:, types["confidence"]] > 0 if "confidence" in types else np.ones(len(values), np.bool_)
+                origins = frame.axes.points(values[:, columns[:3]]) * metres
+                directions = frame.axes.points(values[:, columns[3:]])
+                beside.looked(f"{name}/{eye}" if len(eyes) > 1 and eye else name, stamps, origins, directions, seen)
+                taken |= {*columns}
+        for number, channel in enumerate(described):
+            if number not in taken:
+                label = channel["label"] or channel["type"] or str(number + 1)
+                whole = f"{name}/{label}" if len(described) > 1 else name
+                beside.scalar(whole, stamps, values[:, number], channel["unit"])
+
+    def events(self) -> Iterator[Event]:
+        """Every sample of a stream of text."""
+        if self.is_text:
+            for stamp, words in zip(self.stamps.tolist(), self.data["time_series"], strict=True):
+                yield Event(stamp, self.name or "marker", " ".join(filter(None, words)))
 
 
-def _where(stream: dict[str, Any]) -> str:
-    return f"stream {_first(stream['info'], 'name')!r}"
+def _text(data: Any, key: str) -> str:
+    """The text of an element of pyxdf's dictionaries; "" where there is none."""
+    value = data.get(key) if isinstance(data, dict) else None
+    text = value[0] if isinstance(value, list) and value else ""
+    return text.strip() if isinstance(text, str) else ""
 
 
-def _streams(source: Path) -> tuple[list[dict[str, Any]], list[str]]:
+def _streams(source: Path) -> tuple[list[Stream], list[str]]:
     """Every stream on the recorder's clock, and whether the reader had to skip anything."""
     try:
         from pyxdf import load_xdf
@@ -166,7 +273,8 @@ def _streams(source: Path) -> tuple[list[dict[str, Any]], list[str]]:
     finally:
         logger.removeHandler(heard)
         logger.propagate = before
-    return streams, [f"{heard.count} places of the file could not be read and were skipped"] * (heard.count > 0)
+    notes = [f"{heard.count} places of the file could not be read and were skipped"] if heard.count else []
+    return [Stream(source, stream) for stream in streams], notes
 
 
 def _check_size(source: Path) -> None:
@@ -204,26 +312,6 @@ class _Heard(logging.Handler):
         self.count += record.levelno >= logging.ERROR
 
 
-def _bodies(where: str, stream: dict[str, Any]) -> Iterator[tuple[str, list[int]]]:
-    """Each object of a stream that has a place and a quaternion, and its channels in the order of ``ROLES``."""
-    found: dict[str, dict[int, int]] = {}
-    for number, channel in enumerate(_channels(stream)):
-        kind, label = _first(channel, "type").lower(), _first(channel, "label").lower()
-        name = _first(channel, "object") or _first(channel, "marker") or _first(stream["info"], "name")
-        if kind in ("orientationp", "orientationh", "orientationr"):
-            raise ImportFileError(
-                f"{where}: {name!r} has Euler angles, whose order XDF does not state; record OrientationA to D"
-            )
-        role = ROLES.get(kind, UNITY_ROLES.get((kind, label), UNITY_ROLES.get(("", label), -1)))
-        if role >= 0 and found.setdefault(name, {}).setdefault(role, number) != number:
-            raise ImportFileError(
-                f"{where}: {name!r} has two channels {_first(channel, 'type')}; name an <object> for each channel"
-            )
-    for name, roles in found.items():
-        if set(range(7)) <= set(roles):
-            yield name, [roles[role] for role in sorted(roles)]
-
-
 class StreamMapping(NamedTuple):
     """Bodies of an XDF file, each with the name of its stream and the labels of its channels; their axes and unit."""
 
@@ -231,31 +319,20 @@ class StreamMapping(NamedTuple):
     units: str
     bodies: Mapping[str, tuple[str, PoseColumns]]
 
-    def tables(
-        self, source: Path, streams: list[dict[str, Any]], whole: bool
-    ) -> tuple[dict[str, PoseTable], list[dict[str, Any]]]:
-        """The poses of every body, and the streams that they stand in."""
-        named = {_first(stream["info"], "name"): stream for stream in streams}
-        tables: dict[str, PoseTable] = {}
-        for body, (name, columns) in self.bodies.items():
-            if name not in named:
-                raise ImportFileError(f"{source}: no stream {name!r}{nearest(name, named)}")
-            stream = named[name]
-            labels = {
-                _first(channel, "label") or str(number + 1): number for number, channel in enumerate(_channels(stream))
-            }
-            missing = [label for label in (*columns.numbers, columns.valid) if label and label not in labels]
-            if missing:
-                raise ImportFileError(
-                    f"{source}: {_where(stream)}: no channel {missing[0]!r}{nearest(missing[0], labels)}"
-                )
-            numbers = [labels[label] for label in (*columns.numbers, columns.valid) if label]
-            stamps, rows = _samples(source, stream, numbers)
-            valid = rows[:, -1] > 0.0 if columns.valid else np.ones(len(rows), dtype=np.bool_)
-            valid[-1:] &= whole
-            turns = columns.quaternions(rows[:, 3 : len(columns.numbers)])
-            tables[body] = PoseTable(stamps, rows[:, :3], turns, valid)
-        return tables, [named[name] for name, _ in self.bodies.values()]
+    def put_into(self, tables: dict[str, PoseTable], body: str, source: Path, streams: list[Stream]) -> Stream:
+        """Put the poses of a body into the tables; the stream that they stand in."""
+        name, columns = self.bodies[body]
+        named = {stream.name: stream for stream in streams}
+        if name not in named:
+            raise ImportFileError(f"{source}: no stream {name!r}{nearest(name, named)}")
+        stream = named[name]
+        labels = {one["label"] or str(number + 1): number for number, one in enumerate(stream.channels)}
+        wanted = [label for label in (*columns.numbers, columns.valid) if label]
+        missing = [label for label in wanted if label not in labels]
+        if missing:
+            raise ImportFileError(f"{stream.where}: no channel {missing[0]!r}{nearest(missing[0], labels)}")
+        tables[body] = stream.poses([labels[label] for label in wanted], columns)
+        return stream
 
 
 def read_stream_mapping(path: str | Path) -> StreamMapping:
@@ -272,84 +349,3 @@ def read_stream_mapping(path: str | Path) -> StreamMapping:
     if faults:
         raise ImportFileError("; ".join(faults))
     return mapping
-
-
-def _poses(source: Path, stream: dict[str, Any], channels: list[int], whole: bool) -> PoseTable:
-    stamps, rows = _samples(source, stream, channels)
-    valid = rows[:, 7] > 0.0 if len(channels) > 7 else np.ones(len(rows), dtype=np.bool_)
-    valid[-1:] &= whole
-    return PoseTable(stamps, rows[:, :3], rows[:, 3:7], valid)
-
-
-def _samples(source: Path, stream: dict[str, Any], channels: list[int]) -> tuple[Stamps, Numbers]:
-    """Stamps (n,) and some channels (n, channels) of a stream of numbers."""
-    where, values = _where(stream), np.asarray(stream["time_series"])
-    if values.dtype.kind not in "fiu" or values.ndim != 2 or values.shape[1] <= max(channels):
-        raise ImportFileError(f"{source}: {where}: its samples are not the numbers its channels describe; record again")
-    stamps = stamps_of(np.asarray(stream["time_stamps"], dtype=np.float64), f"{source}: {where}")
-    return stamps, values[:, channels].astype(np.float64)
-
-
-def _beside(source: Path, stream: dict[str, Any], frame: SourceFrame, beside: BesidePoses) -> None:
-    """Every eye with a place and a direction, and every other channel of numbers."""
-    values = np.asarray(stream["time_series"])
-    if values.dtype.kind not in "fiu" or values.ndim != 2 or not len(values):
-        return
-    name = _first(stream["info"], "name") or "stream"
-    stamps = stamps_of(np.asarray(stream["time_stamps"], dtype=np.float64), f"{source}: {_where(stream)}")
-    described = [*_channels(stream), *[{}] * values.shape[1]][: values.shape[1]]
-    eyes: dict[str, dict[str, int]] = {}
-    for number, channel in enumerate(described):
-        eyes.setdefault(_first(channel, "eye"), {})[_first(channel, "type").lower()] = number
-    taken: set[int] = set()
-    for eye, types in eyes.items():
-        if _kind(stream) == "gaze" and types.keys() >= set(RAY):
-            columns = [types[kind] for kind in RAY]
-            unit = _unit(stream, columns[0])
-            metres = METRES.get(UNITS.get(unit, unit), frame.metres)
-            seen = values[:, types["confidence"]] > 0 if "confidence" in types else np.ones(len(values), np.bool_)
-            rays = values[:, columns].astype(np.float64)
-            origins, directions = frame.axes.points(rays[:, :3]) * metres, frame.axes.points(rays[:, 3:])
-            beside.looked(f"{name}/{eye}" if len(eyes) > 1 and eye else name, stamps, origins, directions, seen)
-            taken |= {*columns}
-    for number, channel in enumerate(described):
-        if number not in taken:
-            label = _first(channel, "label") or _first(channel, "type") or str(number + 1)
-            whole = f"{name}/{label}" if len(described) > 1 else name
-            beside.scalar(whole, stamps, values[:, number].astype(np.float64), _first(channel, "unit"))
-
-
-def _unit(stream: dict[str, Any], channel: int) -> str:
-    return _first(_channels(stream)[channel], "unit").lower()
-
-
-def _clock(stream: dict[str, Any]) -> str:
-    """How a stream's clock was brought onto the recorder's."""
-    if not stream["clock_times"]:
-        return "no clock offsets, so that its clock is taken for the recorder's"
-    fit = ClockFit.of(stream["clock_times"], stream["clock_values"])
-    return f"{fit.readings} clock offsets applied, {fit.words}"
-
-
-def _events(source: Path, streams: list[dict[str, Any]]) -> Iterator[Event]:
-    """Every sample of a stream of text."""
-    for stream in streams:
-        if _first(stream["info"], "channel_format") == "string":
-            name = _first(stream["info"], "name") or "marker"
-            stamps = stamps_of(np.asarray(stream["time_stamps"], dtype=np.float64), f"{source}: stream {name!r}")
-            for stamp, words in zip(stamps.tolist(), stream["time_series"], strict=True):
-                yield Event(stamp, name, " ".join(filter(None, words)))
-
-
-def _channels(stream: dict[str, Any]) -> list[Any]:
-    found = stream["info"]
-    for key in ("desc", "channels"):
-        found = (found.get(key) or [None])[0] if isinstance(found, dict) else None
-    return list(found.get("channel", [])) if isinstance(found, dict) else []
-
-
-def _first(data: Any, key: str) -> str:
-    """The text of an element of pyxdf's dictionaries; "" where there is none."""
-    value = data.get(key) if isinstance(data, dict) else None
-    text = value[0] if isinstance(value, list) and value else ""
-    return text.strip() if isinstance(text, str) else ""
