@@ -69,7 +69,7 @@ _MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
     "scale": {
         "unit-suspect": ("positions look like millimetres or centimetres, not metres", "import with the right unit"),
         "handedness": ("left and right seem to be swapped", "import with the source's handedness"),
-        "up-axis": ("head or table stands upright along another axis than +Y", "import with the source's axes"),
+        "up-axis": ("the head stands upright along another axis than +Y", "import with the source's axes"),
     },
     "mesh": {
         "mesh-hash": ("the mesh is not the one that was recorded", "put the recorded mesh back"),

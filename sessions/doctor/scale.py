@@ -9,9 +9,7 @@ from numpy.typing import NDArray
 
 from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.pose_pass import PosePass
-from sessions.errors import SessionError
 from sessions.geometry.rotations import rotated
-from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene
 
 FAR_M: Final = 25.0  # Metres from the origin in the median: no tracked room is that large (VIVE: 10 m by 10 m)
@@ -27,9 +25,7 @@ LEAST_LOOKS: Final = 20
 APART_M: Final = 0.05  # Hands closer to each other sideways than this do not tell left from right
 
 LEVEL_M: Final = 0.5  # Metres that a head moves up and down, 10th to 90th percentile; it walks farther
-TOP: Final = 0.5  # Share of the surface of a table that its top and underside have, legs and edges included
 
-_TABLES = frozenset({"table", "bench", "desk", "tabletop", "benchtop", "floor"})
 _HEADS = frozenset({"head", "hmd", "headset", "camera"})
 _HAND_WORDS = frozenset({"hand", "controller", "left", "right", "vive", "wand", "index", "palm", "glove"})
 FloatArray = NDArray[np.float64]
@@ -120,24 +116,6 @@ def _head_height_elsewhere(place: FloatArray, name: str) -> Iterator[Finding]:
         if kept[axis] and not kept[1] and spread.argmin() == axis:
             message = f"it keeps to {middle[axis]:.2f} m along {'XYZ'[axis]}, and its height is {middle[1]:.2f} m"
             yield Finding("up-axis", Severity.WARNING, message, name)
-
-
-def table_findings(meshes: Mapping[str, MeshData], scene: Scene) -> Iterator[Finding]:
-    """A table that stands on its edge: most of its surface faces along another axis than Y."""
-    for body in scene.bodies:
-        words = set(re.findall(r"[a-z]+", body.id.lower())) | set(body.tags)
-        if not words & _TABLES or body.parent or body.fixed is None:
-            continue
-        try:
-            corners = meshes[body.id].triangles
-        except (KeyError, SessionError):
-            continue
-        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-        faces = np.abs(rotated(np.tile(body.fixed.quaternion_xyzw, (len(normal), 1)), normal)).sum(axis=0)
-        axis, share = int(faces.argmax()), float(faces.max() / (faces.sum() or 1.0))
-        if axis != 1 and share > TOP:
-            message = f"{100 * share:.0f} % of its surface faces along {'XYZ'[axis]}: it stands on its edge"
-            yield Finding("up-axis", Severity.WARNING, message, body.id)
 
 
 def _sides(looked: PosePass, roles: Roles) -> Iterator[Finding]:

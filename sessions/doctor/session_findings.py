@@ -1,7 +1,6 @@
 """Findings about a session and its scene, but not about its file: the container code is not loaded."""
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -9,7 +8,7 @@ from sessions.doctor.finding import Finding, Severity, Span
 from sessions.doctor.meshes import all_mesh_findings
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.pose_spans import pose_findings
-from sessions.doctor.scale import scale_findings, table_findings
+from sessions.doctor.scale import scale_findings
 from sessions.doctor.timing import time_findings
 from sessions.model.constants import BLOCK_FRAMES
 from sessions.model.scene import Scene, SceneBody, absent_bodies
@@ -32,7 +31,6 @@ def examine_session(
     yield from scale_findings(looked, scene, session.facts)
     names = [name for name in meshes if needed is None or name in needed]
     yield from all_mesh_findings(meshes, names)
-    yield from table_findings(meshes, replace(scene, bodies=tuple(body for body in scene.bodies if body.id in names)))
     yield from scene_findings(scene, looked.names, [*meshes])
     yield from stream_findings(session, looked)
 

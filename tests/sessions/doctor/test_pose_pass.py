@@ -96,6 +96,13 @@ def test_a_body_that_lies_at_the_origin_or_starts_there_is_not_lost():
     assert spans(draft) == []
 
 
+@pytest.mark.parametrize("place", [np.maximum(0, np.arange(900) - 30) * 10 / 90, np.abs(np.arange(900) - 30) * 4 / 90])
+def test_a_body_that_starts_at_once_or_is_struck_is_not_teleported(place):
+    draft = clean()
+    draft.arrays["position"][:, 1] = place[:, None] * [1.0, 0.0, 0.0]
+    assert "teleport" not in {code for code, *_ in spans(draft)}
+
+
 def test_a_position_that_stands_still_while_the_rotation_goes_on_is_frozen():
     draft = clean()
     rng = np.random.default_rng(3)

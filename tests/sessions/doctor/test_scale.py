@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from support.planted_faults import clean
 
-from sessions import MeshData, Scene, Session
+from sessions import Scene, Session
 from sessions.doctor.pose_pass import look_through
-from sessions.doctor.scale import roles_of, scale_findings, table_findings
-from sessions.model.scene import Pose, SceneBody
+from sessions.doctor.scale import roles_of, scale_findings
+from sessions.model.scene import SceneBody
 
 
 def test_heads_and_hands_are_told_by_their_names_and_nothing_else_is():
@@ -50,31 +50,3 @@ def test_a_head_that_keeps_its_height_along_z_is_named_whatever_its_own_axes_are
     found = [*scale_findings(looked, Scene(), {})]
     assert [one.code for one in found] == codes
     assert not codes or found[0].message == "it keeps to 1.60 m along Z, and its height is 1.00 m"
-
-
-def table(up):
-    """A box of 1.2 x 0.6 m and 3 cm thick along the axis ``up``, with a leg of 0.7 m."""
-    parts, faces = [], []
-    for size in ((1.2, 0.03, 0.6), (0.05, 0.7, 0.05)):
-        corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float) * size
-        quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
-        faces += [[8 * len(parts) + k for k in face] for a, b, c, d in quads for face in ((a, b, c), (a, c, d))]
-        parts.append(corners if up == 1 else corners[:, [0, 2, 1]])
-    return MeshData(np.concatenate(parts), faces)
-
-
-QUARTER = (-(0.5**0.5), 0.0, 0.0, 0.5**0.5)
-
-
-@pytest.mark.parametrize(
-    ("up", "turned", "name", "codes"),
-    [
-        (1, Pose(), "table", []),
-        (2, Pose(), "table", ["up-axis"]),
-        (2, Pose(quaternion_xyzw=QUARTER), "table", []),
-        (2, Pose(), "board", []),
-    ],
-)
-def test_a_table_on_its_edge_is_named(up, turned, name, codes):
-    scene = Scene(bodies=(SceneBody(name, fixed=turned),))
-    assert [one.code for one in table_findings({name: table(up)}, scene)] == codes

@@ -5,7 +5,6 @@ from hypothesis import strategies as st
 
 from sessions.errors import SessionFileError
 from sessions.mcap_format import annotations as a
-from sessions.mcap_format.metadata import check_version
 from sessions.mcap_format.schemas import message_class
 from sessions.model.event import Event, Interval
 from sessions.model.track import Track
@@ -35,10 +34,6 @@ def test_an_open_interval_is_closed_by_the_one_that_follows_and_by_no_other():
                      Interval(5, 20, "task", "pour", {"unclosed": "true"}))  # fmt: skip
 
 
-def test_the_numbers_of_a_phase_are_part_of_the_file_format():
-    assert a.PHASES == ("enter", "stay", "exit")
-
-
 def test_a_fast_track_is_cut_into_batches_and_comes_back_whole():
     count = 3 * a.BATCH + 1
     rng = np.random.default_rng(0)
@@ -58,10 +53,3 @@ def test_samples_stamped_before_zero_are_refused():
     for prefix, message in (("/scalars/", scalar), ("/hands/", hand)):
         with pytest.raises(SessionFileError, match="a sample is stamped before 0"):
             a.read_stream(prefix, [message.SerializeToString()])
-
-
-@pytest.mark.parametrize("profile", ["vrlab/0", "vrlab/2", "vrlab/", "vrlab/1.0", "vrlab/²", "vrlab/" + "9" * 5000])
-def test_a_file_of_another_version_is_refused(profile):
-    with pytest.raises(SessionFileError, match="this program reads 'vrlab/1'; install a newer"):
-        check_version(profile)
-    check_version("vrlab/1")

@@ -28,7 +28,7 @@ def path(tmp_path):
     return tmp_path / "s.mcap"
 
 
-@pytest.mark.parametrize("length", [1, 7, 1000, 2999, 3000, 10_000])
+@pytest.mark.parametrize("length", [1, 7, 3000, 10_000])
 def test_blocks_are_full_but_the_last(path, length):
     source = McapFrames(McapFile(path), tuple(f"body {k}" for k in range(6)))
     blocks = []

@@ -1,4 +1,3 @@
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,6 @@ from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.records import Channel
 from support.mcap_samples import (
-    SECOND,
     any_frames,
     assert_same_frames,
     packed,
@@ -22,7 +20,7 @@ from sessions.mcap_format import pose_decoding
 from sessions.mcap_format.catalogue import Catalogue, ChannelInfo, Region
 from sessions.mcap_format.container import Place
 from sessions.mcap_format.pose_decoding import FrameDecoder
-from sessions.mcap_format.pose_encoding import FRAME_WITHOUT_SAMPLES, FrameEncoder
+from sessions.mcap_format.pose_encoding import FrameEncoder
 from sessions.mcap_format.schemas import message_class
 from sessions.mcap_format.unpacking import listed
 from sessions.model.frames import Frames, Status
@@ -115,37 +113,3 @@ def test_a_body_that_fills_a_message_is_refused_before_it_fills_the_hours():
     ):
         with pytest.raises(SessionFileError, match="more bodies than those of a file of its size"):
             decoded([table(*records)])
-
-
-@settings(deadline=None)
-@given(any_frames())
-def test_the_protobuf_library_decodes_the_numbers_that_went_in(frames):
-    found = [record for record in encoded(frames) if record[0] == 1 or record[4] == FRAME_WITHOUT_SAMPLES]
-    assert [(r[1], r[2], r[3]) for r in found] == list(
-        zip(range(len(frames)), frames.log_ns.tolist(), frames.stamp_ns.tolist(), strict=True)
-    )
-    for row, (channel, *_, payload) in enumerate(found):
-        present = np.flatnonzero(frames.status[row] != Status.ABSENT)
-        transforms = FrameTransforms.FromString(payload if channel == 1 else b"").transforms
-        assert len(transforms) == len(present)
-        for one, column in zip(transforms, present, strict=True):
-            assert (one.parent_frame_id, one.child_frame_id) == ("world", frames.names[column])
-            assert one.timestamp.seconds * SECOND + one.timestamp.nanos == frames.sample_ns[row, column]
-            assert 0 <= one.timestamp.nanos < SECOND
-            p, q = one.translation, one.rotation
-            values = np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])
-            expected = np.concatenate([frames.position[row, column], frames.quaternion_xyzw[row, column]])
-            assert values.tobytes() == expected.tobytes()
-
-
-def test_the_note_stands_just_before_its_frame_and_only_where_something_is_not_valid():
-    frames = random_frames(4, 300, 3, odd=0.1)
-    odd = (frames.status > Status.VALID).any(axis=1)
-    expected = [channel for bad in odd for channel in ([2, 1] if bad else [1])]
-    assert [record[0] for record in encoded(frames)] == expected
-    for note, frame in pairwise(encoded(frames)):
-        if note[0] == 2:
-            assert note[1:4] == frame[1:4]
-            names = {body.name: body.status for body in message_class("Tracking").FromString(note[4]).bodies}
-            row = note[1]
-            assert names == {n: s for n, s in zip(frames.names, frames.status[row], strict=True) if s > Status.VALID}

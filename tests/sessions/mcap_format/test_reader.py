@@ -133,7 +133,7 @@ def test_no_file_an_empty_file_and_another_kind_of_file_are_one_sentence_each(tm
         read_session(tmp_path)
 
 
-@pytest.mark.parametrize(("profile", "words"), [("vrlab/0", "again"), ("vrlab/2", "newer"), ("vrlab/x", "again")])
+@pytest.mark.parametrize(("profile", "words"), [("vrlab/0", "again"), ("vrlab/2", "newer"), ("vrlab/²", "again")])
 def test_a_version_that_is_not_known_is_one_sentence(tmp_path, profile, words):
     path = write_foreign(tmp_path / "f.mcap", protobuf_messages(random_frames(2)), profile=profile)
     with pytest.raises(SessionFileError, match=f"profile '{profile}' and this program reads 'vrlab/1'.*{words}"):

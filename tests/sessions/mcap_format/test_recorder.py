@@ -180,15 +180,11 @@ def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
     ("call", "words"),
     [
         (lambda r: r.poses(1, {"wand": ((0, 1), (0, 0, 0, 1))}), r"pose of 'wand' is .*give a position"),
-        (lambda r: r.poses(1, {"wand": ((0, 1, 2, 3), (0, 0, 1))}), r"pose of 'wand'"),
         (lambda r: r.poses(1, {"wand": ("abc", (0, 0, 0, 1))}), r"pose of 'wand'"),
         (lambda r: r.poses(1, {"cup": POSE, "wand": None}), r"pose of 'wand' is None"),
-        (lambda r: r.poses(1, {"wand": (1, 2)}), r"pose of 'wand'"),
-        (lambda r: r.poses(1, {"wand": ((0, 0, 0),)}), r"pose of 'wand'"),
         (lambda r: r.poses(1.5, {"wand": POSE}), r"stamp 1.5 is no time; give integer nanoseconds"),
         (lambda r: r.poses(-1, {"wand": POSE}), r"stamp -1 is no time"),
         (lambda r: r.poses(2**63, {"wand": POSE}), r"stamp 9223372036854775808 is no time"),
-        (lambda r: r.poses("5", {"wand": POSE}), r"is no time"),
         (lambda r: r.poses(1, {"wand": POSE}, lost=["cup"]), r"'cup' has no pose in this frame"),
         (lambda r: r.poses(1, {3: POSE}), r"not all named by text"),
         (lambda r: r.hand(1, "a/b", "left"), r"holds a slash"),
@@ -206,13 +202,6 @@ def test_bad_input_is_one_sentence_and_the_recording_goes_on(tmp_path, call, wor
     assert read_session(tmp_path / "s.mcap").frames.stamp_ns.tolist() == [1, 2]
     with pytest.raises(SessionError, match="closed"):
         recorder.poses(3, {"cup": POSE})
-
-
-def test_a_nan_pose_is_kept_as_it_is(tmp_path):
-    with Recorder(tmp_path / "s.mcap") as recorder:
-        recorder.poses(1, {"cup": ((np.nan, 1, 2), (0, 0, 0, 0))}, lost=["cup"])
-    frames = read_session(tmp_path / "s.mcap").frames
-    assert np.isnan(frames.position[0, 0, 0]) and frames.position[0, 0, 1] == 1 and frames.status[0, 0] == Status.LOST
 
 
 def test_a_disk_that_does_not_keep_up_makes_the_loop_wait_and_memory_stays_bounded(tmp_path, monkeypatch):

@@ -91,21 +91,6 @@ def test_a_stamp_beyond_int64_is_the_error_of_the_caller():
             read([message.SerializeToString() + extra])
 
 
-doubles = st.floats(width=64)
-
-
-@st.composite
-def transforms(draw):
-    one = FrameTransform(parent_frame_id=draw(st.text(max_size=3)), child_frame_id=draw(st.text(max_size=3)))
-    if draw(st.booleans()):
-        one.timestamp.seconds = draw(st.integers(-(2**33), 2**33))
-        one.timestamp.nanos = draw(st.integers(0, 999_999_999))
-    for part, axes in ((one.translation, "xyz"), (one.rotation, "xyzw")):
-        for axis in axes:
-            setattr(part, axis, draw(doubles))
-    return one
-
-
 def rows(data):
     return np.frombuffer(data, dtype=np.uint8)[None]
 

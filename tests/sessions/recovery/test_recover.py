@@ -1,6 +1,4 @@
 import hashlib
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,7 +16,6 @@ from support.mcap_samples import (
 from sessions import Event, examine, read_session, write_session
 from sessions.errors import SessionFileError
 from sessions.model.frames import Frames
-from sessions.recovery.lost import LostChunk, Recovery
 from sessions.recovery.recover import RECOVERED, recover
 
 COUNT = 5400
@@ -150,25 +147,6 @@ def test_where_there_is_nothing_to_save_it_says_why_and_writes_nothing(tmp_path,
     with pytest.raises(SessionFileError, match=words):
         recover(damaged(tmp_path, data), tmp_path / "out.mcap")
     assert not (tmp_path / "out.mcap").exists()
-
-
-KEPT = Recovery(Path("out.mcap"), 20, 10, 5_000_000_000, 6_000_000_000)
-
-
-def test_a_lost_chunk_says_what_when_and_where():
-    chunk = LostChunk(7, 5_500_000_000, 5_700_000_000, 18, "damaged")
-    words = replace(KEPT, chunks=(chunk,)).sentences()[1]
-    assert words == "lost 18 messages, 0.500 s to 0.700 s: the chunk at byte 7 is damaged"
-    cut = LostChunk(7, 0, 0, None, "cut short")
-    assert "an unknown number of messages: the chunk" in replace(KEPT, chunks=(cut,)).sentences()[1]
-
-
-def test_a_damaged_head_of_a_channel_is_overruled_by_the_copy_in_the_index(whole, tmp_path):
-    data = bytearray(whole.read_bytes())
-    start, end = next((a, b) for opcode, a, b in records(bytes(data)) if opcode == Opcode.CHANNEL)
-    at = bytes(data).index(b"/tf", start, end)
-    data[at : at + 3] = b"/xx"
-    assert recover(damaged(tmp_path, bytes(data)), tmp_path / "out.mcap").frames == COUNT
 
 
 def test_without_a_checksum_poses_that_are_none_are_left_out(tmp_path):
