@@ -29,7 +29,7 @@ def run_many(
     Without ``out`` the run folders are made where nobody looks, and are gone afterwards.
     """
     from replay.api.batch import run_batch
-    from replay.cli.run_tables import audit_tables
+    from replay.cli.run_tables import audit_table
     from replay.cli.terminal import terminal
 
     with ExitStack() as kept:
@@ -46,7 +46,7 @@ def run_many(
         batch = run_batch(files, folder, settings=settings, **how)
     broken = limits.broken(batch.audit, [*batch.runs.values()])
     plain = {name: getattr(batch, name) for name in ("done", "kept", "failed", "digest", "audit")}
-    tables = audit_tables(batch.audit) if batch.audit else []
+    tables = [audit_table(batch.audit)] if batch.audit else []
     tables += [session_table(batch)] if batch.runs else []
     where = "were replayed; with --out DIR each gets a run folder" if out is None else f"are in {out}"
     lines = ["", f"{len(batch.done)} of {len(files)} sessions {where}"]
@@ -55,7 +55,7 @@ def run_many(
     if as_markdown:
         from replay.cli.run_markdown import batch_markdown
 
-        print(batch_markdown(f"{len(files)} sessions", broken, lines, tables[:1:-1]))
+        print(batch_markdown(f"{len(files)} sessions", broken, lines, tables[-1:]))
         return people.gate(broken, DATA_LOSS if batch_lost(batch) else OK)
     told = {"out": None if out is None else str(out), **plain, "broken": broken}
     answer_cited(as_json, told, lambda: terminal(*tables), {}, lines)

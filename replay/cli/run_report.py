@@ -2,12 +2,11 @@
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
-from math import isnan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from replay.cli.console import DATA_LOSS, OK, People, answer
+from replay.outputs.contact_tables import false_rows, miss_rows
 from replay.pipeline.run_result import RunResult
 from replay.prepare.repair import DAMAGE
 
@@ -119,12 +118,9 @@ def repair_sentences(summary: Mapping[str, Any]) -> list[str]:
 
 def run_json(result: RunResult) -> dict[str, Any]:
     """The summary, the misses, the false contacts, and where the rest lies; null: not measured."""
-    misses = {
-        label: [asdict(miss) | {"faces": None if miss.faces is None else miss.faces.tolist()} for miss in found]
-        for label, found in result.misses.items()
+    tables = {"misses": miss_rows(result), "false": false_rows(result)}
+    rows = {
+        name: {label: table.where(detector=label).plain() for label in result.comparisons}
+        for name, table in tables.items()
     }
-    false = {
-        label: [asdict(one) | {"gap": None if isnan(one.gap) else one.gap} for one in found]
-        for label, found in result.false.items()
-    }
-    return {**result.summary, "misses": misses, "false": false, "out": None if result.out is None else str(result.out)}
+    return {**result.summary, **rows, "out": None if result.out is None else str(result.out)}

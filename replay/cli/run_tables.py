@@ -14,8 +14,8 @@ from replay.effects.effect_summary import happened_words
 from replay.outputs import run_tables as built
 from replay.outputs.contact_tables import false_rows, miss_rows
 from replay.outputs.moments import worst_first
-from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table, table
-from replay.outputs.words import CONTACT_WORDS_SHORT, tallied
+from replay.outputs.tables import FAINT, GOOD, IN_RED, INVENTED, Table
+from replay.outputs.words import tallied
 from replay.pipeline.answer import RUN, SESSION, busy_words
 from replay.pipeline.headline import beside, doubts, price, undecided
 from replay.pipeline.run_result import RunResult
@@ -89,7 +89,7 @@ def effect_parts(result: RunResult) -> list[Table | RenderableType]:
 
 
 def run_tables(result: RunResult) -> Group:
-    """Every table of a run: ranking, pairs, misses, false contacts, pair-frames, causes, times, effects."""
+    """Every table of a run: ranking, pairs, misses, false contacts, pair-frames, times, effects."""
     parts: list[Table | RenderableType] = []
     if result.ranking:
         parts += [built.ranking_table(result, intervals=True)]
@@ -100,7 +100,7 @@ def run_tables(result: RunResult) -> Group:
         parts.append(pairs.first(PAIR_ROWS, "… and {} more").titled(f"contacts, and what {label} made of them"))
     parts += fault_tables(result)
     if result.comparisons:
-        parts += audit_tables(result.summary["audit"])
+        parts.append(audit_table(result.summary["audit"]))
     if result.detections:
         parts.append(built.cost_table(result).only(*COST_HEAD))
     if result.effects and result.detections:
@@ -138,19 +138,7 @@ def fault_tables(result: RunResult) -> list[Table]:
     return tables
 
 
-def audit_tables(audit: Mapping[str, Any]) -> list[Table]:
-    """Pair-frames and contacts with a column per detector, and why contacts were missed."""
-    contacts = "contacts: from the first frame of touching to the last, matched one to one"
-    frames = built.pair_frame_table("pair-frames: one pair of bodies in one frame, beside the reference", audit)
-    return [replace(frames, notes=()), built.matched_table(contacts, audit, CONTACT_WORDS_SHORT), cause_table(audit)]
-
-
-def cause_table(audit: Mapping[str, Any]) -> Table:
-    """The stages that lost contacts, the most frequent first."""
-    rows = []
-    for label, figures in audit.items():
-        counts = figures.get("causes", {}).get("misses", {})
-        ordered = sorted((cause for cause in counts if counts[cause]), key=lambda cause: -counts[cause])
-        rows.append((label, ", ".join(f"{cause} {counts[cause]:,}" for cause in ordered) or "nothing missed"))
-    title = "why it missed: the first stage that lost the contact, with the number of misses"
-    return table(title, ("detector", "cause"), rows, words=2)
+def audit_table(audit: Mapping[str, Any]) -> Table:
+    """Pair-frames with a column per detector."""
+    made = built.pair_frame_table("pair-frames: one pair of bodies in one frame, beside the reference", audit)
+    return replace(made, notes=())

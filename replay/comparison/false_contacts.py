@@ -64,6 +64,7 @@ class FalseContact:
     widest : of the frames looked at, the one in which the meshes are farthest apart.
     gap : metres between the meshes there; nan: not measured.
     point : the middle between their nearest points there, or between the bodies' origins; world metres.
+    ends : those nearest points; ``None``: not measured.
     cause : why it was reported.
     hollow : name of the body whose convex hull fills a hollow, where that is the cause; else ``""``.
     """
@@ -82,6 +83,7 @@ class FalseContact:
     point: Vector
     cause: str
     hollow: str = ""
+    ends: tuple[Vector, Vector] | None = None
 
     @property
     def frames(self) -> int:
@@ -183,12 +185,13 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: FalseReporter
         # Not its ends: there the pair is about to part, and the next moment is near.
         inner = (last - first) // 4
         frames = looks(first + inner, last - inner, most if number - 1 in measured else 1).tolist()
-        gap, frame, point = _widest(meshes if number - 1 in measured else None, assembly, pair, frames)
+        gap, frame, point, between = _widest(meshes if number - 1 in measured else None, assembly, pair, frames)
         begin, end = reports(pair)[np.searchsorted(reports(pair)[:, 0], first, side="right") - 1].tolist()
         made.append(
             FalseContact(
                 number, pair, a, b, first, last, float(times[first]), float(ends[last]),
                 kind_within(FALSE_KINDS, outcome[:, pair], (begin, end), first, last), frame, gap, point, "",
+                ends=between,
             )
         )  # fmt: skip
         cause = _cause(by, assembly, made[-1])
@@ -199,14 +202,14 @@ def false_contacts(assembly: Assembly, comparison: Comparison, by: FalseReporter
 
 def _widest(
     meshes: "MeshStage | None", assembly: Assembly, pair: int, frames: Sequence[int]
-) -> tuple[float, int, Vector]:
-    """The largest gap, the frame that shows it, and the middle of the gap."""
+) -> tuple[float, int, Vector, tuple[Vector, Vector] | None]:
+    """The largest gap, the frame that shows it, and the middle and the ends of the gap."""
     if meshes is None:
         ends = assembly.motion.translations[frames[0], assembly.pairs[pair]]
-        return float("nan"), frames[0], vector_of(ends.mean(axis=0))
+        return float("nan"), frames[0], vector_of(ends.mean(axis=0)), None
     gaps = [(meshes.gap(assembly.motion, frame, pair), frame) for frame in frames]
     (gap, ends), frame = max(gaps, key=lambda one: one[0][0])
-    return gap, frame, vector_of(ends.mean(axis=0))
+    return gap, frame, vector_of(ends.mean(axis=0)), (vector_of(ends[0]), vector_of(ends[1]))
 
 
 def _cause(by: FalseReporter, assembly: Assembly, one: FalseContact) -> str:

@@ -6,16 +6,11 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from replay.comparison.noisy_contacts import NoiseResult
-from replay.comparison.outcome import Comparison, Episode, Miss, Outcome
-from replay.outputs.words import NOISE_WORDS
+from replay.comparison.outcome import Comparison, Miss, Outcome
 
 LABEL_BASE: Final = 0.011
 LABEL_DIGIT: Final = 0.0055
 """A number's box is at least this share of the session wide, plus this much per digit: legible on 1,300 pixels."""
-
-UNDECIDED, HIDDEN, *_ = NOISE_WORDS
-STATES: Final = {word: state for state, word in NOISE_WORDS.items()}
 
 
 def ranked_pairs(comparison: Comparison, held: NDArray[np.bool_]) -> list[int]:
@@ -51,15 +46,3 @@ def number_boxes(
         width = round((base + digit * len(label)) * session_ns)
         boxes.append((label, start, max(start + width, reach)))
     return boxes
-
-
-def noise_states(noise: NoiseResult, contacts: Sequence[Episode], pair: int, frames: int) -> NDArray[np.uint8]:
-    """What tracker noise leaves of a pair in each frame, (T,): a state of ``NOISE_WORDS``, 0 where nothing is said."""
-    spans = [(one.first, one.last, UNDECIDED) for one in noise.resting if one.pair == pair]
-    spans += [(one.first, one.last, HIDDEN) for one in noise.near if one.pair == pair]
-    named = zip(contacts, noise.words, strict=True)
-    spans += [(one.first, one.last, STATES[word]) for one, word in named if one.pair == pair]
-    state = np.zeros(frames, dtype=np.uint8)
-    for first, last, code in spans:
-        state[first : last + 1] = np.maximum(state[first : last + 1], code)
-    return state

@@ -10,7 +10,7 @@ from typing import Final
 
 from cdcore import Verdict
 from replay.comparison.outcome import Outcome
-from replay.outputs.words import NOISE_WORDS, OUTCOME_WORDS, VERDICT_WORDS
+from replay.outputs.words import OUTCOME_WORDS, VERDICT_WORDS
 from sessions.model.scene import Scene
 
 Rgba = tuple[int, int, int, int]
@@ -97,10 +97,6 @@ VERDICTS: Final = looks(
     },
 )  # fmt: skip
 """States of a detector lane."""
-
-NOISES: Final = looks(NOISE_WORDS, dict(zip(NOISE_WORDS, (SERIES[1], SERIES[4], WITHIN_TOLERANCE, FOUND), strict=True)))
-"""States of a lane of noise."""
-
 
 GHOST_ALPHA: Final = 40
 """Hands and headset: opaque ones stand in front of what they touch."""

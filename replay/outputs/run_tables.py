@@ -125,21 +125,6 @@ def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
     return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))
 
 
-def matched_table(title: str, audit: Mapping[str, Any], words: Mapping[str, str]) -> Table:
-    """Contacts matched one to one, a column per detector; ``words`` are figures and what each is called."""
-    found = [figures["episodes"] for figures in audit.values()]
-    rows: list[tuple[Cell, ...]] = [(word, *(one[name] for one in found)) for name, word in words.items()]
-    rows.append((f"{words['missed']}, of the reference's", *(percent(one["missed_share"]) for one in found)))
-    for name, word in (("onset_error", "starts late by"), ("duration_error", "lasts longer by")):
-        rows.append((f"{word}, ms (worst)", *(_spread(one.get(name)) for one in found)))
-    return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))
-
-
-def _spread(spread: Mapping[str, float] | None) -> str:
-    """Milliseconds: the mean, and the worst."""
-    return "" if spread is None else f"{1e3 * spread['mean']:+.1f} ({1e3 * spread['most_off']:.1f})"
-
-
 def pair_table(result: Summarised, label: str) -> Table:
     """What an audited detector made of every pair that touched or was said to; the most missed first, as in the lanes.
 

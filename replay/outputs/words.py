@@ -5,7 +5,6 @@ from typing import Final
 
 from cdcore import Verdict
 from replay.comparison.false_contacts import FalseContact
-from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.comparison.outcome import Miss, Outcome
 
 OUTCOME_WORDS: Final[Mapping[int, str]] = {
@@ -19,17 +18,8 @@ neither; NEITHER, the true negative, has no word: it is a gap in a lane."""
 VERDICT_WORDS: Final[Mapping[int, str]] = {one: one.name for one in Verdict if one != Verdict.CLEAR}
 """Verdict -> its word of the glossary; CLEAR is a gap in a lane."""
 
-NOISE_WORDS: Final[Mapping[int, str]] = dict(enumerate((UNDECIDABLE, "maybe hidden", ABSENT, HOLDS), 1))
-"""State of a lane of noise -> its word: of two at a time the later."""
-
 FRAME_ROWS: Final = (Outcome.BOTH, Outcome.MISSED, Outcome.INVENTED, Outcome.WITHIN_TOLERANCE, Outcome.LEFT_OUT)
 """Outcomes that every table of pair-frames counts, in its order."""
-
-CONTACT_WORDS_SHORT: Final = {
-    "truth": "the reference's", "found": "reported", "matched": "matched", "missed": "missed", "invented": "false",
-    "split": "split", "merged": "merged",
-}  # fmt: skip
-"""The figures that fit into a terminal, and short words for them."""
 
 
 def address(kind: str, number: int, by: str = "") -> str:

@@ -2,14 +2,14 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
 from replay.outputs import run_tables
 from replay.outputs.report.markup import Fold, Part, Section, element
-from replay.outputs.report.run_view import RunView
+from replay.outputs.report.run_view import RunView, findings_of
 from replay.outputs.tables import Table, table
-from replay.outputs.words import NOTHING_SUSPICIOUS, span_words
+from replay.outputs.words import NOTHING_SUSPICIOUS
 from replay.pipeline.sentences import plural
 from sessions.mcap_format.metadata import NOT_STATED
 
@@ -111,8 +111,8 @@ def trust(summary: Mapping[str, Any]) -> str:
 def finding_parts(summary: Mapping[str, Any]) -> list[Part]:
     """What the doctor found, worst first, and what the policy made of it."""
     parts: list[Part] = []
-    if findings := summary.get("findings", ()):
-        parts.append(_finding_table(findings[:MOST_FINDINGS]))
+    if findings := findings_of(summary):
+        parts.append(run_tables.finding_table(findings[:MOST_FINDINGS]))
     sums: dict[tuple[str, str, str], Counter[str]] = {}
     for span in summary.get("flagged", ()):
         count = sums.setdefault((span["kind"], span["body"] or "all", span["action"]), Counter())
@@ -133,17 +133,6 @@ def finding_parts(summary: Mapping[str, Any]) -> list[Part]:
 
 
 DONE: Final = ("samples", "dropped", "held", "interpolated")
-
-
-def _finding_table(findings: Sequence[Mapping[str, Any]]) -> Table:
-    rows = [
-        (
-            one["severity"], one["code"], one["body"] or "", f"{one['message']}: {one['meaning']}. To do: {one['fix']}",
-            span_words(one["start"], one["end"]), one["count"],
-        )
-        for one in findings
-    ]  # fmt: skip
-    return table("Findings", ("severity", "code", "body", "what", "seconds", "count"), rows, words=4)
 
 
 def _settings_table(summary: Mapping[str, Any]) -> Table:

@@ -10,6 +10,8 @@ from replay.outputs.report.charts import Span
 from replay.outputs.words import address
 from replay.pipeline.answer import Answer
 from replay.pipeline.ranking import Rank
+from sessions import Finding, Severity
+from sessions.doctor.finding import CODES
 
 MISS: Final = "miss"
 FALSE: Final = "false"
@@ -119,6 +121,18 @@ def contacts_of(labels: Iterable[str], episodes: Rows, oracle: str) -> dict[str,
             contact = Contact((row["body_a"], row["body_b"]), row["start"], row["end"])
             found[row["detector"]].append(contact)
     return found
+
+
+def findings_of(summary: Mapping[str, Any]) -> list[Finding]:
+    """What the doctor said of the recording, the worst first; a code of another version is left out."""
+    return [
+        Finding(
+            code=row["code"], severity=Severity[row["severity"].upper()], message=row["message"],
+            body=row["body"] or "", start=row.get("start"), end=row.get("end"), count=row.get("count", 1),
+        )
+        for row in summary.get("findings", ())
+        if row["code"] in CODES
+    ]  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -171,7 +171,7 @@ def _sight(result: RunResult, label: str, fault: Fault) -> Sight:
     ]  # fmt: skip
     hollow = "" if isinstance(fault, Miss) else fault.hollow
     two.sort(key=lambda placed: (placed.name == hollow, _filled(placed), np.ptp(placed.mesh.vertices, axis=0).max()))
-    gap = None if isinstance(fault, Miss) or np.isnan(fault.gap) else _gap(two)
+    gap = None if isinstance(fault, Miss) or fault.ends is None else np.array(fault.ends)
     return Sight(two[0], two[1], np.asarray(fault.point), gap)
 
 
@@ -194,16 +194,6 @@ def _filled(placed: Placed) -> float:
 def _volume(mesh: TriangleMesh) -> float:
     a, b, c = np.moveaxis(mesh.triangles - mesh.vertices.mean(axis=0), 1, 0)
     return abs(float((a * np.cross(b, c)).sum())) / 6
-
-
-def _gap(two: Sequence[Placed]) -> FloatArray:
-    """The nearest points of two bodies, as the comparison measured their distance."""
-    from cdcore.narrow.fcl_meshes import FclMeshes
-
-    meshes = FclMeshes([placed.mesh for placed in two])
-    for number, placed in enumerate(two):
-        meshes.place(number, *placed.pose)
-    return meshes.gap(0, 1)[1]
 
 
 def _direction(result: RunResult, sight: Sight, fault: Fault) -> FloatArray:

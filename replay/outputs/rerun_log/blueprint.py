@@ -22,7 +22,7 @@ from replay.outputs.rerun_log.close_up import CloseUp, solid_path, with_solids
 from replay.outputs.rerun_log.columns import FRAME, SESSION, drawable, entity
 from replay.outputs.rerun_log.details import details_path, worked_moment
 from replay.outputs.rerun_log.effects import CURVE_BOUNDS, HAPPENED, curve_path, effect_views, tab_name
-from replay.outputs.rerun_log.lanes import noise_lane, pair_lanes, session_lanes
+from replay.outputs.rerun_log.lanes import pair_lanes, session_lanes
 from replay.outputs.rerun_log.pipeline import moment_words, pipeline_path
 from replay.outputs.rerun_log.texts import ACCURACY, SESSION_TEXT
 from replay.outputs.rerun_log.timing import BUDGET_LINE, budget_share, ceiling, total_ms, total_path
@@ -239,8 +239,7 @@ def _session(picture: Picture) -> Any:
 def _details(picture: Picture, label: str) -> Any:
     """One moment of one detector, its lanes pair by pair, its times by stage and its counters."""
     result, root = picture.result, details_path(label)
-    noisy = result.noise is not None
-    paths = [lane for path in pair_lanes(result, label) for lane in ([path, noise_lane(path)] if noisy else [path])]
+    paths = [*pair_lanes(result, label)]
     title = f"What {label} said of each pair"
     if label in result.comparisons:
         there = np.flatnonzero(result.comparisons[label].counts).tolist()

@@ -68,11 +68,8 @@ def close_ups(result: RunResult, moments: Sequence[FocusMoment]) -> dict[FocusMo
     """How each moment is shown: before the contact that was missed, or so far off that a false one is seen whole."""
     if not moments:
         return {}
-    from cdcore.narrow.mesh_stage import MeshStage  # a run without contacts loads no collision library
-
     assembly, scene = result.assembly, result.session.scene
     obstacles, unseen = Obstacles(assembly, scene), Obstacles(replace(assembly, bodies=()), scene)
-    meshes = MeshStage(assembly.bodies, assembly.pairs)
     missed = sorted((one for one in moments if one.outcome == Outcome.MISSED), key=lambda one: -one.size)
     beyond, views = {*missed[COUNTED:]}, {}
     for one in moments:
@@ -82,8 +79,8 @@ def close_ups(result: RunResult, moments: Sequence[FocusMoment]) -> dict[FocusMo
         if one.outcome != Outcome.MISSED:
             free, caged = _solids(result, one)
             eye = _backed(result, one, eye, caged)
-            ends = meshes.gap(assembly.motion, one.frame, one.pair)[1] if one.size > 0 else None
-            view = CloseUp(eye, ends, free, caged)
+            ends = one.of.ends if isinstance(one.of, FalseContact) else None
+            view = CloseUp(eye, None if ends is None else np.array(ends), free, caged)
         views[one] = view if one in beyond else replace(view, hiding=frozenset(before.hiding(one.frame, eye)))
     return views
 

@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from cdcore.protocol import counts_as_contact
 from replay.base.shown import shown
 from replay.comparison.outcome import Miss, Outcome
-from replay.outputs.lanes import noise_states, number_boxes, ranked_pairs
+from replay.outputs.lanes import number_boxes, ranked_pairs
 from replay.outputs.palette import (
     MISSED,
     MISSED_DARK,
-    NOISES,
     OUTCOMES,
     SERIES,
     VERDICTS,
@@ -86,22 +85,13 @@ def pair_lanes(result: RunResult, label: str) -> dict[str, int]:
 
 
 def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> None:
-    """Send what a detector made of each pair, or, where nothing was compared, what it said; and what noise leaves."""
+    """Send what a detector made of each pair, or, where nothing was compared, what it said."""
     comparison = result.comparisons.get(label)
     for path, column in pair_lanes(result, label).items():
         if comparison is None:
             log_lane(writer, path, result.detections[label].verdict[:, column], VERDICTS)
             continue
         log_lane(writer, path, comparison.outcome[:, column], OUTCOMES)
-        if result.noise is not None:
-            frames = len(result.assembly.motion)
-            states = noise_states(result.noise, result.episodes[result.oracle], column, frames)
-            log_lane(writer, noise_lane(path), states, NOISES)
-
-
-def noise_lane(lane: str) -> str:
-    """Path of the lane below that of a pair: what tracker noise leaves of its contacts."""
-    return f"{lane}/in_noise"
 
 
 def detector_lanes(result: RunResult, order: Sequence[str]) -> list[str]:

@@ -5,7 +5,7 @@ It is the report without stills: the picture itself stands beside it, and every 
 
 from replay.outputs.report.markup import Markup, element
 from replay.outputs.report.page import run_page
-from replay.outputs.report.run_view import Fault, Hero, RunView, contacts_of, fault_address, faults_of
+from replay.outputs.report.run_view import Fault, Hero, RunView, contacts_of, fault_address, faults_of, findings_of
 from replay.outputs.results.parquet_tables import EFFECT
 from replay.outputs.results.run_folder import EPISODES, EVENTS, FALSE_CONTACTS, MISSES, RunFolder
 from replay.outputs.words import NOT_LOOKED_FOR
@@ -13,7 +13,6 @@ from replay.pipeline.answer import Answer, Fix, KeyMoment
 from replay.pipeline.headline import doubts_of, held
 from replay.pipeline.ranking import fault_words
 from replay.pipeline.sentences import plural
-from sessions import Finding, Severity
 from sessions.mcap_format.metadata import NOT_STATED
 
 
@@ -30,10 +29,6 @@ def shared_page(view: RunView, *, pictured: bool) -> str:
 def folder_view(run: RunFolder) -> RunView:
     """What the page reads, from the rows of the tables."""
     summary = run.summary
-    findings = (
-        Finding(row["code"], Severity[row["severity"].upper()], row["body"] or "", row["message"])
-        for row in summary.get("findings", ())
-    )
     effects = (row for row in run.rows(EVENTS) if row["source"].startswith(EFFECT))
     answers = _answers(run)
     return RunView(
@@ -41,7 +36,7 @@ def folder_view(run: RunFolder) -> RunView:
         faults=faults_of(summary["audit"], run.rows(MISSES), run.rows(FALSE_CONTACTS)),
         contacts=contacts_of(summary["detectors"], run.rows(EPISODES), run.oracle),
         events=[row | {"source": row["source"].removeprefix(EFFECT)} for row in effects],
-        name=_who(run), hero=_hero(run, answers), doubts=doubts_of(findings), notes=held(run),
+        name=_who(run), hero=_hero(run, answers), doubts=doubts_of(findings_of(summary)), notes=held(run),
     )  # fmt: skip
 
 

@@ -27,11 +27,13 @@ def test_bodies_without_a_mesh_are_named(capsys):
     assert "note: no mesh, so not looked at: wand" in capsys.readouterr().err
 
 
-def test_json_lists_the_faces_of_misses_beside_an_oracle_that_keeps_none():
+def test_json_lists_misses_with_the_columns_of_their_table():
     session = cubes({"a": [0.0] * 8, "b": [1.05] * 3 + [0.95] + [1.05] * 4})
     result = compute(session, detectors="slow=discrete[rate_hz=20]", oracle="continuous")
-    (miss,) = json.loads(json.dumps(run_json(result)))["misses"]["slow"]
-    assert len(miss["faces"]) == miss["face_pairs"] > 0
+    told = json.loads(json.dumps(run_json(result)))
+    (miss,) = told["misses"]["slow"]
+    assert (miss["body_a"], miss["body_b"], miss["number"], miss["detector"]) == ("a", "b", 1, "slow")
+    assert miss["face_pairs"] == len(result.misses["slow"][0].faces) > 0 and told["false"] == {"slow": []}
 
 
 def test_json_says_where_the_run_lies():

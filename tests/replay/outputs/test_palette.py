@@ -20,7 +20,7 @@ def lightness(colour):
 def test_nothing_but_missed_is_near_the_red():
     others = [colour for outcome, (_, colour) in palette.OUTCOMES.items() if outcome != Outcome.MISSED]
     others += [colour for _, colour in palette.VERDICTS.values()]
-    others += [*palette.SERIES, *palette.DOUBTS, palette.WHITE, palette.BUDGET]
+    others += [*palette.SERIES, palette.WHITE, palette.BUDGET]
     others += [
         albedo((tag,)) for tag in ("glass", "hand", "headset", "bench", "rod", "metal", "plastic", "stopper", "?")
     ]

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from cdcore.protocol import counts_as_contact
-from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE, NoiseResult, NoisySpan
 from replay.comparison.outcome import Outcome
 from replay.outputs.palette import OUTCOMES
 from replay.outputs.rerun_log.lanes import detector_lanes, pair_lanes, session_lanes
@@ -62,25 +61,6 @@ def test_the_last_state_lasts_one_frame(demo, write):
     stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
     lane = seen.lane(lane_of(demo, "beaker-rod"))
     assert lane[-2:] == [(0, "MISSED"), (int(stamps[-1]) + 11_111_111, "")]
-
-
-def test_below_each_pair_a_lane_says_what_noise_leaves_of_its_contacts(demo, write):
-    contacts, frames = demo.episodes[demo.oracle], len(demo.assembly.motion)
-    pair = 0
-    words = [(HOLDS, ABSENT, UNDECIDABLE)[k % 3] for k in range(len(contacts))]
-    free = [k for k in range(frames) if not any(one.first <= k <= one.last for one in contacts if one.pair == pair)]
-    near, rest = NoisySpan(pair, free[3], free[3], 0.5), NoisySpan(pair, free[-3], free[-2], 0.5)
-    noise = NoiseResult(64, (), tuple(words), (near,), (rest,), 1, 2, 3, "", {})
-    audit = {SUBJECT: demo.summary["audit"][SUBJECT] | {"holds": {"contacts_missed": 0}}}
-    seen = write(replace(demo, noise=noise, summary=demo.summary | {"audit": audit}))
-    want = np.full(frames, "", dtype=object)
-    want[rest.first : rest.last + 1], want[near.first] = "undecidable", "maybe hidden"
-    for one, word in zip(contacts, words, strict=True):
-        if one.pair == pair:
-            want[one.first : one.last + 1] = word
-    stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
-    assert states_at(seen.lane(f"{lane_of(demo, 'beaker-rod')}/in_noise"), stamps) == want.tolist()
-    assert {"holds", "absent", "undecidable", "maybe hidden"} == set(want.tolist()) - {""}
 
 
 S = 1_000_000_000

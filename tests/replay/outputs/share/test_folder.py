@@ -120,6 +120,14 @@ def test_the_shared_page_says_what_the_report_says(run, shared, part):
     assert told == again and told
 
 
+def test_a_finding_whose_code_another_version_knew_is_left_out_of_the_page(run, tmp_path):
+    folder = read_run_folder(run)
+    old = {"code": "sign-flips", "severity": "error", "body": "a", "message": "two poses", "meaning": "", "fix": ""}
+    findings = [*folder.summary["findings"], old | dict.fromkeys(("start", "end", "start_ns", "end_ns")) | {"count": 2}]
+    write_shared_folder([replace(folder, summary={**folder.summary, "findings": findings})], tmp_path / "out")
+    assert "sign-flips" not in (tmp_path / "out" / "index.html").read_text()
+
+
 def texts_of(folder):
     """All that can be read in a folder: scripts are unpacked, recordings are taken apart."""
     for file in folder.iterdir():
