@@ -33,11 +33,8 @@ def prism(sides: int, radius: float, length: float, *, hole: float = 0.0) -> Mes
     """A regular prism along Y about the origin, or a ring with a hole of inradius ``hole``.
 
     Without a hole ``radius`` is that of the corners, one of which lies on +X (and on -X when ``sides`` is even). With
-    one, flats face both ways along X: ``hole`` and ``radius`` are distances of flats from the axis. ValueError for
-    fewer than 4 or an odd number of sides, or a hole not smaller than the radius.
+    one, flats face both ways along X: ``hole`` and ``radius`` are distances of flats from the axis. ``sides`` are even.
     """
-    if sides < 4 or sides % 2 or not 0.0 <= hole < radius:
-        raise ValueError(f"a prism of {sides} sides, radius {radius}, hole {hole} is not possible; sides even, >= 4")
     half = length / 2.0
     angle = 2.0 * np.pi * np.arange(sides) / sides
     if hole == 0.0:

@@ -10,13 +10,13 @@ _NAMES = {
     "analytic": "ANALYTIC make_analytic",
     "bench_bumps": "make_bench_bumps",
     "scenes": "SCENES make_scene_session",
-    "truth": "PlantedEpisode Fact Truth read_truth write_truth",
+    "truth": "PlantedEpisode Fact Truth write_truth",
 }
 _HOME = {name: f"sessions.synthetic.{module}" for module, names in _NAMES.items() for name in names.split()}
 
 __all__ = [
     "ANALYTIC", "SCENES", "Fact", "PlantedEpisode", "Truth", "make_analytic", "make_bench_bumps",
-    "make_scene_session", "read_truth", "write_truth",
+    "make_scene_session", "write_truth",
 ]  # fmt: skip
 
 

@@ -1,7 +1,9 @@
 """A bench with instruments: their meshes, their places, and the scene that declares them."""
 
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +12,7 @@ from sessions.geometry.rotations import IDENTITY, Array
 from sessions.glassware.catalogue import made_instrument
 from sessions.glassware.instrument import Cavity, Instrument
 from sessions.mesh_data import MeshData
-from sessions.model.scene import Pose, Scene, SceneBody
+from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
 from sessions.model.session import Session
 from sessions.scene_files.scene_toml import parse_scene, scene_to_toml
 from sessions.synthetic.assembly import MADE_UP, START_NS, Recorded
@@ -66,10 +68,9 @@ class Instruments:
         return {name: instrument.mesh for name, instrument in self.instruments.items()}
 
     def cavity(self, name: str) -> Cavity:
-        """The body's space for liquid; ValueError where the body is no vessel."""
+        """The space for liquid of a body that is a vessel."""
         cavity = self.instruments[name].cavity
-        if cavity is None:
-            raise ValueError(f"{name} is no vessel; pour from a beaker")
+        assert cavity is not None
         return cavity
 
     def at(self, name: str) -> Array:
@@ -140,3 +141,15 @@ def with_text(scene: Scene, remarks: Sequence[str] = ()) -> Scene:
     """
     head = "".join(f"# {line}\n" for line in remarks)
     return parse_scene(f"{head}\n{scene_to_toml(scene)}" if head else scene_to_toml(scene), f"{scene.name}.toml")
+
+
+def declared_bench(file: Path) -> dict[str, Any]:
+    """What a TOML file declares: ``placed`` by body name, ``effects`` of the scene, and all else as written."""
+    declared = tomllib.loads(file.read_text(encoding="utf-8"))
+    placed = {body: Placed(**_as_tuples(item)) for body, item in declared.pop("bodies").items()}
+    effects = tuple(SceneEffect(effect.pop("kind"), effect) for effect in declared.pop("effect"))
+    return {"placed": placed, "effects": effects, **_as_tuples(declared)}
+
+
+def _as_tuples(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}

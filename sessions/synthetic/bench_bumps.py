@@ -5,20 +5,21 @@ The right hand stirs in a beaker with a glass rod and then taps things with it; 
 glasses, carries a graduated cylinder, clinks it against a flask and sets it down too hard.
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
 from sessions.model.constants import HEADSET_HZ
 from sessions.model.event import Event, Interval
-from sessions.model.scene import Scene, SceneEffect
+from sessions.model.scene import Scene
 from sessions.model.session import Session
 from sessions.synthetic.assembly import START_NS, Recorded, Recording, recorded
-from sessions.synthetic.bench import Instruments, Placed, made_session, standing, with_text
+from sessions.synthetic.bench import Instruments, Placed, declared_bench, made_session, with_text
 from sessions.synthetic.bump_scripts import BumpPlan, left_hand, right_hand, watching
-from sessions.synthetic.paths import Poses, carried
+from sessions.synthetic.paths import Poses, point
 from sessions.synthetic.rng import random_stream
+from sessions.synthetic.things import Held, PosesAt, Standing, placed_by
 from sessions.synthetic.truth import Fact, Truth, sorted_episodes, sorted_facts
 
 NAME = "bench-bumps"
@@ -28,31 +29,8 @@ VERSION = 2
 SECONDS = 60.0
 FACES = 3000
 
-REMARKS = (
-    "A bench with thin-walled glasses, two hands, and eighteen planted bumps.",
-    "Glasses stand 0.1 mm above the bench: contact with it is an event (set down too hard), not a state.",
-    "The rod is held by the right hand throughout: both are of group 'right', and contact of the two is listed apart.",
-)
-
-PLACED = {
-    "bench": Placed("bench", faces=500, moves=False),
-    "beaker": Placed("beaker_250", standing(0.11, 0.03)),
-    "small-beaker": Placed("beaker_100", standing(-0.10, 0.06)),
-    "flask": Placed("erlenmeyer_flask", standing(-0.27, -0.03)),
-    "cylinder": Placed("graduated_cylinder", standing(-0.42, 0.05)),
-    "bottle": Placed("reagent_bottle", standing(0.31, -0.02)),
-    "rod": Placed("stirring_rod", group="right"),
-    "hand-left": Placed("hand_left", options={"grip_radius": 0.03}),
-    "hand-right": Placed("hand_right", options={"grip_radius": 0.008}, group="right"),
-    "headset": Placed("proxy_headset", faces=1500),
-}
-
-EFFECTS = (
-    SceneEffect("contact", {"between": ["tag:hand", "tag:glass"]}),
-    SceneEffect("contact", {"between": ["rod", "tag:vessel"]}),
-    SceneEffect("contact", {"between": ["tag:vessel", "tag:vessel"]}),
-    SceneEffect("contact", {"between": ["tag:vessel", "tag:bench"]}),
-)
+DECLARED = declared_bench(Path(__file__).with_name("bench-bumps.toml"))
+PLACED: dict[str, Placed] = DECLARED["placed"]
 
 
 def make_bench_bumps(
@@ -80,29 +58,25 @@ def make_bench_bumps(
     seen = recorded({**hands, "headset": watching(plan)}, how, keep=plan.keep)
     facts = sorted_facts([*plan.facts, *(_with_held(fact) for fact in seen.facts)])
     truth = Truth(NAME, seed, START_NS, SECONDS, noise, sorted_episodes(plan.episodes), facts)
-    scene = with_text(Scene(NAME, layout.bodies(), effects=EFFECTS), REMARKS)
+    scene = with_text(Scene(NAME, layout.bodies(), effects=DECLARED["effects"]), DECLARED["remarks"])
     happened = {"events": _events(plan), "intervals": _intervals()}
     return made_session(
         truth, seen, _things(plan, seen), layout, plan.buttons, scene, version=VERSION, **happened
     ), truth
 
 
-def _things(plan: BumpPlan, seen: Recorded) -> Mapping[str, Poses]:
+def _things(plan: BumpPlan, seen: Recorded) -> dict[str, Poses]:
     """Poses of what the program places: it stands, or rides on the hand that holds it."""
-    count, times = len(seen.stamps), seen.stamps.astype(np.float64) * 1e-9
-    things: dict[str, Poses] = {}
-    for name, item in PLACED.items():
-        if item.moves and name not in seen.poses:
-            position = np.tile(np.array(item.position), (count, 1))
-            things[name] = (position, np.tile(np.array(item.quaternion), (count, 1)))
-    things["rod"] = carried(seen.poses["hand-right"], plan.rod_in_hand)
-    held = ((times >= plan.grasped) & (times < plan.released))[:, None]
-    riding = carried(seen.poses["hand-left"], plan.cylinder_in_hand)
-    goal = (plan.cylinder_goal, np.array(PLACED["cylinder"].quaternion))
-    after, before = (times >= plan.released)[:, None], things["cylinder"]
-    position, quaternion = (np.where(after, goal[k], np.where(held, riding[k], before[k])) for k in (0, 1))
-    things["cylinder"] = (position, quaternion)
-    return things
+    times = seen.stamps.astype(np.float64) * 1e-9
+    stands = {
+        name: Standing(item.position, item.quaternion)
+        for name, item in PLACED.items() if item.moves and name not in seen.poses
+    }  # fmt: skip
+    phases: dict[str, list[tuple[float, PosesAt]]] = {name: [(0.0, standing)] for name, standing in stands.items()}
+    phases["rod"] = [(0.0, Held("hand-right", point(plan.rod_in_hand)))]
+    riding, goal = Held("hand-left", point(plan.cylinder_in_hand)), Standing(point(plan.cylinder_goal))
+    phases["cylinder"] += [(plan.grasped, riding), (plan.released, goal)]
+    return {name: placed_by(parts, times, seen.poses) for name, parts in phases.items()}
 
 
 def _with_held(fact: Fact) -> Fact:

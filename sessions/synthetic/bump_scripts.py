@@ -2,17 +2,15 @@
 
 import numpy as np
 
-from sessions.geometry.rotations import IDENTITY, quaternion_facing
-from sessions.synthetic.analytic import ROUNDING_M
+from sessions.geometry.rotations import quaternion_facing
 from sessions.synthetic.assembly import Recording
 from sessions.synthetic.bench import BENCH_TOP, STAND_M, Instruments
-from sessions.synthetic.choreography import Buttons, Script
-from sessions.synthetic.paths import Key, KeyPath, Point, Stir, Tap, minimum_jerk_inverse, point, quaternion_of
-from sessions.synthetic.planting import Dent
-from sessions.synthetic.sections import Approach, approach, round_in_round
-from sessions.synthetic.truth import Fact, Interval, PlantedEpisode, levelled, ordered
+from sessions.synthetic.choreography import Script
+from sessions.synthetic.paths import Key, KeyPath, Stir, Tap, minimum_jerk_inverse, point, quaternion_of
+from sessions.synthetic.planting import Dent, Planting
+from sessions.synthetic.sections import Approach, round_in_round
+from sessions.synthetic.truth import Interval
 
-AWAY = (0.0, 0.0, -1.0)
 RIGHTWARDS = (1.0, 0.0, 0.0)
 ABOVE_ALL = 1.27
 GRIP_HEIGHT = 0.19
@@ -31,29 +29,16 @@ LONG_S = (0.18, 0.34)
 TAP_FROM_M = 0.024
 
 
-class BumpPlan:
+class BumpPlan(Planting):
     """What both scripts share: the bench, the clock, and everything planted so far."""
 
     def __init__(self, layout: Instruments, how: Recording, rng: np.random.Generator) -> None:
-        self.layout, self.how, self.rng = layout, how, rng
-        self.episodes: list[PlantedEpisode] = []
-        self.facts: list[Fact] = []
-        self.keep: dict[str, list[Interval]] = {"hand-left": [], "hand-right": []}
-        self.buttons = Buttons()
+        super().__init__(layout, how, LONGEST_LEVER)
+        self.rng = rng
         self.rod_in_hand = -layout.site("rod", "grip")
         self.cylinder_in_hand = np.array([0.0, SNAP - GRIP_HEIGHT, 0.0])
         self.cylinder_goal = np.array([-0.43, BENCH_TOP + STAND_M, 0.13])
         self.grasped = self.released = 0.0
-
-    @property
-    def clock(self) -> tuple[float, float]:
-        """Latency and length of the session."""
-        return self.how.latency_s, self.how.seconds
-
-    def blur(self, slack: float = 0.0) -> float:
-        """Metres that rounding, bounds and noise of one tracked hand leave open."""
-        noise = self.how.tracker.margin(LONGEST_LEVER, 1) if self.how.tracker else 0.0
-        return 10.0 * ROUNDING_M + slack + noise
 
     def dent(self, brief: bool, apart: float) -> Dent:
         """A tap of random depth and duration from a rest ``apart`` metres short of first contact."""
@@ -67,17 +52,12 @@ class BumpPlan:
 
     def plant(self, hand: str, a: str, b: str, dent: Dent, tap: Tap, slack: float, note: str) -> None:
         """Write down the episode of a tap and keep the hand from being lost then."""
-        self.episodes += dent.episodes(ordered(a, b), tap, self.blur(slack), self.clock, note)
+        self.tapped(a, b, dent, tap, slack, note)
         self.secure(hand, tap.start, tap.start + tap.period)
-
-    def approach(self, mover: str, target: str, direction: Point, height: float) -> Approach:
-        """Where the upright ``mover``, ``height`` metres over the target's base, begins to touch ``target``."""
-        return approach(self.layout.mesh(mover), IDENTITY, self.layout.mesh(target), direction, height)
 
     def secure(self, hand: str, start: float, end: float) -> None:
         """The hand must not be lost from ``start`` to ``end`` (time of the motion)."""
-        latency = self.how.latency_s
-        self.keep[hand].append((start + latency - 0.1, end + latency + 0.1))
+        self.keep[hand].append((start + self.late - 0.1, end + self.late + 0.1))
 
 
 def right_hand(plan: BumpPlan) -> Script:
@@ -86,11 +66,11 @@ def right_hand(plan: BumpPlan) -> Script:
     rod = -plan.rod_in_hand
     script.wait(1.2)
     _stir(plan, script, rod)
-    bottle = plan.approach("rod", "bottle", RIGHTWARDS, 0.035)
+    bottle = plan.approach("rod", "bottle", 0.035, RIGHTWARDS)
     _taps(plan, script, "rod", "bottle", bottle, (True, False), 31.0, rod)
     script.over((0.16, 1.16, 0.24), ABOVE_ALL)
     script.wait_until(48.0)
-    small = plan.approach("rod", "small-beaker", AWAY, 0.025)
+    small = plan.approach("rod", "small-beaker", 0.025)
     _taps(plan, script, "rod", "small-beaker", small, (True,), 50.5, rod)
     script.over((0.22, 1.13, 0.25), ABOVE_ALL - 0.1)
     return script
@@ -107,9 +87,8 @@ def _stir(plan: BumpPlan, script: Script, rod: np.ndarray) -> None:
     now, taps = start + 1.1, []
     for brief in (True, False, True, False, False, True, False, True):
         dent = plan.dent(brief, reach - radius)
-        centre = plan.centre(now, dent)
-        tap = Tap(centre - dent.period / 2.0, dent.period, (0.0, 0.0, 0.0), dent.amplitude)
-        taps.append((tap.start, tap.period, tap.amplitude))
+        tap = dent.tap(plan.centre(now, dent))
+        taps.append(tap)
         plan.plant("hand-right", "beaker", "rod", dent, tap, slack, _note(brief, "the rod touches the wall inside"))
         now = tap.start + tap.period + float(plan.rng.uniform(0.9, 1.3))
     end = now + 0.9
@@ -156,7 +135,7 @@ def left_hand(plan: BumpPlan) -> Script:
     script.wait(2.2)
     nothing = np.zeros(3)
     for target, height, earliest in (("small-beaker", 0.055, 5.0), ("flask", 0.06, 13.0)):
-        meets = plan.approach("hand-left", target, AWAY, height)
+        meets = plan.approach("hand-left", target, height)
         _taps(plan, script, "hand-left", target, meets, (True, False), earliest, nothing)
         script.go((-0.26, 1.12, 0.27))
         script.wait(0.5)
@@ -172,31 +151,28 @@ def _carry(plan: BumpPlan, script: Script) -> None:
     script.wait_until(20.5)
     script.over(at + np.array([0.0, GRIP_HEIGHT, 0.0]), ABOVE_ALL)
     script.wait(0.3)
-    plan.grasped = script.now + plan.how.latency_s
+    plan.grasped = script.now + plan.late
     held_from = script.now
     script.wait(0.3)
     script.go(at + grip + (0.0, LIFT, 0.0), 0.8)
-    meets = plan.approach("cylinder", "flask", RIGHTWARDS, LIFT)
+    meets = plan.approach("cylinder", "flask", LIFT, RIGHTWARDS)
     _taps(plan, script, "cylinder", "flask", meets, (True, False), script.now + 2.5, grip)
     script.go(plan.cylinder_goal + grip + (0.0, LIFT - STAND_M, 0.0), 1.5)
     down, taken = script.now, 1.3
     script.go(plan.cylinder_goal + grip - (0.0, PRESSED_IN + STAND_M, 0.0), taken)
     script.wait(0.35)
-    plan.released = script.now + plan.how.latency_s
+    plan.released = script.now + plan.late
     let_go = script.now
-    plan.episodes += levelled(
-        ordered("bench", "cylinder"), "contact", lambda level: _set_down(level, down, taken, let_go), plan.blur(),
-        0.0, plan.clock,
-    )  # fmt: skip
+    plan.contact(
+        "bench", "cylinder", lambda level: _set_down(level, down, taken, let_go), blur=plan.noise_m, late=plan.late
+    )
     script.quiet.append((down, let_go + 0.3))
     script.wait(0.4)
     plan.secure("hand-left", held_from - 1.0, script.now)
     script.over((-0.26, 1.12, 0.28), ABOVE_ALL)
     plan.buttons.hold("left", plan.grasped, plan.released)
-    plan.facts += [
-        Fact(kind, time, time, ("cylinder", "hand-left"), {"hand": "left"})
-        for kind, time in (("grasp", plan.grasped), ("release", plan.released))
-    ]
+    for kind, time in (("grasp", plan.grasped), ("release", plan.released)):
+        plan.fact(kind, time, time, ("cylinder", "hand-left"), hand="left")
 
 
 def _set_down(level: float, start: float, taken: float, end: float) -> list[Interval]:
@@ -207,7 +183,7 @@ def _set_down(level: float, start: float, taken: float, end: float) -> list[Inte
 
 def _near_miss(plan: BumpPlan, script: Script) -> None:
     """Come within 6 mm of the small beaker and stop."""
-    meets = plan.approach("hand-left", "small-beaker", AWAY, 0.055)
+    meets = plan.approach("hand-left", "small-beaker", 0.055)
     clearance = 0.006
     script.wait_until(43.0)
     script.go(meets.place(plan.layout.at("small-beaker"), 0.05))
@@ -216,8 +192,8 @@ def _near_miss(plan: BumpPlan, script: Script) -> None:
     script.quiet.append((arrived, arrived + 0.6))
     script.wait(0.6)
     plan.secure("hand-left", arrived - 0.5, script.now + 0.3)
-    start, end = arrived + plan.how.latency_s, script.now + plan.how.latency_s
-    plan.facts.append(Fact("near_miss", start, end, ("hand-left", "small-beaker"), {"clearance_m": clearance}))
+    bodies = ("hand-left", "small-beaker")
+    plan.fact("near_miss", arrived + plan.late, script.now + plan.late, bodies, clearance_m=clearance)
     script.go((-0.26, 1.12, 0.28))
 
 

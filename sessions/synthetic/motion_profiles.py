@@ -78,9 +78,8 @@ class Dips:
         return np.asarray(self.floors)[nearest] + self.steepness * (times - centre[nearest]) ** 2
 
     def between(self, low: float, high: float, seconds: float) -> list[Interval]:
-        """Intervals below ``high`` by the square root; ValueError where a dip goes below ``low``: not foreseen."""
-        if min(self.floors) < low:
-            raise ValueError(f"a dip reaches {min(self.floors)}, below {low}; lower the bound")
+        """Intervals below ``high`` by the square root; no dip goes below ``low``."""
+        assert min(self.floors) >= low
         spans = []
         cells = [-math.inf, *((a + b) / 2.0 for a, b in itertools.pairwise(self.times)), math.inf]
         for time, floor, (first, last) in zip(self.times, self.floors, itertools.pairwise(cells), strict=True):

@@ -34,8 +34,6 @@ def minimum_jerk(share_of_time: ArrayLike) -> Array:
 
 def minimum_jerk_inverse(share_of_way: float) -> float:
     """Share of the time at which a minimum-jerk reach has come this share of its way."""
-    if not 0.0 <= share_of_way <= 1.0:
-        raise ValueError(f"a share of the way lies between 0 and 1, not {share_of_way}")
     if share_of_way in (0.0, 1.0):
         return share_of_way  # flat there: many times come within rounding of the end
     return solved(lambda time: float(minimum_jerk(time)) - share_of_way, 0.0, 1.0)
@@ -139,16 +137,16 @@ class Stir:
     radius: float
     turns_per_second: float
     """Of the angle, which starts at +X and turns towards +Z."""
-    taps: tuple[tuple[float, float, float], ...] = ()
-    """(start, period, amplitude) of the taps of the radius."""
+    taps: tuple[Tap, ...] = ()
+    """Of the radius; their directions count for nothing."""
 
     def reach(self, times: Array) -> Array:
         """Distance (n,) from the middle of the circles."""
         opened = minimum_jerk((times - self.start) / OPENING_S)
         closed = minimum_jerk((self.end - times) / OPENING_S)
         radius = self.radius * np.minimum(opened, closed)
-        for start, period, amplitude in self.taps:
-            radius = radius + amplitude * knock((times - start) / period)
+        for tap in self.taps:
+            radius = radius + tap.amplitude * knock((times - tap.start) / tap.period)
         return radius
 
     def __call__(self, times: Array) -> Array:

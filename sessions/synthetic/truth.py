@@ -7,7 +7,6 @@ import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -151,22 +150,6 @@ def write_truth(truth: Truth, path: str | Path) -> None:
         file.write(f"{text}\n".encode())
 
 
-def read_truth(path: str | Path) -> Truth:
-    """Read a truth file.
-
-    Raises ``SessionError``: the file is no truth of this format.
-    """
-    try:
-        held = json.loads(Path(path).read_text(encoding="utf-8"))
-        if held.pop("format") != TRUTH_FORMAT:
-            raise KeyError("format")
-        episodes = tuple(_episode(item) for item in held.pop("episodes"))
-        facts = tuple(Fact(**{**item, "bodies": tuple(item["bodies"])}) for item in held.pop("facts"))
-        return Truth(**held, episodes=episodes, facts=facts)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise SessionError(f"{path} is no truth file of format {TRUTH_FORMAT} ({error}); make it again") from error
-
-
 def levelled(
     pair: Pair, kind: str, level: Level, blur: float, tessellation: float, clock: tuple[float, float]
 ) -> list[PlantedEpisode]:
@@ -188,15 +171,6 @@ def levelled(
             sure = next((inner for inner in surely if span[0] <= inner[0] and inner[1] <= span[1]), None)
             episodes.append(PlantedEpisode(pair, kind, span, sure, outer))
     return episodes
-
-
-def _span(value: Any) -> Interval | None:
-    return None if value is None else (float(value[0]), float(value[1]))
-
-
-def _episode(item: dict[str, Any]) -> PlantedEpisode:
-    spans = {key: _span(item[key]) for key in ("nominal", "surely", "possibly")}
-    return PlantedEpisode(**{**item, **spans, "pair": tuple(item["pair"])})
 
 
 def _shifted(spans: list[Interval], clock: tuple[float, float]) -> list[Interval]:

@@ -13,15 +13,11 @@ from replay.effects.protocol import EffectOutput, EffectSpec
 from replay.pipeline.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.model.track import HandTrack
-from sessions.synthetic.experiments.acid_dilution import ACID_DILUTION
-from sessions.synthetic.experiments.copper_sulfate import COPPER_SULFATE
-from sessions.synthetic.experiments.flame_test import FLAME_TEST
-from sessions.synthetic.experiments.gas_collection import GAS_COLLECTION
-from sessions.synthetic.experiments.silver_chloride import SILVER_CHLORIDE_EXPERIMENT
-from sessions.synthetic.experiments.titration import TITRATION
+from sessions.synthetic.experiments.record import experiment
 
 ROOT = Path(__file__).resolve().parents[2]
-EXPERIMENTS = (ACID_DILUTION, COPPER_SULFATE, FLAME_TEST, GAS_COLLECTION, SILVER_CHLORIDE_EXPERIMENT, TITRATION)
+NAMES = ("acid-dilution", "copper-sulfate", "flame-test", "gas-collection", "silver-chloride", "titration")
+EXPERIMENTS = tuple(experiment(name) for name in NAMES)
 
 PEOPLE = {"hand-left": ("hand", "left"), "hand-right": ("hand", "right"), "headset": ("headset",), "bench": ("bench",)}
 
@@ -29,8 +25,8 @@ PEOPLE = {"hand-left": ("hand", "left"), "hand-right": ("hand", "right"), "heads
 def declarations():
     """A declaration of every kind there is in the scenes of the experiments, the first one met."""
     found = {}
-    for experiment in EXPERIMENTS:
-        for effect in experiment.effects:
+    for scene in EXPERIMENTS:
+        for effect in scene.effects:
             found.setdefault(effect.kind, effect)
     return found
 
@@ -38,11 +34,11 @@ def declarations():
 def bodies():
     """All bodies of all experiments, each once, with all tags that any of them has there."""
     tags = {name: set(words) for name, words in PEOPLE.items()}
-    for experiment in EXPERIMENTS:
-        for name, placed in experiment.placed.items():
+    for scene in EXPERIMENTS:
+        for name, placed in scene.placed.items():
             made = {"glass", "vessel", "open"} if "bench" not in placed.instrument else set()
             tags.setdefault(name, set()).update(made, placed.tags)
-    made = {name: placed.instrument for experiment in EXPERIMENTS for name, placed in experiment.placed.items()}
+    made = {name: placed.instrument for scene in EXPERIMENTS for name, placed in scene.placed.items()}
     warm = {"dish": {"properties": {"heat_capacity_j_per_k": 60.0}}}
     there = [
         SceneBody(name, instrument=made.get(name, ""), tags=tuple(sorted(words)), extra=warm.get(name, {}))

@@ -82,7 +82,6 @@ SAMPLED = {
     "test_the_pour_agrees_with_the_poses": 2,
     "test_scenes_declare_effects_and_their_text_makes_the_same_meshes": 3,
     "test_the_tilt_that_keeps_a_volume_keeps_it": 3,
-    "test_a_detector_at_22_hz_misses_exactly_the_predicted_episodes": 5,
     "test_with_noise_jitter_and_losses_the_band_still_holds": 4,
     "test_the_bumps_fall_at_any_phase_of_any_rate": 3,
     "test_every_row_turns_knobs_of_the_first_and_can_be_audited": 3,

@@ -2,7 +2,6 @@
 
 from sessions.synthetic.bench import BENCH_TOP
 from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.steps import pour, rap, stir_once
 
 
@@ -32,7 +31,7 @@ def perform(lab: Lab) -> None:
         lab.grasp("left", "rinse", (0.0, 0.05, 0.0))
         pour(lab, "left", "acid", 5.0, seconds=3.0)
         wrong = max((fact for fact in lab.facts if fact.kind == "pour"), key=lambda fact: fact.start)
-        lab.note("wrong_order", wrong.start, wrong.end, ("acid", "rinse"), water_ml=5.0)
+        lab.fact("wrong_order", wrong.start, wrong.end, ("acid", "rinse"), water_ml=5.0)
         lab.hands["left"].wait(0.5)
     with lab.task("drop the beaker"):
         lab.carry("left", (away[0] - 0.06, BENCH_TOP + 0.22, away[2] + 0.06), high=BENCH_TOP + 0.24)
@@ -44,6 +43,3 @@ def perform(lab: Lab) -> None:
         rap(lab, "left", "water", 0.06, 0.6, note="a hand touches the warm beaker")
         lab.rest("left")
         lab.wait(2.0)
-
-
-ACID_DILUTION = experiment("acid-dilution", perform)

@@ -1,7 +1,6 @@
 """Calorimetry: hydrochloric acid is poured into ammonia in a vessel of known heat capacity, which warms."""
 
 from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.steps import come_close, look_first, pour_once, rap, stir_once
 
 POURED_ML = 25.0
@@ -18,7 +17,7 @@ def perform(lab: Lab) -> None:
     given = POURED_ML * 1e-3 * lab.held_by("acid")["liquid"]["molar"] * HEAT_J_MOL
     liquids = heat["heat_capacity_j_per_ml_k"] * (vessel["liquid"]["volume_ml"] + POURED_ML)
     warmest = heat["ambient_c"] + given / (liquids + vessel["heat_capacity_j_per_k"])
-    lab.note("temperature", start, lab.now, ("calorimeter",), from_c=heat["ambient_c"], to_c=warmest)
+    lab.fact("temperature", start, lab.now, ("calorimeter",), from_c=heat["ambient_c"], to_c=warmest)
     with lab.task("stir"):
         stir_once(lab, "calorimeter")
     lab.stage("embodied cognition")
@@ -27,6 +26,3 @@ def perform(lab: Lab) -> None:
         rap(lab, "left", "calorimeter", 0.055, 0.3, note="knuckles touch the beaker")
         lab.rest("left")
         lab.wait(8.0)
-
-
-AMMONIA_CALORIMETRY = experiment("ammonia-calorimetry", perform)

@@ -1,7 +1,6 @@
 """Titration of sodium carbonate with hydrochloric acid: two end points, of which the second is twice the first."""
 
 from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.titration import equivalence_ml, titrate
 
 
@@ -10,6 +9,3 @@ def perform(lab: Lab) -> None:
     # One proton for each carbonate, then another for each hydrogen carbonate.
     first_ml = equivalence_ml(lab)
     titrate(lab, (first_ml, 2.0 * first_ml))
-
-
-CARBONATE_TITRATION = experiment("carbonate-titration", perform)

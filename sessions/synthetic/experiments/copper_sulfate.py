@@ -7,7 +7,6 @@ import numpy as np
 
 from sessions.synthetic.bench import BENCH_TOP, STAND_M, standing
 from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.steps import come_close, look_first, rap, stir_once
 
 TRIPOD_AT = (-0.02, -0.02)
@@ -29,7 +28,7 @@ def perform(lab: Lab) -> None:
     heat, dish = lab.declared("heat"), lab.held_by("dish")
     loss, capacity = heat["loss_w_per_k"], dish["heat_capacity_j_per_k"]
     dried = begun - capacity / loss * np.log1p(-(heat["turns_c"] - heat["ambient_c"]) * loss / heat["power_w"])
-    lab.note("white", float(dried), float(dried), ("dish",), celsius=heat["turns_c"])
+    lab.fact("white", float(dried), float(dried), ("dish",), celsius=heat["turns_c"])
     with lab.task("stir while it dries"):
         stir_once(lab, "dish", 20.0, radius=0.01, high=BENCH_TOP + 0.36, by=0.1)
         lab.wait(8.0)
@@ -41,11 +40,11 @@ def perform(lab: Lab) -> None:
         assert burn.nominal is not None
         length = burn.nominal[1] - burn.nominal[0]
         hot = _celsius(burn.nominal[0] - begun, heat, capacity)
-        lab.note("burn", *burn.nominal, ("dish", "hand-left"), surface_c=hot, seconds=length)
+        lab.fact("burn", *burn.nominal, ("dish", "hand-left"), surface_c=hot, seconds=length)
         lab.rest("left")
     with lab.task("take the dish off with the bare hand"):
         lab.grasp("right", "dish", (0.0, GRIP_HEIGHT, 0.0))
-        lab.note("heat", begun, lab.last("grasp").start, ("dish", "lamp"), salt_g=dish["solid"]["mass_g"])
+        lab.fact("heat", begun, lab.last("grasp").start, ("dish", "lamp"), salt_g=dish["solid"]["mass_g"])
         lab.put_back("right", BENCH_TOP + 0.34, rest=True)
         lab.wait(3.0)
 
@@ -54,6 +53,3 @@ def _celsius(seconds: float, heat: Mapping[str, Any], capacity: float) -> float:
     """Temperature of the dish after so long over the flame: m c dT/dt = P - k (T - Ta)."""
     power, loss = heat["power_w"], heat["loss_w_per_k"]
     return float(heat["ambient_c"] + power / loss * (1.0 - float(np.exp(-seconds * loss / capacity))))
-
-
-COPPER_SULFATE = experiment("copper-sulfate", perform)

@@ -5,7 +5,6 @@ import numpy as np
 from sessions.geometry.rotations import turned_about
 from sessions.synthetic.bench import BENCH_TOP
 from sessions.synthetic.experiments.lab import UP, Lab
-from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.steps import come_close, look_first
 from sessions.synthetic.paths import minimum_jerk_inverse
 
@@ -45,7 +44,7 @@ def _dip(lab: Lab, vessel: str) -> None:
     lab.carry("right", place + 0.014 * UP)
     start = lab.hands["right"].now
     lab.hands["right"].wait(float(lab.rng.uniform(0.8, 1.4)))
-    lab.note("dip", start + lab.late, lab.hands["right"].now + lab.late, ("wire", vessel))
+    lab.fact("dip", start + lab.late, lab.hands["right"].now + lab.late, ("wire", vessel))
     lab.carry("right", place + 0.11 * UP)
 
 
@@ -69,11 +68,8 @@ def _hold_in_flame(lab: Lab, formula: str, rest: float) -> None:
     share = 1.0 - flame["flame_radius"] * (1.0 - TIP_IN_FLAME / flame["flame_height"]) / ENTER_FROM
     entered = start + ENTER_S * minimum_jerk_inverse(share)
     left = out + ENTER_S * minimum_jerk_inverse(1.0 - share)
-    lab.note(
+    lab.fact(
         "flame", entered + lab.late, left + lab.late, ("lamp", "wire"),
         salt=formula, seen=flame["colours"][formula] if left - entered >= flame["seconds"] else "",
     )  # fmt: skip
     lab.carry("right", above)
-
-
-FLAME_TEST = experiment("flame-test", perform)

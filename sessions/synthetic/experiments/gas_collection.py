@@ -7,7 +7,6 @@ import numpy as np
 
 from sessions.synthetic.bench import BENCH_TOP
 from sessions.synthetic.experiments.lab import UP, Lab
-from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.steps import come_close, look_first, pour_once, rap
 from sessions.synthetic.paths import minimum_jerk_inverse
 
@@ -66,11 +65,8 @@ def _collect(lab: Lab, begun: float) -> None:
     left = out + LOWER_S * minimum_jerk_inverse(1.0 - share) + lab.late
     moles, rate = lab.held_by("flask")["solid"]["mass_g"] / ZINC_MOLAR_MASS, lab.declared("reaction")["rate_per_s"]
     evolved = [moles * (1.0 - float(np.exp(-rate * (time - begun)))) for time in (entered, left)]
-    lab.note(
+    lab.fact(
         "collect", entered, left, ("jar", "tube"),
         collected_mol=evolved[1] - evolved[0], leaked_before_mol=evolved[0], begun=begun, zinc_mol=moles,
     )  # fmt: skip
     lab.put_back("right", float(over[1]), rest=True)
-
-
-GAS_COLLECTION = experiment("gas-collection", perform)

@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sessions.geometry.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated, turned_about
+from sessions.geometry.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated
 from sessions.model.event import Interval
 from sessions.model.scene import SceneEffect
-from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
 from sessions.synthetic.bench import BENCH_TOP, Instruments, Placed
-from sessions.synthetic.choreography import Buttons, Script
-from sessions.synthetic.experiments.things import Falling, Held, PosesAt, Standing
+from sessions.synthetic.choreography import Script
 from sessions.synthetic.paths import Path, Point, Quaternion, point, quaternion_of, relative
+from sessions.synthetic.planting import SIDES, Planting
 from sessions.synthetic.rng import random_stream
-from sessions.synthetic.truth import Fact, PlantedEpisode, levelled, ordered
+from sessions.synthetic.things import Falling, Held, PosesAt, Standing
+from sessions.synthetic.truth import Fact
 
-SIDES = ("left", "right")
+LEVER_M = 0.25
 UP = np.array([0.0, 1.0, 0.0])
 REST = {"left": (-0.22, 1.12, 0.30), "right": (0.22, 1.12, 0.30)}
 
@@ -36,7 +36,7 @@ SNAP = 0.002
 LANDS_BELOW = 0.0005
 
 
-class Lab:
+class Lab(Planting):
     """The bench, the hands and the record of one session; hands cross the bench at least ``travel`` metres high."""
 
     def __init__(
@@ -48,19 +48,15 @@ class Lab:
         travel: float = 1.25,
         effects: Sequence[SceneEffect] = (),
     ) -> None:
-        self.effects = effects
-        self.name, self.layout, self.how, self.travel = name, layout, how, travel
+        super().__init__(layout, how, LEVER_M)
+        self.name, self.travel, self.effects = name, travel, effects
         self.rng = random_stream(how.seed, "procedure", name)
         pace = float(self.rng.uniform(0.9, 1.15))
         self.hands = {side: Script(REST[side], pace=pace) for side in SIDES}
         self.things: dict[str, list[tuple[float, PosesAt]]] = {}  # phases: begin, and where the thing is from then on
         self.where: dict[str, tuple[Point, Quaternion]] = {}
         self.held: dict[str, str] = {}
-        self.buttons = Buttons()
-        self.facts: list[Fact] = []
-        self.episodes: list[PlantedEpisode] = []
         self.intervals: list[Interval] = []
-        self.keep: dict[str, list[tuple[float, float]]] = {side: [] for side in SIDES}
         self.attention: list[tuple[float, Point]] = [(0.0, (0.0, 1.0, 0.0))]
         self.stages: list[tuple[float, str]] = []
         self.joints: dict[str, Path] = {}  # parts that move on what they belong to, on the recorded clock
@@ -79,11 +75,6 @@ class Lab:
     def held_by(self, body: str) -> Mapping[str, Any]:
         """What a vessel held at first, and its other properties."""
         return self.layout.placed[body].properties
-
-    @property
-    def late(self) -> float:
-        """Seconds from a motion to the stamp it is recorded at."""
-        return self.how.latency_s
 
     @property
     def now(self) -> float:
@@ -114,10 +105,6 @@ class Lab:
         """A learning stage begins; the one before ends."""
         self.stages.append((self.together(), name))
 
-    def note(self, kind: str, start: float, end: float, bodies: tuple[str, ...], **values: float | str) -> None:
-        """Write down a fact; times are those of the recording."""
-        self.facts.append(Fact(kind, start, end, tuple(sorted(bodies)), dict(values)))
-
     def last(self, kind: str) -> Fact:
         """The fact of this kind that was written down last."""
         return next(fact for fact in reversed(self.facts) if fact.kind == kind)
@@ -135,7 +122,7 @@ class Lab:
         self.things[thing].append((moment, Held(f"hand-{side}", point(offset), quaternion_of(own))))
         self.where[thing] = (point(lifted), quaternion)
         self.held[side], self._since[side] = thing, moment
-        self.note("grasp", moment, moment, (thing, f"hand-{side}"))
+        self.fact("grasp", moment, moment, (thing, f"hand-{side}"))
         script.wait(0.25)
 
     def carry(
@@ -198,13 +185,10 @@ class Lab:
         self.things[thing].append((moment, fall))
         x, y, z = fall.position
         impact, speed = fall.time_at(BENCH_TOP), fall.speed_at(BENCH_TOP)
-        self.note("drop", moment, impact, (thing,), height_m=y - BENCH_TOP, impact_speed_m_s=speed)
+        self.fact("drop", moment, impact, (thing,), height_m=y - BENCH_TOP, impact_speed_m_s=speed)
         if speed > threshold_speed:
-            self.note("break", impact, impact, (thing,), speed_m_s=speed, threshold_m_s=threshold_speed)
-        self.episodes += levelled(
-            ordered("bench", thing), "contact", lambda level: [(fall.time_at(BENCH_TOP + level), self.how.seconds)],
-            10.0 * ROUNDING_M, 0.0, (0.0, self.how.seconds),
-        )  # fmt: skip
+            self.fact("break", impact, impact, (thing,), speed_m_s=speed, threshold_m_s=threshold_speed)
+        self.contact("bench", thing, lambda level: [(fall.time_at(BENCH_TOP + level), self.how.seconds)])
         self.where[thing] = ((x, fall.floor, z), self.where[thing][1])
         self.hands[side].wait(impact - moment + 0.8)
         return fall
@@ -228,8 +212,8 @@ class Lab:
 
     def secure(self, start: float, end: float) -> None:
         """Neither hand is lost in this time of the recording."""
-        for side in SIDES:
-            self.keep[side].append((start - 0.2, end + 0.2))
+        for windows in self.keep.values():
+            windows.append((start - 0.2, end + 0.2))
 
     def finish(self, seconds: float) -> None:
         """Close stages and features at the end of the session."""
@@ -248,9 +232,9 @@ class Lab:
         moment = self.hands[side].now + self.late
         start = self._since.pop(side)
         self.buttons.hold(side, start, moment)
-        self.note("release", moment, moment, (thing, f"hand-{side}"))
-        self.note("hold", start, moment, (thing, f"hand-{side}"))
-        self.keep[side].append((start - 0.5, moment + 0.3))
+        self.fact("release", moment, moment, (thing, f"hand-{side}"))
+        self.fact("hold", start, moment, (thing, f"hand-{side}"))
+        self.keep[f"hand-{side}"].append((start - 0.5, moment + 0.3))
         return moment
 
     def _hand_for(self, side: str, position: ArrayLike, quaternion: ArrayLike) -> tuple[Array, Array]:
@@ -267,10 +251,6 @@ class Lab:
     def _interval(self, kind: str, name: str, start: float, end: float) -> None:
         a, b = (START_NS + round(time * 1e9) for time in (start, end))
         self.intervals.append(Interval(a, b, kind, name))
-
-
-SPOUT_LEFT = turned_about((0.0, 1.0, 0.0), np.pi)
-"""Turns a beaker's spout from +X to -X, for pouring with the right hand."""
 
 
 def layout_of(placed: Mapping[str, Placed], grips: tuple[float, float], faces: int) -> Instruments:

@@ -3,7 +3,6 @@
 import math
 
 from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.steps import come_close, look_first, pour_once, rap, stir_once
 
 POURED_ML = 25.0
@@ -19,7 +18,7 @@ def perform(lab: Lab) -> None:
     marble_g, molar = lab.held_by("marble")["solid"]["mass_g"], lab.held_by("acid")["liquid"]["molar"]
     left = POURED_ML * 1e-3 * molar - 2.0 * marble_g / MARBLE_G_MOL
     ph = -math.log10(left / (POURED_ML * 1e-3))
-    lab.note("dissolve", start, lab.now, ("marble",), formula="CaCO3", mass_g=marble_g, ph=ph)
+    lab.fact("dissolve", start, lab.now, ("marble",), formula="CaCO3", mass_g=marble_g, ph=ph)
     with lab.task("stir"):
         stir_once(lab, "marble")
     lab.stage("embodied cognition")
@@ -28,6 +27,3 @@ def perform(lab: Lab) -> None:
         rap(lab, "left", "marble", 0.055, 0.3, note="knuckles touch the beaker")
         lab.rest("left")
         lab.wait(8.0)
-
-
-MARBLE = experiment("marble", perform)

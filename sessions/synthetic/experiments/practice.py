@@ -5,12 +5,12 @@ It is meant for classes of many sessions: half a minute, few things, a pseudonym
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
-from sessions.model.scene import SceneEffect
 from sessions.model.session import Session
-from sessions.synthetic.bench import Placed, standing
-from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab
+from sessions.synthetic.bench import declared_bench
+from sessions.synthetic.experiments.lab import Lab
 from sessions.synthetic.experiments.record import Experiment
 from sessions.synthetic.experiments.steps import come_close, rap
 from sessions.synthetic.truth import Truth
@@ -42,16 +42,7 @@ def make_practice(
             lab.wait(0.5)
             lab.rest("left")
 
-    experiment = Experiment(
-        "practice",
-        ("A beaker is taken and put back; a glass beside it is touched by accident.",),
-        {
-            "beaker": Placed("beaker_50", standing(0.13, 0.04), SPOUT_LEFT),
-            "glass": Placed("beaker_100", standing(-0.10, 0.02)),
-        },
-        (0.034, 0.034),
-        perform,
-        tuple(SceneEffect(kind, {"between": ["tag:hand", "tag:glass"]}) for kind in ("contact", "grasp")),
-    )
+    declared = declared_bench(Path(__file__).with_name("practice.toml"))
+    experiment = Experiment(name="practice", perform=perform, **declared)
     session, truth = experiment(**{"faces": FACES, **settings})
     return replace(session, facts={**session.facts, "pseudonym": pseudonym}), truth

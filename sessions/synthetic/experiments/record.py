@@ -1,8 +1,8 @@
 """From a finished procedure to a session with its scene, and the truth to put beside it."""
 
-import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +14,12 @@ from sessions.model.event import Event
 from sessions.model.scene import Scene, SceneEffect
 from sessions.model.session import Session
 from sessions.synthetic.assembly import START_NS, Recording, recorded
-from sessions.synthetic.bench import Instruments, Placed, made_session, with_text
-from sessions.synthetic.experiments.lab import SIDES, Lab, layout_of
-from sessions.synthetic.experiments.things import placed_by
+from sessions.synthetic.bench import Instruments, Placed, declared_bench, made_session, with_text
+from sessions.synthetic.experiments.lab import Lab, layout_of
 from sessions.synthetic.paths import Key, KeyPath, Poses, point, quaternion_of
+from sessions.synthetic.planting import SIDES
 from sessions.synthetic.rng import random_stream
+from sessions.synthetic.things import placed_by
 from sessions.synthetic.truth import Fact, PlantedEpisode, Truth, sorted_episodes, sorted_facts
 from sessions.synthetic.truth import Interval as Span
 
@@ -72,8 +73,7 @@ class Experiment:
         seconds = float(np.ceil(lab.together() + 1.0))
         lab.finish(seconds)
         hands = {f"hand-{side}": lab.hands[side].path(random_stream(seed, "tremor", side)) for side in SIDES}
-        keep = {f"hand-{side}": lab.keep[side] for side in SIDES}
-        seen = recorded({**hands, "headset": _watching(lab)}, replace(how, seconds=seconds), keep=keep)
+        seen = recorded({**hands, "headset": _watching(lab)}, replace(how, seconds=seconds), keep=lab.keep)
         times = seen.stamps.astype(np.float64) * 1e-9
         things: dict[str, Poses] = {name: placed_by(phases, times, seen.poses) for name, phases in lab.things.items()}
         things.update({name: path(times) for name, path in lab.joints.items()})
@@ -89,16 +89,11 @@ class Experiment:
         return with_text(Scene(self.name, bodies, effects=self.effects), self.remarks)
 
 
-def experiment(name: str, perform: Callable[[Lab], None]) -> Experiment:
-    """The experiment whose bench and effects the TOML file ``name`` beside this module declares."""
-    declared = tomllib.loads(Path(__file__).with_name(f"{name}.toml").read_text(encoding="utf-8"))
-    placed = {body: Placed(**_as_tuples(item)) for body, item in declared.pop("bodies").items()}
-    effects = tuple(SceneEffect(effect.pop("kind"), effect) for effect in declared.pop("effect"))
-    return Experiment(name=name, placed=placed, perform=perform, effects=effects, **_as_tuples(declared))
-
-
-def _as_tuples(table: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
+def experiment(name: str) -> Experiment:
+    """The experiment of this name: its TOML file declares bench and effects, its module performs it."""
+    declared = declared_bench(Path(__file__).with_name(f"{name}.toml"))
+    module = import_module(f"sessions.synthetic.experiments.{name.replace('-', '_')}")
+    return Experiment(name=name, perform=module.perform, **declared)
 
 
 def _until(episodes: Sequence[PlantedEpisode], seconds: float) -> list[PlantedEpisode]:

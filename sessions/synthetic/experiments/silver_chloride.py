@@ -1,7 +1,6 @@
 """Silver chloride: silver nitrate is poured into sodium chloride, a white precipitate falls, and is stirred."""
 
 from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.steps import come_close, look_first, pour_once, rap, stir_once
 
 POURED_ML = 18.0
@@ -15,7 +14,7 @@ def perform(lab: Lab) -> None:
     task = "pour silver nitrate into sodium chloride"
     start = pour_once(lab, task, "silver-nitrate", "sodium-chloride", POURED_ML)
     moles = POURED_ML * 1e-3 * lab.held_by("silver-nitrate")["liquid"]["molar"]
-    lab.note(
+    lab.fact(
         "precipitate", start, lab.now, ("sodium-chloride",), formula="AgCl", moles=moles, mass_g=moles * SILVER_CHLORIDE
     )
     with lab.task("stir"):
@@ -28,6 +27,3 @@ def perform(lab: Lab) -> None:
         rap(lab, "left", "sodium-chloride", 0.055, 0.3, note="knuckles touch the beaker")
         lab.rest("left")
         lab.wait(6.0)
-
-
-SILVER_CHLORIDE_EXPERIMENT = experiment("silver-chloride", perform)

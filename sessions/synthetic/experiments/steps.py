@@ -6,17 +6,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from sessions.geometry.rotations import Array, quaternion_about, quaternion_product, rotated
-from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.experiments.lab import UP, Lab
 from sessions.synthetic.experiments.pouring import tilt_keeping
 from sessions.synthetic.paths import Stir, Tap, minimum_jerk, minimum_jerk_inverse
-from sessions.synthetic.planting import Dent
-from sessions.synthetic.sections import Approach, approach, round_in_round
-from sessions.synthetic.truth import ordered
+from sessions.synthetic.planting import AWAY, Dent
+from sessions.synthetic.sections import round_in_round
 
 STEP_S = 0.02
-LEVER_M = 0.25
-AWAY = (0.0, 0.0, -1.0)
 # Farther than the rim and the spout of any vessel poured from, so that it clears the target while still upright.
 CLEAR_OF_RIM = 0.02
 POUR_FROM = 0.03
@@ -59,7 +55,7 @@ def pour(lab: Lab, side: str, target: str, millilitres: float, *, seconds: float
     missed = abs(beside) > float(into.radius)
     lab.volumes[source] -= millilitres
     lab.volumes[target] += 0.0 if missed else millilitres
-    lab.note(
+    lab.fact(
         "spill" if missed else "pour", begins, start + seconds + lab.late, (source,) if missed else (source, target),
         volume_ml=millilitres, source=source, target="" if missed else target, left_ml=lab.volumes[source],
         onset_tilt_deg=float(np.degrees(onset)), greatest_tilt_deg=float(np.degrees(greatest)),
@@ -125,9 +121,8 @@ def stir(
         apart, slack = 0.5 * (sure + possible) - radius, 0.5 * (sure - possible)
         for number, length in enumerate(touches):
             dent = Dent(0.0026, length, apart + 0.0026)
-            centre = start + 1.2 + (seconds - 2.4) * (number + 0.5) / len(touches)
-            tap = Tap(centre - dent.period / 2.0, dent.period, (0.0, 0.0, 0.0), dent.amplitude)
-            taps.append((tap.start, tap.period, tap.amplitude))
+            tap = dent.tap(start + 1.2 + (seconds - 2.4) * (number + 0.5) / len(touches))
+            taps.append(tap)
             _plant(lab, vessel, rod, dent, tap, slack, "the rod touches the wall")
     script.quiet.append((start, start + seconds))
     _circle(lab, side, "stir", Stir(start, start + seconds, radius, turns, taps=tuple(taps)), (rod, vessel))
@@ -145,13 +140,13 @@ def _circle(lab: Lab, side: str, kind: str, circles: Stir, bodies: tuple[str, ..
     script.overlays.append(circles)
     script.wait_until(circles.end)
     values = {"turns_per_second": circles.turns_per_second, "radius_m": circles.radius}
-    lab.note(kind, circles.start + lab.late, script.now + lab.late, bodies, **values)
+    lab.fact(kind, circles.start + lab.late, script.now + lab.late, bodies, **values)
 
 
 def rap(lab: Lab, side: str, target: str, height: float, seconds: float, *, note: str) -> None:
     """Touch a standing glass with the knuckles of an empty hand for so many seconds."""
     hand, script = f"hand-{side}", lab.hands[side]
-    meets, at = _approach(lab, side, target, height), np.array(lab.where[target][0])
+    meets, at = lab.approach(hand, target, height, turn=script.quaternion), np.array(lab.where[target][0])
     lab.look(at)
     dent = Dent(0.0024, seconds, 0.0264)
     script.over(meets.place(at, 0.08), script.position[1])
@@ -165,24 +160,17 @@ def rap(lab: Lab, side: str, target: str, height: float, seconds: float, *, note
 def come_close(lab: Lab, side: str, target: str, height: float, clearance: float) -> None:
     """Stop an empty hand ``clearance`` metres before a standing glass and draw back: a near miss."""
     hand, script = f"hand-{side}", lab.hands[side]
-    meets, at = _approach(lab, side, target, height), np.array(lab.where[target][0])
+    meets, at = lab.approach(hand, target, height, turn=script.quaternion), np.array(lab.where[target][0])
     script.over(meets.place(at, 0.08), script.position[1])
     script.go(meets.place(at, clearance), 0.8)
     arrived = script.now
     script.quiet.append((arrived - 0.1, arrived + 0.6))
     script.wait(0.5)
     lab.secure(arrived, script.now)
-    lab.note("near_miss", arrived + lab.late, script.now + lab.late, (hand, target), clearance_m=clearance)
+    lab.fact("near_miss", arrived + lab.late, script.now + lab.late, (hand, target), clearance_m=clearance)
     script.go(meets.place(at, 0.08))
 
 
-def _approach(lab: Lab, side: str, target: str, height: float) -> Approach:
-    hand = lab.layout.mesh(f"hand-{side}")
-    return approach(hand, lab.hands[side].quaternion, lab.layout.mesh(target), AWAY, height)
-
-
 def _plant(lab: Lab, a: str, b: str, dent: Dent, tap: Tap, slack: float, note: str) -> None:
-    noise = lab.how.tracker.margin(LEVER_M, 1) if lab.how.tracker else 0.0
-    clock = (lab.late, lab.how.seconds)
-    lab.episodes += dent.episodes(ordered(a, b), tap, 10.0 * ROUNDING_M + slack + noise, clock, note)
+    lab.tapped(a, b, dent, tap, slack, note)
     lab.secure(tap.start, tap.start + tap.period + 0.1)

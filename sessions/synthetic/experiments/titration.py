@@ -10,7 +10,6 @@ from sessions.synthetic.bench import BENCH_TOP, standing
 from sessions.synthetic.choreography import Script
 from sessions.synthetic.experiments.lab import Lab
 from sessions.synthetic.experiments.pouring import Outlet, Turn
-from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.experiments.steps import look_first, swirl
 from sessions.synthetic.paths import Path, Poses
 
@@ -52,8 +51,8 @@ def titrate(lab: Lab, ends_ml: tuple[float, ...]) -> None:
     delivered = float(outlet.volume(lab.now)) * 1e6
     for volume in ends_ml:
         end_point = outlet.time_of(volume * 1e-6, 600.0)
-        lab.note("end_point", end_point, end_point, ("burette", "flask"), volume_ml=volume)
-    lab.note("delivered", outlet.turns[0].start, outlet.turns[-1].end, ("burette", "flask"), volume_ml=delivered)
+        lab.fact("end_point", end_point, end_point, ("burette", "flask"), volume_ml=volume)
+    lab.fact("delivered", outlet.turns[0].start, outlet.turns[-1].end, ("burette", "flask"), volume_ml=delivered)
     lab.joints["stopcock"] = _stopcock(lab, outlet)
 
 
@@ -81,7 +80,7 @@ def _run_in(lab: Lab, last_ml: float) -> Outlet:
         left.go((-0.2, 1.1, 0.28))
     for turn in turns:
         angles = {"from_deg": float(np.degrees(turn.start_angle)), "to_deg": float(np.degrees(turn.end_angle))}
-        lab.note("stopcock", turn.start, turn.end, ("stopcock",), **angles)
+        lab.fact("stopcock", turn.start, turn.end, ("stopcock",), **angles)
     return outlet
 
 
@@ -104,6 +103,3 @@ def _stopcock(lab: Lab, outlet: Outlet) -> Path:
         return np.tile(place, (len(times), 1)), quaternion_about(AXIS, angle)
 
     return path
-
-
-TITRATION = experiment("titration", perform)

@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from support.small_worlds import cube
 
+from replay.prepare import holding_poses
 from replay.prepare.scene_draft import _turned, draft_text, drafted
 from sessions import Session
 from sessions.mesh_data import MeshData
@@ -80,3 +81,9 @@ def test_without_meshes_or_neighbours_it_is_a_scene_all_the_same():
         dict.fromkeys("ab", cube(0.1)),
     )  # fmt: skip
     assert parse_scene(draft_text(apart, drafted(apart), {}, "x")).pairs is None
+
+
+def test_of_a_recording_too_long_to_be_held_the_beginning_is_looked_at_and_the_text_says_so(monkeypatch):
+    monkeypatch.setattr(holding_poses, "MOST_POSES", 5 * COUNT // 2)
+    draft = drafted(bench())
+    assert "first" in draft.seen and f"# Looked at: {draft.seen}" in draft_text(bench(), draft, {}, "x")

@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from support.looks import looks, predicted
 
 from cdcore import Verdict
 from sessions.synthetic.analytic import ANALYTIC, make_analytic
@@ -47,28 +46,6 @@ def test_without_noise_tessellation_leaves_less_than_a_frame_open(made):
 def test_with_noise_jitter_and_losses_the_band_still_holds(name, jitter, verdicts):
     session, truth = make_analytic(name, seed=5, seconds=8.0, noise="vive", jitter=jitter)
     _check(session, truth, verdicts)
-
-
-@pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("name", [name for name in ANALYTIC if name != "grazing-ball"])
-def test_a_detector_at_22_hz_misses_exactly_the_predicted_episodes(name, seed, verdicts):
-    session, truth = make_analytic(name, seed=seed, seconds=6.0)
-    stamps = session.frames.stamp_ns
-    answer = predicted(truth, stamps, 22.5)
-    rows = looks(stamps, 22.5)
-    seen = verdicts(session, truth.pairs) == Verdict.CONTACT
-    times = truth.seconds_of(stamps)
-    for group, at_looks, at_frames in (
-        (answer.caught, True, True),
-        (answer.missed, False, True),
-        (answer.unseen, False, False),
-    ):
-        for episode in group:
-            column = seen[:, truth.pairs.index(episode.pair)]
-            within = (times >= episode.possibly[0]) & (times <= episode.possibly[1])
-            assert column[within].any() == at_frames
-            assert column[rows][within[rows]].any() == at_looks
-    assert len(answer.undecided) <= 1
 
 
 @pytest.mark.parametrize("build", ANALYTIC.values(), ids=ANALYTIC)

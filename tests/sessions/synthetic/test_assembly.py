@@ -3,7 +3,6 @@ import pytest
 
 from sessions.errors import SessionError
 from sessions.synthetic.assembly import CLOCKS, Recording, recorded, stamps
-from sessions.synthetic.choreography import Buttons, Script
 from sessions.synthetic.paths import Key, KeyPath, still
 
 PATHS = {
@@ -39,32 +38,3 @@ def test_stamps_start_at_zero_increase_and_end_in_time(name, seed):
     assert times[-1] <= 30e9
     assert steps.min() >= 0.0023 - 1e-9
     assert steps.max() <= 0.128 + 1e-9
-
-
-TIMES = np.linspace(0.0, 5.0, 5001)
-
-
-def test_a_tap_goes_deepest_at_its_centre_without_tremor():
-    script = Script((0.0, 1.0, 0.0))
-    script.wait(1.0)
-    script.tap(2.0, 0.4, (0.0, 0.0, -1.0), 0.03)
-    assert script.now == pytest.approx(2.2)
-    times = np.linspace(1.81, 2.19, 2001)
-    position, _ = script.path(np.random.default_rng(0))(times)
-    assert times[position[:, 2].argmin()] == pytest.approx(2.0, abs=1e-3)
-    assert position[:, 2].min() == pytest.approx(-0.03, abs=1e-9)
-    assert (position[:, 0] == 0.0).all()
-    with pytest.raises(ValueError, match="plant it later"):
-        script.tap(2.3, 0.4, (1.0, 0.0, 0.0), 0.01)
-
-
-def test_the_trigger_passes_the_grasp_level_at_the_grasp_and_the_release_level_at_the_release():
-    buttons = Buttons()
-    buttons.hold("left", 1.0, 3.0)
-    value = buttons.trigger("left", TIMES)
-    assert TIMES[np.argmax(value > 0.6)] == pytest.approx(1.0, abs=2e-3)
-    after = TIMES > 2.0
-    assert TIMES[after][np.argmax(value[after] < 0.4)] == pytest.approx(3.0, abs=2e-3)
-    assert value.max() == 1.0 and value[0] == value[-1] == 0.0
-    assert np.abs(np.diff(value)).max() < 0.02
-    assert (buttons.trigger("right", TIMES) == 0.0).all()

@@ -5,7 +5,6 @@ import pytest
 
 from cdcore import create_detector
 from replay.prepare.assemble import assemble
-from replay.studies.synthetic_sessions import made_up_names
 from sessions.synthetic.crowded import COLUMNS, FINGERS, ROWS, make_crowded_lab
 
 
@@ -31,10 +30,3 @@ def test_glasses_of_a_row_stand_a_hair_apart_and_touch_now_and_then(crowd):
     pairs = [(assembly.names.index(a), assembly.names.index(b)) for a, b in pairwise(names)]
     verdict = create_detector("exact", assembly.bodies, pairs=pairs).detect(assembly.motion).verdict
     assert (verdict > 0).any() and (verdict == 0).any()
-
-
-def test_the_same_seed_gives_the_same_session_and_its_name_is_known():
-    assert "crowded-lab" in made_up_names()
-    one, two = (make_crowded_lab(3, faces=500, seconds=0.2)[0].frames.position for _ in range(2))
-    other = make_crowded_lab(4, faces=500, seconds=0.2)[0].frames.position
-    assert np.array_equal(one, two) and not np.array_equal(one, other)

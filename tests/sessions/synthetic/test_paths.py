@@ -5,30 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sessions.geometry.rotations import quaternion_about, rotated
-from sessions.synthetic import paths
+from sessions.geometry.rotations import quaternion_about
 from sessions.synthetic.motion_profiles import Dips, Polyline, Swing, Turning, passes
 
 TURN = tuple(quaternion_about((0.0, 1.0, 0.0), 1.0).tolist())
-
-
-def test_a_carried_thing_keeps_its_place_in_the_hand():
-    hand = paths.KeyPath([paths.Key(0.0, (0.0, 1.0, 0.0)), paths.Key(1.0, (0.5, 1.2, 0.1), TURN)])
-    times = np.linspace(0.0, 1.0, 7)
-    held = paths.carried(hand(times), (0.1, 0.0, 0.2), TURN)
-    for k in range(7):
-        offset, turn = paths.relative((hand(times)[0][k], hand(times)[1][k]), (held[0][k], held[1][k]))
-        np.testing.assert_allclose(offset, [0.1, 0.0, 0.2], atol=1e-14)
-        np.testing.assert_allclose(rotated(turn, [1.0, 0.0, 0.0]), rotated(TURN, [1.0, 0.0, 0.0]), atol=1e-14)
-
-
-@given(st.floats(0.001, 1.0))
-def test_a_knock_is_out_far_enough_exactly_within_its_interval(share):
-    start, end = paths.knock_interval(share)
-    inside = np.linspace(start, end, 50)[1:-1]
-    assert (paths.knock(inside) >= share - 1e-12).all()
-    assert paths.knock([start - 1e-4, end + 1e-4]).max() < share
-    assert start + end == pytest.approx(1.0)
 
 
 SECONDS = 7.0

@@ -28,30 +28,6 @@ def test_the_tip_is_in_the_flame_exactly_in_the_stated_visits(made):
         assert last == pytest.approx(fact.end, abs=step)
 
 
-def test_a_colour_is_seen_when_the_visit_is_long_enough(made):
-    run = made("flame-test")
-    _, effect = in_flame(run)
-    seen = {}
-    for fact in run.facts("flame"):
-        long_enough = fact.end - fact.start >= effect.settings["seconds"]
-        assert bool(fact.values["seen"]) == long_enough
-        seen[fact.values["salt"]] = fact.values["seen"]
-    assert seen == {"NaCl": "yellow", "KCl": "", "CuSO4": "green"}
-
-
-def test_the_burn_is_the_touch_of_the_dish(made):
-    run = made("copper-sulfate")
-    (burn,) = run.facts("burn")
-    (episode,) = run.truth.of("dish", "hand-left")
-    (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "burn-exposure")
-    assert (burn.start, burn.end) == episode.nominal
-    assert burn.values["seconds"] == pytest.approx(burn.end - burn.start)
-    assert burn.values["seconds"] > effect.settings["seconds"]
-    assert burn.values["surface_c"] > effect.settings["threshold_c"]
-    (heat,) = run.facts("heat")
-    assert heat.start < burn.start < heat.end
-
-
 @pytest.mark.parametrize(("name", "before"), [("gas-collection", 80.0), ("silver-chloride", 30.0)])
 def test_the_pour_agrees_with_the_poses(made, check_pour, name, before):
     run = made(name)
@@ -72,17 +48,3 @@ def test_gas_is_collected_while_the_tubes_end_is_inside_the_jar(made):
     assert run.times[inside][-1] == pytest.approx(fact.end, abs=step)
     between = run.near(fact.start + step, fact.end - step)
     assert inside[between].all()
-
-
-def test_what_is_collected_follows_from_the_declared_rate(made):
-    run = made("gas-collection")
-    (fact,), (pour,) = run.facts("collect"), run.facts("pour")
-    (reaction,) = (effect for effect in run.session.scene.effects if effect.kind == "reaction")
-    zinc = run.session.scene.body("flask").extra["properties"]["solid"]
-    acid = run.session.scene.body("acid").extra["properties"]["liquid"]
-    moles = zinc["mass_g"] / 65.38
-    # Zinc is the limiting reagent: two acid for one zinc.
-    assert pour.values["volume_ml"] * 1e-3 * acid["molar"] > 2.0 * moles
-    left = moles * np.exp(-reaction.settings["rate_per_s"] * (np.array([fact.start, fact.end]) - pour.start))
-    assert fact.values["collected_mol"] == pytest.approx(left[0] - left[1])
-    assert fact.values["leaked_before_mol"] == pytest.approx(moles - left[0])

@@ -14,7 +14,7 @@ from sessions.mcap_format.writer import write_session
 from sessions.scene_files.scene_meshes import scene_meshes
 from sessions.synthetic.experiments.pouring import GRAVITY, Outlet, Turn, tilt_keeping
 from sessions.synthetic.scenes import SCENES, make_scene_session
-from sessions.synthetic.truth import CLEAR, PRESENT, read_truth, truth_path, write_truth
+from sessions.synthetic.truth import CLEAR, PRESENT, truth_path, write_truth
 
 TURNS = (Turn(2.0, 3.0, 0.0, 0.7), Turn(40.0, 41.5, 0.7, 0.12), Turn(80.0, 80.5, 0.12, 0.0))
 OUTLET = Outlet(6e-7, 0.6, 9.5e-5, 0.67, TURNS)
@@ -57,15 +57,6 @@ def test_the_time_of_a_volume_is_the_inverse():
         assert OUTLET.volume(OUTLET.time_of(volume, 90.0)) == pytest.approx(volume, rel=1e-12)
     with pytest.raises(ValueError, match="open it more"):
         OUTLET.time_of(1.0, 90.0)
-
-
-def test_a_turn_sweeps_the_integral_of_its_angle():
-    turn = TURNS[1]
-    times = np.linspace(turn.start, turn.end, 20_001)
-    angles = np.array([turn.angle(t) for t in times])
-    summed = np.concatenate([[0.0], np.cumsum((angles[1:] + angles[:-1]) / 2.0 * np.diff(times))])
-    assert [turn.swept(t) for t in times[::2500]] == pytest.approx(summed[::2500].tolist(), abs=1e-8)
-    assert turn.swept(99.0) == pytest.approx(summed[-1], abs=1e-8)
 
 
 EXPERIMENTS = [name for name in SCENES if name != "bench-bumps"]
@@ -121,12 +112,6 @@ def test_the_poses_of_a_scene_are_those_of_its_version(name, made):
     assert (session.facts["choreography"], hashlib.sha256(b"".join(map(bytes, poses))).hexdigest()[:16]) == POSES[name]
 
 
-def test_a_session_lasts_one_to_ten_minutes_at_90_hz(one):
-    assert 60.0 <= one.truth.seconds <= 600.0
-    assert one.times[-1] == pytest.approx(one.truth.seconds, abs=0.05)
-    assert len(one.times) > 88.0 * one.truth.seconds
-
-
 def test_grasps_are_pressed_before_the_thing_moves_and_it_rides_till_it_is_let_go(one):
     assert one.facts("hold")
     for hold in one.facts("hold"):
@@ -151,7 +136,6 @@ def test_the_same_seed_gives_the_same_bytes_of_session_and_truth(tmp_path, made)
         session_file = tmp_path / f"silver{number}.mcap"
         write_session(session, session_file)
         write_truth(truth, truth_path(session_file))
-        assert read_truth(truth_path(session_file)) == truth
         files.append((session_file.read_bytes(), truth_path(session_file).read_bytes()))
     assert files[0] == files[1]
     again = read_session(tmp_path / "silver0.mcap")

@@ -4,12 +4,13 @@ import pytest
 from sessions.geometry.rotations import IDENTITY
 from sessions.synthetic.assembly import Recording
 from sessions.synthetic.bench import Placed, standing
-from sessions.synthetic.experiments.lab import SPOUT_LEFT, Lab, layout_of
+from sessions.synthetic.experiments.lab import Lab, layout_of
 from sessions.synthetic.experiments.pouring import GRAVITY
 from sessions.synthetic.experiments.practice import make_practice
 from sessions.synthetic.experiments.steps import pour
-from sessions.synthetic.experiments.things import Falling
+from sessions.synthetic.things import Falling
 
+SPOUT_LEFT = (0.0, 1.0, 0.0, 0.0)
 GLASS_AT = standing(0.1, 0.15)
 TIMES = np.linspace(0.0, 10.0, 1001)
 

@@ -30,14 +30,6 @@ def test_the_end_point_is_when_the_recorded_key_has_let_25_ml_out(made):
     assert 25.0 < total.values["volume_ml"] < 25.3
 
 
-def test_the_equivalence_volume_follows_from_what_the_scene_declares(made):
-    run = made("titration")
-    acid = run.session.scene.body("flask").extra["properties"]["liquid"]
-    base = run.session.scene.body("burette").extra["properties"]["liquid"]
-    (end_point,) = run.facts("end_point")
-    assert end_point.values["volume_ml"] == pytest.approx(acid["volume_ml"] * acid["molar"] / base["molar"])
-
-
 VOLUMES = {"acid": 40.0, "rinse": 60.0}
 
 
@@ -64,15 +56,6 @@ def test_the_dropped_beaker_falls_freely_and_breaks_at_the_speed_it_lands_with(m
     assert broken.start == drop.end and broken.values["speed_m_s"] > broken.values["threshold_m_s"]
     assert height[run.times > drop.end + 0.02].max() < 0.9
     assert drop.values["height_m"] == pytest.approx(height[run.near(drop.start - 0.05, drop.start)][0] - 0.9, abs=1e-6)
-
-
-def test_the_precipitate_is_what_the_poured_silver_binds(made):
-    run = made("silver-chloride")
-    (pour,), (solid,) = run.facts("pour"), run.facts("precipitate")
-    moles = pour.values["volume_ml"] * 1e-3 * 0.1
-    assert solid.values["moles"] == pytest.approx(moles)
-    assert solid.values["mass_g"] == pytest.approx(moles * (107.868 + 35.45), rel=1e-4)
-    assert solid.start == pour.start
 
 
 def test_near_misses_keep_their_clearance(made, verdicts):

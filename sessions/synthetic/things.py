@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from sessions.geometry.rotations import Array
+from sessions.geometry.rotations import IDENTITY, Array
 from sessions.synthetic.experiments.pouring import GRAVITY
 from sessions.synthetic.paths import Point, Poses, Quaternion, carried
 
@@ -18,7 +18,7 @@ class Standing:
     """It stays where it is."""
 
     position: Point
-    quaternion: Quaternion
+    quaternion: Quaternion = IDENTITY
 
     def __call__(self, times: Array, _hands: Mapping[str, Poses]) -> Poses:
         """Poses at these times."""
@@ -32,7 +32,7 @@ class Held:
 
     hand: str
     offset: Point
-    turn: Quaternion
+    turn: Quaternion = IDENTITY
 
     def __call__(self, _times: Array, hands: Mapping[str, Poses]) -> Poses:
         """Poses at these times."""
