@@ -7,7 +7,7 @@ import pytest
 from sessions import MeshData, Track, importers
 from sessions.errors import ImportFileError
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names
-from sessions.importers.finish import Imported, finished, side_of, usable_track
+from sessions.importers.finish import Imported, finished, usable_track
 from sessions.scene_files.scene_toml import parse_scene
 
 TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
@@ -40,12 +40,6 @@ def test_given_meshes_win_over_the_scene_and_proxies_can_be_asked_for(tmp_path):
     assert session.scene.body("camera").proxy
     assert not session.scene.body("left").proxy
     assert parse_scene(session.scene.text).body("camera").proxy
-
-
-def test_the_side_of_a_hand_is_a_word_of_its_name():
-    assert [side_of(name) for name in ("leftHand", "Lefthand", "tool_Right", "bright", "w1")] == [
-        "left", "left", "right", "bright", "w1",
-    ]  # fmt: skip
 
 
 def test_a_recording_whose_every_pose_is_lost_is_refused_with_the_reason(tmp_path):

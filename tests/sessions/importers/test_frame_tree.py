@@ -7,6 +7,7 @@ import pytest
 from mcap.writer import Writer
 from scipy.spatial.transform import Rotation
 from support.import_mutants import MUTANTS, survive
+from support.true_poses import ROS, has_poses
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -55,7 +56,6 @@ MSG: builtin_interfaces/Time
 int32 sec
 uint32 nanosec
 """
-ROS = np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]])
 COUNT = 20
 STAMPS = 1_700_000_000_000_000_003 + 10_000_000 * np.arange(COUNT)
 
@@ -113,11 +113,7 @@ def test_static_frames_and_moving_ones_are_composed_as_tf2_does(bag):
         "marker": (places[2], turns[2]),
     }
     for name, (place, turn) in expected.items():
-        track = session.tracks[name]
-        assert track.times_ns.tolist() == STAMPS.tolist() and track.valid.all()
-        assert np.abs(track.positions - place @ ROS.T).max() < 1e-9
-        got = Rotation.from_quat(track.quaternions_xyzw).as_matrix()
-        assert np.abs(got - ROS @ turn.as_matrix() @ ROS.T).max() < 1e-9
+        assert has_poses(session.tracks[name], place, turn, ROS, STAMPS)
     assert "poses in the root frame 'map'" in session.facts["conversions"]
 
 

@@ -57,18 +57,6 @@ def test_files_of_two_clocks_meet_at_the_marks_that_both_hold(tmp_path):
     assert said in session.facts["conversions"] and "drift -40.0 ppm, at most 0.00" in session.facts["conversions"]
 
 
-def test_one_mark_gives_an_offset_without_a_drift(tmp_path):
-    files = [take(tmp_path / name, body, at, 1) for name, body, at in (("a.csv", "left", 0), ("b.csv", "right", 50))]
-    for path, at in zip(files, (0.03, 50.02), strict=True):
-        path.write_text(path.read_text() + f"event,{at},,,,,,,,,,clap,\n")
-    session = import_session("csv", files)
-    assert session.tracks["right"].times_ns.tolist() == [10_000_000 * k + 10_000_000 for k in range(10)]
-    files[1].write_text(files[1].read_text().replace("50.02,", "50.05,"))
-    with pytest.raises(ImportFileError, match=r"b\.csv begins before second 0 of the clock of a\.csv; name it first"):
-        import_session("csv", files)
-    assert import_session("csv", files[::-1]).tracks["left"].times_ns[0] == 50_020_000_000
-
-
 def test_a_short_file_within_a_long_one_and_files_of_one_name(tmp_path):
     (tmp_path / "x").mkdir()
     files = [take(tmp_path / "a.csv", "left", 0, 1), take(tmp_path / "b.csv", "right", 0.02, 2)]

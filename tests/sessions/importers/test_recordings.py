@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from mcap.writer import Writer
 from scipy.spatial.transform import Rotation
+from support.true_poses import ROS, UNITY, has_poses
 from support.xdf_files import TRANSFORM_OUTLET, samples, stream_header, xdf_file
 
 from replay.cli.main import main
@@ -141,8 +142,7 @@ def test_a_draft_that_is_completed_gives_the_poses_that_were_written(tmp_path, c
     assert session.names == case[3]
     for body, name in enumerate(case[3]):
         track = session.tracks[name]
-        assert track.valid.all() and np.allclose(track.positions, PLACE[body], atol=1e-9)
-        assert np.allclose(np.abs((track.quaternions_xyzw * TURN[body]).sum(axis=1)), 1.0, atol=1e-9)
+        assert has_poses(track, PLACE[body], Rotation.from_quat(TURN[body]))
         assert np.allclose((track.times_ns - track.times_ns[0]) / 1e9, case[4] - case[4][0], atol=2e-6)
 
 
@@ -224,8 +224,6 @@ def test_all_faults_of_a_mapping_and_all_columns_that_are_missing_are_named_at_o
 
 
 # --- Other formats: each writes its file, and gives the format and the options to import it with ---
-
-UNITY, ROS = np.diag([1.0, 1.0, -1.0]), np.array([[0.0, -1, 0], [0, 0, 1], [-1, 0, 0]])
 
 
 def motive_1_21(folder):
@@ -322,7 +320,5 @@ def test_a_recording_gives_the_poses_that_were_written(tmp_path, kind):
     assert bool(session.meshes) == (format in ("optitrack", "xdf"))
     for body, name in enumerate(names):
         track = session.tracks[name]
-        assert track.valid.all() and np.allclose(track.positions, PLACE[body % 2] @ axes.T, atol=1e-9)
-        turn = axes @ Rotation.from_quat(TURN[body % 2]).as_matrix() @ axes.T
-        assert np.allclose(Rotation.from_quat(track.quaternions_xyzw).as_matrix(), turn, atol=1e-9)
+        assert has_poses(track, PLACE[body % 2], Rotation.from_quat(TURN[body % 2]), axes)
         assert np.allclose((track.times_ns - track.times_ns[0]) / 1e9, TIME, atol=2e-6)
