@@ -81,22 +81,25 @@ def kernel(function: Function) -> Function:
     if files is not None and hasattr(files, "_source_stamp"):
         own = Path(function.__code__.co_filename).parent
         files._source_stamp = (files._source_stamp, _sources_stamp(own))
-        cached.save_overload = _kept_where_it_can_be(cached.save_overload, Path(files._index_path))
+        index = Path(files._index_path)
+        cached.save_overload = _without_failure(cached.save_overload, OSError, index)
+        cached.load_overload = _without_failure(cached.load_overload, Exception, index)
     return cast(Function, compiled)
 
 
-def _kept_where_it_can_be(save: Callable[..., None], index: Path) -> Callable[..., None]:
-    """A full disk costs the next start its time, and no run its answer."""
+def _without_failure(step: Callable[..., Any], failure: type[Exception], index: Path) -> Callable[..., Any]:
+    """A full disk, or an index that names what other sources had, costs a start its time, and no run its answer."""
 
-    def saved(*given: Any) -> None:
+    def tried(*given: Any) -> Any:
         try:
-            save(*given)
-        except OSError:
+            return step(*given)
+        except failure:
             # numba writes the index first: it would lead to machine code of earlier sources.
             with suppress(OSError):
                 index.unlink()
+            return None
 
-    return saved
+    return tried
 
 
 def hot_kernel(function: Function) -> Function:

@@ -11,56 +11,51 @@ demand that balls overlap: 38.
 """
 
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
-from cdcore.numerics import FloatArray, IntArray
-from cdcore.search import state
+from cdcore.numerics import FloatArray
 from cdcore.search.features import NEIGHBOURS, RADIUS
 from cdcore.search.pair_test import evaluate, is_new
+from cdcore.search.state import DRAW, OPEN_ASKED, WALK, Faces, State
 
 DRAWS = 32
 """Random pairs among which a round of local search chooses its start."""
 
 
 @hot_kernel
-def is_over(count: IntArray) -> bool:
+def is_over(state: State) -> bool:
     """A pair meets, the budget is spent, or enough pairs are left open to ask about them."""
-    is_spent = count[state.EVALUATIONS] >= count[state.BUDGET]
-    return bool(count[state.HIT_A] >= 0 or is_spent or count[state.OPEN] >= state.OPEN_ASKED)
+    return bool(state.hit_a >= 0 or state.evaluations >= state.budget or state.open >= OPEN_ASKED)
 
 
 @hot_kernel
-def left_behind(i: int, j: int, rows_b: FloatArray) -> int:
+def left_behind(i: int, j: int, faces: Faces) -> int:
     """Key of a pair whose neighbours local search has seen: below 0, as that of no tested pair is."""
-    return int(-1 - (i * rows_b.shape[0] + j))
+    return int(-1 - (i * faces.rows_b.shape[0] + j))
 
 
 @hot_kernel
 def closest_around(
-    first: bool, second: bool, i: int, j: int, distance: float, rows_a: FloatArray, rows_b: FloatArray,
-    near_a: IntArray, near_b: IntArray, pose: FloatArray, number: FloatArray, count: IntArray, table: IntArray,
-    pair: FloatArray,
-) -> tuple[int, int, float]:  # fmt: skip
+    first: bool, second: bool, i: int, j: int, distance: float, faces: Faces, state: State
+) -> tuple[int, int, float]:
     """The closest of pair (i, j) and the pairs of neighbours of ``first``, ``second`` or both its faces."""
     stay_one_function()
+    state.asked_by = WALK
     best_i, best_j = i, j
     for k in range(NEIGHBOURS if first else 1):
-        a = near_a[i, k] if first else i
+        a = faces.near_a[i, k] if first else i
         for m in range(NEIGHBOURS if second else 1):
-            b = near_b[j, m] if second else j
+            b = faces.near_b[j, m] if second else j
             if a < 0 or b < 0:
                 break
-            if is_over(count):
+            if is_over(state):
                 return best_i, best_j, distance
-            d = evaluate(a, b, rows_a, rows_b, pose, number, count, table, pair)
+            d = evaluate(a, b, faces, state)
             if d < distance:
                 best_i, best_j, distance = a, b, d
     return best_i, best_j, distance
 
 
 @hot_kernel
-def descend(
-    i: int, j: int, distance: float, rows_a: FloatArray, rows_b: FloatArray, near_a: IntArray, near_b: IntArray,
-    pose: FloatArray, number: FloatArray, count: IntArray, table: IntArray, pair: FloatArray
-) -> None:  # fmt: skip
+def descend(i: int, j: int, distance: float, faces: Faces, state: State) -> None:
     """Go down from pair (i, j) at its distance; ends at a hit, at the budget, where no neighbour is closer, or where
     an earlier way of this search has been.
     """
@@ -68,40 +63,30 @@ def descend(
     moving = True
     while moving:
         at_i, at_j, before = i, j, distance
-        i, j, distance = closest_around(
-            True, False, i, j, distance, rows_a, rows_b, near_a, near_b, pose, number, count, table, pair
-        )
-        i, j, distance = closest_around(
-            False, True, i, j, distance, rows_a, rows_b, near_a, near_b, pose, number, count, table, pair
-        )
+        i, j, distance = closest_around(True, False, i, j, distance, faces, state)
+        i, j, distance = closest_around(False, True, i, j, distance, faces, state)
         # only now: a way cut short by a hit or the exact predicate may be gone again
-        if is_over(count) or not is_new(table, count, left_behind(at_i, at_j, rows_b)):
+        if is_over(state) or not is_new(faces.table, state, left_behind(at_i, at_j, faces)):
             return
         moving = distance < before
-        if not moving and distance < rows_a[i, RADIUS] + rows_b[j, RADIUS]:
-            i, j, distance = closest_around(
-                True, True, i, j, distance, rows_a, rows_b, near_a, near_b, pose, number, count, table, pair
-            )
+        if not moving and distance < faces.rows_a[i, RADIUS] + faces.rows_b[j, RADIUS]:
+            i, j, distance = closest_around(True, True, i, j, distance, faces, state)
             moving = distance < before
 
 
 @hot_kernel
-def local_round(
-    pick_a: IntArray, pick_b: IntArray, rows_a: FloatArray, rows_b: FloatArray, near_a: IntArray, near_b: IntArray,
-    pose: FloatArray, number: FloatArray,
-    count: IntArray, table: IntArray, pair: FloatArray, random: FloatArray,
-) -> None:  # fmt: skip
+def local_round(faces: Faces, state: State, random: FloatArray) -> None:
     """Down from the best of 32 random pairs; needs 64 random numbers."""
     stay_one_function()
-    count[state.ROUNDS] += 1
+    state.asked_by = DRAW
     best_i, best_j, best = -1, -1, 0.0
     for _ in range(DRAWS):
-        i = pick_a[int(random[count[state.CURSOR]] * pick_a.shape[0])]
-        j = pick_b[int(random[count[state.CURSOR] + 1] * pick_b.shape[0])]
-        count[state.CURSOR] += 2
-        d = evaluate(i, j, rows_a, rows_b, pose, number, count, table, pair)
+        i = faces.pick_a[int(random[state.cursor] * len(faces.pick_a))]
+        j = faces.pick_b[int(random[state.cursor + 1] * len(faces.pick_b))]
+        state.cursor += 2
+        d = evaluate(i, j, faces, state)
         if best_i < 0 or d < best:
             best_i, best_j, best = i, j, d
-        if is_over(count):
+        if is_over(state):
             return
-    descend(best_i, best_j, best, rows_a, rows_b, near_a, near_b, pose, number, count, table, pair)
+    descend(best_i, best_j, best, faces, state)

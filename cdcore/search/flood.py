@@ -7,100 +7,85 @@ then leaves pairs open) neighbours across corners count too.
 Source: section 3.4 of the project's specification.
 """
 
-import numpy as np
-
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.triangles.filter import UNDECIDED
-from cdcore.numerics import FloatArray, IntArray
-from cdcore.search import state
+from cdcore.numerics import IntArray
 from cdcore.search.features import NEIGHBOURS
 from cdcore.search.pair_test import faces_meet, is_new, leave_open
+from cdcore.search.state import FULL, OPEN_KEPT, SPENT, STALE, UNSURE, Faces, State, States
 
 
 @hot_kernel
-def enter(
-    i: int, j: int, found: IntArray, rows_a: FloatArray, rows_b: FloatArray, pose: FloatArray, count: IntArray,
-    table: IntArray, pair: FloatArray,
-) -> int:  # fmt: skip
+def enter(i: int, j: int, found: IntArray, faces: Faces, state: State) -> int:
     """Test a pair that is new and add it to those found; SPENT, FULL, UNSURE, or STALE: corners count from here on."""
     stay_one_function()
-    if count[state.FOUND_COUNT] >= found.shape[0] or 4 * count[state.ENTRIES] + 4 >= 3 * table.shape[0]:
-        return state.FULL
-    if count[state.OPEN] >= state.OPEN_KEPT:
-        return state.UNSURE
-    key = i * rows_b.shape[0] + j
-    if not is_new(table, count, key):
-        return state.SPENT
-    count[state.FLOOD_TESTS] += 1
-    answer = faces_meet(i, j, rows_a, rows_b, pose, pair)
+    if state.found_count >= found.shape[0] or 4 * state.entries + 4 >= 3 * faces.table.shape[0]:
+        return FULL
+    if state.open >= OPEN_KEPT:
+        return UNSURE
+    key = i * faces.rows_b.shape[0] + j
+    if not is_new(faces.table, state, key):
+        return SPENT
+    state.flood_tests += 1
+    answer = faces_meet(i, j, faces, state)
     if answer == 1:
-        found[count[state.FOUND_COUNT], 0] = i
-        found[count[state.FOUND_COUNT], 1] = j
-        count[state.FOUND_COUNT] += 1
+        found[state.found_count, 0] = i
+        found[state.found_count, 1] = j
+        state.found_count += 1
     elif answer == UNDECIDED:
-        leave_open(key, count)
-        if count[state.BY_CORNERS] == 0:
-            count[state.BY_CORNERS] = 1
-            return state.STALE
-    return state.SPENT
+        leave_open(key, state)
+        if state.by_corners == 0:
+            state.by_corners = 1
+            return STALE
+    return SPENT
 
 
 @hot_kernel
-def spread(
-    second: bool, i: int, j: int, near: IntArray, links: IntArray, found: IntArray, rows_a: FloatArray,
-    rows_b: FloatArray, pose: FloatArray, count: IntArray, table: IntArray, pair: FloatArray,
-) -> int:  # fmt: skip
+def spread(second: bool, i: int, j: int, links: IntArray, found: IntArray, faces: Faces, state: State) -> int:
     """Enter the neighbours of one face of a pair, with the other face."""
     stay_one_function()
-    face = j if second else i
-    faces = near.shape[0]
-    edges = count[state.BY_CORNERS] == 0 and near[face, NEIGHBOURS] < NEIGHBOURS
+    face, near = (j, faces.near_b) if second else (i, faces.near_a)
+    edges = state.by_corners == 0 and near[face, NEIGHBOURS] < NEIGHBOURS
     for corner in range(1 if edges else 3):
-        at = 3 * faces + links[3 * face + corner]
+        at = 3 * near.shape[0] + links[3 * face + corner]
         for k in range(0 if edges else links[at], near[face, NEIGHBOURS] if edges else links[at + 1]):
             other = near[face, k] if edges else links[k]
             a, b = (i, other) if second else (other, j)
-            outcome = enter(a, b, found, rows_a, rows_b, pose, count, table, pair)
-            if outcome != state.SPENT:
+            outcome = enter(a, b, found, faces, state)
+            if outcome != SPENT:
                 return outcome
-    return state.SPENT
+    return SPENT
 
 
 @kernel
-def flood(
-    found: IntArray, rows_a: FloatArray, rows_b: FloatArray, near_a: IntArray, near_b: IntArray, links_a: IntArray,
-    links_b: IntArray, pose: FloatArray, count: IntArray, table: IntArray,
-) -> int:  # fmt: skip
+def flood(found: IntArray, links_a: IntArray, links_b: IntArray, faces: Faces, states: States) -> int:
     """Look around every pair found (n, 2); SPENT: done, FULL: grow ``found`` and table, UNSURE: ask about open ones.
 
     May be called again after either: pairs tested before are not tested again.
     """
-    pair = np.empty((6, 3))
-    while count[state.HEAD] < count[state.FOUND_COUNT]:
-        i, j = found[count[state.HEAD], 0], found[count[state.HEAD], 1]
-        outcome = spread(False, i, j, near_a, links_a, found, rows_a, rows_b, pose, count, table, pair)
-        if outcome == state.SPENT:
-            outcome = spread(True, i, j, near_b, links_b, found, rows_a, rows_b, pose, count, table, pair)
-        if outcome == state.SPENT:
-            count[state.HEAD] += 1
-        elif outcome == state.STALE:
-            count[state.HEAD] = 0
+    state = states[0]
+    while state.head < state.found_count:
+        i, j = found[state.head, 0], found[state.head, 1]
+        outcome = spread(False, i, j, links_a, found, faces, state)
+        if outcome == SPENT:
+            outcome = spread(True, i, j, links_b, found, faces, state)
+        if outcome == SPENT:
+            state.head += 1
+        elif outcome == STALE:
+            state.head = 0
         else:
             return outcome
-    return state.UNSURE if count[state.OPEN] > 0 else state.SPENT
+    return UNSURE if state.open > 0 else SPENT
 
 
 @kernel
-def sow(
-    seeds: IntArray, found: IntArray, rows_a: FloatArray, rows_b: FloatArray, pose: FloatArray, count: IntArray,
-    table: IntArray,
-) -> int:  # fmt: skip
+def sow(seeds: IntArray, found: IntArray, faces: Faces, states: States) -> int:
     """Test seeds (n, 2), pairs of another time, and add those that meet to those found; FULL as ``flood``."""
-    pair = np.empty((6, 3))
+    state = states[0]
     for row in range(seeds.shape[0]):
-        outcome = enter(seeds[row, 0], seeds[row, 1], found, rows_a, rows_b, pose, count, table, pair)
-        if outcome == state.STALE:
-            count[state.HEAD] = 0
-        elif outcome != state.SPENT:
+        outcome = enter(seeds[row, 0], seeds[row, 1], found, faces, state)
+        if outcome == STALE:
+            state.head = 0
+        elif outcome != SPENT:
             return outcome
-    return state.SPENT
+    return SPENT

@@ -1,33 +1,91 @@
-"""The state of a search between two calls of its kernel: arrays, and a name for every place in them."""
+"""What a search keeps between two calls of its kernel: one record of numbers, one record an ant, the faces it looks at.
 
-# Counters, int64: what was spent. QUIET: evaluations since the last hit or restart; CURSOR: random numbers used.
-EVALUATIONS, TESTS, QUIET, ITERATIONS, CURSOR = range(5)
-# Places of the pair that meets (-1: none), of the closest pair, of the pair the last descent started from.
-HIT_A, HIT_B, BEST_A, BEST_B, LAST_A, LAST_B = range(5, 11)
-# Mark of this search's entries in the table of tested pairs; pairs the filter left open, ever and now; entries.
-GENERATION, UNDECIDED, OPEN, ENTRIES = range(11, 15)
-# Limits and choices. FRESH: whether the population is still to be drawn; ROUNDS: of the local search.
-BUDGET, RESTART_AFTER, ANTS, DAEMON, WITHOUT, AMPLITUDE, FRESH, ROUNDS = range(15, 23)
-# Of the flood fill: next pair to look around, pairs found, whether it goes over corners, tests done.
-HEAD, FOUND_COUNT, BY_CORNERS, FLOOD_TESTS = range(23, 27)
-# The pair the colony's first ant starts at (-1: none); from OPEN_FIRST on the keys of pairs left open.
-START_A, START_B, OPEN_FIRST = range(27, 30)
+Kernels read and write fields as attributes, Python as ``state["field"]``.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from cdcore.numerics import FloatArray, IntArray
 
 OPEN_KEPT, OPEN_ASKED = 64, 8
 """Most pairs left open at a time by the flood fill and by the search, which waits for their answer."""
-COUNTERS = OPEN_FIRST + OPEN_KEPT
 
-# Numbers, float64.
-PAD, SCALE, TURN, MUTATION, ALPHA, BETA, EVAPORATION, REWARD, LEAST, MOST, CLOSEST = range(11)
-NUMBERS = 11
+COUNTS = (
+    # What was spent; evaluations since the last hit or restart; random numbers used.
+    "evaluations", "tests", "quiet", "iterations", "cursor",
+    # Places of the pair that meets (-1: none), of the closest pair, of the pair the last descent started from, and of
+    # the pair the colony's first ant starts at (-1: none).
+    "hit_a", "hit_b", "best_a", "best_b", "last_a", "last_b", "start_a", "start_b",
+    # Mark of this search's entries in the table of tested pairs, and their number; pairs the filter left open, ever and
+    # now.
+    "generation", "entries", "undecided", "open",
+    # Limits and choices: whether the best ant is improved by local search, the equation left out (0: none), whether
+    # angles are decoded by amplitudes, whether the population is still to be drawn.
+    "budget", "restart_after", "ants", "daemon", "without", "amplitude", "fresh",
+    # Of the flood fill: next pair to look around, pairs found, whether it goes over corners, tests done.
+    "head", "found_count", "by_corners", "flood_tests",
+    # Who evaluates, a place in ``ASKED_BY``; address of the trace (0: nobody watches) and its rows.
+    "asked_by", "trace", "trace_rows",
+)  # fmt: skip
+NUMBERS = (
+    # Added to the radii of faces; what a distance is divided by; smallest distance so far.
+    "pad", "scale", "closest",
+    # As in the settings.
+    "turn", "mutation", "alpha", "beta", "evaporation", "reward", "pheromone_least", "pheromone_most",
+)  # fmt: skip
 
-# Columns of the swarm, one row an ant.
-FIRST_ANGLE, SECOND_ANGLE, NEXT_FIRST, NEXT_SECOND, PHEROMONE, HEURISTIC, FITNESS, WEIGHT = range(8)
-ANT = 8
+STATE = np.dtype(
+    [
+        *((name, np.int64) for name in COUNTS),
+        *((name, np.float64) for name in NUMBERS),
+        ("open_keys", np.int64, OPEN_KEPT),
+        # Poses, rotation by rows, then translation: A and B to world, A to B; and the corners of two placed faces.
+        ("world_a", np.float64, 12),
+        ("world_b", np.float64, 12),
+        ("relative", np.float64, 12),
+        ("pair", np.float64, 18),
+    ]
+)
+"""The record of a search."""
 
-# Poses, rotation by rows then translation: A to world, B to world, A to B.
-WORLD_A, WORLD_B, RELATIVE, POSES = 0, 12, 24, 36
+ANT = np.dtype(
+    [
+        ("angles", np.float64, 2),
+        ("turned", np.float64, 2),
+        *((name, np.float64) for name in ("pheromone", "heuristic", "fitness", "weight")),
+    ]
+)
+"""One ant: an angle a body, now and after the move."""
+
+State = Any
+"""What a kernel's author writes for a record of ``STATE``."""
+States = Any
+"""Records of ``STATE``, the first of which is asked: numba needs 11 us to see what a record is, 1 for an array."""
+Swarm = Any
+"""Records of ``ANT``."""
+
+
+class Faces(NamedTuple):
+    """The faces of both bodies as ``Features`` keeps them, those a search draws from, and the table of tested pairs."""
+
+    pick_a: IntArray
+    pick_b: IntArray
+    rows_a: FloatArray
+    rows_b: FloatArray
+    near_a: IntArray
+    near_b: IntArray
+    table: IntArray
+
 
 SPENT, FOUND, HUNGRY, STALE, FULL, UNSURE = range(6)
 """What a kernel returns: finished without a hit; a pair meets; needs more random numbers; wants a restart; an array is
 full; pairs are left open."""
+
+ASKED_BY = ("start", "ant", "walk", "draw")
+"""Who evaluates: the pair to start at, an ant, local search, a random draw."""
+START, BY_ANT, WALK, DRAW = range(4)
+
+TRACED = 6
+"""Numbers in a row of a trace: both places, distance, iteration, who asked, pheromone of the ant (NaN: no ant)."""

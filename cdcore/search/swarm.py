@@ -3,8 +3,8 @@
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
-from cdcore.numerics import FloatArray, IntArray
-from cdcore.search import state
+from cdcore.kernels.memory import doubles_at
+from cdcore.numerics import FloatArray
 from cdcore.search.descent import descend, is_over
 from cdcore.search.equations import (
     PI,
@@ -19,6 +19,7 @@ from cdcore.search.equations import (
     wrapped,
 )
 from cdcore.search.pair_test import evaluate
+from cdcore.search.state import BY_ANT, TRACED, Faces, State, Swarm
 
 NUMBERS_PER_ANT = 7
 """Random numbers an ant uses in one iteration: whom it follows; per angle a sign, a size and a mutation."""
@@ -27,140 +28,142 @@ FARTHEST = 1e-3
 
 
 @hot_kernel
-def decoded(angle: float, chain: int, features: int, amplitude: int, without: int) -> int:
+def decoded(angle: float, chain: int, features: int, state: State) -> int:
     """Place of the feature an angle stands for: (15), or without it straight from the angle."""
     stay_one_function()
-    if without == 15:
+    if state.without == 15:
         return place_of(wrapped(angle) / TWO_PI + 0.5, features)
-    return equation_15(angle, chain, features, amplitude != 0)
+    return equation_15(angle, chain, features, state.amplitude != 0)
 
 
 @hot_kernel
-def populate(swarm: FloatArray, features_a: int, features_b: int, count: IntArray, random: FloatArray) -> None:
+def populate(swarm: Swarm, features_a: int, features_b: int, state: State, random: FloatArray) -> None:
     """Angles anew, pheromone 1, fitness 0; the first ant at the pair to start from, if any; two numbers an ant."""
     stay_one_function()
-    for ant in range(count[state.ANTS]):
-        swarm[ant, state.FIRST_ANGLE] = TWO_PI * random[count[state.CURSOR]]
-        swarm[ant, state.SECOND_ANGLE] = TWO_PI * random[count[state.CURSOR] + 1]
-        swarm[ant, state.PHEROMONE] = 1.0
-        swarm[ant, state.FITNESS] = 0.0
-        count[state.CURSOR] += 2
-    if count[state.START_A] >= 0:
-        swarm[0, state.FIRST_ANGLE] = PI * (count[state.START_A] + 0.5) / features_a
-        swarm[0, state.SECOND_ANGLE] = PI * (count[state.START_B] + 0.5) / features_b
-        count[state.START_A] = -1
+    for k in range(state.ants):
+        ant = swarm[k]
+        ant.angles[0] = TWO_PI * random[state.cursor]
+        ant.angles[1] = TWO_PI * random[state.cursor + 1]
+        ant.pheromone, ant.fitness = 1.0, 0.0
+        state.cursor += 2
+    if state.start_a >= 0:
+        swarm[0].angles[0] = PI * (state.start_a + 0.5) / features_a
+        swarm[0].angles[1] = PI * (state.start_b + 0.5) / features_b
+        state.start_a = -1
 
 
 @hot_kernel
-def clamped(value: float, number: FloatArray) -> float:
+def clamped(pheromone: float, state: State) -> float:
     """Pheromone inside its clamp."""
-    return float(max(number[state.LEAST], min(value, number[state.MOST])))
+    return float(max(state.pheromone_least, min(pheromone, state.pheromone_most)))
 
 
 @hot_kernel
-def reward(swarm: FloatArray, ant: int, distance: float, number: FloatArray, count: IntArray) -> None:
+def reward(ant: State, distance: float, state: State) -> None:
     """New fitness and heuristic of an ant; its pheromone follows by (19)."""
     stay_one_function()
-    fitness = 1.0 / (1.0 + distance / number[state.SCALE])
-    change = fitness - swarm[ant, state.FITNESS]
-    swarm[ant, state.FITNESS] = fitness
-    swarm[ant, state.HEURISTIC] = 1.0 / (FARTHEST + distance / number[state.SCALE])
-    if count[state.WITHOUT] != 19:
-        left = equation_19(swarm[ant, state.PHEROMONE], change, number[state.REWARD])
-        swarm[ant, state.PHEROMONE] = clamped(left, number)
+    fitness = 1.0 / (1.0 + distance / state.scale)
+    change = fitness - ant.fitness
+    ant.fitness = fitness
+    ant.heuristic = 1.0 / (FARTHEST + distance / state.scale)
+    if state.without != 19:
+        ant.pheromone = clamped(equation_19(ant.pheromone, change, state.reward), state)
 
 
 @hot_kernel
-def weigh(swarm: FloatArray, best: int, number: FloatArray, count: IntArray) -> float:
+def weigh(swarm: Swarm, best: int, state: State) -> float:
     """(20), then (16): cumulated weights of the ants; returns their sum."""
     stay_one_function()
     highest = -np.inf
-    for ant in range(count[state.ANTS]):
-        if count[state.WITHOUT] != 20:
-            deposit = swarm[ant, state.FITNESS] if ant == best else 0.0
-            left = equation_20(swarm[ant, state.PHEROMONE], number[state.EVAPORATION], deposit)
-            swarm[ant, state.PHEROMONE] = clamped(left, number)
-        weight = 0.0
-        if count[state.WITHOUT] != 16:
-            pheromone, heuristic = swarm[ant, state.PHEROMONE], swarm[ant, state.HEURISTIC]
-            weight = equation_16(pheromone, heuristic, number[state.ALPHA], number[state.BETA])
-        swarm[ant, state.WEIGHT] = weight
-        highest = max(highest, weight)
+    for k in range(state.ants):
+        ant = swarm[k]
+        if state.without != 20:
+            deposit = ant.fitness if k == best else 0.0
+            ant.pheromone = clamped(equation_20(ant.pheromone, state.evaporation, deposit), state)
+        ant.weight = 0.0
+        if state.without != 16:
+            ant.weight = equation_16(ant.pheromone, ant.heuristic, state.alpha, state.beta)
+        highest = max(highest, ant.weight)
     total = 0.0
-    for ant in range(count[state.ANTS]):
-        total += np.exp(swarm[ant, state.WEIGHT] - highest)
-        swarm[ant, state.WEIGHT] = total
+    for k in range(state.ants):
+        total += np.exp(swarm[k].weight - highest)
+        swarm[k].weight = total
     return total
 
 
 @hot_kernel
-def followed(swarm: FloatArray, ants: int, level: float) -> int:
+def followed(swarm: Swarm, ants: int, level: float) -> int:
     """The ant whose cumulated weight first exceeds a level."""
-    for ant in range(ants):
-        if swarm[ant, state.WEIGHT] > level:
-            return ant
+    for k in range(ants):
+        if swarm[k].weight > level:
+            return k
     return ants - 1
 
 
 @hot_kernel
-def stepped(angle: float, target: float, number: FloatArray, without: int, random: FloatArray, at: int) -> float:
+def stepped(angle: float, target: float, state: State, random: FloatArray, at: int) -> float:
     """A rotation towards the target angle, (17), and with some probability a NOT gate, (18); uses three numbers."""
     stay_one_function()
     ahead = wrapped(target - angle)
     sign = 1.0 if random[at] < 0.5 else -1.0
-    size = number[state.TURN] * random[at + 1]
+    size = state.turn * random[at + 1]
     if ahead != 0.0:
-        size = 2.0 * random[at + 1] * min(number[state.TURN], abs(ahead))
-        if without != 17:
+        size = 2.0 * random[at + 1] * min(state.turn, abs(ahead))
+        if state.without != 17:
             sign = 1.0 if ahead > 0.0 else -1.0
     turned = equation_17(angle, sign * size)
-    if without != 18 and random[at + 2] < number[state.MUTATION]:
+    if state.without != 18 and random[at + 2] < state.mutation:
         return equation_18(turned)
     return turned
 
 
 @hot_kernel
-def move(swarm: FloatArray, total: float, number: FloatArray, count: IntArray, random: FloatArray) -> None:
+def move(swarm: Swarm, total: float, state: State, random: FloatArray) -> None:
     """Every ant follows one drawn by weight, all from the places before the move."""
     stay_one_function()
-    ants, without = count[state.ANTS], count[state.WITHOUT]
-    for ant in range(ants):
-        at = count[state.CURSOR]
-        chosen = followed(swarm, ants, random[at] * total)
-        for k in range(2):
-            angle, target = swarm[ant, state.FIRST_ANGLE + k], swarm[chosen, state.FIRST_ANGLE + k]
-            swarm[ant, state.NEXT_FIRST + k] = stepped(angle, target, number, without, random, at + 1 + 3 * k)
-        count[state.CURSOR] += NUMBERS_PER_ANT
-    for ant in range(ants):
-        swarm[ant, state.FIRST_ANGLE] = swarm[ant, state.NEXT_FIRST]
-        swarm[ant, state.SECOND_ANGLE] = swarm[ant, state.NEXT_FIRST + 1]
+    for k in range(state.ants):
+        at = state.cursor
+        chosen = followed(swarm, state.ants, random[at] * total)
+        for body in range(2):
+            angle, target = swarm[k].angles[body], swarm[chosen].angles[body]
+            swarm[k].turned[body] = stepped(angle, target, state, random, at + 1 + 3 * body)
+        state.cursor += NUMBERS_PER_ANT
+    for k in range(state.ants):
+        swarm[k].angles[0], swarm[k].angles[1] = swarm[k].turned[0], swarm[k].turned[1]
 
 
 @hot_kernel
-def iterate(
-    swarm: FloatArray, pick_a: IntArray, pick_b: IntArray, rows_a: FloatArray, rows_b: FloatArray, near_a: IntArray,
-    near_b: IntArray, pose: FloatArray,
-    number: FloatArray, count: IntArray, table: IntArray, pair: FloatArray, random: FloatArray,
-) -> None:  # fmt: skip
+def trace_pheromone(swarm: Swarm, first: int, chains: int, state: State) -> None:
+    """Write the pheromone of the ants beside their evaluations of one iteration, from evaluation ``first`` on."""
+    trace = doubles_at(state.trace)
+    for number in range(first, min(state.evaluations, state.trace_rows)):
+        trace[TRACED * number + TRACED - 1] = swarm[(number - first) // chains].pheromone
+
+
+@hot_kernel
+def iterate(swarm: Swarm, faces: Faces, state: State, random: FloatArray) -> None:
     """One iteration: evaluate every ant, weigh, move, and improve the best pair by local search if asked to."""
     stay_one_function()
-    count[state.ITERATIONS] += 1
+    state.iterations += 1
+    state.asked_by = BY_ANT
     best, best_i, best_j, best_d = -1, 0, 0, 0.0
-    amplitude, without = count[state.AMPLITUDE], count[state.WITHOUT]
-    chains = 1 if without == 15 else 2
-    for ant in range(count[state.ANTS]):
-        closest = np.inf
+    chains, first = 1 if state.without == 15 else 2, state.evaluations
+    for k in range(state.ants):
+        closest, ant = np.inf, swarm[k]
         for chain in range(chains):
-            i = pick_a[decoded(swarm[ant, state.FIRST_ANGLE], chain, pick_a.shape[0], amplitude, without)]
-            j = pick_b[decoded(swarm[ant, state.SECOND_ANGLE], chain, pick_b.shape[0], amplitude, without)]
-            d = evaluate(i, j, rows_a, rows_b, pose, number, count, table, pair)
+            i = faces.pick_a[decoded(ant.angles[0], chain, len(faces.pick_a), state)]
+            j = faces.pick_b[decoded(ant.angles[1], chain, len(faces.pick_b), state)]
+            d = evaluate(i, j, faces, state)
             closest = min(closest, d)
             if best < 0 or d < best_d:
-                best, best_i, best_j, best_d = ant, i, j, d
-            if is_over(count):
+                best, best_i, best_j, best_d = k, i, j, d
+            if is_over(state):
+                trace_pheromone(swarm, first, chains, state)
                 return
-        reward(swarm, ant, closest, number, count)
-    move(swarm, weigh(swarm, best, number, count), number, count, random)
-    if count[state.DAEMON] != 0 and (best_i != count[state.LAST_A] or best_j != count[state.LAST_B]):
-        count[state.LAST_A], count[state.LAST_B] = best_i, best_j
-        descend(best_i, best_j, best_d, rows_a, rows_b, near_a, near_b, pose, number, count, table, pair)
+        reward(ant, closest, state)
+    total = weigh(swarm, best, state)
+    trace_pheromone(swarm, first, chains, state)
+    move(swarm, total, state, random)
+    if state.daemon != 0 and (best_i != state.last_a or best_j != state.last_b):
+        state.last_a, state.last_b = best_i, best_j
+        descend(best_i, best_j, best_d, faces, state)

@@ -2,6 +2,7 @@
 
 import gc
 import os
+import pickle
 import subprocess
 import sys
 from errno import ENOSPC
@@ -113,6 +114,15 @@ def test_a_full_disk_under_the_cache_costs_no_answer_and_leaves_no_index_to_code
     assert asked(2.0) == 7.0 and not index.exists()
     monkeypatch.undo()
     assert asked(2) == 7 and index.is_file()
+
+
+def test_an_index_that_names_what_other_sources_had_is_dropped_and_the_kernel_compiled_anew():
+    asked = kernel(lambda x: x * x + 5)
+    index = Path(asked._cache._cache_file._index_path)
+    assert asked(2) == 9
+    index.write_bytes(pickle.dumps(numba.__version__) + b"ccdcore.mesh\nNoSuchName\n.")
+    again = kernel(asked.py_func)
+    assert again(2) == 9 and again.stats.cache_misses and index.is_file()
 
 
 @kernel

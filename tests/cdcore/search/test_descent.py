@@ -7,7 +7,6 @@ from support.search_scenes import I3, ball_of, colliding_poses, search_of, torus
 from support.shapes import box_mesh, random_rotations
 
 from cdcore import Body, Motion, Verdict, create_detector, join
-from cdcore.search import state
 from cdcore.search.advance import follow
 from cdcore.search.descent import DRAWS
 from cdcore.search.features import NEIGHBOURS, RADIUS, features_of
@@ -19,12 +18,11 @@ HERE = (I3, np.zeros(3))
 
 def walked(search, i, j):
     """The pair where a way down from (i, j) ends, its distance, and the evaluations it took."""
-    count, number = search._count, search._number
-    count[state.BUDGET], before = 10**9, int(count[state.EVALUATIONS])
-    number[state.CLOSEST] = np.inf
-    follow(True, i, j, *search._rows(), *search._near, search._pose, number, count, search._table)
-    end = int(count[state.BEST_A]), int(count[state.BEST_B])
-    return end, float(number[state.CLOSEST]), int(count[state.EVALUATIONS]) - before
+    state = search._state
+    state["budget"], before, state["closest"] = 10**9, int(state["evaluations"]), np.inf
+    follow(True, i, j, search._faces, search._states)
+    end = int(state["best_a"]), int(state["best_b"])
+    return end, float(state["closest"]), int(state["evaluations"]) - before
 
 
 def ways_beside_each_other(ways=150):
@@ -36,7 +34,7 @@ def ways_beside_each_other(ways=150):
 
 
 def distances(search, firsts, seconds):
-    turn, move = search._pose[24:33].reshape(3, 3), search._pose[33:36]
+    turn, move = search._state["relative"][:9].reshape(3, 3), search._state["relative"][9:]
     a, b = (features.rows[:, :3] for features in (search.first, search.second))
     return np.linalg.norm((a[firsts] @ turn.T + move)[:, None] - b[seconds][None], axis=2)
 

@@ -14,7 +14,7 @@ HERE = (I3, np.zeros(3))
 
 def curve_from(search, pose, seeds):
     search.look(pose, HERE, 0.0, budget=1)
-    search._count[5] = -1
+    search._state["hit_a"] = -1
     return {tuple(row) for row in search.curve(np.array(seeds, dtype=np.int64).reshape(-1, 2)).tolist()}
 
 

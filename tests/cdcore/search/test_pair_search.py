@@ -10,7 +10,7 @@ from support.shapes import box_mesh, random_rotations
 from cdcore import TriangleMesh, intersecting_faces
 from cdcore.search.features import features_of
 from cdcore.search.pair_test import meeting_pairs
-from cdcore.search.state import POSES, WORLD_A, WORLD_B
+from cdcore.search.state import STATE
 
 VARIANTS = ["memetic", "corrected", "local", "random"]
 HERE = (I3, np.zeros(3))
@@ -179,12 +179,11 @@ def test_faces_further_apart_than_their_balls_are_not_tested():
 def test_boxes_that_share_a_side_meet_in_exactly_the_exact_pairs(scale):
     mesh = box_mesh((scale, scale, scale))
     features = features_of(mesh)
-    pose = np.zeros(POSES)
-    for at, x in ((WORLD_A, scale), (WORLD_B, 0.0)):
-        pose[at : at + 9] = np.eye(3).ravel()
-        pose[at + 9] = x
+    state = np.zeros(1, dtype=STATE)[0]
+    for name, x in (("world_a", scale), ("world_b", 0.0)):
+        state[name][:9], state[name][9] = np.eye(3).ravel(), x
     every = np.stack(np.divmod(np.arange(144), 12), axis=1)
-    found = meeting_pairs(features, features, pose, every)
+    found = meeting_pairs(features, features, state, every)
     away = np.eye(4)
     away[0, 3] = scale
     faces = {(int(features.face[i]), int(features.face[j])) for i, j in found}

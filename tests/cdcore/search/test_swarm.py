@@ -6,59 +6,41 @@ from support.search_scenes import I3, ball_of, search_of
 
 from cdcore.kernels.compiling import kernel
 from cdcore.search import pair_search
-from cdcore.search.state import (
-    ALPHA,
-    ANT,
-    ANTS,
-    BETA,
-    COUNTERS,
-    EVAPORATION,
-    FITNESS,
-    HEURISTIC,
-    LEAST,
-    MOST,
-    MUTATION,
-    NUMBERS,
-    PHEROMONE,
-    TURN,
-    WEIGHT,
-    WITHOUT,
-)  # fmt: skip
+from cdcore.search.state import ANT, STATE
 from cdcore.search.swarm import decoded, stepped, weigh
 
 
 @kernel
-def decode_all(angles, chain, features, amplitude, places):
+def decode_all(angles, chain, features, state, places):
     for k in range(angles.shape[0]):
-        places[k] = decoded(angles[k], chain, features, amplitude, 0)
+        places[k] = decoded(angles[k], chain, features, state)
 
 
 @kernel
-def step_along(angles, targets, number, without, random):
+def step_along(angles, targets, state, random):
     for k in range(angles.shape[0]):
         for step in range(random.shape[0] // 3):
-            angles[k] = stepped(angles[k], targets[k], number, without, random, 3 * step)
+            angles[k] = stepped(angles[k], targets[k], state, random, 3 * step)
 
 
 @kernel
-def weigh_once(swarm, best, number, count):
-    return weigh(swarm, best, number, count)
+def weigh_once(swarm, best, state):
+    return weigh(swarm, best, state)
 
 
-def constants(**changes):
-    number = np.zeros(NUMBERS)
-    number[[TURN, ALPHA, BETA, LEAST, MOST, EVAPORATION]] = 0.15 * np.pi, 1.0, 3.0, 1e-3, 10.0, 0.1
-    places = {"turn": TURN, "mutation": MUTATION, "least": LEAST, "most": MOST, "evaporation": EVAPORATION}
-    for name, value in changes.items():
-        number[places[name]] = value
-    return number
+def state_of(**changes):
+    state = np.zeros(1, dtype=STATE)[0]
+    usual = {"turn": 0.15 * np.pi, "alpha": 1.0, "beta": 3.0, "evaporation": 0.1}
+    for name, value in {**usual, "pheromone_least": 1e-3, "pheromone_most": 10.0, **changes}.items():
+        state[name] = value
+    return state
 
 
 @pytest.mark.parametrize("chain", [0, 1])
 def test_the_angle_map_draws_every_face_about_equally_often(chain):
     angles = np.random.default_rng(0).uniform(0, 2 * np.pi, 2_000_000)
     places = np.zeros(len(angles), dtype=np.int64)
-    decode_all(angles, chain, 1000, 0, places)
+    decode_all(angles, chain, 1000, state_of(), places)
     often = np.bincount(places, minlength=1000) / 2000
     assert 0.88 < often.min() < often.max() < 1.12
 
@@ -66,7 +48,7 @@ def test_the_angle_map_draws_every_face_about_equally_often(chain):
 def test_the_amplitude_map_draws_the_ends_twenty_times_too_often():
     angles = np.random.default_rng(0).uniform(0, 2 * np.pi, 2_000_000)
     places = np.zeros(len(angles), dtype=np.int64)
-    decode_all(angles, 0, 1000, 1, places)
+    decode_all(angles, 0, 1000, state_of(amplitude=1), places)
     often = np.bincount(places, minlength=1000) / 2000
     assert often[[0, -1]].mean() == pytest.approx(20.1, rel=0.02)
     assert often[450:550].mean() == pytest.approx(0.64, rel=0.02)
@@ -76,7 +58,7 @@ def test_places_follow_the_arc_cosine_of_the_amplitude():
     angles = np.random.default_rng(1).uniform(-9, 9, 5000)
     for chain, amplitude in ((0, np.cos(angles)), (1, np.sin(angles))):
         places = np.zeros(5000, dtype=np.int64)
-        decode_all(angles, chain, 40, 0, places)
+        decode_all(angles, chain, 40, state_of(), places)
         exact = np.arccos(amplitude) / np.pi * 40
         clear = np.abs(exact - np.round(exact)) > 1e-6
         assert np.array_equal(places[clear], np.minimum(exact[clear].astype(int), 39))
@@ -84,13 +66,13 @@ def test_places_follow_the_arc_cosine_of_the_amplitude():
 
 def test_one_feature_is_always_the_first():
     places = np.full(100, -1)
-    decode_all(np.linspace(-7, 7, 100), 0, 1, 0, places)
+    decode_all(np.linspace(-7, 7, 100), 0, 1, state_of(), places)
     assert not places.any()
 
 
 def test_amplitudes_stay_on_the_unit_circle_through_a_hundred_thousand_gates():
     angles, random = np.array([0.3]), np.random.default_rng(0).random(300_000)
-    step_along(angles, np.array([2.0]), constants(mutation=0.05), 0, random)
+    step_along(angles, np.array([2.0]), state_of(mutation=0.05), random)
     assert abs(np.cos(angles[0]) ** 2 + np.sin(angles[0]) ** 2 - 1) < 1e-12
     assert abs(angles[0]) <= np.pi * (1 + 1e-12)
 
@@ -98,19 +80,19 @@ def test_amplitudes_stay_on_the_unit_circle_through_a_hundred_thousand_gates():
 def test_not_twice_is_the_identity():
     start = np.linspace(-3.1, 3.1, 63)
     angles = start.copy()
-    step_along(angles, start, constants(turn=0.0, mutation=1.0), 0, np.full(3, 0.5))
+    step_along(angles, start, state_of(turn=0.0, mutation=1.0), np.full(3, 0.5))
     assert np.allclose(np.sin(angles), np.cos(start))
-    step_along(angles, angles.copy(), constants(turn=0.0, mutation=1.0), 0, np.full(3, 0.5))
+    step_along(angles, angles.copy(), state_of(turn=0.0, mutation=1.0), np.full(3, 0.5))
     assert np.allclose(np.exp(1j * angles), np.exp(1j * start), atol=1e-12)
 
 
 def test_a_step_goes_the_short_way_and_without_17_either_way():
     start, target = np.full(2000, 3.0), np.full(2000, -3.0)
     angles = start.copy()
-    step_along(angles, target, constants(), 0, np.array([0.9, 0.3, 0.9]))
+    step_along(angles, target, state_of(), np.array([0.9, 0.3, 0.9]))
     assert (np.exp(1j * (angles - start)).imag > 0).all()
     other = start.copy()
-    step_along(other, target, constants(), 17, np.array([0.9, 0.3, 0.9]))
+    step_along(other, target, state_of(without=17), np.array([0.9, 0.3, 0.9]))
     assert (np.exp(1j * (other - start)).imag < 0).all()
     assert np.allclose(np.abs(np.angle(np.exp(1j * (other - start)))), np.abs(np.angle(np.exp(1j * (angles - start)))))
 
@@ -120,15 +102,15 @@ def test_a_step_goes_the_short_way_and_without_17_either_way():
 def test_probabilities_are_finite_not_negative_and_sum_to_one(spread, without):
     rng = np.random.default_rng(5)
     ants = 50
-    swarm, count = np.ones((ants, ANT)), np.zeros(COUNTERS, dtype=np.int64)
-    swarm[:, PHEROMONE] = 10.0 ** rng.uniform(-spread, spread, ants)
-    swarm[:, HEURISTIC] = 1 / (1e-3 + rng.random(ants) * 1e3)
-    swarm[:, FITNESS] = rng.random(ants)
-    count[ANTS], count[WITHOUT] = ants, without
-    number = constants(least=1e-300, most=1e300, evaporation=0.0)
-    expected = swarm[:, PHEROMONE] / swarm[:, PHEROMONE].max() * (swarm[:, HEURISTIC] / swarm[:, HEURISTIC].max()) ** 3
-    total = weigh_once(swarm, 0, number, count)
-    chance = np.diff(swarm[:, WEIGHT], prepend=0.0) / total
+    swarm = np.zeros(ants, dtype=ANT)
+    swarm["pheromone"] = 10.0 ** rng.uniform(-spread, spread, ants)
+    swarm["heuristic"] = 1 / (1e-3 + rng.random(ants) * 1e3)
+    swarm["fitness"] = rng.random(ants)
+    state = state_of(ants=ants, without=without, pheromone_least=1e-300, pheromone_most=1e300, evaporation=0.0)
+    pheromone, heuristic = (swarm[name] / swarm[name].max() for name in ("pheromone", "heuristic"))
+    expected = pheromone * heuristic**3
+    total = weigh_once(swarm, 0, state)
+    chance = np.diff(swarm["weight"], prepend=0.0) / total
     assert np.isfinite(chance).all()
     assert (chance >= 0).all()
     assert chance.sum() == pytest.approx(1.0, abs=1e-12)
@@ -137,14 +119,12 @@ def test_probabilities_are_finite_not_negative_and_sum_to_one(spread, without):
 
 
 def test_evaporation_pulls_pheromone_down_and_lifts_the_best():
-    swarm, count = np.ones((3, ANT)), np.zeros(COUNTERS, dtype=np.int64)
-    swarm[:, FITNESS] = 0.5
-    count[ANTS] = 3
-    weigh_once(swarm, 1, constants(), count)
-    assert np.allclose(swarm[:, PHEROMONE], [0.9, 0.95, 0.9])
-    count[WITHOUT] = 20
-    weigh_once(swarm, 1, constants(), count)
-    assert np.allclose(swarm[:, PHEROMONE], [0.9, 0.95, 0.9])
+    swarm = np.ones(3, dtype=ANT)
+    swarm["fitness"] = 0.5
+    weigh_once(swarm, 1, state_of(ants=3))
+    assert np.allclose(swarm["pheromone"], [0.9, 0.95, 0.9])
+    weigh_once(swarm, 1, state_of(ants=3, without=20))
+    assert np.allclose(swarm["pheromone"], [0.9, 0.95, 0.9])
 
 
 @pytest.mark.parametrize("equation", [None, 15, 16, 17, 18, 19, 20])
@@ -152,7 +132,7 @@ def test_pheromone_stays_inside_its_clamp_and_every_equation_matters(equation):
     ball = ball_of(600)
     search = search_of(ball, ball, variant="corrected", budget=4000, without_equation=equation, restart_after=10**9)
     look = search.look((I3, np.array([2.3, 0, 0])), (I3, np.zeros(3)), 0.0)
-    pheromone = search._swarm[:, PHEROMONE]
+    pheromone = search._swarm["pheromone"]
     assert (pheromone >= 1e-3).all()
     assert (pheromone <= 10.0).all()
     whole = search_of(ball, ball, variant="corrected", budget=4000, restart_after=10**9)
