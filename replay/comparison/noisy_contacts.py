@@ -7,12 +7,11 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import Any, Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
-from cdcore import Body, Detection, Detector, Motion
-from cdcore.bounding.sphere import sphere_by_box_centre
+from cdcore import Detection, Detector, Motion
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import counts_as_contact
 from replay.base.constants import HEADSET_HZ
@@ -23,6 +22,9 @@ from replay.errors import NoiseError
 from replay.prepare.assembly import Assembly
 from replay.prepare.noise import BodyNoise, NoiseSpec, NoisyCopies, noise_of
 from sessions import Scene
+
+if TYPE_CHECKING:
+    from cdcore.narrow.contact_offset import ContactOffset
 
 HOLDS, UNDECIDABLE, ABSENT = "holds", "undecidable", "absent"
 
@@ -67,11 +69,7 @@ class NoiseResult:
     near: tuple[NoisySpan, ...]  # stretches without contact in the recording in which copies have some
     # stretches of a second and more in which copies disagree: bodies at rest on each other
     resting: tuple[NoisySpan, ...]
-    open_frames: int  # pair-frames with contact in some copies and not in others
-    # asked, frames: pair-frames that copies were asked about, and all there are; the others are farther apart than the
-    # noise reaches, or further in
-    asked: int
-    frames: int
+    asked: int  # pair-frames that copies were asked about; the others are farther apart than the noise reaches
     digest: str  # of all answers
     sizes: Mapping[str, tuple[float, float, float]]  # tracker -> millimetres, degrees and seconds of its noise
 
@@ -111,58 +109,60 @@ def noisy_contacts(
     oracle for its two bodies; ``advance`` is told frames. The answer depends neither on the size of blocks nor on
     threads, which share nothing that changes.
     """
+    # Here, since a run without noise and contacts loads no compiler.
+    from cdcore.narrow.contact_offset import ContactOffset
+    from cdcore.narrow.spacetime.box_tree import build_box_tree
+
     motion, drawn = assembly.motion, NoisyCopies(noise, copies, seed)
-    surfaces = Surfaces(assembly.bodies)
-    pairs = [NoisyPair(column, ends, noise, surfaces, make) for column, ends in enumerate(assembly.pairs.tolist())]
+    trees = [build_box_tree(body.mesh.triangles) for body in assembly.bodies]
+    levers = [float(np.linalg.norm(body.mesh.referenced_vertices, axis=1).max()) for body in assembly.bodies]
+    pairs = []
+    for column, ends in enumerate(assembly.pairs.tolist()):
+        reach = noise.reach_between(ends, [levers[end] for end in ends])
+        offset = ContactOffset(trees, assembly.pairs, reach) if reach else None
+        pairs.append(NoisyPair(column, ends, offset, make))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for start in range(0, len(motion), BLOCK):
             block = motion.frames(start, min(start + BLOCK, len(motion)))
             touching, errors = counts_as_contact(oracle.verdict[start : start + len(block)]), drawn.errors(block.times)
-            asked = [pool.submit(one.ask, start, block, touching[:, one.column], drawn, errors) for one in pairs]
-            for one in asked:
-                one.result()
+            asked = [pool.submit(pair.ask, start, block, touching[:, pair.column], drawn, errors) for pair in pairs]
+            for answer in asked:
+                answer.result()
             advance(len(block))
-    return _result(motion.times, contacts, [one.answer() for one in pairs], copies, noise, oracle.verdict.size)
+    return _result(motion.times, contacts, [pair.answer() for pair in pairs], copies, noise)
 
 
 def _result(
-    times: FloatArray, contacts: Sequence[Episode], answers: Sequence[PairAnswer], copies: int, noise: BodyNoise,
-    size: int,
-) -> NoiseResult:  # fmt: skip
-    windows = [_widened(one, times) for one in contacts]
+    times: FloatArray, contacts: Sequence[Episode], answers: Sequence[PairAnswer], copies: int, noise: BodyNoise
+) -> NoiseResult:
+    found, near, resting = list[NoisySpan](), list[NoisySpan](), list[NoisySpan]()
+    digest, windows = hashlib.sha256(), [_widened(contact, times) for contact in contacts]
     for pair, answer in enumerate(answers):
-        taken = [window[1:] for window in windows[: len(contacts)] if window[0] == pair]
-        windows += [(pair, *span) for span in _between(answer.frames, taken, times)]
-    spans = [NoisySpan(*window, float(answers[window[0]].found(*window[1:], copies).mean())) for window in windows]
-    counts = np.concatenate([one.counts for one in answers])
-    open_frames = int(((counts > (1.0 - SURE) * copies + 1e-9) & (counts < SURE * copies)).sum())
-    resting = tuple(
-        NoisySpan(pair, first, last, answers[pair].share(first, last, copies))
-        for pair, one in enumerate(answers)
-        for first, last in _spans(one.frames[(one.counts > 0) & (one.counts < copies)], times, AGREED_S)
-        if times[last] - times[first] >= REST_S
-    )
-    at_rest = {pair: [one for one in resting if one.pair == pair] for pair in range(len(answers))}
-    rests = [_at_rest(one, at_rest[one.pair]) for one in spans]
-    known = len(contacts)
-    words = tuple(UNDECIDABLE if rest else one.word for one, rest in zip(spans[:known], rests, strict=False))
-    near_passes = (one for one, rest in zip(spans[known:], rests[known:], strict=True) if not rest)
-    digest = hashlib.sha256()
-    for one in answers:
-        digest.update(np.concatenate([one.frames, one.certain]).astype("<i8").tobytes() + one.said.tobytes())
+        wavering = answer.frames[(answer.counts > 0) & (answer.counts < copies)]
+        resting += [
+            NoisySpan(pair, first, last, answer.share(first, last, copies))
+            for first, last in _spans(wavering, times, AGREED_S)
+            if times[last] - times[first] >= REST_S
+        ]
+        taken = [span for contact, span in zip(contacts, windows, strict=True) if contact.pair == pair]
+        passes = [answer.span(pair, *span, copies) for span in _between(answer.frames, taken, times)]
+        near += [span for span in passes if span.word != ABSENT and not _at_rest(span, resting)]
+        digest.update(np.concatenate([answer.frames, answer.certain]).astype("<i8").tobytes() + answer.said.tobytes())
+    for contact, span in zip(contacts, windows, strict=True):
+        found.append(answers[contact.pair].span(contact.pair, *span, copies))
+    words = tuple(UNDECIDABLE if _at_rest(span, resting) else span.word for span in found)
     sizes = {
-        root: (1e3 * one.position_rms_m, one.rotation_rms_deg, one.correlation_s) for root, one in noise.noise.items()
+        root: (1e3 * size.position_rms_m, size.rotation_rms_deg, size.correlation_s)
+        for root, size in noise.noise.items()
     }
-    return NoiseResult(
-        copies, tuple(spans[:known]), words, tuple(one for one in near_passes if one.word != ABSENT), resting,
-        open_frames, len(counts), size, digest.hexdigest(), sizes,
-    )  # fmt: skip
+    asked = sum(len(answer.frames) for answer in answers)
+    return NoiseResult(copies, tuple(found), words, tuple(near), tuple(resting), asked, digest.hexdigest(), sizes)
 
 
-def _widened(contact: Episode, times: FloatArray) -> tuple[int, int, int]:
+def _widened(contact: Episode, times: FloatArray) -> tuple[int, int]:
     first = int(np.searchsorted(times, times[contact.first] - WIDENED_S))
     last = int(np.searchsorted(times, times[contact.last] + WIDENED_S, side="right")) - 1
-    return contact.pair, first, last
+    return first, last
 
 
 def _between(frames: IntArray, taken: Sequence[tuple[int, int]], times: FloatArray) -> list[tuple[int, int]]:
@@ -183,29 +183,9 @@ def _spans(frames: IntArray, times: FloatArray, apart: float) -> list[tuple[int,
 
 def _at_rest(span: NoisySpan, resting: Sequence[NoisySpan]) -> bool:
     """Whether most of a span lies in stretches at rest of its pair."""
-    frames = sum(max(0, min(span.last, one.last) - max(span.first, one.first) + 1) for one in resting)
+    alike = [rest for rest in resting if rest.pair == span.pair]
+    frames = sum(max(0, min(span.last, rest.last) - max(span.first, rest.first) + 1) for rest in alike)
     return 2 * frames > span.last - span.first + 1
-
-
-class Surfaces:
-    """Box trees, bounding spheres and longest levers of bodies, each made once."""
-
-    def __init__(self, bodies: Sequence[Body]) -> None:
-        # Here, since a run without noise and contacts loads no compiler.
-        from cdcore.narrow.spacetime.box_tree import build_box_tree
-
-        self.trees = [build_box_tree(body.mesh.triangles) for body in bodies]
-        self.spheres = [sphere_by_box_centre(body.mesh) for body in bodies]
-        self.levers = [float(np.linalg.norm(body.mesh.referenced_vertices, axis=1).max()) for body in bodies]
-
-    def gap(self, motion: Motion, ends: Sequence[int]) -> FloatArray:
-        """Metres (T,) between the bounding spheres of two bodies; below 0 where they overlap."""
-        one, other = (
-            motion.rotations[:, end] @ np.asarray(self.spheres[end].centre) + motion.translations[:, end]
-            for end in ends
-        )
-        gap: FloatArray = np.linalg.norm(one - other, axis=1) - sum(self.spheres[end].radius for end in ends)
-        return gap
 
 
 class PairAnswer(NamedTuple):
@@ -221,11 +201,11 @@ class PairAnswer(NamedTuple):
         """How many copies have contact, (k,)."""
         return np.bitwise_count(self.said).sum(axis=1, dtype=np.int64)
 
-    def found(self, first: int, last: int, copies: int) -> BoolArray:
-        """Which copies (C,) have a contact in a span of frames."""
+    def span(self, pair: int, first: int, last: int, copies: int) -> NoisySpan:
+        """Which share of the copies has a contact anywhere in a span of frames of this pair."""
         rows, anyhow = self._within(first, last)
-        bits = np.bitwise_or.reduce(self.said[rows], axis=0)
-        return np.unpackbits(bits, count=copies).view(np.bool_) | (anyhow > 0)
+        found = np.bitwise_count(np.bitwise_or.reduce(self.said[rows], axis=0)).sum()
+        return NoisySpan(pair, first, last, 1.0 if anyhow else float(found / copies))
 
     def share(self, first: int, last: int, copies: int) -> float:
         """Share of the copies with contact, in the mean over a span of frames."""
@@ -241,10 +221,9 @@ class NoisyPair:
     """A pair of bodies: where noise may change the answer about it, and what the copies say there."""
 
     def __init__(
-        self, column: int, ends: Sequence[int], noise: BodyNoise, surfaces: Surfaces, make: Callable[[int], Detector]
+        self, column: int, ends: Sequence[int], offset: ContactOffset | None, make: Callable[[int], Detector]
     ) -> None:
-        self.column, self._ends, self._surfaces, self._make = column, ends, surfaces, make
-        self._reach = noise.reach_between(ends, [surfaces.levers[end] for end in ends])
+        self.column, self._ends, self._offset, self._make = column, ends, offset, make
         self._detector: Detector | None = None
         self._parts: list[tuple[IntArray, ByteArray, IntArray]] = []
 
@@ -267,18 +246,11 @@ class NoisyPair:
 
     def _near(self, block: Motion, touching: BoolArray) -> BoolArray:
         """Frames (T,) in which noise may change the answer: surfaces meet, or are nearer than it reaches."""
-        if not self._reach:
+        if self._offset is None:
             return np.zeros_like(touching)
-        # Here, since a run without noise and contacts loads no compiler.
-        from cdcore.narrow.contact_offset import ContactOffset
-
-        ends, reach = list(self._ends), self._reach
-        known = block.valid[:, ends].all(axis=1)
-        rows = np.flatnonzero(known & ~touching & (self._surfaces.gap(block, ends) <= reach))
-        offset = ContactOffset([self._surfaces.trees[end] for end in ends], np.array([[0, 1]]), reach)
-        poses = block.translations[:, ends], block.rotations[:, ends], block.valid[:, ends], block.linked[:, ends]
         near = touching.copy()
-        near[rows] = offset.near(Motion.of_rigid(block.times, *poses), rows, np.zeros_like(rows))
+        rows = np.flatnonzero(block.valid[:, self._ends].all(axis=1) & ~touching)
+        near[rows] = self._offset.near(block, rows, np.full_like(rows, self.column))
         return near
 
     def answer(self) -> PairAnswer:

@@ -50,7 +50,7 @@ def test_deep_contacts_hold_grazing_ones_are_undecidable_and_near_passes_are_nam
     assert [one.word for one in noise.contacts] == [module.HOLDS, module.UNDECIDABLE] == list(noise.words)
     (hidden,) = noise.near
     assert (hidden.first, hidden.last) == (63, 63) and 0.05 < hidden.share < 0.95
-    assert noise.resting == () and noise.asked == 4 and noise.frames == len(far) * 5 + 5
+    assert noise.resting == () and noise.asked == 4
     settings = result.summary["noise"]
     assert settings["copies"] == noise.copies and set(settings["sizes"]) == set(noise.sizes)
 
