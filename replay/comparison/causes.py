@@ -129,19 +129,34 @@ def first_failed(
     asks_inside : False where one body is inside the other and the detector does not decide that.
     timing : causes in time: that the detector says so earlier or later, that no step of an engine falls there.
     """
-    # A detector may answer with numpy's booleans.
+    # A detector may answer with numpy's booleans, and ``None`` is no answer.
     answers = {name: bool(value) for name, value in vars(stages).items() if value is not None}
-    no, yes = ({name for name, value in answers.items() if value is answer} for answer in (False, True))
+
+    def failed(stage: str) -> bool:
+        return answers.get(stage) is False
+
+    if not at_instant:
+        return Cause.BETWEEN_FRAMES
+    if answers.get("within_clock"):
+        return Cause.CLOCK
     # Shape before rate: a look at a shape that does not meet there would not have found the contact either.
-    asked = (
-        (not at_instant, Cause.BETWEEN_FRAMES), ("within_clock" in yes, Cause.CLOCK),
-        ("shapes_meet" in no, Cause.COLLIDER_SHAPE), ("looked" in no, Cause.BETWEEN_LOOKS),
-        *((cause is not None, cause or Cause.UNEXPLAINED) for cause in timing),
-        (not asks_inside, Cause.CONTAINMENT), ("spheres_meet" in no, Cause.SPHERE_STAGE),
-        ("sample_meets" in no, Cause.SAMPLING), ("found_with_more" in yes, Cause.BUDGET),
-        ("sample_meets" in yes or verdict == Verdict.NOT_FOUND, Cause.SEARCH),
-    )  # fmt: skip
-    return next((cause for failed, cause in asked if failed), Cause.UNEXPLAINED)
+    if failed("shapes_meet"):
+        return Cause.COLLIDER_SHAPE
+    if failed("looked"):
+        return Cause.BETWEEN_LOOKS
+    for cause in timing:
+        if cause is not None:
+            return cause
+    if not asks_inside:
+        return Cause.CONTAINMENT
+    if failed("spheres_meet"):
+        return Cause.SPHERE_STAGE
+    if failed("sample_meets"):
+        return Cause.SAMPLING
+    if answers.get("found_with_more"):
+        return Cause.BUDGET
+    found_none = answers.get("sample_meets") or verdict == Verdict.NOT_FOUND
+    return Cause.SEARCH if found_none else Cause.UNEXPLAINED
 
 
 def _causes(places: Sequence[MissedStretch], scene: MissEvidence) -> Iterator[tuple[int, Cause]]:

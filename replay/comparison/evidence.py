@@ -8,7 +8,7 @@ import numpy as np
 
 from cdcore import Detection, Motion
 from cdcore.numerics import FloatArray, IntArray
-from replay.comparison.first_touch import first_touch
+from replay.comparison.first_touch import direction, first_touch
 from replay.comparison.outcome import FirstTouch
 from replay.effects.output import Vector, vector_of
 from replay.prepare.assembly import Assembly
@@ -110,7 +110,7 @@ class Evidence:
         way = segments[:, 1] - segments[:, 0]
         length = np.sqrt((way * way).sum(axis=-1))
         a, b = self._centres(pair, frame)
-        toward = _unit(b - a)
+        toward = direction(b - a)
         point, normal = (a + b) / 2, toward
         if len(segments):
             point, normal = _point(segments, length), _normal(segments, toward)
@@ -138,12 +138,6 @@ def grouped(items: Iterable[Item], size: Callable[[Item], int], most: int) -> It
         used += size(item)
     if group:
         yield group
-
-
-def _unit(way: FloatArray) -> FloatArray:
-    """The direction of a vector; up where it has none."""
-    length = float(np.sqrt((way * way).sum()))
-    return way / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
 
 
 def looks(first: int, last: int, most: int) -> IntArray:

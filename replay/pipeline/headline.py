@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from typing import Final
 
-from replay.comparison.contact_counts import ContactCounts
 from replay.comparison.noisy_contacts import ABSENT, HOLDS, UNDECIDABLE
 from replay.pipeline.answer import TIMES_ARE, busy_words, cost
 from replay.pipeline.ranking import all_unconfirmed
@@ -20,11 +19,6 @@ NOT_COVERED: Final = (
 def headlines(result: RunResult) -> list[str]:
     """What a title says of a run: what is wrong with the worst detector; nothing where nothing is audited."""
     return [result.answers[0].sentence] if result.answers else []
-
-
-def headline(result: RunResult, label: str) -> str:
-    """What is wrong with one audited detector; fit for a title."""
-    return next(answer.sentence for answer in result.answers if answer.label == label)
 
 
 def doubts(result: RunResult) -> list[str]:
@@ -47,26 +41,6 @@ def doubts_of(findings: Iterable[Finding]) -> list[str]:
         rest = f"; {len(more)} more like it" if more else ""
         lines.append(f"{severity.name.capitalize()}, {code}: {one.meaning} ({where}{rest}). To do: {one.fix}.")
     return lines
-
-
-def contact_words(counts: ContactCounts, who: str = "", here: str = "") -> str:
-    """What became of the oracle's contacts, of which there is one at least; the undecided come first."""
-    things = f"{counts.contacts} contact" + "s" * (counts.contacts != 1)
-    undecided = _some(counts.undecided, counts.undecided_in_part, things, " undecided")
-    missed = _some(counts.missed, counts.in_part, things, here)
-    if undecided:
-        rest = "" if counts.undecided == counts.contacts else f"; missed {missed or 'none where it decided'}"
-        return f"{who} left {undecided}{rest}".lstrip()
-    if not missed and counts.contacts == 1:
-        return f"{who} found the one contact" if who else "the one contact was found"
-    return f"{who} missed {missed or f'none of {things}{here}'}".lstrip()
-
-
-def _some(whole: int, part: int, things: str, more: str) -> str:
-    """``2 of 5 contacts and part of 1 more``; nothing where there are none."""
-    if not whole:
-        return f"part of {part} of {things}{more}" if part else ""
-    return f"{whole} of {things}{more}" + (f" and part of {part} more" if part else "")
 
 
 def undecided(result: Summarised) -> list[str]:
@@ -117,11 +91,11 @@ def in_noise(result: RunResult) -> list[str]:
         holds = result.summary["audit"][label]["holds"]
         lines.append(f"Of those that hold, {label} missed {holds['contacts_missed']}.")
     if noise.near:
-        passes = f"{len(noise.near)} near pass{'es' * (len(noise.near) > 1)}"
+        passes = plural(len(noise.near), "near pass", "near passes")
         lines.append(f"A contact within the noise may be hidden in {passes}.")
     if noise.resting:
-        count = len({one.pair for one in noise.resting})
-        lines.append(f"Of {count} pair{'s' * (count > 1)} at rest the noise leaves open whether they touch.")
+        pairs = plural(len({span.pair for span in noise.resting}), "pair")
+        lines.append(f"Of {pairs} at rest the noise leaves open whether they touch.")
     return [*lines, NOT_COVERED]
 
 

@@ -5,7 +5,7 @@ mesh that the engine does not test is no row, and continuous detection is none w
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, Final
 
 from replay.errors import TradeoffError
@@ -41,8 +41,7 @@ class Choice:
 class Engine:
     """An engine as a new project has it (the first choice), and changes of it.
 
-    ``pages``: name -> address; ``excluded``: what a page excludes, as words that no row's setting may have -> page;
-    ``step_hz``: of a new project.
+    ``pages``: name -> address; ``step_hz``: of a new project.
     """
 
     name: str
@@ -50,7 +49,6 @@ class Engine:
     pages: Mapping[str, str]
     choices: tuple[Choice, ...]
     notes: tuple[str, ...]
-    excluded: Mapping[str, str] = field(default_factory=dict)
     step_hz: float = 50
 
 
@@ -92,7 +90,6 @@ ENGINES: Final[dict[str, Engine]] = {
             "Two Mesh Colliders without Convex do not collide, and Continuous is made for boxes, spheres and capsules: "
             "no row asks either. A Convex one has at most 255 triangles, and so have these.",
         ),
-        {"shape=mesh": "mesh", "continuous": "continuous"},
     ),
     "unreal": Engine(
         "Unreal Engine", "5",
@@ -118,7 +115,6 @@ ENGINES: Final[dict[str, Engine]] = {
             "Use Complex Collision As Simple is for static bodies that simulated simple ones hit; two bodies that use "
             "it do not meet, so no row asks that.",
         ),
-        {"shape=mesh": "complexity"},
         step_hz=90,
     ),
     "mujoco": Engine(
@@ -142,7 +138,6 @@ ENGINES: Final[dict[str, Engine]] = {
             "MuJoCo replaces a mesh geom by its hull, adds the margins of both geoms, and has no continuous detection.",
             "Two mocap bodies make no contact, being fixed to the world: give what a hand moves a free joint.",
         ),
-        {"shape=mesh": "collision", "continuous": "collision"},
         step_hz=500,
     ),
 }  # fmt: skip

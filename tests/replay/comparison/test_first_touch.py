@@ -2,13 +2,11 @@
 
 import numpy as np
 import pytest
-import trimesh
-from hypothesis import given
-from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 from support.small_worlds import STEP_NS, along_x, cube, cubes, framed
 
 from cdcore.transforms.rigid import rotation_from_quaternion
-from replay.comparison.first_touch import _direction, at_touch, first_touch, nearest_points, poses_between
+from replay.comparison.first_touch import at_touch, first_touch, poses_between
 from replay.prepare.assemble import assemble
 from sessions import Session
 
@@ -51,31 +49,16 @@ def test_between_frames_origins_move_along_lines_and_turns_are_even():
     assert there.rotations[1, 0] == pytest.approx(quarter, abs=1e-12)
 
 
-def test_a_corner_on_a_face_has_the_faces_normal_and_crossing_edges_the_direction_across_both():
-    floor = np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]])
-    spike = np.array([[0.1, -0.2, 0], [0.3, 0, 1], [-0.3, 0, 1]])
-    for one, other in ((spike, floor), (floor, spike)):
-        here, there, across = nearest_points(one, other)
-        assert here == pytest.approx([0.1, -0.2, 0]) == there and np.abs(across) == pytest.approx([0, 0, 1])
-    roof = np.array([[0.0, -1, 0], [0, 1, 0], [0, 0, -1]])
-    ridge = np.array([[-1.0, 0, 0], [1, 0, 0], [0, 0, 1]])
-    here, there, across = nearest_points(roof, ridge)
-    assert here == pytest.approx([0, 0, 0]) == there and np.abs(across) == pytest.approx([0, 0, 1])
-
-
-def test_without_a_gap_the_normal_is_on_the_side_of_the_second_body():
-    across, toward = np.array([0.0, 0, 1]), np.array([0.3, 0, -2])
-    assert _direction(np.zeros(3), across, toward).tolist() == [0, 0, -1]
-    assert _direction(np.array([0.0, 1e-6, 0]), across, toward).tolist() == [0, 1, 0]
-
-
-@given(st.integers(0, 10**6))
-def test_the_nearest_points_lie_on_their_triangles_and_no_others_are_nearer(seed):
-    rng = np.random.default_rng(seed)
-    one, other = rng.normal(size=(3, 3)), rng.normal(size=(3, 3)) + np.array([0, 0, 6])
-    here, there, _ = nearest_points(one, other)
-    for point, triangle in ((here, one), (there, other)):
-        assert trimesh.triangles.closest_point(triangle[None], point[None])[0] == pytest.approx(point, abs=1e-9)
-    samples = rng.dirichlet(np.ones(3), 400) @ one
-    near = trimesh.triangles.closest_point(np.tile(other, (400, 1, 1)), samples)
-    assert np.linalg.norm(here - there) <= np.linalg.norm(near - samples, axis=1).min() + 1e-8
+def test_the_point_lies_on_both_bodies_and_the_normal_is_the_face_s_that_a_corner_meets():
+    """A cube on its corner comes down on another one, beside the middle of its top."""
+    turn = Rotation.align_vectors([[0.0, -1, 0]], [[1.0, 1, 1]])[0].as_quat()
+    heights = np.array([2.0, -0.5])
+    poses = {
+        "a": along_x([0, 0]),
+        "b": (np.stack([[0.1, 0.1], heights, [0.2, 0.2]], axis=1), np.tile(turn, (2, 1))),
+    }
+    assembly = assemble(Session.from_arrays([0, STEP_NS], poses, {"a": cube(), "b": cube()}))
+    touch = first_touch(assembly, 0, 0)
+    assert touch.moment == pytest.approx(STEP * (2.0 - 0.5 - np.sqrt(0.75)) / 2.5, abs=1e-6)
+    assert touch.point == pytest.approx((0.1, 0.5, 0.2), abs=1e-3)
+    assert np.abs(touch.normal) == pytest.approx((0.0, 1.0, 0.0), abs=1e-6)

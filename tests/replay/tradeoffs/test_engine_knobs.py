@@ -37,8 +37,7 @@ def test_no_row_is_what_a_page_of_the_engine_excludes(name, choice):
     """Two triangle meshes, and continuous detection of meshes: neither reports contact in the engine."""
     engine = ENGINES[name]
     assert choice.pages and set(choice.pages) <= set(engine.pages)
-    assert not [words for words in engine.excluded if words in choice.asked(1e9)]
-    assert set(engine.excluded.values()) <= set(engine.pages) and "shape=mesh" in engine.excluded
+    assert not re.search("shape=mesh|continuous", choice.asked(1e9))
     assert not re.search("Continuous|sdf|Complex", " ".join(choice.knobs.values()))
     if choice.knobs.get("Is Trigger") == "on":
         assert "does not push" in choice.consequence and "skin_m" not in choice.settings
