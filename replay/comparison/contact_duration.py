@@ -14,15 +14,13 @@ from cdcore.protocol.blocks import looks_of
 from replay.comparison.compare import Within
 from replay.comparison.contact_counts import frames_of
 from replay.comparison.first_touch import poses_between
+from replay.comparison.look_phases import sampling_offsets
 from replay.comparison.outcome import Episode
 from replay.prepare.assembly import Assembly
 from sessions.doctor.runs import runs
 
 RATES_HZ: Final = (10.0, 20.0, 22.5, 30.0, 45.0, 50.0, 60.0, 72.0, 80.0, 90.0, 120.0, 144.0, 240.0)
 """Step rates reported: physics steps of engines and refresh rates of headsets."""
-
-PHASES: Final = 16
-"""Phases a mean is over, evenly spread over the time from look to look."""
 
 SURELY_SEEN: Final = 1.01
 """Steps that a contact is in view beyond which no phase misses it; the hundredth is for rounded stamps."""
@@ -60,7 +58,7 @@ class StepRates:
         spans = [self._frames(one) for one in asked]
         sizes = [len(span) for span in spans]
         frames, columns = np.concatenate(spans), np.repeat([one.pair for one in asked], sizes)
-        phases = [0.0, *((np.arange(PHASES) + 0.5) / PHASES / rate_hz).tolist()]
+        phases = [0.0, *sampling_offsets(rate_hz)]
         found = [self._found(looks_of(self._seen.times - phase, rate_hz)[0], frames, columns) for phase in phases]
         counts = [int((~np.logical_or.reduceat(one, np.cumsum([0, *sizes[:-1]]))).sum()) for one in found]
         return counts[0], float(np.mean(counts[1:]))

@@ -8,7 +8,7 @@ import numpy as np
 
 from cdcore import Detection, Verdict
 from cdcore.detectors import DETECTORS, OPTIONAL
-from cdcore.numerics import BoolArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import detect_live
 from cdcore.protocol.blocks import HeldVerdicts, looks_of
 from replay.base.constants import HELD_FRAMES
@@ -16,12 +16,14 @@ from replay.base.progress import Advance, ignored
 from replay.base.wilson import share_of_clusters
 from replay.comparison.compare import compare
 from replay.comparison.contact_counts import REPORTED, count_contacts, count_reports
-from replay.comparison.contact_duration import PHASES
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Episode, Outcome
 from replay.comparison.tolerance import Tolerance
 from replay.detection.run_detector import Run, make_detector
 from replay.prepare.assembly import Assembly
+
+PHASES: Final = 16
+"""Offsets that a mean is over, evenly spread over the time from sample to sample."""
 
 STEPS: Final = 24
 """Steps of progress of one detector: its samples at every frame count for eight, each sampling offset for one."""
@@ -33,7 +35,6 @@ class EveryFrame:
 
     contacts_missed: int
     contacts_in_part: int
-    contacts_undecided: int
     invented: dict[str, Any]  # share of the pair-frames that it reports which are no contact
     seconds: float | None = None  # a frame in the mean; ``None`` where it was not asked live
 
@@ -96,32 +97,39 @@ def spread(counts: Sequence[int]) -> dict[str, float]:
 def over_phases(
     runs: Mapping[str, Run], assembly: Assembly, oracle: Detection, contacts: Sequence[Episode],
     holdings: Sequence[Episode], tolerance: Tolerance, seed: int, advance: Advance = ignored,
-) -> tuple[dict[str, OffsetCounts], dict[str, float]]:  # fmt: skip
-    """The counts at all offsets of each run with a rate, and, where it was asked live, seconds a frame without one.
+) -> dict[str, OffsetCounts]:  # fmt: skip
+    """The counts at all offsets of each run with a rate, and those of the same detector without one.
 
     Each is asked once more, about every frame, as it was in the run: so both times are alike. A detector that is none
     of our table, and a recording of more than an hour, keep the phase of the run. ``advance`` is called with
     ``STEPS`` in all for each of ``runs``.
     """
-    counts, seconds, frames = dict[str, OffsetCounts](), dict[str, float](), len(assembly.motion)
+    counts = dict[str, OffsetCounts]()
     for label, run in runs.items():
-        if not (run.settings.get("rate_hz") and run.spec.name in (*DETECTORS, *OPTIONAL) and frames <= HELD_FRAMES):
+        rate, ours = run.settings.get("rate_hz"), run.spec.name in (*DETECTORS, *OPTIONAL)
+        if not (rate and ours and len(assembly.motion) <= HELD_FRAMES):
             advance(STEPS)
-        else:
-            often = replace(run.spec, settings={**run.spec.settings, "rate_hz": None})
-            detector = make_detector(often, assembly, seed)
-            every = detect_live(detector, assembly.motion) if run.live else detector.detect(assembly.motion)
-            advance(STEPS - PHASES)
-            counts[label] = offset_counts(
-                run.settings["rate_hz"], every, oracle, contacts, holdings, tolerance, advance
-            )
-            if run.live:
-                seconds[label] = sum(float(np.sum(stage)) for stage in every.seconds.values()) / frames
-                known = counts[label].every_frame
-                counts[label] = replace(
-                    counts[label], every_frame=None if known is None else replace(known, seconds=seconds[label])
-                )
-    return counts, seconds
+            continue
+        detector = make_detector(replace(run.spec, settings={**run.spec.settings, "rate_hz": None}), assembly, seed)
+        every = detect_live(detector, assembly.motion) if run.live else detector.detect(assembly.motion)
+        advance(STEPS - PHASES)
+        at_offsets = offset_counts(rate, every, oracle, contacts, holdings, tolerance, advance)
+        comparison = compare(every, oracle, within=tolerance.judge(every, oracle), holdings=holdings)
+        always = count_contacts(comparison, contacts)
+        seconds = sum(float(np.sum(stage)) for stage in every.seconds.values()) / len(every.times)
+        every_frame = EveryFrame(
+            contacts_missed=always.missed,
+            contacts_in_part=always.in_part,
+            invented=count_reports(comparison).share(Outcome.INVENTED),
+            seconds=seconds if run.live else None,
+        )
+        counts[label] = replace(at_offsets, every_frame=every_frame)
+    return counts
+
+
+def sampling_offsets(rate_hz: float) -> FloatArray:
+    """Seconds by which sampling starts later, (``PHASES``,), evenly spread over the time from sample to sample."""
+    return (np.arange(PHASES) + 0.5) / PHASES / rate_hz
 
 
 def offset_counts(
@@ -132,38 +140,30 @@ def offset_counts(
 
     ``contacts`` are the oracle's that count.
     """
-    looked = [looks_of(every.times - (k + 0.5) / PHASES / rate_hz, rate_hz)[0] for k in range(PHASES)]
-    lost, part = np.zeros((2, PHASES, len(contacts)), dtype=np.bool_)
-    frames = np.zeros((len(contacts), len(Outcome)), dtype=np.int64)
+    frames = np.zeros((PHASES, len(contacts), len(Outcome)), dtype=np.int64)
     said, false, known = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
     stretches = np.zeros(PHASES, dtype=np.int64)
-    for offset, looks in enumerate(looked):
-        believed, _ = HeldVerdicts(len(every.pairs)).hold(every.verdict[looks], looks, every.verdict != Verdict.NO_POSE)
+    posed = every.verdict != Verdict.NO_POSE
+    for number, later in enumerate(sampling_offsets(rate_hz)):
+        looks, _ = looks_of(every.times - later, rate_hz)
+        believed, _ = HeldVerdicts(len(every.pairs)).hold(every.verdict[looks], looks, posed)
         subject = replace(every, verdict=believed)
         comparison = compare(subject, oracle, within=tolerance.judge(subject, oracle, known), holdings=holdings)
-        outcome, counts = comparison.outcome, count_contacts(comparison, contacts).frames
-        missed, found = counts[:, Outcome.MISSED] > 0, counts[:, Outcome.BOTH] > 0
-        lost[offset], part[offset] = missed & ~found, missed & found
-        frames += counts
-        said += np.isin(outcome, REPORTED)
-        false += outcome == Outcome.INVENTED
+        frames[number] = count_contacts(comparison, contacts).frames
+        invented = comparison.outcome == Outcome.INVENTED
+        said += np.isin(comparison.outcome, REPORTED)
+        false += invented
+        stretches[number] = len(column_runs(invented.T))
         advance(1)
-        stretches[offset] = len(column_runs((outcome == Outcome.INVENTED).T))
     runs = column_runs((said > 0).T).tolist()
-    sums = [[int(one[a : b + 1, pair].sum(dtype=np.int64)) for pair, a, b in runs] for one in (false, said)]
-    invented = share_of_clusters(*sums)
-    without_rate = at_every_frame(every, oracle, contacts, holdings, tolerance)
+    parts = [(slice(first, last + 1), pair) for pair, first, last in runs]
+    false_sums, said_sums = ([int(table[part].sum(dtype=np.int64)) for part in parts] for table in (false, said))
+    missed, found = frames[..., Outcome.MISSED], frames[..., Outcome.BOTH]
     return OffsetCounts(
-        lost, part, frames[:, Outcome.MISSED], frames[:, Outcome.BOTH], invented, stretches, without_rate
-    )
-
-
-def at_every_frame(
-    every: Detection, oracle: Detection, contacts: Sequence[Episode], holdings: Sequence[Episode], tolerance: Tolerance
-) -> EveryFrame:
-    """The counts of a detector that samples at every frame, as a run without its rate has them."""
-    comparison = compare(every, oracle, within=tolerance.judge(every, oracle), holdings=holdings)
-    counts = count_contacts(comparison, contacts)
-    return EveryFrame(
-        counts.missed, counts.in_part, counts.undecided, count_reports(comparison).share(Outcome.INVENTED)
+        missed=(missed > 0) & (found == 0),
+        in_part=(missed > 0) & (found > 0),
+        frames_missed=missed.sum(axis=0),
+        frames_found=found.sum(axis=0),
+        invented=share_of_clusters(false_sums, said_sums),
+        false_contacts=stretches,
     )

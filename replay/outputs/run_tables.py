@@ -7,8 +7,8 @@ from cdcore.protocol import DECIDED
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.contact_counts import cut_contacts
-from replay.comparison.contact_duration import PHASES
 from replay.comparison.false_contacts import VOLUMES
+from replay.comparison.look_phases import PHASES
 from replay.comparison.misses import NEVER_FOUND
 from replay.effects.recorded import CURVES
 from replay.outputs.columns import RawTable

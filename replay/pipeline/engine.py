@@ -171,14 +171,14 @@ def _audited(
         comparisons = _compared(runs, oracle, tolerance, held)
         counts = {label: count_contacts(comparison, truth) for label, comparison in comparisons.items()}
         matches = _matched(runs, comparisons, found, counts)
-        dwell, phases, often = None, dict[str, OffsetCounts](), dict[str, float]()
+        dwell, phases = None, dict[str, OffsetCounts]()
         if oracle:
             held_ones = set(held)
             loose = tuple(contact for contact in truth if contact not in held_ones)
             trusted, audited = runs[oracle].detection, {label: runs[label] for label in matches}
             dwell = _durations(assembly, trusted, loose, tolerance, settings.seed)
             advance(EXAMINING)
-            phases, often = over_phases(audited, assembly, trusted, loose, held, tolerance, settings.seed, advance)
+            phases = over_phases(audited, assembly, trusted, loose, held, tolerance, settings.seed, advance)
         missed, causes = examine(comparisons, truth, runs, assembly, again)
         advance(EXAMINING * len(comparisons))
         false = {}
@@ -189,7 +189,7 @@ def _audited(
     return Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
         oracle=oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches, false=false,
-        causes=causes, dwell=dwell, phases=phases, at_every_frame=often, counts=counts, holdings=held,
+        causes=causes, dwell=dwell, phases=phases, counts=counts, holdings=held,
         treatment=ready.treatment,
         flags=Flags.of(ready.treatment.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},

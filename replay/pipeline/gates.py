@@ -7,7 +7,7 @@ from sys import float_info
 from typing import Any, Final
 
 from replay.base.wilson import share
-from replay.comparison.contact_duration import PHASES
+from replay.comparison.look_phases import PHASES
 from replay.errors import AuditError
 
 

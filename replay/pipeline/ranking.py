@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from replay.base.constants import BUDGET_MS
 from replay.base.wilson import share
-from replay.comparison.contact_duration import PHASES
+from replay.comparison.look_phases import PHASES
 from replay.detection.recorded import RECORDED
 from replay.pipeline.gates import figure
 from replay.pipeline.sentences import detector_words, plural

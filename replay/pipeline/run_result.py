@@ -73,7 +73,6 @@ class Measured:
     matches: Mapping[str, EpisodeMatches] = field(default_factory=dict)  # episodes matched one to one with the oracle's
     causes: Mapping[str, Causes] = field(default_factory=dict)  # why each miss was missed
     phases: Mapping[str, OffsetCounts] = field(default_factory=dict)  # of a fixed rate: faults at each sampling offset
-    at_every_frame: Mapping[str, float] = field(default_factory=dict)  # of a fixed rate: seconds a frame at all of them
     counts: Mapping[str, ContactCounts] = field(default_factory=dict)  # what became of the oracle's contacts
     holdings: tuple[Episode, ...] = ()  # when a pair is a hand and what it holds; contacts there are counted apart
     dwell: ContactDurations | None = None  # how long each other contact lasted; ``None`` without an oracle

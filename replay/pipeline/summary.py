@@ -15,6 +15,7 @@ from replay.base.constants import BUDGET_MS, CAVEAT, VERDICT_FRAMES
 from replay.base.file_hash import file_hash
 from replay.base.machine import machine, versions
 from replay.base.wilson import OVER_CONTACTS
+from replay.comparison.look_phases import OffsetCounts
 from replay.comparison.outcome import counts_of
 from replay.detection.run_detector import Run
 from replay.effects.effect_plan import Plan
@@ -56,8 +57,7 @@ def summarise(
         ],
         "oracle": result.oracle,
         "detectors": {
-            label: _detector(run, len(result.episodes[label]), result.at_every_frame.get(label))
-            for label, run in runs.items()
+            label: _detector(run, len(result.episodes[label]), result.phases.get(label)) for label, run in runs.items()
         },
         "audit": {label: score(result, label) for label in result.comparisons},
         "dwell": None if result.dwell is None else result.dwell.table(),
@@ -120,16 +120,19 @@ def session_name(session: Session, identity: str) -> str:
     return session.scene.name or ("" if pseudonym == NOT_STATED else pseudonym) or f"session {identity}"
 
 
-def _detector(run: Run, contacts: int, often: float | None) -> dict[str, Any]:
+def _detector(run: Run, contacts: int, offsets: OffsetCounts | None) -> dict[str, Any]:
     detection = run.detection
     verdicts = counts_of(detection.verdict, len(Verdict))
+    seconds = _seconds(run)
+    if offsets is not None and offsets.every_frame is not None and offsets.every_frame.seconds is not None:
+        seconds["at_every_frame"] = offsets.every_frame.seconds
     return {
         "name": run.spec.name, "asked": str(run.spec).partition("=")[2], "settings": dict(run.settings),
         "covers": detection.covers, "online": run.detector.online, "live": run.live,
         "approximate": detection.approximate, "contacts": contacts,
         "faces_asked": run.faces,
         "verdicts": {verdict.name: int(verdicts[verdict]) for verdict in Verdict if verdicts[verdict]},
-        "seconds": _seconds(run) | ({} if often is None else {"at_every_frame": often}),
+        "seconds": seconds,
         "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
         "digest": detection.digest, "faces_digest": detection.faces_digest if detection.face_sets is not None else None,
     }  # fmt: skip

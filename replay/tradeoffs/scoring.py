@@ -9,10 +9,9 @@ from cdcore import Detection
 from cdcore.numerics import IntArray
 from replay.comparison.compare import compare
 from replay.comparison.contact_counts import count_contacts, count_reports
-from replay.comparison.contact_duration import PHASES
 from replay.comparison.episodes import column_runs, episodes
 from replay.comparison.holding import holdings
-from replay.comparison.look_phases import offset_counts, spread
+from replay.comparison.look_phases import PHASES, offset_counts, spread
 from replay.comparison.outcome import Outcome
 from replay.comparison.tolerance import Tolerance
 from replay.detection.detector_spec import DetectorSpec

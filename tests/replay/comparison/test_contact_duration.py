@@ -9,8 +9,9 @@ from support.small_worlds import cubes, verdict_column
 from cdcore import Motion, create_detector
 from replay.comparison.compare import compare
 from replay.comparison.contact_counts import count_contacts
-from replay.comparison.contact_duration import PHASES, RATES_HZ, StepRates, contact_durations
+from replay.comparison.contact_duration import RATES_HZ, StepRates, contact_durations
 from replay.comparison.episodes import episodes
+from replay.comparison.look_phases import PHASES
 from replay.comparison.tolerance import Tolerance
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import assemble

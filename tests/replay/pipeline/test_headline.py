@@ -32,10 +32,13 @@ def test_a_busy_machine_is_said_beside_the_price(share, said):
 def test_the_price_of_every_frame_is_measured_in_the_run_itself_and_live():
     run = compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid")
     often = run.summary["detectors"]["slow"]["seconds"]["at_every_frame"]
-    assert run.at_every_frame == {"slow": often} and often > 0 and run.summary["detectors"]["slow"]["live"]
+    assert run.phases["slow"].every_frame.seconds == often > 0 and run.summary["detectors"]["slow"]["live"]
     assert "at_every_frame" not in run.summary["detectors"]["hybrid"]["seconds"]
     offline = compute(jumping(), detectors="slow=discrete[rate_hz=10]", oracle="hybrid", offline=True)
-    assert offline.at_every_frame == {} and offline.phases["slow"].shares() == run.phases["slow"].shares()
+    assert (
+        offline.phases["slow"].every_frame.seconds is None
+        and offline.phases["slow"].shares() == run.phases["slow"].shares()
+    )
 
 
 def test_what_a_hand_holds_is_not_counted_and_that_is_said():
