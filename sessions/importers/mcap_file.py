@@ -1,6 +1,6 @@
 """MCAP files of other programs: poses in Foxglove's messages (protobuf or JSON), tf2 and geometry_msgs of ROS 2.
 
-Of messages that hold no pose, numbers become scalars, rays gaze, and text events.
+Of messages that hold no pose, numbers become scalars and texts events.
 
 Source: Foxglove schemas, https://docs.foxglove.dev/docs/sdk/schemas; ROS 2 common_interfaces; ROS REP 103, REP 105.
 """
@@ -17,7 +17,7 @@ from sessions.importers.finish import Imported
 from sessions.importers.frame_tree import FrameTree
 from sessions.importers.joining import ClockFit
 from sessions.importers.mcap_messages import Received, listed, number, numbers_of, part, received, stamp_of, text
-from sessions.importers.pose_table import BesidePoses, SourceFrame, imported
+from sessions.importers.pose_table import BesidePoses, SourceFrame, Stamps, imported
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event
 
@@ -55,7 +55,7 @@ def read_mcap(
         words.append(f"{unstamped} poses without a stamp have the time they were logged at")
     assumed = [] if convention else [f"axes {ASSUMED} ({axes.words})"]
     frame = SourceFrame(axes, "m", 1.0, "stamps of the messages, ns", "ns", (*assumed, "lengths in m", *joined))
-    return replace(readings.put_into(imported(tables, frame, words), frame), of_people=False)
+    return replace(readings.put_into(imported(tables, frame, words)), of_people=False)
 
 
 class _Layout(NamedTuple):
@@ -121,21 +121,26 @@ class _Rows:
     unit: str = ""
     logged: "array[int]" = field(default_factory=lambda: array("q"))
     stamps: "array[int]" = field(default_factory=lambda: array("q"))
-    values: "array[float]" = field(default_factory=lambda: array("d"))
+    values: list[Any] = field(default_factory=list)
 
-    def add(self, at: tuple[int, int], values: list[float]) -> None:
-        self.logged.append(at[0])
-        self.stamps.append(at[1])
-        self.values.extend(values)
+    def add(self, log_ns: int, stamp_ns: int, value: Any) -> None:
+        self.logged.append(log_ns)
+        self.stamps.append(stamp_ns)
+        self.values.append(value)
+
+    def times_ns(self, fit: ClockFit | None) -> Stamps:
+        """The stamps; where one is missing, when it was logged, on the clock of the poses."""
+        logged, stamps = np.array(self.logged, dtype=np.int64), np.array(self.stamps, dtype=np.int64)
+        ahead = 0 if fit is None else np.rint(fit.ahead(logged / 1e9) * 1e9).astype(np.int64)
+        return np.where(stamps == 0, logged + ahead, stamps)
 
 
 class Readings:
-    """Numbers, rays and texts, as they come in; ``put_into`` brings their stamps onto the clock of the poses."""
+    """Numbers and texts, as they come in; ``put_into`` brings their stamps onto the clock of the poses."""
 
     def __init__(self) -> None:
         self._scalars: dict[str, _Rows] = {}
-        self._rays: dict[str, _Rows] = {}
-        self._texts, self._words = _Rows(), list[tuple[str, str]]()
+        self._texts = _Rows()
         self._logged, self._ahead = array("d"), array("d")
 
     def pose(self, log_ns: int, stamp_ns: int) -> None:
@@ -147,45 +152,28 @@ class Readings:
         """One message of any kind but poses."""
         topic, message = one.topic.strip("/") or "topic", one.message
         stamp = stamp_of(part(message, "timestamp")) or stamp_of(part(message, "header.stamp"))
-        at = (one.log_ns, stamp)
-        if max(at) > LARGEST_STAMP or min(at) < 0:
+        if max(one.log_ns, stamp) > LARGEST_STAMP or min(one.log_ns, stamp) < 0:
             return
-        words = next((text(getattr(message, name, None)) for name in TEXTS if text(getattr(message, name, None))), "")
+        words = next(filter(None, (text(getattr(message, name, None)) for name in TEXTS)), "")
         if words:
-            self._texts.add(at, [])
-            self._words.append((text(getattr(message, "name", None)) or topic, words))
-            return
-        ray = numbers_of(part(message, "origin"), "xyz") + numbers_of(part(message, "direction"), "xyz")
-        if np.isfinite(ray).all():
-            self._rays.setdefault(topic, _Rows()).add(at, ray)
+            self._texts.add(one.log_ns, stamp, (text(getattr(message, "name", None)) or topic, words))
             return
         found = {name: value for name in _names(message) if np.isfinite(value := number(getattr(message, name, None)))}
         for name, value in found.items():
             alone = name in ALONE and len(found) == 1
-            rows = _Rows(text(part(message, "unit")))
-            self._scalars.setdefault(topic if alone else f"{topic}/{name}", rows).add(at, [value])
+            rows = self._scalars.setdefault(topic if alone else f"{topic}/{name}", _Rows(text(part(message, "unit"))))
+            rows.add(one.log_ns, stamp, value)
 
-    def put_into(self, samples: Imported, frame: SourceFrame) -> Imported:
-        """What was read, with these beside it; what bears no stamp is brought onto the clock of the poses."""
-        beside = BesidePoses()
-        fit = ClockFit.of(self._logged, self._ahead) if self._logged else ClockFit(0, 0.0, 0.0, 0.0, 0.0)
-        every = (*self._scalars.values(), *self._rays.values(), self._texts)
-        if fit.readings and not all(all(rows.stamps) for rows in every):
+    def put_into(self, samples: Imported) -> Imported:
+        """What was read, with these beside it."""
+        beside, fit = BesidePoses(), ClockFit.of(self._logged, self._ahead) if self._logged else None
+        if fit and not all(all(rows.stamps) for rows in (*self._scalars.values(), self._texts)):
             beside.notes.append(f"what bears no stamp: log times moved onto the clock of the poses by {fit.words}")
         for name, rows in self._scalars.items():
-            beside.scalar(name, _stamps(rows, fit), np.array(rows.values), rows.unit)
-        for name, rows in self._rays.items():
-            rays = frame.axes.points(np.array(rows.values).reshape(-1, 2, 3))
-            beside.looked(name, _stamps(rows, fit), rays[:, 0], rays[:, 1], np.ones(len(rays), dtype=np.bool_))
-        at = _stamps(self._texts, fit).tolist()
-        events = [Event(time, *words) for time, words in zip(at, self._words, strict=True)]
-        return replace(beside.put_into(samples, stated=False), events=sorted(events, key=lambda event: event.time_ns))
-
-
-def _stamps(rows: _Rows, fit: ClockFit) -> Any:
-    logged, stamps = np.array(rows.logged, dtype=np.int64), np.array(rows.stamps, dtype=np.int64)
-    moved = logged + np.rint(fit.ahead(logged / 1e9) * 1e9).astype(np.int64)
-    return np.where(stamps == 0, moved, stamps)
+            beside.scalar(name, rows.times_ns(fit), np.array(rows.values), rows.unit)
+        times = self._texts.times_ns(fit).tolist()
+        events = [Event(time, *words) for time, words in zip(times, self._texts.values, strict=True)]
+        return replace(beside.put_into(samples), events=sorted(events, key=lambda event: event.time_ns))
 
 
 def _names(message: Any) -> Iterator[str]:

@@ -14,10 +14,10 @@ from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrim
 from sessions.mcap_format.pose_encoding import column_view, varint
 from sessions.mcap_format.schemas import WORLD
 from sessions.mesh_data import MeshData
-from sessions.model.scene import Pose, Scene, SceneBody
+from sessions.model.scene import Scene, SceneBody
 
 # The attachments hold the exact meshes; the drawing may cost this many bytes (before compression) and no more. The
-# bodies with the fewest faces come first, the rest are drawn as the boxes around them.
+# bodies with the fewest faces are drawn; what is left of a larger recording is not.
 DRAWING_BYTES = 8 << 20
 _POINT = bytes([0x12, 27]) + b"".join(bytes([number << 3 | 1]) + bytes(8) for number in (1, 2, 3))
 _GLASS, _SOLID, _PROXY = (0.75, 0.88, 0.95, 0.35), (0.62, 0.64, 0.67, 1.0), (0.62, 0.64, 0.67, 0.5)
@@ -27,24 +27,24 @@ def scene_update(meshes: Mapping[str, MeshData], scene: Scene, time_ns: int) -> 
     """The payload of ``/scene``: one entity per body with a mesh, locked to the body's frame."""
     update, spent = SceneUpdate(), 0
     for name, mesh in sorted(meshes.items(), key=lambda item: len(item[1].faces)):
+        spent += len(mesh.vertices) * len(_POINT) + mesh.faces.size * 4
+        if spent > DRAWING_BYTES:
+            break
         body = scene.body(name) or SceneBody(name)
         fixed = body.fixed
         entity = update.entities.add(id=name, frame_id=name if fixed is None else body.parent or WORLD)
         entity.timestamp.FromNanoseconds(time_ns)
         entity.frame_locked = True
-        size = len(mesh.vertices) * len(_POINT) + mesh.faces.size * 4
-        low, high = mesh.bounds
-        centre = (low + high) / 2
-        if spent + size <= DRAWING_BYTES:
-            spent, centre = spent + size, np.zeros(3)
-            entity.triangles.append(_triangle_list(mesh))
-            primitive = entity.triangles[0]
-        else:
-            primitive = entity.cubes.add()
-            primitive.size.x, primitive.size.y, primitive.size.z = (high - low).tolist()
-        _set_pose(primitive.pose, body.offset if fixed is None else fixed, centre)
-        colour = _PROXY if body.proxy else _GLASS if "glass" in body.tags else _SOLID
-        primitive.color.r, primitive.color.g, primitive.color.b, primitive.color.a = colour
+        drawn = entity.triangles.add()
+        drawn.MergeFrom(_triangle_list(mesh))
+        place = body.offset if fixed is None else fixed
+        for part, axes, numbers in (
+            (drawn.pose.position, "xyz", place.position),
+            (drawn.pose.orientation, "xyzw", place.quaternion_xyzw),
+            (drawn.color, "rgba", _PROXY if body.proxy else _GLASS if "glass" in body.tags else _SOLID),
+        ):
+            for axis, number in zip(axes, numbers, strict=True):
+                setattr(part, axis, number)
     return bytes(update.SerializeToString(deterministic=True))
 
 
@@ -56,12 +56,3 @@ def _triangle_list(mesh: MeshData) -> Any:
         column_view(points, 3 + 9 * axis, "<f8")[:] = mesh.vertices[:, axis]
     indices = mesh.faces.astype("<u4").tobytes()
     return TriangleListPrimitive.FromString(points.tobytes() + b"\x2a" + varint(len(indices)) + indices)
-
-
-def _set_pose(pose: Any, body: Pose, centre: np.ndarray[Any, np.dtype[np.float64]]) -> None:
-    """The pose of the drawing, and within it the centre of the box."""
-    x, y, z, w = body.quaternion_xyzw
-    axis = np.array([x, y, z])
-    turned = centre + 2 * np.cross(axis, np.cross(axis, centre) + w * centre)
-    pose.position.x, pose.position.y, pose.position.z = (np.array(body.position) + turned).tolist()
-    pose.orientation.x, pose.orientation.y, pose.orientation.z, pose.orientation.w = x, y, z, w
