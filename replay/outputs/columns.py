@@ -2,30 +2,37 @@
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Final
 
 from replay.outputs.tables import Cell, Table, table
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
-Row = TypeVar("Row")
-
 NUMBERS: Final = (int, float)
 
 
 @dataclass(frozen=True)
-class Column(Generic[Row]):
+class Column:
     """One column: what a row has there, and how people read it. A value that nobody measured is ``None``."""
 
     name: str
     dtype: type  # ``str``, ``int``, ``float`` or ``bool``
     meaning: str
-    value: Callable[[Row], Any]
+    of: str = ""  # where a row has it, attributes and places with dots: ``match.overlap``; ``""``: under its name
     unit: str = ""
     head: str = ""  # above it on a screen; ``""``: its name
     format: str = ""  # of a value on a screen, as Python writes it: ``.3f``
     scale: float = 1.0  # what a value is multiplied with on a screen: 1000, where millimetres are read and metres kept
+
+    def value(self, row: Any) -> Any:
+        """What a row has there; ``None`` where a part on the way is none, or not a number."""
+        found = row
+        for part in (self.of or self.name).split("."):
+            if found is None:
+                return None
+            found = found[int(part)] if part.isdigit() else getattr(found, part)
+        return None if found != found else found
 
     def cell(self, value: Any) -> Cell:
         """A value as people read it; ``None`` as nothing."""
@@ -40,11 +47,11 @@ class Column(Generic[Row]):
 class RawTable:
     """Columns, and the values of each row below them."""
 
-    columns: tuple[Column[Any], ...]
+    columns: tuple[Column, ...]
     rows: tuple[tuple[Any, ...], ...]
 
     @staticmethod
-    def of(columns: Sequence[Column[Row]], rows: Iterable[Row]) -> "RawTable":
+    def of(columns: Sequence[Column], rows: Iterable[Any]) -> "RawTable":
         """Every column of every row."""
         return RawTable(tuple(columns), tuple(tuple(column.value(row) for column in columns) for row in rows))
 
@@ -94,6 +101,6 @@ class RawTable:
         return next(k for k, column in enumerate(self.columns) if column.name == name)
 
 
-def types_of(columns: Sequence[Column[Any]]) -> dict[str, type]:
+def types_of(columns: Sequence[Column]) -> dict[str, type]:
     """Column -> type."""
     return {column.name: column.dtype for column in columns}

@@ -1,14 +1,13 @@
 """Contacts, misses and false contacts as tables: what each column holds is said here, once."""
 
 from dataclasses import dataclass
-from math import isnan
 from typing import Any, Final
 
 import numpy as np
 
 from replay.comparison.holding import within
 from replay.comparison.matching import EpisodeMatch
-from replay.comparison.outcome import Episode, FirstTouch
+from replay.comparison.outcome import Episode
 from replay.outputs.columns import Column, RawTable
 from replay.pipeline.diagnosis import why
 from replay.pipeline.run_result import RunResult
@@ -32,118 +31,89 @@ class Entry:
     why: str = ""
 
     @property
-    def touch(self) -> FirstTouch | None:
-        """The first touch of a miss that no frame shows."""
-        return self.thing.touch
+    def hollow(self) -> str | None:
+        """The body whose convex hull fills a hollow."""
+        return self.thing.hollow or None
 
 
-def attribute(
-    name: str, dtype: type, meaning: str, unit: str = "", head: str = "", format: str = "", scale: float = 1.0
-) -> Column[Entry]:
-    """A column that is an attribute of the contact or fault."""
-    return Column(name, dtype, meaning, lambda entry: getattr(entry.thing, name), unit, head, format, scale)
-
-
-def matched(name: str, dtype: type, meaning: str, unit: str = "", of: str = "") -> Column[Entry]:
-    """A column that is an attribute of the match with a contact of the reference."""
-    return Column(name, dtype, meaning, lambda entry: entry.match and getattr(entry.match, of or name), unit)
-
-
-def touched(name: str, dtype: type, meaning: str, of: str, place: int | None = None, unit: str = "") -> Column[Entry]:
-    """A column that is an attribute of the first touch of a miss that no frame shows."""
-
-    def value(entry: Entry) -> Any:
-        if entry.touch is None:
-            return None
-        whole = getattr(entry.touch, of)
-        return whole if place is None else whole[place]
-
-    return Column(name, dtype, meaning, value, unit)
-
-
-def axes(name: str, meaning: str, unit: str = "") -> tuple[Column[Entry], ...]:
+def axes(name: str, meaning: str, unit: str = "") -> tuple[Column, ...]:
     """Three columns of a vector of the world."""
-
-    def axis(k: int) -> Column[Entry]:
-        return Column(f"{name}_{'xyz'[k]}", float, meaning, lambda entry: getattr(entry.thing, name)[k], unit)
-
-    return tuple(axis(k) for k in range(3))
+    return tuple(Column(f"{name}_{axis}", float, meaning, f"thing.{name}.{k}", unit) for k, axis in enumerate("xyz"))
 
 
-HEADS: Final[tuple[Column[Entry], ...]] = (
-    Column("detector", str, "label of the detector", lambda entry: entry.label),
-    Column("number", int, "counts from 1 within a detector, in order of time", lambda entry: entry.number),
-    Column("body_a", str, "first body of the pair", lambda entry: entry.bodies[0]),
-    Column("body_b", str, "second body of the pair", lambda entry: entry.bodies[1]),
-    Column("held", bool, "a hand and what it holds, or a body and its parent", lambda entry: entry.held),
-    attribute("first", int, "first frame"),
-    attribute("last", int, "last frame, included"),
+HEADS: Final = (
+    Column("detector", str, "label of the detector", "label"),
+    Column("number", int, "counts from 1 within a detector, in order of time"),
+    Column("body_a", str, "first body of the pair", "bodies.0"),
+    Column("body_b", str, "second body of the pair", "bodies.1"),
+    Column("held", bool, "a hand and what it holds, or a body and its parent"),
+    Column("first", int, "first frame", "thing.first"),
+    Column("last", int, "last frame, included", "thing.last"),
 )
-SPAN: Final[tuple[Column[Entry], ...]] = (
-    attribute("start", float, "when its first frame is", "s", "at s", ".3f"),
-    attribute("end", float, "when its last frame is over", "s", "until s", ".3f"),
+SPAN: Final = (
+    Column("start", float, "when its first frame is", "thing.start", "s", "at s", ".3f"),
+    Column("end", float, "when its last frame is over", "thing.end", "s", "until s", ".3f"),
 )
-NOISE: Final[tuple[Column[Entry], ...]] = (
+NOISE: Final = (
     Column(
         "noise", str, "whether the contact of the reference holds in spite of tracker noise; null: not asked",
-        lambda entry: entry.noise[0], head="in noise",
+        "noise.0", head="in noise",
     ),
-    Column("noise_share", float, "share of noisy copies that have the contact", lambda entry: entry.noise[1]),
+    Column("noise_share", float, "share of noisy copies that have the contact", "noise.1"),
 )  # fmt: skip
 
-WHY: Final[Column[Entry]] = Column("why", str, "the sentence about it", lambda entry: entry.why)
+WHY: Final = Column("why", str, "the sentence about it")
 
 EPISODES: Final = (
     *HEADS,
-    attribute("frames", int, "frames in contact"),
-    attribute("frames_lost", int, "frames within it without a pose"),
-    attribute("cuts", int, "stretches of lost poses that cut it: before, within and after"),
+    Column("frames", int, "frames in contact", "thing.frames"),
+    Column("frames_lost", int, "frames within it without a pose", "thing.frames_lost"),
+    Column("cuts", int, "stretches of lost poses that cut it: before, within and after", "thing.cuts"),
     *SPAN,
-    Column("missed_by", str, "detectors that never found it, with commas", lambda entry: entry.missed_by),
-    Column("flag", str, "what was in doubt about a pose in it; null: nothing", lambda entry: entry.flag),
-    Column("status", str, "of an audited one: matched, piece, invented, excused, held", lambda entry: entry.status),
-    matched("truth", int, "number of the contact of the reference that it matches"),
-    matched("overlap_frames", int, "frames in common with that one", of="overlap"),
-    matched("onset_error", float, "how much later it begins than that one", "s"),
-    matched("duration_error", float, "how much longer it is than that one", "s"),
+    Column("missed_by", str, "detectors that never found it, with commas"),
+    Column("flag", str, "what was in doubt about a pose in it; null: nothing"),
+    Column("status", str, "of an audited one: matched, piece, invented, excused, held"),
+    Column("truth", int, "number of the contact of the reference that it matches", "match.truth"),
+    Column("overlap_frames", int, "frames in common with that one", "match.overlap"),
+    Column("onset_error", float, "how much later it begins than that one", "match.onset_error", "s"),
+    Column("duration_error", float, "how much longer it is than that one", "match.duration_error", "s"),
     *NOISE,
 )
 
 MISSES: Final = (
     *HEADS,
-    attribute("frames", int, "frames missed"),
+    Column("frames", int, "frames missed", "thing.frames"),
     *SPAN,
-    attribute("kind", str, "never found, found late, lost early or interrupted", head="what"),
-    attribute("episode", int, "number of the contact of the reference"),
-    attribute("deepest", int, "frame in which the surfaces cut longest"),
-    attribute("face_pairs", int, "pairs of faces that meet there"),
-    attribute("cut_length", float, "length of the intersection curve there", "m", "cut mm", ".1f", 1e3),
-    attribute("cause", str, "the stage that lost it"),
+    Column("kind", str, "never found, found late, lost early or interrupted", "thing.kind", head="what"),
+    Column("episode", int, "number of the contact of the reference", "thing.episode"),
+    Column("deepest", int, "frame in which the surfaces cut longest", "thing.deepest"),
+    Column("face_pairs", int, "pairs of faces that meet there", "thing.face_pairs"),
+    Column(
+        "cut_length", float, "length of the intersection curve there", "thing.cut_length", "m", "cut mm", ".1f", 1e3
+    ),
+    Column("cause", str, "the stage that lost it", "thing.cause"),
     *axes("point", "where, at the deepest frame or the first touch, in the world", "m"),
     *axes("normal", "unit direction from the first body to the second there"),
-    touched("touch", float, "when a contact begins that no frame shows", "moment", unit="s"),
-    touched("face_a", int, "face of the first body that touches first", "faces", 0),
-    touched("face_b", int, "face of the second body that touches first", "faces", 1),
-    touched("touch_free", float, "nothing touches before", "free", unit="s"),
+    Column("touch", float, "when a contact begins that no frame shows", "thing.touch.moment", "s"),
+    Column("face_a", int, "face of the first body that touches first", "thing.touch.faces.0"),
+    Column("face_b", int, "face of the second body that touches first", "thing.touch.faces.1"),
+    Column("touch_free", float, "nothing touches before", "thing.touch.free", "s"),
     *NOISE,
     WHY,
 )
 
 FALSE_CONTACTS: Final = (
     *HEADS,
-    attribute("frames", int, "frames that are false"),
+    Column("frames", int, "frames that are false", "thing.frames"),
     *SPAN,
-    attribute("kind", str, "nothing there, starts early, ends late or joins two contacts", head="what"),
-    attribute("widest", int, "frame in which the surfaces are farthest apart, of those looked at"),
-    attribute("cause", str, "why it was reported", head="why"),
+    Column("kind", str, "nothing there, starts early, ends late or joins two contacts", "thing.kind", head="what"),
+    Column("widest", int, "frame in which the surfaces are farthest apart, of those looked at", "thing.widest"),
+    Column("cause", str, "why it was reported", "thing.cause", head="why"),
     *axes("point", "the middle between the nearest points there, in the world", "m"),
-    Column(
-        "gap", float, "between the surfaces there; null: not measured",
-        lambda entry: None if isnan(entry.thing.gap) else entry.thing.gap, "m", "mm apart", ".1f", 1e3,
-    ),
-    Column("hollow", str, "body whose convex hull fills a hollow", lambda entry: entry.thing.hollow or None),
+    Column("gap", float, "between the surfaces there; null: not measured", "thing.gap", "m", "mm apart", ".1f", 1e3),
+    Column("hollow", str, "body whose convex hull fills a hollow"),
     WHY,
-)  # fmt: skip
+)
 
 
 def episode_rows(result: RunResult) -> RawTable:
