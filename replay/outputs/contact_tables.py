@@ -1,5 +1,6 @@
 """Contacts, misses and false contacts as tables: what each column holds is said here, once."""
 
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from replay.comparison.holding import within
 from replay.comparison.matching import EpisodeMatch
-from replay.comparison.outcome import Episode
+from replay.comparison.outcome import Episode, Miss
 from replay.outputs.columns import Column, RawTable
 from replay.pipeline.diagnosis import why
 from replay.pipeline.run_result import RunResult
@@ -124,55 +125,50 @@ def episode_rows(result: RunResult) -> RawTable:
             never.setdefault((result.oracle, number), []).append(label)
     status = {label: matches.status() for label, matches in result.matches.items()}
     match = {(label, one.found): one for label, matches in result.matches.items() for one in matches.matched}
-    things = [(label, number, one) for label, found in result.episodes.items() for number, one in enumerate(found, 1)]
-    entries = [
-        Entry(
-            label=label, number=number, thing=contact, bodies=_bodies(result, contact), held=held,
-            noise=_in_noise(result, number) if label == result.oracle else (None, None),
-            missed_by=",".join(never.get((label, number), ())), flag=_doubt(result, contact),
-            status=status.get(label, {}).get(number, ""), match=match.get((label, number)),
-        )
-        for (label, number, contact), held in zip(things, _held(result, things), strict=True)
-    ]  # fmt: skip
-    return RawTable.of(EPISODES, entries)
+
+    def more(label: str, number: int, contact: Episode) -> dict[str, Any]:
+        return {
+            "noise": _in_noise(result, number) if label == result.oracle else (None, None),
+            "missed_by": ",".join(never.get((label, number), ())),
+            "flag": _doubt(result, contact),
+            "status": status.get(label, {}).get(number, ""),
+            "match": match.get((label, number)),
+        }
+
+    return RawTable.of(EPISODES, _entries(result, result.episodes, more))
 
 
 def miss_rows(result: RunResult) -> RawTable:
     """Every numbered miss of every audited detector."""
-    things = [(label, miss.number, miss) for label, found in result.misses.items() for miss in found]
-    return RawTable.of(MISSES, [
-        Entry(
-            label=label, number=number, thing=miss, bodies=_bodies(result, miss), held=held,
-            noise=_in_noise(result, miss.episode), why=_why(result, label, miss),
-        )
-        for (label, number, miss), held in zip(things, _held(result, things), strict=True)
-    ])  # fmt: skip
+
+    def more(label: str, _: int, miss: Miss) -> dict[str, Any]:
+        return {"noise": _in_noise(result, miss.episode), "why": _why(result, label, miss)}
+
+    return RawTable.of(MISSES, _entries(result, result.misses, more))
 
 
 def false_rows(result: RunResult) -> RawTable:
     """Every numbered false contact of every audited detector."""
-    things = [(label, false.number, false) for label, found in result.false.items() for false in found]
-    return RawTable.of(FALSE_CONTACTS, [
-        Entry(
-            label=label, number=number, thing=false, bodies=_bodies(result, false), held=held,
-            why=_why(result, label, false),
-        )
-        for (label, number, false), held in zip(things, _held(result, things), strict=True)
-    ])  # fmt: skip
+    return RawTable.of(
+        FALSE_CONTACTS, _entries(result, result.false, lambda label, _, false: {"why": _why(result, label, false)})
+    )
 
 
-def _bodies(result: RunResult, thing: Any) -> tuple[str, str]:
-    first, second = result.assembly.pairs[thing.pair].tolist()
-    return result.assembly.names[first], result.assembly.names[second]
+def _entries(
+    result: RunResult, found: Mapping[str, Sequence[Any]], more: Callable[[str, int, Any], dict[str, Any]]
+) -> Iterator[Entry]:
+    """What was found of each detector, numbered in order of time; ``more`` of each."""
+    for label, things in found.items():
+        spans = np.array([(thing.pair, thing.first, thing.last) for thing in things], dtype=np.int64).reshape(-1, 3)
+        held = result.assembly.held[spans[:, 0]] | within(result.holdings, *spans.T)
+        for number, (thing, is_held) in enumerate(zip(things, held.tolist(), strict=True), 1):
+            first, second = result.assembly.pairs[thing.pair].tolist()
+            bodies = result.assembly.names[first], result.assembly.names[second]
+            yield Entry(label, number, thing, bodies, is_held, **more(label, number, thing))
 
 
 def _why(result: RunResult, label: str, thing: Any) -> str:
     return why(result, label, result.summary["detectors"][label], thing)
-
-
-def _held(result: RunResult, things: list[tuple[str, int, Any]]) -> list[bool]:
-    spans = np.array([(thing.pair, thing.first, thing.last) for _, _, thing in things], dtype=np.int64).reshape(-1, 3)
-    return (result.assembly.held[spans[:, 0]] | within(result.holdings, *spans.T)).tolist()
 
 
 def _in_noise(result: RunResult, number: int) -> tuple[str | None, float | None]:

@@ -4,48 +4,70 @@ other pair. The pair of a moment is the pair in focus."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Final
-
-import numpy as np
 
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.misses import by_depth
 from replay.comparison.outcome import Episode, Miss, Outcome
 from replay.effects.output import Vector, vector_of
-from replay.outputs.palette import FOUND, INVENTED, MISSED, Rgba
-from replay.outputs.words import bound_words, counted, false_thing
+from replay.outputs.palette import OUTCOMES, Rgba
+from replay.outputs.words import counted
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.scores import LISTED
 
 KINDS: Final = {Outcome.MISSED: "miss", Outcome.INVENTED: "false", Outcome.BOTH: "contact"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FocusMoment:
     """Where the cursor meets a fault, or a contact."""
 
     frame: int  # no two moments have the same frame and the same nanoseconds ``later``
     later: int
-    pair: int  # column of the pair in focus
     point: Vector  # where in the world
     label: str  # the detector; ``""`` where nobody is at fault
-    number: int  # its number of the fault, or 0
-    outcome: Outcome  # ``MISSED``, ``INVENTED`` or ``BOTH``
-    first: int  # frames of the stretch
-    last: int
-    size: float  # metres of the longest cut, or of the gap between the meshes; nan: not measured
-    kind: str  # of the miss or the false contact; ``""`` of a contact
-    said: str  # Markdown about it
-    of: Miss | FalseContact | None = field(default=None, compare=False)  # the fault itself; ``None`` of a contact
+    of: Miss | FalseContact | Episode
+
+    @property
+    def pair(self) -> int:
+        """Column of the pair in focus."""
+        return self.of.pair
+
+    @property
+    def first(self) -> int:
+        """First frame of the stretch."""
+        return self.of.first
+
+    @property
+    def last(self) -> int:
+        """Last frame of the stretch."""
+        return self.of.last
+
+    @property
+    def number(self) -> int:
+        """The number of the fault, or 0."""
+        return 0 if isinstance(self.of, Episode) else self.of.number
+
+    @property
+    def outcome(self) -> Outcome:
+        """``MISSED``, ``INVENTED`` or ``BOTH``."""
+        if isinstance(self.of, Miss):
+            return Outcome.MISSED
+        return Outcome.INVENTED if isinstance(self.of, FalseContact) else Outcome.BOTH
+
+    @property
+    def size(self) -> float:
+        """Metres of the longest cut, or of the gap between the meshes; nan: not measured."""
+        if isinstance(self.of, Miss):
+            return self.of.cut_length
+        return self.of.gap if isinstance(self.of, FalseContact) else 0.0
 
     @property
     def colour(self) -> Rgba:
         """Red is missed, yellow invented, blue found."""
-        if self.outcome == Outcome.MISSED:
-            return MISSED
-        return INVENTED if self.outcome == Outcome.INVENTED else FOUND
+        return OUTCOMES[self.outcome][1]
 
     @property
     def words(self) -> str:
@@ -57,7 +79,7 @@ def key_moments(result: RunResult) -> list[FocusMoment]:
     """All moments, in order of time; of those in one frame the worst comes last, by a nanosecond."""
     found = [*_faults(result)]
     seen = {one.pair for one in found}
-    found += [_contact(result, pair, one) for pair, one in _longest(result).items() if pair not in seen]
+    found += [_contact(result, one) for pair, one in _longest(result).items() if pair not in seen]
     found.sort(key=lambda one: (one.frame, one.later, one.outcome == Outcome.MISSED, one.size))
     made: list[FocusMoment] = []
     for one in found:
@@ -76,18 +98,11 @@ def focus_rows(moments: Sequence[FocusMoment]) -> list[tuple[int, int, FocusMome
 
 
 def _faults(result: RunResult) -> Iterator[FocusMoment]:
-    contacts = len(result.episodes[result.oracle])
     for label, misses in result.misses.items():
-        for one in by_depth(misses):
-            yield FocusMoment(
-                *one.shown, one.pair, one.point, label, one.number, Outcome.MISSED, one.first, one.last, one.cut_length,
-                one.kind, miss_note(one, len(misses), contacts, label, result.oracle), one,
-            )  # fmt: skip
-        for no in sorted(result.false.get(label, ()), key=lambda one: -one.frames)[:LISTED]:
-            yield FocusMoment(
-                no.widest, 0, no.pair, no.point, label, no.number, Outcome.INVENTED, no.first, no.last, no.gap, no.kind,
-                false_note(no, len(result.false.get(label, ())), label, result.oracle), no,
-            )  # fmt: skip
+        for miss in by_depth(misses):
+            yield FocusMoment(*miss.shown, miss.point, label, miss)
+        for false in sorted(result.false.get(label, ()), key=lambda one: -one.frames)[:LISTED]:
+            yield FocusMoment(false.widest, 0, false.point, label, false)
 
 
 def _longest(result: RunResult) -> dict[int, Episode]:
@@ -102,19 +117,10 @@ def _longest(result: RunResult) -> dict[int, Episode]:
     return found
 
 
-def _contact(result: RunResult, pair: int, one: Episode) -> FocusMoment:
-    frame, motion = (one.first + one.last) // 2, result.assembly.motion
-    point = motion.translations[frame, result.assembly.pairs[pair]].mean(axis=0)
-    counts = []
-    for label, comparison in result.comparisons.items():
-        kinds = (Outcome.MISSED, Outcome.INVENTED, Outcome.HELD)
-        missed, invented, held = (int((comparison.outcome[:, pair] == one).sum()) for one in kinds)
-        apart = f", {held:,} held, not counted" if held else ""
-        counts.append(f"- {label}: {counted(missed, 'frame')} missed, {invented:,} false{apart}")
-    lines = [f"#### {result.assembly.pair_name(pair)}, in the whole session", "", *counts]
-    return FocusMoment(
-        frame, 0, pair, vector_of(point), "", 0, Outcome.BOTH, one.first, one.last, 0.0, "", "\n".join(lines)
-    )
+def _contact(result: RunResult, contact: Episode) -> FocusMoment:
+    frame = (contact.first + contact.last) // 2
+    point = result.assembly.motion.translations[frame, result.assembly.pairs[contact.pair]].mean(axis=0)
+    return FocusMoment(frame, 0, vector_of(point), "", contact)
 
 
 def moment_line(moment: FocusMoment, name: str, widths: tuple[int, int]) -> str:
@@ -122,43 +128,11 @@ def moment_line(moment: FocusMoment, name: str, widths: tuple[int, int]) -> str:
     what = "curve" if moment.outcome == Outcome.MISSED else "apart"
     size = f"{moment.size * 1e3:.1f} mm {what}" if moment.label and moment.size > 0 else ""
     line = f"{moment.label:<{widths[0]}} {moment.words:<8}  {name:<{widths[1]}} {size:>14}"
-    if moment.of is None:
+    if isinstance(moment.of, Episode):
         return f"{line}  {counted(moment.last - moment.first + 1, 'frame')}"
     # In a narrow view the end is cut: what tells moments apart comes first.
-    late = f"{moment.kind}: " if moment.outcome == Outcome.MISSED else ""
+    late = f"{moment.of.kind}: " if moment.outcome == Outcome.MISSED else ""
     return f"{line}  {late}{moment.of.cause}"
-
-
-def miss_note(miss: Miss, count: int, contacts: int, label: str, oracle: str) -> str:
-    """What is to be said about a miss, of ``count`` by this detector and of so many ``contacts``; why comes first."""
-    found = f"{oracle}: **CONTACT**, {miss.face_pairs} face pairs, cut {miss.cut_length * 1e3:.1f} mm"
-    if miss.touch is not None:
-        before, (a, b), bound = miss.touch.frame, miss.touch.faces, bound_words(miss)
-        found = (
-            f"{oracle}: **CONTACT** between frames {before} and {before + 1}, from {miss.touch.moment:.6f} s"
-            f"{bound and f' ({bound})'}; no frame shows it\n"
-            f"- first faces {a} of {miss.body_a} and {b} of {miss.body_b}, shown where they touch"
-        )
-    return (
-        f"#### Miss {miss.number} of {count}: {miss.body_a}-{miss.body_b}\n\n"
-        f"- {label}: **{miss.kind}** ({miss.cause})\n"
-        f"- {found}\n\n"
-        f"**{miss.seconds:.3f} s**, {counted(miss.frames, 'frame')} ({miss.first} to {miss.last}), "
-        f"contact {miss.episode} of {contacts}\n\n"
-        f"`replay view RUN --miss {miss.number} --by {label}`"
-    )
-
-
-def false_note(one: FalseContact, count: int, label: str, oracle: str) -> str:
-    """What is to be said about a false contact, of ``count`` by this detector; why comes first."""
-    gap = "" if np.isnan(one.gap) else f", the meshes are **{one.gap * 1e3:.1f} mm** apart"
-    return (
-        f"#### {false_thing([one]).capitalize()} {one.number} of {count}: {one.body_a}-{one.body_b}\n\n"
-        f"- {label}: **{'CANDIDATE' if one.unconfirmed else 'CONTACT'}** ({one.cause})\n"
-        f"- {oracle}: none{gap}\n\n"
-        f"**{one.start:.3f} s**, {counted(one.frames, 'frame')} ({one.first} to {one.last}), {one.kind}\n\n"
-        f"`replay view RUN --false {one.number} --by {label}`"
-    )
 
 
 def worst_first(result: RunResult) -> list[str]:

@@ -4,8 +4,7 @@ from collections.abc import Iterable, Mapping
 from typing import Final
 
 from cdcore import Verdict
-from replay.comparison.false_contacts import FalseContact
-from replay.comparison.outcome import Miss, Outcome
+from replay.comparison.outcome import Outcome
 
 OUTCOME_WORDS: Final[Mapping[int, str]] = {
     Outcome.BOTH: "both", Outcome.MISSED: "MISSED", Outcome.INVENTED: "false",
@@ -51,11 +50,6 @@ def lane_legend(outcomes: Iterable[int], by: str = "") -> str:
     return "    ".join(words)
 
 
-def false_thing(found: Iterable[FalseContact]) -> str:
-    """What these are: an ``unconfirmed contact`` where each is a candidate of bounding volumes, else false."""
-    return "unconfirmed contact" if all(one.unconfirmed for one in found) else "false contact"
-
-
 def counted(number: int, thing: str, several: str = "") -> str:
     """``1 frame``, ``2 frames``; ``several`` where an s is not enough."""
     return f"{number:,} {thing if number == 1 else several or thing + 's'}"
@@ -64,12 +58,6 @@ def counted(number: int, thing: str, several: str = "") -> str:
 def tallied(counts: Mapping[str, int]) -> str:
     """Names and how often each: ``contact: 18, breakage: 1``. The name of an event is no word that has a plural."""
     return ", ".join(f"{name}: {count:,}" for name, count in counts.items())
-
-
-def bound_words(miss: Miss) -> str:
-    """How far a first touch is uncertain, where it is by more than the microsecond promised."""
-    known = 0.0 if miss.touch is None else miss.touch.moment - miss.touch.free
-    return f"within {1e6 * known:.2g} microseconds" if known > 1e-6 else ""
 
 
 def span_words(start: float | None, end: float | None) -> str:

@@ -1,4 +1,4 @@
-"""The tab *Answer*: words, the list of moments, and in the room what points at the moment nearest to the cursor.
+"""The lists of moments, and in the room what points at the moment nearest to the cursor.
 
 Rerun runs no code of ours at a click. So what is in focus is data over time: a click on a moment moves the cursor, and
 close-up and solids there are those of that moment.
@@ -6,7 +6,7 @@ close-up and solids there are those of that moment.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Final
 
 import numpy as np
@@ -16,9 +16,10 @@ from replay.comparison.outcome import Outcome
 from replay.outputs.moments import KINDS, FocusMoment, focus_rows, leading, moment_line
 from replay.outputs.palette import FREE, Rgba, albedo, tags_of
 from replay.outputs.rerun_log.close_up import CloseUp, labels_of, log_cages, measure, with_solids
-from replay.outputs.rerun_log.columns import RecordingWriter, Steps, packed, steps_of
+from replay.outputs.rerun_log.columns import RecordingWriter, Steps, entity, packed, steps_of
 from replay.outputs.rerun_log.moment_table import MomentPlace, log_moment_table
 from replay.outputs.rerun_log.stage import faded, log_eyes, log_labels, log_lines
+from replay.outputs.rerun_log.texts import detector_text
 from replay.outputs.rerun_log.world import Colours
 from replay.pipeline.run_result import RunResult
 
@@ -70,6 +71,19 @@ def log_list(writer: RecordingWriter, path: str, result: RunResult, moments: Seq
         text=texts, level=[KINDS[one.outcome] for one in moments], color=packed(one.colour for one in moments)
     )
     writer.rows_later(path, [(one.frame, one.later) for one in moments], columns)
+
+
+def details_path(label: str, *parts: str) -> str:
+    """Entity of a part of one detector's details."""
+    return entity("details", label, *parts)
+
+
+def log_details(writer: RecordingWriter, result: RunResult, label: str, moments: Iterable[FocusMoment]) -> None:
+    """Send the details of one detector; ``moments``: all of the run in order of time."""
+    writer.markdown(details_path(label, "text"), detector_text(result, label))
+    own = [one for one in moments if one.label == label]
+    if own:
+        log_list(writer, details_path(label, "moments"), result, own)
 
 
 def focus_colours(result: RunResult, views: Mapping[FocusMoment, CloseUp]) -> Colours:

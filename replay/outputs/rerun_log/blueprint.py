@@ -17,10 +17,9 @@ from replay.outputs.lanes import number_boxes
 from replay.outputs.moments import FocusMoment
 from replay.outputs.palette import BACKGROUND, tags_of
 from replay.outputs.rerun_log import accuracy
-from replay.outputs.rerun_log.answer import ANSWER, EYE, MOMENTS, ON_POLES, SPACE
+from replay.outputs.rerun_log.answer import ANSWER, EYE, MOMENTS, ON_POLES, SPACE, details_path
 from replay.outputs.rerun_log.close_up import CloseUp, solid_path, with_solids
 from replay.outputs.rerun_log.columns import FRAME, SESSION, drawable, entity
-from replay.outputs.rerun_log.details import details_path, worked_moment
 from replay.outputs.rerun_log.effects import CURVE_BOUNDS, HAPPENED, curve_path, effect_views, tab_name
 from replay.outputs.rerun_log.lanes import pair_lanes, session_lanes
 from replay.outputs.rerun_log.pipeline import moment_words, pipeline_path
@@ -128,14 +127,10 @@ def _answer(picture: Picture) -> Any:
     legend = "blue: right   yellow: false contact   red: missed or late   grey: contact"
     lanes = [*picture.lanes, *session_lanes(result)][:4]
     below = [state_view("", f"When   {legend}", picture.whole, lanes)]
-    # A headset stands between the user's side and the bench.
-    headset = [f"- /{body_path(name)}/**" for name in _tagged(picture, "headset")]
-    contents = ["/world/**", *headset, *(f"- /{SPACE}/{part}" for part in ("eye", "words", "leaders", "measure"))]
-    room = spatial("Where", contents, picture.eye)
+    room = spatial("Where", _without(picture, "eye", "words", "leaders", "measure"), picture.eye)
     top, widths = [text_view(ANSWER, "The answer"), room], [0.5, 0.5]
     if picture.views:
-        contents = ["/world/**", *headset, *(f"- /{SPACE}/{part}" for part in ON_POLES)]
-        top.insert(1, spatial("Close-up: the nearest moment", contents, EYE))
+        top.insert(1, _close_up(picture))
         widths = [0.43, 0.33, 0.24]
         below.append(text_list(MOMENTS, "Moments: click a time"))
     high = (RULER_POINTS + LANE_POINTS * max(3, len(lanes))) / LOW_POINTS
@@ -143,10 +138,16 @@ def _answer(picture: Picture) -> Any:
     return rrb.Vertical(*rows, row_shares=[1.0 - high, high], name="Answer")
 
 
-def _tagged(picture: Picture, tag: str) -> list[str]:
-    """Names of the bodies with a tag."""
+def _close_up(picture: Picture) -> Any:
+    return spatial("Close-up: the nearest moment", _without(picture, *ON_POLES), EYE)
+
+
+def _without(picture: Picture, *parts: str) -> list[str]:
+    """The room without these parts of what is in focus, and without a headset, which stands before the bench."""
     result = picture.result
-    return [name for name in result.assembly.names if tag in tags_of(name, result.session.scene)]
+    headsets = [name for name in result.assembly.names if "headset" in tags_of(name, result.session.scene)]
+    hidden = [f"{body_path(name)}/**" for name in headsets] + [f"{SPACE}/{part}" for part in parts]
+    return ["/world/**", *(f"- /{path}" for path in hidden)]
 
 
 def _pipeline(picture: Picture, run: WatchedRun) -> Any:
@@ -237,7 +238,7 @@ def _session(picture: Picture) -> Any:
 
 
 def _details(picture: Picture, label: str) -> Any:
-    """One moment of one detector, its lanes pair by pair, its times by stage and its counters."""
+    """What is wrong with one detector, its moments, its lanes pair by pair, its times by stage and its counters."""
     result, root = picture.result, details_path(label)
     paths = [*pair_lanes(result, label)]
     title = f"What {label} said of each pair"
@@ -246,18 +247,8 @@ def _details(picture: Picture, label: str) -> Any:
         title = f"Pair by pair    {lane_legend(there, label)}"
     text = text_view(f"{root}/text", "What was asked, and what each stage takes")
     top, widths = [text], [1.0]
-    own = [one for one in picture.views if one.label == label]
-    if own:
-        worked = worked_moment(result, own)
-        at = float(result.assembly.motion.times[worked.frame])
-        note = text_view(f"{root}/note", "The moment")
-        contents = [f"/{root}/bodies/**", f"/{root}/close_up/**", f"/{root}/eye"]
-        close = spatial(f"At {at:.3f} s, until a time is clicked", contents, f"{root}/eye", f"/{root}")
-        top = [
-            rrb.Vertical(text, note),
-            close,
-            text_list(f"{root}/moments", f"All moments of {label}: click a time"),
-        ]
+    if any(one.label == label for one in picture.views):
+        top += [_close_up(picture), text_list(f"{root}/moments", f"All moments of {label}: click a time")]
         widths = [0.3, 0.36, 0.34]
     stages = plot(picture.whole, f"/{entity('timing', label, 'stages')}", "Time per frame by stage, ms, added up")
     counters = plot(picture.whole, f"/{entity('counters', label)}", "Work per frame")

@@ -17,13 +17,13 @@ from cdcore import TriangleMesh
 from cdcore.bounding.sphere import sphere_in_mode
 from cdcore.numerics import FloatArray, place_points
 from replay.comparison.false_contacts import FalseContact
-from replay.comparison.outcome import Miss, Outcome
+from replay.comparison.outcome import Outcome
 from replay.effects.output import vector_of
-from replay.outputs.camera import CLOSE_UP, Eye, Obstacles, look_rotation, standing, towards_user
+from replay.outputs.camera import CLOSE_UP, Eye, Obstacles, look_rotation, towards_user
 from replay.outputs.moments import FocusMoment
 from replay.outputs.palette import INVENTED, MISSED, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, Steps, entity
-from replay.outputs.rerun_log.stage import Label, Standing, beside, in_front
+from replay.outputs.rerun_log.stage import Label, beside, in_front
 from replay.outputs.rerun_log.world import body_path, face_normals
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.sentences import length_words
@@ -121,14 +121,6 @@ def _placed(result: RunResult, frame: int, body: int, points: FloatArray) -> Flo
     return place_points(points, motion.rotations[frame, body], motion.translations[frame, body])
 
 
-def standing_at(result: RunResult, moment: FocusMoment, view: CloseUp) -> Standing:
-    """Where all bodies stand at a moment, which may lie between frames; both bodies of its pair are drawn."""
-    pair = result.assembly.pairs[moment.pair].tolist()
-    if isinstance(moment.of, Miss):
-        return Standing(*standing(result.assembly, moment.of), pair)
-    return Standing(result.assembly, moment.frame, pair, view.free)
-
-
 def labels_of(result: RunResult, moment: FocusMoment, view: CloseUp) -> list[Label]:
     """What is said in the close-up: how far apart the bodies are, or that their contact was missed."""
     if moment.outcome == Outcome.MISSED:
@@ -169,13 +161,9 @@ def solid_path(body: str, label: str) -> str:
 
 
 def log_cages(
-    writer: RecordingWriter, result: RunResult, label: str, views: Mapping[FocusMoment, CloseUp], steps: Steps,
-    root: str = "",
-) -> None:  # fmt: skip
-    """Send the edges of the solids of one detector in yellow, each while a false contact of it lasts.
-
-    ``root``: of the tree of the bodies, if it is not the room.
-    """
+    writer: RecordingWriter, result: RunResult, label: str, views: Mapping[FocusMoment, CloseUp], steps: Steps
+) -> None:
+    """Send the edges of the solids of one detector in yellow, each while a false contact of it lasts."""
     detector: Any = result.detectors[label]  # whose solids have one or more convex parts each
     left, drawn = DRAWN_EDGES, set()
     edges: dict[int, FloatArray] = {}
@@ -189,8 +177,7 @@ def log_cages(
             if left >= 0:
                 drawn.add((one, body))
     for body, lines in edges.items():
-        name = result.assembly.names[body]
-        path = f"{root}/{entity(name)}/solid" if root else solid_path(name, label)
+        path = solid_path(result.assembly.names[body], label)
 
         def things(shown: FocusMoment | None, body: int = body, lines: FloatArray = lines) -> list[FloatArray]:
             return [*lines] if (shown, body) in drawn else []

@@ -15,12 +15,11 @@ from replay.outputs.camera import ASPECT, Eye, overview
 from replay.outputs.moments import FocusMoment, key_moments, worst_first
 from replay.outputs.rerun_log import lanes
 from replay.outputs.rerun_log.accuracy import log_accuracy
-from replay.outputs.rerun_log.answer import ANSWER, focus_colours, log_answer
+from replay.outputs.rerun_log.answer import ANSWER, focus_colours, log_answer, log_details
 from replay.outputs.rerun_log.blueprint import Picture, build_blueprint
 from replay.outputs.rerun_log.close_up import close_ups
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter
 from replay.outputs.rerun_log.contacts import log_contacts, log_missed_faces
-from replay.outputs.rerun_log.details import log_details
 from replay.outputs.rerun_log.effects import log_effects, log_happened
 from replay.outputs.rerun_log.pipeline import log_pipeline
 from replay.outputs.rerun_log.recording_file import recording_file

@@ -15,7 +15,7 @@ import rerun as rr
 
 from cdcore.numerics import FloatArray
 from replay.outputs.camera import Eye, look_rotation
-from replay.outputs.palette import FREE, Rgba, albedo, tags_of
+from replay.outputs.palette import Rgba, albedo, tags_of
 from replay.outputs.rerun_log.columns import RecordingWriter, Steps, entity, packed, pose_columns
 from replay.outputs.rerun_log.world import log_shape
 from replay.prepare.assembly import Assembly
@@ -36,12 +36,11 @@ HANGING: Final = 0.05
 
 @dataclass(frozen=True)
 class Standing:
-    """Where all bodies stand at a moment, and those that are drawn; ``free`` touches nothing and is white."""
+    """Where all bodies stand at a moment, and those that are drawn."""
 
     assembly: Assembly
     frame: int
     bodies: Collection[int]
-    free: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +98,7 @@ def log_standing(writer: RecordingWriter, root: str, scene: Scene, steps: Steps,
 def _seen(standing: Standing, body: int, colour: Rgba, ground: bool) -> Rgba:
     if not standing.assembly.motion.valid[standing.frame, body] or not (ground or body in standing.bodies):
         return (*colour[:3], 0)
-    return FREE if body == standing.free else colour
+    return colour
 
 
 def log_labels(writer: RecordingWriter, root: str, steps: Steps, labels: Mapping[Any, Sequence[Label]]) -> None:

@@ -10,7 +10,6 @@ from support.small_worlds import cube, cubes, grazing, jumping
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
 from replay.outputs.contact_tables import miss_rows
-from replay.outputs.moments import miss_note
 from replay.outputs.run_tables import (
     LATE,
     contact_table,
@@ -71,8 +70,6 @@ def test_a_first_touch_that_is_not_known_to_a_microsecond_says_how_well_it_is(aw
     moment = f"{miss.touch.moment:.3f}"
     assert column(miss_table(miss_rows(result), "exact"), "at s") == [moment if known else Marked(moment, "", bound)]
     assert known == (row["touch"] - row["touch_free"] <= 1e-6)
-    note = miss_note(miss, 1, 1, "exact", "continuous")
-    assert f"from {miss.touch.moment:.6f} s{'' if known else f' ({bound})'}; no frame shows it" in note
 
 
 @pytest.mark.parametrize(
