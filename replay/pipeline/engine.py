@@ -80,7 +80,7 @@ def prepared(
         treatment = repair_session(held(session, start, end), rules, planned.bodies if alone else None)
         advance(1)
         wanted = _wanted(planned, pairs, treatment.session, looking)
-        layout = lay_out(treatment.session, pairs=wanted, looking=looking, jumps=treatment.jumps)
+        layout = lay_out(treatment.session, pairs=wanted, looking=looking, seen=treatment.scan)
         advance(1)
         assembly = assemble(treatment.session, start=start, end=end, layout=layout)
         advance(1)

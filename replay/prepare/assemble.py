@@ -25,8 +25,6 @@ from replay.prepare.kinematics import Kinematics, PlacedFrames
 from replay.prepare.pair_choice import chosen_pairs, held_pairs, rest_frames
 from replay.prepare.session_scan import SessionScan, in_order, scan
 from sessions import Session
-from sessions.doctor.pose_pass import look_through
-from sessions.doctor.pose_spans import Jumps, teleports
 from sessions.doctor.timing import gap_rows
 from sessions.importers.pose_table import LARGEST_SECONDS
 from sessions.model.event import LiveContact
@@ -85,21 +83,21 @@ class AssemblyLayout:
 
 
 def lay_out(
-    session: Session, *, pairs: Pairs | None = None, looking: bool = True, jumps: Jumps | None = None
+    session: Session, *, pairs: Pairs | None = None, looking: bool = True, seen: SessionScan | None = None
 ) -> AssemblyLayout:
-    """Pass over a session once and choose its bodies and pairs.
+    """Choose the bodies and pairs of a session.
 
     Parameters
     ----------
     pairs : as ``assemble``.
     looking : whether a detector will run; without one, a session may have no pair.
-    jumps : what the doctor calls a teleport in these frames; ``None``: it is asked here.
+    seen : the pass over its frames; ``None``: it is made here.
 
     Raises ``AssemblyError``: no frame, no body with a mesh, no pair, or a scene that contradicts itself;
     ``InvalidPoseError``: a sample that claims to be a pose and is none; names frame, time and body;
     ``InvalidMeshError``: a mesh that cannot be one; names the body.
     """
-    seen = scan(session)
+    seen = scan(session) if seen is None else seen
     if not len(seen.stamp_ns):
         raise AssemblyError("the session has no frames; record some, or look at the file with `replay info`")
     fixed = [body.id for body in session.scene.bodies if body.fixed is not None and body.id not in session.names]
@@ -113,12 +111,9 @@ def lay_out(
     rows = chosen_pairs(session.scene, names, moves, pairs)
     if not len(rows) and looking:
         raise AssemblyError(f"no pair to look at: {_why_no_pair(session, names, moves, pairs)}")
-    if jumps is None:
-        ordered = (block.frames for block in in_order(session.blocks(BLOCK_FRAMES)))
-        jumps = teleports(look_through(ordered, session.scene.space_radius))
     return AssemblyLayout(
         scan=seen, bodies=bodies, pairs=rows, held=held_pairs(session.scene, names, rows),
-        breaks=tuple(_breaks(seen.stamp_ns, jumps, chain_of(name, session.scene)) for name in names),
+        breaks=tuple(_breaks(seen, chain_of(name, session.scene)) for name in names),
         proxies=tuple(name for name in names if (known := session.scene.body(name)) is not None and known.proxy),
         left_out=tuple(name for name in session.names if name not in session.meshes),
         notes=(*seen.notes(), *_absent(session)), live_contacts=session.live_contacts, live_residual=_residual(session),
@@ -197,10 +192,10 @@ def _window(seen: SessionScan, start: float | None, end: float | None) -> tuple[
     return low, high
 
 
-def _breaks(stamps: NDArray[np.int64], jumps: Jumps, chain: Sequence[str]) -> NDArray[np.int64]:
+def _breaks(seen: SessionScan, chain: Sequence[str]) -> NDArray[np.int64]:
     """Stamps (k, 2) between which a body, or one of those that carry it, has no known path: gaps and teleports."""
-    gaps = stamps[gap_rows(stamps)[:, None] + [0, 1]]
-    return np.sort(np.concatenate([gaps, *(jumps[one] for one in chain if one in jumps)]), axis=0)
+    gaps = seen.stamp_ns[gap_rows(seen.stamp_ns)[:, None] + [0, 1]]
+    return np.sort(np.concatenate([gaps, *(seen.jumps[one] for one in chain if one in seen.jumps)]), axis=0)
 
 
 def _body(session: Session, name: str) -> Body:

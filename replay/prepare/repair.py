@@ -15,10 +15,11 @@ from replay.errors import RefusedError
 from replay.prepare.flags import FlagSpan
 from replay.prepare.interpolation import slerp
 from replay.prepare.policy import DROP, HOLD, INTERPOLATE, REFUSE, Policy
+from replay.prepare.session_scan import NO_ROTATION, SessionScan, scan_of
 from sessions import Finding, Frames, Session, Status
 from sessions.doctor.finding import in_order
 from sessions.doctor.pose_pass import PosePass, look_through
-from sessions.doctor.pose_spans import Jumps, PoseSpan, pose_spans, teleports
+from sessions.doctor.pose_spans import PoseSpan, pose_spans, teleports
 from sessions.doctor.runs import runs
 from sessions.doctor.session_findings import examine_session
 from sessions.doctor.timing import gap_rows
@@ -99,8 +100,8 @@ def replacements(looked: PosePass, spans: Sequence[PoseSpan], policy: Policy, bl
         plan = _plan(looked, [span for span in spans if span.column == column], column, policy)
         if plan is not None:
             plans[column] = plan
-    anchors = _anchors(plans, blocks)
-    return {column: plan.filled(looked.stamp_ns, anchors) for column, plan in plans.items()}
+    poses = _poses(plans, blocks)
+    return {column: plan.filled(looked.stamp_ns, poses[column]) for column, plan in plans.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,32 +115,29 @@ class _Plan:
     before: NDArray[np.int64]
     after: NDArray[np.int64]
 
+    @property
     def wanted(self) -> NDArray[np.int64]:
-        """Rows whose poses are needed."""
+        """Rows that something is held at or led to, ascending."""
         stand_in = self.rank < RANKS[DROP]
         rows = np.concatenate([self.before[stand_in], self.after[stand_in & (self.rank == RANKS[INTERPOLATE])]])
         return np.unique(rows[rows >= 0])
 
-    def filled(self, stamps: NDArray[np.int64], anchors: Mapping[tuple[int, int], NDArray[np.float64]]) -> Replacement:
-        count = len(self.rows)
-        status = np.full(count, Status.LOST, dtype=np.uint8)
-        pose = np.full((count, 7), np.nan)
+    def filled(self, stamps: NDArray[np.int64], poses: NDArray[np.float64]) -> Replacement:
+        """The replacement; ``poses`` (w, 7) are those of the rows wanted."""
+        status = np.full(len(self.rows), Status.LOST, dtype=np.uint8)
+        pose = np.full((len(self.rows), 7), np.nan)
         now, since = stamps[self.rows], stamps[self.rows] - stamps[self.before]
         held = (self.rank == RANKS[HOLD]) & (self.before >= 0) & (since >= 0) & (since <= self.limit_ns)
-        for k in np.flatnonzero(held).tolist():
-            pose[k] = anchors[self.column, int(self.before[k])]
+        pose[held] = poses[np.searchsorted(self.wanted, self.before[held])]
         status[held] = Status.HELD
         width = stamps[self.after] - stamps[self.before]
         inside = (since > 0) & (now < stamps[self.after]) & (width <= self.limit_ns)
         between = (self.rank == RANKS[INTERPOLATE]) & (self.before >= 0) & (self.after >= 0) & inside
-        chosen = np.flatnonzero(between)
-        if len(chosen):
-            start = np.array([anchors[self.column, int(row)] for row in self.before[chosen]])
-            end = np.array([anchors[self.column, int(row)] for row in self.after[chosen]])
-            share = since[chosen] / width[chosen]
-            pose[chosen, :3] = start[:, :3] + (end[:, :3] - start[:, :3]) * share[:, None]
-            pose[chosen, 3:] = slerp(start[:, 3:], end[:, 3:], share)
-            status[chosen] = Status.INTERPOLATED
+        start, end = (poses[np.searchsorted(self.wanted, rows[between])] for rows in (self.before, self.after))
+        share = since[between] / width[between]
+        pose[between, :3] = start[:, :3] + (end[:, :3] - start[:, :3]) * share[:, None]
+        pose[between, 3:] = slerp(start[:, 3:], end[:, 3:], share)
+        status[between] = Status.INTERPOLATED
         return Replacement(self.rows, status, pose[:, :3], pose[:, 3:])
 
 
@@ -162,21 +160,20 @@ def _plan(looked: PosePass, spans: Sequence[PoseSpan], column: int, policy: Poli
     return _Plan(column, there[chosen], rank[chosen], limit[chosen], before[chosen], after[chosen])
 
 
-def _anchors(plans: Mapping[int, _Plan], blocks: Blocks) -> dict[tuple[int, int], NDArray[np.float64]]:
-    """(column, row) -> pose, of every sample that something is held at or led to."""
-    wanted = {column: plan.wanted() for column, plan in plans.items()}
-    found: dict[tuple[int, int], NDArray[np.float64]] = {}
-    if not any(len(rows) for rows in wanted.values()):
-        return found
+def _poses(plans: Mapping[int, _Plan], blocks: Blocks) -> dict[int, NDArray[np.float64]]:
+    """Column -> poses (w, 7) of the rows that its plan wants."""
+    wanted = {column: plan.wanted for column, plan in plans.items()}
+    poses = {column: np.empty((len(rows), 7)) for column, rows in wanted.items()}
+    if not any(map(len, poses.values())):
+        return poses
     first = 0
     for block in blocks(BLOCK_FRAMES):
         for column, rows in wanted.items():
             low, high = np.searchsorted(rows, [first, first + len(block)])
-            for row in rows[low:high].tolist():
-                position, quaternion = block.position[row - first, column], block.quaternion_xyzw[row - first, column]
-                found[column, row] = np.concatenate([position, quaternion])
+            there = rows[low:high] - first
+            poses[column][low:high] = np.hstack([block.position[there, column], block.quaternion_xyzw[there, column]])
         first += len(block)
-    return found
+    return poses
 
 
 @dataclass(frozen=True)
@@ -190,7 +187,7 @@ class Repair:
     findings : everything the doctor says of it, the worst first.
     spans : what was in doubt, and what was done about it.
     digest, pose_digest : of the recording, before any repair, as ``PosePass`` has them.
-    jumps : teleports of ``session``; ``None`` where it is not as recorded and they are to be sought in it.
+    scan : the pass over ``session``; ``None`` where it is not as recorded, or holds what is no pose.
     """
 
     session: Session
@@ -199,7 +196,7 @@ class Repair:
     spans: tuple[FlagSpan, ...]
     digest: str
     pose_digest: str
-    jumps: Jumps | None = None
+    scan: SessionScan | None = None
 
     def as_json(self) -> dict[str, Any]:
         """What the summary of a run says of it."""
@@ -231,9 +228,9 @@ def repair_session(session: Session, policy: Policy, needed: Collection[str] | N
     flagged = [_flagged(looked, span, policy, replaced.get(span.column), zero) for span in spans]
     # The frame after a gap is flagged: the path into it is not known.
     gaps = [_span(looked, "gap", ("", row, row, 1), policy, zero) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
-    as_recorded = not replaced and bool((np.diff(looked.stamp_ns) > 0).all())
-    jumps = teleports(looked, spans) if as_recorded else None
-    return Repair(repaired, policy, findings, (*flagged, *gaps), looked.digest, looked.pose_digest, jumps)
+    as_recorded = not replaced and bool((np.diff(looked.stamp_ns) > 0).all()) and not looked.has(NO_ROTATION).any()
+    seen = scan_of(looked, teleports(looked, spans), session.part) if as_recorded else None
+    return Repair(repaired, policy, findings, (*flagged, *gaps), looked.digest, looked.pose_digest, seen)
 
 
 def _in_recording(session: Session, findings: Iterable[Finding]) -> Iterator[Finding]:

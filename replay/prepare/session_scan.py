@@ -8,11 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.errors import InvalidPoseError
-from cdcore.numerics import QUATERNION_REJECT, BoolArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, IntArray
 from replay.base.constants import BLOCK_FRAMES
-from replay.prepare.interpolation import is_usable
 from sessions import Frames, Session
+from sessions.doctor.pose_pass import PosePass, look_through
+from sessions.doctor.pose_spans import Jumps, teleports
+from sessions.doctor.track_watch import Mark
 from sessions.model.session import SessionPart
+
+NO_ROTATION: Final = Mark.NOT_FINITE | Mark.ZERO_QUATERNION | Mark.NON_UNIT
+"""Marks of a sample that claims to be a pose and is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +49,6 @@ def in_order(blocks: Iterable[Frames]) -> Iterator[OrderedFrames]:
         latest, first = int(peak[-1]), first + len(block)
 
 
-NORM_NOTE: Final = 1e-6
-"""A quaternion whose norm is further off 1 is worth a note; float32 reaches 1e-7."""
-
-
 @dataclass(frozen=True, eq=False)
 class SessionScan:
     """The figures of one pass over the frames.
@@ -61,6 +62,7 @@ class SessionScan:
     moves : (N,) bool, whether any two usable samples of a body differ.
     median_step_ns : median step between frames kept; 0 with fewer than two.
     off_norm : usable samples whose quaternion's norm is further than 1e-6 off 1; ``worst_norm`` is the furthest.
+    jumps : what the doctor calls a teleport.
     """
 
     names: tuple[str, ...]
@@ -72,6 +74,7 @@ class SessionScan:
     median_step_ns: int
     off_norm: int
     worst_norm: float
+    jumps: Jumps
 
     @property
     def duration(self) -> float:
@@ -91,54 +94,61 @@ class SessionScan:
 
 
 def scan(session: Session) -> SessionScan:
-    """Pass over the frames once; memory is one block, and one stamp per frame.
+    """Pass over the frames once; memory is one block, and 16 bytes per sample.
 
     Raises ``InvalidPoseError`` for a sample that claims to be a pose but is not finite or has no unit quaternion; it
     names frame, time and body.
     """
-    stamps, repeated, backwards, off_norm, worst_norm = [np.zeros(0, dtype=np.int64)], 0, 0, 0, 1.0
-    first, moves = np.full((len(session.names), 7), np.nan), np.zeros(len(session.names), dtype=np.bool_)
-    zero = None if session.part is None else session.part.first_ns
-    for block in in_order(session.blocks(BLOCK_FRAMES)):
-        repeated, backwards, frames = repeated + block.repeated, backwards + block.backwards, block.frames
-        if not len(frames):
-            continue
-        stamps.append(frames.stamp_ns)
-        usable = is_usable(frames.status)
-        zero = int(frames.stamp_ns[0]) if zero is None else zero
-        norm = _norms_of_poses(block, usable, zero, session.part)
-        off_norm += int((np.abs(norm - 1.0) > NORM_NOTE).sum())
-        further = norm[np.abs(norm - 1.0) > abs(worst_norm - 1.0)]
-        if len(further):
-            worst_norm = float(further[np.abs(further - 1.0).argmax()])
-        pose = np.concatenate([frames.position, frames.quaternion_xyzw], axis=-1)
-        columns = np.flatnonzero(np.isnan(first[:, 0]) & usable.any(axis=0))
-        first[columns] = pose[usable.argmax(axis=0)[columns], columns]
-        moves |= ((pose != first).any(axis=-1) & usable).any(axis=0)
-    kept = np.concatenate(stamps)
-    step = int(np.median(np.diff(kept))) if len(kept) > 1 else 0
-    return SessionScan(session.names, zero or 0, kept, repeated, backwards, moves, step, off_norm, worst_norm)
+    left_out = np.zeros(2, dtype=np.int64)
 
+    def ordered() -> Iterator[Frames]:
+        for block in in_order(session.blocks(BLOCK_FRAMES)):
+            left_out[:] += block.repeated, block.backwards
+            yield block.frames
 
-def _norms_of_poses(block: OrderedFrames, usable: BoolArray, zero: int, part: SessionPart | None) -> FloatArray:
-    """Norms of the quaternions (T, N), 1 where a sample is not used; ``zero`` is the stamp of second 0."""
-    frames = block.frames
-    with np.errstate(over="ignore", invalid="ignore"):
-        norm = np.sqrt((frames.quaternion_xyzw * frames.quaternion_xyzw).sum(axis=-1))
-    finite = np.isfinite(frames.position).all(axis=-1)
-    bad = usable & ~(finite & (np.abs(norm - 1.0) <= QUATERNION_REJECT))
+    looked = look_through(ordered(), session.scene.space_radius)
+    bad = looked.has(NO_ROTATION)
     if bad.any():
-        frame, body = (int(k) for k in np.argwhere(bad)[0])
-        what = f"position {frames.position[frame, body].tolist()} is not finite"
-        if np.isfinite(frames.position[frame, body]).all():
-            quaternion = frames.quaternion_xyzw[frame, body].tolist()
-            what = f"quaternion {quaternion} has norm {float(norm[frame, body]):.6g}, not 1"
-        time = float(frames.stamp_ns[frame] - zero) / 1e9
-        number = int(block.numbers[frame])
-        number = number if part is None else int(part.numbers[number])
-        where = f"frame {number} ({time:.6f} s), body {frames.names[body]}: "
-        raise InvalidPoseError(f"{where}{what}; flag the sample as lost, repair it, or choose a --policy")
-    return np.where(usable, norm, 1.0)
+        row, body = (int(k) for k in np.argwhere(bad)[0])
+        raise InvalidPoseError(_no_pose(session, looked.stamp_ns, row, body))
+    return scan_of(looked, teleports(looked), session.part, *left_out.tolist())
+
+
+def scan_of(
+    looked: PosePass, jumps: Jumps, part: SessionPart | None, repeated: int = 0, backwards: int = 0
+) -> SessionScan:
+    """The figures of a pass over frames whose stamps increase and whose samples are poses or lost."""
+    stamps, step = looked.stamp_ns, 0
+    if len(stamps) > 1:
+        step = int(np.median(np.diff(stamps)))
+    first_ns = int(stamps[0]) if len(stamps) else 0
+    # A sample out of the room is not compared with others; what has one is not at rest.
+    same = looked.has(Mark.SAME_PLACE) & looked.has(Mark.SAME_ROTATION)
+    moves = np.any((np.isfinite(looked.steps) & ~same) | looked.has(Mark.OUT_OF_SPACE), axis=0)
+    off_norm = int(looked.has(Mark.OFF_UNIT).sum())
+    worst = max(looked.worst_norm.tolist(), key=lambda norm: abs(norm - 1.0), default=1.0)
+    zero = first_ns if part is None else part.first_ns
+    return SessionScan(looked.names, zero, stamps, repeated, backwards, np.asarray(moves), step, off_norm, worst, jumps)
+
+
+def _no_pose(session: Session, stamps: IntArray, row: int, body: int) -> str:
+    """What is wrong with a sample in a row of the frames in order, whose stamps these are."""
+    time = float(stamps[row] - (stamps[0] if session.part is None else session.part.first_ns)) / 1e9
+    for block in in_order(session.blocks(BLOCK_FRAMES)):
+        frames = block.frames
+        if row < len(frames):
+            break
+        row -= len(frames)
+    position, quaternion = frames.position[row, body], frames.quaternion_xyzw[row, body]
+    what = f"position {position.tolist()} is not finite"
+    if np.isfinite(position).all():
+        with np.errstate(over="ignore", invalid="ignore"):
+            norm = float(np.sqrt((quaternion * quaternion).sum()))
+        what = f"quaternion {quaternion.tolist()} has norm {norm:.6g}, not 1"
+    number = int(block.numbers[row])
+    number = number if session.part is None else int(session.part.numbers[number])
+    where = f"frame {number} ({time:.6f} s), body {frames.names[body]}: "
+    return f"{where}{what}; flag the sample as lost, repair it, or choose a --policy"
 
 
 def _frames(count: int) -> str:
