@@ -7,10 +7,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 from support.small_worlds import along_x, cube, cubes, framed
 
-from cdcore import Motion
-from cdcore.errors import InvalidPoseError
 from replay.errors import AssemblyError
-from replay.prepare.assemble import assemble, lay_out
+from replay.prepare.assemble import assemble
 from replay.prepare.assembly import PoseOrigin
 from sessions import Scene, Session, Status, Track
 from sessions.model.scene import Pose, SceneBody
@@ -31,25 +29,6 @@ def test_motion_holds_the_recorded_poses_on_seconds_since_the_first_frame():
     assert (got.motion.rotations == np.eye(3)).all()
     assert got.stamp_ns.tolist() == [start, start + 11_111_111, start + 22_222_222]
     assert got.names == ("a", "b") and got.pair_name(0) == "a-b"
-
-
-def test_rotations_are_those_of_motion_from_quaternions_to_the_bit():
-    q = Rotation.random(20, rng=np.random.default_rng(3)).as_quat() * (1 + 4e-4)
-    session = Session.from_arrays(
-        np.arange(20), {"a": (np.zeros((20, 3)), q), "b": along_x(range(20))}, {"a": cube(), "b": cube()}
-    )
-    want = Motion.from_quaternions(np.arange(20), np.zeros((20, 1, 3)), q[:, None])
-    got = assemble(session)
-    assert got.motion.rotations[:, 0].tobytes() == want.rotations[:, 0].tobytes()
-    assert got.notes == ("20 quaternions renormalised; the furthest had norm 1.000400",)
-    assert session.frames.quaternion_xyzw[:, 0].tobytes() == q.tobytes()
-
-
-def test_a_lost_sample_gives_no_pose_and_never_a_clear_one():
-    session = framed([0, 10, 20], [[1, 1], [int(Status.LOST), 1], [1, 1]])
-    got = assemble(session)
-    assert got.motion.valid.tolist() == [[True, True], [False, True], [True, True]]
-    assert got.origin[1, 0] == PoseOrigin.NONE
 
 
 def test_tracks_of_two_clocks_meet_at_every_stamp():
@@ -93,12 +72,6 @@ def test_fixed_bodies_come_last_and_proxies_are_named():
     assert got.names == ("a", "bench") and got.proxies == ("a",)
     assert got.origin[:, 1].tolist() == [PoseOrigin.FIXED] * 2
     assert got.notes == ("body 'ghost' is declared in the scene but was not recorded",)
-
-
-def test_held_pairs_are_tagged():
-    scene = Scene(bodies=(SceneBody("glass", parent="hand"),))
-    session = cubes({"hand": [0, 1], "glass": [1, 1.5]}, scene=scene)
-    assert assemble(session).held.tolist() == [True]
 
 
 def test_a_path_is_known_unless_a_gap_a_teleport_or_a_missing_pose_breaks_it():
@@ -203,16 +176,6 @@ def test_bodies_without_a_mesh_are_why_there_is_no_pair(meshed, bare, why):
         assemble(Session.from_arrays([0, 1], moving, {name: cube() for name in meshed}))
 
 
-def test_a_pose_that_is_none_is_refused_with_frame_time_and_body_even_far_into_a_file():
-    place, turn = along_x(range(100))
-    place[70] = np.nan
-    session = Session.from_arrays(
-        np.arange(100) * 10 * MS, {"a": (place, turn), "b": along_x([0] * 100)}, {"a": cube(), "b": cube()}
-    )
-    with pytest.raises(InvalidPoseError, match=r"frame 70 \(0.700000 s\), body a: position .* is not finite"):
-        assemble(session)
-
-
 @dataclasses.dataclass
 class Blocks:
     """Frames that come in blocks of one size, whatever is asked for."""
@@ -251,21 +214,3 @@ def test_the_size_of_blocks_changes_no_bit(seed, size):
     for name in ("times", "translations", "rotations", "valid", "linked"):
         assert getattr(cut.motion, name).tobytes() == getattr(whole.motion, name).tobytes(), name
     assert cut.origin.tobytes() == whole.origin.tobytes() and cut.notes == whole.notes
-
-
-def test_a_layout_made_once_serves_again():
-    session = messy_session(0)
-    layout = lay_out(session, pairs=[("a", "w")])
-    assert assemble(session, layout=layout).pairs.tolist() == layout.pairs.tolist()
-    assert len(layout.pairs) == 1
-
-
-def test_a_pair_is_named_after_its_bodies_in_the_order_of_the_pair():
-    got = assemble(cubes({"b": [0, 1], "a": [5, 5], "c": [9, 9]}), pairs=[("c", "a"), ("a", "b")])
-    assert [got.pair_name(p) for p in range(2)] == ["b-a", "a-c"]
-    assert got.names == ("b", "a", "c")
-
-
-def test_only_an_origin_of_none_means_that_there_is_no_pose():
-    assert [origin for origin in PoseOrigin if not origin] == [PoseOrigin.NONE]
-    assert np.array(list(PoseOrigin), dtype=np.uint8).max() < 256

@@ -58,20 +58,6 @@ def volume(mesh):
     return float((np.cross(a, b) * c).sum()) / 6
 
 
-def test_a_rod_is_free_inside_a_compound_of_a_beaker_where_the_hull_invents(engine):
-    bodies = [Body("beaker", BEAKER), Body("rod", box_mesh((0.006, 0.006, 0.2), (0.0, 0.0, 0.1)))]
-    places = np.zeros((4, 2, 3))
-    places[:, 1] = [(0, 0, 0.05), (0.025, 0, 0.05), (0.031, 0, 0.05), (0.0, 0.0, 0.0015)]
-    motion = Motion(np.arange(4) / 90, places, np.broadcast_to(np.eye(3), (4, 2, 3, 3)))
-    engine_cuts_rod_too = {"beaker": 13, "rod": 13}
-    cut = in_convex_pieces(bodies, 16)
-    says = {shape: create_detector("collider", cut, shape=shape) for shape in ("mesh", "hull", "compound")}
-    found = {shape: counts_as_contact(one.detect(motion).verdict)[:, 0].tolist() for shape, one in says.items()}
-    assert found["mesh"] == [False, False, True, True]
-    assert found["hull"] == [True] * 4
-    assert {name: len(parts) for name, parts in says["compound"].parts.items()} == engine_cuts_rod_too
-
-
 def test_shipped_colliders_are_asked_where_a_body_has_them_and_its_hull_elsewhere(engine):
     staves = convex_pieces(BEAKER, 16)
     beaker, rod = Body("beaker", BEAKER, solids_of(staves)), Body("rod", box_mesh((0.006, 0.006, 0.2), (0.0, 0.0, 0.1)))
@@ -156,28 +142,6 @@ def test_the_cache_lies_where_each_system_keeps_such_files(system, variable, def
     assert cache_folder() == tmp_path / default / "vrlab-replay"
     monkeypatch.setenv(variable, str(tmp_path / "named"))
     assert cache_folder() == tmp_path / "named" / "vrlab-replay"
-
-
-@pytest.mark.slow
-def test_the_compound_that_coacd_cuts_leaves_a_rod_free_where_the_hull_invents(monkeypatch, tmp_path):
-    pytest.importorskip("coacd", reason="the extra `engines` is not installed")
-    monkeypatch.setattr(pieces, "cache_folder", lambda: tmp_path)
-    glass = revolved_mesh(PROFILE, 24)
-    bodies = [Body("beaker", glass), Body("rod", box_mesh((0.006, 0.006, 0.2), (0.0, 0.0, 0.1)))]
-    away = np.linspace(0, 0.06, 200)
-    places = np.zeros((200, 2, 3))
-    places[:, 1] = np.stack([away, 0 * away, 0 * away + 0.01], axis=1)
-    motion = Motion(np.arange(200) / 90, places, np.broadcast_to(np.eye(3), (200, 2, 3, 3)))
-    truth = (np.hypot(away - 0.003, 0) < OUTER) & (away + 0.003 > INNER * np.cos(np.pi / 24))  # a rod beside a wall
-    share = {}
-    for most in (1, 4, 16, 64):
-        cut = [in_convex_pieces(bodies, most) for _ in range(2)]
-        says = [create_detector("collider", some, shape="compound").detect(motion) for some in cut]
-        assert says[0].digest == says[1].digest
-        found = counts_as_contact(says[0].verdict)[:, 0]
-        assert (found | ~truth).all()
-        share[most] = (found & ~truth).mean()
-    assert share[1] > 0.4 and share[16] < 0.1 and share[64] < 0.1 and share[1] > share[4] >= share[16] >= share[64]
 
 
 @pytest.mark.slow

@@ -102,8 +102,3 @@ def test_a_recording_that_is_too_long_is_refused_with_the_length_that_can_be_rep
     with pytest.raises(AssemblyError, match=r"frames of 2 bodies.*at most 11 s with --start and --end") as refusal:
         compute(two_cubes(), detectors="exact", **asked)
     assert f"{FRAMES:,} frames" in str(refusal.value) or asked
-
-
-def test_a_recording_at_the_limit_is_held_whole(too_long, monkeypatch):
-    monkeypatch.setattr(holding_poses, "MOST_POSES", 2 * FRAMES)
-    assert len(compute(two_cubes(), detectors="exact").assembly.motion) == FRAMES

@@ -6,7 +6,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from support.small_worlds import framed
 
 from replay.prepare.assembly import PoseOrigin
-from replay.prepare.interpolation import BRIDGE_NS, FilledFrames, filled, slerp
+from replay.prepare.interpolation import FilledFrames, filled, slerp
 from sessions import Status
 
 A, V, L, H, I = (int(s) for s in (Status.ABSENT, Status.VALID, Status.LOST, Status.HELD, Status.INTERPOLATED))  # noqa: E741
@@ -53,17 +53,8 @@ def test_nothing_is_held_or_interpolated_across_a_lost_sample():
     assert np.isnan(got.position[2:4]).all()
 
 
-def test_before_the_first_sample_there_is_no_pose():
-    assert fill_column([A, A, V]).origin[:, 0].tolist() == [0, 0, 1]
-
-
 def test_what_the_source_held_or_interpolated_keeps_that_name():
     assert fill_column([V, H, I]).origin[:, 0].tolist() == [1, 2, 3]
-
-
-def test_a_held_pose_is_the_latest_sample_before():
-    got = fill_column([V, V, A], stamps=np.array([0, 10, 20]) * MS)
-    assert got.position[2, 0, 0] == 1.0 and got.origin[2, 0] == PoseOrigin.HELD
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -83,7 +74,3 @@ def test_slerp_between_nearly_equal_quaternions_is_finite_and_between():
     still = np.array([[0.0, 0.0, 0.0, 1.0]])
     assert slerp(still, tiny, np.array([0.5]))[0, 2] == pytest.approx(2.5e-10, rel=1e-6)
     assert slerp(still, still, np.array([0.5])).tolist() == still.tolist()
-
-
-def test_the_bridge_is_50_ms():
-    assert BRIDGE_NS == 50 * MS

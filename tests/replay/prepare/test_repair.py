@@ -103,11 +103,6 @@ def lost_hand():
     return draft, planted
 
 
-def test_a_clean_session_is_left_alone():
-    draft = clean()
-    assert_same_frames(repaired(draft).frames, draft.session().frames)
-
-
 @pytest.mark.parametrize("size", [1, 7, 64, 900])
 def test_the_frames_do_not_depend_on_blocks(size):
     draft, _ = lost_hand()

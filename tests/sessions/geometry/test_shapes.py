@@ -56,13 +56,6 @@ MESHES = {
 }  # fmt: skip
 
 
-def test_volumes_are_those_of_the_shapes():
-    assert MESHES["block"].volume == pytest.approx(0.5 * 0.25 * 0.125, rel=1e-12)
-    assert MESHES["fine ball"].volume == pytest.approx(4 / 3 * np.pi / 32**3, rel=0.01)
-    flats = 16 * np.tan(np.pi / 16)
-    assert MESHES["ring"].volume == pytest.approx(flats * ((3 / 64) ** 2 - (1 / 32) ** 2) / 64, rel=1e-6)
-
-
 def test_the_flats_of_a_ring_face_along_x_at_the_exact_distance():
     x = np.abs(MESHES["ring"].vertices[:, 0])
     radial = np.hypot(MESHES["ring"].vertices[:, 0], MESHES["ring"].vertices[:, 2])

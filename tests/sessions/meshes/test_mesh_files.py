@@ -1,6 +1,3 @@
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 import trimesh
@@ -20,19 +17,6 @@ def box(extents=(1, 1, 1), centre=(0, 0, 0)):
 
 def same(a, b):
     return a.vertices.tobytes() == b.vertices.tobytes() and a.faces.tobytes() == b.faces.tobytes()
-
-
-def test_parts_of_a_scene_are_placed_by_their_nodes_and_joined_in_file_order():
-    scene = trimesh.Scene()
-    ball, cube = trimesh.creation.icosphere(1), trimesh.creation.box((1, 1, 1))
-    parent = trimesh.transformations.rotation_matrix(np.pi / 2, [0, 1, 0], [1, 0, 0])
-    child = trimesh.transformations.translation_matrix([0, 2, 0])
-    scene.add_geometry(ball, node_name="ball", geom_name="ball", transform=parent)
-    scene.add_geometry(cube, node_name="cube", geom_name="cube", transform=child, parent_node_name="ball")
-    mesh = mesh_from_bytes(scene.export(file_type="glb"), "glb")
-    expected = [(ball, parent), (cube, parent @ child)]
-    corners = [trimesh.transform_points(part.vertices, pose)[part.faces] for part, pose in expected]
-    assert np.allclose(mesh.triangles, np.concatenate(corners), atol=1e-6)
 
 
 def test_a_mirroring_node_still_gives_an_outward_mesh():
@@ -116,11 +100,6 @@ def test_unions_and_differences_have_the_volume_of_the_solids():
     assert is_closed(united([plate, bar]))
     assert is_closed(subtracted(plate, [bar]))
     assert same(united([plate, bar]), united([plate, bar]))
-
-
-def test_importing_sessions_meshes_does_not_import_trimesh():
-    code = "import sys, sessions.meshes.mesh_files; sys.exit('trimesh' in sys.modules or 'manifold3d' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 @needs_data

@@ -39,14 +39,6 @@ def test_a_body_without_a_sample_in_a_frame_is_absent_there():
     assert np.isnan(frames.position[gone]).all() and (frames.sample_ns[gone] == 0).all()
 
 
-def test_arrays_on_one_clock_become_frames_with_every_body():
-    session = Session.from_arrays(
-        [5, 6], {"a": POSES, "b": POSES}, meshes={"a": ([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])}
-    )
-    assert session.names == ("a", "b") and (session.frames.status == Status.VALID).all()
-    assert session.meshes["a"].faces.tolist() == [[0, 1, 2]]
-
-
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
