@@ -7,10 +7,9 @@ from functools import partial
 
 import numpy as np
 import pytest
+from support.bench_candidate import OwnExact
 from support.bench_engines import ENGINES, YARDSTICK, seconds
 from support.bench_loads import make_workload
-
-from replay.studies.bench.candidate import OwnExact
 
 pytestmark = pytest.mark.bench
 

@@ -6,10 +6,10 @@ from importlib.util import find_spec
 from time import process_time
 
 import numpy as np
+from support.bench_candidate import OwnExact
 
 from cdcore import TriangleMesh
 from cdcore.narrow.fcl_meshes import FclMeshes
-from replay.studies.bench.candidate import OwnExact
 
 EVERY_CONTACT = 4_000_000
 

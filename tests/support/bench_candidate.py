@@ -66,4 +66,4 @@ class Candidate:
 
 
 run = Candidate()
-"""For ``peers.py --candidate replay.studies.bench.candidate:run``."""
+"""For ``peers.py --candidate support.bench_candidate:run``, with ``tests`` on the path."""

@@ -5,11 +5,10 @@ import sys
 
 import numpy as np
 import pytest
+from support.bench_candidate import Candidate, OwnExact, run
 from support.bench_engines import ENGINES, YARDSTICK, FclLoop
 from support.bench_loads import make_workload
 from support.shared_data import BENCH, needs_bench
-
-from replay.studies.bench.candidate import Candidate, OwnExact, run
 
 
 @pytest.fixture(scope="module")

@@ -1,1 +1,0 @@
-"""The detector `exact` as a candidate of a benchmark of collision engines."""
