@@ -11,8 +11,7 @@ STUDENTS: Final = 52
 
 def demo_class(out: Path, students: int, *, seed: int, jobs: int, people: People) -> int:
     """Make up a class, replay its sessions, analyse it, all in one folder; killed, it goes on where it stopped."""
-    from replay.cli.study import analyse_files, require_extra
-    from replay.studies.class_study.collecting import collect, write_table
+    from replay.cli.study import require_extra, write_page
     from replay.studies.class_study.synthetic_class import ANSWERS, CODEBOOK, SESSIONS, make_class
 
     require_extra()
@@ -24,8 +23,14 @@ def demo_class(out: Path, students: int, *, seed: int, jobs: int, people: People
 
     settings = {"seed": 0, "picture": False}  # the usual detectors, as the demo asks
     batch = run_batch(files, out / "runs", jobs=jobs, settings=settings, on_done=counting(people, len(files)))
-    write_table(collect([out / "runs"]), out / "metrics.parquet", force=True)
-    inputs = {"questionnaire": out / ANSWERS, "codebook": out / CODEBOOK}
-    title, study = "A class that was made up", out / "study"
-    analyse_files(inputs, people, runs=out / "runs", out=study, title=title, seed=seed, force=True)
+    write_page(
+        out / "runs",
+        out / "study",
+        questionnaire=out / ANSWERS,
+        codebook=out / CODEBOOK,
+        people=people,
+        seed=seed,
+        force=True,
+        title="A class that was made up",
+    )
     return DATA_LOSS if failed or batch.failed else OK

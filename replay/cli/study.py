@@ -5,8 +5,8 @@ from typing import Any
 
 import click
 
-from replay.cli.console import GATE_FAILED, OK, People, answer, print_name
-from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, common, force, reporting
+from replay.cli.console import GATE_FAILED, OK, People, answer
+from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, reporting
 
 
 @click.group()
@@ -29,45 +29,6 @@ def require_extra() -> None:
 
 
 @command.command()
-@click.argument("runs", type=RUN_FOLDER, nargs=-1, required=True)
-@click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.parquet", help="Table to write.")
-@click.option("--students", type=SESSION_FILE, metavar="FILE.csv", help="session,student for those without pseudonym.")
-@force
-@common
-def collect(runs: tuple[Path, ...], out: Path, students: Path | None, force: bool, people: People) -> int:
-    """Join the metrics of run folders, or of folders of them, into one table.
-
-    \b
-    replay study collect class/runs --out class/metrics.parquet
-    """
-    from replay.studies.class_study import collecting
-
-    table = collecting.collect(runs, students)
-    collecting.write_table(table, out, force=force)
-    people.say(f"{len(table)} rows of {len(set(table['student'].to_pylist()))} students")
-    print_name(out)
-    return OK
-
-
-@command.command()
-@click.argument("metrics", type=SESSION_FILE, metavar="METRICS.parquet")
-@click.argument("questionnaire", type=SESSION_FILE, metavar="QUESTIONNAIRE.csv")
-@click.option("--codebook", type=SESSION_FILE, required=True, metavar="FILE.yaml", help="What is asked of which items.")
-@click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Study folder to make: page, tables, JSON.")
-@click.option("--detector", metavar="NAME", help="Whose contacts count. Default: the one that misses least.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Of bootstrap and permutations.")
-@force
-@reporting
-def analyse(metrics: Path, questionnaire: Path, codebook: Path, people: People, **asked: Any) -> int:
-    """Reliability of the questionnaire and the associations its codebook asks about.
-
-    \b
-    replay study analyse metrics.parquet answers.csv --codebook codebook.yaml --out study1
-    """
-    return analyse_files({"metrics": metrics, "questionnaire": questionnaire, "codebook": codebook}, people, **asked)
-
-
-@command.command()
 @click.argument("runs", type=RUN_FOLDER, metavar="DIR")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="DIR", help="Study folder to make.")
 @click.option("--questionnaire", type=SESSION_FILE, metavar="FILE.csv", help="Answers of the students.")
@@ -77,55 +38,54 @@ def analyse(metrics: Path, questionnaire: Path, codebook: Path, people: People, 
 @click.option("--seed", type=int, default=0, show_default=True, help="Of bootstrap and permutations.")
 @force
 @reporting
-def page(runs: Path, questionnaire: Path | None, codebook: Path | None, people: People, **asked: Any) -> int:
+def page(people: People, **asked: Any) -> int:
     """One page over all sessions of a folder of runs, with the study where there is a questionnaire.
 
     \b
     replay study page class/runs --out class/page
+    replay study page class/runs --questionnaire answers.csv --codebook codebook.yaml --out class/page
     """
-    if (questionnaire is None) != (codebook is None):
-        raise click.UsageError("a questionnaire and its codebook go together; give both or none")
-    inputs = {} if questionnaire is None or codebook is None else {"questionnaire": questionnaire, "codebook": codebook}
-    return analyse_files(inputs, people, title="Class", runs=runs, **asked)
+    return write_page(people=people, **asked)
 
 
-def analyse_files(
-    inputs: dict[str, Path], people: People, *, title: str = "Study", seed: int, force: bool, out: Path | None = None,
-    detector: str | None = None, as_json: bool = False, runs: Path | None = None, students: Path | None = None,
-) -> int:  # fmt: skip
-    """Analyse runs, and questionnaire and codebook if there are any; write the study folder ``out``, print the tables.
-
-    The metrics are those of ``inputs``, or else of the runs.
-    """
-    if "codebook" in inputs:
+def write_page(
+    runs: Path,
+    out: Path,
+    *,
+    questionnaire: Path | None,
+    codebook: Path | None,
+    people: People,
+    students: Path | None = None,
+    detector: str | None = None,
+    seed: int = 0,
+    force: bool = False,
+    as_json: bool = False,
+    title: str = "Class",
+) -> int:
+    """Analyse runs, and answers by a codebook if there are any; write the study folder ``out``, print the tables."""
+    if questionnaire is not None:
         require_extra()
+    from replay.base.file_hash import file_hash
     from replay.cli.study_tables import study_tables
     from replay.studies.class_study import folder
-    from replay.studies.class_study.analysis import analyse as work
+    from replay.studies.class_study.analysis import analyse
     from replay.studies.class_study.class_runs import read_class
     from replay.studies.class_study.codebook import read_codebook
-    from replay.studies.class_study.joining import read_metrics, read_questionnaire
+    from replay.studies.class_study.joining import read_questionnaire
 
-    if out is not None:
-        folder.check_study_target(out, force=force)
-    study, every = None, None if runs is None else read_class(runs, students)
-    if "codebook" in inputs:
-        book = read_codebook(inputs["codebook"])
+    if (questionnaire is None) != (codebook is None):
+        raise click.UsageError("a questionnaire and its codebook go together; give both or none")
+    folder.check_study_target(out, force=force)
+    study, sessions, inputs = None, read_class(runs, students), {"seed": str(seed)}
+    if questionnaire is not None and codebook is not None:
+        book = read_codebook(codebook)
         people.say("resampling students")
-        answers = read_questionnaire(inputs["questionnaire"], book)
-        metrics = read_metrics(inputs["metrics"]) if every is None else every.as_metrics()
-        study = work(book, answers, metrics, detector=detector, seed=seed)
-    if out is not None:
-        from replay.base.file_hash import file_hash
-
-        given = {name: f"sha256:{file_hash(path)}" for name, path in inputs.items()} | {"seed": str(seed)}
-        folder.write_study(study, out, title=title, inputs=given, force=force, runs=every, seed=seed)
-    told = {"sessions": len(every.metrics)} if every is not None else {}
-    if study is not None:
-        told |= folder.as_json(study)
-    answer(as_json, told, lambda: study_tables(study, every))
-    if out is not None:
-        people.say("", f"wrote {out}", f"read it:  {out / 'study.html'}")
+        answers = read_questionnaire(questionnaire, book)
+        study = analyse(book, answers, sessions.as_metrics(), detector=detector, seed=seed)
+        inputs |= {"questionnaire": f"sha256:{file_hash(questionnaire)}", "codebook": f"sha256:{file_hash(codebook)}"}
+    folder.write_study(sessions, study, out, title=title, inputs=inputs, force=force, seed=seed)
+    answer(as_json, folder.as_json(sessions, study), lambda: study_tables(study, sessions))
+    people.say("", f"wrote {out}", f"read it:  {out / 'study.html'}")
     return OK
 
 

@@ -10,10 +10,9 @@ from replay.cli.terminal import line, terminal
 from replay.outputs.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
 from replay.pipeline.sentences import plural
 from replay.studies.class_study import tables
-from replay.studies.class_study.analysis import Study
+from replay.studies.class_study.analysis import Study, conclusion
 from replay.studies.class_study.class_runs import ClassRuns
 from replay.studies.class_study.class_tables import class_counts
-from replay.studies.class_study.conclusions import conclusion
 from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
 
 MARKS = {INCONSISTENT: WARNING, "weak": FOUND, AGREES: FAINT}
@@ -23,10 +22,9 @@ MOST_ROWS: Final = 9
 OBSERVED: Final = "Associations in the students observed; no figure here says what causes what."
 
 
-def study_tables(study: Study | None, runs: ClassRuns | None) -> Group:
+def study_tables(study: Study | None, runs: ClassRuns) -> Group:
     """Whether a conclusion changes with the detector, and what was found, in 24 lines; the page holds the rest."""
-    counts = class_counts(runs) if runs is not None else tables.study_counts(study) if study is not None else ""
-    first = [Text(), line(tables.opening(study, counts), STRONG)]
+    first = [Text(), line(tables.opening(study, class_counts(runs)), STRONG)]
     if study is None:
         return terminal(*first)
     first.append(line(f"{tables.behind(study)}.", FAINT))

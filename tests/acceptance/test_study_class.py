@@ -5,9 +5,9 @@ import json
 import re
 import time
 
-import pyarrow.parquet as pq
 import pytest
 
+from replay import read
 from replay.cli.main import main
 
 pytestmark = pytest.mark.slow
@@ -43,9 +43,7 @@ def test_metrics_count_what_each_student_was_made_to_do(made):
     from replay.studies.class_study.synthetic_class import draw_class
 
     out, _ = made
-    rows = {
-        row["student"]: row for row in pq.read_table(out / "metrics.parquet").to_pylist() if row["detector"] == "exact"
-    }
+    rows = {row["student"]: row for row in read(out / "runs")["metrics"].to_pylist() if row["detector"] == "exact"}
     for student in draw_class(STUDENTS):
         row = rows[student.pseudonym]
         assert round(row["contacts_per_min"] * row["valid_minutes"]) == len(student.touches), student
@@ -54,7 +52,7 @@ def test_metrics_count_what_each_student_was_made_to_do(made):
 
 def test_outputs_hold_pseudonyms_and_no_cell_of_fewer_than_five(made):
     out, _ = made
-    names = set(pq.read_table(out / "metrics.parquet")["student"].to_pylist())
+    names = set(read(out / "runs")["metrics"]["student"].to_pylist())
     assert all(re.fullmatch(r"S\d\d", name) for name in names)
     for file in (out / "study").iterdir():
         text = re.sub(r'<td class="word"><a href="[^"]*/report.html">S\d\d</a></td>', "", file.read_text("utf-8"))

@@ -80,16 +80,19 @@ def study_of(word):
     asked = codebook((("motivation", "ease of use"), ("motivation", "contacts_per_min", "grasps")))
     study = analyse(asked, questionnaire(answers), metrics(contacts, detectors=("exact", word), recall=(1.0, 0.9)))
     study = replace(study, reliabilities={f"{name} {word}": one for name, one in study.reliabilities.items()})
-    return study_html(study, f"A class of {word}")
+    return page_of_class(word, study)
 
 
 def class_of(word):
+    return page_of_class(word, None)
+
+
+def page_of_class(word, study):
     with TemporaryDirectory() as place, pytest.MonkeyPatch.context() as patch:
         for name in ("PAIRS", "TASKS", "STAGES", "TYPES", "CAUSES"):
             patch.setattr(class_folders, name, [(word, word)] if name == "PAIRS" else [word, word])
-        folder = class_folders.made_class(Path(place), 12, 6, detectors={word: 0.5}, rare=0)
-        runs = read_class(folder)
-        return study_html(None, f"A class of {word}", runs, dict.fromkeys(runs.metrics, (word, "run")))
+        runs = read_class(class_folders.made_class(Path(place), 12, 6, detectors={word: 0.5}, rare=0))
+        return study_html(runs, dict.fromkeys(runs.metrics, (word, "run")), study, f"A class of {word}")
 
 
 def shared_of(word):
@@ -202,9 +205,7 @@ CALLS = {
     "tradeoff": lambda f, d: ("tradeoff", f["mcap"], "--time-limit", "0.2", "-o", d / "t\x1b[2J", *LOOK),
     "engine": lambda f, d: ("tradeoff", f["mcap"], "--engine", "mujoco", "--no-picture"),
     "runs": lambda f, d: ("run", f["mcap"], d / "less\x1b[2J.mcap", "-o", d / "class\x1b[2J", "--no-picture"),
-    "study collect": lambda f, d: ("study", "collect", d / "class\x1b[2J", "-o", d / "m\x1b[2J.parquet"),
     "study page": lambda f, d: ("study", "page", d / "class\x1b[2J", "-o", d / "page\x1b[2J"),
-    "study analyse": lambda f, d: ("study", "analyse", "--codebook", f["toml"], f["csv"], f["csv"]),
     "demo": lambda f, d: ("demo", "--scene", COMMANDS),
     "guide": lambda f, d: ("guide", COMMANDS),
     "stress": lambda f, d: ("stress", "--detector", COMMANDS),

@@ -63,7 +63,6 @@ def ask(good, at, number, capsys):
         ["shrink", folder, kind, "1", "--detector", label, "-o", at / "case", *session],
         ["share", folder, "-o", at / "sent", "--anyway"],
         ["view", folder, "--miss", "1"],
-        ["study", "collect", folder, "-o", at / "metrics.parquet"],
         ["study", "page", at / "class", "-o", at / "page"],
     ):
         code = main([str(word) for word in words])

@@ -67,7 +67,6 @@ SAMPLED = {
     "test_a_question_is_answered_by_clicks_as_a_recount_answers_it": 4,
     "test_the_page_fits_a_phone_says_no_error_and_asks_for_nothing_else": 2,
     "test_a_class_of_fewer_than_five_has_sessions_to_open_and_no_figure": 3,
-    "test_groups_that_do_not_differ_are_told_apart_in_one_of_twenty": 2,
     "test_intervals_hold_the_truth_in_about_95_of_100_classes": 2,
     "test_a_row_invents_nothing_and_a_complete_one_finds_every_face": 3,
     "test_exact_is_right_on_every_frame_of_every_scene_and_lists_the_faces_of_all_pairs": 3,

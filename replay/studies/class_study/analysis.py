@@ -5,41 +5,91 @@ again with every other detector, to see whether its conclusion depends on what t
 """
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Final, TypeVar
 
 import numpy as np
 
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import FloatArray
 from replay.detection.detector_spec import TRUSTED
 from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook, Item, RegressionQuestion
-from replay.studies.class_study.conclusions import Sensitivity, compared, results
 from replay.studies.class_study.groups import GroupDifference, compare_groups
 from replay.studies.class_study.joining import DETECTOR, RECALL, STUDENT, Metrics, Questionnaire, rows_of_students
 from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError, few
-from replay.studies.class_study.regression import Regression, holm, regress, student_means
+from replay.studies.class_study.regression import Coefficient, Regression, holm, regress, student_means
 from replay.studies.class_study.reliability import Bartlett, Reliability, bartlett, kmo, reliability
 from sessions.scene_files.toml_table import nearest
 from sessions.synthetic.rng import random_stream
 
 Result = TypeVar("Result")
 
+LEVEL: Final = 0.05
+"""Associated: p after Holm's correction is below this, and the interval leaves out zero."""
+
+UNDECIDED: Final = "undecided"
+
 DOMINANT: Final = 0.25
 """A warning is given where this share of the students, or less, brings half of the sessions."""
+
+
+def associated(coefficient: Coefficient | GroupDifference) -> bool:
+    """Whether a coefficient differs from zero: by its p after Holm's correction, and by its interval.
+
+    The two come from different resamplings, permutations and the bootstrap, and among few students they can differ; a
+    page that claims an association and prints an interval around zero contradicts itself.
+    """
+    return coefficient.p_holm is not None and coefficient.p_holm < LEVEL and coefficient.apart
+
+
+def conclusion(coefficient: Coefficient | GroupDifference) -> str:
+    """What a coefficient says, in the words of every table."""
+    if associated(coefficient):
+        return "associated"
+    if coefficient.p is None:
+        return "not tested"
+    if coefficient.p >= LEVEL:
+        return "not told from chance"
+    return f"{UNDECIDED} after Holm" if coefficient.apart else f"{UNDECIDED}: interval holds zero"
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """One result about behaviour, as it is with another detector.
+
+    ``recall`` is what that detector finds of the contacts, ``students`` are those used; ``predictor`` is that of a
+    regression, or the groups compared; ``beta`` is the coefficient or the difference, ``None`` where none could be
+    computed. ``tested`` says whether both have a p-value, ``changes`` whether the conclusion differs (associated or
+    not, and its sign), ``undecided`` whether p and interval leave one of them open.
+    """
+
+    detector: str
+    recall: float | None
+    students: int
+    outcome: str
+    predictor: str
+    beta: float | None
+    p_holm: float | None
+    changes: bool
+    tested: bool
+    undecided: bool = False
+
+    @property
+    def conclusion(self) -> str:
+        """Whether it is another, in the words of every table."""
+        return "another conclusion" if self.changes else "the same" if self.tested else "not tested"
 
 
 @dataclass(frozen=True)
 class Study:
     """The results of a study: everything that a page or a table needs.
 
-    ``detector`` and ``recall`` stand behind every behaviour (``""`` and ``None`` for a questionnaire alone).
-    ``reliabilities`` are by construct, KMO and Bartlett's test of all items together. ``regressions`` stand in the
-    order asked, p corrected across all of them; ``groups`` compare the declared groups, ``group_sizes`` says how many
-    students each has. ``sensitivity`` are both again with each other detector. ``refusals`` are results that a rule
-    forbids, ``warnings`` speak of those that carry little.
+    ``detector`` and ``recall`` stand behind every behaviour. ``reliabilities`` are by construct, KMO and Bartlett's
+    test of all items together. ``regressions`` stand in the order asked, p corrected across all of them; ``groups``
+    compare the declared groups, ``group_sizes`` says how many students each has. ``sensitivity`` is both again with
+    each other detector. ``refusals`` are results that a rule forbids, ``warnings`` speak of those that carry little.
     """
 
     students: int
@@ -58,10 +108,14 @@ class Study:
 
 
 def analyse(
-    codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None = None, *, detector: str | None = None,
+    codebook: Codebook,
+    questionnaire: Questionnaire,
+    metrics: Metrics,
+    *,
+    detector: str | None = None,
     seed: int = 0,
-) -> Study:  # fmt: skip
-    """Analyse a class; without metrics, the questionnaire alone.
+) -> Study:
+    """Analyse a class.
 
     ``detector`` says whose contacts stand for behaviour; ``None``: of those there are, the one that misses least.
     Raises ``StudyError``: a regression names no construct or metric, or there is no such detector;
@@ -70,52 +124,112 @@ def analyse(
     if len(questionnaire.students) < LEAST_IN_CELL:
         raise StudyRefusedError("small-cell", f"a study of {len(questionnaire.students)} students")
     _check_names(codebook, metrics)
-    refusals: list[StudyRefusedError] = []
-    chosen = _choose(metrics, detector) if metrics is not None else ""
-    own = metrics.of(chosen) if metrics is not None else None
+    chosen = _choose(metrics, detector)
+    seen = _Analysis(codebook, questionnaire, metrics.of(chosen), seed)
     reliabilities = {}
     for name, items in codebook.constructs.items():
         figure = partial(reliability, random=random_stream(seed, "reliability", name))
-        found = _try(partial(_of_items, questionnaire, items, figure), f"alpha of {name}", refusals)
-        if found is not None:
-            reliabilities[name] = found
-    adequacy = _try(partial(_of_items, questionnaire, codebook.items, kmo), "KMO", refusals)
-    sphericity = _try(partial(_of_items, questionnaire, codebook.items, bartlett), "Bartlett's test", refusals)
-    regressions = _regressions(codebook, questionnaire, own, seed, refusals)
-    groups = _groups(codebook, questionnaire, own, seed, refusals)
+        answer = seen.attempt(partial(_of_items, questionnaire, items, figure), f"alpha of {name}")
+        if answer is not None:
+            reliabilities[name] = answer
+    adequacy = seen.attempt(partial(_of_items, questionnaire, codebook.items, kmo), "KMO")
+    sphericity = seen.attempt(partial(_of_items, questionnaire, codebook.items, bartlett), "Bartlett's test")
+    regressions, groups = seen.regressions(), seen.groups()
     sensitivity: list[Sensitivity] = []
-    if metrics is not None and own is not None and own.recall() is not None:
-        for other in (metrics.of(name) for name in metrics.detectors if name != chosen):
-            asked = (codebook, questionnaire, other, seed)
-            again = results(_regressions(*asked, []), _groups(*asked, []))
-            sensitivity += compared(results(regressions, groups), again, other)
-    sizes = {name: few(questionnaire.group.count(name)) for name in (codebook.groups or ("", ()))[1]}
+    if seen.recall is not None:
+        for name in metrics.detectors:
+            if name != chosen:
+                other = _Analysis(codebook, questionnaire, metrics.of(name), seed)
+                again = results(other.regressions(), other.groups())
+                sensitivity += compared(results(regressions, groups), again, other.metrics)
     return Study(
-        students=len(questionnaire.students), rows=len(questionnaire.students) if own is None else len(own),
-        detector=chosen, recall=None if own is None else own.recall(), reliabilities=reliabilities, kmo=adequacy,
-        bartlett=sphericity, regressions=regressions, groups=groups, group_sizes=sizes,
-        sensitivity=tuple(sensitivity), refusals=tuple(refusals),
-        warnings=tuple(_warnings(codebook, questionnaire, own)),
-    )  # fmt: skip
+        students=len(questionnaire.students),
+        rows=len(seen.metrics),
+        detector=chosen,
+        recall=seen.recall,
+        reliabilities=reliabilities,
+        kmo=adequacy,
+        bartlett=sphericity,
+        regressions=regressions,
+        groups=groups,
+        group_sizes={name: few(questionnaire.group.count(name)) for name in codebook.group_names},
+        sensitivity=tuple(sensitivity),
+        refusals=tuple(seen.refusals),
+        warnings=tuple(_warnings(codebook, questionnaire, seen.metrics)),
+    )
+
+
+class _Analysis:
+    """What the codebook asks of the answers and of the behaviour that one detector saw."""
+
+    def __init__(self, codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics, seed: int) -> None:
+        self.codebook, self.questionnaire, self.metrics, self.seed = codebook, questionnaire, metrics, seed
+        self.recall = metrics.recall()
+        self.refusals: list[StudyRefusedError] = []
+
+    def attempt(self, make: Callable[[], Result], what: str) -> Result | None:
+        """The result, or ``None`` where a rule forbids it, which is noted."""
+        try:
+            return make()
+        except StudyRefusedError as refused:
+            self.refusals.append(StudyRefusedError(refused.rule, what))
+            return None
+
+    def regressions(self) -> tuple[Regression, ...]:
+        """Those of the codebook that no rule forbids."""
+        done = []
+        for question in self.codebook.questions:
+            words = f"the regression of {question.outcome} on {', '.join(question.predictors)}"
+            fitted = self.attempt(partial(self._fit, question), words)
+            if fitted is not None:
+                done.append(fitted)
+                if any(c.p is None for c in fitted.coefficients):
+                    self.refusals.append(StudyRefusedError("few-students", f"p of {words}"))
+        return holm(done)
+
+    def _fit(self, question: RegressionQuestion) -> Regression:
+        names = (question.outcome, *question.predictors)
+        rows = np.arange(len(self.questionnaire.students), dtype=np.int64)
+        if any(name in self.metrics.columns for name in names):
+            if self.recall is None:
+                raise StudyRefusedError("provenance", "")
+            rows = rows_of_students(self.metrics, self.questionnaire)
+        constructs, scores = self.codebook.constructs, self.questionnaire.scores
+        columns = [
+            scores(constructs[name])[rows] if name in constructs else self.metrics.numbers(name) for name in names
+        ]
+        table = np.column_stack(columns)
+        if len(np.unique(rows[np.isfinite(table).all(axis=1)])) < LEAST_IN_CELL:
+            raise StudyRefusedError("small-cell", "")
+        random = random_stream(self.seed, "regression", *names)
+        return regress(question.outcome, table[:, 0], question.predictors, table[:, 1:], rows, random)
+
+    def groups(self) -> tuple[GroupDifference, ...]:
+        """The declared groups compared by every construct, and by the behaviour that the codebook asks about."""
+        if not self.codebook.group_names:
+            return ()
+        students = self.questionnaire.students
+        variables = {name: self.questionnaire.scores(items) for name, items in self.codebook.constructs.items()}
+        if self.recall is not None:
+            rows = rows_of_students(self.metrics, self.questionnaire)
+            asked = dict.fromkeys(name for q in self.codebook.questions for name in (q.outcome, *q.predictors))
+            for name in (name for name in asked if name in self.metrics.columns):
+                people, _, means = student_means(self.metrics.numbers(name)[:, None], rows)
+                variables[name] = np.full(len(students), np.nan)
+                variables[name][people] = means[:, 0]
+        names = self.codebook.group_names
+        return compare_groups(variables, self.questionnaire.group, names, self.seed, self.refusals)
 
 
 def _choose(metrics: Metrics, detector: str | None) -> str:
     there = metrics.detectors
     if detector is None:
         # Who misses nothing may still report false contacts; the reference does neither.
-        found = {name: (metrics.of(name).recall() or 0.0, name == TRUSTED, -there.index(name)) for name in there}
-        return max(there, key=lambda name: found[name])
+        worth = {name: (metrics.of(name).recall() or 0.0, name == TRUSTED, -there.index(name)) for name in there}
+        return max(there, key=lambda name: worth[name])
     if detector not in there:
         raise StudyError(f"no metrics of detector {detector!r}; there are: {', '.join(there)}")
     return detector
-
-
-def _try(make: Callable[[], Result], what: str, refusals: list[StudyRefusedError]) -> Result | None:
-    try:
-        return make()
-    except StudyRefusedError as refused:
-        refusals.append(StudyRefusedError(refused.rule, what))
-        return None
 
 
 def _of_items(questionnaire: Questionnaire, items: Sequence[Item], figure: Callable[[FloatArray], Result]) -> Result:
@@ -127,115 +241,63 @@ def _of_items(questionnaire: Questionnaire, items: Sequence[Item], figure: Calla
     return figure(answers)
 
 
-def _warnings(codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None) -> list[str]:
+def _warnings(codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics) -> Iterator[str]:
     students, items = len(questionnaire.students), len(codebook.items)
-    words = []
     if students < PERSONS_PER_ITEM * items:
-        words.append(
+        yield (
             f"{students} students for {items} items are {students / items:.1f} per item (usual advice 5 to 10): "
             "alpha, KMO and Bartlett's test carry little"
         )
     unanswered = int(sum(np.isnan(values).sum() for values in questionnaire.answers.values()))
     if unanswered:
-        words.append(f"{few(unanswered)} answers are missing; rows with a missing value are left out where it is used")
-    return words + ([] if metrics is None else _dominance(metrics))
-
-
-def _dominance(metrics: Metrics) -> list[str]:
-    """Whether few students bring most sessions: who looks at rows would take theirs for the class."""
+        yield f"{few(unanswered)} answers are missing; rows with a missing value are left out where it is used"
+    # Who looks at rows would take the few students who bring most sessions for the class.
     counts = sorted(Counter(metrics.columns[STUDENT]).values(), reverse=True)
     most = int(np.searchsorted(np.cumsum(counts), len(metrics) / 2)) + 1
-    if most > len(counts) * DOMINANT:
-        return []
-    who = f"{few(most)} of {len(counts)} students bring half or more of the {len(metrics)} sessions"
-    return [f"{who}; every student counts once, by the mean of their sessions"]
+    if most <= len(counts) * DOMINANT:
+        who = f"{few(most)} of {len(counts)} students bring half or more of the {len(metrics)} sessions"
+        yield f"{who}; every student counts once, by the mean of their sessions"
 
 
-def _check_names(codebook: Codebook, metrics: Metrics | None) -> None:
-    known = {*codebook.constructs, *([codebook.groups[0]] if codebook.groups else [])}
-    if metrics is not None:
-        known |= {name for name in metrics.columns if name not in (STUDENT, DETECTOR, RECALL)}
+def _check_names(codebook: Codebook, metrics: Metrics) -> None:
+    known = {*codebook.constructs, *(name for name in metrics.columns if name not in (STUDENT, DETECTOR, RECALL))}
     for question in codebook.questions:
         for name in (question.outcome, *question.predictors):
+            if codebook.groups is not None and name == codebook.groups[0]:
+                raise StudyError(f"the codebook's groups, {name!r}, are compared without a regression; leave them out")
             if name not in known:
                 what = f"the codebook's regressions name {name!r}, which is no construct or metric"
                 raise StudyError(f"{what}{nearest(name, known)}")
 
 
-def _regressions(
-    codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None, seed: int,
-    refusals: list[StudyRefusedError],
-) -> tuple[Regression, ...]:  # fmt: skip
-    done = []
-    for question in codebook.questions:
-        words = f"the regression of {question.outcome} on {', '.join(question.predictors)}"
-        random = random_stream(seed, "regression", question.outcome, *question.predictors)
-        fitted = _try(partial(_fit, question, codebook, questionnaire, metrics, random), words, refusals)
-        if fitted is not None:
-            done.append(fitted)
-            if any(one.p is None for one in fitted.coefficients):
-                refusals.append(StudyRefusedError("few-students", f"p of {words}"))
-    return holm(done)
+Results = dict[tuple[tuple[str, ...], str], tuple[int, float, Coefficient | GroupDifference]]
+"""Names of the variables, and the predictor or the groups -> students used, the figure, and what it is judged by."""
 
 
-def _fit(
-    question: RegressionQuestion, codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None,
-    random: np.random.Generator,
-) -> Regression:  # fmt: skip
-    named = (question.outcome, *question.predictors)
-    if metrics is not None and any(name in metrics.columns for name in named):
-        if metrics.recall() is None:
-            raise StudyRefusedError("provenance", "")
-        rows = rows_of_students(metrics, questionnaire)
-    else:
-        metrics, rows = None, np.arange(len(questionnaire.students), dtype=np.int64)
-    outcome = _variable(question.outcome, codebook, questionnaire, metrics, rows)
-    if len(outcome) > 1:
-        raise StudyRefusedError("undeclared-groups", "")
-    names: list[str] = []
-    columns: list[FloatArray] = []
-    for name in question.predictors:
-        for word, values in _variable(name, codebook, questionnaire, metrics, rows).items():
-            names.append(word)
-            columns.append(values)
-    y = next(iter(outcome.values()))
-    x = np.column_stack(columns)
-    used = np.unique(rows[np.isfinite(y) & np.isfinite(x).all(axis=1)])
-    cells = [len(used)]
-    if codebook.groups and codebook.groups[0] in named:
-        cells += [sum(questionnaire.group[k] == group for k in used) for group in codebook.groups[1]]
-    if min(cells) < LEAST_IN_CELL:
-        raise StudyRefusedError("small-cell", "")
-    return regress(question.outcome, y, names, x, rows, random)
+def results(regressions: Sequence[Regression], groups: Sequence[GroupDifference]) -> Results:
+    """Every coefficient and every difference of groups."""
+    listed: Results = {}
+    for fit in regressions:
+        names = (fit.outcome, *(c.name for c in fit.coefficients))
+        listed |= {(names, c.name): (fit.students, c.beta, c) for c in fit.coefficients}
+    for two in groups:
+        listed[(two.outcome,), " against ".join(reversed(two.groups))] = (sum(two.students), two.difference, two)
+    return listed
 
 
-def _variable(
-    name: str, codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None, rows: IntArray
-) -> dict[str, FloatArray]:
-    """One variable row by row; a group is one column per group after the first."""
-    if name in codebook.constructs:
-        return {name: questionnaire.scores(codebook.constructs[name])[rows]}
-    if codebook.groups and name == codebook.groups[0]:
-        first, *others = codebook.groups[1]
-        mine = np.array(questionnaire.group)[rows]
-        return {f"{name} {group} against {first}": (mine == group).astype(np.float64) for group in others}
-    assert metrics is not None
-    return {name: metrics.numbers(name)}
-
-
-def _groups(
-    codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics | None, seed: int,
-    refusals: list[StudyRefusedError],
-) -> tuple[GroupDifference, ...]:  # fmt: skip
-    """The declared groups compared by every construct, and by the behaviour that the codebook asks about."""
-    if codebook.groups is None:
-        return ()
-    variables = {name: questionnaire.scores(items) for name, items in codebook.constructs.items()}
-    if metrics is not None and metrics.recall() is not None:
-        rows = rows_of_students(metrics, questionnaire)
-        asked = dict.fromkeys(name for one in codebook.questions for name in (one.outcome, *one.predictors))
-        for name in (name for name in asked if name in metrics.columns):
-            people, _, means = student_means(metrics.numbers(name)[:, None], rows)
-            variables[name] = np.full(len(questionnaire.students), np.nan)
-            variables[name][people] = means[:, 0]
-    return compare_groups(variables, questionnaire.group, codebook.groups[1], seed, refusals)
+def compared(before: Results, after: Results, metrics: Metrics) -> Iterator[Sensitivity]:
+    """The results that use behaviour, beside those with another detector; each was fitted in its own family of p."""
+    for key, (students, was, judged) in before.items():
+        if not any(name in metrics.columns for name in key[0]):
+            continue
+        name, recall = str(metrics.columns[DETECTOR][0]), metrics.recall()
+        place = (key[0][0], key[1])
+        if key not in after:
+            yield Sensitivity(name, recall, students, *place, None, None, changes=False, tested=False)
+            continue
+        used, now, again = after[key]
+        turned = associated(again) and np.sign(was) != np.sign(now)
+        changed = associated(judged) != associated(again) or bool(turned)
+        tested = judged.p is not None and again.p is not None
+        unsure = any(conclusion(result).startswith(UNDECIDED) for result in (judged, again))
+        yield Sensitivity(name, recall, used, *place, now, again.p_holm, changed, tested, unsure)

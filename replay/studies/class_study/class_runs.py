@@ -7,9 +7,9 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final
 
+from replay.errors import StudyError
 from replay.outputs.results.data_set import ADDED, find_runs, joined
-from replay.studies.class_study.collecting import read_students
-from replay.studies.class_study.joining import Metrics, check_pseudonyms
+from replay.studies.class_study.joining import Metrics, check_pseudonyms, read_rows
 from replay.studies.class_study.refusals import StudyRefusedError
 
 Row = Mapping[str, Any]
@@ -85,7 +85,7 @@ class ClassRuns:
 def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
     """Read the runs at or below a folder; of several runs of one session the first by path counts.
 
-    ``students`` is a CSV as ``collect`` takes it. Raises ``RunFolderError`` as ``replay.read`` does, and
+    ``students`` is a CSV as ``read_students`` takes it. Raises ``RunFolderError`` as ``replay.read`` does, and
     ``StudyRefusedError`` ``ids``: one session of two students.
     """
     found = find_runs(folder)
@@ -105,6 +105,19 @@ def read_class(folder: Path, students: Path | None = None) -> ClassRuns:
     kept = {run: every[run] for run, _ in first.values()}
     made = ClassRuns(folder, kept, {}, len(every) - len(kept), len(found.runs) - len(every))
     return replace(made, tables={name: _rows(made, name, found.pieces(name, NEEDED[name])) for name in NEEDED})
+
+
+def read_students(path: Path) -> dict[str, str]:
+    """Session digest -> pseudonym; refused as ``ids``: one session of two students."""
+    rows = read_rows(path)
+    if not rows or not {"session", "student"} <= set(rows[0]):
+        raise StudyError(f"{path.name} needs the columns session and student")
+    named: dict[str, str] = {}
+    for row in rows:
+        session, student = (row["session"] or "").strip(), (row["student"] or "").strip()
+        if named.setdefault(session, student) != student:
+            raise StudyRefusedError("ids", f"{path.name}: session {session} belongs to two students")
+    return named
 
 
 def _rows(made: ClassRuns, name: str, pieces: Iterable[Any]) -> list[Row]:

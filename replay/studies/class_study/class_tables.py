@@ -4,15 +4,20 @@ Every figure has a 95 % interval over students below it, and ``n``: the students
 than five students say so and nothing else.
 """
 
+import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from operator import itemgetter
+from pathlib import Path
 from typing import Final
+from urllib.parse import quote
 
 import numpy as np
 
+from replay.outputs.results.run_folder import REPORT
 from replay.outputs.tables import Cell, Marked, Table, table
+from replay.outputs.words import address
 from replay.pipeline.gates import figure
 from replay.pipeline.sentences import plural
 from replay.studies.class_study.class_runs import ClassRuns, Row, grouped, grouped_by, missed_by
@@ -29,6 +34,13 @@ NONE: Final = "none"
 """Stands for a task or a stage where no span says one, and for a cause that is not known."""
 
 Write = Callable[[float], str]
+
+ABOUT_RECORDINGS: Final = (
+    "A row is a link to one recording, and no figure of it: what is counted of fewer than five students is not shown."
+)
+
+Place = tuple[str, str]
+"""Name and address of a session's page."""
 
 
 def percent(value: float) -> str:
@@ -271,3 +283,51 @@ def _cells(row: _Row, *, hide: bool) -> list[Cell]:
     count = len(row.sessions)
     told = few(count) if count < LEAST_IN_CELL else NOT_SHOWN
     return [*row.heads, told, *[""] * (1 + len(row.cells))]
+
+
+def places(runs: ClassRuns, out: Path) -> dict[str, Place]:
+    """Run -> name and address of its report, from a page in the folder ``out``."""
+    found = {}
+    for run in runs.metrics:
+        # A run folder has the name of its session file, which may be a person's.
+        name, page = runs.of(run, "session") or run, runs.top / run / REPORT
+        found[run] = (name, quote(Path(os.path.relpath(page.resolve(), out.resolve())).as_posix()))
+    return found
+
+
+def sessions_table(runs: ClassRuns, where: Mapping[str, Place]) -> Table:
+    """The sessions in which a detector misses most, of five students at least, by name: links, and no figure of one."""
+    misses = {(run, label): found for (run, label), found in grouped(runs.tables["misses"], "run", "detector").items()}
+    rows: dict[str, list[Cell]] = {}
+    for run, detectors in runs.metrics.items():
+        audited = [label for label in detectors if runs.of(run, "oracle") not in ("", label)]
+        label = max(audited, key=lambda one: len(misses.get((run, one), ())), default="")
+        found = misses.get((run, label), [])
+        name, page = where[run]
+        look: Cell = "nothing missed" if audited else "not audited"
+        if found:
+            look = _look(min(found, key=_depth), page, "" if label == audited[0] else label)
+        rows[run] = [Marked(name, to=page), look, label]
+    most = sorted(rows, key=lambda run: (-len(misses.get((run, str(rows[run][2])), ())), run))
+    students, chosen = set[str](), list[str]()
+    for run in most:
+        if len(students) >= LEAST_IN_CELL and len(chosen) >= LEAST_IN_CELL:
+            break
+        chosen.append(run)
+        # A session of nobody may be of anybody already there.
+        students |= {runs.of(run, "student")} - {""}
+    return table(
+        "Sessions with most misses, by name", ("session", "look at", "by"), [rows[run] for run in sorted(chosen)],
+        words=3, notes=(ABOUT_RECORDINGS,),
+    )  # fmt: skip
+
+
+def _depth(miss: Row) -> tuple[bool, float, int]:
+    """The longest cut first, as the cards of a report; one that no frame shows has none."""
+    return miss["touch"] is not None, -(miss["cut_length"] or 0.0), miss["number"]
+
+
+def _look(miss: Row, page: str, by: str) -> Marked:
+    words = f"{miss['body_a']} - {miss['body_b']} at {miss['start']:.2f} s"
+    at = address("miss", miss["number"], quote(by))
+    return Marked(words, below=f"miss {miss['number']}, {miss['kind']}", to=f"{page}#{at}")

@@ -47,6 +47,11 @@ class Codebook:
     path: Path | None = field(default=None, compare=False)
 
     @property
+    def group_names(self) -> tuple[str, ...]:
+        """The declared groups; none where none are compared."""
+        return self.groups[1] if self.groups else ()
+
+    @property
     def constructs(self) -> dict[str, tuple[Item, ...]]:
         """Construct -> its items, in the order declared."""
         names = dict.fromkeys(item.construct for item in self.items)

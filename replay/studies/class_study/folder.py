@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
-from replay.studies.class_study.analysis import Study
+from replay.studies.class_study.analysis import Study, associated, conclusion
 from replay.studies.class_study.class_runs import ClassRuns
-from replay.studies.class_study.conclusions import associated, conclusion
-from replay.studies.class_study.page import refuse_causal_words, study_html
-from replay.studies.class_study.to_open import places
+from replay.studies.class_study.class_tables import places
+from replay.studies.class_study.page import study_html
 
 SCHEMA: Final = "vrlab-study/1"
 PAGE: Final = "study.html"
@@ -25,30 +24,30 @@ STUDY: Final = FolderKind("study", SUMMARY, SCHEMA, (PAGE, ASSOCIATIONS, RELIABI
 
 
 def write_study(
-    study: Study | None, out: Path, *, title: str, inputs: dict[str, str], force: bool = False,
-    runs: ClassRuns | None = None, seed: int = 0,
-) -> Path:  # fmt: skip
+    runs: ClassRuns,
+    study: Study | None,
+    out: Path,
+    *,
+    inputs: dict[str, str],
+    title: str = "Class",
+    force: bool = False,
+    seed: int = 0,
+) -> Path:
     """Write a study folder; whole, or not at all.
 
-    ``title`` heads the page; ``inputs`` are names and digests of the files, detector, seed; ``force`` replaces an
-    earlier study folder. ``runs`` are the sessions of the class; the page leads to their reports. Raises
-    ``OutputError``: the folder exists, or cannot be written; ``RefusedError``: ``causal-wording``.
+    ``inputs`` are names and digests of the files, and the seed; ``title`` heads the page, which leads to the reports
+    of the runs; ``force`` replaces an earlier study folder. Raises ``OutputError``: the folder exists, or cannot be
+    written; ``StudyRefusedError``: ``causal-wording``.
     """
-    refuse_causal_words([title])
     check_study_target(out, force=force)
-    where = {} if runs is None else places(runs, out)
-    page = study_html(study, title, runs, where, seed)
+    page = study_html(runs, places(runs, out), study, title, seed)
     with result_folder(out, STUDY, force=force) as folder:
         (folder / PAGE).write_text(page, encoding="utf-8", newline="\n")
-        told: dict[str, Any] = {"schema": SCHEMA, "inputs": inputs}
-        if runs is not None:
-            told["sessions"] = len(runs.metrics)
         if study is not None:
             _write_csv(folder / ASSOCIATIONS, association_rows(study))
             _write_csv(folder / RELIABILITY, reliability_rows(study))
             _write_csv(folder / SENSITIVITY, [asdict(row) for row in study.sensitivity])
-            told |= as_json(study)
-        write_summary(folder, STUDY, told)
+        write_summary(folder, STUDY, {"schema": SCHEMA, "inputs": inputs} | as_json(runs, study))
     return out
 
 
@@ -82,13 +81,19 @@ def reliability_rows(study: Study) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def as_json(study: Study) -> dict[str, Any]:
-    """Everything of a study that JSON can hold; a value that is no number is null."""
-    whole = asdict(replace(study, refusals=(), regressions=(), reliabilities={}))
-    for name in ("refusals", "regressions", "reliabilities"):
-        del whole[name]
-    whole["refused"] = [{"result": r.what, "rule": r.rule, "reason": r.reason, "lift": r.lift} for r in study.refusals]
-    return _plain(whole | {"reliability": reliability_rows(study), "associations": association_rows(study)})
+def as_json(runs: ClassRuns, study: Study | None) -> dict[str, Any]:
+    """Everything that JSON can hold; a value that is no number is null."""
+    told: dict[str, Any] = {"sessions": len(runs.metrics)}
+    if study is not None:
+        told |= asdict(replace(study, refusals=(), regressions=(), reliabilities={}))
+        for name in ("refusals", "regressions", "reliabilities"):
+            del told[name]
+        told["refused"] = [
+            {"result": r.what, "rule": r.rule, "reason": r.reason, "lift": r.lift} for r in study.refusals
+        ]
+        told |= {"reliability": reliability_rows(study), "associations": association_rows(study)}
+    plain: dict[str, Any] = _plain(told)
+    return plain
 
 
 def _plain(value: Any) -> Any:

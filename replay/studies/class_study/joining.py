@@ -11,8 +11,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
-from replay.errors import RunFolderError, StudyError
-from replay.outputs.results.parquet import read_table
+from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook, Item
 from replay.studies.class_study.refusals import StudyRefusedError
 
@@ -115,7 +114,7 @@ def _group(row: dict[str, str], codebook: Codebook, where: str) -> str:
 
 @dataclass(frozen=True)
 class Metrics:
-    """Rows of ``metrics.parquet``, one per session and detector, as columns of one length."""
+    """Metrics, a row per session and detector, as columns of one length."""
 
     columns: dict[str, list[Any]]
 
@@ -143,19 +142,6 @@ class Metrics:
         if not np.isfinite(frames).all() or not np.isfinite(share[touched]).all() or not touched.any():
             return None
         return float(np.average(share[touched], weights=frames[touched]))
-
-
-def read_metrics(path: Path) -> Metrics:
-    """Read ``metrics.parquet``; raises ``StudyError`` for another table and ``StudyRefusedError`` ``ids``."""
-    try:
-        columns = read_table(path).to_pydict()
-    except RunFolderError as error:
-        raise StudyError(f"{path} cannot be read as a table of metrics: {error.__cause__}") from error
-    for name in (STUDENT, DETECTOR, RECALL, CONTACT_FRAMES):
-        if name not in columns:
-            raise StudyError(f"{path.name} lacks the column {name!r}; make it with `replay study collect`")
-    check_pseudonyms([str(student or "") for student in columns[STUDENT]], path.name)
-    return Metrics(columns)
 
 
 def rows_of_students(metrics: Metrics, questionnaire: Questionnaire) -> IntArray:

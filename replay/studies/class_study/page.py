@@ -5,10 +5,8 @@ import re
 from base64 import b64encode
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.resources import files
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-from replay.base.shown import drawable
-from replay.outputs.report.drawing import PAPER, svg_in_page
 from replay.outputs.report.markup import (
     ALLOWED,
     Fold,
@@ -22,10 +20,9 @@ from replay.outputs.report.markup import (
     section_html,
 )
 from replay.outputs.tables import table
-from replay.studies.class_study.analysis import Study
+from replay.studies.class_study.analysis import LEVEL, Study
 from replay.studies.class_study.class_runs import ClassRuns
-from replay.studies.class_study.class_tables import ClassTables, class_counts
-from replay.studies.class_study.conclusions import LEVEL, associated
+from replay.studies.class_study.class_tables import ClassTables, Place, class_counts, sessions_table
 from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.reliability import kaiser_word
 from replay.studies.class_study.tables import (
@@ -41,18 +38,7 @@ from replay.studies.class_study.tables import (
     retest_words,
     sample_table,
     sensitivity_table,
-    study_counts,
-    words,
 )  # fmt: skip
-from replay.studies.class_study.to_open import Place, sessions_table
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-BLUE: Final = "#4a86c5"
-"""Can be seen on a white and on a dark page."""
-
-SEEN: Final = "Every coefficient with its interval"
 
 CAUSAL: Final = re.compile(
     r"\b(caus\w*|because of|effects? of|impact of|improv\w*|increas\w*|decreas\w*|leads? to|influenc\w*|enhanc\w*)\b",
@@ -62,28 +48,25 @@ CAUSAL: Final = re.compile(
 
 
 def study_html(
-    study: Study | None, title: str, runs: ClassRuns | None = None, where: Mapping[str, Place] | None = None,
-    seed: int = 0,
-) -> str:  # fmt: skip
-    """The page as text: of a study, of the sessions of a class, or of both.
+    runs: ClassRuns, where: Mapping[str, Place], study: Study | None = None, title: str = "Class", seed: int = 0
+) -> str:
+    """The page as text: of the sessions of a class, and of a study where there is a questionnaire.
 
     ``where`` is run -> name and address of its page. Raises ``StudyRefusedError`` where a name from the codebook or the
     title claims a cause.
     """
     named = [title]
+    tables = ClassTables(runs, seed)
+    lines = tables.headlines()
     if study is not None:
-        named += [*study.reliabilities, *study.group_sizes, *(one.outcome for one in study.groups)]
-        named += [name for one, c in coefficients(study) for name in (one.outcome, c.name)]
+        named += [*study.reliabilities, *study.group_sizes, *(two.outcome for two in study.groups)]
+        named += [name for fit, c in coefficients(study) for name in (fit.outcome, c.name)]
+        lines = [*headlines(study)[:1], f"{behind(study)}.", *retest_words(study), *lines]
     refuse_causal_words(named)
-    made = None if runs is None else ClassTables(runs, seed)
-    counts = class_counts(runs) if runs is not None else study_counts(study) if study is not None else title
-    lines = [] if study is None else [*headlines(study)[:1], f"{behind(study)}.", *retest_words(study)]
-    if made is not None:
-        lines += made.headlines()
-    sections = [*_sections(study, made, where or {})]
+    sections = [*_sections(study, tables, where)]
     top = [
         element("header", element("p", title), contents(sections), class_="top"),
-        element("h1", opening(study, counts)), *(element("p", line) for line in lines),
+        element("h1", opening(study, class_counts(runs))), *(element("p", line) for line in lines),
     ]  # fmt: skip
     parts = [section_html(section) for section in sections]
     return _with_script(page_html(title, top, parts, OBSERVED_ONLY, _file("page.css")))
@@ -108,25 +91,23 @@ def refuse_causal_words(texts: Sequence[str]) -> None:
             raise StudyRefusedError("causal-wording", f"the words {text!r}")
 
 
-def _sections(study: Study | None, made: ClassTables | None, where: Mapping[str, Place]) -> Iterator[Section]:
+def _sections(study: Study | None, tables: ClassTables, where: Mapping[str, Place]) -> Iterator[Section]:
     """Sessions to look at, then groups, associations and reliability; tables of the class and methods are folded."""
-    if made is not None:
-        yield Section("Sessions to look at first", "Sessions", [sessions_table(made.runs, where)])
+    yield Section("Sessions to look at first", "Sessions", [sessions_table(tables.runs, where)])
     if study is not None:
-        here = {} if made is None else made.sample()
         groups: Part = group_table(study) if study.groups else "There is no comparison of groups."
         if not study.group_sizes:
             groups = "The codebook declares no groups, so none are compared."
-        yield Section("Groups, as Table II", "Groups", [groups, Fold("The sample", [sample_table(study, here)])])
-        found: list[Part] = [listed(headlines(study))]
+        sample = Fold("The sample", [sample_table(study, tables.sample())])
+        yield Section("Groups, as Table II", "Groups", [groups, sample])
+        results: list[Part] = [listed(headlines(study))]
         if study.regressions:
-            found += [_forest(study), coefficient_table(study)]
+            results.append(coefficient_table(study))
         if study.sensitivity:
-            found.append(sensitivity_table(study))
-        yield Section("Associations", "Associations", found)
+            results.append(sensitivity_table(study))
+        yield Section("Associations", "Associations", results)
         yield Section("Reliability of the questionnaire", "Reliability", _questionnaire(study))
-    if made is not None:
-        yield Section("Contacts of the class", "Contacts", [*_contacts(made)])
+    yield Section("Contacts of the class", "Contacts", [*_contacts(tables)])
     if study is not None:
         folds = [Fold("Not said, and why", [_refusals(study)]), Fold("How it was computed", [_methods(study)])]
         yield Section("Method", "Method", folds)
@@ -165,33 +146,10 @@ def _methods(study: Study) -> Markup:
     lines = [
         behind(study) + ".",
         "Coefficients are standardised; intervals are bootstrapped over whole students, corrected for bias and skew.",
-        "With groups, intervals are t-based (HC3), for groups of unequal size too, with quantiles from permutations.",
+        "Intervals of groups are t-based (HC3), for unequal sizes too, with quantiles from permutations.",
         "A simple regression has one predictor; in a multiple one each coefficient holds the others equal.",
         f"Associated means p below {LEVEL:g} after Holm's correction across every coefficient on this page, and an "
         "interval that leaves out zero.",
         "Every student counts once, with several sessions by their mean. Below 100 students p comes from permutations.",
     ]
     return listed(lines)
-
-
-def _forest(study: Study) -> Markup:
-    """Every coefficient with its interval; the ones told from zero filled."""
-    rows = coefficients(study)
-
-    def draw(axes: "Axes") -> None:
-        for k, (_, c) in enumerate(rows):
-            if c.has_interval:
-                axes.plot([c.low, c.high], [k, k], color=BLUE, lw=1.6)
-            axes.plot(c.beta, k, "o", ms=7, color=BLUE, mfc=BLUE if associated(c) else PAPER)
-        axes.axvline(0.0, color="#8a93a0", lw=1)
-        held = ["" if one.kind == "simple" else ", others held equal" for one, _ in rows]
-        names = [f"{words(c.name)} – {words(one.outcome)}{more}" for (one, c), more in zip(rows, held, strict=True)]
-        axes.set_yticks(range(len(rows)), list(map(drawable, names)))
-        axes.invert_yaxis()
-        axes.set_xlabel("standardised coefficient with 95 % interval; filled: associated")
-        axes.spines[["top", "right", "left"]].set_visible(False)
-        axes.tick_params(axis="y", length=0)
-
-    return element(
-        "figure", svg_in_page(11, 0.9 + 0.32 * len(rows), SEEN, draw), tabindex=0, role="group", aria_label=SEEN
-    )

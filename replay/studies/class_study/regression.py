@@ -1,8 +1,7 @@
 """Regressions stated as what they are: simple or multiple, with intervals, and p-values that fit the sample.
 
 Coefficients are standardised. Their intervals are bootstrapped over students, because the textbook interval of a
-standardised slope forgets that the scales were estimated too: at a correlation of 0.6 it covers the truth in 99 %. With
-a group among the predictors they are those of ``intervals``.
+standardised slope forgets that the scales were estimated too: at a correlation of 0.6 it covers the truth in 99 %.
 """
 
 from collections.abc import Sequence
@@ -13,15 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray, IntArray
-from replay.studies.class_study.intervals import standardised_intervals
 from replay.studies.class_study.refusals import LEAST_STUDENTS, StudyRefusedError
-from replay.studies.class_study.reliability import interval
+from replay.studies.class_study.resampling import BOOTSTRAPS, interval
 
 PERMUTATION_BELOW: Final = 100
 """Students below which p comes from permutations instead of the t distribution."""
 
 PERMUTATIONS: Final = 4999
-BOOTSTRAPS: Final = 2000
 
 LEAST_SPREAD: Final = 1e-10
 """Share of a predictor's variance that the others must leave unexplained; below it digits run out."""
@@ -31,7 +28,6 @@ LEAST_SPREAD: Final = 1e-10
 class Coefficient:
     """One predictor of one regression: its standardised coefficient with a 95 % interval over students.
 
-    ``low`` and ``high`` are nan where no interval would hold: ``interval_words`` says so.
     ``p`` is two-sided, ``None`` where the rules give none, from ``permutation`` or ``t``; ``p_holm`` is that after
     ``holm``; ``vif`` is the variance inflation factor, ``None`` in a simple regression.
     """
@@ -47,19 +43,8 @@ class Coefficient:
 
     @property
     def apart(self) -> bool:
-        """Whether the interval, where there is one, leaves out zero."""
-        return not self.has_interval or self.low > 0 or self.high < 0
-
-    @property
-    def has_interval(self) -> bool:
-        """Whether there is an interval."""
-        return bool(np.isfinite([self.low, self.high]).all())
-
-    def interval_words(self, between: str, digits: int) -> str:
-        """``-0.123 to +0.456``, or that there is no interval."""
-        if not self.has_interval:
-            return "no interval: too skewed"
-        return f"{self.low:+.{digits}f}{between}{self.high:+.{digits}f}"
+        """Whether the interval leaves out zero."""
+        return self.low > 0 or self.high < 0
 
 
 @dataclass(frozen=True)
@@ -94,11 +79,10 @@ def regress(
     table = (table - table.mean(axis=0)) / table.std(axis=0, ddof=1)
     y, x = table[:, 0], table[:, 1:]
     fitted = sm.OLS(y, sm.add_constant(x)).fit()
-    # With a group among the predictors few students may decide a coefficient, which no bootstrap over students shows.
-    grouped = any(len(np.unique(column)) == 2 for column in x.T)
-    ends = standardised_intervals(y, x, random) if grouped else _bootstrap(y, x, random)
+    ends = _bootstrap(y, x, random)
     p, p_from = _p_values(fitted, y, x, random)
-    factors = inflation(x) if x.shape[1] > 1 else [None]
+    # The variance inflation factors are the diagonal of the inverse correlation matrix.
+    factors = np.diag(np.linalg.inv(np.corrcoef(x, rowvar=False))).tolist() if x.shape[1] > 1 else [None]
     coefficients = tuple(
         Coefficient(name, float(fitted.params[i + 1]), *ends[i], p[i], p_from, vif=factors[i])
         for i, name in enumerate(names)
@@ -135,16 +119,11 @@ def holm(regressions: Sequence[Regression]) -> tuple[Regression, ...]:
 
 def holm_p(given: Sequence[float | None]) -> list[float | None]:
     """p-values after Holm's correction across all that are given; ``None`` stays."""
-    there = np.array([p for p in given if p is not None])
-    order = np.argsort(there)
-    there[order] = np.minimum(np.maximum.accumulate(there[order] * np.arange(len(there), 0, -1)), 1.0)
-    corrected = iter(there.tolist())
+    from statsmodels.stats.multitest import multipletests
+
+    there = [p for p in given if p is not None]
+    corrected = iter(multipletests(there, method="holm")[1].tolist() if there else [])
     return [None if p is None else next(corrected) for p in given]
-
-
-def inflation(x: FloatArray) -> list[float | None]:
-    """Variance inflation factor of each predictor: the diagonal of the inverse correlation matrix."""
-    return [float(value) for value in np.diag(np.linalg.inv(np.corrcoef(x, rowvar=False)))]
 
 
 def _refuse(what: str, table: FloatArray) -> None:

@@ -1,4 +1,4 @@
-"""Figures of a class with an interval: whole students are drawn anew, with all of their sessions."""
+"""Intervals by resampling: whole students are drawn anew, with all of their sessions."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,10 +8,40 @@ import numpy as np
 
 from cdcore.numerics import FloatArray
 from replay.base.wilson import wilson
-from replay.studies.class_study.reliability import BOOTSTRAPS, interval
 from sessions.synthetic.rng import random_stream
 
+BOOTSTRAPS: Final = 2000
+"""Resamples of students behind an interval: its ends then move by about 0.005 from seed to seed."""
+
 NO_FIGURE: Final = float("nan")
+
+
+def interval(drawn: FloatArray, found: float, left_out: FloatArray) -> tuple[float, float]:
+    """95 % bootstrap interval, bias-corrected and accelerated, its quantiles those of Student's t.
+
+    ``drawn`` (B,) is the estimate in each resample, ``found`` the estimate itself, ``left_out`` (n,) the estimate
+    without each one of the n students. At 52 students a plain percentile interval of 95 % holds the truth in 92.6 % of
+    classes, this one in 94.0 % (alpha of five items, 1,000 synthetic classes; slopes: 92.8 to 94.4 % against 93.9 to
+    95.1 %). ``scipy.stats.bootstrap`` has no such widening.
+
+    Source: Efron (1987), J. Am. Stat. Assoc. 82, 171-185; the widening is Hesterberg's (2015), Am. Stat. 69, 371-386.
+    """
+    from scipy.special import ndtr, ndtri, stdtrit  # scipy.stats would take 35 MB for these three
+
+    drawn, left_out = drawn[np.isfinite(drawn)], left_out[np.isfinite(left_out)]
+    students = len(left_out)
+    if len(drawn) == 0 or students < 3:
+        return float("nan"), float("nan")
+    below = (np.count_nonzero(drawn < found) + 0.5 * np.count_nonzero(drawn == found)) / len(drawn)
+    bias = float(ndtri(np.clip(below, 0.5 / len(drawn), 1.0 - 0.5 / len(drawn))))
+    apart = left_out.mean() - left_out
+    size = float(np.square(apart).sum())
+    skew = float((apart**3).sum()) / (6.0 * size**1.5) if size > 0.0 else 0.0
+    wide = np.sqrt(students / (students - 1.0)) * float(stdtrit(students - 1, 0.975))
+    moved = bias + np.array([-wide, wide])
+    # Beyond the pole of the correction the bound is the end of what was drawn.
+    low, high = np.quantile(drawn, ndtr(bias + moved / np.maximum(1.0 - skew * moved, 1e-6)))
+    return float(low), float(high)
 
 
 @dataclass(frozen=True)

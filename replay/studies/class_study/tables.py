@@ -7,8 +7,7 @@ from typing import Final
 from replay.outputs.tables import STRONG, Marked, Table, table
 from replay.pipeline.gates import figure
 from replay.pipeline.sentences import plural
-from replay.studies.class_study.analysis import Study
-from replay.studies.class_study.conclusions import LEVEL, UNDECIDED, Sensitivity, associated, conclusion
+from replay.studies.class_study.analysis import LEVEL, UNDECIDED, Sensitivity, Study, associated, conclusion
 from replay.studies.class_study.groups import GroupDifference
 from replay.studies.class_study.refusals import few
 from replay.studies.class_study.regression import Coefficient, Regression
@@ -68,7 +67,7 @@ def _sentence(regression: Regression, c: Coefficient) -> str:
     more_rows = f" students in {regression.rows} sessions" if regression.rows > regression.students else ""
     return (
         f"{_capital(c.name)} is associated with {more} {words(regression.outcome)}{held}: "
-        f"{c.beta:+.2f} [{c.interval_words(', ', 2)}], n = {regression.students}{more_rows}"
+        f"{c.beta:+.2f} [{c.low:+.2f}, {c.high:+.2f}], n = {regression.students}{more_rows}"
     )
 
 
@@ -84,8 +83,6 @@ def _capital(name: str) -> str:
 
 def behind(study: Study) -> str:
     """Whose behaviour was looked at, by which detector, and what that finds."""
-    if not study.detector:
-        return f"{study.students} students, questionnaire alone"
     recall = (
         "recall not measured"
         if study.recall is None
@@ -94,19 +91,13 @@ def behind(study: Study) -> str:
     return f"{study.students} students, {study.rows} sessions, contacts as {study.detector} sees them, {recall}"
 
 
-def study_counts(study: Study) -> str:
-    """Students and sessions, where no recording was read beside the questionnaire."""
-    students = plural(study.students, "student")
-    return f"{students}, {plural(study.rows, 'session')}" if study.detector else f"{students}, questionnaire alone"
-
-
 def coefficient_table(study: Study) -> Table:
     """A row per coefficient; associated ones are strong."""
     rows = []
     for one, c in coefficients(study):
         cells = (
             words(one.outcome), words(c.name), one.kind, f"{one.students}", f"{one.rows}", f"{c.beta:+.3f}",
-            c.interval_words(" to ", 3), p_words(c.p), p_words(c.p_holm), conclusion(c), c.p_from,
+            f"{c.low:+.3f} to {c.high:+.3f}", p_words(c.p), p_words(c.p_holm), conclusion(c), c.p_from,
             f"{one.adjusted_r2:.3f}", "" if c.vif is None else f"{c.vif:.2f}",
         )  # fmt: skip
         rows.append([Marked(cell, STRONG if associated(c) else "") for cell in cells])
@@ -114,10 +105,8 @@ def coefficient_table(study: Study) -> Table:
         "outcome", "predictor", "regression", "n", "rows", "beta", "95 % interval", "p", "p (Holm)", "conclusion",
         "p from", "adj. R²", "VIF",
     )  # fmt: skip
-    notes = ["n counts students; several rows of a student are taken as their mean."]
-    if not all(c.has_interval for _, c in coefficients(study)):
-        notes.append("No interval: a few students far out decide the spread, so that none would hold in 95 %.")
-    return table(behind(study), head, rows, words=3, notes=notes)
+    note = "n counts students; several rows of a student are taken as their mean."
+    return table(behind(study), head, rows, words=3, notes=(note,))
 
 
 def reliability_table(study: Study) -> Table:

@@ -1,34 +1,30 @@
 import json
 
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 from support.class_folders import made_class
 from support.small_worlds import cubes
-from support.study_samples import CODEBOOK, a_class, metrics, write_answers
+from support.study_samples import CODEBOOK, a_class, write_answers
 
+from replay import read
 from replay.cli.main import main
 from sessions import write_session
 
 
 @pytest.fixture
 def files(tmp_path):
-    answers, contacts = a_class(30, seed=3)
-    pq.write_table(pa.table(metrics(contacts).columns), tmp_path / "metrics.parquet")
-    (tmp_path / "codebook.yaml").write_text(CODEBOOK)
-    write_answers(tmp_path / "answers.csv", answers)
-    return [
-        str(tmp_path / "metrics.parquet"),
-        str(tmp_path / "answers.csv"),
-        "--codebook",
-        str(tmp_path / "codebook.yaml"),
-    ]
+    """The words of ``study page`` for a class of 30 students."""
+    answers, _ = a_class(30, seed=3)
+    write_answers(tmp_path / "answers.csv", answers, [f"S{k:03d}" for k in range(30)])
+    (tmp_path / "codebook.yaml").write_text(CODEBOOK.replace("[contacts_per_min, grasps]", "[contacts_per_min]"))
+    runs = made_class(tmp_path / "runs", 30, 30, contacts=4)
+    asked = ["--questionnaire", tmp_path / "answers.csv", "--codebook", tmp_path / "codebook.yaml"]
+    return ["study", "page", *map(str, [runs, "--out", tmp_path / "study", *asked])]
 
 
-def test_analyse_prints_the_associations_on_one_screen_and_writes_the_page(files, tmp_path, capsys, monkeypatch):
+def test_page_prints_the_associations_on_one_screen_and_writes_the_page(files, tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
-    assert main(["study", "analyse", *files, "--out", str(tmp_path / "study")]) == 0
+    assert main(files) == 0
     printed, said = capsys.readouterr()
     assert "ease of use, motivation" in printed and "associated" in printed
     assert len(printed.splitlines()) <= 24 and max(map(len, printed.splitlines())) <= 80
@@ -36,16 +32,10 @@ def test_analyse_prints_the_associations_on_one_screen_and_writes_the_page(files
     assert "study.html" in said and (tmp_path / "study" / "study.html").is_file()
 
 
-def test_analyse_as_json_is_the_summary(files, capsys):
-    assert main(["study", "analyse", *files, "--format", "json", "-q"]) == 0
-    report = json.loads(capsys.readouterr().out)
-    assert report["students"] == 30 and report["associations"][0]["predictor"] == "ease of use"
-
-
 def test_a_refusal_of_the_whole_study_is_one_sentence_with_its_rule(files, tmp_path, capsys):
     answers, _ = a_class(30)
     write_answers(tmp_path / "answers.csv", answers, [f"Ada {k}" for k in range(30)])
-    assert main(["study", "analyse", *files]) == 1
+    assert main(files) == 1
     error = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
     assert len(error) == 1 and "ids" in error[0] and "Ada" not in error[0]
 
@@ -53,27 +43,23 @@ def test_a_refusal_of_the_whole_study_is_one_sentence_with_its_rule(files, tmp_p
 def test_an_existing_folder_is_refused_before_the_work(files, tmp_path, capsys):
     (tmp_path / "study").mkdir()
     (tmp_path / "study" / "mine.txt").write_text("x")
-    assert main(["study", "analyse", *files, "--out", str(tmp_path / "study")]) == 1
+    assert main(files) == 1
     assert "--force" in capsys.readouterr().err
 
 
 def test_page_says_first_whether_the_detector_matters_with_or_without_a_questionnaire(files, tmp_path, capsys):
-    runs = made_class(tmp_path / "runs", 30, 30, contacts=4)
-    words = ["study", "page", str(runs), "--out"]
+    words = [*files[:3], "--out"]
     assert main([*words, str(tmp_path / "alone")]) == 0
     printed, said = capsys.readouterr()
     assert "Not known: there is no questionnaire." in " ".join(printed.split()) and "study.html" in said
     assert json.loads((tmp_path / "alone" / "study.json").read_text("utf-8"))["sessions"] == 30
-    answers, _ = a_class(30, seed=3)
-    write_answers(tmp_path / "answers.csv", answers, [f"S{k:03d}" for k in range(30)])
-    (tmp_path / "codebook.yaml").write_text(CODEBOOK.replace("[contacts_per_min, grasps]", "[contacts_per_min]"))
-    asked = ["--questionnaire", files[1], "--codebook", files[3], "--format", "json", "-q"]
-    assert main([*words, str(tmp_path / "study"), *asked]) == 0
+    assert main([*files, "--format", "json", "-q"]) == 0
     told = json.loads(capsys.readouterr().out)
-    assert told["sessions"] == 30 and {row["detector"] for row in told["sensitivity"]} == {"slow", "coarse"}
+    assert told["sessions"] == told["students"] == 30 and told["associations"][0]["predictor"] == "ease of use"
+    assert {row["detector"] for row in told["sensitivity"]} == {"slow", "coarse"}
     page = (tmp_path / "study" / "study.html").read_text("utf-8")
     assert page.index("tested again with slow and coarse") < page.index("Sessions to look at first")
-    assert main([*words, str(tmp_path / "half"), "--codebook", files[3]]) == 2
+    assert main([*words, str(tmp_path / "half"), *files[-2:]]) == 2
     assert "a questionnaire and its codebook go together" in capsys.readouterr().err
 
 
@@ -111,7 +97,7 @@ def recordings(tmp_path):
     return [str(tmp_path / f"s{k}.mcap") for k in range(3)]
 
 
-def test_sessions_are_run_collected_and_run_again_for_nothing(recordings, tmp_path, capsys):
+def test_sessions_are_run_and_run_again_for_nothing(recordings, tmp_path, capsys):
     out = str(tmp_path / "runs")
     assert main(["run", "--no-picture", *recordings, "--out", out, "--detectors", "hybrid", "--format", "json"]) == 0
     first = json.loads(capsys.readouterr().out)
@@ -119,9 +105,7 @@ def test_sessions_are_run_collected_and_run_again_for_nothing(recordings, tmp_pa
     assert main(["run", "--no-picture", *recordings, "--out", out, "--detectors", "hybrid"]) == 0
     printed, said = capsys.readouterr()
     assert f"digest: {first['digest']}" in printed and said.count("kept") == 3
-    assert main(["study", "collect", out, "--out", str(tmp_path / "m.parquet")]) == 0
-    assert set(pq.read_table(tmp_path / "m.parquet")["student"].to_pylist()) == {"S0", "S1", "S2"}
-    assert "6 rows of 3 students" in capsys.readouterr().err
+    assert set(read(out)["metrics"]["student"].to_pylist()) == {"S0", "S1", "S2"}
 
 
 def test_a_broken_session_is_listed_with_exit_code_three_and_the_rest_of_the_time_is_told(recordings, tmp_path, capsys):

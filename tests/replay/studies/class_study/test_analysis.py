@@ -3,8 +3,7 @@ import pytest
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.errors import StudyError
-from replay.studies.class_study.analysis import analyse
-from replay.studies.class_study.conclusions import associated
+from replay.studies.class_study.analysis import analyse, associated
 from replay.studies.class_study.joining import Metrics
 from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.regression import Coefficient
@@ -73,49 +72,44 @@ def test_without_a_measured_recall_no_result_about_behaviour_is_given():
 
 def test_nine_students_get_no_p_and_the_rule_is_named():
     answers, contacts = a_class(9)
-    study = analyse(codebook(), questionnaire(answers))
+    study = analyse(codebook(), questionnaire(answers), metrics(contacts))
     assert study.regressions[0].coefficients[0].p is None
     assert {one.rule for one in study.refusals} >= {"few-students"}
     assert study.bartlett is None
-    del contacts
 
 
 def test_four_students_are_no_study():
-    answers, _ = a_class(4)
+    answers, contacts = a_class(4)
     with pytest.raises(StudyRefusedError) as refused:
-        analyse(codebook(), questionnaire(answers))
+        analyse(codebook(), questionnaire(answers), metrics(contacts))
     assert refused.value.rule == "small-cell"
 
 
+ARMS = codebook(groups=("arm", ("first", "second")))
+
+
 def test_groups_are_compared_only_when_declared_and_large_enough():
-    answers, _ = a_class(40)
-    book = codebook((("motivation", "arm"),), groups=("arm", ("first", "second")))
-    halves = ["first", "second"] * 20
-    study = analyse(book, questionnaire(answers, halves))
-    assert study.regressions[0].coefficients[0].name == "arm second against first"
-    study = analyse(book, questionnaire(answers, ["first"] * 36 + ["second"] * 4))
-    assert not study.regressions and not study.groups and {one.rule for one in study.refusals} == {"small-cell"}
+    answers, contacts = a_class(40)
+    study = analyse(ARMS, questionnaire(answers, ["first", "second"] * 20), metrics(contacts))
+    assert [two.outcome for two in study.groups] == ["ease of use", "motivation"]
+    study = analyse(ARMS, questionnaire(answers, ["first"] * 36 + ["second"] * 4), metrics(contacts))
+    assert not study.groups and {one.rule for one in study.refusals} == {"small-cell"}
     assert study.group_sizes == {"first": "36", "second": "fewer than 5"}
+    asked = codebook((("motivation", "arm"),), groups=ARMS.groups)
+    with pytest.raises(StudyError, match=r"'arm'.*without a regression"):
+        analyse(asked, questionnaire(answers, ["first", "second"] * 20), metrics(contacts))
     with pytest.raises(StudyError, match=r"'arm'.*no construct"):
-        analyse(codebook((("motivation", "arm"),)), questionnaire(answers))
+        analyse(codebook((("motivation", "arm"),)), questionnaire(answers), metrics(contacts))
 
 
 @pytest.mark.parametrize("left", [1, 4, 5])
 def test_a_group_of_whom_fewer_than_five_answered_is_not_compared_however_many_it_has(left):
-    answers, _ = a_class(40)
+    answers, contacts = a_class(40)
     answers[1 : 40 - 2 * left : 2, 3] = np.nan
-    book = codebook((("motivation", "arm"),), groups=("arm", ("first", "second")))
-    study = analyse(book, questionnaire(answers, ["first", "second"] * 20))
-    assert [one.students for one in study.regressions] == ([25] if left == 5 else [])
-    refused = [one.rule for one in study.refusals if "arm" in one.what]
+    study = analyse(ARMS, questionnaire(answers, ["first", "second"] * 20), metrics(contacts))
+    assert [two.students for two in study.groups if two.outcome == "motivation"] == ([(20, 5)] if left == 5 else [])
+    refused = [one.rule for one in study.refusals if "motivation between" in one.what]
     assert refused == ([] if left == 5 else ["small-cell"])
-
-
-def test_a_group_is_no_outcome():
-    answers, _ = a_class(40)
-    book = codebook((("arm", "ease of use"),), groups=("arm", ("a", "b", "c")))
-    study = analyse(book, questionnaire(answers, (["a", "b", "c"] * 14)[:40]))
-    assert [one.rule for one in study.refusals] == ["undeclared-groups"]
 
 
 def test_a_name_nobody_knows_is_answered_with_the_nearest():
@@ -125,18 +119,18 @@ def test_a_name_nobody_knows_is_answered_with_the_nearest():
 
 
 def test_few_students_for_the_items_and_missing_answers_are_warned_of():
-    answers, _ = a_class(20)
+    answers, contacts = a_class(20)
     answers[0, 0] = np.nan
-    study = analyse(codebook(), questionnaire(answers))
+    study = analyse(codebook(), questionnaire(answers), metrics(contacts))
     assert any("3.3 per item" in words for words in study.warnings)
     assert any("fewer than 5 answers are missing" in words for words in study.warnings)
     assert study.reliabilities["ease of use"].students == 19
 
 
 def test_a_construct_that_only_four_students_answered_has_no_figure():
-    answers, _ = a_class(20)
+    answers, contacts = a_class(20)
     answers[4:, 0] = np.nan
-    study = analyse(codebook(), questionnaire(answers))
+    study = analyse(codebook(), questionnaire(answers), metrics(contacts))
     assert "ease of use" not in study.reliabilities and "motivation" in study.reliabilities
     assert study.kmo is None and study.bartlett is None and not study.regressions
     assert {one.rule for one in study.refusals} == {"small-cell"}

@@ -13,8 +13,8 @@ from support.class_folders import made_class
 
 from replay import read
 from replay.studies.class_study.class_runs import read_class
+from replay.studies.class_study.class_tables import places
 from replay.studies.class_study.page import study_html
-from replay.studies.class_study.to_open import places
 
 KNOWN = "student <> '' AND NOT held"
 
@@ -26,7 +26,7 @@ def made(tmp_path_factory):
     runs = read_class(made_class(top / "runs", 50, 20, nobody=3))
     (top / "page").mkdir()
     page = top / "page" / "study.html"
-    page.write_text(study_html(None, "Class", runs, places(runs, page.parent)), "utf-8")
+    page.write_text(study_html(runs, places(runs, page.parent)), "utf-8")
     return top / "runs", page
 
 

@@ -6,12 +6,11 @@ from dataclasses import replace
 import pytest
 from support.class_folders import made_class
 
-from replay.errors import RunFolderError
-from replay.studies.class_study.class_runs import read_class
-from replay.studies.class_study.class_tables import ClassTables, class_counts
+from replay.errors import RunFolderError, StudyError
+from replay.studies.class_study.class_runs import read_class, read_students
+from replay.studies.class_study.class_tables import ClassTables, class_counts, places, sessions_table
 from replay.studies.class_study.page import study_html
 from replay.studies.class_study.refusals import StudyRefusedError
-from replay.studies.class_study.to_open import places, sessions_table
 
 
 def tables_of(folder, *given, **more):
@@ -34,9 +33,9 @@ def test_a_class_of_fewer_than_five_has_sessions_to_open_and_no_figure(tmp_path,
             hidden = row[place] == "fewer than 5"
             assert hidden == all(one == "" for one in row[place + 1 :])
             assert hidden >= bool(few)
-    assert (
-        "There is none in the sessions with a pseudonym." in study_html(None, "t", runs, places(runs, tmp_path))
-    ) == (nobody == 6)
+    assert ("There is none in the sessions with a pseudonym." in study_html(runs, places(runs, tmp_path))) == (
+        nobody == 6
+    )
     assert any(row[2] == min(students, 6 - nobody) for row in found[0].rows) != bool(few)
     counts, known = class_counts(runs), "fewer than 5" if few else min(students, 6 - nobody)
     assert counts.startswith(f"{known} students, 6 sessions") and ("contacts" in counts) != bool(few)
@@ -48,7 +47,7 @@ def test_a_class_of_fewer_than_five_has_sessions_to_open_and_no_figure(tmp_path,
     notes = " ".join(found[-1].notes)
     said = f"{nobody} of 6 sessions state no pseudonym: they are in the list of sessions and in no figure."
     assert (said in notes) == bool(nobody)
-    html = study_html(None, "Class", runs, places(runs, tmp_path))
+    html = study_html(runs, places(runs, tmp_path))
     assert "Not known: there is no questionnaire." in html
 
 
@@ -78,7 +77,7 @@ def test_where_nothing_was_audited_the_page_says_so(tmp_path):
     assert [row[:2] for row in made.detectors().rows] == [("exact", "trusted")]
     assert not made.pairs().rows and not made.causes().rows and made.headlines() == []
     assert {row[1] for row in sessions_table(runs, places(runs, tmp_path)).rows} == {"not audited"}
-    html = study_html(None, "Class", runs, places(runs, tmp_path))
+    html = study_html(runs, places(runs, tmp_path))
     assert html.count("There is none in the sessions with a pseudonym.") == 2
 
 
@@ -125,6 +124,15 @@ def test_students_named_in_a_file_are_counted_and_one_session_of_two_is_refused(
         read_class(tmp_path / "runs")
     with pytest.raises(RunFolderError, match="holds no run folders"):
         read_class(tmp_path / "more")
+
+
+@pytest.mark.parametrize(
+    "text, error", [("a,b\n1,2\n", StudyError), ("session,student\nx,S1\nx,S2\n", StudyRefusedError)]
+)
+def test_a_file_of_students_that_is_none_is_refused(tmp_path, text, error):
+    (tmp_path / "students.csv").write_text(text)
+    with pytest.raises(error):
+        read_students(tmp_path / "students.csv")
 
 
 def test_the_sample_says_scenes_and_vr_types(tmp_path):

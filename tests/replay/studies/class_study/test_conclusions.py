@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
-from replay.studies.class_study.analysis import analyse
-from replay.studies.class_study.conclusions import compared, results
+from replay.studies.class_study.analysis import analyse, compared, results
 from replay.studies.class_study.tables import headlines, opening, retest_words, sensitivity_table
 
 ASKED = (("motivation", "ease of use"), ("motivation", "contacts_per_min"))
@@ -90,18 +89,18 @@ def test_an_interval_around_zero_makes_a_result_undecided_with_either_detector()
 
 
 def test_groups_alone_are_said_first_where_they_differ_and_counted_where_not():
-    answers, _ = a_class(40, seed=2)
+    answers, contacts = a_class(40, seed=2)
     answers[1::2, 3:] = np.clip(answers[1::2, 3:] + 2, 1, 5)
     book = codebook((), groups=("arm", ("first", "second")))
-    (said,) = headlines(analyse(book, questionnaire(answers, ["first", "second"] * 20)))
-    one = analyse(book, questionnaire(answers, ["first", "second"] * 20)).groups[1]
+    (said,) = headlines(analyse(book, questionnaire(answers, ["first", "second"] * 20), metrics(contacts)))
+    one = analyse(book, questionnaire(answers, ["first", "second"] * 20), metrics(contacts)).groups[1]
     between = f"{one.difference:+.2f} [{one.low:+.2f}, {one.high:+.2f}], n = 20 and 20"
     assert said == f"Motivation is higher in group second than in first: {between}"
     assert 0.5 < one.low < answers[1::2, 3:].mean() - answers[::2, 3:].mean() < one.high
-    turned = headlines(analyse(book, questionnaire(answers, ["second", "first"] * 20)))
+    turned = headlines(analyse(book, questionnaire(answers, ["second", "first"] * 20), metrics(contacts)))
     assert turned[0].startswith("Motivation is lower in group second than in first: -")
     same, _ = a_class(40, seed=2)
-    assert headlines(analyse(book, questionnaire(same, ["first"] * 20 + ["second"] * 20))) == [
+    assert headlines(analyse(book, questionnaire(same, ["first"] * 20 + ["second"] * 20), metrics(contacts))) == [
         "No association was told from chance in 40 students"
     ]
 

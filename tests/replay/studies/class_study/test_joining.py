@@ -1,11 +1,9 @@
 import numpy as np
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 from support.study_samples import a_class, codebook, metrics, names, questionnaire, write_answers
 
 from replay.errors import StudyError
-from replay.studies.class_study.joining import check_pseudonyms, read_metrics, read_questionnaire, rows_of_students
+from replay.studies.class_study.joining import check_pseudonyms, read_questionnaire, rows_of_students
 from replay.studies.class_study.refusals import StudyRefusedError
 
 BOOK = codebook()
@@ -77,15 +75,6 @@ def test_a_group_that_was_not_declared_is_refused(tmp_path):
     assert refused.value.rule == "undeclared-groups"
 
 
-def test_metrics_come_back_by_detector_with_their_recall(tmp_path):
-    table = metrics(np.arange(6.0), detectors=("exact", "hybrid"), recall=(1.0, 0.9))
-    pq.write_table(pa.table(table.columns), tmp_path / "m.parquet")
-    read = read_metrics(tmp_path / "m.parquet")
-    assert read.detectors == ("exact", "hybrid") and len(read) == 12
-    assert read.of("hybrid").recall() == pytest.approx(0.9)
-    assert read.of("hybrid").numbers("contacts_per_min") == pytest.approx(0.9 * np.arange(6.0))
-
-
 def test_recall_of_a_class_counts_every_contact_frame_once_and_students_without_any_not_at_all():
     table = metrics(np.arange(3.0))
     table.columns["recall"] = [1.0, 0.5, None]
@@ -98,15 +87,6 @@ def test_a_recall_that_was_not_measured_everywhere_is_none(recall, frames):
     table = metrics(np.arange(2.0))
     table.columns["recall"], table.columns["contact_frames"] = recall, frames
     assert table.recall() is None
-
-
-def test_what_is_no_table_of_metrics_is_refused(tmp_path):
-    (tmp_path / "m.parquet").write_bytes(b"no")
-    with pytest.raises(StudyError, match="cannot be read"):
-        read_metrics(tmp_path / "m.parquet")
-    pq.write_table(pa.table({"student": ["S1"]}), tmp_path / "m.parquet")
-    with pytest.raises(StudyError, match="lacks the column 'detector'"):
-        read_metrics(tmp_path / "m.parquet")
 
 
 def test_students_are_joined_by_pseudonym_and_never_by_place():

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from replay.studies.class_study.refusals import StudyRefusedError
-from replay.studies.class_study.regression import holm, inflation, permutation_p, regress
+from replay.studies.class_study.regression import holm, permutation_p, regress
 
 REFERENCE = json.loads(Path(__file__).with_name("reference.json").read_text("utf-8"))
 ANSWERS = np.array(REFERENCE["answers"], dtype=np.float64)
@@ -140,8 +140,3 @@ def test_holm_corrects_across_all_regressions_as_by_hand():
 
 def test_one_seed_gives_one_answer():
     assert fit(SCORES[:, 3], SCORES[:, :2], seed=4) == fit(SCORES[:, 3], SCORES[:, :2], seed=4)
-
-
-def test_inflation_of_unrelated_predictors_is_one():
-    x = np.linalg.qr(np.column_stack([np.ones(30), np.random.default_rng(0).normal(size=(30, 2))]))[0][:, 1:]
-    assert inflation(x) == pytest.approx([1.0, 1.0], abs=1e-12)
