@@ -1,7 +1,4 @@
-"""Where to look from: the direction in which fewest surfaces stand between the eye and a contact.
-
-"Outward along the contact normal" ends inside a flask. So directions are tried and crossings counted.
-"""
+"""Where to look from: across the gap between two bodies, from the user's side, and what stands in between."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,11 +8,11 @@ import numpy as np
 
 from cdcore import Motion, TriangleMesh
 from cdcore.narrow.containment.first_hits import crossing
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import FloatArray, place_points
 from replay.comparison.first_touch import at_touch
 from replay.comparison.outcome import Miss
 from replay.effects.output import vector_of
-from replay.outputs.palette import is_ghost, tags_of
+from replay.outputs.palette import tags_of
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene
 
@@ -23,19 +20,14 @@ CLOSE_UP: Final = 0.125
 """Metres from eye to contact: bench glass fills the view, and its surroundings can still be recognised."""
 
 AZIMUTHS: Final = 16
-ELEVATIONS_DEG: Final = (12.0, 38.0)
-"""32 directions from slightly to clearly above: nobody looks at a bench from below."""
+RAISED: Final = np.radians(20.0)
+"""Directions to look from, so far above the horizon: a lid is seen from above, and a gap below it."""
+
+USER_SIDE: Final = 0.6
+"""What looking from the side opposite to the user costs, beside a gap seen end on."""
 
 SKIN: Final = 0.003
-"""Metres around the contact in which crossings are not counted: the two surfaces that meet are always there."""
-
-USER_SIDE: Final = 1.5
-"""What looking from the side opposite to the user costs, in crossings: unfamiliar views are worth one wall, not two."""
-
-OPAQUE: Final = 3.0
-GLASS: Final = 1.0
-GHOST: Final = 0.25
-"""What crossing a surface costs by how much it hides."""
+"""Metres around a contact in which nothing stands in between: the two surfaces that meet are always there."""
 
 FIELD_OF_VIEW: Final = np.radians(55.0)
 """Vertical opening of Rerun's eye."""
@@ -59,44 +51,27 @@ class Eye:
     target: tuple[float, float, float]
 
 
-def directions() -> FloatArray:
-    """The 32 unit vectors from a contact to a possible eye, (32, 3)."""
-    azimuth = np.arange(AZIMUTHS) * (2 * np.pi / AZIMUTHS)
-    rows = [
-        np.stack([np.sin(azimuth) * np.cos(e), np.full(AZIMUTHS, np.sin(e)), np.cos(azimuth) * np.cos(e)], axis=1)
-        for e in np.radians(ELEVATIONS_DEG)
-    ]
-    return np.concatenate(rows)
+def across(along: FloatArray, user: FloatArray) -> FloatArray:
+    """The unit direction to look from: across a gap, or ``along`` the surfaces that meet, from the ``user``'s side.
+
+    ``along`` is from one body to the other, of any length; 0: unknown.
+    """
+    step = along / max(float(np.linalg.norm(along)), 1e-12)
+    turn = np.arange(AZIMUTHS) * (2 * np.pi / AZIMUTHS)
+    flat, up = np.cos(RAISED), np.full(AZIMUTHS, np.sin(RAISED))
+    choices = np.stack([flat * np.sin(turn), up, flat * np.cos(turn)], axis=1)
+    chosen: FloatArray = choices[int(np.argmin(np.abs(choices @ step) - USER_SIDE * (choices @ user)))]
+    return chosen
 
 
 class Obstacles:
-    """All bodies of a session, ready to count what stands in front of a point in any frame."""
+    """All bodies of a session, ready to say what stands in front of a point in any frame."""
 
-    def __init__(self, assembly: Assembly, scene: Scene) -> None:
+    def __init__(self, assembly: Assembly) -> None:
         self._motion = assembly.motion
         self._bodies = [_Surface(body.mesh) for body in assembly.bodies]
-        self._costs = [_cost(tags_of(body.name, scene)) for body in assembly.bodies]
 
-    def close_up(
-        self, frame: int, point: Sequence[float], towards_user: FloatArray, motion: Motion | None = None
-    ) -> Eye:
-        """The eye from which fewest surfaces hide a point, on the user's side where that costs nothing.
-
-        ``frame`` is of ``motion``, else of the assembly's.
-        """
-        motion = self._motion if motion is None else motion
-        place, choices = np.asarray(point, dtype=np.float64), directions()
-        cost = np.zeros(len(choices))
-        for body, surface in enumerate(self._bodies):
-            if motion.valid[frame, body]:
-                turn = motion.rotations[frame, body]
-                local = (place - motion.translations[frame, body]) @ turn
-                cost += self._costs[body] * surface.crossings(local, choices @ turn, CLOSE_UP)
-        cost += USER_SIDE * 0.5 * (1.0 - choices @ towards_user)
-        best = choices[int(np.argmin(cost))]
-        return Eye(vector_of(place + CLOSE_UP * best), vector_of(place))
-
-    def hiding(self, frame: int, eye: Eye) -> set[int]:
+    def hiding(self, frame: int, eye: Eye) -> frozenset[int]:
         """Bodies of the assembly of which a surface stands between an eye and what it looks at."""
         motion, ray = self._motion, np.subtract(eye.position, eye.target)
         far = float(np.linalg.norm(ray))
@@ -104,9 +79,9 @@ class Obstacles:
         for body in np.flatnonzero(motion.valid[frame]).tolist():
             turn = motion.rotations[frame, body]
             local = (np.asarray(eye.target) - motion.translations[frame, body]) @ turn
-            if self._bodies[body].crossings(local, (ray / far)[None] @ turn, far).any():
+            if self._bodies[body].is_crossed(local, (ray / far) @ turn, far):
                 found.add(body)
-        return found
+        return frozenset(found)
 
 
 class _Surface:
@@ -117,24 +92,19 @@ class _Surface:
         self._centres = mesh.triangles.mean(axis=1)
         self._radii = np.sqrt(((mesh.triangles - self._centres[:, None]) ** 2).sum(axis=2).max(axis=1))
 
-    def crossings(self, point: FloatArray, rays: FloatArray, length: float) -> IntArray:
-        """How many faces each ray (n, 3) crosses between ``SKIN`` and ``length`` from the point, (n,)."""
+    def is_crossed(self, point: FloatArray, ray: FloatArray, length: float) -> bool:
+        """Whether a ray crosses a face between ``SKIN`` and ``length`` from the point."""
         away = self._centres - point
-        distance = np.sqrt((away * away).sum(axis=1))
-        near = np.flatnonzero(distance - self._radii <= length)
-        along = away[near] @ rays.T
-        aside = (distance[near] ** 2)[:, None] - along**2
-        radii = self._radii[near, None]
-        face, ray = np.nonzero((aside <= radii**2 * 1.001) & (along > -radii))
-        ahead = crossing(self._triangles[near[face]], point, rays[ray])
-        hit = (ahead > SKIN) & (ahead < length)
-        return np.bincount(ray[hit], minlength=len(rays))
+        along = away @ ray
+        aside = (away * away).sum(axis=1) - along**2
+        near = (aside <= self._radii**2 * 1.001) & (along > -self._radii) & (along < length + self._radii)
+        ahead = crossing(self._triangles[near], point, ray)
+        return bool(((ahead > SKIN) & (ahead < length)).any())
 
 
-def _cost(tags: tuple[str, ...]) -> float:
-    if is_ghost(tags):
-        return GHOST
-    return GLASS if "glass" in tags and "rod" not in tags else OPAQUE
+def placed(motion: Motion, frame: int, body: int, points: FloatArray) -> FloatArray:
+    """Points (n, 3) of a body where it stands in a frame, world metres."""
+    return place_points(points, motion.rotations[frame, body], motion.translations[frame, body])
 
 
 def standing(assembly: Assembly, miss: Miss) -> tuple[Assembly, int]:

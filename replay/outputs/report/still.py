@@ -12,7 +12,7 @@ from cdcore import TriangleMesh
 from cdcore.numerics import BoolArray, FloatArray, IntArray, place_points
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Miss
-from replay.outputs.camera import AZIMUTHS, overview, standing, towards_user
+from replay.outputs.camera import across, overview, standing, towards_user
 from replay.outputs.palette import INVENTED, MISSED, Rgba, albedo, is_ghost, tags_of
 from replay.outputs.report.cage import cage
 from replay.outputs.report.markup import Markup, element
@@ -51,12 +51,6 @@ LARGEST_MARK: Final = 0.03
 
 SHORTEST_ARROW: Final = 14.0
 """Units; a shorter gap is a ring."""
-
-RAISED: Final = np.radians(20.0)
-"""From so far above the horizon: a lid is seen from above, and a gap below it."""
-
-SIDE: Final = 0.6
-"""What looking from the side opposite to the user costs, beside an arrow seen end on."""
 
 
 @dataclass(frozen=True)
@@ -197,18 +191,12 @@ def _volume(mesh: TriangleMesh) -> float:
 
 
 def _direction(result: RunResult, sight: Sight, fault: Fault) -> FloatArray:
-    """From where to look: across the gap, or along the surfaces that meet, from the user's side."""
-    along = np.asarray(fault.normal) if isinstance(fault, Miss) else np.zeros(3)
-    if sight.gap is not None:
-        along = sight.gap[1] - sight.gap[0]
-    along = along / max(float(np.linalg.norm(along)), 1e-12)
+    """From where to look."""
     row = fault.deepest if isinstance(fault, Miss) else fault.widest
     user = towards_user(result.assembly, result.session.scene, row, fault.point)
-    turn = np.arange(AZIMUTHS) * (2 * np.pi / AZIMUTHS)
-    across, up = np.cos(RAISED), np.full(AZIMUTHS, np.sin(RAISED))
-    choices = np.stack([across * np.sin(turn), up, across * np.cos(turn)], axis=1)
-    chosen: FloatArray = choices[int(np.argmin(np.abs(choices @ along) - SIDE * (choices @ user)))]
-    return chosen
+    if sight.gap is not None:
+        return across(sight.gap[1] - sight.gap[0], user)
+    return across(np.asarray(fault.normal) if isinstance(fault, Miss) else np.zeros(3), user)
 
 
 def _shown(sight: Sight) -> FloatArray:

@@ -15,11 +15,11 @@ import rerun as rr
 
 from cdcore import TriangleMesh
 from cdcore.bounding.sphere import sphere_in_mode
-from cdcore.numerics import FloatArray, place_points
+from cdcore.numerics import FloatArray
 from replay.comparison.false_contacts import FalseContact
-from replay.comparison.outcome import Outcome
+from replay.comparison.outcome import Miss, Outcome
 from replay.effects.output import vector_of
-from replay.outputs.camera import CLOSE_UP, Eye, Obstacles, look_rotation, towards_user
+from replay.outputs.camera import CLOSE_UP, Eye, Obstacles, across, look_rotation, placed, towards_user
 from replay.outputs.moments import FocusMoment
 from replay.outputs.palette import INVENTED, MISSED, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, Steps, entity
@@ -27,9 +27,6 @@ from replay.outputs.rerun_log.stage import Label, beside, in_front
 from replay.outputs.rerun_log.world import body_path, face_normals
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.sentences import length_words
-
-COUNTED: Final = 500
-"""Misses, those of the longest cuts, whose close-up is chosen by counting crossings: five milliseconds each."""
 
 DISTANCES: Final = (CLOSE_UP, 0.45)
 """Metres from the eye to a false contact, at least and at most."""
@@ -66,37 +63,34 @@ class CloseUp:
 
 def close_ups(result: RunResult, moments: Sequence[FocusMoment]) -> dict[FocusMoment, CloseUp]:
     """How each moment is shown: before the contact that was missed, or so far off that a false one is seen whole."""
-    if not moments:
-        return {}
     assembly, scene = result.assembly, result.session.scene
-    obstacles, unseen = Obstacles(assembly, scene), Obstacles(replace(assembly, bodies=()), scene)
-    missed = sorted((one for one in moments if one.outcome == Outcome.MISSED), key=lambda one: -one.size)
-    beyond, views = {*missed[COUNTED:]}, {}
+    obstacles, views = Obstacles(assembly), {}
     for one in moments:
-        before = unseen if one in beyond else obstacles
-        eye = before.close_up(one.frame, one.point, towards_user(assembly, scene, one.frame, one.point))
-        view = CloseUp(eye)
-        if one.outcome != Outcome.MISSED:
+        point, user = np.asarray(one.point), towards_user(assembly, scene, one.frame, one.point)
+        if isinstance(one.of, Miss):
+            eye = Eye(vector_of(point + CLOSE_UP * across(np.asarray(one.of.normal), user)), one.point)
+            view = CloseUp(eye)
+        else:
+            measured = one.of.ends if isinstance(one.of, FalseContact) else None
+            ends = None if measured is None else np.array(measured)
             free, caged = _solids(result, one)
-            eye = _backed(result, one, eye, caged)
-            ends = one.of.ends if isinstance(one.of, FalseContact) else None
-            view = CloseUp(eye, None if ends is None else np.array(ends), free, caged)
-        views[one] = view if one in beyond else replace(view, hiding=frozenset(before.hiding(one.frame, eye)))
+            away = across(np.zeros(3) if ends is None else ends[1] - ends[0], user)
+            view = CloseUp(_backed(result, one, away, caged), ends, free, caged)
+        views[one] = replace(view, hiding=obstacles.hiding(one.frame, view.eye))
     return views
 
 
-def _backed(result: RunResult, moment: FocusMoment, eye: Eye, caged: Sequence[int]) -> Eye:
-    """The eye so far off that a ball around the solids, or around the smaller body, is seen whole."""
+def _backed(result: RunResult, moment: FocusMoment, away: FloatArray, caged: Sequence[int]) -> Eye:
+    """The eye in a direction, so far off that a ball around the solids, or around the smaller body, is seen whole."""
     assembly = result.assembly
     ends = [*caged] or assembly.pairs[moment.pair].tolist()
     balls = {body: sphere_in_mode(assembly.bodies[body].mesh, "best") for body in ends}
     body = min(balls, key=lambda one: balls[one].radius)
     target = np.asarray(moment.point)
     if caged:
-        target = _placed(result, moment.frame, body, balls[body].centre[None])[0]
-    back = np.subtract(eye.position, eye.target)
+        target = placed(assembly.motion, moment.frame, body, balls[body].centre[None])[0]
     distance = float(np.clip(REACHES * balls[body].radius, *DISTANCES))
-    return Eye(vector_of(target + distance * back / np.linalg.norm(back)), vector_of(target))
+    return Eye(vector_of(target + distance * away), vector_of(target))
 
 
 def _solids(result: RunResult, moment: FocusMoment) -> tuple[int | None, tuple[int, ...]]:
@@ -114,11 +108,6 @@ def _solids(result: RunResult, moment: FocusMoment) -> tuple[int | None, tuple[i
 
 def _extent(result: RunResult, body: int) -> float:
     return float(np.ptp(result.assembly.bodies[body].mesh.vertices, axis=0).max()) / 2
-
-
-def _placed(result: RunResult, frame: int, body: int, points: FloatArray) -> FloatArray:
-    motion = result.assembly.motion
-    return place_points(points, motion.rotations[frame, body], motion.translations[frame, body])
 
 
 def labels_of(result: RunResult, moment: FocusMoment, view: CloseUp) -> list[Label]:

@@ -10,9 +10,10 @@ import rerun as rr
 
 from cdcore.bounding.box import box_best
 from cdcore.bounding.sphere import sphere_in_mode
-from cdcore.numerics import FloatArray, place_points
+from cdcore.numerics import FloatArray
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
-from replay.outputs.camera import Eye, Obstacles, framing, towards_user
+from replay.effects.output import vector_of
+from replay.outputs.camera import Eye, across, framing, placed, towards_user
 from replay.outputs.palette import MISSED, SERIES, WHITE, Rgba
 from replay.outputs.rerun_log.close_up import ROOM
 from replay.outputs.rerun_log.columns import RecordingWriter, Steps, entity, packed, steps_of
@@ -132,7 +133,9 @@ def _log_volumes(writer: RecordingWriter, run: WatchedRun, result: RunResult, st
     eyes = {}
     for moment, pair in pairs.items():
         near = [body for body in pair if spheres[body].radius <= ROOM] or pair
-        points = np.concatenate([_placed(result, moment.frame, body, boxes[body].corners) for body in near])
+        points = np.concatenate(
+            [placed(result.assembly.motion, moment.frame, body, boxes[body].corners) for body in near]
+        )
         user = towards_user(assembly, result.session.scene, moment.frame, points.mean(axis=0).tolist())
         eye = framing(points, user + np.array([0.0, 0.35, 0.0]))
         away = FARTHER * np.subtract(eye.position, eye.target)
@@ -152,10 +155,9 @@ def _turn(axes: FloatArray) -> FloatArray:
 def _log_search(writer: RecordingWriter, run: WatchedRun, result: RunResult, steps: Steps) -> None:
     """Faces that a look evaluated, the way of its best pair, its end, and where the surfaces of a miss meet."""
     root = pipeline_path(run.label, "search")
-    obstacles = Obstacles(result.assembly, result.session.scene)
     eyes, labels, dots, ways, ends, faces = {}, {}, {}, {}, {}, {}
     for one in run.moments:
-        trace, eye = run.trace(one), _eye(run, result, obstacles, one)
+        trace, eye = run.trace(one), _eye(run, result, one)
         eyes[one] = eye
         path = np.mean([centre[trace.best()] for centre in _centres(trace, result, one)], axis=0)
         labels[one] = _labels(run, one, trace, path, eye)
@@ -205,35 +207,31 @@ def _labels(run: WatchedRun, moment: Moment, trace: LookTrace, path: FloatArray,
     return labels
 
 
-def _eye(run: WatchedRun, result: RunResult, obstacles: Obstacles, moment: Moment) -> Eye:
+def _eye(run: WatchedRun, result: RunResult, moment: Moment) -> Eye:
     """An eye that sees the smaller body whole, with the place where the search ended before it."""
     assembly, look = result.assembly, run.look(moment)
     points = run.seen.search.places(assembly.motion, moment.frame, moment.pair, look.hit or look.closest)
     point = points.mean(axis=0) if moment.meets is None else np.asarray(moment.meets)
     user = towards_user(assembly, result.session.scene, moment.frame, point.tolist())
-    near = obstacles.close_up(moment.frame, point.tolist(), user)
     balls = {body: sphere_in_mode(assembly.bodies[body].mesh, "best") for body in assembly.pairs[moment.pair].tolist()}
     body = min(balls, key=lambda one: balls[one].radius)
-    middle = _placed(result, moment.frame, body, balls[body].centre[None])[0]
+    middle = placed(result.assembly.motion, moment.frame, body, balls[body].centre[None])[0]
     distance = float(np.clip(4.2 * balls[body].radius, NEAREST, 0.5))
-    back = np.subtract(near.position, near.target)
     # Not farther aside than the place stays in view.
     way = middle - point
     target = point + way * min(1.0, 0.25 * distance / max(float(np.linalg.norm(way)), 1e-9))
-    return Eye(tuple(target + distance * back / np.linalg.norm(back)), tuple(target))
-
-
-def _placed(result: RunResult, frame: int, body: int, points: FloatArray) -> FloatArray:
-    motion = result.assembly.motion
-    return place_points(points, motion.rotations[frame, body], motion.translations[frame, body])
+    return Eye(vector_of(target + distance * across(np.zeros(3), user)), vector_of(target))
 
 
 def _centres(trace: LookTrace, result: RunResult, moment: Moment) -> list[FloatArray]:
     """World centroids (n, 3) of the faces that a look evaluated, of each body."""
     ends = result.assembly.pairs[moment.pair].tolist()
     return [
-        _placed(
-            result, moment.frame, body, result.assembly.bodies[body].mesh.triangles[trace.faces[:, side]].mean(axis=1)
+        placed(
+            result.assembly.motion,
+            moment.frame,
+            body,
+            result.assembly.bodies[body].mesh.triangles[trace.faces[:, side]].mean(axis=1),
         )
         for side, body in enumerate(ends)
     ]
@@ -254,7 +252,11 @@ def _walked_faces(trace: LookTrace, result: RunResult, moment: Moment) -> FloatA
     corners = []
     for side, body in enumerate(result.assembly.pairs[moment.pair].tolist()):
         triangles = result.assembly.bodies[body].mesh.triangles[np.unique(trace.faces[walked, side])]
-        corners.append(_placed(result, moment.frame, body, triangles + STAND_OFF * face_normals(triangles)[1][:, None]))
+        corners.append(
+            placed(
+                result.assembly.motion, moment.frame, body, triangles + STAND_OFF * face_normals(triangles)[1][:, None]
+            )
+        )
     return np.concatenate(corners)
 
 

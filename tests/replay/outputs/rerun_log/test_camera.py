@@ -1,40 +1,26 @@
-"""The eye finds the side from which nothing hides a contact."""
+"""The eye looks across a gap, and knows what stands before it."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from cdcore import Body, Motion, TriangleMesh
+from cdcore import Motion
 from replay.outputs import camera
-from replay.prepare.assembly import Assembly
-from sessions import Scene
 
 
-def wall(at, size=0.2):
-    """A square across the x axis."""
-    corners = [[at, y, z] for y in (-size, size) for z in (-size, size)]
-    return TriangleMesh(corners, [[0, 1, 2], [1, 3, 2]])
-
-
-def still(*bodies):
-    count = len(bodies)
-    motion = Motion([0.0], np.zeros((1, count, 3)), np.tile(np.eye(3), (1, count, 1, 1)))
-    none = np.zeros((0, 2), dtype=np.int64)
-    return Assembly(bodies, motion, none, np.zeros(0, bool), np.zeros(1, np.int64), np.ones((1, count), np.uint8))
-
-
-@pytest.mark.parametrize(("at", "sign"), [(0.03, -1), (-0.03, 1)])
-def test_the_eye_stands_on_the_free_side_of_a_wall(at, sign):
-    obstacles = camera.Obstacles(still(Body("board", wall(at))), Scene())
-    eye = obstacles.close_up(0, (0.0, 0.0, 0.0), np.array([-sign * 1.0, 0.0, 0.0]))
-    assert np.sign(eye.position[0]) == sign or eye.position[0] * np.sign(at) < 0.03
-    assert np.linalg.norm(eye.position) == pytest.approx(camera.CLOSE_UP)
+@pytest.mark.parametrize("turn", np.linspace(0.0, 6.0, 7))
+def test_a_gap_is_seen_from_aside_on_the_side_of_the_user(turn):
+    along, user = np.array([np.cos(turn), 0.0, np.sin(turn)]), np.array([0.0, 0.0, 1.0])
+    away = camera.across(0.02 * along, user)
+    assert np.linalg.norm(away) == pytest.approx(1.0) and away[1] > 0.3
+    assert abs(away @ along) < 0.8 and away @ user > -0.3
+    assert camera.across(np.zeros(3), user) @ user > 0.9
 
 
 def test_what_stands_before_the_eye_is_what_its_line_of_sight_crosses(demo):
     assembly = demo.assembly
-    obstacles = camera.Obstacles(assembly, demo.session.scene)
+    obstacles = camera.Obstacles(assembly)
     rod = assembly.motion.translations[0, assembly.names.index("rod")]
     names = {assembly.names[body] for body in obstacles.hiding(0, eye_beside(rod, 0.05))}
     assert "beaker" in names and "bench" not in names
@@ -48,11 +34,10 @@ def eye_beside(place, up):
 
 
 def test_a_body_without_a_pose_hides_nothing(demo):
-    hidden = still(Body("board", wall(0.03)))
-    gone = Motion([0.0], hidden.motion.translations, hidden.motion.rotations, np.zeros((1, 1), dtype=bool))
-    user = np.array([1.0, 0.0, 0.0])
-    eye = camera.Obstacles(replace(hidden, motion=gone), Scene()).close_up(0, (0.0, 0.0, 0.0), user)
-    assert eye.position[0] > 0.09
+    assembly, lost = demo.assembly, np.zeros_like(demo.assembly.motion.valid)
+    motion = Motion(assembly.motion.times, assembly.motion.translations, assembly.motion.rotations, lost)
+    rod = assembly.motion.translations[0, assembly.names.index("rod")]
+    assert camera.Obstacles(replace(assembly, motion=motion)).hiding(0, eye_beside(rod, 0.05)) == set()
 
 
 def test_the_overview_holds_every_point_and_wastes_no_room(demo):
