@@ -58,7 +58,7 @@ def _shown(found: "RunDiff", run_a: Path, run_b: Path) -> "Iterator[Table | Rend
             yield line(f"only in {side}: {', '.join(labels)}")
     yield diff_table(found)
     for label, one in found.detectors.items():
-        listed = changes(one)
-        yield from (line(f"{label}: {each.words}") for each in listed[:MOST_ROWS])
+        listed = [*changes(one)]
+        yield from (line(f"{label}: {words}") for words in listed[:MOST_ROWS])
         if len(listed) > MOST_ROWS:
             yield line(f"{label}: … and {len(listed) - MOST_ROWS} more with --format json")

@@ -28,7 +28,7 @@ def command(
     """Cut a wrong answer down to the fewest frames and faces that still give it, and write it as a test.
 
     The detector is asked again and again about less, as it ran: with its settings, its phase and its memory. The
-    folder holds test_case.py for pytest, the meshes as OBJ, the poses as CSV, a picture and a README for a bug report.
+    folder holds test_case.py for pytest, the meshes as OBJ, the poses as CSV and a README for a bug report.
 
     \b
     replay shrink RUN --miss 4 --out case

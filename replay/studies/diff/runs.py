@@ -74,20 +74,6 @@ class RunDiff:
         """Whether any contact was gained, lost or shifted."""
         return any(one.changed for one in self.detectors.values())
 
-    @property
-    def machines_own(self) -> tuple[float, float] | None:
-        """Least and greatest ratio of times of detectors with the same verdicts and settings: the machine's own.
-
-        ``None`` without such a detector.
-        """
-        names = {name.partition(".")[0] for name in self.settings}
-        alike = [
-            one.time_ratio
-            for label, one in self.detectors.items()
-            if one.same_verdicts and one.time_ratio is not None and label not in names
-        ]
-        return (min(alike), max(alike)) if alike else None
-
 
 def diff_runs(a: str | Path, b: str | Path, *, different_sessions: bool = False) -> RunDiff:
     """Compare two run folders.

@@ -1,18 +1,14 @@
-"""A shrunk fault as a folder: a test that fails while the detector is wrong, its input, a picture, and a report."""
+"""A shrunk fault as a folder: a test that fails while the detector is wrong, its input, and a report."""
 
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, Final
 
-import numpy as np
-
 from cdcore import TriangleMesh
-from replay.base.shown import drawable, shown
-from replay.outputs.palette import FOUND, INVENTED, MISSED, hex_of
+from replay.base.shown import shown
 from replay.outputs.results.run_folder import FolderKind, check_target, result_folder, write_summary
 from replay.outputs.words import counted
 from replay.studies.shrink.fault import Fault
@@ -21,9 +17,6 @@ from replay.studies.shrink.well_posed import doubts_of
 
 CASE: Final = FolderKind("case", "case.json", "vrlab-replay/case/1", ())
 POSES: Final = "poses.csv"
-MOST_SHOWN: Final = 12
-"""Faces and frames that the report prints in full."""
-
 TEST: Final = '''"""Fails while the detector of case.json answers wrongly about the last frame of poses.csv.
 
 Another detector: DETECTOR=exact python -m pytest test_case.py
@@ -70,7 +63,7 @@ def test_the_last_frame_is_answered_rightly():
 
 
 def write_case(fault: Fault, before: Size, out: Path, *, source: str, force: bool = False) -> Path:
-    """Write the folder of a fault: ``test_case.py``, OBJ files, ``poses.csv``, ``case.json``, a picture, a README.
+    """Write the folder of a fault: ``test_case.py``, OBJ files, ``poses.csv``, ``case.json``, a README.
 
     ``before``: its size when it was found; ``source``: where it was found, in a few words. Numbers are written as
     decimals that read back bit for bit. Raises ``OutputError``: the folder exists, or cannot be written.
@@ -91,7 +84,6 @@ def write_case(fault: Fault, before: Size, out: Path, *, source: str, force: boo
         }  # fmt: skip
         (folder / "test_case.py").write_text(TEST, encoding="utf-8")
         (folder / "README.md").write_text("\n".join(_report(fault, case)) + "\n", encoding="utf-8")
-        (folder / "picture.png").write_bytes(_picture(fault))
         write_summary(folder, CASE, case)
     return out
 
@@ -142,41 +134,3 @@ def _report(fault: Fault, case: Mapping[str, Any]) -> Iterator[str]:
     yield "python -m pytest test_case.py"
     yield f"DETECTOR={fault.oracle} python -m pytest test_case.py"
     yield "```"
-    if len(fault.motion) * len(fault.bodies) + sum(case["faces"]) <= MOST_SHOWN:
-        yield ""
-        for number, body in enumerate(fault.bodies, 1):
-            corners = json.dumps(body.mesh.triangles.tolist())
-            yield f"- triangles of body-{number}: `{corners}`"
-        for frame, time in enumerate(fault.motion.times.tolist()):
-            places = json.dumps(fault.motion.translations[frame].tolist())
-            yield f"- {time!r} s: places `{places}`, rotations `{json.dumps(fault.motion.rotations[frame].tolist())}`"
-    yield ""
-    yield "![both bodies in the last frame](picture.png)"
-
-
-def _picture(fault: Fault) -> bytes:
-    """Both bodies in the last frame as PNG, the first filled; red where a contact is missed, yellow where invented."""
-    import io
-
-    from matplotlib.figure import Figure
-    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-    figure = Figure(figsize=(6, 5), layout="constrained")
-    axes: Any = figure.add_subplot(projection="3d")
-    ends = fault.pairs[0].tolist()
-    corners = [fault.corners(end) for end in ends]
-    colours = hex_of(MISSED if fault.contact else INVENTED), hex_of(FOUND)
-    for triangles, colour in zip(corners, colours, strict=True):
-        axes.add_collection3d(
-            Poly3DCollection(triangles, facecolor=colour, edgecolor="#222222", alpha=0.5, linewidth=0.5)
-        )
-    points = np.concatenate(corners).reshape(-1, 3)
-    # A point has no extent, and the limits of an axis must differ.
-    middle, half = (points.min(axis=0) + points.max(axis=0)) / 2, max(float(np.ptp(points, axis=0).max()) / 2, 1e-9)
-    axes.set(**{f"{axis}lim": (middle[k] - half, middle[k] + half) for k, axis in enumerate("xyz")})
-    axes.set(
-        xlabel="x, m", ylabel="y, m", zlabel="z, m", title=" and ".join(drawable(body.name) for body in fault.pair)
-    )
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=100, metadata={"Software": None})
-    return buffer.getvalue()

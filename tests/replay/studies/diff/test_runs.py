@@ -1,5 +1,4 @@
 import json
-from dataclasses import replace
 
 import pytest
 from support.small_worlds import cubes
@@ -89,15 +88,8 @@ def test_shares_missed_and_invented_are_those_of_the_audits(audited):
     assert found.detectors["exact"].missed == (None, None) and mine.changed and not found.detectors["hybrid"].changed
 
 
-def test_the_machines_own_ratio_is_that_of_what_did_the_same_and_was_set_the_same(audited):
-    found = diff_runs(audited / "a", audited / "b")
-    alike = [found.detectors[name].time_ratio for name in ("hybrid", "exact")]
-    assert found.machines_own == (min(alike), max(alike))
-    assert replace(found, detectors={"mine": found.detectors["mine"]}).machines_own is None
-
-
-def test_what_was_gained_is_told_with_the_oracles_word_and_how_far_times_are_the_machines(audited, capsys):
+def test_what_was_gained_is_told_with_the_word_of_the_reference(audited, capsys):
     assert main(["diff", str(audited / "a"), str(audited / "b")]) == 0
     printed = " ".join(capsys.readouterr().out.split())
     assert "gained a - b at 0.040 s, 1 frame, confirmed by the reference" in printed
-    assert "set differently: mine: rate_hz 20 -> 100" in printed and "so much is the machine's" in printed
+    assert "set differently: mine: rate_hz 20 -> 100" in printed

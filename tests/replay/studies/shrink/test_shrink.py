@@ -143,9 +143,7 @@ def test_the_written_test_fails_on_the_detector_and_passes_on_another(folder, tm
     assert report["after"] == "2 frames x 2 x 2 faces of 2 bodies" and report["before"].endswith(
         "12 x 12 faces of 2 bodies"
     )
-    assert (out / "picture.png").read_bytes().startswith(b"\x89PNG") and "2 faces and 2 faces" in (
-        out / "README.md"
-    ).read_text()
+    assert "2 faces and 2 faces" in (out / "README.md").read_text()
     for name, right in ((None, False), ("exact", True), ("hybrid", True), ("discrete", False)):
         monkeypatch.setenv("DETECTOR", name) if name else monkeypatch.delenv("DETECTOR", raising=False)
         test = runpy.run_path(str(out / "test_case.py"))["test_the_last_frame_is_answered_rightly"]
