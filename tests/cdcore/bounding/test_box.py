@@ -57,22 +57,6 @@ def test_principal_axes_fit_a_slanted_rod_and_best_takes_them():
     assert box_best(slanted).surface == box_by_principal_axes(slanted).surface
 
 
-def test_body_axes_win_where_both_fit_alike():
-    assert np.array_equal(box_best(box_mesh((1, 2, 3))).axes, np.eye(3))
-
-
-def test_corners_span_the_box():
-    box = box_by_principal_axes(rod_mesh())
-    along = (box.corners - box.centre) @ box.axes
-    assert np.allclose(np.abs(along), box.half)
-    assert len(np.unique(np.sign(along), axis=0)) == 8
-
-
-def test_a_far_vertex_that_no_face_uses_does_not_inflate_it():
-    stray = TriangleMesh([*box_mesh().vertices.tolist(), [1e6, 0, 0]], box_mesh().faces)
-    assert box_best(stray).surface == box_best(box_mesh()).surface
-
-
 BEAKER = revolved_mesh([(0, 0), (0.035, 0), (0.035, 0.1), (0.033, 0.1), (0.033, 0.002), (0, 0.002)], 40)
 
 
@@ -85,11 +69,6 @@ def volume(mesh):
 def test_every_collider_is_closed_and_faces_outwards(shape):
     made = SHAPES[shape](BEAKER)
     assert made.is_closed and volume(made) > 0
-
-
-def test_the_hull_of_a_beaker_is_the_full_cylinder():
-    area = 40 / 2 * np.sin(2 * np.pi / 40) * 0.035**2
-    assert volume(hull_collider(BEAKER)) == pytest.approx(area * 0.1, rel=1e-12)
 
 
 def test_the_hull_holds_every_vertex():
@@ -119,7 +98,3 @@ def test_a_capsule_lies_along_the_longest_side(axis):
     along = np.clip(points[:, axis], -1.5, 1.5)
     points[:, axis] -= along
     assert np.allclose(np.linalg.norm(points, axis=1), 0.5)
-
-
-def test_the_meshed_sphere_has_nearly_the_volume_of_the_true_one():
-    assert volume(sphere_collider(box_mesh((2.0, 2.0, 2.0)))) == pytest.approx(4 / 3 * np.pi, rel=0.0075)

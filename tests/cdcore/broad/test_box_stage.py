@@ -3,16 +3,14 @@
 import numpy as np
 import pytest
 from scipy.optimize import linprog
-from support.shapes import ball_mesh, box_mesh, lab, random_rotations, rod_mesh
+from support.shapes import box_mesh, lab, random_rotations
 
-from cdcore import Motion, TriangleMesh, Verdict, create_detector
+from cdcore import Motion, Verdict, create_detector
 from cdcore.bounding.box import Box, box_best
 from cdcore.bounding.sphere import sphere_best
 from cdcore.broad.box_stage import BoxStage
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import SphereStage
-from cdcore.kernels.box_axes import apart_on_all_axes
-from cdcore.kernels.compiling import kernel
 from cdcore.numerics import EPS
 from cdcore.protocol import resolve_pairs
 
@@ -64,49 +62,10 @@ def test_boxes_that_touch_exactly_may_meet(kind, world):
     assert not asked(apart, places, turns).any()
 
 
-def test_meshes_that_share_a_vertex_may_meet_even_with_six_digit_rotations():
-    rng = np.random.default_rng(2)
-    rotation = np.round(random_rotations(rng, 400), 6)
-    shared = np.array([0.3, 0.2, 0.1])
-    for _ in range(10):
-        points = [np.vstack([shared, shared + rng.normal(size=(4, 3))]) for _ in range(2)]
-        meshes = [TriangleMesh(each, [[0, 1, 2], [0, 3, 4]]) for each in points]
-        places = np.repeat(rng.normal(size=(400, 1, 3)) * 10, 2, 1)
-        assert asked([box_best(mesh) for mesh in meshes], places, np.repeat(rotation[:, None], 2, 1)).all()
-
-
-def test_boxes_reject_what_spheres_cannot():
-    long = [box_best(rod_mesh(0.003, 0.3)), box_best(ball_mesh(0.01))]
-    assert not asked(long, np.array([[[0, 0, 0], [0.1, 0, 0.15]]]), np.tile(np.eye(3), (1, 2, 1, 1)))[0]
-    assert asked(long, np.array([[[0, 0, 0], [0.0125, 0, 0.15]]]), np.tile(np.eye(3), (1, 2, 1, 1)))[0]
-
-
 def test_numbers_that_overflow_are_never_rejected():
     boxes = [box_best(box_mesh()), box_best(box_mesh())]
     places = np.array([[[1e308, 0, 0], [-1e308, 0, 0]]])
     assert asked(boxes, places * (1 + EPS), np.tile(np.eye(3), (1, 2, 1, 1))).tolist() == [True]
-
-
-def test_no_pair_frames_is_no_answer():
-    motion = Motion([0.0], np.zeros((1, 2, 3)), np.tile(np.eye(3), (1, 2, 1, 1)))
-    none = np.zeros(0, dtype=np.int64)
-    assert BoxStage([box_best(box_mesh())] * 2, PAIR).may_meet(motion, none, none).shape == (0,)
-
-
-@kernel
-def boxes_apart(m, d, half_a, half_b, pad):
-    return apart_on_all_axes(m, d, half_a, half_b, pad)
-
-
-@pytest.mark.parametrize("axis", range(3))
-@pytest.mark.parametrize("sign", [-1, 1])
-def test_face_axes_separate_at_the_sum_of_half_extents(axis, sign):
-    half_a, half_b = np.array([1.0, 2.0, 3.0]), np.array([0.5, 0.25, 0.125])
-    touching = np.zeros(3)
-    touching[axis] = sign * (half_a[axis] + half_b[axis])
-    assert not boxes_apart(np.eye(3), touching, half_a, half_b, 0.0)
-    assert boxes_apart(np.eye(3), touching * (1 + 1e-9), half_a, half_b, 0.0)
-    assert not boxes_apart(np.eye(3), touching * (1 + 1e-9), half_a, half_b, 1e-6)
 
 
 def test_what_may_meet_is_what_spheres_and_boxes_let_through_and_holds_every_contact():

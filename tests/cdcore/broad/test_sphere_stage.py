@@ -2,33 +2,17 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from support.shapes import lab, random_rotations
+from support.shapes import random_rotations
 
-from cdcore import Body, Motion, TriangleMesh, Verdict
-from cdcore.bounding.sphere import Sphere, sphere_best
+from cdcore import Motion, Verdict
+from cdcore.bounding.sphere import Sphere
 from cdcore.broad.sphere_stage import SphereStage, last_certain_frame, place_centres
 from cdcore.kernels.compiling import kernel
 from cdcore.numerics import place_points
 
 ALL = np.array([(i, j) for i in range(5) for j in range(i + 1, 5)])
-
-
-def stages(bodies, pairs=ALL):
-    spheres = [sphere_best(body.mesh) for body in bodies]
-    return SphereStage(spheres, pairs), SphereStage(spheres, pairs, skip=False)
-
-
-@pytest.mark.parametrize("seed", range(8))
-def test_skipping_changes_no_verdict_and_does_skip(seed):
-    bodies, motion = lab(600, seed)
-    leaping, plain = (stage.candidates(motion) for stage in stages(bodies))
-    assert leaping.verdict.tobytes() == plain.verdict.tobytes()
-    assert plain.work["skipped"] == 0
-    assert leaping.work["skipped"] > 0
-    tests = int((plain.verdict != Verdict.NO_POSE).sum())
-    assert sum(leaping.work.values()) == plain.work["sphere_tests"] == tests
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e3, 1e7])
@@ -84,19 +68,6 @@ def test_tangent_spheres_of_touching_bodies_overlap(local, world):
         distance = np.linalg.norm(placed[0] - placed[1], axis=1)
         missed_without_pad += int((distance > balls[0].radius + balls[1].radius).sum())
     assert missed_without_pad > 0
-
-
-@given(st.integers(0, 2**32 - 1), st.sampled_from([1e-160, 1e-9, 1.0, 1e9, 1e160]))
-@settings(max_examples=60)
-def test_bodies_that_share_a_point_are_candidates_at_any_size(seed, size):
-    rng = np.random.default_rng(seed)
-    shared = rng.normal(size=3) * size
-    meshes = [TriangleMesh(np.vstack([shared, rng.normal(size=(2, 3)) * size]), [[0, 1, 2]]) for _ in range(2)]
-    bodies = [Body(str(k), mesh) for k, mesh in enumerate(meshes)]
-    turn, place = random_rotations(rng, 20), rng.normal(size=(20, 3)) * size
-    motion = Motion(np.arange(20), np.repeat(place[:, None], 2, 1), np.repeat(turn[:, None], 2, 1))
-    for stage in stages(bodies, np.array([[0, 1]])):
-        assert (stage.candidates(motion).verdict == Verdict.CANDIDATE).all()
 
 
 @kernel

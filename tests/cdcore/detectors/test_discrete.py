@@ -70,23 +70,6 @@ def test_a_look_is_the_first_frame_at_or_after_each_tick():
     assert asked_at(expected, times, rate, block=7)
 
 
-def test_a_verdict_stands_until_the_next_look():
-    xs = [0.9] * 4 + [3.0] * 6
-    late = create_detector("discrete", BODIES, rate_hz=22.5).detect(along(xs, np.arange(1, 11) / 90))
-    assert late.verdict[:, 0].tolist() == [1] * 7 + [0] * 3
-
-
-def test_a_fast_ball_passes_a_thin_plate_unseen_between_looks():
-    plate = [Body("ball", ball_mesh(0.01)), Body("plate", box_mesh((0.002, 1, 1)))]
-    times = np.arange(90) / 90
-    xs = -0.4505 + 1.0 * times
-    motion = along(xs, times)
-    full = create_detector("discrete", plate).detect(motion).verdict[:, 0] == Verdict.CONTACT
-    slow = create_detector("discrete", plate, rate_hz=7.5).detect(motion).verdict[:, 0] == Verdict.CONTACT
-    assert full.sum() == 2
-    assert not slow.any()
-
-
 def test_a_look_without_a_pose_teaches_nothing():
     times = np.arange(12) / 90
     motion = along([0.9] * 4 + [3.0] * 8, times)
@@ -112,24 +95,6 @@ def test_faces_and_sections_stand_with_the_verdict_they_were_seen_with():
             assert np.array_equal(detection.section(frame, 0), detection.section(0, 0))
         assert detection.faces(4, 0).tolist() != detection.faces(0, 0).tolist()
         assert len(detection.section(5, 0)) > 0
-
-
-@pytest.mark.parametrize("rate", [None, 22.5, 31.0])
-@pytest.mark.parametrize("block", [1, 7, 64])
-def test_a_stream_says_what_the_whole_says_at_any_rate(rate, block):
-    bodies, motion = lab(150)
-    detector = create_detector("discrete", bodies, rate_hz=rate)
-    whole, joined = detector.detect(motion, faces=True), join(detector.stream(motion.blocks(block), faces=True))
-    assert joined.digest == whole.digest
-    assert joined.faces_digest == whole.faces_digest
-    assert joined.work == whole.work
-
-
-def test_the_queries_follow_the_formula_frames_at_ticks_times_pairs_with_poses():
-    bodies, motion = lab(180)
-    detection = create_detector("discrete", bodies, rate_hz=22.5).detect(motion)
-    known = motion.valid[:, detection.pairs[:, 0]] & motion.valid[:, detection.pairs[:, 1]]
-    assert detection.work["pair_looks"] == known[::4].sum() == detection.work["sphere_tests"]
 
 
 RIM, INNER = 0.1, 0.033
@@ -165,16 +130,6 @@ def seconds_below(seconds):
     turn = 2 * np.pi * 0.35
     stays = [((np.pi / 2 + k * 2 * np.pi - 0.2) / turn, (3 * np.pi / 2 + k * 2 * np.pi - 0.2) / turn) for k in range(9)]
     return [(start, min(end, seconds)) for start, end in stays if start < seconds]
-
-
-@pytest.mark.parametrize("rate", [50.0, 60.0, 72.0, 90.0])
-def test_a_fixed_step_holds_what_it_saw_at_the_last_tick(rate):
-    foot, motion = stirring(rate=240.0)
-    held = counts_as_contact(create_detector("collider", [BEAKER, ROD], rate_hz=rate).detect(motion).verdict)[:, 0]
-    ticks = np.floor((motion.times + 1e-6) * rate)
-    seen = [frame for frame in range(len(foot)) if frame == 0 or ticks[frame] > ticks[frame - 1]]
-    last = np.array([max(one for one in seen if one <= frame) for frame in range(len(foot))])
-    assert np.array_equal(held, foot[last] <= RIM)
 
 
 def test_a_sphere_misses_the_corner_that_sticks_out_and_says_that_its_shape_is_the_cause():
@@ -213,9 +168,3 @@ def test_bodies_are_in_contact_from_the_sum_of_both_skins_on(shape):
         assert bare.detect(motion).verdict[:, 0].tolist() == [1, 0, 0, 0, 0, 0]
         assert skinned.detect(motion).verdict[:, 0].tolist() == [1, 1, 1, 0, 0, 1]
         assert detect_live(skinned, motion).digest == skinned.detect(motion).digest
-
-
-def test_a_mesh_as_collider_gives_the_verdicts_of_exact():
-    _, motion = stirring()
-    exact = create_detector("exact", [BEAKER, ROD]).detect(motion).verdict
-    assert np.array_equal(create_detector("collider", [BEAKER, ROD], shape="mesh").detect(motion).verdict, exact)

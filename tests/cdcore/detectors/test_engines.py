@@ -52,25 +52,6 @@ def test_a_cube_above_a_plate_is_in_contact_below_the_distance_that_the_engine_d
     assert found.tolist() == np.less(GAPS * 1000, REACH[name]).tolist()
 
 
-@pytest.mark.skipif(find_spec("rapier3d") is None, reason="rapier3d is an extra")
-def test_the_default_of_rapier_is_that_of_its_own_parameters():
-    from rapier3d import IntegrationParameters
-
-    default = create_detector("rapier", [Body("a", box_mesh())]).settings.prediction_m
-    assert default == pytest.approx(IntegrationParameters().prediction_distance(), rel=1e-6)
-
-
-@pytest.mark.skipif(find_spec("pybullet") is None, reason="pybullet is an extra")
-def test_the_default_of_bullet_is_that_of_a_new_body():
-    import pybullet
-
-    client = pybullet.connect(pybullet.DIRECT)
-    shape = pybullet.createCollisionShape(pybullet.GEOM_MESH, vertices=box_mesh().vertices.tolist())
-    margin = pybullet.getDynamicsInfo(pybullet.createMultiBody(1.0, shape), -1)[11]
-    pybullet.disconnect(client)
-    assert create_detector("bullet", [Body("a", box_mesh())]).settings.margin_m == margin
-
-
 @pytest.mark.parametrize(
     ("name", "settings", "millimetres"),
     [

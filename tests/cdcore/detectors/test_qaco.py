@@ -80,17 +80,6 @@ def test_a_budget_in_seconds_has_no_digest():
     assert create_detector("qaco", bodies).detect(motion).digest is not None
 
 
-def test_a_larger_budget_finds_no_fewer_contacts_from_cold_starts():
-    bodies, motion = lab(150)
-    found = [
-        create_detector("qaco", bodies, budget=budget, warm_start=False).detect(motion).verdict == Verdict.CONTACT
-        for budget in (50, 500, 5000)
-    ]
-    assert (found[0] <= found[1]).all()
-    assert (found[1] <= found[2]).all()
-    assert found[0].sum() < found[2].sum()
-
-
 @cache
 def found(name, **settings):
     bodies, motion = lab(150)
@@ -121,13 +110,6 @@ def test_deciding_by_search_invents_nothing_and_says_not_found_instead_of_clear(
     assert (search.verdict[missed] == Verdict.NOT_FOUND).all()
     for frame, pair in np.argwhere(contact).tolist():
         assert set(map(tuple, search.faces(frame, pair))) <= set(map(tuple, exact.faces(frame, pair)))
-
-
-def test_a_tiny_budget_misses_and_the_meshes_make_up_for_it():
-    short = {"budget": 3, "warm_start": False}
-    exact = found("exact").verdict == Verdict.CONTACT
-    assert (found("hybrid-qaco", **short).verdict[exact] == Verdict.NOT_FOUND).any()
-    assert found("hybrid-qaco", decide="mesh", **short).digest == found("hybrid").digest
 
 
 def test_containment_is_refused_where_nothing_decides_it():

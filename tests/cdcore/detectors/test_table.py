@@ -142,8 +142,3 @@ def test_it_says_when_to_choose_it_and_what_it_cannot_do(name):
         assert isinstance(words, str) and words == words.strip() and len(words.split()) >= 2
         assert "\n" not in words and not words.endswith(".")
     assert detector.__doc__
-
-
-def test_no_two_rows_are_to_be_chosen_for_the_same_reason():
-    reasons = [load_detector(name).choose_when for name in TABLE]
-    assert len(set(reasons)) == len(reasons)

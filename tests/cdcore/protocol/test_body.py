@@ -7,16 +7,12 @@ from support.shapes import box_mesh, still
 from cdcore import Body
 from cdcore.errors import InvalidPairError, InvalidPoseError
 from cdcore.protocol import (
-    Verdict,
     blocks_in_order,
-    contact_or_clear,
     ordered_by_name,
-    pair_has_pose,
     require_bodies,
     resolve_pairs,
 )
 from cdcore.protocol.blocks import looks_at, looks_of
-from cdcore.protocol.motion import Motion
 
 BODIES = [Body(name, box_mesh()) for name in ("table", "rod", "cup")]
 
@@ -80,16 +76,6 @@ def test_a_block_that_starts_before_the_last_one_ended_is_refused():
         list(blocks_in_order([motion.frames(0, 3), motion.frames(2, 6)]))
 
 
-def test_a_pair_has_a_pose_where_both_bodies_have_one():
-    valid = np.array([[True, True, False], [True, False, True]])
-    motion = Motion([0, 1], np.zeros((2, 3, 3)), np.tile(np.eye(3), (2, 3, 1, 1)), valid)
-    pairs = np.array([[0, 1], [0, 2]])
-    assert pair_has_pose(motion, pairs).tolist() == [[True, False], [False, True]]
-    verdicts = contact_or_clear(np.array([[True, True], [False, False]]), motion, pairs)
-    assert verdicts.tolist() == [[Verdict.CONTACT, Verdict.NO_POSE], [Verdict.NO_POSE, Verdict.CLEAR]]
-    assert verdicts.dtype == np.uint8
-
-
 def test_pairs_are_ordered_by_name_and_the_turned_ones_are_marked():
     ordered, turned = ordered_by_name(BODIES_blocks, np.array([[0, 1], [1, 0], [2, 0]]))
     assert ordered.tolist() == [[1, 0], [1, 0], [0, 2]]
@@ -111,8 +97,3 @@ def test_a_rate_at_the_frames_own_looks_at_every_frame_though_stamps_are_rounded
     times = np.round(np.arange(9000) / 90, 9)
     assert looks_of(times, 90.0)[0].all()
     assert looks_of(times, 45.0)[0].sum() == 4500
-
-
-def test_no_frame_is_no_look():
-    looks, tick = looks_of(np.zeros(0), 50.0, 3.0)
-    assert len(looks) == 0 and tick == 3.0

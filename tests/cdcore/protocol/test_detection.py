@@ -57,17 +57,6 @@ def test_the_faces_digest_changes_with_one_face():
     assert detection(face_sets=other).digest == detection().digest
 
 
-def test_stored_rows_that_are_shared_give_the_digest_of_rows_that_are_not():
-    plain = FaceSets.from_lists([0, 1], [0, 0], [FACES, FACES])
-    shared = FaceSets.from_shared(np.array([0, 1]), np.array([0, 0]), np.array([0, 0]), [FACES])
-    assert detection(face_sets=plain).faces_digest == detection(face_sets=shared).faces_digest
-
-
-def test_a_budget_in_seconds_has_no_digest():
-    assert detection(reproducible=False).digest is None
-    assert detection(reproducible=False).faces_digest is None
-
-
 def test_what_was_not_recorded_is_named():
     bare = detection(face_sets=None)
     with pytest.raises(NotRecordedError, match=r"'test' holds no face pairs; call detect\(motion, faces=True\)"):
@@ -133,11 +122,6 @@ def test_a_joined_result_is_reproducible_only_if_all_blocks_are():
 def test_no_blocks_cannot_be_joined():
     with pytest.raises(ValueError, match="no block to join"):
         join([])
-
-
-def test_verdicts_cannot_be_changed():
-    with pytest.raises(ValueError, match="read-only"):
-        detection().verdict[0, 0] = 1
 
 
 ALL = np.arange(8, dtype=np.uint8).reshape(2, 4)
@@ -210,14 +194,3 @@ def test_frames_that_share_a_set_store_it_once():
 def test_an_entry_without_faces_is_no_contact_and_is_left_out():
     sets = FaceSets.from_lists([0, 1], [0, 0], [np.zeros((0, 2)), np.array([[5, 6]])])
     assert sets.frame.tolist() == [1]
-
-
-def test_they_are_read_only():
-    sets = FaceSets.from_lists([0], [0], [np.array([[1, 2]])])
-    with pytest.raises(ValueError, match="read-only"):
-        sets.faces[0] = 0
-
-
-def test_nothing_joined_is_nothing():
-    assert FaceSets.join([]).counts(2, 2).tolist() == [[0, 0], [0, 0]]
-    assert FaceSets.from_lists([], [], []).at(0, 0).shape == (0, 2)

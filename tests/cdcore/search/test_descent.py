@@ -1,16 +1,14 @@
 """Local search goes down to ever closer pairs; resting pairs are searched again only when they move."""
 
 import numpy as np
-from scipy.spatial import cKDTree
 from support.crossing_paths import crossing_paths
-from support.search_scenes import I3, ball_of, colliding_poses, search_of, torus_mesh
+from support.search_scenes import I3, ball_of, search_of, torus_mesh
 from support.shapes import box_mesh, random_rotations
 
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.search.advance import follow
-from cdcore.search.descent import DRAWS
 from cdcore.search.features import NEIGHBOURS, RADIUS, features_of
-from cdcore.search.resting_contact import RestingContact, distance_moved, relative_of
+from cdcore.search.resting_contact import RestingContact, distance_moved
 from cdcore.search.sample_control import PROBE
 
 HERE = (I3, np.zeros(3))
@@ -37,35 +35,6 @@ def distances(search, firsts, seconds):
     turn, move = search._state["relative"][:9].reshape(3, 3), search._state["relative"][9:]
     a, b = (features.rows[:, :3] for features in (search.first, search.second))
     return np.linalg.norm((a[firsts] @ turn.T + move)[:, None] - b[seconds][None], axis=2)
-
-
-def test_a_walk_over_convex_faces_ends_at_the_closest_pair_of_apart_balls():
-    ball = ball_of(2000)
-    search = search_of(ball, ball, variant="local", budget=20_000)
-    look = search.look((I3, np.array([2.5, 0.1, 0.2])), (I3, np.zeros(3)), 0.0)
-    centroids = search.first.rows[:, :3], search.second.rows[:, :3]
-    gaps = cKDTree(centroids[1]).query(centroids[0] + [2.5, 0.1, 0.2])[0]
-    assert look.distance < 1.03 * gaps.min()
-
-
-def test_it_finds_a_contact_with_far_fewer_evaluations_than_random_draws():
-    ball = ball_of(5000)
-    poses = colliding_poses(ball, ball, 20, seed=11)
-    spent = {}
-    for variant in ("local", "random"):
-        search = search_of(ball, ball, variant=variant, budget=20_000)
-        spent[variant] = [search.look(pose, (I3, np.zeros(3)), k).evaluations for k, pose in enumerate(poses)]
-    assert np.mean(spent["local"]) < 0.3 * np.mean(spent["random"])
-
-
-def test_a_warm_start_at_the_contact_of_the_frame_before_needs_a_few_evaluations():
-    ball = ball_of(5000)
-    search = search_of(ball, ball, variant="local", budget=20_000)
-    place = np.array([1.7, 0.3, 0.1])
-    before = search.look((I3, place), (I3, np.zeros(3)), 0.0)
-    after = search.look((I3, place + 0.002), (I3, np.zeros(3)), 1.0, start=before.hit)
-    assert after.hit is not None
-    assert after.evaluations < DRAWS * 2
 
 
 def test_a_way_ends_only_where_no_neighbour_and_where_balls_overlap_no_two_neighbours_are_closer():
@@ -108,17 +77,6 @@ def carried(frames=200, aside=0.05, seed=3):
     place = np.stack([hand, hand + turn @ np.array([aside, 0.0, 0.0])], axis=1)
     bodies = [Body("a", torus_mesh()), Body("b", ball_of(1200, 0.5))]
     return bodies, Motion(np.arange(frames) / 90, place, np.stack([turn, turn], axis=1))
-
-
-def test_relative_poses_place_the_first_body_in_the_frame_of_the_second():
-    _, motion = carried(5)
-    poses = relative_of(motion, np.ones((5, 1), dtype=bool), [(0, 1)])[0]
-    point = np.array([0.3, -0.2, 0.7])
-    for frame, pose in enumerate(poses):
-        world = motion.rotations[frame, 0] @ point + motion.translations[frame, 0]
-        expected = motion.rotations[frame, 1].T @ (world - motion.translations[frame, 1])
-        assert np.allclose(pose[:9].reshape(3, 3) @ point + pose[9:12], expected, atol=1e-14)
-        assert pose[12] == np.abs(motion.translations[frame]).max()
 
 
 def test_no_point_of_the_body_moves_farther_than_the_bound_says():

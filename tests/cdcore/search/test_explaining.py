@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.crossing_paths import crossing_paths
 from support.search_scenes import ball_of
-from support.shapes import box_mesh, lab, still
+from support.shapes import box_mesh, lab
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.protocol import Explains
@@ -40,11 +40,6 @@ def test_what_was_found_is_found_again_with_more_budget_and_spheres_that_part_sa
     assert detector.explain(motion, 2, 0, faces.faces(0, 0)).spheres_meet is False
     inside = detector.explain(motion, 0, 0, NOTHING)
     assert inside.sample_meets is None and inside.found_with_more is None
-
-
-def test_ten_times_one_evaluation_is_still_too_little_where_few_faces_meet():
-    _, _, told = stages_that_failed("qaco", budget=1, variant="random", warm_start=False)
-    assert len(told) > 10 and not all(one.found_with_more for one in told.values())
 
 
 def test_where_meshes_decide_no_search_is_to_blame():
@@ -112,39 +107,6 @@ def decide(motion, faces=False, **settings):
     return stage.decide(motion, everywhere(motion), stage.fresh_memory(), faces=faces)
 
 
-def test_a_pair_that_stands_still_is_searched_once():
-    answer = decide(still(two_balls(), [[1.6, 0, 0], [0, 0, 0]], frames=30), faces=True)
-    assert answer.hits.all()
-    assert (answer.work["looks"], answer.work["reused"]) == (1, 29)
-    sets = answer.face_sets()
-    assert len(sets.at(29, 0)) > 10
-    assert np.array_equal(sets.at(0, 0), sets.at(29, 0))
-
-
-def test_a_warm_start_finds_more_for_less_than_a_cold_one():
-    warm = decide(approach(), budget=300)
-    cold = decide(approach(), budget=300, warm_start=False)
-    assert warm.hits.sum() > cold.hits.sum()
-    assert warm.work["evaluations"] < cold.work["evaluations"]
-
-
-def test_frames_that_are_not_candidates_are_not_looked_at():
-    motion = approach()
-    stage = SearchStage(two_balls(), PAIRS, SearchSettings())
-    near = everywhere(motion)
-    near[:50] = False
-    answer = stage.decide(motion, near, stage.fresh_memory())
-    assert not answer.hits[:50].any()
-    assert answer.work["looks"] == 10
-
-
-def test_asking_for_faces_changes_no_hit_and_no_evaluation():
-    plain, faced = decide(approach()), decide(approach(), faces=True)
-    assert np.array_equal(plain.hits, faced.hits)
-    assert plain.work["evaluations"] == faced.work["evaluations"]
-    assert plain.work["flood_tests"] == 0 < faced.work["flood_tests"]
-
-
 def test_without_stopping_at_the_first_hit_the_budget_is_spent_on_further_curves():
     first, more = (decide(approach(), faces=True, budget=3000, stop_first=stop) for stop in (True, False))
     assert np.array_equal(first.hits, more.hits)
@@ -162,12 +124,3 @@ def test_auto_exceeds_the_budget_in_one_frame_of_25_at_most_and_is_the_same_for_
     whole = detector.detect(motion)
     assert join(parts).digest == whole.digest == detector.detect(motion, faces=True).digest
     assert (whole.verdict == Verdict.CONTACT).any()
-
-
-def test_a_fixed_number_of_samples_finds_less_than_all_faces():
-    bodies, motion = crossing_paths(5, 120)
-    found = [
-        (create_detector("qaco", bodies, samples=samples).detect(motion).verdict == Verdict.CONTACT).sum()
-        for samples in (60, 10_000, None)
-    ]
-    assert found[0] < found[1] == found[2]

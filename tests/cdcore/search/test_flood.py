@@ -6,7 +6,6 @@ from support.search_scenes import I3, NO_SEEDS, ball_of, colliding_poses, exact_
 from support.shapes import ball_mesh, box_mesh, rod_mesh
 
 from cdcore import TriangleMesh
-from cdcore.narrow.level_tree import morton_codes
 from cdcore.search.features import CORNERS, NEIGHBOURS, RADIUS, features_of
 
 HERE = (I3, np.zeros(3))
@@ -74,32 +73,12 @@ def test_arrays_grow_with_thousands_of_pairs():
     assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
 
 
-def test_every_face_occurs_once_with_its_own_corners():
-    mesh = torus_mesh()
-    features = features_of(mesh)
-    assert sorted(features.face.tolist()) == list(range(len(mesh.faces)))
-    assert np.array_equal(features.rows[:, CORNERS:].reshape(-1, 3, 3), mesh.triangles[features.face])
-
-
 def test_the_ball_around_a_face_holds_its_corners():
     features = features_of(ball_mesh(3.0, 12, 17))
     corners = features.rows[:, CORNERS:].reshape(-1, 3, 3)
     far = np.linalg.norm(corners - features.rows[:, None, :RADIUS], axis=2).max(axis=1)
     assert (far <= features.rows[:, RADIUS]).all()
     assert np.linalg.norm(corners, axis=2).max() <= features.size
-
-
-def test_neighbours_in_number_are_neighbours_in_space():
-    rows = features_of(torus_mesh()).rows
-    step = np.linalg.norm(np.diff(rows[:, :3], axis=0), axis=1)
-    shuffled = np.random.default_rng(0).permutation(len(rows))
-    assert step.mean() < 0.2 * np.linalg.norm(np.diff(rows[shuffled, :3], axis=0), axis=1).mean()
-
-
-def test_morton_codes_of_the_corners_of_a_cube_follow_its_bits():
-    corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
-    assert (np.diff(morton_codes(corners)) > 0).all()
-    assert morton_codes(np.zeros((3, 3))).tolist() == [0, 0, 0]
 
 
 def test_edge_neighbours_come_first_and_share_two_corners_the_others_one():

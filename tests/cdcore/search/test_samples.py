@@ -5,10 +5,9 @@ import pytest
 from support.search_scenes import I3, NO_SEEDS, ball_of, exact_pairs, search_of, torus_mesh
 from support.shapes import merged, moved
 
-from cdcore import TriangleMesh
 from cdcore.search.features import NEIGHBOURS, features_of
 from cdcore.search.rng import stream_of
-from cdcore.search.sample_control import BANDS, ENOUGH, EXPLORE, FORGET, LEVELS, TRY_LEVEL, SampleControl, band_of
+from cdcore.search.sample_control import ENOUGH, EXPLORE, FORGET, LEVELS, TRY_LEVEL, SampleControl
 from cdcore.search.samples import sample_of
 
 HERE = (I3, np.zeros(3))
@@ -23,25 +22,12 @@ def test_a_larger_sample_holds_every_smaller_one_and_a_name_of_its_own_draws_ano
     assert set(sample_of(features, 50, 2, "ring").pick.tolist()) != small
 
 
-def test_as_many_as_there_are_is_the_mesh_itself():
-    features = features_of(ball_of(200))
-    for size in (None, len(features), 10**6):
-        sample = sample_of(features, size, 0, "a")
-        assert sample.pick.tolist() == list(range(len(features)))
-        assert sample.near is features.near
-
-
 def test_faces_are_drawn_by_their_area():
     small, large = ball_of(300, 0.1), moved(ball_of(300, 1.0), (5, 0, 0))
     features = features_of(merged(small, large))
     is_large = features.face >= len(small.faces)
     drawn = np.mean([is_large[sample_of(features, 30, seed, "a").pick].mean() for seed in range(40)])
     assert drawn > 0.97
-
-
-def test_a_mesh_without_area_is_sampled_evenly():
-    needle = TriangleMesh([[k, 0, 0] for k in range(41)], [[k, k + 1, k] for k in range(40)])
-    assert len(sample_of(features_of(needle), 10, 0, "a")) == 10
 
 
 def test_neighbours_of_a_sample_are_its_nearest_centroids():
@@ -86,11 +72,6 @@ def test_another_seed_pair_frame_or_restart_gives_another_stream():
     assert len({tuple(first(*key)) for key in keys}) == len(keys)
 
 
-def test_numbers_do_not_depend_on_how_many_are_drawn_at_a_time():
-    whole, parts = stream_of(0, "a", "b", 0.0, 0), stream_of(0, "a", "b", 0.0, 0)
-    assert np.array_equal(whole.random(100), np.concatenate([parts.random(33), parts.random(67)]))
-
-
 def test_the_first_numbers_of_a_known_key_are_these_on_every_machine():
     import hashlib
 
@@ -106,20 +87,9 @@ def taught(hits=200, band=0, evaluations=300, target=0.99):
     return control
 
 
-def test_bands_grow_with_the_gap():
-    bands = [band_of(gap) for gap in (-1.0, 0.0, 1e-9, 0.2, 0.3, 1.0, 3.0, 1e9)]
-    assert bands == sorted(bands)
-    assert (bands[0], bands[-1]) == (0, BANDS - 1)
-    assert band_of(float("nan")) == 0
-
-
 def test_while_little_is_known_every_pair_gets_its_share():
     assert SampleControl(4000, 0.99).allowance(9, 1000, 4) == 250
     assert taught(ENOUGH - 1).allowance(9, 1000, 4) == 250
-
-
-def test_no_pair_gets_more_than_twice_what_hits_have_needed():
-    assert 300 <= taught().allowance(0, 10**6, 1) <= 4 * 300
 
 
 def test_distant_pairs_are_passed_over_only_after_a_hundred_hits_and_still_looked_at_now_and_then():

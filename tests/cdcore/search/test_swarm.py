@@ -54,29 +54,6 @@ def test_the_amplitude_map_draws_the_ends_twenty_times_too_often():
     assert often[450:550].mean() == pytest.approx(0.64, rel=0.02)
 
 
-def test_places_follow_the_arc_cosine_of_the_amplitude():
-    angles = np.random.default_rng(1).uniform(-9, 9, 5000)
-    for chain, amplitude in ((0, np.cos(angles)), (1, np.sin(angles))):
-        places = np.zeros(5000, dtype=np.int64)
-        decode_all(angles, chain, 40, state_of(), places)
-        exact = np.arccos(amplitude) / np.pi * 40
-        clear = np.abs(exact - np.round(exact)) > 1e-6
-        assert np.array_equal(places[clear], np.minimum(exact[clear].astype(int), 39))
-
-
-def test_one_feature_is_always_the_first():
-    places = np.full(100, -1)
-    decode_all(np.linspace(-7, 7, 100), 0, 1, state_of(), places)
-    assert not places.any()
-
-
-def test_amplitudes_stay_on_the_unit_circle_through_a_hundred_thousand_gates():
-    angles, random = np.array([0.3]), np.random.default_rng(0).random(300_000)
-    step_along(angles, np.array([2.0]), state_of(mutation=0.05), random)
-    assert abs(np.cos(angles[0]) ** 2 + np.sin(angles[0]) ** 2 - 1) < 1e-12
-    assert abs(angles[0]) <= np.pi * (1 + 1e-12)
-
-
 def test_not_twice_is_the_identity():
     start = np.linspace(-3.1, 3.1, 63)
     angles = start.copy()
@@ -168,18 +145,3 @@ def test_the_block_in_which_random_numbers_come_changes_nothing(variant, monkeyp
         monkeypatch.setattr(pair_search, "BLOCK", block)
         looks.append(search_of(ball, ball, variant=variant, budget=6000).look(APART, HERE, 0.0))
     assert looks[0] == looks[1] == looks[2]
-
-
-@pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random"])
-def test_the_closest_pair_only_gets_closer_with_the_budget(variant):
-    ball = ball_of(600)
-    search = search_of(ball, ball, variant=variant)
-    best = [search.look(APART, HERE, 0.0, budget=budget).distance for budget in (20, 100, 500, 2500, 10_000)]
-    assert best == sorted(best, reverse=True)
-    assert best[-1] < best[0]
-
-
-def test_one_ant_is_a_random_walk_that_still_ends():
-    ball = ball_of(100)
-    look = search_of(ball, ball, variant="corrected", ants=1, budget=500).look(APART, HERE, 0.0)
-    assert (look.evaluations, look.reason) == (500, "budget")

@@ -111,31 +111,6 @@ def test_a_matrix_gives_its_component_formulas_by_rows_and_transposed_by_columns
     assert np.abs((matrix.T @ rows.T)[:3].T - wanted).max() < 1e-12
 
 
-@pytest.mark.parametrize("order", ["xyz", "zxy"], ids=["left to right", "Unity's Euler angles"])
-def test_products_act_from_left_to_right(order):
-    for angles in RNG.uniform(-np.pi, np.pi, (100, 3)):
-        first, second, third = (
-            row_rotation("xyz".index(axis), angle) for axis, angle in zip(order, angles, strict=True)
-        )
-        expected = Rotation.from_euler(order, angles).as_matrix()
-        assert np.abs((first @ second @ third).T[:3, :3] - expected).max() < 2e-15
-
-
-def test_a_scale_about_a_centre_leaves_it_where_it_is_and_the_printed_one_does_not():
-    centre, scale = np.array([1.0, -2.0, 0.5]), [2.0, 3.0, 0.5]
-    about, offset = row_scale(scale, centre), np.array([0.1, 0.2, 0.3])
-    assert np.abs(apply_row(centre, about) - centre).max() < 1e-15
-    assert np.allclose(apply_row(centre + offset, about), centre + offset * scale)
-    assert np.allclose(apply_row(centre, row_scale(scale)), centre * scale)
-
-
-def test_scaling_before_rotating_shears_nothing_and_scaling_after_it_does():
-    turn, scale = row_rotation(0, A) @ row_rotation(2, G), row_scale([1.0, 2.0, 3.0])
-    right, wrong = ((part @ part.T)[:3, :3] for part in (scale @ turn, turn @ scale))
-    assert np.abs(right - np.diag([1.0, 4.0, 9.0])).max() < 1e-14
-    assert np.abs(wrong - np.diag(np.diag(wrong))).max() > 0.1
-
-
 def test_quaternions_are_read_as_xyzw():
     quaternions = np.random.default_rng(0).normal(size=(1000, 4))
     expected = Rotation.from_quat(quaternions).as_matrix()

@@ -18,7 +18,6 @@ from support.shapes import (
 )
 
 from cdcore import Body, Motion, TriangleMesh, Verdict
-from cdcore.narrow.containment import closed_parts
 from cdcore.narrow.containment import containment_stage as containment
 from cdcore.narrow.containment.containment_stage import (
     ContainmentStage,
@@ -27,7 +26,6 @@ from cdcore.narrow.containment.containment_stage import (
 )
 
 PAIR = np.array([[0, 1]])
-STILL = (np.eye(3), np.zeros(3))
 
 
 def asked(inner, outer, motion=None):
@@ -76,23 +74,6 @@ def test_contained_is_a_body_of_which_a_part_is_inside_a_closed_mesh(case, turne
     assert asked(*((outer, inner) if turned else (inner, outer))).tolist() == [expected]
 
 
-@pytest.mark.parametrize("case", shapes())
-@pytest.mark.parametrize("world", [0.0, 1.0, 1e3])
-def test_a_pose_shared_by_both_changes_nothing(case, world):
-    inner, outer, expected = shapes()[case]
-    rng = np.random.default_rng(0)
-    turn, place = random_rotations(rng, 25), rng.normal(size=(25, 3)) * world
-    motion = Motion(np.arange(25), np.repeat(place[:, None], 2, 1), np.repeat(turn[:, None], 2, 1))
-    assert (asked(inner, outer, motion) == expected).all()
-
-
-@pytest.mark.parametrize("case", shapes())
-def test_the_slow_exact_answer_is_the_same(case):
-    inner, outer, expected = shapes()[case]
-    if outer.is_closed:
-        assert any_part_inside(inner, STILL, outer, STILL) == expected
-
-
 def test_random_relative_poses_agree_with_the_exact_answer():
     inner, outer = ball_mesh(0.004, 4, 6), beaker_mesh(0.04, 0.1, 0.01)
     rng = np.random.default_rng(1)
@@ -127,22 +108,6 @@ def _shared_volume(a, b, motion, k):
     one, other = (Manifold(Mesh64(p, mesh.faces.astype(np.uint64))) for p, mesh in zip(placed, (a, b), strict=True))
     assert not one.is_empty() and not other.is_empty()
     return (one ^ other).volume()
-
-
-def test_a_body_of_a_thousand_parts_far_away_asks_about_none_of_them(monkeypatch):
-    one = box_mesh((1e-3, 1e-3, 1e-3))
-    places = np.random.default_rng(0).uniform(-1, 1, (1000, 3))
-    dust = TriangleMesh(
-        (places[:, None] + one.vertices).reshape(-1, 3), (np.arange(1000)[:, None, None] * 8 + one.faces).reshape(-1, 3)
-    )
-    calls = []
-    kernel = containment.may_be_inside
-    monkeypatch.setattr(containment, "may_be_inside", lambda *args: calls.append(len(args[5])) or kernel(*args))
-    far = np.repeat([[[9.0, 0, 0], [0, 0, 0]]], 3, 0)
-    assert not asked(dust, box_mesh(), Motion(np.arange(3), far, np.tile(np.eye(3), (3, 2, 1, 1)))).any()
-    assert calls == []
-    assert asked(dust, box_mesh()).all()
-    assert calls[0] == 1  # the middle of the dust, then its grains; the box fits in none
 
 
 def _clearance(inner, outer, motion):
@@ -211,20 +176,6 @@ def test_containment_is_refused_where_parts_overlap_or_lie_inside_each_other(par
     assert word == ("decided" if decided else "refused: parts has doubled or overlapping faces")
 
 
-def test_a_mesh_of_one_part_is_not_compared_with_itself(monkeypatch):
-    monkeypatch.setattr(closed_parts, "_any_meet", lambda *_: pytest.fail("asked"))
-    assert closed_parts.parity_is_inside(beaker_mesh())
-    assert closed_parts.parity_is_inside(merged(box_mesh(), moved(box_mesh(), [9, 0, 0])))
-
-
-def test_columns_answer_for_their_own_pair():
-    bodies = [Body("ball", ball_mesh(0.1)), Body("box", box_mesh()), Body("far", moved(box_mesh(), [9, 0, 0]))]
-    stage = ContainmentStage(bodies, np.array([[2, 0], [0, 1]]))
-    motion = still(bodies, np.zeros((3, 3)), frames=3)
-    frames, columns = np.array([0, 1, 2, 0]), np.array([0, 0, 1, 1])
-    assert stage.contained(motion, frames, columns).tolist() == [False, False, True, True]
-
-
 def test_marking_says_which_are_inside_and_how_many_were_asked():
     bodies = [Body("inner", ball_mesh(0.1)), Body("outer", box_mesh())]
     motion = still(bodies, np.zeros((2, 3)))
@@ -237,10 +188,3 @@ def test_marking_says_which_are_inside_and_how_many_were_asked():
         assert stage.mark(motion, frames, columns, verdict) == (len(motion) if marked else 0)
         assert (verdict == marked).all()
         assert stage.contained(motion, frames, columns).all() == bool(marked)
-
-
-def test_a_stage_that_is_not_asked_says_why_of_every_pair():
-    bodies = [Body("inner", ball_mesh(0.1)), Body("outer", box_mesh())]
-    assert ContainmentStage(bodies, PAIR).words == ("decided",)
-    assert ContainmentStage(bodies, PAIR, asked=False).words == ("refused: containment=False",)
-    assert ContainmentStage(bodies, PAIR, asked=False, refusal="refused: no").words == ("refused: no",)

@@ -26,7 +26,6 @@ from cdcore.narrow.continuous.segment_stage import (
     DEFAULT_EFFORT,
     DEFAULT_TOLERANCE,
     HALF_TURN,
-    SHORTEST,
     TOO_LARGE,
     SegmentStage,
     decide_segments,
@@ -94,45 +93,6 @@ def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind):
     assert grazed < met
 
 
-def test_the_oracle_finds_what_is_known_in_closed_form():
-    floor = np.array([[0, 0, 0], [8, 0, 0], [0, 8, 0]])
-    tip = np.array([[1, 1, 3], [1, 2, 5], [2, 1, 5]])
-    down = np.array([0, 0, -7])
-    assert first_meeting(tip, tip + down, floor, floor) == (Fraction(3, 7), Fraction(3, 7)) or (
-        lambda found: found[0] <= Fraction(3, 7) <= found[1]
-    )(first_meeting(tip, tip + down, floor, floor))
-    assert first_meeting(tip, tip - down, floor, floor) is None
-    aside = np.array([9, 9, 0])
-    assert first_meeting(tip + aside, tip + aside + down, floor, floor) is None
-    # an edge over an edge, crosswise, and the same motion backwards
-    bar, cross = np.array([[-4, 0, 1]] * 2 + [[4, 0, 1]]), np.array([[0, -4, 0]] * 2 + [[0, 4, 0]])
-    found = first_meeting(bar, bar + np.array([0, 0, -4]), cross, cross)
-    assert found[0] <= Fraction(1, 4) <= found[1]
-    back = first_meeting(bar + np.array([0, 0, -4]), bar, cross, cross)
-    assert back[0] <= Fraction(3, 4) <= back[1]
-    # in one plane all the time
-    slide = first_meeting(floor + np.array([10, 0, 0]), floor + np.array([0, 0, 0]), floor, floor)
-    assert slide[0] <= Fraction(1, 5) <= slide[1]
-
-
-def test_seconds_enclose_the_shares_and_stay_within_the_leg():
-    ball = KINDS["soup"](np.random.default_rng(0))
-    stage = stage_of(ball, ball + np.array([50.0, 0, 0]))
-    start, stop = 1e6 + 1 / 3, 1e6 + 1 / 3 + 1 / 90
-    answer = decide(stage, [[[0, 0, 0], [0, 0, 0]], [[50, 0, 0], [0, 0, 0]]], (start, stop))
-    low, high = answer.impact[0]
-    assert answer.states[0] == HIT
-    assert start <= low < high <= stop
-    assert high - low <= SHORTEST + 4e-10
-
-
-def test_a_reason_says_what_to_change():
-    stage = stage_of(*[KINDS["soup"](np.random.default_rng(0))] * 2, tolerance=3e-4, effort=17)
-    assert "0.0003 m" in stage.reason(3)
-    assert "17 tests" in stage.reason(3)
-    assert "half a turn" in stage.reason(4)
-
-
 TREES = [build_box_tree(box_mesh((0.1, 0.1, 0.1)).triangles), build_box_tree(box_mesh((0.4, 0.02, 0.02)).triangles)]
 
 
@@ -163,22 +123,6 @@ def test_coordinates_beyond_the_bounds_are_told():
     assert decide_one(*poses(offset=(1e80, 0, 0)))[0] == TOO_LARGE
 
 
-@pytest.mark.parametrize("degrees", [(30, 0), (0, 30), (0, -30), (25, -25)])
-def test_the_answer_is_that_of_the_swapped_pair(degrees):
-    turn, move = poses(degrees)
-    state, shares, faces = decide_one(turn, move)
-    turned = decide_one(turn[:, ::-1].copy(), move[:, ::-1].copy(), TREES[::-1])
-    assert state == turned[0]
-    assert shares.tolist() == turned[1].tolist()
-    if state == HIT:
-        assert faces.tolist() == turned[2][::-1].tolist()
-
-
-def test_a_bar_that_turns_into_a_block_hits_it_and_one_that_turns_short_of_it_does_not():
-    assert decide_one(*poses((0, 80)))[0] == HIT
-    assert decide_one(*poses((0, 5)))[0] == FREE
-
-
 PLATE = build_box_tree(box_mesh((1.0, 1.0, 0.002)).triangles)
 BALL = build_box_tree(ball_mesh(0.01).triangles)
 
@@ -196,13 +140,6 @@ def ask(before, after, *, tolerance=1e-4, shortest=1e-7, effort=10_000, pad=None
     room = make_room(BALL, PLATE)
     bounds = Bounds(speed, acceleration, rounding if pad is None else pad, tolerance, shortest, effort)
     return first_contact(BALL, leg, PLATE, rest, bounds, room), room
-
-
-def test_a_ball_through_a_plate_hits_when_its_pole_reaches_it():
-    state, room = ask((0, 0, 0.1), (0, 0, -0.1))
-    assert state == HIT
-    assert room.found[0] <= 0.445 <= room.found[1]
-    assert room.found[1] - room.found[0] <= 1e-7
 
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9, 1e-11])

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 from support.motions import rotations
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, merged, random_rotations
+from support.shapes import ball_mesh, box_mesh, merged, random_rotations
 
-from cdcore.errors import InvalidTrianglesError
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.margins.margin_kernels import boxes_of, certainly_apart, overlap_bounds
 from cdcore.narrow.margins.separating_moves import come_apart, shell_vectors, unit
@@ -57,27 +56,6 @@ def test_clearance_is_the_distance_of_the_nearest_features(second, distance):
     assert one(FLOOR, second) == (False, pytest.approx(distance, rel=1e-15))
 
 
-def test_two_points_apart_are_so_far_apart_and_in_one_place_have_no_depth():
-    a, b = [[0, 0, 0]] * 3, [[3, 4, 0]] * 3
-    assert one(a, b) == (False, 5.0)
-    assert one(a, a) == (True, 0.0)
-
-
-@pytest.mark.parametrize("scale", [2.0**-500, 2.0**-30, 2.0**400])
-def test_scaling_by_a_power_of_two_scales_the_margin_exactly(scale):
-    meets, distance = triangle_margins(FAMILIES[0].pairs(30))
-    scaled_meets, scaled = triangle_margins(FAMILIES[0].pairs(30) * scale)
-    assert np.array_equal(meets, scaled_meets)
-    assert np.array_equal(distance * scale, scaled)
-
-
-@pytest.mark.parametrize("number", [1, 5, 9, 12, 20, 24])
-def test_the_margin_does_not_depend_on_order(number):
-    pairs = FAMILIES[number - 1].pairs(30)
-    for other in (pairs[:, ::-1], pairs[:, :, [2, 0, 1]], pairs[..., [1, 2, 0]]):
-        assert np.array_equal(triangle_margins(pairs)[1], triangle_margins(other)[1])
-
-
 def test_a_minimiser_comes_as_near_as_the_clearance():
     rng = np.random.default_rng(0)
     for _ in range(20):
@@ -123,11 +101,6 @@ def test_no_face_pair_within_reach_is_left_out_of_the_near_ones(reach):
     assert len(near) < 12 * 15 or reach == 2.0
 
 
-def test_coordinates_that_are_not_finite_are_refused():
-    with pytest.raises(InvalidTrianglesError, match="pair 0 has a coordinate that is not finite"):
-        triangle_margins(np.full((1, 2, 3, 3), np.nan))
-
-
 def bounds(pairs):
     low, high, apart = (np.empty(len(pairs)) for _ in range(3))
     overlap_bounds(np.ascontiguousarray(pairs).reshape(-1, 6, 3), low, high, apart)
@@ -142,15 +115,6 @@ def test_the_exact_margin_lies_within_the_bounds(family):
     assert (low[meets] <= margin[meets]).all()
     assert (margin[meets] <= high[meets]).all()
     assert (apart[~meets] <= margin[~meets]).all()
-
-
-def test_the_bounds_are_tight_where_nothing_is_hard():
-    pairs = FAMILIES[0].pairs(500)
-    meets, margin = triangle_margins(pairs)
-    low, high, apart = bounds(pairs)
-    assert (high[meets] - low[meets]).max() < 1e-9
-    assert (high[meets] > margin[meets] - 1e-12).all()
-    assert ((apart > 0) == ~meets).mean() > 0.99
 
 
 def least_distance(first, second):
@@ -198,16 +162,6 @@ def test_measured_surfaces_are_apart_by_just_their_exact_distance_whatever_featu
         assert measured_apart(first, second, far * np.array([1 - 1e-9, 1 + 1e-9])) == [True, False]
 
 
-def test_a_body_inside_a_hollow_one_is_apart_from_its_surface():
-    a, b = build_box_tree(ball_mesh(0.01).triangles), build_box_tree(beaker_mesh().triangles)
-    apart = np.zeros(2, dtype=bool)
-    moves = np.array([[0, 0, 0.05], [0, 0, 0.012]])
-    certainly_apart(
-        boxes_of(a), a, boxes_of(b), b, np.tile(np.eye(3), (2, 1, 1)), moves, np.full(2, 1e-3), False, apart
-    )
-    assert apart.tolist() == [True, False]
-
-
 def freed(first, second, step, turn=None, shift=(0, 0, 0)):
     """Whether two meshes, the first shifted, both in a turned world, come apart."""
     turn = np.eye(3) if turn is None else turn
@@ -234,24 +188,9 @@ def test_a_plug_too_large_for_its_hole_on_all_sides_needs_the_step_it_is_too_lar
     assert freed(box_mesh((1.002, 1.002, 3)), hole, step) == free
 
 
-def test_a_ball_leaves_a_wall_by_the_depth_of_its_corner():
-    assert freed(ball_mesh(0.5), box_mesh(), 1.01e-3, shift=(1 - 1e-3, 0.2, 0.1))
-    assert not freed(ball_mesh(0.5), box_mesh(), 0.9e-3, shift=(1 - 1e-3, 0.0, 0.0))
-
-
 def test_the_corners_of_a_cube_move_every_face_by_one():
     mesh = box_mesh()
     shell = shell_vectors(mesh.triangles, mesh.faces)
     normal = unit(np.cross(mesh.triangles[:, 1] - mesh.triangles[:, 0], mesh.triangles[:, 2] - mesh.triangles[:, 0]))
     assert np.allclose(np.einsum("fck,fk->fc", shell, normal), 1.0)
     assert np.allclose(np.linalg.norm(shell, axis=2), np.sqrt(3))
-
-
-def test_corners_of_faces_without_area_stay():
-    triangles = np.array([[[0, 0, 0], [1, 0, 0], [2, 0, 0]]], dtype=float)
-    assert not shell_vectors(triangles, np.array([[0, 1, 2]])).any()
-
-
-def test_a_spike_moves_by_a_bounded_length():
-    triangles = np.array([[[0, 0, 0], [1, 0, 1e-3], [1, 1, 0]], [[0, 0, 0], [1, 1, 0], [1, 0, -1e-3]]])
-    assert np.linalg.norm(shell_vectors(triangles, np.array([[0, 1, 2], [0, 2, 3]])), axis=2).max() <= 3.0 + 1e-9

@@ -36,17 +36,6 @@ def test_both_ends_lie_on_both_triangles(number):
             assert (meets | (away < 1e-11 * np.abs(pairs).max())).all()
 
 
-def test_two_crossing_faces_give_the_segment_they_share():
-    wall = [[0.25, 0.25, -1], [0.25, 0.25, 1], [2.25, 0.25, -1]]
-    section = triangle_pair_sections([[FLOOR, wall]])[0]
-    assert sorted(section.tolist()) == [[0.25, 0.25, 0.0], [0.75, 0.25, 0.0]]
-
-
-def test_one_common_point_gives_equal_ends():
-    spike = [[0.25, 0.25, 0], [0.25, 0.5, 1], [0.5, 0.25, 1]]
-    assert triangle_pair_sections([[FLOOR, spike]])[0].tolist() == [[0.25, 0.25, 0.0]] * 2
-
-
 def test_a_coplanar_overlap_gives_its_longest_chord():
     section = triangle_pair_sections([[FLOOR, FLOOR]])[0]
     assert sorted(section.tolist()) == [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]
@@ -97,21 +86,6 @@ def test_segments_lie_on_the_slabs_faces_and_in_the_balls_shell():
         assert (np.abs(np.abs(points[:, 2]) - 0.1) < 1e-12).all()
         radius = np.linalg.norm(points - [0.007, 0.013, height], axis=1)
         assert ((radius <= 0.5 + 1e-12) & (radius >= 0.45)).all()
-
-
-def test_a_pair_that_does_not_meet_has_no_segment():
-    pose = np.eye(3), np.array([10.007, 0.013, 0.31])
-    other = np.eye(3), np.array([10.0, 0, 0])
-    listed = create_detector("hybrid", BODIES).detect(motion(), faces=True).faces(0, 0)
-    top = int(np.argmax(BODIES[0].mesh.triangles[:, :, 2].min(axis=1)))
-    with_stray = np.vstack([listed, [top, 0]])
-    segments = section_of_faces(BODIES[0], pose, BODIES[1], other, with_stray)
-    assert np.array_equal(segments, section_of_faces(BODIES[0], pose, BODIES[1], other, listed))
-
-
-def test_no_contact_has_no_segments():
-    detection = create_detector("hybrid", BODIES).detect(motion(), faces=True)
-    assert detection.section(2, 0).shape == (0, 2, 3)
 
 
 def test_the_pair_decides_which_face_belongs_to_which_body():
