@@ -1,5 +1,6 @@
-"""Versions and machine of a run: figures of different machines must not be mixed up."""
+"""Versions, machine and memory of a run: figures of different machines must not be mixed up."""
 
+import ctypes
 import os
 import platform
 import subprocess
@@ -58,3 +59,12 @@ def _of_macos() -> str:
         return subprocess.run(MACOS_PROCESSOR, capture_output=True, text=True, timeout=5, check=False).stdout
     except (OSError, subprocess.TimeoutExpired):
         return ""
+
+
+def give_back_memory() -> None:
+    """Hand what was freed back to the system, where the C library is glibc, which keeps it.
+
+    After two hours of twelve bodies were detected that was 0.1 GiB.
+    """
+    if platform.libc_ver()[0] == "glibc":
+        ctypes.CDLL(None).malloc_trim(0)

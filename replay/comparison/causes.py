@@ -110,8 +110,8 @@ def find_causes(places: Sequence[MissedStretch], comparison: Comparison, scene: 
     for number, cause in _causes(places, scene):
         found[number].append(cause)
     frames = Counter(cause for causes in found for cause in causes)
-    excused = comparison.outcome == Outcome.WITHIN_TOLERANCE
-    frames[Cause.TOLERANCE] += int(counts_as_contact(scene.oracle.verdict[excused]).sum())
+    for outcome, verdict in zip(comparison.outcome.T, scene.oracle.verdict.T, strict=True):
+        frames[Cause.TOLERANCE] += int(counts_as_contact(verdict[outcome == Outcome.WITHIN_TOLERANCE]).sum())
     words = tuple(Counter(causes).most_common(1)[0][0] if causes else Cause.NOT_EXAMINED for causes in found)
     return Causes(words, dict(frames), sum(map(len, found)), comparison.count(Outcome.MISSED))
 

@@ -68,8 +68,10 @@ def match_episodes(
     taken, used = {one.truth for one in chosen}, {one.found for one in chosen}
     extra = [(number, one) for number, one in enumerate(found, 1) if number not in of_found.keys() | held_found]
     missed = (counts or count_contacts(comparison, truth)).missed_numbers
-    false = comparison.outcome == Outcome.INVENTED
-    invented = [number for number, one in extra if false[one.first : one.last + 1, one.pair].any()]
+    outcome = comparison.outcome
+    invented = [
+        number for number, one in extra if (outcome[one.first : one.last + 1, one.pair] == Outcome.INVENTED).any()
+    ]
     return EpisodeMatches(
         matched=tuple(chosen), missed=tuple(missed),
         invented=tuple(invented), split=tuple(sorted(number for number, count in of_truth.items() if count > 1)),

@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 
 from cdcore.numerics import ByteArray, IntArray
-from replay.base.constants import VERDICT_FRAMES
 from replay.effects.output import Vector
 
 
@@ -43,23 +42,23 @@ class Comparison:
     outcome: ByteArray
 
     @cached_property
-    def counts(self) -> IntArray:
-        """How many pair-frames ended in each outcome."""
-        return counts_of(self.outcome, len(Outcome))
+    def by_pair(self) -> IntArray:
+        """How many frames of every pair ended in each outcome, (P, outcomes)."""
+        return counts_by_pair(self.outcome, len(Outcome))
 
     def count(self, outcome: Outcome) -> int:
         """How many pair-frames ended so."""
-        return int(self.counts[outcome])
+        return int(self.by_pair[:, outcome].sum())
 
 
-def counts_of(codes: ByteArray, most: int) -> IntArray:
-    """How often each code below ``most`` stands in a table (T, P), (most,).
+def counts_by_pair(codes: ByteArray, most: int) -> IntArray:
+    """How often each code below ``most`` stands in every column of a table (T, P), (P, most).
 
-    By blocks of frames: numpy counts in eight bytes an entry, which are gigabytes for a session of hours.
+    Column by column: numpy counts in eight bytes an entry, and of hours a whole table of flags is as large as it is.
     """
-    counts = np.zeros(most, dtype=np.int64)
-    for start in range(0, len(codes), VERDICT_FRAMES):
-        counts += np.bincount(codes[start : start + VERDICT_FRAMES].ravel(), minlength=most)
+    counts = np.zeros((codes.shape[1], most), dtype=np.int64)
+    for row, column in zip(counts, codes.T, strict=True):
+        row += np.bincount(column, minlength=most)
     return counts
 
 

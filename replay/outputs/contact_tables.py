@@ -15,7 +15,7 @@ from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import flag_word
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class Entry:
     """A contact, a miss or a false contact of a detector, with what the run says of it elsewhere."""
 

@@ -18,8 +18,7 @@ def ranked_pairs(comparison: Comparison, held: NDArray[np.bool_]) -> list[int]:
 
     A pair that was never in contact, for either detector, has none.
     """
-    by_column = [np.bincount(column, minlength=len(Outcome)) for column in comparison.outcome.T]
-    every = np.reshape(by_column, (-1, len(Outcome))).astype(np.int64).T
+    every = comparison.by_pair.T
     counts = every[[Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH]]
     rest = every[[Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES, Outcome.HELD]].sum(axis=0)
     order = np.lexsort((-rest, -counts[2], -counts[1], -counts[0], held))

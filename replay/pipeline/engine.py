@@ -7,6 +7,8 @@ from time import perf_counter
 from typing import Any, Final
 
 from cdcore import Detection
+from replay.base.constants import HELD_FRAMES
+from replay.base.machine import give_back_memory
 from replay.base.progress import Progress, Silent
 from replay.comparison.causes import examine
 from replay.comparison.compare import compare
@@ -105,7 +107,11 @@ def compute(
         session, pairs=settings.pairs, start=settings.start, end=settings.end, policy=settings.policy,
         looking=bool(lineup.specs), progress=progress,
     )  # fmt: skip
+    # Of a recording of hours, what one step frees is too much to be kept for the next.
+    tidy = give_back_memory if len(ready.assembly.motion) > HELD_FRAMES else lambda: None
+    tidy()
     runs = _detected(ready, lineup, settings, progress)
+    tidy()
     measured = _audited(ready, lineup, runs, settings, progress)
     if blur:
         with progress.stage("Asking copies with noise", len(ready.assembly.motion)) as advance:
@@ -118,6 +124,7 @@ def compute(
             effects |= _effects(ready, runs, lineup.oracle)
     measured = replace(measured, effects=effects)
     summary = summarise(measured, runs, ready.layout.scan, planned, settings=settings, lineup=lineup, began=began)
+    tidy()
     ranks = ranking(summary)
     told = answers(measured, summary, ranks)
     summary["answers"] = [answer.as_json() for answer in told]

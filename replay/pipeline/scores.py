@@ -16,7 +16,7 @@ from replay.comparison.look_phases import OffsetCounts, spread
 from replay.comparison.matching import EpisodeMatches
 from replay.comparison.misses import MISS_KINDS
 from replay.comparison.noisy_contacts import HOLDS
-from replay.comparison.outcome import Outcome, counts_of
+from replay.comparison.outcome import Outcome, counts_by_pair
 from replay.pipeline.run_result import Measured
 
 NOT_EXAMINED: Final = "not examined"
@@ -33,7 +33,8 @@ def score(result: Measured, label: str) -> dict[str, Any]:
     """Everything counted about one audited detector."""
     comparison, missed, contacts = result.comparisons[label], result.misses[label], result.counts[label]
     frames = {outcome.name: comparison.count(outcome) for outcome in Outcome}
-    truth, false = counts_of(result.detections[result.oracle].verdict, len(Verdict)), result.false.get(label, ())
+    truth = counts_by_pair(result.detections[result.oracle].verdict, len(Verdict)).sum(axis=0)
+    false = result.false.get(label, ())
     # Column by column, here and below: a table of flags for hours of frames is as large as the verdicts.
     columns = zip(result.detections[label].verdict.T, comparison.outcome.T, strict=True)
     unconfirmed = sum(int(((one == Verdict.CANDIDATE) & (as_ == Outcome.INVENTED)).sum()) for one, as_ in columns)
@@ -114,9 +115,8 @@ def pair_figures(result: Measured) -> list[dict[str, Any]]:
             own["longest"] = max(own["longest"], length)
     for label, comparison in result.comparisons.items():
         became, held = result.counts[label], held_answers(result, label)
-        frames = {one.name: (comparison.outcome == one).sum(axis=0).tolist() for one in OF_PAIR}
         for pair, row in enumerate(rows):
-            counts = {name: column[pair] for name, column in frames.items()}
+            counts = {outcome.name: int(comparison.by_pair[pair, outcome]) for outcome in OF_PAIR}
             if any(counts.values()) or result.oracle in (*row.get("contacts", ()), *row.get("held_contacts", ())):
                 own = became.of_pair(pair)
                 told = {"contacts_missed": own.missed, "contacts_in_part": own.in_part, "pair_frames": counts}

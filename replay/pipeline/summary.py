@@ -16,7 +16,7 @@ from replay.base.file_hash import file_hash
 from replay.base.machine import machine, versions
 from replay.base.wilson import OVER_CONTACTS
 from replay.comparison.look_phases import OffsetCounts
-from replay.comparison.outcome import counts_of
+from replay.comparison.outcome import counts_by_pair
 from replay.detection.run_detector import Run
 from replay.effects.effect_plan import Plan
 from replay.effects.effect_summary import effect_summary, plan_summary
@@ -122,7 +122,7 @@ def session_name(session: Session, identity: str) -> str:
 
 def _detector(run: Run, contacts: int, offsets: OffsetCounts | None) -> dict[str, Any]:
     detection = run.detection
-    verdicts = counts_of(detection.verdict, len(Verdict))
+    verdicts = counts_by_pair(detection.verdict, len(Verdict)).sum(axis=0)
     seconds = _seconds(run)
     if offsets is not None and offsets.every_frame is not None and offsets.every_frame.seconds is not None:
         seconds["at_every_frame"] = offsets.every_frame.seconds

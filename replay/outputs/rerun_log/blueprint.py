@@ -243,7 +243,7 @@ def _details(picture: Picture, label: str) -> Any:
     paths = [*pair_lanes(result, label)]
     title = f"What {label} said of each pair"
     if label in result.comparisons:
-        there = np.flatnonzero(result.comparisons[label].counts).tolist()
+        there = np.flatnonzero(result.comparisons[label].by_pair.sum(axis=0)).tolist()
         title = f"Pair by pair    {lane_legend(there, label)}"
     text = text_view(f"{root}/text", "What was asked, and what each stage takes")
     top, widths = [text], [1.0]
