@@ -19,9 +19,6 @@ from sessions.scene_files.toml_table import nearest
 
 EMPTY: Final = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "-"]  # Cells that say: no number here
 
-EXACT_SECONDS: Final = 4.0e6
-"""Up to here float64 seconds hold a nanosecond; beyond, the text of the stamp is read digit by digit."""
-
 TICKS_1970: Final = 621_355_968_000_000_000  # .NET ticks (100 ns since the year 1) at the Unix epoch
 
 NO_YEAR: Final = 1900  # What strptime says of a time of day without a date
@@ -193,7 +190,7 @@ class CsvTable:
         if not np.isfinite(values).all():
             row = int(np.flatnonzero(rows)[np.flatnonzero(~np.isfinite(values))[0]])
             raise self._wrong(row, column, "the time is missing; remove the row")
-        stamps = self._counted_stamps(column, unit, rows, values) + self.offset_ns
+        stamps = self._exact_stamps(column, unit, rows) + self.offset_ns
         if len(stamps) and stamps.min() < 0:
             row = int(np.flatnonzero(rows)[int(stamps.argmin())])
             cell = str(self.texts(column)[row])[:40]
@@ -201,12 +198,6 @@ class CsvTable:
                 row, column, f"{cell} is before 0; add it under [time] of the mapping: offset = {cell.lstrip('-')}"
             )
         return stamps
-
-    def _counted_stamps(self, column: str, unit: str, rows: Rows, values: NDArray[np.float64]) -> NDArray[np.int64]:
-        factor = CLOCK_NS[unit]
-        if unit != "ticks" and np.abs(values).max(initial=0.0) <= EXACT_SECONDS * 1e9 / factor:
-            return np.rint(values * factor).astype(np.int64)
-        return self._exact_stamps(column, unit, rows)
 
     def _exact_stamps(self, column: str, unit: str, rows: Rows) -> NDArray[np.int64]:
         scale, offset = Decimal(CLOCK_NS[unit]), Decimal(TICKS_1970 if unit == "ticks" else 0)

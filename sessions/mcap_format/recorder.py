@@ -20,10 +20,10 @@ from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
 from sessions.mcap_format.metadata import MAX_BODIES
-from sessions.mcap_format.recording_file import Poses, RecordedFrame, RecordingFile, frames_of, nanoseconds, pose_values
+from sessions.mcap_format.recording_file import Poses, RecordingFile, frame_of, joined, nanoseconds
 from sessions.mcap_format.schemas import GAZE_PREFIX, SCALARS_PREFIX, TRACKS_PREFIX
 from sessions.model.event import Event, Interval, LiveContact
-from sessions.model.frames import Status
+from sessions.model.frames import Frames, Status
 from sessions.model.scene import Scene
 from sessions.model.session import mesh_of
 from sessions.model.track import GazeTrack, Samples, ScalarTrack, Track
@@ -71,7 +71,7 @@ class Recorder:
         self._file = RecordingFile(Path(path), scene or Scene(), given, dict(facts or {}), overwrite=overwrite)
         self._changed = threading.Condition()
         self._names: dict[str, None] = {}
-        self._frames: list[RecordedFrame] = []
+        self._frames: list[Frames] = []
         self._messages: list[tuple[int, Message]] = []
         self._hurry, self._closing = False, False
         self._failure: BaseException | None = None
@@ -103,7 +103,6 @@ class Recorder:
         Raises ``SessionError``: a pose that is not seven numbers, a body in ``lost`` without a pose, a stamp that is no
         integer; ``SessionFileError``: the file could not be written.
         """
-        names, values = tuple(poses), pose_values(poses)
         stamp, log = nanoseconds(stamp_ns), time.time_ns() if log_ns is None else nanoseconds(log_ns)
         status = dict.fromkeys(lost, Status.LOST) | dict.fromkeys(held, Status.HELD)
         status |= dict.fromkeys(interpolated, Status.INTERPOLATED)
@@ -111,11 +110,12 @@ class Recorder:
         for name in [*status, *samples]:
             if name not in poses:
                 raise SessionError(f"{name!r} has no pose in this frame; give its last pose, or leave it out of `lost`")
+        frame = frame_of(poses, stamp, log, status, samples)
         with self._changed:
             self._wait_while(lambda: len(self._frames) >= FRAMES_WAITING)
             if not poses.keys() <= self._names.keys():
-                self._add_bodies(names)
-            self._frames.append(RecordedFrame(names, values, stamp, log, status, samples))
+                self._add_bodies(frame.names)
+            self._frames.append(frame)
 
     def hand(
         self,
@@ -268,10 +268,10 @@ class Recorder:
                 with self._changed:
                     self._changed.wait_for(lambda: self._hurry or self._closing, timeout=FLUSH_SECONDS)
                     closing, self._hurry = self._closing, False
-                    names, frames, messages = tuple(self._names), self._frames, self._messages
+                    frames, messages = self._frames, self._messages
                     self._frames, self._messages = [], []
                     self._changed.notify_all()
-                self._file.write(frames_of(names, frames), messages)
+                self._file.write(joined(frames), messages)
             self._file.finish()
         except BaseException as error:
             self._failure = error

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from itertools import groupby
 from operator import index
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,16 +57,18 @@ class RecordingFile:
             self.partial.unlink(missing_ok=True)
             raise
 
-    def write(self, frames: Frames, messages: list[tuple[int, Message]]) -> None:
-        """Write frames and (log_ns, message) pairs, and hand them to the operating system."""
-        if not len(frames) and not messages:
+    def write(self, frames: Sequence[Frames], messages: Sequence[tuple[int, Message]]) -> None:
+        """Write frames, which may be of different bodies, and (log_ns, message) pairs."""
+        if not frames and not messages:
             return
-        self._writer.start(min([*frames.log_ns[:1].tolist(), *(log for log, _ in messages[:1])]))
-        if frames.names != self._names and len(frames):
-            self._names = frames.names
-            self._writer.bodies(self._names)
+        self._writer.start(min([*(int(part.log_ns[0]) for part in frames[:1]), *(log for log, _ in messages[:1])]))
+        names = tuple(dict.fromkeys([*self._names, *(name for part in frames for name in part.names)]))
+        if names != self._names:
+            self._names = names
+            self._writer.bodies(names)
         self._writer.logged(messages)
-        self._writer.frames(frames)
+        for part in frames:
+            self._writer.frames(part)
         self._stream.flush()
 
     def finish(self) -> None:
@@ -89,39 +91,27 @@ class RecordingFile:
         self._stream.close()
 
 
-class RecordedFrame(NamedTuple):
-    """A frame of some bodies: their seven numbers (bodies, 7), and what some have for a status or a device stamp."""
+def frame_of(
+    poses: Poses, stamp_ns: int, log_ns: int, status: Mapping[str, Status], samples: Mapping[str, int]
+) -> Frames:
+    """One frame; bodies without a status are valid, those without a device stamp have the frame's."""
+    values = pose_values(poses)
+    worth = [status.get(name, Status.VALID) for name in poses]
+    times = [samples.get(name, stamp_ns) for name in poses]
+    return Frames(
+        tuple(poses),
+        np.array([stamp_ns], dtype=np.int64),
+        np.array([log_ns], dtype=np.int64),
+        np.array([times], dtype=np.int64),
+        values[None, :, :3],
+        values[None, :, 3:],
+        np.array([worth], dtype=np.uint8),
+    )
 
-    names: tuple[str, ...]
-    values: NDArray[np.float64]
-    stamp_ns: int
-    log_ns: int
-    status: Mapping[str, Status]
-    sample_ns: Mapping[str, int]
 
-
-def frames_of(names: tuple[str, ...], recorded: Sequence[RecordedFrame]) -> Frames:
-    """The frames as arrays; ``names`` are all bodies, one per column."""
-    place = {name: column for column, name in enumerate(names)}
-    shape = (len(recorded), len(names))
-    sample, status = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=np.uint8)
-    values = np.full((*shape, 7), np.nan)
-    stamp = np.array([one.stamp_ns for one in recorded], dtype=np.int64)
-    first = 0
-    for bodies, group in groupby(recorded, key=lambda one: one.names):
-        alike = [*group]
-        rows, columns = slice(first, first + len(alike)), [place[name] for name in bodies]
-        values[rows, columns] = [one.values for one in alike]
-        status[rows, columns] = Status.VALID
-        sample[rows, columns] = stamp[rows, None]
-        first += len(alike)
-    for row, one in enumerate(recorded):
-        for name, worth in one.status.items():
-            status[row, place[name]] = worth
-        for name, time_ns in one.sample_ns.items():
-            sample[row, place[name]] = time_ns
-    log = np.array([one.log_ns for one in recorded], dtype=np.int64)
-    return Frames(names, stamp, log, sample, values[..., :3], values[..., 3:], status)
+def joined(frames: Sequence[Frames]) -> list[Frames]:
+    """The same frames, those of the same bodies that follow each other in one."""
+    return [Frames.join([*alike]) for _, alike in groupby(frames, key=lambda one: one.names)]
 
 
 def pose_values(poses: Poses) -> NDArray[np.float64]:

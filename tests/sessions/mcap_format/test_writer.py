@@ -135,7 +135,7 @@ def test_after_every_call_all_of_it_is_readable_from_the_partial_file(tmp_path):
     file = opened(tmp_path / "s.mcap")
     assert read_session(file.partial, torn="keep").facts["vr_type"] == "desktop"
     for number, part in enumerate(frames.blocks(30), start=1):
-        file.write(part, [(5, event_message(Event(number, "tick")))])
+        file.write([part], [(5, event_message(Event(number, "tick")))])
         session = read_session(file.partial, torn="keep")
         assert_same_frames(session.frames, frames.part(0, 30 * number))
         assert [event.time_ns for event in session.events] == list(range(1, number + 1))
