@@ -170,16 +170,17 @@ MOST_OF_A_KIND: Final = 40
 
 STRETCH_NS: Final = 500_000_000  # Teleports less than half a second apart are told as one stretch
 
-SEVERITIES: Final = {
-    "not-finite": Severity.ERROR,
-    "zero-quaternion": Severity.ERROR,
-    "non-unit-quaternion": Severity.ERROR,
-    "out-of-space": Severity.ERROR,
-    "identity-while-lost": Severity.ERROR,
-    "tracking-lost": Severity.WARNING,
-    "frozen": Severity.WARNING,
-    "teleport": Severity.WARNING,
+WORDS: Final = {
+    "not-finite": (Severity.ERROR, "{samples} with a number that is not finite"),
+    "zero-quaternion": (Severity.ERROR, "{samples} with a quaternion of zeros"),
+    "non-unit-quaternion": (Severity.ERROR, "{samples} with a quaternion of norm {norm:.6g}"),
+    "out-of-space": (Severity.ERROR, "{samples} further from the origin than any room is large"),
+    "identity-while-lost": (Severity.ERROR, "{samples} say the origin, unturned, {size:.3g} m from where the body was"),
+    "tracking-lost": (Severity.WARNING, "{samples} flagged as lost{hollow}"),
+    "frozen": (Severity.WARNING, "the position repeats in {samples}, then steps {millimetres:.3g} mm"),
+    "teleport": (Severity.WARNING, "{count} steps of up to {size:.3g} m within {seconds:.3g} s"),
 }
+"""Code of a span -> its severity, and what is said of it."""
 
 
 def pose_findings(looked: PosePass) -> Iterator[Finding]:
@@ -189,12 +190,15 @@ def pose_findings(looked: PosePass) -> Iterator[Finding]:
     grouped: dict[tuple[str, int], list[PoseSpan]] = defaultdict(list)
     for span in pose_spans(looked):
         grouped[span.code, span.column].append(span)
-    for (code, _), spans in grouped.items():
+    for (code, column), spans in grouped.items():
         found = _stretches(looked, spans) if code == "teleport" else spans
         yield from (_listed(looked, span) for span in found[:MOST_OF_A_KIND])
         rest = found[MOST_OF_A_KIND:]
         if rest:
-            yield _together(looked, rest, SEVERITIES[rest[0].code], "{1} more stretches of the same, {0} samples")
+            count = sum(span.count for span in rest)
+            stretch = Span.of(looked.stamp_ns, rest[0].first, rest[-1].last)
+            message = f"{len(rest)} more stretches of the same, {count} samples"
+            yield stretch.finding(code, WORDS[code][0], message, looked.names[column], count)
     for column, name in enumerate(looked.names):
         yield from _notes(looked, column, name)
 
@@ -211,34 +215,23 @@ def _stretches(looked: PosePass, teleports: Sequence[PoseSpan]) -> list[PoseSpan
 
 
 def _listed(looked: PosePass, span: PoseSpan) -> Finding:
-    name = looked.names[span.column]
     seconds = (int(looked.stamp_ns[span.last]) - int(looked.stamp_ns[span.first])) / 1e9
-    samples = f"{span.count} sample" if span.count == 1 else f"{span.count} samples ({seconds:.3g} s)"
+    samples = "1 sample" if span.count == 1 else f"{span.count} samples ({seconds:.3g} s)"
     hollow = int(marked(looked.marks[span.first : span.last + 1, span.column], Mark.HOLLOW).sum())
-    message = {
-        "not-finite": f"{samples} with a number that is not finite",
-        "zero-quaternion": f"{samples} with a quaternion of zeros",
-        "non-unit-quaternion": f"{samples} with a quaternion of norm {looked.worst_norm[span.column]:.6g}"
-        + (" at worst" if span.count > 1 else ""),
-        "out-of-space": f"{samples} further from the origin than any room is large",
-        "identity-while-lost": f"{samples} say the origin, unturned, {span.size:.3g} m from where the body was",
-        "tracking-lost": f"{samples} flagged as lost" + (f"; {hollow} hold no pose" if hollow else ""),
-        "frozen": f"the position repeats in {samples}, then steps {1e3 * span.size:.3g} mm",
-        "teleport": f"{span.size:.3g} m in one step"
-        if span.count == 1
-        else f"{span.count} steps of up to {span.size:.3g} m within {seconds:.3g} s",
-    }[span.code]
-    stretch = Span.of(looked.stamp_ns, span.first, span.last)
-    return stretch.finding(span.code, SEVERITIES[span.code], message, name, span.count)
-
-
-def _together(looked: PosePass, found: Sequence[PoseSpan], severity: Severity, words: str) -> Finding:
-    """One finding for several spans of one fault of one body."""
-    count = sum(span.count for span in found)
-    stretch = Span.of(looked.stamp_ns, found[0].first, found[-1].last)
-    return stretch.finding(
-        found[0].code, severity, words.format(count, len(found)), looked.names[found[0].column], count
+    severity, words = WORDS[span.code]
+    message = words.format(
+        samples=samples,
+        count=span.count,
+        seconds=seconds,
+        size=span.size,
+        norm=looked.worst_norm[span.column],
+        millimetres=1e3 * span.size,
+        hollow=f"; {hollow} hold no pose" if hollow else "",
     )
+    if span.code == "teleport" and span.count == 1:
+        message = f"{span.size:.3g} m in one step"
+    stretch = Span.of(looked.stamp_ns, span.first, span.last)
+    return stretch.finding(span.code, severity, message, looked.names[span.column], span.count)
 
 
 def _notes(looked: PosePass, column: int, name: str) -> Iterator[Finding]:
