@@ -5,25 +5,24 @@ Cutting takes seconds, so the pieces are kept in the user's cache folder under t
 
 from __future__ import annotations
 
-import os
-import sys
 from collections.abc import Iterable, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from dataclasses import replace
 from functools import reduce
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
-from tempfile import NamedTemporaryFile
 from typing import Final
 
 import numpy as np
+from platformdirs import user_cache_path
 
 from cdcore.bounding.hull import hull_collider, hull_of
 from cdcore.errors import MissingEngineError
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray
 from cdcore.protocol import Body, Solids
+from sessions.whole_files import whole_file
 
 SEARCH: Final = {"mcts_nodes": 10, "mcts_iterations": 60}
 """Half of CoACD's usual search: 16 pieces of a beaker of 3,168 faces take 10 s, not 30 (2 cores, 2026-11)."""
@@ -71,15 +70,20 @@ def within_triangles(piece: TriangleMesh, most: int = MOST_TRIANGLES) -> Triangl
     ways = np.array([way for way in np.ndindex(3, 3, 3) if way != (1, 1, 1)], dtype=np.float64) - 1.0
     chosen = np.unique((corners @ ways.T).argmax(axis=0))
     while (hull := hull_of(corners[chosen])) is not None:
-        planes = hull.triangles
-        normals = np.cross(planes[:, 1] - planes[:, 0], planes[:, 2] - planes[:, 0])
-        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-        outside = (corners @ normals.T - (normals * planes[:, 0]).sum(axis=1)).max(axis=1)
+        outside = beyond_planes(corners, hull)
         # A closed convex solid of V corners has 2 V - 4 triangles. One at a time: neighbours lie outside together.
         if 2 * (len(chosen) + 1) - 4 > most:
             return hull
         chosen = np.union1d(chosen, outside.argmax())
     return piece
+
+
+def beyond_planes(points: FloatArray, piece: TriangleMesh) -> FloatArray:
+    """Metres by which points (n, 3) lie beyond the planes of the faces of a convex piece, at most 0 inside."""
+    corners = piece.triangles
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
+    return np.asarray((points @ normals.T - (normals * corners[:, 0]).sum(axis=1)).max(axis=1))
 
 
 def union_of(pieces: Sequence[TriangleMesh]) -> TriangleMesh:
@@ -115,10 +119,7 @@ def seconds_to_cut(meshes: Iterable[TriangleMesh], most: int) -> float:
 
 def cache_folder() -> Path:
     """Where this user's programs keep what they can compute again."""
-    home = Path.home()
-    usual = {"win32": home / "AppData" / "Local", "darwin": home / "Library" / "Caches"}
-    named = os.environ.get("LOCALAPPDATA" if sys.platform == "win32" else "XDG_CACHE_HOME")
-    return (Path(named) if named else usual.get(sys.platform, home / ".cache")) / "vrlab-replay"
+    return user_cache_path("vrlab-replay", appauthor=False, opinion=False)
 
 
 def _file(content_hash: str, most: int) -> Path:
@@ -137,13 +138,7 @@ def _kept(mesh: TriangleMesh, most: int) -> list[FloatArray]:
     coacd.set_log_level("off")
     cut = coacd.run_coacd(coacd.Mesh(mesh.vertices, mesh.faces), max_convex_hull=most, seed=0, **SEARCH)
     corners = [np.array(piece, dtype=np.float64) for piece, _ in cut]
-    with suppress(OSError):
-        file.parent.mkdir(parents=True, exist_ok=True)
-        # Renamed when it is whole, another process may be reading; removed when the disk is full.
-        with NamedTemporaryFile(dir=file.parent, delete=False) as fresh, ExitStack() as failed:
-            failed.callback(Path(fresh.name).unlink)
-            np.savez(fresh, corners=np.concatenate(corners), ends=np.cumsum([len(piece) for piece in corners]))
-            fresh.flush()
-            failed.pop_all()
-        Path(fresh.name).replace(file)
+    # Whole or not at all: another process may be reading, or the disk be full.
+    with suppress(OSError), whole_file(file, OSError, parents=True) as fresh:
+        np.savez(fresh, corners=np.concatenate(corners), ends=np.cumsum([len(piece) for piece in corners]))
     return corners

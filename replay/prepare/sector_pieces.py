@@ -12,7 +12,7 @@ import numpy as np
 from cdcore.bounding.hull import hull_of
 from cdcore.mesh import TriangleMesh
 from cdcore.numerics import FloatArray
-from replay.prepare.convex_pieces import within_triangles
+from replay.prepare.convex_pieces import beyond_planes, within_triangles
 
 if TYPE_CHECKING:
     from manifold3d import Manifold
@@ -193,18 +193,10 @@ def _volume(piece: TriangleMesh) -> float:
 def outside_by(mesh: TriangleMesh, pieces: Sequence[TriangleMesh]) -> float:
     """Metres by which corners and middles of the faces of a mesh lie outside all of some convex pieces, at most."""
     points = np.concatenate([mesh.referenced_vertices, mesh.triangles.mean(axis=1)])
-    beyond = np.stack([_beyond_planes(points, piece) for piece in pieces])
+    beyond = np.stack([beyond_planes(points, piece) for piece in pieces])
     nearest = beyond.argmin(axis=0)
     away = np.flatnonzero(beyond.min(axis=0) > 0.0)
     return max((_distance(points[k], pieces[nearest[k]].vertices) for k in away.tolist()), default=0.0)
-
-
-def _beyond_planes(points: FloatArray, piece: TriangleMesh) -> FloatArray:
-    """How far points (n, 3) lie beyond the planes of the faces of a convex piece, at most 0 inside."""
-    corners = piece.triangles
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-300)
-    return np.asarray((points @ normals.T - (normals * corners[:, 0]).sum(axis=1)).max(axis=1))
 
 
 def _distance(point: FloatArray, corners: FloatArray) -> float:

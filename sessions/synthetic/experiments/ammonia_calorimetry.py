@@ -1,7 +1,7 @@
 """Calorimetry: hydrochloric acid is poured into ammonia in a vessel of known heat capacity, which warms."""
 
 from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.experiments.steps import come_close, look_first, pour_once, rap, stir_once
+from sessions.synthetic.experiments.steps import look_first, pour_once, stir_and_look
 
 POURED_ML = 25.0
 # NH3(aq) + H+ -> NH4+: -132.51 + 80.29 kJ/mol (NBS tables, 1982).
@@ -18,11 +18,4 @@ def perform(lab: Lab) -> None:
     liquids = heat["heat_capacity_j_per_ml_k"] * (vessel["liquid"]["volume_ml"] + POURED_ML)
     warmest = heat["ambient_c"] + given / (liquids + vessel["heat_capacity_j_per_k"])
     lab.fact("temperature", start, lab.now, ("calorimeter",), from_c=heat["ambient_c"], to_c=warmest)
-    with lab.task("stir"):
-        stir_once(lab, "calorimeter")
-    lab.stage("embodied cognition")
-    with lab.task("read the thermometer"):
-        come_close(lab, "left", "calorimeter", 0.06, 0.005)
-        rap(lab, "left", "calorimeter", 0.055, 0.3, note="knuckles touch the beaker")
-        lab.rest("left")
-        lab.wait(8.0)
+    stir_and_look(lab, "calorimeter", "read the thermometer")

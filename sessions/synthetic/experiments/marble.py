@@ -3,7 +3,7 @@
 import math
 
 from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.experiments.steps import come_close, look_first, pour_once, rap, stir_once
+from sessions.synthetic.experiments.steps import look_first, pour_once, stir_and_look
 
 POURED_ML = 25.0
 # g/mol: Ca 40.078 + C 12.011 + 3 O 15.999 (IUPAC standard atomic weights, abridged, 2021).
@@ -19,11 +19,4 @@ def perform(lab: Lab) -> None:
     left = POURED_ML * 1e-3 * molar - 2.0 * marble_g / MARBLE_G_MOL
     ph = -math.log10(left / (POURED_ML * 1e-3))
     lab.fact("dissolve", start, lab.now, ("marble",), formula="CaCO3", mass_g=marble_g, ph=ph)
-    with lab.task("stir"):
-        stir_once(lab, "marble")
-    lab.stage("embodied cognition")
-    with lab.task("look at what is left"):
-        come_close(lab, "left", "marble", 0.06, 0.005)
-        rap(lab, "left", "marble", 0.055, 0.3, note="knuckles touch the beaker")
-        lab.rest("left")
-        lab.wait(8.0)
+    stir_and_look(lab, "marble", "look at what is left")

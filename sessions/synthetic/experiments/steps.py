@@ -103,6 +103,18 @@ def stir_once(
     lab.put_back("right", high, by, rest=True)
 
 
+def stir_and_look(lab: Lab, vessel: str, task: str) -> None:
+    """Stir, come too close to the vessel with the other hand, touch it, and wait: the end of an experiment."""
+    with lab.task("stir"):
+        stir_once(lab, vessel)
+    lab.stage("embodied cognition")
+    with lab.task(task):
+        come_close(lab, "left", vessel, 0.06, 0.005)
+        rap(lab, "left", vessel, 0.055, 0.3, note="knuckles touch the beaker")
+        lab.rest("left")
+        lab.wait(8.0)
+
+
 def stir(
     lab: Lab, side: str, vessel: str, seconds: float, *, radius: float = 0.012, touches: Sequence[float] = ()
 ) -> None:

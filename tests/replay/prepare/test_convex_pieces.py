@@ -12,7 +12,7 @@ from cdcore.errors import InvalidSettingError, MissingEngineError
 from cdcore.narrow.containment.closed_parts import parity_is_inside
 from cdcore.protocol import counts_as_contact
 from replay.prepare import convex_pieces as pieces
-from replay.prepare.convex_pieces import cache_folder, convex_pieces, in_convex_pieces, solids_of, union_of
+from replay.prepare.convex_pieces import convex_pieces, in_convex_pieces, solids_of, union_of
 
 RIM, INNER, OUTER, FLOOR = 0.1, 0.033, 0.035, 0.002
 PROFILE = [(0, 0), (OUTER, 0), (OUTER, RIM), (INNER, RIM), (INNER, FLOOR), (0, FLOOR)]
@@ -126,22 +126,6 @@ def test_without_the_extra_a_compound_is_refused_in_a_sentence(monkeypatch):
     monkeypatch.setitem(sys.modules, "coacd", None)
     with pytest.raises(MissingEngineError, match=r'^coacd is not installed; pip install "vrlab-replay\[engines\]"$'):
         in_convex_pieces([Body("beaker", BEAKER)], 16)
-
-
-@pytest.mark.parametrize(
-    ("system", "variable", "default"),
-    [
-        ("linux", "XDG_CACHE_HOME", ".cache"), ("darwin", "XDG_CACHE_HOME", "Library/Caches"),
-        ("win32", "LOCALAPPDATA", "AppData/Local"),
-    ],
-)  # fmt: skip
-def test_the_cache_lies_where_each_system_keeps_such_files(system, variable, default, monkeypatch, tmp_path):
-    monkeypatch.setattr(sys, "platform", system)
-    monkeypatch.delenv(variable, raising=False)
-    monkeypatch.setattr(pieces.Path, "home", lambda: tmp_path)
-    assert cache_folder() == tmp_path / default / "vrlab-replay"
-    monkeypatch.setenv(variable, str(tmp_path / "named"))
-    assert cache_folder() == tmp_path / "named" / "vrlab-replay"
 
 
 @pytest.mark.slow
