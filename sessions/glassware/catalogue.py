@@ -15,7 +15,7 @@ LEAST_FACES, MOST_FACES = 500, 50_000
 _MODULES = {
     "burette": "burette burette_stopcock",
     "devices": "hand_left hand_right proxy_wand proxy_headset",
-    "furniture": "bench stand test_tube_rack tripod wire_gauze",
+    "furniture": "tripod",
     "tools": "delivery_tube gas_jar_cover rubber_stopper stirring_rod tongs",
     "vessels": "dropper erlenmeyer_flask evaporating_dish watch_glass",
 }
@@ -23,9 +23,11 @@ _TURNED = (
     "test_tube graduated_cylinder funnel pipette volumetric_flask reagent_bottle reagent_bottle_stopper gas_jar "
     "alcohol_lamp wick_holder"
 )
+_UNITED = "bench stand test_tube_rack wire_gauze"
 INSTRUMENTS: Mapping[str, tuple[str, str, dict[str, Any]]] = MappingProxyType(
     {f"beaker_{size}": ("vessels", "beaker", {"millilitres": size}) for size in (50, 100, 250, 400, 600)}
     | {name: ("vessels", "from_row", {"name": name}) for name in _TURNED.split()}
+    | {name: ("furniture", "from_parts", {"name": name}) for name in _UNITED.split()}
     | {name: (module, name, {}) for module, names in _MODULES.items() for name in names.split()}
 )
 """Name -> module of this package, imported on use, function in it, and the options that make it this instrument."""

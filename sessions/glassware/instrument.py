@@ -118,3 +118,8 @@ def weighed(
     """Return the instrument of this mesh, weighed unless ``mass`` is given; ``tags`` are the words of one string."""
     kilograms = mesh.volume * DENSITY[material] if mass is None else mass
     return Instrument(name=name, mesh=mesh, tags=tuple(tags.split()), mass=kilograms, cavity=cavity, sites=sites or {})
+
+
+def metres(millimetres: float) -> float:
+    """Return the length in metres, as near as if it were written in metres."""
+    return round(millimetres * 1e-3, 17)

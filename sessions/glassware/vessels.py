@@ -10,10 +10,8 @@ import numpy as np
 
 from sessions.geometry.profile import Arc, Line, Stroke, level_holding, rounded, sampled, solved, volume_below
 from sessions.geometry.rings import turned_solid
-from sessions.glassware.instrument import GLASS, MILLILITRE, Cavity, Instrument, Opening, weighed
+from sessions.glassware.instrument import GLASS, MILLILITRE, Cavity, Instrument, Opening, metres, weighed
 from sessions.glassware.vessel import Foot, Shape, Spout, turned_vessel
-
-MILLIMETRE = 1e-3
 
 # Low form beakers of the DURAN catalogue (DWK Life Sciences), a series made to ISO 3819; wall, fillet and spout are our
 # own choice. Capacity in mL: outer diameter, height, wall in mm
@@ -51,12 +49,12 @@ def from_row(faces: int, *, name: str) -> Instrument:
         def missing(bulb: float) -> float:
             trial = _shape(row, bulb)
             inner = sampled(trial.strokes, trial.resolution(faces)[1])
-            return volume_below(inner, _metres(row["mark"])) - capacity
+            return volume_below(inner, metres(row["mark"])) - capacity
 
-        shape = _shape(row, solved(missing, *map(_metres, row["bulb_between"])))
+        shape = _shape(row, solved(missing, *map(metres, row["bulb_between"])))
     turned = turned_vessel(shape, faces)
     rim = float(turned.mesh.bounds[1, 1])
-    sites = {site: (0.0, rim + _metres(height), 0.0) for site, height in row.get("above_rim", {}).items()}
+    sites = {site: (0.0, rim + metres(height), 0.0) for site, height in row.get("above_rim", {}).items()}
     return turned.instrument(name, capacity, row["tags"], material, sites)
 
 
@@ -64,18 +62,18 @@ def _shape(row: dict[str, Any], bulb: float = 1.0) -> Shape:
     spout, foot = row.get("spout"), row.get("foot")
     return Shape(
         strokes=_strokes(row["inside"], bulb),
-        wall=_metres(row["wall"]),
+        wall=metres(row["wall"]),
         spout=spout
         and Spout(
-            depth=_metres(spout["depth"]),
-            height=_metres(spout["height"]),
+            depth=metres(spout["depth"]),
+            height=metres(spout["height"]),
             half_angle=np.radians(spout["half_angle_deg"]),
         ),
         foot=foot
         and Foot(
-            top=_metres(foot["top"]),
-            outline=[(_metres(r), _metres(y)) for r, y in foot["outline"]],
-            hexagonal_beyond=_metres(foot["hexagonal_beyond"]),
+            top=metres(foot["top"]),
+            outline=[(metres(r), metres(y)) for r, y in foot["outline"]],
+            hexagonal_beyond=metres(foot["hexagonal_beyond"]),
         ),
         open_below=row.get("open_below", False),
     )
@@ -85,18 +83,14 @@ def _strokes(corners: Sequence[Sequence[Any]], bulb: float = 1.0) -> list[Stroke
     """Strokes along rows of corners; the radius of a bulb in metres."""
     rows: list[tuple[float, ...]] = []
     for r, y, *how in corners:
-        radius = float(r.removesuffix("bulb")) * bulb if isinstance(r, str) else _metres(r)
-        rows.append((radius, _metres(y), *map(_metres, how[:1]), *how[1:]))
+        radius = float(r.removesuffix("bulb")) * bulb if isinstance(r, str) else metres(r)
+        rows.append((radius, metres(y), *map(metres, how[:1]), *how[1:]))
     return rounded(rows)
-
-
-def _metres(millimetres: float) -> float:
-    return round(millimetres * MILLIMETRE, 17)
 
 
 def beaker(faces: int, *, millilitres: int = 250) -> Instrument:
     """Return a low-form beaker with spout towards +X; the mark stands at its nominal capacity."""
-    diameter, height, wall = (value * MILLIMETRE for value in LOW_FORM[millilitres])
+    diameter, height, wall = (value * 1e-3 for value in LOW_FORM[millilitres])
     radius, top, flare = diameter / 2.0 - wall, height - wall / 2.0, 0.02 * diameter
     spout = Spout(depth=0.065 * diameter, height=0.2 * height, half_angle=np.radians(24.0))
     floor = [(0.0, wall), (radius, wall, 0.11 * diameter), (radius, top - spout.height)]
@@ -107,7 +101,7 @@ def beaker(faces: int, *, millilitres: int = 250) -> Instrument:
 
 def erlenmeyer_flask(faces: int, *, millilitres: int = 250) -> Instrument:
     """Return a narrow-necked conical flask."""
-    body, height, neck, wall = (value * MILLIMETRE for value in CONICAL[millilitres])
+    body, height, neck, wall = (value * 1e-3 for value in CONICAL[millilitres])
     radius, throat, top = body / 2.0 - wall, neck / 2.0 - wall, height - wall / 2.0
     shoulder, fillet = 0.63 * height, 0.12 * body
     corner = _corner_for(radius, fillet, throat, shoulder - wall)

@@ -6,7 +6,7 @@ from support.surface_rays import distances_along_rays, points_on_faces
 
 from sessions.glassware.catalogue import made_instrument
 from sessions.glassware.devices import GRIPS
-from sessions.glassware.furniture import RACK_HOLES, RACK_PITCH
+from sessions.glassware.furniture import from_parts
 from sessions.glassware.tools import delivery_tube
 from sessions.glassware.vessels import LOW_FORM
 from sessions.synthetic.bench_bumps import PLACED
@@ -82,11 +82,11 @@ def test_the_delivery_tube_is_a_wall_of_a_millimetre_round_a_bore_of_six(faces):
 
 
 def test_a_test_tube_fits_every_hole_of_the_rack_without_touching():
-    rack, tube = placed("test_tube_rack", 3000), placed("test_tube", 500)
+    rack, tube = from_parts(3000, name="test_tube_rack").mesh, placed("test_tube", 500)
     body = radii(tube)[tube.vertices[:, 1] < 0.15].max()
     turns = np.linspace(0, 2 * np.pi, 24, endpoint=False)
     outward = np.column_stack([np.cos(turns), np.zeros(24), np.sin(turns)])
-    for x in (np.arange(RACK_HOLES) - (RACK_HOLES - 1) / 2) * RACK_PITCH:
+    for x in (np.arange(6) - 2.5) * 0.036:
         top = distances_along_rays(rack.triangles, np.tile([x, 0.085, 0.0], (24, 1)), outward)
         assert min(hit[0] for hit in top) > body
         down = distances_along_rays(rack.triangles, [[x + 1e-4, 0.2, 1e-4]], [[0, -1, 0]])[0]

@@ -185,7 +185,7 @@ def test_files_shapes_and_instruments_become_meshes(tmp_path):
         (SceneBody("m", mesh="absent.glb"), "body 'm': mesh file .*absent.glb does not exist"),
         (SceneBody("i", instrument="beaker_100", extra={"faces": 7}), "body 'i': beaker_100 with 7 faces"),
         (SceneBody("o", instrument="bench", extra={"options": {"colour": 1}}), "body 'o': bench has no option colour"),
-        (SceneBody("w", instrument="bench", extra={"options": {"width": "wide"}}), "body 'w': "),
+        (SceneBody("w", instrument="stirring_rod", extra={"options": {"length": "long"}}), "body 'w': "),
         (SceneBody("n", mesh="a\0.glb"), "body 'n': .*null"),
     ],
 )
