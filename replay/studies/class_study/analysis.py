@@ -4,7 +4,6 @@ Every regression carries its n, the detector behind the behaviour and that detec
 again with every other detector, to see whether its conclusion depends on what the detector missed.
 """
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -30,9 +29,6 @@ LEVEL: Final = 0.05
 """Associated: p after Holm's correction is below this, and the interval leaves out zero."""
 
 UNDECIDED: Final = "undecided"
-
-DOMINANT: Final = 0.25
-"""A warning is given where this share of the students, or less, brings half of the sessions."""
 
 
 def associated(coefficient: Coefficient | GroupDifference) -> bool:
@@ -155,7 +151,7 @@ def analyse(
         group_sizes={name: few(questionnaire.group.count(name)) for name in codebook.group_names},
         sensitivity=tuple(sensitivity),
         refusals=tuple(seen.refusals),
-        warnings=tuple(_warnings(codebook, questionnaire, seen.metrics)),
+        warnings=tuple(_warnings(codebook, questionnaire)),
     )
 
 
@@ -241,7 +237,7 @@ def _of_items(questionnaire: Questionnaire, items: Sequence[Item], figure: Calla
     return figure(answers)
 
 
-def _warnings(codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics) -> Iterator[str]:
+def _warnings(codebook: Codebook, questionnaire: Questionnaire) -> Iterator[str]:
     students, items = len(questionnaire.students), len(codebook.items)
     if students < PERSONS_PER_ITEM * items:
         yield (
@@ -251,12 +247,6 @@ def _warnings(codebook: Codebook, questionnaire: Questionnaire, metrics: Metrics
     unanswered = int(sum(np.isnan(values).sum() for values in questionnaire.answers.values()))
     if unanswered:
         yield f"{few(unanswered)} answers are missing; rows with a missing value are left out where it is used"
-    # Who looks at rows would take the few students who bring most sessions for the class.
-    counts = sorted(Counter(metrics.columns[STUDENT]).values(), reverse=True)
-    most = int(np.searchsorted(np.cumsum(counts), len(metrics) / 2)) + 1
-    if most <= len(counts) * DOMINANT:
-        who = f"{few(most)} of {len(counts)} students bring half or more of the {len(metrics)} sessions"
-        yield f"{who}; every student counts once, by the mean of their sessions"
 
 
 def _check_names(codebook: Codebook, metrics: Metrics) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from cdcore.numerics import FloatArray
 from replay.studies.class_study.published import adjusted_fit, p_of_correlation
 from replay.studies.class_study.refusals import LEAST_IN_CELL, LEAST_STUDENTS, StudyRefusedError
-from replay.studies.class_study.regression import PERMUTATION_BELOW, PERMUTATIONS, holm_p
+from replay.studies.class_study.regression import PERMUTATIONS, holm_p
 from sessions.synthetic.rng import random_stream
 
 DRAWS: Final = 1999
@@ -38,7 +38,6 @@ class GroupDifference:
     low: float
     high: float
     p: float | None
-    p_from: str
     p_holm: float | None = None
 
     @property
@@ -77,10 +76,10 @@ def _compare(
     found = float(second.mean() - first.mean())
     sizes = (len(first), len(second))
     low, high = _interval(both, of_second, random)
-    p, p_from = _p_value(both, of_second, random)
+    p = _p_value(both, of_second, random) if len(both) >= LEAST_STUDENTS else None
     means = (float(first.mean()), float(second.mean()))
     pooled = (r, adjusted_fit(r, len(both)), p_of_correlation(r, len(both)))
-    return GroupDifference(outcome, pair, sizes, means, *pooled, found, low, high, p, p_from)
+    return GroupDifference(outcome, pair, sizes, means, *pooled, found, low, high, p)
 
 
 def _interval(values: FloatArray, second: NDArray[np.bool_], random: np.random.Generator) -> tuple[float, float]:
@@ -107,20 +106,14 @@ def _interval(values: FloatArray, second: NDArray[np.bool_], random: np.random.G
     return float(fit[1] - most * error), float(fit[1] - least * error)
 
 
-def _p_value(values: FloatArray, second: NDArray[np.bool_], random: np.random.Generator) -> tuple[float | None, str]:
-    """Two-sided p of Welch's statistic: groups exchanged at random among few students, its t distribution for many.
+def _p_value(values: FloatArray, second: NDArray[np.bool_], random: np.random.Generator) -> float:
+    """Two-sided p of Welch's statistic: groups exchanged at random.
 
     Source: Janssen (1997), Stat. Probab. Lett. 36, 9-21, for permuting a studentised difference.
     """
-    from scipy.stats import ttest_ind
-
-    if len(values) < LEAST_STUDENTS:
-        return None, f"none: fewer than {LEAST_STUDENTS} students"
-    if len(values) >= PERMUTATION_BELOW:
-        return float(ttest_ind(values[second], values[~second], equal_var=False).pvalue), "Welch's t"
     shuffled = random.permuted(np.broadcast_to(second, (PERMUTATIONS, len(second))), axis=1)
-    chance, found = _welch(values, shuffled), float(_welch(values, second[None])[0])
-    return (1 + int((chance >= found * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS), "permutation"
+    chance, size = _welch(values, shuffled), float(_welch(values, second[None])[0])
+    return (1 + int((chance >= size * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS)
 
 
 def _welch(values: FloatArray, second: NDArray[np.bool_]) -> FloatArray:

@@ -150,6 +150,6 @@ def _methods(study: Study) -> Markup:
         "A simple regression has one predictor; in a multiple one each coefficient holds the others equal.",
         f"Associated means p below {LEVEL:g} after Holm's correction across every coefficient on this page, and an "
         "interval that leaves out zero.",
-        "Every student counts once, with several sessions by their mean. Below 100 students p comes from permutations.",
+        "Every student counts once, with several sessions by their mean. p comes from permutations.",
     ]
     return listed(lines)

@@ -5,7 +5,6 @@ predictor; and all rows of one multiple regression share one fit. What disagrees
 """
 
 import tomllib
-from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -63,26 +62,21 @@ def check_published(path: Path) -> list[Remark]:
     return remarks
 
 
-def _reliability(table: Mapping[str, Any], n: float, where: str) -> list[Remark]:
+def _reliability(table: Mapping[str, Any], n: float, where: str) -> Iterator[Remark]:
     name = str(table.get("table", "reliability"))
     keys = ("items", "alpha", "kmo", "chi_square", "df", "p")
     items, alpha, kmo, chi, degrees, printed_p = (_number(table, key, f"{where}: [reliability]") for key in keys)
-    expected, per_item = items * (items - 1) / 2, n / items
+    expected = items * (items - 1) / 2
+    said = f"{items:g} items have {expected:g} degrees of freedom, printed {degrees:g}"
+    yield Remark(AGREES if degrees == expected else INCONSISTENT, name, "df", said)
     p = chi_square_tail(chi, int(expected))
+    said = f"a chi-square of {chi:g} has p = {p:.0e}, printed {printed_p:.3f}"
+    yield Remark(AGREES if abs(p - printed_p) <= P_TOLERANCE else INCONSISTENT, name, "p", said)
     mean_r = alpha / (items - alpha * (items - 1))
-    few = [(WEAK, "n", f"{per_item:.1f} persons per item (usual advice 5 to 10)")] * (per_item < PERSONS_PER_ITEM)
-    df_said = f"{items:g} items have {expected:g} degrees of freedom, printed {degrees:g}"
-    p_said = f"a chi-square of {chi:g} has p = {p:.0e}, printed {printed_p:.3f}"
-    found = [
-        (_agrees(degrees == expected), "df", df_said), (_agrees(abs(p - printed_p) <= P_TOLERANCE), "p", p_said),
-        (AGREES, "alpha", f"alpha {alpha:g} implies a mean correlation of {mean_r:.3f}"), *few,
-        (WEAK if kmo < 0.7 else AGREES, "kmo", f"KMO {kmo:g} is {kaiser_word(kmo)}"),
-    ]  # fmt: skip
-    return [Remark(kind, name, row, message) for kind, row, message in found]
-
-
-def _agrees(right: bool) -> str:
-    return AGREES if right else INCONSISTENT
+    yield Remark(AGREES, name, "alpha", f"alpha {alpha:g} implies a mean correlation of {mean_r:.3f}")
+    if n < PERSONS_PER_ITEM * items:
+        yield Remark(WEAK, name, "n", f"{n / items:.1f} persons per item (usual advice 5 to 10)")
+    yield Remark(WEAK if kmo < 0.7 else AGREES, name, "kmo", f"KMO {kmo:g} is {kaiser_word(kmo)}")
 
 
 def _regressions(tables: Sequence[Mapping[str, Any]], n: float, where: str) -> Iterator[Remark]:
@@ -93,10 +87,23 @@ def _regressions(tables: Sequence[Mapping[str, Any]], n: float, where: str) -> I
             raise StudyError(f"{where}: {name} has no rows; write rows = [{{outcome=..., predictor=..., ...}}]")
         for row in rows:
             yield from (Remark(kind, name, f"{row.predictor} on {row.outcome}", said) for kind, said in row.remarks())
-        if str(table.get("label", "")) == "multiple":
-            yield from (Remark(INCONSISTENT, name, "label", said) for said in _label(rows, n))
+        follow = [row for row in rows if row.agrees]
+        fits = {outcome: {row.fit for row in rows if row.outcome == outcome} for outcome in (r.outcome for r in rows)}
+        apart = ", ".join(outcome for outcome, printed in fits.items() if len(printed) > 1)
+        if str(table.get("label", "")) == "multiple" and apart:
+            yield Remark(
+                INCONSISTENT, name, "label",
+                f"called multiple, yet rows of one outcome ({apart}) have different fits, and {len(follow)} of "
+                f"{len(rows)} follow from their own coefficient with n = {n:g}: these are {len(rows)} regressions of "
+                "one predictor each",
+            )  # fmt: skip
         if (groups := table.get("groups", 1)) > 1 and not table.get("compared", False):
-            yield Remark(WEAK, name, "groups", f"{groups} groups were formed but not compared{_pooled(rows, groups)}")
+            said = f"{groups} groups were formed but not compared"
+            if follow:
+                best = max(follow, key=lambda row: row.fit)
+                alone = f"one group alone would give a fit of {adjusted_fit(best.beta, n / groups):.3f}"
+                said += f"; the groups are pooled ({alone}, printed {best.fit:g})"
+            yield Remark(WEAK, name, "groups", said)
 
 
 @dataclass(frozen=True)
@@ -109,28 +116,22 @@ class _Row:
     p: float
 
     @property
-    def fit_of_one(self) -> float:
-        """Adjusted fit of a regression with this one predictor: its coefficient is the correlation."""
-        return adjusted_fit(self.beta, self.n)
-
-    @property
     def agrees(self) -> bool:
-        return abs(self.fit_of_one - self.fit) <= FIT_TOLERANCE
+        """Whether the printed fit is that of a regression with this one predictor."""
+        return abs(adjusted_fit(self.beta, self.n) - self.fit) <= FIT_TOLERANCE
 
-    def remarks(self) -> list[tuple[str, str]]:
+    def remarks(self) -> Iterator[tuple[str, str]]:
         """Kind and message of each."""
-        p, found = p_of_correlation(self.beta, self.n), []
+        p, fit, gives = p_of_correlation(self.beta, self.n), adjusted_fit(self.beta, self.n), f"{self.beta:g}"
         if not self.agrees:
             r = implied_correlation(self.fit, self.n)
-            gives = (
-                f"a coefficient of {self.beta:g} gives an adjusted fit of {self.fit_of_one:.3f}, printed {self.fit:g}"
-            )
             need = f"which would need r = {r:.3f} (p = {p_of_correlation(r, self.n):.4f})"
-            found.append((INCONSISTENT, f"{gives}, {need}"))
+            said = f"a coefficient of {gives} gives an adjusted fit of {fit:.3f}, printed {self.fit:g}, {need}"
+            yield INCONSISTENT, said
         if abs(p - self.p) > P_TOLERANCE:
-            said = f"a coefficient of {self.beta:g} has p = {p:.2f} with n = {self.n:g}, printed {self.p:.3f}"
-            found.append((INCONSISTENT, said))
-        return found or [(AGREES, f"fit {self.fit_of_one:.3f} and p {p:.1g} follow from {self.beta:g}")]
+            yield INCONSISTENT, f"a coefficient of {gives} has p = {p:.2f} with n = {self.n:g}, printed {self.p:.3f}"
+        elif self.agrees:
+            yield AGREES, f"fit {fit:.3f} and p {p:.1g} follow from {gives}"
 
 
 def adjusted_fit(r: float, n: float) -> float:
@@ -148,27 +149,6 @@ def p_of_correlation(r: float, n: float) -> float:
     from scipy.stats import t
 
     return float(2.0 * t.sf(abs(r) * np.sqrt((n - 2.0) / (1.0 - r * r)), n - 2.0))
-
-
-def _label(rows: Sequence[_Row], n: float) -> list[str]:
-    """What contradicts the label "multiple"."""
-    fits = defaultdict(set)
-    for row in rows:
-        fits[row.outcome].add(row.fit)
-    apart = ", ".join(outcome for outcome, found in fits.items() if len(found) > 1)
-    if not apart:
-        return []
-    follow = f"{sum(row.agrees for row in rows)} of {len(rows)} follow from their own coefficient with n = {n:g}"
-    these = f"these are {len(rows)} regressions of one predictor each"
-    return [f"called multiple, yet rows of one outcome ({apart}) have different fits, and {follow}: {these}"]
-
-
-def _pooled(rows: Sequence[_Row], groups: int) -> str:
-    best = max((row for row in rows if row.agrees), key=lambda row: row.fit, default=None)
-    if best is None:
-        return ""
-    one = adjusted_fit(best.beta, best.n / groups)
-    return f"; the groups are pooled (one group alone would give a fit of {one:.3f}, printed {best.fit:g})"
 
 
 def _row(row: Mapping[str, Any], n: float, where: str) -> _Row:

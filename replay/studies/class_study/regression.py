@@ -6,7 +6,7 @@ standardised slope forgets that the scales were estimated too: at a correlation 
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,6 @@ from numpy.typing import NDArray
 from cdcore.numerics import FloatArray, IntArray
 from replay.studies.class_study.refusals import LEAST_STUDENTS, StudyRefusedError
 from replay.studies.class_study.resampling import BOOTSTRAPS, interval
-
-PERMUTATION_BELOW: Final = 100
-"""Students below which p comes from permutations instead of the t distribution."""
 
 PERMUTATIONS: Final = 4999
 
@@ -28,7 +25,7 @@ LEAST_SPREAD: Final = 1e-10
 class Coefficient:
     """One predictor of one regression: its standardised coefficient with a 95 % interval over students.
 
-    ``p`` is two-sided, ``None`` where the rules give none, from ``permutation`` or ``t``; ``p_holm`` is that after
+    ``p`` is two-sided, from permutations, ``None`` of fewer students than the rules ask for; ``p_holm`` is that after
     ``holm``; ``vif`` is the variance inflation factor, ``None`` in a simple regression.
     """
 
@@ -37,7 +34,6 @@ class Coefficient:
     low: float
     high: float
     p: float | None
-    p_from: str
     p_holm: float | None = None
     vif: float | None = None
 
@@ -80,15 +76,14 @@ def regress(
     y, x = table[:, 0], table[:, 1:]
     fitted = sm.OLS(y, sm.add_constant(x)).fit()
     ends = _bootstrap(y, x, random)
-    p, p_from = _p_values(fitted, y, x, random)
     # The variance inflation factors are the diagonal of the inverse correlation matrix.
     factors = np.diag(np.linalg.inv(np.corrcoef(x, rowvar=False))).tolist() if x.shape[1] > 1 else [None]
-    coefficients = tuple(
-        Coefficient(name, float(fitted.params[i + 1]), *ends[i], p[i], p_from, vif=factors[i])
-        for i, name in enumerate(names)
-    )
+    coefficients = []
+    for k, name in enumerate(names):
+        p = permutation_p(y, x, k, random) if len(y) >= LEAST_STUDENTS else None
+        coefficients.append(Coefficient(name, float(fitted.params[k + 1]), *ends[k], p, vif=factors[k]))
     kind = "simple" if len(names) == 1 else "multiple"
-    return Regression(outcome, kind, len(row), len(people), float(fitted.rsquared_adj), coefficients)
+    return Regression(outcome, kind, len(row), len(people), float(fitted.rsquared_adj), tuple(coefficients))
 
 
 def student_means(values: FloatArray, students: IntArray) -> tuple[IntArray, IntArray, FloatArray]:
@@ -134,15 +129,6 @@ def _refuse(what: str, table: FloatArray) -> None:
     spread = np.linalg.eigvalsh(np.atleast_2d(np.corrcoef(table[:, 1:], rowvar=False)))
     if spread[0] < LEAST_SPREAD:
         raise StudyRefusedError("collinear", what)
-
-
-def _p_values(fitted: Any, y: FloatArray, x: FloatArray, random: np.random.Generator) -> tuple[list[float | None], str]:
-    k = x.shape[1]
-    if len(y) < LEAST_STUDENTS:
-        return [None] * k, "none: fewer than 10 students"
-    if len(y) >= PERMUTATION_BELOW:
-        return [float(p) for p in fitted.pvalues[1:]], "t"
-    return [permutation_p(y, x, i, random) for i in range(k)], "permutation"
 
 
 def permutation_p(y: FloatArray, x: FloatArray, column: int, random: np.random.Generator) -> float:

@@ -6,7 +6,7 @@ In the model, ease of use is associated with motivation and with fewer accidenta
 import csv
 import io
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from typing import Final
@@ -28,20 +28,13 @@ GROUPS: Final = ("first", "second")
 """Students are in them by turns: in the model the groups do not differ."""
 
 
-@dataclass(frozen=True)
-class Model:
-    """The truth behind a class: how latent traits (mean 0, deviation 1) go together, and how answers scatter.
-
-    The first two are shares in motivation, ``ease_touches`` that of ease in the number of accidental touches.
-    """
-
-    ease_motivation: float = 0.6
-    immersion_motivation: float = 0.3
-    ease_touches: float = -0.6
-    item_noise: float = 0.8
-    mean_touches: float = 3.0
-    touch_spread: float = 1.6
-    mean_near: float = 1.0
+MODEL: Final = {
+    "ease_motivation": 0.6, "immersion_motivation": 0.3, "ease_touches": -0.6, "item_noise": 0.8, "mean_touches": 3.0,
+    "touch_spread": 1.6, "mean_near": 1.0,
+}  # fmt: skip
+"""The truth behind a class: how latent traits (mean 0, deviation 1) go together, and how answers scatter. The first two
+are shares in motivation, ``ease_touches`` that of ease in the number of accidental touches.
+"""
 
 
 @dataclass(frozen=True)
@@ -54,10 +47,9 @@ class Student:
     near: int
 
 
-def draw_class(students: int = STUDENTS, seed: int = 0, model: Model | None = None) -> list[Student]:
+def draw_class(students: int = STUDENTS, seed: int = 0) -> list[Student]:
     """Draw the students; each depends on the seed and on its own number alone."""
-    model = model or Model()
-    return [_student(k, seed, model) for k in range(students)]
+    return [_student(k, seed) for k in range(students)]
 
 
 def make_class(
@@ -68,19 +60,18 @@ def make_class(
     Returns student -> why the session could not be made; ``OutputError`` where the folder holds something else.
     """
     drawn = draw_class(students, seed)
-    truth = json.dumps({"seed": seed, "students": students, "model": asdict(Model())}, indent=1) + "\n"
+    truth = json.dumps({"seed": seed, "students": students, "model": MODEL}, indent=1) + "\n"
     _check_folder(out, truth)
     (out / SESSIONS).mkdir(parents=True, exist_ok=True)
     _write(out / TRUTH, truth)
     _write(out / ANSWERS, _answers(drawn))
     book = files("replay.studies.class_study").joinpath("class_codebook.yaml")
     _write(out / CODEBOOK, book.read_text(encoding="utf-8"))
-    paths = [out / SESSIONS / f"{one.pseudonym}.mcap" for one in drawn]
-    tasks = {
-        one.pseudonym: (one, path, seed + 1000 * (k + 1))
-        for k, (one, path) in enumerate(zip(drawn, paths, strict=True))
-        if not path.is_file()
-    }
+    tasks = {}
+    for k, student in enumerate(drawn):
+        path = out / SESSIONS / f"{student.pseudonym}.mcap"
+        if not path.is_file():
+            tasks[student.pseudonym] = (student, path, seed + 1000 * (k + 1))
     return do_all(record_student, tasks, jobs, on_done)
 
 
@@ -97,22 +88,22 @@ def record_student(student: Student, path: Path, seed: int) -> str:
     return ""
 
 
-def _student(k: int, seed: int, model: Model) -> Student:
+def _student(k: int, seed: int) -> Student:
     random = random_stream(seed, "student", str(k))
     ease, use, immersion, own, clumsy = random.normal(size=5)
-    shared = model.ease_motivation * ease + model.immersion_motivation * immersion
-    rest = np.sqrt(1.0 - model.ease_motivation**2 - model.immersion_motivation**2)
+    shared = MODEL["ease_motivation"] * ease + MODEL["immersion_motivation"] * immersion
+    rest = np.sqrt(1.0 - MODEL["ease_motivation"] ** 2 - MODEL["immersion_motivation"] ** 2)
     traits = {"ease": ease, "use": use, "imm": immersion, "mot": shared + rest * own}
     answers = {}
     for short, trait in traits.items():
         for item in range(1, ITEMS_EACH + 1):
             turned = -1.0 if item == ITEMS_EACH else 1.0
-            answer = 3.0 + turned * trait + model.item_noise * random.normal()
+            answer = 3.0 + turned * trait + MODEL["item_noise"] * random.normal()
             answers[f"{short}{item}"] = int(np.clip(np.round(answer), 1, 5))
-    drive = model.ease_touches * ease + np.sqrt(1.0 - model.ease_touches**2) * clumsy
-    count = int(np.clip(np.round(model.mean_touches + model.touch_spread * drive), 0, 8))
+    drive = MODEL["ease_touches"] * ease + np.sqrt(1.0 - MODEL["ease_touches"] ** 2) * clumsy
+    count = int(np.clip(np.round(MODEL["mean_touches"] + MODEL["touch_spread"] * drive), 0, 8))
     touches = tuple(np.round(np.exp(random.uniform(np.log(0.02), np.log(0.3), count)), 4).tolist())
-    return Student(f"S{k + 1:02d}", answers, touches, int(min(3, random.poisson(model.mean_near))))
+    return Student(f"S{k + 1:02d}", answers, touches, int(min(3, random.poisson(MODEL["mean_near"]))))
 
 
 def _answers(drawn: list[Student]) -> str:

@@ -97,13 +97,13 @@ def coefficient_table(study: Study) -> Table:
     for one, c in coefficients(study):
         cells = (
             words(one.outcome), words(c.name), one.kind, f"{one.students}", f"{one.rows}", f"{c.beta:+.3f}",
-            f"{c.low:+.3f} to {c.high:+.3f}", p_words(c.p), p_words(c.p_holm), conclusion(c), c.p_from,
+            f"{c.low:+.3f} to {c.high:+.3f}", p_words(c.p), p_words(c.p_holm), conclusion(c),
             f"{one.adjusted_r2:.3f}", "" if c.vif is None else f"{c.vif:.2f}",
         )  # fmt: skip
         rows.append([Marked(cell, STRONG if associated(c) else "") for cell in cells])
     head = (
         "outcome", "predictor", "regression", "n", "rows", "beta", "95 % interval", "p", "p (Holm)", "conclusion",
-        "p from", "adj. R²", "VIF",
+        "adj. R²", "VIF",
     )  # fmt: skip
     note = "n counts students; several rows of a student are taken as their mean."
     return table(behind(study), head, rows, words=3, notes=(note,))
@@ -204,14 +204,13 @@ def group_table(study: Study) -> Table:
     rows = []
     for one in study.groups:
         mark = STRONG if associated(one) else ""
-        by = one.p_from if one.p is None else f"{p_words(one.p)} by {one.p_from}"
         fit = f"fit {one.pooled_fit:.3f}, significance {one.pooled_p:.3f}"
         rows.append([
             Marked(words(one.outcome), mark),
             Marked("{:.2f}, {:.2f}".format(*one.means), mark, f"{one.groups[0]}, {one.groups[1]}"),
             "{}, {}".format(*one.students), Marked(f"{one.pooled_beta:+.3f}", "", fit),
             Marked(f"{one.difference:+.2f}", mark, f"{one.low:+.2f} to {one.high:+.2f}"),
-            Marked(p_words(one.p_holm), mark, by), Marked(conclusion(one), mark),
+            Marked(p_words(one.p_holm), mark, f"{p_words(one.p)} before Holm"), Marked(conclusion(one), mark),
         ])  # fmt: skip
     head = ("outcome", "means", "n", "as the paper", "difference", "p (Holm)", "conclusion")
     notes = (

@@ -5,7 +5,6 @@ The poses are those about first touch that collide. Each draw of faces serves a 
 one lucky sample.
 """
 
-from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
@@ -30,7 +29,6 @@ LIMIT: Final = 20_000
 RATE: Final = 0.9
 """Detection rate that is to be reached."""
 ALL: Final = "all"
-EXPECTED: Final = "random, expected"
 ENOUGH: Final = 20
 """Covered poses without which a share of nine in ten says nothing."""
 
@@ -41,7 +39,6 @@ class Drawn:
 
     family: str
     meeting: Mapping[int | None, list[int]]  # size -> how many pairs that meet are in the sample, a pose each
-    chances: Mapping[int | None, list[float]]  # size -> of a random pair of the sample to meet; covered poses only
     # searcher and size -> evaluations until the first hit, ``None``: none within ``LIMIT``; covered poses only
     spent: Mapping[tuple[str, int | None], list[int | None]]
 
@@ -55,7 +52,6 @@ def search_samples(family: str, draw: int, near: int, seed: int) -> Drawn:
     features = [features_of(body.mesh) for body in poses.bodies]
     key = seed * DRAWS + draw
     meeting: dict[int | None, list[int]] = {}
-    chances: dict[int | None, list[float]] = {}
     spent: dict[tuple[str, int | None], list[int | None]] = {}
     for size in SIZES:
         first, second = (
@@ -63,7 +59,6 @@ def search_samples(family: str, draw: int, near: int, seed: int) -> Drawn:
             for some, body in zip(features, poses.bodies, strict=True)
         )
         meeting[size] = [int((np.isin(pairs[:, 0], first) & np.isin(pairs[:, 1], second)).sum()) for pairs in truth]
-        chances[size] = [count / (len(first) * len(second)) for count in meeting[size] if count > 0]
         for searcher in SEARCHERS:
             detector = create_detector(
                 "qaco", poses.bodies, variant=searcher, seed=key, samples=size, budget=LIMIT, warm_start=False
@@ -73,7 +68,7 @@ def search_samples(family: str, draw: int, near: int, seed: int) -> Drawn:
                 int(answer.work["evaluations"]) if answer.verdict[0, 0] == Verdict.CONTACT else None
                 for answer in answers
             ]
-    return Drawn(family, meeting, chances, spent)
+    return Drawn(family, meeting, spent)
 
 
 def least_evaluations(spent: Sequence[int | None], of: int) -> int | None:
@@ -81,25 +76,6 @@ def least_evaluations(spent: Sequence[int | None], of: int) -> int | None:
     hits = sorted(hit for hit in spent if hit is not None)
     wanted = ceil(RATE * of)
     return hits[wanted - 1] if 0 < wanted <= len(hits) else None
-
-
-def expected_evaluations(chances: Sequence[float]) -> int | None:
-    """The least number of random pairs that detects ``RATE`` of the poses on average.
-
-    ``chances``: of a random pair to meet, a pose each; ``None`` is the answer to none, or one of 0.
-    """
-    if not len(chances) or min(chances) <= 0.0:
-        return None
-    # A chance of 1 would be the logarithm of 0; with this one pair detects all but 1e-12 of the poses.
-    misses = np.log1p(-np.minimum(np.asarray(chances, dtype=np.float64), 1.0 - 1e-12))
-
-    def detected(evaluations: int) -> float:
-        return float(1.0 - np.exp(evaluations * misses).mean())
-
-    most = 1
-    while detected(most) < RATE:
-        most *= 2
-    return 1 + bisect_left(range(1, most), RATE, key=detected)
 
 
 def feature_sample_tables(drawn: Sequence[Drawn]) -> list[PaperTable]:
@@ -111,9 +87,8 @@ def feature_sample_tables(drawn: Sequence[Drawn]) -> list[PaperTable]:
 def _joined(draws: Sequence[Drawn]) -> Drawn:
     """All draws of a family as one."""
     meeting = {size: [count for part in draws for count in part.meeting[size]] for size in SIZES}
-    chances = {size: [chance for part in draws for chance in part.chances[size]] for size in SIZES}
     spent = {key: [hit for part in draws for hit in part.spent[key]] for key in draws[0].spent}
-    return Drawn(draws[0].family, meeting, chances, spent)
+    return Drawn(draws[0].family, meeting, spent)
 
 
 def _coverage(families: Sequence[Drawn]) -> PaperTable:
@@ -133,10 +108,6 @@ def _coverage(families: Sequence[Drawn]) -> PaperTable:
 def _search(families: Sequence[Drawn]) -> PaperTable:
     rows: list[tuple[Cell, ...]] = []
     for drawn in families:
-        for size, chances in drawn.chances.items():
-            expected = expected_evaluations(chances) if len(chances) >= ENOUGH else None
-            nothing = (None, None, None, None, None)
-            rows.append((drawn.family, EXPECTED, _word(size), len(chances), *nothing, expected, None))
         for searcher in SEARCHERS:
             for size in SIZES:
                 spent, of = drawn.spent[searcher, size], len(drawn.meeting[size])
@@ -152,8 +123,7 @@ def _search(families: Sequence[Drawn]) -> PaperTable:
     )  # fmt: skip
     note = (
         "Search misses: a pair that meets is in the sample and is not found. A dash: not reached within "
-        f"{LIMIT:,} evaluations, or fewer than {ENOUGH} poses covered. Expected: computed from how many pairs meet. "
-        "Intervals: Wilson, 95 %."
+        f"{LIMIT:,} evaluations, or fewer than {ENOUGH} poses covered. Intervals: Wilson, 95 %."
     )
     return PaperTable("F8 search", "What a search within the sample misses and takes", head, tuple(rows), note)
 

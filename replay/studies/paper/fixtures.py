@@ -165,15 +165,11 @@ def torus(sections: int) -> TriangleMesh:
     large, small, around, tube = 0.05, 0.02, sections, max(3, sections // 2)
     u = 2 * np.pi * np.arange(around)[:, None] / around
     v = 2 * np.pi * np.arange(tube)[None] / tube
-    ring = large + small * np.cos(v)
-    height = np.broadcast_to(small * np.sin(v), (around, tube))
-    points = np.stack([ring * np.cos(u), height, -ring * np.sin(u)], axis=-1)
+    points = _turned(u, large + small * np.cos(v), small * np.sin(v))
     number = np.arange(around * tube).reshape(around, tube)
     on, up = np.roll(number, -1, axis=0), np.roll(number, -1, axis=1)
     both = np.roll(on, -1, axis=1)
-    halves = ((number, on, both), (number, both, up))
-    faces = np.concatenate([np.stack(part, axis=-1).reshape(-1, 3) for part in halves])
-    return TriangleMesh(points.reshape(-1, 3), faces)
+    return TriangleMesh(points, _faces((number, on, both), (number, both, up)))
 
 
 def sphere(sections: int, radius: float = 0.035) -> TriangleMesh:
@@ -181,16 +177,23 @@ def sphere(sections: int, radius: float = 0.035) -> TriangleMesh:
     rings = max(3, sections // 2)
     u = 2 * np.pi * np.arange(sections)[None] / sections
     v = np.pi * np.arange(1, rings)[:, None] / rings
-    height = np.broadcast_to(np.cos(v), (rings - 1, sections))
-    band = np.stack([np.sin(v) * np.cos(u), height, -np.sin(v) * np.sin(u)], axis=-1)
-    points = radius * np.concatenate([[[0.0, 1.0, 0.0]], band.reshape(-1, 3), [[0.0, -1.0, 0.0]]])
+    points = radius * np.concatenate([[[0.0, 1.0, 0.0]], _turned(u, np.sin(v), np.cos(v)), [[0.0, -1.0, 0.0]]])
     number = 1 + np.arange((rings - 1) * sections).reshape(rings - 1, sections)
     on = np.roll(number, -1, axis=1)
     top, bottom = np.zeros(sections, dtype=np.int64), np.full(sections, len(points) - 1)
-    quads = [(number[:-1], number[1:], on[1:]), (number[:-1], on[1:], on[:-1])]
-    caps = [(top, number[0], on[0]), (bottom, on[-1], number[-1])]
-    faces = np.concatenate([np.stack(part, axis=-1).reshape(-1, 3) for part in (*quads, *caps)])
-    return TriangleMesh(points, faces)
+    quads = ((number[:-1], number[1:], on[1:]), (number[:-1], on[1:], on[:-1]))
+    return TriangleMesh(points, _faces(*quads, (top, number[0], on[0]), (bottom, on[-1], number[-1])))
+
+
+def _turned(angle: FloatArray, radius: FloatArray, height: FloatArray) -> FloatArray:
+    """Points (n, 3) at some angles about +Y, row by row."""
+    rounds = np.broadcast_arrays(radius * np.cos(angle), height, -radius * np.sin(angle))
+    return np.stack(rounds, axis=-1).reshape(-1, 3)
+
+
+def _faces(*corners: tuple[NDArray[np.int64], ...]) -> NDArray[np.int64]:
+    """Faces (f, 3) from the numbers of their first, second and third corners."""
+    return np.concatenate([np.stack(part, axis=-1).reshape(-1, 3) for part in corners])
 
 
 @cache

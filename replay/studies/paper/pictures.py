@@ -9,7 +9,7 @@ import numpy as np
 
 from replay.errors import OutputError
 from replay.outputs.paper_table import Cell, PaperTable
-from replay.studies.paper.feature_samples import ALL, EXPECTED
+from replay.studies.paper.feature_samples import ALL
 from replay.studies.paper.printed import PRINTED
 from sessions.whole_files import whole_file
 
@@ -146,9 +146,8 @@ def _search(rates: Axes, work: Axes, table: PaperTable) -> None:
     spent = next(heading for heading in table.head if heading.startswith("evaluations") and "covered" in heading)
     for search in _distinct(table, "search"):
         part = table.where(search=search)
-        style = "o:" if search == EXPECTED else "o-"
-        rates.errorbar(_sizes(rates, part), *_intervals(part, "rate"), **BARS | {"fmt": style})
-        work.plot(_sizes(work, part), _numbers(part.column(spent)), style, label=str(search))
+        rates.errorbar(_sizes(rates, part), *_intervals(part, "rate"), **BARS | {"fmt": "o-"})
+        work.plot(_sizes(work, part), _numbers(part.column(spent)), "o-", label=str(search))
     # A logarithm cannot show a panel in which nothing was measured.
     measured = any(number > 0 for number in _numbers(table.column(spent)))
     rates.set(title=f"8: {missed} evaluations", ylim=(-0.03, 1.03))

@@ -4,7 +4,6 @@ from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.errors import StudyError
 from replay.studies.class_study.analysis import analyse, associated
-from replay.studies.class_study.joining import Metrics
 from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.regression import Coefficient
 
@@ -24,9 +23,7 @@ def test_a_planted_association_is_found_and_an_absent_one_is_not():
 @pytest.mark.parametrize("sign", [1, -1])
 def test_an_association_needs_both_its_p_and_its_interval(sign):
     def one(low, high, p):
-        return Coefficient(
-            "contacts_per_min", 0.8 * sign, *sorted((low * sign, high * sign)), p, "permutation", p_holm=p
-        )
+        return Coefficient("contacts_per_min", 0.8 * sign, *sorted((low * sign, high * sign)), p, p_holm=p)
 
     assert associated(one(0.1, 1.2, 0.04))
     assert not associated(one(-0.1, 1.2, 0.04))
@@ -141,42 +138,3 @@ def test_several_sessions_of_a_student_count_as_one_student():
     study = analyse(codebook(BEHAVIOUR), questionnaire(answers), metrics(contacts, sessions=2))
     moved = study.regressions[1]
     assert (moved.rows, moved.students) == (60, 30)
-    assert moved.coefficients[0].p_from == "permutation"
-    assert not any("bring half" in words for words in study.warnings)
-
-
-def with_sessions(contacts, sessions):
-    """A row per session: student k has ``sessions[k]`` of them."""
-    table = metrics(contacts)
-    return Metrics({name: [v for v, n in zip(values, sessions, strict=True) for _ in range(n)]
-                    for name, values in table.columns.items()})  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("sessions", "warning"),
-    [
-        ([20] * 3 + [1] * 12, "fewer than 5 of 15 students bring half or more of the 72 sessions; every student"),
-        ([40] + [1] * 11, "fewer than 5 of 12 students bring half or more of the 51 sessions; every student"),
-        ([20] * 6 + [1] * 24, "fewer than 5 of 30 students bring half or more of the 144 sessions; every student"),
-        ([20] * 10 + [1] * 30, "6 of 40 students bring half or more of the 230 sessions; every student"),
-        ([4] * 10, None),
-        ([1] * 15, None),
-    ],
-)
-def test_few_students_who_bring_most_sessions_are_warned_of_without_pointing_at_them(sessions, warning):
-    answers, contacts = a_class(len(sessions))
-    study = analyse(codebook(BEHAVIOUR), questionnaire(answers), with_sessions(contacts, sessions))
-    found = [words for words in study.warnings if "bring half" in words]
-    assert len(found) == (warning is not None) and all(words.startswith(warning) for words in found)
-    assert study.regressions[1].students == len(sessions) and study.regressions[1].rows == sum(sessions)
-
-
-def test_one_seed_gives_one_study():
-    answers, contacts = a_class(25)
-    args = codebook(BEHAVIOUR), questionnaire(answers), metrics(contacts)
-    assert analyse(*args, seed=5) == analyse(*args, seed=5)
-
-
-def test_an_unknown_rule_is_no_refusal():
-    with pytest.raises(KeyError):
-        StudyRefusedError("because", "this figure")

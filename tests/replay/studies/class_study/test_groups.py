@@ -29,7 +29,7 @@ def test_the_paper_s_figures_are_those_of_one_pooled_predictor():
     assert one.difference == pytest.approx(line.slope) and one.low < one.difference < one.high
 
 
-def test_p_is_that_of_permuting_welchs_statistic_among_few_and_welchs_among_many():
+def test_p_is_that_of_permuting_welchs_statistic():
     first, second = two(16, 0.7, spread=2.5)
     second = second[:9]
     ((one,), _) = compared(first, second)
@@ -38,11 +38,10 @@ def test_p_is_that_of_permuting_welchs_statistic_among_few_and_welchs_among_many
         return stats.ttest_ind(a, b, axis=axis, equal_var=False).statistic
 
     other = stats.permutation_test((second, first), welch, vectorized=True, n_resamples=20000, random_state=0).pvalue
-    assert one.p_from == "permutation" and one.p == pytest.approx(other, abs=0.02)
+    assert one.p == pytest.approx(other, abs=0.02)
     first, second = two(60, 0.4, spread=2.0)
     ((one,), _) = compared(first, second)
-    assert one.p_from == "Welch's t"
-    assert one.p == pytest.approx(stats.ttest_ind(second, first, equal_var=False).pvalue)
+    assert one.p == pytest.approx(stats.ttest_ind(second, first, equal_var=False).pvalue, abs=0.02)
 
 
 def test_holm_is_across_all_outcomes_of_the_groups():
@@ -62,7 +61,7 @@ def test_a_group_of_fewer_than_five_is_refused(first, second, rule):
     found, refusals = compared(*(np.arange(float(n)) for n in (first, second)))
     assert [one.rule for one in refusals] == ([rule] if rule else []) and len(found) == (not rule)
     if found:
-        assert found[0].p_from == "permutation" and found[0].p == pytest.approx(1.0, abs=0.01)
+        assert found[0].p == pytest.approx(1.0, abs=0.01)
 
 
 def test_answers_that_are_all_equal_are_refused():

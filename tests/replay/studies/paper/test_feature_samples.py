@@ -1,8 +1,7 @@
-"""Coverage misses are counted from the truth, search misses from covered poses alone, and random work as computed."""
+"""Coverage misses are counted from the truth, and search misses from covered poses alone."""
 
 from itertools import pairwise, product
 
-import numpy as np
 import pytest
 
 from replay.studies.paper import feature_samples
@@ -37,17 +36,6 @@ def test_nine_in_ten_are_reached_by_the_ninth_of_ten():
     assert feature_samples.least_evaluations([5, 1, 2, 3, 4, 6, 7, 8, 9, None], 10) == 9
     assert feature_samples.least_evaluations([5, 1, 2, 3, 4, 6, 7, 8, None, None], 10) is None
     assert feature_samples.least_evaluations([], 0) is None and feature_samples.least_evaluations([1, 2], 10) is None
-
-
-def test_random_pairs_take_as_many_evaluations_as_computed():
-    # one chance p: 1 - (1 - p)^n reaches 0.9 at n = log 0.1 / log(1 - p)
-    assert feature_samples.expected_evaluations([0.01]) == int(np.ceil(np.log(0.1) / np.log(0.99)))
-    assert feature_samples.expected_evaluations([1.0, 1.0]) == 1
-    assert feature_samples.expected_evaluations([]) is None and feature_samples.expected_evaluations([0.1, 0.0]) is None
-    rng = np.random.default_rng(0)
-    chances = rng.uniform(0.001, 0.05, size=4000)
-    spent = rng.geometric(chances)
-    assert np.quantile(spent, 0.9) == pytest.approx(feature_samples.expected_evaluations(chances), rel=0.1)
 
 
 @pytest.mark.slow
