@@ -35,7 +35,6 @@ RANK_HEAD = (
 )  # fmt: skip
 REFERENCE = "reference"
 NOT_APPLICABLE = "-"
-NOT_MEASURED = "not measured"
 
 UNCONFIRMED = "unconfirmed frames"
 """Stands for *false frames* of a detector that only calls them candidates."""

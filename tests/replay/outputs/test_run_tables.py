@@ -94,16 +94,6 @@ def test_the_table_of_times_says_how_each_was_asked_and_who_cannot_be_asked_live
     ]
 
 
-@pytest.mark.parametrize(("share", "said"), [(1.0, ""), (0.96, ""), (0.94, "6 %"), (0.3, "70 %")])
-def test_other_work_on_the_machine_is_told_below_the_times_it_made_longer(run, share, said):
-    made = run.summary["detectors"]["slow"]
-    assert 0.0 < made["seconds"]["processor_share"] <= 1.0
-    seconds = made["seconds"] | {"processor_share": share}
-    summary = {**run.summary, "detectors": {"slow": {**made, "seconds": seconds}}}
-    words = f"The machine was busy ({said}): run again for reliable times."
-    assert cost_table(replace(run, summary=summary)).notes == ((words,) if said else ())
-
-
 def test_quantiles_and_the_share_over_the_budget_are_over_the_frames_of_the_mean(run):
     seconds = {"volumes": np.array([0.02, 0.0, 0.0, 0.0, 0.01] + [0.0] * 7), "rest": np.full(12, 0.002)}
     slow = replace(run.detections["slow"], seconds=seconds)

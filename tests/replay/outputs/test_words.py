@@ -100,15 +100,6 @@ def test_the_screen_fits_and_ends_in_why_fix_cost_and_the_next_command(demo, wid
     assert order == ["Why", "Fix", "Cost", "See it", "Read it"]
 
 
-def test_sentence_command_and_moment_speak_of_one_fault(demo):
-    (answer, *_), moment = demo.answers, demo.answers[0].moment
-    faults = demo.false if moment.kind == "false" else demo.misses
-    fault = next(fault for fault in faults[answer.label] if fault.number == moment.number)
-    assert (fault.body_a, fault.body_b) == moment.pair and f"{moment.seconds:.1f} s" in answer.why
-    assert moment.seconds == pytest.approx(float(demo.assembly.motion.times[moment.frame]))
-    assert any(f"{moment.option} --by {answer.label}" in line for line in where_to_look(demo))
-
-
 COMPUTED = {"ranking", "answers", "score", "pair_figures", "count_contacts", "examine", "false_contacts", "episodes",
             "over_phases", "look_figures"}  # fmt: skip
 

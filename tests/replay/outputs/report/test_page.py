@@ -9,11 +9,10 @@ from hypothesis import strategies as st
 from support.page_cells import NUMBER, Cells, said_in, shown_as, values_of
 from support.planted_faults import FAULTS, clean
 from support.report_states import STATES, read_page, state_of
-from support.small_tables import made
 from support.small_worlds import cubes
 
 from replay.outputs.contact_tables import episode_rows, false_rows, miss_rows
-from replay.outputs.report.markup import element, page_table, safe
+from replay.outputs.report.markup import element, safe
 from replay.outputs.report.page import report_html, write_report
 from replay.outputs.results.parquet_tables import event_table
 from replay.pipeline.engine import compute
@@ -26,21 +25,10 @@ def several():
 
 in_every_state = pytest.mark.parametrize("state", STATES)
 
-NOT_WORDS = (
-    "in part", "look phase", "counted apart", "like with like", "its solids meet", "being right costs",
-    "pair-frames left out", "oracle", "invented", "·",
-)  # fmt: skip
-
 
 @in_every_state
 def test_the_page_reads_as_it_did(state, snapshot):
     assert read_page(state_of(state)[1]) == snapshot
-
-
-@in_every_state
-def test_no_private_word_is_on_the_page(state):
-    text = said_in(state_of(state)[1]).lower()
-    assert [word for word in NOT_WORDS if word in text] == []
 
 
 FIXED = {90.0, 99.0, 16.0, 1000 / 90}
@@ -135,15 +123,6 @@ def test_hostile_names_stay_words():
 def test_no_text_becomes_an_element(text):
     assert "<" not in safe(text) and "<" not in element("p", text)[3:-4]
     assert element("p", "x", title=f"t{text}").count('"') == 2
-
-
-def test_an_attribute_of_0_stays_and_one_of_no_letters_does_not():
-    assert element("figure", tabindex=0, class_="") == '<figure tabindex="0"></figure>'
-
-
-def test_a_table_keeps_numbers_plain():
-    text = page_table(made(words=("body",)))
-    assert Cells(text).tables == {"a title": [["cup|lid", "1234", "7"], ["rod", "0", "x\nwhy"]]}
 
 
 def test_findings_say_what_was_done_and_which_verdicts_rest_on_them():

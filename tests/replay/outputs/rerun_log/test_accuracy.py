@@ -9,9 +9,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay.outputs.rerun_log.accuracy import HEIGHT, TOPS, half_width, placed_labels
-from replay.outputs.rerun_log.texts import dots_of, ranking_text
-from replay.outputs.run_tables import ranking_table
-from replay.outputs.tables import text_of
+from replay.outputs.rerun_log.texts import dots_of
 from replay.tradeoffs.settings import Setting
 from replay.tradeoffs.sweep import tradeoff
 
@@ -44,15 +42,6 @@ def test_names_stand_beside_their_dots_and_never_on_one_another(seed):
     for (place, text), (other, words) in combinations(zip(places, texts, strict=True), 2):
         apart = abs(place[0] - other[0]) >= half_width(text) + half_width(words) or abs(place[1] - other[1]) >= 28.0
         assert apart
-
-
-def test_the_ranking_beside_the_picture_has_the_figures_of_the_table_of_the_run(demo):
-    table = ranking_table(demo)
-    rows = ranking_text(demo).splitlines()
-    for rank, cells in zip(demo.ranking, table.only("missed", "false contact", "mean ms", "p99 ms").rows, strict=True):
-        (row,) = [line for line in rows if line.startswith(f"| {rank.label}:")]
-        shown = [cell.strip(" *") for cell in row.split("|")]
-        assert all(text_of(cell) in shown for cell in cells), row
 
 
 def test_a_tradeoff_has_a_dot_for_each_setting_on_its_front_at_its_wrong_contacts_and_its_cost(demo):

@@ -9,7 +9,7 @@ from replay.comparison.outcome import Outcome
 from replay.outputs.palette import FOUND, MISSED
 from replay.outputs.rerun_log import contacts
 from replay.outputs.rerun_log.columns import RecordingClock, packed
-from replay.outputs.rerun_log.contacts import contact_point, drawn_contacts
+from replay.outputs.rerun_log.contacts import drawn_contacts
 
 ORACLE, SUBJECT = "hybrid", "22.5Hz"
 
@@ -42,12 +42,6 @@ def test_missed_contacts_are_red_and_found_ones_blue(demo, read):
         assert read.at("world/contacts/hybrid", "Points3D:colors", frame) == wanted
         seen.update(wanted)
     assert len(seen) == 2
-
-
-def test_a_ring_has_its_point_on_the_ring():
-    angle = np.linspace(0, 2 * np.pi, 33)
-    ring = np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
-    assert np.linalg.norm(contact_point(np.stack([ring[:-1], ring[1:]], axis=1))) > 0.9
 
 
 def test_a_detection_without_faces_draws_nothing_and_breaks_nothing(demo, write):

@@ -97,9 +97,3 @@ def test_what_lies_outside_the_frames_has_no_lane_and_what_reaches_out_is_cut(de
     assert session_lanes(during(demo, span)) == {}
     last = int(np.ptp(demo.assembly.stamp_ns))
     assert session_lanes(during(demo, ("task", -5.0, 901.0, "all"))) == {"doing/1_task": [("all", 0, last)]}
-
-
-def test_the_recording_shows_them_with_hostile_names_escaped(demo, write):
-    seen = write(during(demo, *TASKS[:3], ("task", 2.1, 2.4, "\x1b[31mred"), vr_type="desktop"))
-    assert [state for _, state in seen.lane("doing/1_task")] == ["", "stir", "", "tap", "", "\\x1b[31mred", ""]
-    assert [state for _, state in seen.lane("doing/3_vr_type")] in (["desktop", ""], ["", "desktop", ""])

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from rerun.chunk import RrdReader
-from support.sentences import recording_text
 
 from replay.comparison.outcome import Outcome
 from replay.outputs.rerun_log import columns
@@ -34,20 +33,6 @@ def test_a_failed_write_leaves_the_old_file_and_no_other(demo, tmp_path, monkeyp
     with pytest.raises(RuntimeError, match="disk full"):
         write_recording(demo, tmp_path / "run.rrd")
     assert [(path.name, path.read_bytes()) for path in tmp_path.iterdir()] == [("run.rrd", b"old")]
-
-
-def test_two_audited_detectors_share_one_recording(demo, write, completed):
-    second = replace(demo.comparisons[SUBJECT], subject="15Hz")
-    twice = {name: getattr(demo, name) for name in ("detections", "episodes", "misses", "false", "counts")}
-    twice = {name: {**held, "15Hz": held[SUBJECT]} for name, held in twice.items()}
-    both = {part: demo.summary[part] for part in ("audit", "detectors")}
-    figures = demo.summary | {part: {**held, "15Hz": held[SUBJECT]} for part, held in both.items()}
-    run = completed(replace(demo, comparisons={**demo.comparisons, "15Hz": second}, summary=figures, **twice))
-    seen = write(run)
-    assert {SUBJECT, "15Hz"} <= set(recording_text(seen.path).splitlines())
-    first, other = (pair_lanes(run, label) for label in (SUBJECT, "15Hz"))
-    for path, same in zip(first, other, strict=True):
-        assert seen.lane(path) == seen.lane(same)
 
 
 def test_a_run_without_an_audit_shows_the_session_and_one_without_detectors_the_bodies(demo, write):

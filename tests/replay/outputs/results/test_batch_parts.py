@@ -10,7 +10,6 @@ from support.class_folders import made_class
 
 from replay import read
 from replay.outputs.results.data_set import DATA_SET, write_batch_tables
-from replay.studies.class_study.class_runs import read_class
 
 RUNS = [f"run{k:03d}" for k in range(12)]
 
@@ -44,17 +43,6 @@ def test_few_files_hold_the_rows_of_all_run_folders_in_the_same_order(batch):
         assert rows(read(top)) == by_folder(batch, lambda top=top: rows(read(top)))
     whole = pq.read_table(batch / "batch.tables" / "misses").to_pylist()
     assert [row["run"] for row in whole] == [row["run"] for row in read(batch)["misses"].to_pylist()] != []
-
-
-def test_a_class_is_the_same_read_by_parts_and_read_run_by_run(batch):
-    def seen():
-        made = read_class(batch)
-        return made.metrics, {name: [dict(row) for row in some] for name, some in made.tables.items()}
-
-    (metrics, tables), (others, single) = seen(), by_folder(batch, seen)
-    assert tables == single and {run: {d: dict(r) for d, r in some.items()} for run, some in metrics.items()} == {
-        run: {d: dict(r) for d, r in some.items()} for run, some in others.items()
-    }
 
 
 def test_of_a_folder_that_is_gone_no_row_stays_and_of_one_made_anew_the_rows_are_new(batch):
