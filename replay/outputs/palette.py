@@ -33,9 +33,6 @@ PAPER: Final[Rgba] = (255, 255, 255, 255)
 MISSED: Final[Rgba] = (255, 45, 85, 255)
 """The one red. Nothing that is not missed may wear it; its shades below are made from it."""
 
-MISSED_DARK: Final = mixed(MISSED, BLACK, 0.31)
-"""Neighbouring numbers in the number lane alternate between the red and this."""
-
 MISSED_FACES: Final[Rgba] = (*MISSED[:3], 150)
 """A veil over faces: the curve of intersection stays visible through it."""
 

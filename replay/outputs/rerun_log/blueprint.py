@@ -13,7 +13,6 @@ import rerun.blueprint as rrb
 from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 
 from replay.outputs.camera import Eye
-from replay.outputs.lanes import number_boxes
 from replay.outputs.moments import FocusMoment
 from replay.outputs.palette import BACKGROUND, tags_of
 from replay.outputs.rerun_log import accuracy
@@ -74,9 +73,7 @@ class Picture:
         """The whole session; left alone, the viewer shows one minute around the cursor."""
         times = self.result.assembly.motion.times
         start, last = (float(times[0]), float(times[-1])) if len(times) else (0.0, 1.0)
-        # The last number may be widened beyond the last frame.
-        boxes = [box for misses in self.result.misses.values() for box in number_boxes(misses, round(last * 1e9))]
-        return seconds_between(start, max([last, *(end / 1e9 for _, _, end in boxes)]))
+        return seconds_between(start, last)
 
     @cached_property
     def without_solids(self) -> list[str]:

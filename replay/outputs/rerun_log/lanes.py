@@ -16,11 +16,8 @@ from numpy.typing import NDArray
 
 from cdcore.protocol import counts_as_contact
 from replay.base.shown import shown
-from replay.comparison.outcome import Miss, Outcome
-from replay.outputs.lanes import number_boxes, ranked_pairs
+from replay.comparison.outcome import Comparison, Outcome
 from replay.outputs.palette import (
-    MISSED,
-    MISSED_DARK,
     OUTCOMES,
     SERIES,
     VERDICTS,
@@ -56,8 +53,9 @@ MOST_LANES: Final = 4
 SHOWN: Final = (Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH)
 """Outcomes of a lane of all pairs: of several at a time the first is shown."""
 
-NARROW: Final = (0.028, 0.012)
-"""Shares of the session that the box of a number takes, and each digit, in a view of half a screen."""
+NARROWEST: Final = 0.005
+"""Share of the session that a miss takes in the lane of all pairs at least: one of 54 ms in a minute is one pixel wide.
+The lane of its pair says exactly when."""
 
 
 def lane_name(*words: str) -> str:
@@ -84,6 +82,18 @@ def pair_lanes(result: RunResult, label: str) -> dict[str, int]:
     return {entity(LANES, label, lane_name(f"{rank}_{names[column]}")): column for rank, column in ranked}
 
 
+def ranked_pairs(comparison: Comparison, held: NDArray[np.bool_]) -> list[int]:
+    """Columns worth a lane, worst first: most missed frames, then most invented, then most in contact; held ones last.
+
+    A pair that was never in contact, for either detector, has none.
+    """
+    every = comparison.by_pair.T
+    counts = every[[Outcome.MISSED, Outcome.INVENTED, Outcome.BOTH]]
+    rest = every[[Outcome.WITHIN_TOLERANCE, Outcome.BETWEEN_FRAMES, Outcome.HELD]].sum(axis=0)
+    order = np.lexsort((-rest, -counts[2], -counts[1], -counts[0], held))
+    return [int(column) for column in order if counts[:, column].any() or rest[column]]
+
+
 def log_pair_lanes(writer: RecordingWriter, result: RunResult, label: str) -> None:
     """Send what a detector made of each pair, or, where nothing was compared, what it said."""
     comparison = result.comparisons.get(label)
@@ -103,7 +113,7 @@ def detector_lanes(result: RunResult, order: Sequence[str]) -> list[str]:
 
 
 def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequence[str], lanes: Sequence[str]) -> None:
-    """Send contact of the reference in grey, and what is wrong or right anywhere, with the numbers of misses."""
+    """Send contact of the reference in grey, and what is wrong or right anywhere."""
     verdict, outcomes = result.detections[result.oracle].verdict, result.comparisons[order[0]].outcome
     touched = (counts_as_contact(verdict) & (outcomes != Outcome.HELD)).any(axis=1)
     words = np.array(["", "contact"], dtype=object)[touched.astype(np.intp)]
@@ -113,7 +123,9 @@ def log_detector_lanes(writer: RecordingWriter, result: RunResult, order: Sequen
         worst = np.full(len(outcome), "", dtype=object)
         for code in reversed(SHOWN):
             worst[(outcome == code).any(axis=1)] = OUTCOMES[code][0]
-        log_with_numbers(writer, path, worst, [OUTCOMES[code] for code in SHOWN], result.misses[label])
+        for miss in result.misses[label]:
+            worst[miss.first : miss.first + round(NARROWEST * len(worst))] = OUTCOMES[Outcome.MISSED][0]
+        send_lane(writer, path, word_changes(writer, worst), [OUTCOMES[code] for code in SHOWN])
 
 
 def log_lane(writer: RecordingWriter, path: str, state: NDArray[np.uint8], words: Looks) -> None:
@@ -131,27 +143,6 @@ def word_changes(writer: RecordingWriter, words: NDArray[np.object_]) -> dict[in
         # The last state lasts one frame: left open, it would run on to the end of the axis.
         rows[int(ns[-1]) + round(float(np.median(np.diff(ns))))] = ""
     return rows
-
-
-def log_with_numbers(
-    writer: RecordingWriter, path: str, words: NDArray[np.object_], looks: Sequence[tuple[str, Rgba]],
-    misses: Sequence[Miss],
-) -> None:  # fmt: skip
-    """Send a lane of a word per frame over which the numbers of misses stand.
-
-    A miss of 54 ms in a minute is one pixel wide. Its number is widened until it can be read; where numbers would
-    overlap, they share a box: ``12-31``. The lane of a pair says exactly when.
-    """
-    rows = word_changes(writer, words)
-    session_ns = int(writer.clock.ns[-1]) if len(writer.clock.ns) else 0
-    boxes = number_boxes(misses, session_ns, *NARROW)
-    for label, start, end in boxes:
-        after = [state for ns, state in sorted(rows.items()) if ns <= end]
-        rows = {ns: state for ns, state in rows.items() if not start <= ns <= end}
-        rows |= {start: label, end: after[-1] if after else ""}
-    # Neighbours differ in colour.
-    reds = [(label, MISSED if k % 2 else MISSED_DARK) for k, (label, _, _) in enumerate(boxes)]
-    send_lane(writer, path, rows, [*looks, *reds])
 
 
 def send_spans(writer: RecordingWriter, path: str, spans: Sequence[Span], words: Iterable[tuple[str, Rgba]]) -> None:

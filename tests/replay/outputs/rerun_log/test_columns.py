@@ -1,6 +1,5 @@
 """Columns whose lengths do not fit are refused, and long sessions are strided except near misses."""
 
-
 import numpy as np
 import pytest
 import rerun as rr
