@@ -1,0 +1,87 @@
+"""An engine answers as its re-creation does, but near where contact begins; the page's tables are the command's."""
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import pytest
+from support.shared_data import DATA, needs_data
+
+from cdcore.detectors import ENGINE_MODULE
+from replay.guide.choosing import with_table
+from replay.guide.pages import page
+from replay.prepare.assemble import assemble
+from sessions.synthetic.scenes import make_scene_session
+
+SCRIPT = Path(__file__).resolve().parents[2] / ".ci" / "real_engines.py"
+specification = importlib.util.spec_from_file_location(SCRIPT.stem, SCRIPT)
+command = sys.modules[SCRIPT.stem] = importlib.util.module_from_spec(specification)
+specification.loader.exec_module(command)
+BEGIN, END, RECORDINGS, TWINS = command.BEGIN, command.END, command.RECORDINGS, command.TWINS
+
+
+@pytest.fixture(scope="module")
+def demo():
+    session = make_scene_session("bench-bumps")[0]
+    first = int(session.frames.stamp_ns[0])
+    return assemble(session.between(first + 10 * 10**9, first + 14 * 10**9))
+
+
+@pytest.mark.parametrize(
+    ("twin", "skin", "early", "late"),
+    [
+        ("rapier[prediction_m=0.02]", 0.01, 0.0, 3.0),
+        ("bullet[margin_m=0.001]", 0.001, 4.0, 0.0),
+        pytest.param("physx[contact_offset_m=0.01]", 0.01, 1.0, 1.0, marks=pytest.mark.slow),
+    ],
+)
+def test_an_engine_and_its_re_creation_differ_only_where_contact_begins(twin, skin, early, late, demo):
+    pytest.importorskip(ENGINE_MODULE[twin.partition("[")[0]])
+    counts = command.compare_twins(demo, twin, f"collider[shape=hull,skin_m={skin}]")
+    posed = int(demo.motion.valid[:, demo.pairs].all(axis=2).sum())
+    assert counts.equal + counts.engine_only + counts.ours_only == posed and counts.both > 100
+    assert counts.equal / posed > 0.999 and counts.not_supported == 0
+    if counts.gaps_mm is not None:
+        begin = 2000 * skin
+        assert begin - late <= counts.gaps_mm[0] and counts.gaps_mm[1] <= begin + early
+
+
+def test_pair_frames_that_an_engine_cannot_test_are_not_supported_and_no_difference(demo):
+    pytest.importorskip("pybullet")
+    counts = command.compare_twins(demo, "bullet[shape=mesh,margin_m=0.001]", "collider[shape=mesh,skin_m=0.001]")
+    assert counts.not_supported > 1000 and counts.ours_only == 0
+    posed = int(demo.motion.valid[:, demo.pairs].all(axis=2).sum())
+    assert counts.equal + counts.engine_only + counts.not_supported == posed
+
+
+def test_the_page_has_a_table_of_every_twin_for_each_session():
+    made = with_table(page("real-engines"), "", BEGIN, END)
+    tables = page("real-engines")[made.index(BEGIN) :].split("### ")[1:]
+    assert len(tables) == 1 + len(RECORDINGS)
+    for twin in TWINS:
+        assert sum(f"| `{twin.engine}` | `{twin.ours}` |" in table for table in tables) == (3 if twin.dense else 1)
+
+
+def test_a_row_says_what_differs_and_where():
+    same, apart = command.TwinCounts(90, 10, 0, 0, 0, None), command.TwinCounts(1000, 10, 2, 3, 4, (0.04, 19.96))
+    twin = command.Twin("rapier", "collider")
+    assert (
+        command.twin_table("one", {twin: same}).splitlines()[-1]
+        == "| `rapier` | `collider` | 90 | 10 | 0 | 0 | - | 0 |"
+    )
+    assert command.twin_table("one", {twin: apart}).endswith("| 1,005 | 10 | 2 | 3 | 0.0 to 20.0 | 4 |")
+
+
+@needs_data
+@pytest.mark.slow
+@pytest.mark.parametrize("twin", [twin for twin in TWINS if twin.dense], ids=lambda twin: twin.engine)
+def test_a_recording_gives_its_row_of_the_page_again(twin, recordings):
+    pytest.importorskip(ENGINE_MODULE[twin.engine.partition("[")[0]])
+    name, assembly = recordings
+    row = command.twin_table(name, {twin: command.compare_twins(assembly, twin.engine, twin.ours)}).splitlines()[-1]
+    assert row in page("real-engines").partition(f"### {name}")[2].partition("### ")[0]
+
+
+@pytest.fixture(scope="module")
+def recordings():
+    return next((name, one) for name, one in command.sessions(DATA) if name == f"`{RECORDINGS[0]}`")
