@@ -16,14 +16,7 @@ from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.containment.closed_parts import connected_parts, parity_is_inside
-from cdcore.narrow.containment.nesting_boxes import (
-    Nesting,
-    NestingBoxes,
-    PoseMemory,
-    largest_of,
-    may_be_inside,
-    way_to_point,
-)
+from cdcore.narrow.containment.nesting_boxes import PoseMemory, largest_of, may_be_inside, way_to_point
 from cdcore.narrow.containment.ray_parity import (
     INSIDE,
     UNCERTAIN,
@@ -52,9 +45,6 @@ BOTH_WAYS: Final = np.array([[-1.0], [1.0]])
 FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
 
 Pose = tuple[FloatArray, FloatArray]
-BothPoses = tuple[FloatArray, FloatArray, int, int]
-"""Rotations (K, n, 3, 3), translations (K, n, 3), and which of the n bodies are the inner and the outer one."""
-
 REFUSAL: Final = "refused: containment=False"
 """What ``Detection.containment`` says of every pair where a setting turned the question off."""
 
@@ -81,14 +71,11 @@ class ContainmentStage:
     def contained(self, motion: Motion, frames: IntArray, columns: IntArray) -> BoolArray:
         """Whether a part of one body of the pair is inside the other, (K,) for K pair-frames without contact."""
         inside = np.zeros(len(frames), dtype=np.bool_)
-        near = np.flatnonzero(self._boxes.may_hold(motion, frames, columns, PAD)) if self._asked else frames[:0]
-        for column, some in rows_of_columns(columns[near]):
-            rows = near[some]
+        for column, rows in rows_of_columns(columns if self._asked else columns[:0]):
             at = frames[rows]
             for inner, outer, parts in self.nestings[column]:
                 left = np.flatnonzero(~inside[rows])
-                poses = motion.rotations, motion.translations, inner, outer
-                inside[rows[left]] = self.inside(poses, inner, outer, parts, at[left])
+                inside[rows[left]] = self.inside(motion, inner, outer, parts, at[left])
         return inside
 
     @property
@@ -99,10 +86,9 @@ class ContainmentStage:
     def inside_now(self, now: Motion, column: int) -> bool:
         """The same for one pair in a motion of one frame."""
         for inner, outer, parts in self.nestings[column]:
-            poses = now.rotations, now.translations, inner, outer
             for part in parts:
-                self._fill_may(poses, inner, outer, part.extremes, 0.0, FIRST_FRAME, self._may_now)
-                if self._may_now[0] and self.inside(poses, inner, outer, (part,), FIRST_FRAME)[0]:
+                self._fill_may(now, inner, outer, part.extremes, 0.0, FIRST_FRAME, self._may_now)
+                if self._may_now[0] and self.inside(now, inner, outer, (part,), FIRST_FRAME)[0]:
                     return True
         return False
 
@@ -113,43 +99,32 @@ class ContainmentStage:
         fitting = [[(i, j, solids[i].parts_that_fit(solids[j])) for i, j in two] for two in ways]
         return [[one for one in two if one[2]] for two in fitting]
 
-    @cached_property
-    def _boxes(self) -> NestingBoxes:
-        """The boxes that hold whatever lies inside, of all pairs."""
-        return NestingBoxes([[self._box_of(*nesting) for nesting in two] for two in self.nestings])
-
-    def _box_of(self, inner: int, outer: int, parts: Sequence[_Part]) -> Nesting:
-        a, b = self.solids[inner], self.solids[outer]
-        if len(parts) > 1:  # a body of many parts is dismissed whole where it is far away
-            return Nesting(inner, outer, a.middle, b.boxes[:1] + a.reach * BOTH_WAYS, a.size + b.size)
-        return Nesting(inner, outer, parts[0].extremes, b.boxes, a.size + b.size)
-
     def _fill_may(
-        self, poses: BothPoses, inner: int, outer: int, points: FloatArray, reach: float, rows: IntArray, may: BoolArray
+        self, motion: Motion, inner: int, outer: int, points: FloatArray, reach: float, rows: IntArray, may: BoolArray
     ) -> None:
         """Fill ``may`` (K,): whether all these points of the inner body are within reach of a part of the outer."""
         a, b = self.solids[inner], self.solids[outer]
         boxes = b.boxes[:1] + reach * BOTH_WAYS if reach else b.boxes
-        turn, place, at_a, at_b = poses
-        may_be_inside(turn, place, rows, at_a, at_b, points, boxes, a.size + b.size, PAD, may)
+        turn, place = motion.rotations, motion.translations
+        may_be_inside(turn, place, rows, inner, outer, points, boxes, a.size + b.size, PAD, may)
 
-    def inside(self, poses: BothPoses, inner: int, outer: int, parts: Sequence[_Part], rows: IntArray) -> BoolArray:
-        """Whether one of these parts of a body is inside the other, (K,) for K rows of poses without contact."""
-        (turn, place, at_a, at_b), a, b = poses, self.solids[inner], self.solids[outer]
+    def inside(self, motion: Motion, inner: int, outer: int, parts: Sequence[_Part], rows: IntArray) -> BoolArray:
+        """Whether one of these parts of a body is inside the other, (K,) for K frames without contact."""
+        turn, place, a, b = motion.rotations, motion.translations, self.solids[inner], self.solids[outer]
         inside, may = np.zeros(len(rows), dtype=np.bool_), np.ones(len(rows), dtype=np.bool_)
         if len(parts) > 1:  # a body of many parts is dismissed whole where it is far away
-            self._fill_may(poses, inner, outer, a.middle, a.reach, rows, may)
+            self._fill_may(motion, inner, outer, a.middle, a.reach, rows, may)
         near = np.flatnonzero(may)
         for part in parts if len(near) else ():
             may = np.empty(len(near), dtype=np.bool_)
-            self._fill_may(poses, inner, outer, part.extremes, 0.0, rows[near], may)
+            self._fill_may(motion, inner, outer, part.extremes, 0.0, rows[near], may)
             left = near[may]
             if len(left):
                 states = np.empty(len(left), dtype=np.uint8)
-                nesting_states(turn, place, rows[left], at_a, at_b, part.probes, b.grid, a.size + b.size, PAD, states)
+                nesting_states(turn, place, rows[left], inner, outer, part.probes, b.grid, a.size + b.size, PAD, states)
                 inside[left] = states == INSIDE
                 for k in left[states == UNCERTAIN].tolist():
-                    of_a, of_b = ((turn[rows[k], side], place[rows[k], side]) for side in (at_a, at_b))
+                    of_a, of_b = ((turn[rows[k], side], place[rows[k], side]) for side in (inner, outer))
                     inside[k] = _any_inside(part.probes[:1], of_a, b.mesh, of_b)
                 near = near[~inside[near]]
         return inside
