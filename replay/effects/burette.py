@@ -17,9 +17,9 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``run-in``, ``spill`` and ``overflow``; delivered and left volume as series; a lane of the open spans."""
     found, moved = Findings(len(inputs)), movement_of(inputs)
     names = dict.fromkeys(declared["body"] for declared in inputs.declared)
-    told = {name for kind in ("pour",) for one in inputs.tables.get(kind, ()) for name in one["into"]}
+    told = {name for declared in inputs.tables.get("pour", ()) for name in declared["into"]}
     into = {name for declared in inputs.declared for name in declared["into"]}
-    mine = [one for one in moved.streams if (one.source in into - told if one.over else one.source in names)]
+    mine = [one for one in moved.streams if one.source in (into - told if one.over else names)]
     for name in names:
         gone = np.zeros(len(inputs))
         for one in mine:
@@ -33,12 +33,8 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         found.series[f"{name}/volume"] = left = _shown(inputs, wanted, moved.volume_ml[name])
         found.liquids[name] = moved.vessels[name].drawn(left.times, left.values)
     for flow in flows(mine, 0.0):
-        source, target = flow.source, flow.target
-        if flow.over:
-            found.events.append(flow_event(inputs, flow, "overflow", f"run over the brim of {source}", digits=2))
-            continue
-        what, where = ("run-in", f"into {target}") if target else ("spill", "beside everything")
-        found.events.append(flow_event(inputs, flow, what, f"run from {source} {where}", digits=2))
+        name, where = ("run-in", f"into {flow.target}") if flow.target else ("spill", "beside everything")
+        found.events.append(flow_event(inputs, flow, name, f"run from {flow.source} {where}", digits=2))
     return found.output(moved)
 
 

@@ -37,7 +37,7 @@ def surface(inputs: EffectInputs, declared: Declaration, part: str, touch: Effec
     heat = inputs.output("heat").series.get(f"{part}/temperature")
     if heat is None or not len(heat.times):
         return np.full(len(times), inputs.tables["heat"][0]["ambient_c"])
-    return np.asarray(np.interp(times, heat.times, heat.values))
+    return np.interp(times, heat.times, heat.values)
 
 
 def _judged(
@@ -49,9 +49,7 @@ def _judged(
     steps = np.diff(np.append(times, end))
     above = float(steps[hot].sum())
     hottest = float(felt.max())
-    values: dict[str, float | int | str | bool] = {
-        "seconds": end - start, "seconds_above": above, "surface_c": hottest,
-    }  # fmt: skip
+    values = {"seconds": end - start, "seconds_above": above, "surface_c": hottest}
     words = f"{pair[0]} is on {pair[1]} at {hottest:.0f} degC for {end - start:.2f} s"
     last = inputs.end(touch.stop)
     exposed = EffectEvent(start, "exposed", pair, last, values, words, "warning" if above else "info", touch.point)

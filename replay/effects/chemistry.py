@@ -50,12 +50,11 @@ class Recipe:
     def ledger(self, along: float, warmth: Warmth | None) -> Ledger:
         """A ledger with everything in its vessels."""
         fills = {name: (one.volume_ml, self._columns(one)) for name, one in self.contents.items()}
-        columns = {column: None for _, there in fills.values() for column in there}
-        columns.update((column, None) for process in self.processes for column in process.changes)
+        tables = [there for _, there in fills.values()] + [process.changes for process in self.processes]
         if self.speciation is not None:
-            columns.update((column, None) for one in self.speciation.changes for column in one)
-            columns.update((column, None) for column in self.speciation.mixture.parts)
-        made = Ledger(tuple(fills), tuple(columns), self.processes, self.speciation, along, warmth)
+            tables += [*self.speciation.changes, dict.fromkeys(self.speciation.mixture.parts, 0.0)]
+        columns = tuple(dict.fromkeys(column for table in tables for column in table))
+        made = Ledger(tuple(fills), columns, self.processes, self.speciation, along, warmth)
         for name, (volume, there) in fills.items():
             made.fill(name, volume, there)
         return made
@@ -80,7 +79,12 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
     named = {*(one["solid"] for one in precipitates), *(solid for one in contents.values() for solid in one.solids)}
     gases = GASES | {one["gas"] for one in tables.get("gas", ())}
     usual = {**dict.fromkeys(SOLIDS | named, "s"), **dict.fromkeys(gases, "g")}
-    equations = [_read(one) for one in declared]
+    equations = []
+    for one in declared:
+        try:
+            equations.append(equation_of(one["equation"], IONS))
+        except ValueError as error:
+            raise one.fail(f"equation: {error}") from error
     phases = [{**usual, **one.phases} for one in equations]
     meant = {(formula, "s") for formula in named}
     for equation, phase in zip(equations, phases, strict=True):
@@ -135,10 +139,10 @@ def _chemistry(declared: Sequence[Declaration]) -> Chemistry:
 def _check_pka(one: Declaration, key: str, formula: str, told: Any, known: Chemistry) -> None:
     """Raises PlanError: the tables know this acid or base otherwise."""
     parts = known.parts(formula) or {}
-    mine = sorted(told) if key == "acids" else [told]
+    mine = told if key == "acids" else [told]
     takers = [part for part in parts if part in known.pka]
     steps = [pka for part in takers for pka in known.pka[part]]
-    if not takers or (key == "acids" and not mine) or "OH-" in parts:
+    if not takers or not mine or "OH-" in parts:
         return
     if key == "bases":
         steps = steps[-1:]
@@ -164,42 +168,35 @@ def _gives_ph(chemistry: Chemistry, formula: str) -> bool:
 
 def _note_heats(reactions: Sequence[Reaction], chemistry: Chemistry, speciation: Speciation) -> None:
     """Enthalpies that no table knows, from equations whose heat the scene declares and that have one unknown."""
-    joules = (speciation.species_j_mol, speciation.phases_j_mol)
+    phases, joule = speciation.mixture.phases, speciation.joule
     for one in reactions:
         heat = one.declared["heat_kj_mol"]
         if heat is None or one.process >= 0:
             continue
-        terms = [np.zeros(len(table)) for table in joules]
+        term = np.zeros(len(joule))
         for formula, many in one.equation.changes.items():
             column = formula + f"({one.phases.get(formula, '')})"
-            if column in speciation.mixture.phases:
-                terms[1][speciation.mixture.phases.index(column)] += many
-                continue
-            for row, often in (speciation.form(chemistry, formula) or {}).items():
-                terms[0][row] += many * often
-        unknown = [
-            (table, row, term[row]) for table, term in zip(joules, terms, strict=True)
-            for row in np.flatnonzero((term != 0.0) & np.isnan(table)).tolist()
-        ]  # fmt: skip
-        if not unknown:
+            if column in phases:
+                term[len(speciation.mixture.species) + phases.index(column)] += many
+            else:
+                for row, often in (speciation.form(chemistry, formula) or {}).items():
+                    term[row] += many * often
+        unknown = np.flatnonzero((term != 0.0) & np.isnan(joule))
+        if not len(unknown):
             raise one.declared.fail("heat_kj_mol: the enthalpies of all its formulas are known; leave it out")
         if len(unknown) > 1:
             raise one.declared.fail(
                 "heat_kj_mol: more than one of its formulas has no enthalpy; declare one equation for each"
             )
-        ((table, row, many),) = unknown
-        known = sum(float(term @ np.nan_to_num(table)) for table, term in zip(joules, terms, strict=True))
-        table[row] = (1e3 * heat - known) / many
+        joule[unknown] = (1e3 * heat - term @ np.nan_to_num(joule)) / term[unknown]
 
 
 def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
     """Raises PlanError: a table, or a formula in a vessel, that fits nothing else in the scene."""
     check_vessels(tables, scene, file)
-    contents = contents_of_scene(scene, file)
-    recipe = recipe_of(tables, contents)
-    equations = [one.equation for one in recipe.reactions]
+    recipe = recipe_of(tables, contents_of_scene(scene, file))
     for one in recipe.reactions:
-        _check_brought(one, recipe.chemistry, equations, contents)
+        _check_brought(one, recipe)
     _check_made(tables, recipe)
     _check_known(recipe)
     _check_decided(recipe)
@@ -214,17 +211,14 @@ def check_chemistry(tables: Tables, scene: Scene, file: str) -> None:
             words = f"{key}: nothing is mixed in {declared[key]!r}; name it in an effect mixing, pour or burette"
             raise declared.fail(words + nearest(declared[key], followed))
     for declared in tables.get("heat", ()):
-        _check_heat(declared, recipe)
+        if declared["solute"]:
+            _check_diluted(declared, recipe.contents)
+        if declared["of"] == "neutralisation":
+            _check_heat(declared, recipe)
 
 
 def _check_heat(declared: Declaration, recipe: Recipe) -> None:
     """Raises PlanError: a heat of what does not happen, or whose constants are missing."""
-    if declared["of"] == "flame":
-        return
-    if declared["solute"]:
-        _check_diluted(declared, recipe.contents)
-    if declared["of"] != "neutralisation":
-        return
     if not recipe.reactions:
         raise declared.fail("of: no effect reaction says what gives the heat; declare one")
     for one in recipe.reactions:
@@ -234,15 +228,12 @@ def _check_heat(declared: Declaration, recipe: Recipe) -> None:
             )
     speciation = recipe.speciation
     assert speciation is not None
-    for names, told in (
-        (speciation.mixture.species, speciation.species_j_mol), (speciation.mixture.phases, speciation.phases_j_mol),
-    ):  # fmt: skip
-        for name, joule in zip(names, told.tolist(), strict=True):
-            if np.isnan(joule):
-                raise declared.fail(
-                    f"of: no table knows the enthalpies of {name!r} and of what it makes; give heat_kj_mol, kJ for one "
-                    "mol of the equation as it is written, to a reaction with it"
-                )
+    for name, joule in zip((*speciation.mixture.species, *speciation.mixture.phases), speciation.joule, strict=True):
+        if np.isnan(joule):
+            raise declared.fail(
+                f"of: no table knows the enthalpies of {name!r} and of what it makes; give heat_kj_mol, kJ for one "
+                "mol of the equation as it is written, to a reaction with it"
+            )
 
 
 def _check_diluted(declared: Declaration, contents: Mapping[str, Contents]) -> None:
@@ -267,13 +258,6 @@ def _together(declared: Sequence[Declaration], key: str) -> dict[str, Any]:
     return found
 
 
-def _read(declared: Declaration) -> Equation:
-    try:
-        return equation_of(declared["equation"], IONS)
-    except ValueError as error:
-        raise declared.fail(f"equation: {error}") from error
-
-
 def _changes(
     equation: Equation, phases: Mapping[str, str], chemistry: Chemistry, equilibrated: Sequence[str]
 ) -> dict[str, float]:
@@ -292,13 +276,11 @@ def _changes(
     return {part: many for part, many in found.items() if many != 0.0}
 
 
-def _check_brought(
-    one: Reaction, chemistry: Chemistry, equations: list[Equation], contents: Mapping[str, Contents]
-) -> None:
+def _check_brought(one: Reaction, recipe: Recipe) -> None:
     """Every reagent stands in a vessel, under this formula or as some of its ions, or another equation makes it."""
-    declared, equation = one.declared, one.equation
-    there = {formula for held in contents.values() for formula in (*held.amounts, *held.solids)} | {WATER}
-    there |= {formula for other in equations if other is not equation for formula in other.products}
+    declared, equation, chemistry = one.declared, one.equation, recipe.chemistry
+    there = {formula for held in recipe.contents.values() for formula in (*held.amounts, *held.solids)} | {WATER}
+    there |= {formula for other in recipe.reactions if other is not one for formula in other.equation.products}
     parts = [dict(chemistry.dissolved(formula)) for formula in there]
     # A base brings protons below nothing, and water that it takes apart gives both.
     ions = {(part, many > 0) for held in parts for part, many in held.items()}
@@ -335,8 +317,10 @@ def _check_made(tables: Tables, recipe: Recipe) -> None:
 
 def _check_decided(recipe: Recipe) -> None:
     """Raises PlanError: equations without a constant that want the same, so that their order would decide."""
-    at_once = [(one, recipe.processes[one.process]) for one in recipe.reactions if one.process >= 0]
-    at_once = [(one, process) for one, process in at_once if process.rate is None]
+    at_once = [
+        (one, recipe.processes[one.process]) for one in recipe.reactions
+        if one.process >= 0 and one.declared["rate_per_s"] is None
+    ]  # fmt: skip
     rivals = [(process.text, process.changes) for _, process in at_once]
     if recipe.speciation is not None:
         names = [name.removesuffix(SOLID).removesuffix(GAS) for name in recipe.speciation.mixture.phases]

@@ -19,7 +19,7 @@ WORDS: Final = ("acid_colour", "base_colour")
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Event ``colour-change`` from entering the range to leaving it by the other side; colour in the glass."""
     found = Findings(len(inputs))
-    for declared in sorted(inputs.declared, key=lambda one: str(one["indicator"])):
+    for declared in sorted(inputs.declared, key=lambda one: one["indicator"]):
         vessel = declared["in"]
         ph = inputs.output("reaction").series.get(f"{vessel}/pH")
         if ph is None or not len(ph.times):

@@ -4,11 +4,10 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from replay.effects.declaring import Pair, pairs
 from replay.effects.inputs import EffectInputs, PairContact
-from replay.effects.output import FACE_PAIRS, EffectEvent, EffectOutput, Findings, FloatArray, Series, Vector, vector_of
+from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Vector, vector_of
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import steadied
 
@@ -33,7 +32,7 @@ class EffectContact:
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
-    """Events ``contact`` with begin and end, a lane and a count of face pairs per pair."""
+    """Events ``contact`` with begin and end, a lane per pair."""
     touches: dict[frozenset[str], list[EffectContact]] = {}
     found = Findings(len(inputs))
     for pair in inputs.pairs:
@@ -41,12 +40,11 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         spans = steadied(reported.touching, reported.known, frames_in=1)
         mine = touches[frozenset(pair)] = [_touch(reported, first, stop) for first, stop in spans]
         name = f"{pair[0]}-{pair[1]}"
-        if mine and reported.detection.face_sets is not None:
-            found.series[f"{name}/face_pairs"] = _faces(inputs, reported)
         found.lane(name, *inputs.shown([(one.first, one.last + 1) for one in mine], "contact"))
         found.events += [_event(inputs, one) for one in mine]
     found.events.sort(key=lambda event: (event.time, event.bodies))
-    return found.output(touches, always=True)
+    found.ran[:] = True
+    return found.output(touches)
 
 
 def touches_of(inputs: EffectInputs, pair: Pair, *, flickers: bool = False) -> list[EffectContact]:
@@ -60,7 +58,7 @@ def _touch(reported: PairContact, first: int, stop: int) -> EffectContact:
     points = reported.section(first).reshape(-1, 3)
     point = vector_of(points.mean(axis=0)) if len(points) else None
     seen = reported.touching[first:stop][reported.known[first:stop]]
-    flicker = not bool((seen[1:] & seen[:-1]).any())
+    flicker = not (seen[1:] & seen[:-1]).any()
     last = first + int(np.flatnonzero(reported.touching[first:stop])[-1])
     before = int(clear[-1]) if len(clear) else -1
     return EffectContact(reported, first, stop, last, before, point, _normal(points), flicker)
@@ -80,14 +78,6 @@ def _event(inputs: EffectInputs, touch: EffectContact) -> EffectEvent:
     pair = touch.reported.pair
     words = f"{pair[0]} touches {pair[1]}"
     return EffectEvent(start, "contact", pair, inputs.end(touch.last + 1), values, words, point=touch.point)
-
-
-def _faces(inputs: EffectInputs, reported: PairContact) -> Series:
-    """Face pairs on both sides of every change of their number, so that a line through them has no slopes."""
-    counts: NDArray[np.float64] = reported.detection.face_counts[:, reported.column].astype(np.float64)
-    changes = np.flatnonzero(np.diff(counts, prepend=-1.0))
-    rows = np.unique(np.concatenate([changes, np.maximum(changes - 1, 0)]))
-    return Series(inputs.times[rows], counts[rows], FACE_PAIRS)
 
 
 SPEC = EffectSpec(

@@ -55,7 +55,9 @@ def contents_of(vessel: Vessel) -> Contents:
         formula = _formula(vessel, text)
         if formula in amounts:
             raise vessel.fail(f"holds {formula!r} twice; give one concentration")
-        _check_molar(vessel, formula, molar)
+        most = MOST_MOLAR.get(formula, MOST_G_L / molar_mass(formula))
+        if molar > most:
+            raise vessel.fail(f"holds {molar:g} mol/L of {formula!r}; the strongest solution of it has {most:.3g}")
         amounts[formula] = litres * molar
     if "water_molar" in liquid:
         amounts[WATER] = litres * vessel.amount("liquid", "water_molar")
@@ -66,13 +68,6 @@ def contents_of(vessel: Vessel) -> Contents:
         formula = _formula(vessel, str(vessel.contents("solid").get("formula")))
         solids[formula] = vessel.amount("solid", "mass_g") / molar_mass(formula)
     return Contents(vessel.volume_ml, amounts, solids)
-
-
-def _check_molar(vessel: Vessel, formula: str, molar: float) -> None:
-    """Raises EffectError: no solution is so strong."""
-    most = MOST_MOLAR.get(formula, MOST_G_L / molar_mass(formula))
-    if molar > most:
-        raise vessel.fail(f"holds {molar:g} mol/L of {formula!r}; the strongest solution of it has {most:.3g}")
 
 
 def _solutes(vessel: Vessel, liquid: Mapping[str, Any]) -> dict[str, float]:

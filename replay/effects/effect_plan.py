@@ -6,6 +6,7 @@ Every item carries its reasons, so that a plan can be read: ``contact: because b
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
+from itertools import chain
 from typing import Any, Final, TypeVar
 
 from replay.effects import EFFECTS, effect_kinds, load_effect
@@ -180,9 +181,10 @@ def _asked(
 
 
 def _values(spec: EffectSpec, declared: tuple[Declaration, ...], kind: str) -> list[Any]:
-    """What the tables of an effect say in fields of a kind that holds several."""
+    """What the tables of an effect say in fields of a kind; those that hold several are laid out."""
     keys = [key for key, field in spec.fields.items() if field.kind == kind]
-    return [value for declaration in declared for key in keys for value in declaration[key]]
+    told = [declaration[key] for declaration in declared for key in keys if declaration[key]]
+    return told if kind == "body" else [value for values in told for value in values]
 
 
 def _ask(asked: Reasons[Pair], pair: Pair, *who: str) -> None:
@@ -201,9 +203,8 @@ def _whole(scene: Scene, steps: Mapping[str, Step], not_run: tuple[str, ...]) ->
     for kind, step in steps.items():
         for topic in (POSES, *step.spec.reads):
             _note(topics, topic, kind)
-        names = [name for pair in step.pairs for name in pair] + _values(step.spec, step.declared, "bodies")
-        keys = [key for key, field in step.spec.fields.items() if field.kind == "body"]
-        for name in (*names, *(one[key] for one in step.declared for key in keys if one[key])):
+        single, several = (_values(step.spec, step.declared, field) for field in ("body", "bodies"))
+        for name in (*chain(*step.pairs), *several, *single):
             _note(bodies, name, kind)
         if step.spec.detector:
             _note(detectors, step.spec.detector, kind)

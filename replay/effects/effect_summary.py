@@ -63,7 +63,7 @@ def happened(effects: Mapping[str, EffectRun]) -> list[tuple[str, EffectEvent]]:
 def leading(effects: Mapping[str, EffectRun]) -> EffectEvent | None:
     """The weightiest result of an experiment; where nothing is one, the last event: it is what the others led to."""
     found = [event for _, event in happened(effects)]
-    results = [event for event in found if event.name in RESULTS]
+    results = (event for event in found if event.name in RESULTS)
     return min(results, key=lambda event: RESULTS.index(event.name), default=found[-1] if found else None)
 
 

@@ -45,7 +45,7 @@ class _Crossing:
 
     def at(self, rows: FloatArray) -> FloatArray:
         """What rows (n, ...) come to there."""
-        return np.asarray(rows[self.before] + self.share * (rows[self.after] - rows[self.before]))
+        return rows[self.before] + self.share * (rows[self.after] - rows[self.before])
 
 
 Found = Iterator[tuple[_Crossing, str, str]]

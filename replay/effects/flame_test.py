@@ -25,7 +25,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         dips = _dips(inputs, declared, tips, poses)
         for vessel, span in dips:
             found.ran[slice(*span)] = True
-            salt = str(declared["dips"][vessel])
+            salt = declared["dips"][vessel]
             start, words = float(inputs.times[span[0]]), f"{wire} is dipped into {salt}"
             found.events.append(EffectEvent(start, "dip", (wire, vessel), inputs.end(span[1]), {"salt": salt}, words))
             found.lane(wire, *inputs.shown([span], f"in {vessel}"))
@@ -55,15 +55,15 @@ def _in_cone(inputs: EffectInputs, declared: Declaration, tips: FloatArray) -> B
     local = lamp.local(tips) - np.array(declared["base"])
     height, radius = declared["flame_height"], declared["flame_radius"]
     across = np.hypot(local[:, 0], local[:, 2])
-    return np.asarray(lamp.valid & (local[:, 1] >= 0.0) & (across <= radius * (1.0 - local[:, 1] / height)))
+    return lamp.valid & (local[:, 1] >= 0.0) & (across <= radius * (1.0 - local[:, 1] / height))
 
 
 def _visit(inputs: EffectInputs, declared: Declaration, span: Span, dips: list[tuple[str, Span]]) -> EffectEvent:
     start, end = inputs.ends(span)
     before = [vessel for vessel, dip in dips if dip[0] < span[0]]
-    salt = str(declared["dips"][before[-1]]) if before else ""
+    salt = declared["dips"][before[-1]] if before else ""
     long_enough = end - start >= declared["seconds"]
-    seen = str(declared["colours"].get(salt, "")) if long_enough else ""
+    seen = declared["colours"].get(salt, "") if long_enough else ""
     words = f"{salt or 'a clean wire'} is in the flame for {end - start:.1f} s: {seen or 'no colour'}"
     bodies = (declared["wire"], declared["flame"])
     return EffectEvent(
@@ -79,7 +79,7 @@ def _check(declared: Declaration, _scene: Scene) -> None:
     for name in known:
         if name not in declared["dips"]:
             raise declared.fail(f"dips: nothing says which salt is in {name!r}")
-    salts = {str(salt) for salt in declared["dips"].values()}
+    salts = set(declared["dips"].values())
     for salt in declared["colours"]:
         if salt not in salts:
             raise declared.fail(f"colours: no vessel of dips holds {salt!r}{nearest(salt, salts)}")

@@ -56,13 +56,12 @@ def _led_in(inputs: EffectInputs, declared: Declaration) -> BoolArray:
     enters = inside(tube.point(declared["inlet"]), flask, vessels[declared["from"]])
     leads = inside(tube.point(declared["outlet"]), jar, vessels[declared["jar"]])
     overturned = jar.rotation[:, 1, 1] < 0.0
-    return np.asarray(enters & leads & overturned)
+    return enters & leads & overturned
 
 
 def _ml_per_mol(declared: Declaration) -> float:
-    celsius = declared["temperature_c"]
-    antoine = declared["antoine"]
-    vapour = vapour_pressure_pa(celsius, declared["antoine"]) if antoine is not None else 0.0
+    celsius, antoine = declared["temperature_c"], declared["antoine"]
+    vapour = 0.0 if antoine is None else vapour_pressure_pa(celsius, antoine)
     return gas_ml_per_mol(celsius, declared["pressure_pa"], vapour)
 
 

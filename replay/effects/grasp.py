@@ -1,13 +1,12 @@
 """A grasp is a pressed trigger and a thing that rides on the hand: held a while and moved, or it failed."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdcore.numerics import BoolArray
 from replay.effects.contact import touches_of
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.inputs import HANDS, BodyPoses, EffectInputs
@@ -22,15 +21,6 @@ CATCH_S: Final = 0.3
 """A thing may take this long after the press to snap to the hand."""
 
 
-@dataclass(frozen=True)
-class Hold:
-    """A thing that rode on a hand, how long, and how far it went (metres)."""
-
-    thing: str
-    seconds: float
-    moved: float
-
-
 def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``grasp`` (with their end), ``release`` and ``failed``; a lane per hand with the name of what it holds."""
     found = Findings(len(inputs))
@@ -39,8 +29,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
         if track is None:
             inputs.count(f"no buttons recorded: {hand}")
             continue
-        presses = pressed(inputs, track, next(iter(things.values())))
-        for press in presses:
+        for press in pressed(inputs, track, next(iter(things.values()))):
             found.ran[slice(*press)] = True
             found.events += _judged(inputs, hand, things, press, found)
     return found.output()
@@ -57,10 +46,10 @@ def _reach(inputs: EffectInputs) -> dict[str, dict[str, Declaration]]:
 
 def pressed(inputs: EffectInputs, track: HandTrack, limits: Declaration) -> list[Span]:
     """Frames in which trigger or grip is pressed, with hysteresis on the hand's own samples."""
-    found = []
+    found, stamps = [], inputs.assembly.stamp_ns
     for first, stop in switched(np.maximum(track.trigger, track.grip), limits["press"], limits["release"]):
-        begin = int(np.searchsorted(inputs.stamp_ns, track.times_ns[first]))
-        end = len(inputs) if stop >= len(track) else int(np.searchsorted(inputs.stamp_ns, track.times_ns[stop]))
+        begin = int(np.searchsorted(stamps, track.times_ns[first]))
+        end = len(inputs) if stop >= len(track) else int(np.searchsorted(stamps, track.times_ns[stop]))
         if end > begin:
             found.append((begin, end))
     return found
@@ -74,12 +63,11 @@ def _judged(
         thing for thing in things
         if any(touch.first < press[1] and touch.stop > press[0] for touch in touches_of(inputs, (hand, thing)))
     ]  # fmt: skip
-    holds = [hold for thing, limits in things.items() if (hold := _hold(inputs, hand, thing, press, limits))]
+    holds = {thing: hold for thing, limits in things.items() if (hold := _hold(inputs, hand, thing, press, limits))}
     if holds:
-        best = max(holds, key=lambda hold: hold.moved)
-        name = best.thing
+        name, (moved, seconds) = max(holds.items(), key=lambda hold: hold[1])
         found.lane(hand, LaneSpan(start, last, name))
-        values = {"held_s": best.seconds, "moved_m": best.moved, "touching": name in touched}
+        values = {"held_s": seconds, "moved_m": moved, "touching": name in touched}
         grasp = EffectEvent(start, "grasp", (hand, name), end, values, f"{hand} takes {name}")
         release = EffectEvent(last, "release", (hand, name), message=f"{hand} lets go of {name}")
         return [grasp] if end is None else [grasp, release]
@@ -89,8 +77,8 @@ def _judged(
     ]
 
 
-def _hold(inputs: EffectInputs, hand: str, thing: str, press: Span, limits: Declaration) -> Hold | None:
-    """The longest stretch of the press in which the thing rides on the hand, if it began soon after the press.
+def _hold(inputs: EffectInputs, hand: str, thing: str, press: Span, limits: Declaration) -> tuple[float, float] | None:
+    """Metres and seconds of the longest stretch in which the thing rides on the hand, if it began soon after the press.
 
     ``None`` too where that was not long enough, or not far enough, for a grasp.
     """
@@ -109,11 +97,11 @@ def _hold(inputs: EffectInputs, hand: str, thing: str, press: Span, limits: Decl
     if not len(place):
         return None
     away = place - place[0]
-    hold = Hold(thing, float(times[stop - 1] - times[first]), float(np.sqrt((away * away).sum(axis=1)).max()))
-    return hold if hold.seconds > limits["held_s"] and hold.moved > limits["moved_m"] else None
+    seconds, moved = float(times[stop - 1] - times[first]), float(np.linalg.norm(away, axis=1).max())
+    return (moved, seconds) if seconds > limits["held_s"] and moved > limits["moved_m"] else None
 
 
-def riding(relative: BodyPoses, limits: Declaration) -> NDArray[np.bool_]:
+def riding(relative: BodyPoses, limits: Declaration) -> BoolArray:
     """(T,) whether the pose relative to the hand stays within its bounds over the window that begins there."""
     times = relative.times
     stops = np.searchsorted(times, times + limits["window_s"], side="right")

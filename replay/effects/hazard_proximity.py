@@ -31,7 +31,9 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             distance = _distance(inputs, declared, visitor, hazard)
             rows = np.flatnonzero(np.isfinite(distance))
             found.ran[rows] = True
-            spans = _near(distance, declared)
+            leave = declared["distance"] + declared["leave_by"]
+            # Beyond the gate it is far.
+            spans = switched(-np.where(np.isnan(distance), np.inf, distance), -declared["distance"], -leave)
             found.events += [_event(inputs, visitor, hazard, distance, span) for span in spans]
             name = f"{visitor}-{hazard}"
             if len(rows):
@@ -45,15 +47,16 @@ def _distance(inputs: EffectInputs, declared: Declaration, visitor: str, hazard:
     """Distance (T,) of the visitor's surface to the hazard's box; NaN where its ball is too far to matter."""
     comer, danger = inputs.poses(visitor), inputs.poses(hazard)
     valid = comer.valid & danger.valid
-    box = _corners(inputs.mesh(hazard))
+    mesh = inputs.mesh(hazard)
+    box = mesh.vertices[np.unique(mesh.faces)]
     low, high = box.min(axis=0), box.max(axis=0)
     high = high + np.array([0.0, declared["above"], 0.0])
     vertices = surface_points(inputs.mesh(visitor))
     middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
-    radius = float(np.sqrt(((vertices - middle) ** 2).sum(axis=1)).max())
+    radius = float(np.linalg.norm(vertices - middle, axis=1).max())
     centre = danger.local(comer.point(middle))
     away = np.maximum(0.0, np.maximum(low - centre, centre - high))
-    gate = np.sqrt((away * away).sum(axis=-1)) - radius <= declared["distance"] + declared["leave_by"]
+    gate = np.linalg.norm(away, axis=1) - radius <= declared["distance"] + declared["leave_by"]
     rows = np.flatnonzero(gate & valid)
     inputs.count("vertex tests", len(rows) * len(vertices))
     distance = np.full(len(inputs), np.nan)
@@ -79,12 +82,6 @@ def _square_to_box(points: FloatArray, relative: BodyPoses, low: FloatArray, hig
     return total
 
 
-def _near(distance: FloatArray, declared: Declaration) -> list[Span]:
-    """Where the distance is below the declared one, until it is ``leave_by`` above; beyond the gate it is far."""
-    enter, leave = declared["distance"], declared["distance"] + declared["leave_by"]
-    return switched(-np.where(np.isnan(distance), np.inf, distance), -enter, -leave)
-
-
 def _event(inputs: EffectInputs, visitor: str, hazard: str, distance: FloatArray, span: Span) -> EffectEvent:
     start, last = inputs.ends(span)
     least = float(np.nanmin(distance[slice(*span)]))
@@ -93,24 +90,18 @@ def _event(inputs: EffectInputs, visitor: str, hazard: str, distance: FloatArray
     return EffectEvent(start, "near", (visitor, hazard), inputs.end(span[1]), values, words, "warning")
 
 
-def _corners(mesh: MeshData) -> FloatArray:
-    return np.asarray(mesh.vertices, dtype=np.float64)[np.unique(np.asarray(mesh.faces))]
-
-
 def surface_points(mesh: MeshData) -> FloatArray:
     """Vertices (n, 3), and points in large faces ``STEP_M`` apart: a board has vertices at its corners alone.
 
     What lies between them is nearer by less than a step.
     """
-    faces = np.asarray(mesh.vertices, dtype=np.float64)[np.asarray(mesh.faces)]
-    longest = np.sqrt(((faces - np.roll(faces, 1, axis=1)) ** 2).sum(axis=2)).max(axis=1)
+    faces = mesh.vertices[mesh.faces]
+    longest = np.linalg.norm(faces - np.roll(faces, 1, axis=1), axis=2).max(axis=1)
     parts = np.minimum(np.ceil(longest / STEP_M), MOST_PARTS).astype(np.int64)
-    found = [_corners(mesh)]
+    found = [mesh.vertices[np.unique(mesh.faces)]]
     for count in np.unique(parts[parts > 1]).tolist():
-        i, j = np.array([(i, j) for i in range(count + 1) for j in range(count + 1 - i)]).T / count
-        found.append(
-            np.einsum("wk,fkx->fwx", np.stack([i, j, 1.0 - i - j], axis=1), faces[parts == count]).reshape(-1, 3)
-        )
+        weights = np.array([(i, j, count - i - j) for i in range(count + 1) for j in range(count + 1 - i)]) / count
+        found.append((weights @ faces[parts == count]).reshape(-1, 3))
     return np.unique(np.concatenate(found).round(9), axis=0)
 
 

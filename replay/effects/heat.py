@@ -1,5 +1,6 @@
 """A flame heats what stands over it; an acid heats the water it is diluted with; the wrong order is named."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Final
 
@@ -19,8 +20,6 @@ from sessions.scene_files.toml_table import is_number
 SOLID_G_ML: Final = 2.0
 """Of a solid whose density nobody states, for the picture only: most salts have 1.7 to 2.5."""
 
-CAPACITY: Final = "heat_capacity_j_per_ml_k"
-
 
 def heated(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
     """Find events ``heated`` and ``boil``, and the temperature from the first heat on."""
@@ -31,15 +30,13 @@ def heated(inputs: EffectInputs, declared: Declaration, found: Findings) -> None
     power = np.zeros(len(times))
     for begin, stop in spans:
         power[begin:stop] = declared["power_w"]
-    first = spans[0][0] if spans else len(times) - 1
-    found.ran[first:] = bool(spans)
-    celsius = np.full(len(times), declared["ambient_c"])
-    celsius[first:] = warmed(
-        times[first:], power[first:], capacity=_capacity(inputs.body(name)), loss=declared["loss_w_per_k"],
+    first = spans[0][0] if spans else len(times)
+    found.ran[first:] = True
+    celsius = warmed(
+        times, power, capacity=_capacity(inputs.body(name)), loss=declared["loss_w_per_k"],
         ambient=declared["ambient_c"], boils=boils(declared),
     )  # fmt: skip
-    shown = np.arange(len(times)) >= (first - 1 if spans else first)
-    shown[0] = True
+    shown = [0, *range(max(1, first - 1), len(times))]
     found.lane(name, *inputs.shown(spans, "over the flame"))
     for span in spans:
         start, end = inputs.ends(span)
@@ -69,7 +66,7 @@ def _turn(declared: Declaration, found: Findings, vessel: Vessel, times: FloatAr
     ))  # fmt: skip
     for row in turned:
         words = f"{vessel.contents('solid')['formula']} in {name} turns from {before} to {after}"
-        values: dict[str, float | int | str | bool] = {"celsius": float(celsius[row]), "to": after}
+        values = {"celsius": float(celsius[row]), "to": after}
         found.events.append(EffectEvent(float(times[row]), "turned", (name,), None, values, words))
 
 
@@ -94,7 +91,7 @@ def _over(inputs: EffectInputs, declared: Declaration) -> BoolArray:
     local = lamp.local(dish.translation) - np.array(declared["base"])
     near = np.hypot(local[:, 0], local[:, 2]) < declared["within"]
     over = (local[:, 1] > 0.0) & (local[:, 1] <= declared["height"])
-    return np.asarray(near & over & lamp.valid & dish.valid)
+    return near & over & lamp.valid & dish.valid
 
 
 def _capacity(body: SceneBody) -> float:
@@ -104,18 +101,19 @@ def _capacity(body: SceneBody) -> float:
     return float(value)
 
 
-WANTED = {
+FIELDS: Final = {
     "flame": ("source", "heats", "within", "power_w", "base"),
-    "dilution": ("solute", "heat_j_mol", "half_water", CAPACITY),
-    "neutralisation": (CAPACITY,),
+    "dilution": ("solute", "heat_j_mol", "half_water"),
+    "liquid": ("heat_capacity_j_per_ml_k",),
+    "turning solid": ("turns_c", "from_colour", "to_colour"),
 }
-"""Fields that each kind of heat cannot do without."""
+"""Fields that describe one thing, all or none."""
 
-DILUTED: Final = ("solute", "heat_j_mol", "half_water")
-"""Fields of a dilution, which a neutralisation may have besides, all or none."""
-
-TURN: Final = ("turns_c", "from_colour", "to_colour")
-"""Fields of what turns, all or none."""
+KINDS: Final[Mapping[str, tuple[tuple[str, ...], str]]] = {
+    "flame": (("flame",), "turning solid"), "dilution": (("dilution", "liquid"), ""),
+    "neutralisation": (("liquid",), "dilution"),
+}  # fmt: skip
+"""Kind of heat -> what it needs, and what it may have besides."""
 
 
 def compute(inputs: EffectInputs) -> EffectOutput:
@@ -128,17 +126,31 @@ def compute(inputs: EffectInputs) -> EffectOutput:
             from replay.effects.heat_of_mixing import mixed  # a flame alone loads no chemistry
 
             mixed(inputs, declared, found)
-    return found.output() if inputs.declared else EffectOutput()
+    return found.output()
 
 
-def _check_turn(declared: Declaration, heats: SceneBody) -> None:
-    """What turns is a solid in a vessel over a flame, and its three fields are given together."""
-    given = [key for key in TURN if declared[key] is not None]
-    if not given:
-        return
-    if len(given) < len(TURN) or declared["of"] != "flame":
-        raise declared.fail(f"{given[0]} is given: what turns over a flame needs {', '.join(TURN)}")
-    vessel = Vessel(heats)
+def _check(declared: Declaration, scene: Scene) -> None:
+    kind = declared["of"]
+    needed, besides = KINDS[kind]
+    for part, keys in FIELDS.items():
+        given = [key for key in keys if declared[key] is not None]
+        if given and part not in (*needed, besides):
+            raise declared.fail(f"{given[0]} belongs to heat of a {part}, and this is of a {kind}; leave it out")
+        missing = [key for key in keys if key not in given] if given or part in needed else ()
+        if missing:
+            raise declared.fail(f"{missing[0]} is missing: heat of a {part} needs {', '.join(keys)}")
+    try:
+        if kind == "flame":
+            heats = scene.body(declared["heats"]) or SceneBody(declared["heats"])
+            _capacity(heats)
+            if declared["turns_c"] is not None:
+                _check_solid(Vessel(heats))
+    except EffectError as error:
+        raise declared.fail(str(error).removeprefix("scene: ")) from error
+
+
+def _check_solid(vessel: Vessel) -> None:
+    """What turns is a solid in the vessel over the flame."""
     formula = vessel.contents("solid").get("formula")
     if not formula or not isinstance(formula, str):
         raise vessel.fail("holds nothing that turns; give it properties.solid with its formula and mass_g")
@@ -147,34 +159,13 @@ def _check_turn(declared: Declaration, heats: SceneBody) -> None:
         raise vessel.fail("has solid.density_g_ml = 0; give it in g/mL")
 
 
-def _check(declared: Declaration, scene: Scene) -> None:
-    kind = declared["of"]
-    for key in WANTED[kind]:
-        if declared[key] is None:
-            raise declared.fail(f"{key} is missing: heat of a {kind} needs {', '.join(WANTED[kind])}")
-    given = {key for keys in WANTED.values() for key in keys if declared[key] is not None}
-    diluted = given & set(DILUTED) if kind == "neutralisation" else set()
-    if diluted and len(diluted) < len(DILUTED):
-        raise declared.fail(f"{min(diluted)} is given: heat of a dilution needs {', '.join(DILUTED)}")
-    for key in sorted(given - diluted - set(WANTED[kind])):
-        other = next(word for word, keys in WANTED.items() if key in keys)
-        raise declared.fail(f"{key} belongs to heat of a {other}, and this is of a {kind}; leave it out")
-    heats = scene.body(declared["heats"]) or SceneBody(declared["heats"])
-    try:
-        _check_turn(declared, heats)
-        if kind == "flame":
-            _capacity(heats)
-    except EffectError as error:
-        raise declared.fail(str(error).removeprefix("scene: ")) from error
-
-
 SPEC = EffectSpec(
     kind="heat",
     about="A flame or a dilution heats.",
     compute=compute,
     needs=(Need("mixing", "of", ("dilution", "neutralisation")), Need("reaction", "of", ("neutralisation",))),
     fields={
-        "of": text("what gives the heat", among=tuple(WANTED)),
+        "of": text("what gives the heat", among=tuple(KINDS)),
         "ambient_c": number("of the room and of everything at first", "degC", above=-273.15),
         "loss_w_per_k": number("heat lost per kelvin above the room", "W/K", least=0.0),
         "boils_c": number("hotter it does not get; absent: 100 for liquids, none over a flame", "degC", default=None),

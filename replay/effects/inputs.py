@@ -3,11 +3,10 @@
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cdcore import Detection, Verdict
 from cdcore.numerics import IntArray
@@ -19,7 +18,7 @@ from replay.errors import EffectError
 from replay.prepare.assembly import Assembly
 from replay.prepare.frame_times import frame_ends
 from sessions.mesh_data import MeshData
-from sessions.model.scene import Scene, SceneBody
+from sessions.model.scene import SceneBody
 from sessions.model.session import Session
 from sessions.model.track import HandTrack
 
@@ -55,7 +54,7 @@ class BodyPoses:
         turn = self.rotation
         way = (turn[:, :, 0] * x + turn[:, :, 1] * y) + turn[:, :, 2] * z
         way[~self.valid] = np.nan
-        return np.asarray(self.translation + way)
+        return self.translation + way
 
     def take(self, rows: IntArray | slice) -> "BodyPoses":
         """Some frames of it."""
@@ -71,7 +70,7 @@ class BodyPoses:
 
     def local(self, places: FloatArray) -> FloatArray:
         """World places (T, 3) in the body's frame; they mean nothing where there is no pose."""
-        return np.asarray(np.einsum("tji,tj->ti", self.rotation, places - self.translation))
+        return np.einsum("tji,tj->ti", self.rotation, places - self.translation)
 
     def held(self) -> "BodyPoses":
         """The last pose there was, in every frame: a glass lost for a moment stays; invalid before the first pose."""
@@ -120,24 +119,9 @@ class EffectInputs:
     believed: frozenset[str] = frozenset()  # codes of the doctor's findings that the run's policy keeps though doubtful
 
     @property
-    def scene(self) -> Scene:
-        """What was declared."""
-        return self.session.scene
-
-    @property
     def times(self) -> FloatArray:
         """(T,) seconds since the session's first frame."""
         return self.assembly.motion.times
-
-    @property
-    def stamp_ns(self) -> NDArray[np.int64]:
-        """(T,) the frames' own stamps."""
-        return self.assembly.stamp_ns
-
-    @cached_property
-    def frame_ends(self) -> FloatArray:
-        """(T,) seconds at which each frame is over."""
-        return frame_ends(self.times)
 
     def __len__(self) -> int:
         return len(self.times)
@@ -149,7 +133,7 @@ class EffectInputs:
 
     def end(self, stop: int) -> float | None:
         """The ``end`` of an event that is over at frame ``stop``; ``None``: the recording ends before."""
-        return None if stop >= len(self) else float(self.frame_ends[stop - 1])
+        return None if stop >= len(self) else float(frame_ends(self.times)[stop - 1])
 
     def shown(self, spans: Iterable[Span], word: str) -> list[LaneSpan]:
         """Spans of frames as spans of a lane."""
@@ -157,7 +141,7 @@ class EffectInputs:
 
     def count(self, name: str, by: int = 1) -> None:
         """Add to a counter of this effect's work."""
-        self.counters[name] += int(by)
+        self.counters[name] += by
 
     def shared(self, name: str, make: Callable[[], Any]) -> Any:
         """What several effects are views of, such as the ledger of matter: made by the first that asks."""
@@ -167,7 +151,7 @@ class EffectInputs:
 
     def body(self, name: str) -> SceneBody:
         """The declaration of a body."""
-        found = self.scene.body(self._named(name))
+        found = self.session.scene.body(self._named(name))
         return found if found is not None else SceneBody(name)
 
     def poses(self, name: str) -> BodyPoses:

@@ -58,15 +58,14 @@ class Matter:
             amounts += more[:, None] * ledger.reactor.changes[row]
         return amounts, extents, history.volume_ml[rows]
 
-    def kelvin(self, vessel: str, times: FloatArray) -> FloatArray:
-        """Above the room (n,) at times; between two rows the excess falls by Newton's law; nothing has none."""
+    def kelvin(self, vessel: str, times: FloatArray, loss: float) -> FloatArray:
+        """Above the room (n,) at times; between two rows it falls by Newton's law, with ``loss`` in W/K."""
         history, ledger = self.histories[vessel], self.ledger
         rows = history.rows(times)
         capacity = ledger.capacity(ledger.at[vessel], history.volume_ml[rows])
         filled = np.where(capacity > 0.0, capacity, 1.0)
         since = np.maximum(0.0, times - history.times[rows])
-        loss = 0.0 if ledger.warmth is None else ledger.warmth.loss
-        return np.asarray(self.amount(vessel, HEAT)[rows] / filled * np.exp(-loss * since / filled))
+        return self.amount(vessel, HEAT)[rows] / filled * np.exp(-loss * since / filled)
 
     def solved(self, vessel: str, times: FloatArray) -> tuple[IntArray, Equilibrium]:
         """Rows (k,) of the times at which there is a liquid, and its equilibrium there."""
@@ -87,7 +86,7 @@ class Matter:
         """Mol (n, parts) of each part of the equilibrium, dissolved and in solids together."""
         reactor = self.ledger.reactor
         solids = amounts[:, reactor.phases] * reactor.solid
-        return np.asarray((amounts - solids @ reactor.formation)[:, reactor.parts])
+        return (amounts - solids @ reactor.formation)[:, reactor.parts]
 
 
 def matter_of(inputs: EffectInputs) -> Matter:
@@ -98,7 +97,7 @@ def matter_of(inputs: EffectInputs) -> Matter:
 def _matter(inputs: EffectInputs) -> Matter:
     moved = movement_of(inputs)
     names = (name for declared in inputs.tables.get("mixing", ()) for name in declared["in"])
-    vessels = {**vessels_of(inputs, tuple(names)), **moved.vessels}
+    vessels = {**vessels_of(inputs, names), **moved.vessels}
     recipe = recipe_of(inputs.tables, {name: contents_of(vessel) for name, vessel in vessels.items()})
     along = max((one["solids_along"] for one in inputs.tables.get("pour", ())), default=0.0)
     ledger = recipe.ledger(along, _warmth(inputs, vessels))
@@ -136,7 +135,7 @@ Part = tuple[IntArray, FloatArray, list[Stream], FloatArray]
 
 def _parts(streams: tuple[Stream, ...], times: FloatArray) -> Iterator[Part]:
     """Frames, times, streams and millilitres (frames, streams) of stretches in which the same streams flow."""
-    frames = np.unique(np.concatenate([one.frames for one in streams] or [np.zeros(0, dtype=np.int64)]))
+    frames = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(one.frames for one in streams)]))
     volumes = np.zeros((len(frames), len(streams)))
     for column, one in enumerate(streams):
         volumes[np.searchsorted(frames, one.frames), column] = one.volume_ml
@@ -163,8 +162,8 @@ def _carry_out(
     count = len(frames) if chained else min(len(frames), LUMPS)
     cuts = np.unique(np.linspace(0, len(frames), count + 1).astype(np.int64))
     for first, stop in pairwise(cuts.tolist()):
-        part = volume_ml[first:stop].sum(axis=0)
+        part, last = volume_ml[first:stop].sum(axis=0), slice(stop - 1, stop)
         for wanted in (False, True):
-            moves = [(*pairs[k], float(part[k])) for k in np.flatnonzero((over == wanted) & (part > 0.0)).tolist()]
-            if moves:
-                ledger.step(int(frames[stop - 1]), float(times[stop - 1]), moves)
+            moving = np.flatnonzero((over == wanted) & (part > 0.0))
+            if len(moving):
+                ledger.flow(frames[last], times[last], [pairs[k] for k in moving.tolist()], part[None, moving])

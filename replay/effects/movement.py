@@ -34,7 +34,7 @@ class Movement:
     vessels: Mapping[str, Vessel]
     volume_ml: Mapping[str, FloatArray]
     streams: tuple[Stream, ...]
-    glitches: Mapping[str, IntArray] = field(default_factory=dict)  # vessel -> frames whose tilt would pour and is none
+    glitches: Mapping[str, IntArray]  # vessel -> frames whose tilt would pour and is none
 
     def changes(self, times: FloatArray, name: str) -> Series:
         """A vessel's volume wherever it changed, and at the first and the last frame."""
@@ -55,17 +55,16 @@ class _Outlet:
 
     declared: Declaration | None = None  # of a burette
     into: tuple[str, ...] = ()
-    target: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))  # (T,) number of the vessel it enters
-    point: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    target: IntArray = field(init=False)  # (T,) number of the vessel it enters
+    point: FloatArray = field(init=False)  # (T, 3)
 
 
 class _Bench:
     def __init__(self, inputs: EffectInputs) -> None:
         self.inputs, count = inputs, len(inputs)
         self.outlets = _outlets(inputs)
-        names = tuple(dict.fromkeys(name for key, outlet in self.outlets.items() for name in (key, *outlet.into)))
-        self.vessels = vessels_of(inputs, names)
-        self.names = list(names)
+        names = dict.fromkeys(name for key, outlet in self.outlets.items() for name in (key, *outlet.into))
+        self.vessels, self.names = vessels_of(inputs, names), list(names)
         self.poses = {name: inputs.poses(name) for name in names}
         self.held = {name: poses.held() for name, poses in self.poses.items()}
         for outlet in self.outlets.values():
@@ -151,7 +150,7 @@ class _Bench:
         most = np.diff(self.inputs.times, prepend=0.0) * over_weir(head, width) / ML
         # How long a vessel had been tilted before the recording is not known.
         most[:1] = np.inf
-        return np.asarray(most)
+        return most
 
     def _aim(self, name: str, leaving: FloatArray) -> None:
         """Find where it falls in each frame in which it flows, if that is not known yet."""
@@ -240,7 +239,7 @@ def _open_area(inputs: EffectInputs, declared: Declaration) -> FloatArray:
     angle = np.where(relative.valid, twist(relative.rotation, axis / np.sqrt(axis @ axis)), 0.0)
     angle = np.abs(np.degrees(angle))
     angle[angle < declared["closed_below_deg"]] = 0.0
-    return np.asarray(declared["full_area_m2"] * np.minimum(1.0, angle / declared["full_angle_deg"]))
+    return declared["full_area_m2"] * np.minimum(1.0, angle / declared["full_angle_deg"])
 
 
 def _lowered(first: float, bounds: FloatArray, most: FloatArray) -> FloatArray:
@@ -260,4 +259,4 @@ def _lowered(first: float, bounds: FloatArray, most: FloatArray) -> FloatArray:
 
 def _down(poses: BodyPoses, rows: IntArray | BoolArray | slice) -> FloatArray:
     """The direction (n, 3) of gravity in the body's frame."""
-    return np.asarray(-poses.rotation[rows][:, 1, :])
+    return -poses.rotation[rows][:, 1, :]

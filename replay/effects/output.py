@@ -9,7 +9,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from cdcore.numerics import BoolArray
+from cdcore.numerics import FloatArray as FloatArray
+
 Vector = tuple[float, float, float]
 
 
@@ -17,9 +19,6 @@ def vector_of(place: FloatArray) -> Vector:
     """A place (3,) as three plain numbers."""
     return float(place[0]), float(place[1]), float(place[2])
 
-
-FACE_PAIRS: Final = "face pairs"
-"""Unit of a series that counts."""
 
 QUANTITIES: Final[Mapping[str, str]] = {
     "mL": "Volume (mL)", "pH": "pH", "degC": "Temperature (degC)", "mol": "Amount (mol)", "g": "Mass (g)",
@@ -122,7 +121,7 @@ class EffectOutput:
     series: Mapping[str, Series] = field(default_factory=dict)  # name (``flask/volume``) -> quantity over time
     lanes: Mapping[str, tuple[LaneSpan, ...]] = field(default_factory=dict)  # name -> spans in order
     # (T,) bool, frames in which it computed; ``None``: all. The rest were skipped because its trigger was off.
-    ran: NDArray[np.bool_] | None = None
+    ran: BoolArray | None = None
     liquids: Mapping[str, Liquid] = field(default_factory=dict)  # body -> what stands in it
     data: Any = None  # for the effects that need this one
 
@@ -162,13 +161,13 @@ class Findings:
         if spans:
             self.lanes.setdefault(name, []).extend(spans)
 
-    def output(self, data: Any = None, *, always: bool = False) -> EffectOutput:
-        """Everything so far; ``always``: it computed in every frame."""
+    def output(self, data: Any = None) -> EffectOutput:
+        """Everything so far."""
         events = tuple(sorted(self.events, key=lambda event: event.time))
         lanes = {
             name: tuple(sorted(spans, key=lambda span: (span.start, span.word))) for name, spans in self.lanes.items()
         }
-        return EffectOutput(events, self.series, lanes, None if always else self.ran, self.liquids, data)
+        return EffectOutput(events, self.series, lanes, self.ran, self.liquids, data)
 
 
 def plain_value(value: Any) -> Any:

@@ -20,19 +20,15 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     moved = movement_of(inputs)
     sources = dict.fromkeys(name for declared in inputs.declared for name in declared["from"])
     names = dict.fromkeys((*sources, *(name for declared in inputs.declared for name in declared["into"])))
-    least = min((declared["least_ml"] for declared in inputs.declared), default=0.0)
+    least = min(declared["least_ml"] for declared in inputs.declared)
     found = Findings(len(inputs))
     mine = [one for one in moved.streams if one.source in (names if one.over else sources)]
     for one in mine:
         found.ran[one.frames] |= not one.over
     for flow in flows(mine, least):
         source, target = flow.source, flow.target
-        if target:
-            found.events.append(flow_event(inputs, flow, "pour", f"are poured from {source} into {target}"))
-        elif flow.over:
-            found.events.append(flow_event(inputs, flow, "overflow", f"run over the brim of {source}"))
-        else:
-            found.events.append(flow_event(inputs, flow, "spill", f"are spilled from {source}"))
+        name, words = ("pour", f"poured from {source} into {target}") if target else ("spill", f"spilled from {source}")
+        found.events.append(flow_event(inputs, flow, name, f"are {words}"))
         word = f"into {target}" if target else "runs over" if flow.over else "spills"
         found.lane(source, LaneSpan(float(flow.times[0]), float(flow.times[-1]), word))
     for name in sources:

@@ -22,7 +22,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     """Events ``precipitate`` at its onset with the greatest mass, ``dissolved``; mass as a series; a cloudy liquid."""
     matter, drawn = matter_of(inputs), inputs.output("mixing").liquids
     found = Findings(len(inputs))
-    for declared in sorted(inputs.declared, key=lambda one: str(one["solid"])):
+    for declared in sorted(inputs.declared, key=lambda one: one["solid"]):
         solid = declared["solid"]
         for vessel, history in matter.histories.items():
             amount = matter.amount(vessel, solid + SOLID)
@@ -45,7 +45,7 @@ def _onset(declared: Declaration, vessel: str, times: FloatArray, amount: FloatA
     if not len(grown):
         return []
     solid, mass = declared["solid"], float(amount.max() * molar_mass(declared["solid"]))
-    values: dict[str, float | int | str | bool] = {"mass_g": mass, "moles": float(amount.max()), "formula": solid}
+    values = {"mass_g": mass, "moles": float(amount.max()), "formula": solid}
     words = f"{solid} falls out in {vessel}: {mass:.3g} g, {declared['colour']}"
     return [EffectEvent(float(times[grown[0]]), "precipitate", (vessel,), None, values, words)]
 
@@ -56,7 +56,7 @@ def _dissolved(declared: Declaration, vessel: str, times: FloatArray, amount: Fl
         return []
     solid, per_mol = declared["solid"], molar_mass(declared["solid"])
     gone, there = float(amount[0] - amount[-1]) * per_mol, float(amount[0]) * per_mol
-    values: dict[str, float | int | str | bool] = {"mass_g": gone, "left_g": there - gone, "formula": solid}
+    values = {"mass_g": gone, "left_g": there - gone, "formula": solid}
     words = f"{gone:.3g} g of {there:.3g} g {solid} dissolve in {vessel}"
     return [EffectEvent(float(times[fallen[-1] + 1]), "dissolved", (vessel,), None, values, words)]
 

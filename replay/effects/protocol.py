@@ -32,22 +32,9 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from replay.effects.declaring import Declaration, Field
-from replay.effects.inputs import HANDS, EffectInputs
-from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
+from replay.effects.inputs import EffectInputs
+from replay.effects.output import EffectOutput
 from sessions.model.scene import Scene
-
-__all__ = [
-    "HANDS",
-    "Declaration",
-    "EffectEvent",
-    "EffectInputs",
-    "EffectOutput",
-    "EffectSpec",
-    "LaneSpan",
-    "Liquid",
-    "Need",
-    "Series",
-]
 
 POSES: Final = "/tf"
 """The topic of poses, which every effect reads."""

@@ -69,9 +69,10 @@ def _tell_gases(inputs: EffectInputs, matter: Matter, vessel: str, found: Findin
             gas, growing = column.removesuffix(GAS), np.flatnonzero(np.diff(gone, prepend=0.0))
             start, end = (float(times[row]) for row in growing[[0, -1]])
             words = f"{1e3 * gone[-1]:.3g} mmol {gas} leave {vessel} as gas"
-            values: dict[str, float | int | str | bool] = {"moles": float(gone[-1]), "formula": gas}
             found.series[f"{vessel}/{gas} gone"] = Series(times, gone, "mol")
-            found.events.append(EffectEvent(start, "gas", (vessel,), end, values, words))
+            found.events.append(
+                EffectEvent(start, "gas", (vessel,), end, {"moles": float(gone[-1]), "formula": gas}, words)
+            )
 
 
 def _changed_ph(vessel: str, series: Series | None) -> list[EffectEvent]:
@@ -104,8 +105,7 @@ def _any(matter: Matter, reaction: Reaction, vessel: str) -> bool:
 
 def _check(declared: Declaration, _scene: Scene) -> None:
     for formula, pka in declared["acids"].items():
-        rising = isinstance(pka, list | tuple) and all(map(is_number, pka)) and list(pka) == sorted(pka)
-        if not rising:
+        if not (isinstance(pka, list | tuple) and all(map(is_number, pka)) and list(pka) == sorted(pka)):
             raise declared.fail(f"acids.{formula} is {pka!r}; give its pKa as a rising list of numbers")
     for formula, value in declared["bases"].items():
         if not is_number(value):

@@ -14,7 +14,7 @@ from sessions import Session
 SCALARS: Final = "scalars"
 CURVES: Final = "curves"
 
-SPEC: Final = EffectSpec(SCALARS, "Numbers that were recorded beside the poses.", lambda _: EffectOutput())
+SPEC = EffectSpec(SCALARS, "Numbers that were recorded beside the poses.", lambda _: EffectOutput())
 
 
 def recorded(session: Session, assembly: Assembly) -> dict[str, EffectRun]:

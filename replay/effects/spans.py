@@ -4,11 +4,11 @@ from itertools import pairwise
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from cdcore.numerics import BoolArray as BoolArray
+from cdcore.numerics import FloatArray
 from sessions.doctor.runs import runs
 
-BoolArray = NDArray[np.bool_]
 Span = tuple[int, int]
 """First frame, and the frame after the last."""
 
@@ -22,29 +22,30 @@ def spans_of(mask: BoolArray) -> list[Span]:
     return [(first, last + 1) for first, last in runs(mask).tolist()]
 
 
-def steadied(flag: BoolArray, known: BoolArray, frames_in: int = FRAMES, frames_out: int = FRAMES) -> list[Span]:
-    """Spans that begin with ``frames_in`` frames of True in a row and end with ``frames_out`` of False in a row.
+def steadied(flag: BoolArray, known: BoolArray, frames_in: int = FRAMES) -> list[Span]:
+    """Spans that begin with ``frames_in`` frames of True in a row and end with `FRAMES` of False in a row.
 
     A span begins at the first of the frames that opened it and stops at the first of those that closed it. Frames that
     are not known neither open nor close: they are passed over, and a span stays as it is across them.
 
     ``flag``, ``known``: (T,) bool.
-    ``frames_in``, ``frames_out``: at least 1.
+    ``frames_in``: at least 1.
     """
     rows = np.flatnonzero(known)
     found: list[Span] = []
     begin = -1
-    for first, stop in _equal_stretches(flag[rows]):
+    changes = np.flatnonzero(np.diff(flag[rows])) + 1
+    for first, stop in pairwise([0, *changes.tolist(), len(rows)] if len(rows) else []):
         length = stop - first
         if flag[rows[first]]:
             begin = int(rows[first]) if begin < 0 and length >= frames_in else begin
-        elif begin >= 0 and length >= frames_out:
+        elif begin >= 0 and length >= FRAMES:
             found.append((begin, int(rows[first])))
             begin = -1
     return [*found, (begin, len(flag))] if begin >= 0 else found
 
 
-def switched(value: NDArray[np.float64], enter: float, leave: float) -> list[Span]:
+def switched(value: FloatArray, enter: float, leave: float) -> list[Span]:
     """Spans in which a value stays on: it goes on above ``enter`` and off below ``leave``; NaN changes nothing."""
     found: list[Span] = []
     begin = -1
@@ -56,11 +57,3 @@ def switched(value: NDArray[np.float64], enter: float, leave: float) -> list[Spa
             found.append((begin, row))
             begin = -1
     return [*found, (begin, len(value))] if begin >= 0 else found
-
-
-def _equal_stretches(flag: BoolArray) -> list[Span]:
-    """Maximal stretches of equal values."""
-    if not len(flag):
-        return []
-    edges = [0, *(np.flatnonzero(np.diff(flag)) + 1).tolist(), len(flag)]
-    return list(pairwise(edges))

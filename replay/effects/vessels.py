@@ -1,7 +1,7 @@
 """A vessel as the scene declares it: its cavity, its opening, what stands in it; what is missing is named."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, Final
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from replay.effects.declaring import Declaration
 from replay.effects.inputs import BodyPoses, EffectInputs
 from replay.effects.models.outflow import Stream
-from replay.effects.models.sliced import SlicedCavity, volume_kept
+from replay.effects.models.sliced import SlicedCavity, tilt_of, volume_kept
 from replay.effects.output import EffectEvent, FloatArray, Liquid, vector_of
 from replay.effects.spans import BoolArray
 from replay.errors import EffectError, PlanError
@@ -38,7 +38,7 @@ COLOURS: Final[Mapping[str, Rgba]] = {
 """Word -> red, green, blue, alpha; drawn, not measured."""
 
 
-def blended(first: Rgba, second: Rgba, share: NDArray[np.float64]) -> NDArray[np.uint8]:
+def blended(first: Rgba, second: Rgba, share: FloatArray) -> NDArray[np.uint8]:
     """(n, 4) from the first colour (share 0) to the second (share 1)."""
     part = np.clip(share, 0.0, 1.0)[:, None]
     mixed = (1.0 - part) * np.array(first, dtype=np.float64) + part * np.array(second, dtype=np.float64)
@@ -70,14 +70,12 @@ class Cylinder:
 
     def kept_ml(self, down: FloatArray) -> FloatArray:
         """Millilitres (n,) that it keeps when overfull, by its tilt alone."""
-        # The arc tangent keeps its digits near 0 and pi, where the arc cosine of a rounded cosine loses half of them.
-        tilt = np.arctan2(np.hypot(down[:, 0], down[:, 2]), -down[:, 1])
-        return volume_kept(tilt, self.radius, self.height) / ML
+        return volume_kept(tilt_of(down), self.radius, self.height) / ML
 
     def exit(self, down: FloatArray) -> FloatArray:
         """Where (n, 3) the stream leaves: the lip, or the lowest point of the rim where that is lower."""
         along = down * np.array([1.0, 0.0, 1.0])
-        length = np.sqrt((along * along).sum(axis=1, keepdims=True))
+        length = np.linalg.norm(along, axis=1, keepdims=True)
         lowest = self.opening + self.opening_radius * along / np.where(length > 0.0, length, 1.0)
         deeper = (lowest * down).sum(axis=1) > down @ self.lip
         return np.where(deeper[:, None], lowest, self.lip)
@@ -105,20 +103,19 @@ class Vessel:
         if declared.get("shape") != SLICED:
             return declared
         try:
-            own = _own_cavity(*self._made) if self.body.instrument else None
+            own = self._own if self.body.instrument else None
         except (SessionError, TypeError, ValueError) as error:  # the latter two from options of the wrong type
             raise self.fail(f"has a cavity that cannot be made: {error}") from error
         return {} if own is None else {**own.table, **declared}
 
     @property
-    def _made(self) -> tuple[str, int, tuple[tuple[str, Any], ...]]:
-        """Name, faces and options of the instrument that its mesh is."""
+    def _own(self) -> "Cavity | None":
+        """That of its instrument, which is made only where a scene names one and gives no cavity."""
+        from sessions.glassware.catalogue import made_instrument
+
         extra = self.body.extra
-        return (
-            self.body.instrument,
-            int(extra.get("faces", INSTRUMENT_FACES)),
-            tuple(sorted(extra.get("options", {}).items())),
-        )
+        faces, options = int(extra.get("faces", INSTRUMENT_FACES)), tuple(sorted(extra.get("options", {}).items()))
+        return made_instrument(self.body.instrument, faces, options).cavity
 
     def fail(self, words: str) -> EffectError:
         """The error to raise, naming the body."""
@@ -168,15 +165,15 @@ class Vessel:
     def level(self, volume_ml: FloatArray) -> FloatArray:
         """Height (n,) of the surface, upright, in the body's frame, metres: by its own cavity, else evenly."""
         if self.cavity.get("shape") == SLICED:
-            return _sliced(*self._made).level(volume_ml)
-        return np.asarray(self.floor + volume_ml * ML / self.section_m2)
+            return _sliced(self._own).level(volume_ml)
+        return self.floor + volume_ml * ML / self.section_m2
 
     @property
     def shape(self) -> Cylinder | SlicedCavity:
         """Its form: its instrument's own, or the cylinder which the scene declares. Raises EffectError: it has none."""
         cavity = self.cavity
         if cavity.get("shape") == SLICED:
-            shape = _sliced(*self._made)
+            shape = _sliced(self._own)
             if shape.normal[1] < 0.0:
                 raise self.fail(
                     "opens downwards: its bulb holds the liquid, which no effect lets go; leave it out of from and into"
@@ -195,8 +192,7 @@ class Vessel:
     @property
     def _formed(self) -> bool:
         """Whether anything tells its form."""
-        cavity = self.cavity
-        return cavity.get("shape") == SLICED or ("radius" in cavity and "height" in cavity)
+        return self.cavity.get("shape") == SLICED or {"radius", "height"} <= self.cavity.keys()
 
     @property
     def brim_ml(self) -> float:
@@ -231,17 +227,9 @@ class Vessel:
         return Liquid(times, self.level(volume_ml), self.floor, math.sqrt(self.section_m2 / math.pi), colour)
 
 
-def _own_cavity(instrument: str, faces: int, options: tuple[tuple[str, Any], ...]) -> "Cavity | None":
-    """The cavity of an instrument; it is made only where a scene names one and gives no cavity."""
-    from sessions.glassware.catalogue import made_instrument
-
-    return made_instrument(instrument, faces, options).cavity
-
-
 @cache
-def _sliced(instrument: str, faces: int, options: tuple[tuple[str, Any], ...]) -> SlicedCavity:
+def _sliced(cavity: "Cavity | None") -> SlicedCavity:
     """The cavity's mesh of an instrument that is a vessel, with one table for all scenes."""
-    cavity = _own_cavity(instrument, faces, options)
     assert cavity is not None
     filled, opening = cavity.to_brim, cavity.opening
     return SlicedCavity(filled.vertices, filled.faces, np.array(opening.centre), np.array(opening.normal))
@@ -276,9 +264,9 @@ def vessel_names(tables: Mapping[str, tuple[Declaration, ...]]) -> tuple[str, ..
     return tuple(dict.fromkeys(found))
 
 
-def vessels_of(inputs: EffectInputs, names: tuple[str, ...]) -> dict[str, Vessel]:
+def vessels_of(inputs: EffectInputs, names: Iterable[str]) -> dict[str, Vessel]:
     """The vessels of these names; `EffectError` where one has no cavity."""
-    return {name: Vessel(inputs.body(name)) for name in dict.fromkeys(names)}
+    return {name: Vessel(inputs.body(name)) for name in names}
 
 
 def inside(places: FloatArray, poses: BodyPoses, vessel: Vessel) -> BoolArray:
@@ -286,11 +274,13 @@ def inside(places: FloatArray, poses: BodyPoses, vessel: Vessel) -> BoolArray:
     local, middle = poses.local(places), vessel.place("opening")
     across = np.hypot(local[:, 0] - middle[0], local[:, 2] - middle[2])
     between = (local[:, 1] >= vessel.floor) & (local[:, 1] <= middle[1])
-    return np.asarray(between & (across <= vessel.size("opening_radius")) & poses.valid)
+    return between & (across <= vessel.size("opening_radius")) & poses.valid
 
 
 def flow_event(inputs: EffectInputs, flow: Stream, name: str, words: str, digits: int = 1) -> EffectEvent:
-    """The event of a flow with its volume and time; ``words`` follow the volume. One without a target is a warning."""
+    """The event of a flow with its volume and time, in these words unless it ran over; without a target a warning."""
+    if flow.over:
+        name, words = "overflow", f"run over the brim of {flow.source}"
     start, end, volume = float(flow.times[0]), float(flow.times[-1]), flow.total_ml
     bodies, level = ((flow.source, flow.target), "info") if flow.target else ((flow.source,), "warning")
     values = {"volume_ml": volume, "seconds": end - start}

@@ -11,9 +11,8 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from cdcore.numerics import FloatArray
+from cdcore.numerics import BoolArray, FloatArray
 
 MOST_STEPS: Final = 400
 """Newton steps; 8 to 40 are usual."""
@@ -57,7 +56,7 @@ class Mixture:
     phases: tuple[str, ...]
     uses: FloatArray
     products: FloatArray
-    held: NDArray[np.bool_]
+    held: BoolArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,7 +110,7 @@ class _Newton:
     constants: FloatArray
     uses: FloatArray
     products: FloatArray
-    held: NDArray[np.bool_]
+    held: BoolArray
 
     def solve(self, totals: FloatArray, litres: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Species (n, s), phases (n, p) in mol and pH (n,)."""
@@ -127,33 +126,24 @@ class _Newton:
             state = tuple(one[~settled] for one in state)
             rows = rows[~settled]
         logs, potentials, formed, *_ = done
-        trace = (formed <= GONE * self._most(totals)) & ~self.held
+        trace = (formed <= GONE * _scarcest(totals, self.uses)) & ~self.held
         return np.exp(logs), np.where(trace, 0.0, formed), -potentials[:, 0] / np.log(10.0)
-
-    def _most(self, totals: FloatArray) -> FloatArray:
-        """Mol (n, p) of each phase that its scarcest part could give."""
-        bound = self.uses[:, 1:] > 0.0
-        share = np.where(bound, totals[:, None, 1:] / np.where(bound, self.uses[:, 1:], 1.0), np.inf)
-        return np.asarray(share.min(axis=2, initial=np.inf))
 
     def _start(self, totals: FloatArray, litres: FloatArray) -> tuple[FloatArray, ...]:
         """Logarithms of species, potentials of parts, phases, their distance from saturation, and the barrier."""
         size = np.abs(totals).sum(axis=1) + 1e-6 * litres
-        with np.errstate(divide="ignore"):
-            free = np.where(totals > 0.0, totals, size[:, None])
+        free = np.where(totals > 0.0, totals, size[:, None])
         free[:, 0] = 1e-7 * litres + 0.1 * np.abs(totals[:, 0])
         potentials = np.log(free / litres[:, None])
         potentials[:, 0] = np.where(totals[:, 0] > 0.0, potentials[:, 0], np.log(1e-14) - potentials[:, 0])
-        bound = self.powers[:, 1:] > 0.0
-        most = np.where(bound, free[:, None, 1:] / np.where(bound, self.powers[:, 1:], 1.0), np.inf)
-        most = np.minimum(most.min(axis=2, initial=np.inf), size[:, None])
-        formed = np.minimum(self._most(totals), size[:, None]) * 0.1 / max(1, len(self.uses))
+        most = np.minimum(_scarcest(free, self.powers), size[:, None])
+        formed = np.minimum(_scarcest(totals, self.uses), size[:, None]) * 0.1 / max(1, len(self.uses))
         formed[:, self.held] = 0.0
         return np.log(0.1 * most), potentials, formed, np.ones_like(formed), formed.copy()
 
     def _step(
         self, state: tuple[FloatArray, ...], totals: FloatArray, litres: FloatArray
-    ) -> tuple[tuple[FloatArray, ...], NDArray[np.bool_]]:
+    ) -> tuple[tuple[FloatArray, ...], BoolArray]:
         logs, potentials, formed, slack, barrier = state
         parts, phases = self.powers.shape[1], len(self.uses)
         free = ~self.held
@@ -190,7 +180,7 @@ class _Newton:
         potentials = potentials + share * turned
         formed = formed + share * grown
         slack = np.where(free, np.maximum(slack + share * closer, 0.01 * barrier / np.where(free, formed, 1.0)), 1.0)
-        most = np.where(free, np.minimum(self._most(totals), size), 0.0)
+        most = np.where(free, np.minimum(_scarcest(totals, self.uses), size), 0.0)
         least = LEAST_BARRIER * most
         real = (formed > GONE * most) & free
         relative = np.where(real, np.abs(grown / np.where(real, formed, 1.0)), 0.0)
@@ -198,3 +188,10 @@ class _Newton:
         settled = (moved < SETTLED) & (barrier <= least).all(axis=1)
         barrier = np.where(share > 0.5, np.maximum(0.01 * barrier, least), barrier)
         return (logs, potentials, formed, slack, barrier), settled
+
+
+def _scarcest(amounts: FloatArray, table: FloatArray) -> FloatArray:
+    """Mol (n, k) of what parts make by a table (k, m) until the scarcest of amounts (n, m), protons aside, is out."""
+    bound = table[:, 1:] > 0.0
+    share = np.where(bound, amounts[:, None, 1:] / np.where(bound, table[:, 1:], 1.0), np.inf)
+    return share.min(axis=2, initial=np.inf)

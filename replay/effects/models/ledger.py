@@ -54,10 +54,10 @@ class Ledger:
         self.at = {name: place for place, name in enumerate(self.vessels)} | {"": len(self.vessels)}
         self.column = {name: place for place, name in enumerate(self.columns)}
         self.reactor = Reactor(self.column, self.processes, self.speciation, self.warmth)
-        self.moving = np.array([0.0 if c.endswith(GAS) else along_of(c, self.along) for c in self.columns])
-        self.glass = np.zeros(count)
-        for name, kelvin in ({} if self.warmth is None else self.warmth.glass).items():
-            self.glass[self.at[name]] = kelvin
+        shares = {GAS: 0.0, SOLID: self.along}
+        self.moving = np.array([shares.get(column[-3:], 1.0) for column in self.columns])
+        glass = {} if self.warmth is None else self.warmth.glass
+        self.glass = np.array([glass.get(name, 0.0) for name in self.at])
         # A slow process that nothing else touches is in closed form from one event to the next.
         self._alone = len(self.processes) == 1 and not len(self.reactor.phases) and self.warmth is None
         self._blocks: list[list[tuple[Any, ...]]] = [[] for _ in range(count)]
@@ -82,7 +82,7 @@ class Ledger:
     def capacity(self, place: int, volume_ml: FloatArray | float) -> FloatArray:
         """Heat capacity, J/K, of a vessel with so much in it."""
         per_ml = 0.0 if self.warmth is None else self.warmth.per_ml
-        return np.asarray(per_ml * volume_ml + self.glass[place])
+        return per_ml * volume_ml + self.glass[place]
 
     def advance(self, place: int, frame: int, time: float) -> None:
         """Let slow processes and the loss of heat of a vessel go on to a time."""
@@ -103,11 +103,6 @@ class Ledger:
             if not self._alone:
                 self._note(place, frame, float(begin + done))
         self._cool(place, since - done)
-
-    def step(self, frame: int, time: float, moves: Sequence[tuple[str, str, float]]) -> None:
-        """Transfers (source, target, mL) of one step, all from the state before it, and what then reacts."""
-        volumes = np.array([[volume for *_, volume in moves]])
-        self.flow(np.array([frame]), np.array([time]), [(a, b) for a, b, _ in moves], volumes)
 
     def flow(
         self, frames: IntArray, times: FloatArray, pairs: Sequence[tuple[str, str]], volume_ml: FloatArray
@@ -206,8 +201,3 @@ class Ledger:
             self.extents[place : place + 1].copy(), self.reactor.pending(amounts),
             self.added_ml[place : place + 1].copy(),
         ))  # fmt: skip
-
-
-def along_of(column: str, along: float) -> float:
-    """Share of a column that goes along with the liquid."""
-    return along if column.endswith(SOLID) else 1.0

@@ -28,7 +28,7 @@ def entry_times(
     away = places(start, velocity, np.where(np.isfinite(time), time, 0.0)) - centre
     away -= (away * normal).sum(axis=1)[:, None] * normal
     inside = (away * away).sum(axis=1) <= radius**2
-    return np.asarray(np.where(upward & inside, time, np.inf))
+    return np.where(upward & inside, time, np.inf)
 
 
 def places_at_height(start: FloatArray, velocity: FloatArray, height: FloatArray) -> FloatArray:
@@ -41,7 +41,7 @@ def places(start: FloatArray, velocity: FloatArray, time: FloatArray) -> FloatAr
     """Where (n, 3) falling liquid is after some seconds (n,)."""
     found = start + time[:, None] * velocity
     found[:, 1] -= 0.5 * GRAVITY * time * time
-    return np.asarray(found)
+    return found
 
 
 def _fall(above: FloatArray, speed: FloatArray, pull: FloatArray) -> FloatArray:
@@ -51,7 +51,7 @@ def _fall(above: FloatArray, speed: FloatArray, pull: FloatArray) -> FloatArray:
     root = np.sqrt(np.maximum(0.0, root))
     # Of the two forms of the root the one that adds, so that a fast start or a small height costs no digits.
     down = np.where(speed + root > 0.0, 2.0 * above / np.where(speed + root > 0.0, speed + root, 1.0), 0.0)
-    return np.asarray(np.where(never, np.inf, np.where(speed >= 0.0, down, (root - speed) / (2.0 * pull))))
+    return np.where(never, np.inf, np.where(speed >= 0.0, down, (root - speed) / (2.0 * pull)))
 
 
 CONTRACTION: Final = math.pi / (math.pi + 2.0)
@@ -64,7 +64,7 @@ def twist(rotation: FloatArray, axis: FloatArray) -> FloatArray:
         [rotation[:, 2, 1] - rotation[:, 1, 2], rotation[:, 0, 2] - rotation[:, 2, 0],
          rotation[:, 1, 0] - rotation[:, 0, 1]], axis=1,
     )  # fmt: skip
-    return np.asarray(np.arctan2(vee @ axis, np.trace(rotation, axis1=1, axis2=2) - 1.0))
+    return np.arctan2(vee @ axis, np.trace(rotation, axis1=1, axis2=2) - 1.0)
 
 
 def volume_run_out(
@@ -86,7 +86,7 @@ def volume_run_out(
     top = float(np.sqrt(max(0.0, head)))
     fall = np.minimum(np.sqrt(0.5 * GRAVITY) * discharge / section * opened, top)
     # S (h0 - (sqrt(h0) - fall)^2) without the difference of two nearly equal numbers.
-    return np.asarray(np.minimum(section * fall * (2.0 * top - fall), max(0.0, available)))
+    return np.minimum(section * fall * (2.0 * top - fall), max(0.0, available))
 
 
 def over_weir(head: FloatArray, width: float) -> FloatArray:
@@ -94,7 +94,7 @@ def over_weir(head: FloatArray, width: float) -> FloatArray:
 
     Source: Poleni's (2/3) c b sqrt(2 g) h^1.5, with the contraction of a free jet for c.
     """
-    return np.asarray(2.0 / 3.0 * CONTRACTION * width * np.sqrt(2.0 * GRAVITY) * head**1.5)
+    return 2.0 / 3.0 * CONTRACTION * width * np.sqrt(2.0 * GRAVITY) * head**1.5
 
 
 def run_out(
@@ -157,11 +157,11 @@ class Stream:
         )  # fmt: skip
 
 
-def flows(streams: Sequence[Stream], least_ml: float, gap_s: float = GAP_S) -> list[Stream]:
-    """Streams parted where they stop for more than ``gap_s``, in order of time; less than ``least_ml`` is no flow."""
+def flows(streams: Sequence[Stream], least_ml: float) -> list[Stream]:
+    """Streams parted where they stop for more than `GAP_S`, in order of time; less than ``least_ml`` is no flow."""
     found = []
     for one in streams:
-        cuts = [0, *(np.flatnonzero(np.diff(one.times) > gap_s) + 1).tolist(), len(one.times)]
+        cuts = [0, *(np.flatnonzero(np.diff(one.times) > GAP_S) + 1).tolist(), len(one.times)]
         found += [one.part(slice(first, stop)) for first, stop in pairwise(cuts) if stop > first]
     whole = [one for one in found if one.total_ml >= least_ml]
     return sorted(whole, key=lambda part: (part.frames[0], part.source, part.target))

@@ -55,11 +55,6 @@ class Reactor:
             self.bound[column[part]] = protons
         self.heats = warmth is not None and warmth.reacting and speciation is not None
 
-    @property
-    def at_rest(self) -> bool:
-        """Whether nothing ever changes when liquids come together."""
-        return not self.quick and not len(self.phases) and self.warmth is None
-
     def pending(self, amounts: FloatArray) -> FloatArray:
         """Mol (..., processes) that slow processes would go on for; 0 for the others."""
         found = np.zeros((*amounts.shape[:-1], len(self.processes)))
@@ -90,7 +85,8 @@ class Reactor:
         """
         extents = np.zeros((len(amounts), len(self.processes)))
         wet = np.flatnonzero(litres > 0.0)
-        if self.at_rest or not len(wet):
+        at_rest = not self.quick and not len(self.phases) and self.warmth is None
+        if at_rest or not len(wet):
             return extents
         rows = amounts[wet]
         before = self._stored(rows)
@@ -105,7 +101,7 @@ class Reactor:
         if self.speciation is not None and (len(self.phases) or self.heats):
             found = self._settle(rows, litres[wet])
             if self.heats:
-                rows[:, self.column[STORED]] = found.species @ self.speciation.species_j_mol
+                rows[:, self.column[STORED]] = found.species @ self.speciation.joule[: found.species.shape[1]]
         if self.warmth is not None:
             rows[:, self.column[STORED]] = rows[:, self.column[STORED]] * self.heats - self._diluted(rows)
             given = before - self._stored(rows)
@@ -153,7 +149,7 @@ class Reactor:
         proton = self.column.get(PROTON, -1)
         if proton in used:
             there = np.where(used == proton, (amounts[..., proton] - amounts @ self.bound)[..., None], there)
-        return np.asarray(np.maximum(0.0, (there / -changes[used]).min(axis=-1)))
+        return np.maximum(0.0, (there / -changes[used]).min(axis=-1))
 
     def _apply(self, amounts: FloatArray, extents: FloatArray) -> None:
         """Change amounts in place; what limits ends at exactly nothing where all of it is used."""
@@ -176,7 +172,7 @@ class Reactor:
             return np.zeros(len(rows))
         stored = rows[:, self.column[STORED]]
         if self.heats and self.speciation is not None:
-            stored = stored + rows[:, self.phases] @ self.speciation.phases_j_mol
+            stored = stored + rows[:, self.phases] @ self.speciation.joule[len(self.mixture.species) :]
         return np.array(stored)
 
     def _diluted(self, rows: FloatArray) -> FloatArray:

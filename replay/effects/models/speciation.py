@@ -32,14 +32,13 @@ class Speciation:
     mixture : species and phases of its parts, which are columns.
     changes : for each phase what one mol of it takes from the columns, below 0, and gives, itself and water among them.
     forms : (part, protons) -> row of the species; hydroxide is (``H+``, -1).
-    species_j_mol, phases_j_mol : (s,), (p,) enthalpy of formation from the parts; NaN where no table knows it.
+    joule : (s + p,) enthalpy of formation of a mol of each species and phase from the parts; NaN: no table knows it.
     """
 
     mixture: Mixture
     changes: tuple[Mapping[str, float], ...]
     forms: Mapping[tuple[str, int], int]
-    species_j_mol: FloatArray
-    phases_j_mol: FloatArray
+    joule: FloatArray
 
     def form(self, chemistry: Chemistry, formula: str) -> dict[int, float] | None:
         """Rows of the species that a dissolved formula is when nothing has reacted; ``None``: they cannot be told."""
@@ -103,8 +102,8 @@ def speciation_of(
     )  # fmt: skip
     formed = tuple({**{part: -many for part, many in uses.items()}, name: 1.0} for name, uses, _ in phases)
     return Speciation(
-        mixture, formed, forms, np.array([row[3] for row in rows]) * 1e3,
-        np.array([enthalpy_j(changes) for changes in formed], dtype=np.float64),
+        mixture, formed, forms,
+        np.array([1e3 * row[3] for row in rows] + [enthalpy_j(changes) for changes in formed], dtype=np.float64),
     )  # fmt: skip
 
 

@@ -26,7 +26,7 @@ def cooled(
     exponent = np.asarray(loss * seconds / capacity, dtype=np.float64)
     # (1 - exp(-x)) / x by expm1, which is 1 at 0: no loss and short steps cost no digits.
     share = np.where(exponent > 0.0, -np.expm1(-exponent) / np.where(exponent > 0.0, exponent, 1.0), 1.0)
-    return np.asarray(celsius + (power_w - loss * (celsius - ambient)) * seconds / capacity * share)
+    return celsius + (power_w - loss * (celsius - ambient)) * seconds / capacity * share
 
 
 def warmed(
@@ -53,4 +53,4 @@ def heat_given_off(acid_mol: FloatArray, water_mol: FloatArray, heat_j_mol: floa
     Written so that neither without acid nor without water anything is divided by zero.
     """
     parts = np.asarray(water_mol + half * acid_mol)
-    return np.asarray(heat_j_mol * acid_mol * water_mol / np.where(parts > 0.0, parts, 1.0))
+    return heat_j_mol * acid_mol * water_mol / np.where(parts > 0.0, parts, 1.0)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from replay.base.shown import shown
 from replay.effects.effect_summary import happened, leading, titration_curves
 from replay.effects.effects_runner import SKIPPED, EffectRun
-from replay.effects.output import FACE_PAIRS, QUANTITIES, EffectEvent, FloatArray, LaneSpan, Liquid, Series
+from replay.effects.output import QUANTITIES, EffectEvent, FloatArray, LaneSpan, Liquid, Series
 from replay.effects.recorded import SCALARS
 from replay.outputs.palette import FAINT, SERIES, TICKS, WHITE, Rgba
 from replay.outputs.rerun_log.accuracy import log_words
@@ -173,12 +173,9 @@ def _drawn(effects: Mapping[str, EffectRun]) -> dict[str, Liquid]:
 
 
 def _log_series(writer: RecordingWriter, path: str, title: str, series: Series, number: int) -> None:
-    # A count is a step, and its peaks are the point. Of anything else every sample: the mean of the samples under a
-    # pixel draws a slope from a value to the zero beside it.
-    policies, modes = rr.components.AggregationPolicy, rr.components.InterpolationMode
-    policy, mode = (policies.Max, modes.StepAfter) if series.unit == FACE_PAIRS else (policies.Off, modes.Linear)
-    colours = packed([SERIES[number % len(SERIES)]])
-    writer.static(path, rr.SeriesLines(names=title, colors=colours, aggregation_policy=policy, interpolation_mode=mode))
+    # Every sample: the mean of the samples under a pixel draws a slope from a value to the zero beside it.
+    policy, colours = rr.components.AggregationPolicy.Off, packed([SERIES[number % len(SERIES)]])
+    writer.static(path, rr.SeriesLines(names=title, colors=colours, aggregation_policy=policy))
     rows = drawn_rows(series.values)
     writer.session_rows(path, _ns(series.times[rows]), rr.Scalars.columns(scalars=series.values[rows]))
 

@@ -35,18 +35,10 @@ def test_a_contact_stands_where_the_surfaces_met_and_lasts_to_the_end_of_the_rec
     assert event.end is None and event.point is not None and 0.4 <= event.point[0] <= 0.5
 
 
-def test_the_lane_and_the_faces_tell_of_the_pair():
+def test_the_lane_tells_of_the_pair():
     output = run([FAR, NEAR, NEAR, FAR, FAR], detectors=()).effects["contact"].output
     ((span,),) = output.lanes.values()
     assert (span.start, span.end) == pytest.approx((0.01, 0.03)) and list(output.lanes) == ["a-b"]
-    assert output.series["a-b/face_pairs"].values[[0, -1]].tolist() == [0.0, 0.0]
-    assert output.series["a-b/face_pairs"].values.max() > 0
-
-
-def test_face_pairs_are_told_on_both_sides_of_every_change_and_nowhere_else():
-    series = run([FAR] * 9 + [NEAR] * 9 + [FAR] * 9, detectors=()).effects["contact"].series["a-b/face_pairs"]
-    assert np.round(series.times * 100).tolist() == [0, 8, 9, 17, 18]
-    assert (series.values > 0).tolist() == [False, False, True, True, False]
 
 
 def test_touches_remember_the_last_clear_frame():

@@ -211,7 +211,7 @@ def test_what_is_heated_turns_once_at_its_temperature_and_is_drawn_so():
 
 @pytest.mark.parametrize(
     ("more", "properties", "words"),
-    [({"turns_c": 23.0}, SALT, "turns_c is given: what turns over a flame needs turns_c, from_colour, to_colour"),
+    [({"turns_c": 23.0}, SALT, "from_colour is missing: heat of a turning solid needs turns_c, from_colour, to_colour"),
      (TURNS, {"heat_capacity_j_per_k": 60.0}, "body 'dish' holds nothing that turns; give it properties.solid"),
      (TURNS, {**SALT, "solid": "salt"}, "body 'dish' holds nothing that turns; give it properties.solid"),
      (TURNS, {**SALT, "solid": {**SALT["solid"], "density_g_ml": 0.0}}, "body 'dish' has solid.density_g_ml = 0"),

@@ -65,5 +65,5 @@ def test_a_hand_is_found_by_the_words_of_its_body_and_counted_as_decoded():
 def test_outputs_of_needed_effects_clock_mesh_and_declaration_are_there():
     given = inputs(outputs={"contact": EffectOutput()})
     assert given.output("contact").events == ()
-    assert len(given) == 3 and given.times.tolist() == [0.0, 0.01, 0.02] and given.stamp_ns[1] == 10**7
+    assert len(given) == 3 and given.times.tolist() == [0.0, 0.01, 0.02]
     assert given.body("cup").id == "cup" and len(given.mesh("cup").vertices) == 8

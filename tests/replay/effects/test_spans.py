@@ -35,13 +35,13 @@ def test_spans_and_masks_say_the_same(mask):
     ],
 )
 def test_two_frames_in_and_two_out_whatever_is_not_known_between(text, spans):
-    assert steadied(*flags(text), 2, 2) == spans
+    assert steadied(*flags(text), 2) == spans
 
 
 @given(st.text(alphabet="C.-", max_size=60))
 def test_spans_do_not_touch_and_hold_the_frames_that_opened_them(text):
     flag, known = flags(text)
-    spans = steadied(flag, known, 2, 2)
+    spans = steadied(flag, known, 2)
     assert all(a[1] < b[0] for a, b in pairwise(spans))
     assert all(flag[first] and int((flag & known)[first:stop].sum()) >= 2 for first, stop in spans)
 

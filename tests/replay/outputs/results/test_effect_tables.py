@@ -9,7 +9,10 @@ from replay.pipeline.engine import compute
 from sessions import Event
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
-SCENE = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(SceneEffect("contact", {"between": ["a", "b"]}),))
+SCENE = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=(
+    SceneEffect("contact", {"between": ["a", "b"]}),
+    SceneEffect("hazard-proximity", {"of": "a", "hazard": "b", "distance": 1}),
+))  # fmt: skip
 PLACES = {"a": [0] * 8, "b": [3, 3, 0.9, 0.9, 0.9, 3, 3, 3]}
 
 
@@ -20,6 +23,7 @@ def result():
 
 def test_events_of_effects_stand_among_the_recorded_ones_on_the_same_clock(result):
     rows = event_table(result).to_pylist()
+    rows = [row for row in rows if row["source"] != "effect/hazard-proximity"]
     assert [row["source"] for row in rows] == ["effect/contact", "event"]
     contact = rows[0]
     assert (contact["stamp_ns"], contact["end_stamp_ns"]) == (2 * STEP_NS, 5 * STEP_NS)
@@ -30,8 +34,8 @@ def test_events_of_effects_stand_among_the_recorded_ones_on_the_same_clock(resul
 
 def test_series_keep_every_value_to_the_last_bit(result):
     table = series_table(result)
-    series = result.effects["contact"].series["a-b/face_pairs"]
-    assert np.array_equal(table["value"].to_numpy(), series.values) and set(table["unit"].to_pylist()) == {"face pairs"}
+    series = result.effects["hazard-proximity"].series["a-b/distance"]
+    assert np.array_equal(table["value"].to_numpy(), series.values) and set(table["unit"].to_pylist()) == {"m"}
     assert np.array_equal(table["time"].to_numpy(), series.times)
 
 
