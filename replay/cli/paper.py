@@ -28,14 +28,11 @@ def command(quick: bool, seed: int, out: Path | None, as_json: bool, people: Peo
     from replay.studies.paper import experiment
 
     size = experiment.QUICK if quick else experiment.FULL
-    result = experiment.run_paper(size, seed, TerminalProgress(people))
-    plain = {"version": 4, "experiment": asdict(size) | {"seed": seed}, "hard_fixtures": result.hard}
-    plain["tables"] = [asdict(table) for table in result.tables]
-    answer(as_json, plain, lambda: terminal(*(table.plain for table in result.tables)))
-    if result.hard:
-        people.say(f"FCL lists other pairs than there are in {result.hard} of {result.fixtures} fixtures")
+    tables = experiment.run_paper(size, seed, TerminalProgress(people))
+    plain = {"version": 4, "experiment": asdict(size) | {"seed": seed}, "tables": [asdict(table) for table in tables]}
+    answer(as_json, plain, lambda: terminal(*(table.plain for table in tables)))
     if out is not None:
         from replay.studies.paper.pictures import write_pictures
 
-        people.say(*(f"wrote {path}" for path in write_pictures(result.tables, out)))
+        people.say(*(f"wrote {path}" for path in write_pictures(tables, out)))
     return OK

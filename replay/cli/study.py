@@ -67,6 +67,7 @@ def write_page(
         require_extra()
     from replay.base.file_hash import file_hash
     from replay.cli.study_tables import study_tables
+    from replay.outputs.results.run_folder import check_target
     from replay.studies.class_study import folder
     from replay.studies.class_study.analysis import analyse
     from replay.studies.class_study.class_runs import read_class
@@ -75,7 +76,7 @@ def write_page(
 
     if (questionnaire is None) != (codebook is None):
         raise click.UsageError("a questionnaire and its codebook go together; give both or none")
-    folder.check_study_target(out, force=force)
+    check_target(out, force=force, kind=folder.STUDY)
     study, sessions, inputs = None, read_class(runs, students), {"seed": str(seed)}
     if questionnaire is not None and codebook is not None:
         book = read_codebook(codebook)

@@ -39,7 +39,7 @@ def write_study(
     of the runs; ``force`` replaces an earlier study folder. Raises ``OutputError``: the folder exists, or cannot be
     written; ``StudyRefusedError``: ``causal-wording``.
     """
-    check_study_target(out, force=force)
+    check_target(out, force=force, kind=STUDY)
     page = study_html(runs, places(runs, out), study, title, seed)
     with result_folder(out, STUDY, force=force) as folder:
         (folder / PAGE).write_text(page, encoding="utf-8", newline="\n")
@@ -49,11 +49,6 @@ def write_study(
             _write_csv(folder / SENSITIVITY, [asdict(row) for row in study.sensitivity])
         write_summary(folder, STUDY, {"schema": SCHEMA, "inputs": inputs} | as_json(runs, study))
     return out
-
-
-def check_study_target(out: Path, *, force: bool) -> None:
-    """Raise ``OutputError`` for a folder that cannot become a study folder, before the work is done."""
-    check_target(out, force=force, kind=STUDY)
 
 
 def association_rows(study: Study) -> list[dict[str, Any]]:

@@ -53,7 +53,6 @@ class Fixture:
     bodies: tuple[Body, Body]
     motion: Motion
     pairs: NDArray[np.int64]  # (k, 2) face pairs that meet, exactly
-    hard: bool  # whether FCL lists other pairs, as happens away from general position; such a pose is kept and reported
 
     @property
     def faces(self) -> int:
@@ -77,9 +76,7 @@ def fixture(target: int, number: int, seed: int = 0) -> Fixture:
         motion = _with_faces(bodies, way, target)
         if motion is not None:
             pairs = _exact(bodies).detect(motion, faces=True).faces(0, 0)
-            rounded = _rounded(bodies).detect(motion, faces=True).faces(0, 0)
-            hard = not np.array_equal(pairs, rounded)
-            return Fixture(family, target, number, bodies, motion, pairs, hard)
+            return Fixture(family, target, number, bodies, motion, pairs)
     raise FixtureError(
         f"no pose {number} of {family} in which {target} faces meet; choose a target from {TARGETS[0]} to {TARGETS[-1]}"
     )
@@ -88,12 +85,6 @@ def fixture(target: int, number: int, seed: int = 0) -> Fixture:
 @cache
 def _exact(bodies: tuple[Body, Body]) -> Detector:
     return create_detector("exact", bodies, containment=False)
-
-
-@cache
-def _rounded(bodies: tuple[Body, Body]) -> Detector:
-    """What rounds, FCL: its trees of a pair took longer to build than a pose to be answered."""
-    return create_detector("hybrid", bodies, containment=False)
 
 
 class _Way:

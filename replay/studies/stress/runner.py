@@ -75,27 +75,16 @@ def numbers_of(text: str, what: str, known: Sequence[int]) -> list[int]:
     if text == ALL:
         return [*known]
     wanted: set[int] = set()
+    least, most = min(known), max(known)
     for part in text.split(","):
         first, _, last = (word.strip() for word in part.partition("-"))
         ends = first, last or first
-        inside = all(map(str.isdecimal, ends)) and min(known) <= int(ends[0]) <= int(ends[1]) <= max(known)
-        numbers = [number for number in known if inside and int(ends[0]) <= number <= int(ends[1])]
+        inside = all(map(str.isdecimal, ends)) and least <= int(ends[0]) <= int(ends[1]) <= most
+        numbers = {number for number in known if inside and int(ends[0]) <= number <= int(ends[1])}
         if not numbers:
-            raise StressError(f"there is no {what} {part!r}; they are {spans(known)}, written as 9 or 3-5,12")
-        wanted |= {*numbers}
+            raise StressError(f"there is no {what} {part!r}; they go from {least} to {most}, written as 9 or 3-5,12")
+        wanted |= numbers
     return sorted(wanted)
-
-
-def spans(numbers: Sequence[int]) -> str:
-    """``27-33, 37-39``.
-
-    Examples
-    --------
-    >>> spans([1, 2, 3, 7])
-    '1-3, 7'
-    """
-    runs = np.split(np.array(numbers), np.flatnonzero(np.diff(numbers) > 1) + 1)
-    return ", ".join(f"{run[0]}-{run[-1]}" if len(run) > 1 else f"{run[0]}" for run in runs)
 
 
 @dataclass(frozen=True)

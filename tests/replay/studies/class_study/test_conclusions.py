@@ -69,15 +69,6 @@ def test_a_comparison_of_groups_that_hangs_on_the_detector_is_among_the_conclusi
     assert "Of groups, beta is the difference of their means." in sensitivity_table(found).notes
 
 
-@pytest.mark.parametrize("changed", [False, True])
-def test_what_is_undecided_with_one_of_the_detectors_is_counted_in_the_first_line(changed):
-    found = study(turned=changed)
-    (row,) = found.sensitivity
-    assert not row.undecided and "undecided" not in str(retest_words(found))
-    unsure = replace(found, sensitivity=(replace(row, undecided=True), row))
-    assert retest_words(unsure)[0].endswith("; 1 of them undecided.")
-
-
 def test_an_interval_around_zero_makes_a_result_undecided_with_either_detector():
     found = study()
     (one,) = [r for r in found.regressions if r.coefficients[0].name == "contacts_per_min"]
@@ -103,10 +94,3 @@ def test_groups_alone_are_said_first_where_they_differ_and_counted_where_not():
     assert headlines(analyse(book, questionnaire(same, ["first"] * 20 + ["second"] * 20), metrics(contacts))) == [
         "No association was told from chance in 40 students"
     ]
-
-
-def test_students_are_said_as_a_range_where_results_use_different_ones():
-    found = study()
-    (row,) = found.sensitivity
-    more = replace(found, sensitivity=(row, replace(row, students=31)))
-    assert retest_words(more) == ["2 conclusions tested again with hybrid, n = 31 to 40."]

@@ -10,7 +10,6 @@ from replay.studies.class_study.class_runs import read_class
 from replay.studies.class_study.folder import (
     as_json,
     association_rows,
-    check_study_target,
     reliability_rows,
     write_study,
 )
@@ -37,7 +36,7 @@ def test_a_folder_is_not_replaced_unless_forced_and_only_if_it_is_a_study(runs, 
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.txt").write_text("years of work")
     with pytest.raises(OutputError, match="is not a study folder"):
-        check_study_target(tmp_path / "thesis", force=True)
+        write_study(runs, study, tmp_path / "thesis", inputs={}, force=True)
 
 
 def test_a_title_that_claims_a_cause_leaves_nothing_behind(runs, study, tmp_path):

@@ -13,7 +13,6 @@ from replay.studies.class_study.page import CAUSAL, study_html
 from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.tables import (
     OBSERVED_ONLY,
-    behind,
     coefficient_table,
     headlines,
     reliability_table,
@@ -51,11 +50,6 @@ def test_the_first_sentence_is_the_association_with_its_interval_and_n(study, pa
     first = headlines(study)[0]
     assert first.startswith("Ease of use is associated with higher motivation: +") and "n = 40" in first
     assert first in page
-
-
-def test_a_small_recall_is_not_rounded_to_none(study):
-    rare = replace(study, recall=0.0003)
-    assert "which finds 0.03 % of contact frames" in behind(rare)
 
 
 def test_every_result_stands_with_its_n_its_detector_and_what_that_misses(study, page):
@@ -115,10 +109,9 @@ def test_what_p_and_interval_disagree_about_is_counted_as_undecided(study):
     assert headlines(unsure) == ["No association was told from chance in 40 students; 1 of 1 undecided"]
 
 
-@pytest.mark.parametrize("students, first", [(9, "No association was tested"), (5, "No association was tested")])
-def test_what_was_not_tested_is_not_said_to_be_chance(students, first):
-    answers, contacts = a_class(students)
-    assert headlines(analyse(codebook(), questionnaire(answers), metrics(contacts))) == [first]
+def test_what_was_not_tested_is_not_said_to_be_chance():
+    answers, contacts = a_class(9)
+    assert headlines(analyse(codebook(), questionnaire(answers), metrics(contacts))) == ["No association was tested"]
 
 
 def test_a_refusal_is_on_the_page_with_what_lifts_it(shown):

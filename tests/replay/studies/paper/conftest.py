@@ -10,7 +10,7 @@ from replay.studies.paper.rows import groups_of
 @pytest.fixture(scope="session")
 def small():
     """Key -> table."""
-    return {table.key: table for table in run_paper(Size((100,), poses=2, near=40)).tables}
+    return {table.key: table for table in run_paper(Size((100,), poses=2, near=40))}
 
 
 @pytest.fixture(scope="session")
