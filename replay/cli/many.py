@@ -76,13 +76,13 @@ def session_table(batch: "Batch") -> "Table":
     rare = [name for name in RARE if any(row[name] for row in rows.values())]
     names = ["frames", *(["contacts", *missed] if missed else []), *rare]
     order = sorted(rows, key=lambda one: (-sum(rows[one][name] for name in missed), one))
-    made = table(
+    return table(
         "sessions, the most missed contacts first" if missed else "sessions", ["session", *names],
-        [(one, *(rows[one][name] for name in names)) for one in order],
+        [(one, *(rows[one][name] for name in names)) for one in order[:SESSION_ROWS]]
+        + [("all", *(sum(row[name] for row in rows.values()) for name in names))],
         marks=dict.fromkeys(missed, IN_RED) | dict.fromkeys(rare, WARNING),
-        foot=("all", *(sum(row[name] for row in rows.values()) for name in names)),
+        notes=[f"… and {len(order) - SESSION_ROWS} more"] if len(order) > SESSION_ROWS else [],
     )  # fmt: skip
-    return made.first(SESSION_ROWS, "… and {} more")
 
 
 def _counts(run: Mapping[str, Any], missed: Mapping[str, str]) -> dict[str, int]:

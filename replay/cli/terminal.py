@@ -17,7 +17,6 @@ from replay.outputs.tables import Cell, Column, Marked, Table, text_of
 STYLES: Final = {
     tables.STRONG: "bold",
     tables.FAINT: "dim",
-    tables.CODE: "",
     tables.IN_RED: f"bold {palette.hex_of(palette.MISSED)}",
     tables.PARTLY: palette.hex_of(palette.MISSED),
     tables.FOUND: palette.hex_of(palette.SERIES[0]),
@@ -108,7 +107,6 @@ class Fitted:
         self.table = shown
         columns = [*zip(*shown.rows, strict=True)] if shown.rows else [()] * len(shown.columns)
         self._cells = [[_cell(cell, one) for cell in cells] for one, cells in zip(shown.columns, columns, strict=True)]
-        self._feet = [_cell(cell, one) for cell, one in zip(shown.foot, shown.columns, strict=False)]
         widths = [self._widths(k) for k in range(len(shown.columns))]
         self._least, self._most = [one[0] for one in widths], [one[1] for one in widths]
 
@@ -123,7 +121,7 @@ class Fitted:
     def _widths(self, k: int) -> tuple[int, int]:
         """Least and greatest width of a column: its longest word, where words may stand below each other."""
         column = self.table.columns[k]
-        cells = [text.plain for text in [*self._cells[k], *self._feet[k : k + 1]]]
+        cells = [text.plain for text in self._cells[k]]
         apart = [one for text in cells for one in (text.split() if column.words and not column.whole else [text])]
         return (
             max(map(cell_len, [*apart, *column.name.split(), ""])),
@@ -143,7 +141,7 @@ class Fitted:
     def _drawn(self, block: list[int], room: int) -> RichTable:
         made = RichTable(
             box=box.SIMPLE_HEAD, header_style="dim", pad_edge=False,
-            collapse_padding=True, show_edge=False, show_footer=bool(self.table.foot),
+            collapse_padding=True, show_edge=False,
         )  # fmt: skip
         left = room - GAP * (len(block) - 1) - sum(self._least[k] for k in block)
         widths = {}
@@ -154,9 +152,9 @@ class Fitted:
         if left < 0:
             widths[block[-1]] = max(1, widths[block[-1]] + left)
         for k in block:
-            column, foot = self.table.columns[k], self._feet[k] if self._feet else ""
+            column = self.table.columns[k]
             side = "left" if column.words else "right"
-            made.add_column(column.name, foot, justify=side, width=widths[k], overflow="fold")  # type: ignore[arg-type]
+            made.add_column(column.name, justify=side, width=widths[k], overflow="fold")  # type: ignore[arg-type]
         for row in zip(*(self._cells[k] for k in block), strict=True):
             made.add_row(*row)
         return made

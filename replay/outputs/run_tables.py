@@ -240,16 +240,6 @@ LATE = f"over {BUDGET_MS:.1f} ms"
 """Column of the frames that took longer than one at 90 Hz."""
 
 
-def stage_table(result: Summarised) -> Table:
-    """What each stage took, of every detector whose frames were timed one by one."""
-    rows = [
-        (label, stage, *(_ms(one[key]) for key in QUANTILES))
-        for label, figures in result.summary["detectors"].items()
-        for stage, one in figures["seconds"].get("per_frame", {"stages": {}})["stages"].items()
-    ]
-    return table("Time of each stage", ("detector", "stage", *QUANTILES.values()), rows, words=2)
-
-
 def _ms(seconds: float) -> str:
     """Milliseconds with three digits at least: the quickest detectors take less than a microsecond a frame."""
     return f"{1e3 * seconds:.3f}" if seconds >= 1e-3 else f"{1e3 * seconds:.3g}"

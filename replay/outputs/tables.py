@@ -5,12 +5,12 @@ The renderers are ``replay.cli.terminal`` (rich), ``replay.outputs.report.markup
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from replay.base.shown import shown
 
-STRONG, FAINT, CODE = "strong", "faint", "code"
+STRONG, FAINT = "strong", "faint"
 IN_RED, PARTLY, FOUND, INVENTED = "missed", "partly", "found", "invented"
 WARNING, ERROR, GOOD = "warning", "error", "good"
 """Marks: what a cell means. Each renderer decides how that looks, or ignores it."""
@@ -45,13 +45,12 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Title, columns, rows; ``notes`` below them, a sentence each; ``foot`` is a last row of sums, or nothing."""
+    """Title, columns, rows; ``notes`` below them, a sentence each."""
 
     title: str
     columns: tuple[Column, ...]
     rows: tuple[Row, ...]
     notes: tuple[str, ...] = ()
-    foot: Row = field(default=())
 
     def only(self, *names: str) -> "Table":
         """The columns of these names, in this order; a name without a column is left out."""
@@ -92,7 +91,6 @@ def table(
     whole: Sequence[str] | None = None,
     marks: Mapping[str, str] = NO_MARKS,
     notes: Sequence[str] = (),
-    foot: Sequence[Any] = (),
 ) -> Table:
     """A table.
 
@@ -102,7 +100,7 @@ def table(
     worded = set(head[:words] if isinstance(words, int) else words)
     unbroken = set(head[:1] if whole is None else whole)
     columns = tuple(Column(name, name in worded, marks.get(name, ""), name in unbroken) for name in head)
-    return Table(title, columns, tuple(tuple(row) for row in rows), tuple(notes), tuple(foot))
+    return Table(title, columns, tuple(tuple(row) for row in rows), tuple(notes))
 
 
 def text_of(cell: Cell) -> str:
@@ -112,14 +110,14 @@ def text_of(cell: Cell) -> str:
     return "" if cell is None else f"{cell:,}" if isinstance(cell, int) else shown(cell)
 
 
-MARKDOWN_MARKS: Final = {STRONG: "**", CODE: "`"}
+MARKDOWN_MARKS: Final = {STRONG: "**"}
 
 
 def markdown(table: Table, level: int = 0) -> str:
     """A table below its title, a heading of this level; without a level there is no title."""
     heading = [f"{'#' * level} {table.title}", ""] if level else []
     lines = [_line([column.name for column in table.columns]), "|---" * len(table.columns) + "|"]
-    lines += [_line([_cell(cell) for cell in row]) for row in (*table.rows, *([table.foot] if table.foot else []))]
+    lines += [_line([_cell(cell) for cell in row]) for row in table.rows]
     notes = [line for note in table.notes for line in ("", note)]
     return "\n".join([*heading, *lines, *notes])
 

@@ -3,7 +3,7 @@
 from replay.outputs import tables
 from replay.outputs.tables import Marked, table
 
-ROWS = [("cup|lid", 1234, Marked("7", tables.STRONG)), ("rod", 0, Marked("x", tables.CODE, "why"))]
+ROWS = [("cup|lid", 1234, Marked("7", tables.STRONG)), ("rod", 0, Marked("x", tables.FAINT, "why"))]
 
 
 def made(**more):

@@ -1,11 +1,11 @@
 """What a detector got wrong: a card a pair of bodies with its longest fault, all others folded below it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from replay.outputs.report.charts import lane
 from replay.outputs.report.markup import Markup, element
-from replay.outputs.report.run_view import Fault, FaultsOfPair, RunView, fault_address, faults_by_pair, spans
+from replay.outputs.report.run_view import Fault, RunView, fault_address, faults_by_pair, spans
 from replay.pipeline.scores import MOST_CARDS
 from replay.pipeline.sentences import plural
 
@@ -33,13 +33,13 @@ def cards(view: RunView, label: str, still: Still | None, look: Look) -> list[Ma
     shown = [_card(view, group, still, look) for group in groups[:MOST_PAIRS]]
     parts = [element("div", *shown, class_="cards")] if shown else []
     if rest := groups[MOST_PAIRS:]:
-        lines = [_line(view, fault, pair=True) for group in rest for fault in group.faults]
+        lines = [_line(view, fault, pair=True) for group in rest for fault in group]
         parts.append(_folded(f"{plural(len(rest), 'more pair')} of bodies", lines))
     return parts
 
 
-def _card(view: RunView, group: FaultsOfPair, still: Still | None, look: Look) -> Markup:
-    fault, *more = group.faults
+def _card(view: RunView, group: Sequence[Fault], still: Still | None, look: Look) -> Markup:
+    fault, *more = group
     parts = [
         element("h3", _key(fault), f"{fault.name} {fault.number}: {fault.pair[0]} and {fault.pair[1]}"),
         element("p", f"{fault.span}, {plural(fault.frames, 'frame')}, {fault.what}", class_="when"),

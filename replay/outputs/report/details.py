@@ -59,7 +59,7 @@ def _folds(view: RunView) -> Iterator[Fold]:
         counts = run_tables.pair_frame_table("Pair-frames", summary["audit"])
         yield Fold("Counts with intervals", [FRAME_WORDS, counts])
     if summary["detectors"]:
-        yield Fold("Time of each detector", [run_tables.cost_table(view), run_tables.stage_table(view)])
+        yield Fold("Time of each detector", [run_tables.cost_table(view)])
     if steps := duration_tables(view):
         yield Fold("Which step rate would have missed contacts", steps)
     yield Fold("Settings, to get the same figures again", [_settings_table(summary)])

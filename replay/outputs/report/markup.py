@@ -9,7 +9,7 @@ from string import Template
 from typing import Final
 
 from replay.base.shown import shown
-from replay.outputs.tables import CODE, STRONG, Cell, Marked, Table
+from replay.outputs.tables import STRONG, Cell, Marked, Table
 
 ALLOWED: Final = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'"
 """What a browser may load for a page: its own styles and pictures; no script, no font, no other address."""
@@ -122,7 +122,7 @@ def page_table(made: Table) -> Markup:
     return joined([box, *(element("p", note, class_="note") for note in made.notes)])
 
 
-MARKS: Final = {STRONG: "b", CODE: "code"}
+MARKS: Final = {STRONG: "b"}
 """Mark -> element."""
 
 
@@ -131,8 +131,5 @@ def _cell(cell: Cell) -> Markup:
     if not isinstance(cell, Marked):
         return safe("" if cell is None else cell)
     text = element(MARKS[cell.mark], cell.text) if cell.mark in MARKS else safe(cell.text)
-    if cell.mark == CODE:
-        # A command is broken at blanks, not at the hyphens of its options.
-        text = Markup(re.sub(r"(?<=[ >])[^ <>]*-[^ <>]*", r"<span>\g<0></span>", text))
     text = element("a", text, href=cell.to) if cell.to else text
     return joined([text, element("small", cell.below)]) if cell.below else text

@@ -135,16 +135,8 @@ def findings_of(summary: Mapping[str, Any]) -> list[Finding]:
     ]  # fmt: skip
 
 
-@dataclass(frozen=True)
-class FaultsOfPair:
-    """Faults of one detector between two bodies, the longest first."""
-
-    pair: Pair
-    faults: tuple[Fault, ...]
-
-
-def faults_by_pair(view: RunView, label: str) -> list[FaultsOfPair]:
-    """The pair with the largest fault first; what the answer is about comes before all else."""
+def faults_by_pair(view: RunView, label: str) -> list[list[Fault]]:
+    """Faults of each pair, the longest first; before all else the pair and the fault that the answer is about."""
     answer = next(answer for answer in view.answers if answer.label == label)
     first = None if answer.moment is None else (answer.moment.kind, answer.moment.number)
 
@@ -155,7 +147,7 @@ def faults_by_pair(view: RunView, label: str) -> list[FaultsOfPair]:
     groups: dict[Pair, list[Fault]] = {}
     for fault in sorted(view.faults[label], key=weight, reverse=True):
         groups.setdefault(fault.pair, []).append(fault)
-    return [FaultsOfPair(pair, tuple(found)) for pair, found in groups.items()]
+    return [*groups.values()]
 
 
 def key_fault(view: RunView, answer: Answer) -> Fault | None:

@@ -36,5 +36,5 @@ def test_a_session_that_cannot_be_read_is_named_among_several(file, tmp_path, ca
 
 
 def test_no_name_becomes_a_tag_a_link_or_a_further_cell():
-    lines = markdown(table("", ("pair", "frames"), [(HOSTILE, 1)], foot=("all", 1234))).splitlines()
+    lines = markdown(table("", ("pair", "frames"), [(HOSTILE, 1), ("all", 1234)])).splitlines()
     assert lines[2:] == [r"| a]\(http://x.y)\<img src=x>\|b | 1 |", "| all | 1,234 |"]

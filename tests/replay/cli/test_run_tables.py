@@ -48,17 +48,6 @@ def test_proxies_and_the_limits_of_exactness_are_always_said():
     assert "Proxy meshes stand in for: a." in shown and "0.14-0.77 mm" in shown
 
 
-def test_the_screen_ranks_the_worst_first_and_ends_in_why_fix_and_cost():
-    two = "slow=discrete[rate_hz=20],slower=discrete[rate_hz=10]"
-    result = compute(cubes(PLACES), detectors=two)
-    lines = screen(result).splitlines()
-    ranked = [text.split()[0] for text in lines[:9] if text.startswith(("slow", "exact"))]
-    assert ranked == ["slower", "slow", "exact"]
-    last = [text.split()[0] for text in lines if text.startswith("  ") and text[2:3].strip()]
-    assert last == ["Why", "Fix", "Cost"]
-    assert "slower" in next(text for text in lines if "worst" in text)
-
-
 def test_a_fix_that_the_run_measured_has_the_figures_of_a_run_with_it():
     result = compute(cubes(PLACES), detectors="slow=discrete[rate_hz=20]")
     (answer,) = result.answers

@@ -16,7 +16,6 @@ from replay.outputs.run_tables import (
     cost_table,
     miss_table,
     pair_table,
-    stage_table,
 )
 from replay.outputs.tables import Marked, text_of
 from replay.outputs.tradeoff_table import HEAD, tradeoff_table
@@ -89,9 +88,6 @@ def test_the_table_of_times_says_how_each_was_asked_and_who_cannot_be_asked_live
     assert tuple(note for note in cost_table(asked).notes if "busy" not in note) == notes
     timed = [label for label, made in asked.detections.items() if isinstance(made.seconds.get("rest"), np.ndarray)]
     assert timed == [label for label, way in zip(asked.detections, ways, strict=True) if way == "live"]
-    assert [row[0] for row in stage_table(asked).rows] == [
-        name for name in timed for _ in asked.detections[name].seconds
-    ]
 
 
 def test_quantiles_and_the_share_over_the_budget_are_over_the_frames_of_the_mean(run):
