@@ -71,9 +71,10 @@ def test_a_pair_that_was_only_left_out_has_no_lane():
 
 def test_the_last_state_lasts_one_frame(demo, write):
     whole = np.full_like(demo.comparisons[SUBJECT].outcome, Outcome.MISSED)
-    seen = write(replace(demo, comparisons={SUBJECT: replace(demo.comparisons[SUBJECT], outcome=whole)}))
+    missed = replace(demo, comparisons={SUBJECT: replace(demo.comparisons[SUBJECT], outcome=whole)})
+    seen = write(missed)
     stamps = demo.assembly.stamp_ns - demo.assembly.stamp_ns[0]
-    lane = seen.lane(lane_of(demo, "beaker-rod"))
+    lane = seen.lane(lane_of(missed, "beaker-rod"))
     assert lane[-2:] == [(0, "MISSED"), (int(stamps[-1]) + 11_111_111, "")]
 
 

@@ -59,8 +59,7 @@ def test_the_funnel_counts_what_the_run_counted(run, watched, read):
         for stage, path in steps.items()
     }
     assert told["spheres meet"] == spheres.tolist()
-    assert sum(told["spheres meet"]) == detection.work["box_tests"]
-    assert sum(told["searched"]) == detection.work["looks"] > 0
+    assert sum(told["searched"]) == np.sum(detection.work["looks"]) > 0
     assert told["confirmed"] == (detection.verdict == 1).sum(axis=1).tolist()
     assert (np.array(told["boxes meet"]) <= told["spheres meet"]).all()
 
