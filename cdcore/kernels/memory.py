@@ -64,7 +64,7 @@ def _of(kind: Any) -> Callable[[Any], Memory]:
     return machine_operation(typed)
 
 
-doubles_of, words_of = _of(types.float64), _of(types.int64)
+doubles_of, words_of, integers_of = _of(types.float64), _of(types.int64), _of(types.int32)
 """In a kernel: the memory of a contiguous array that the kernel was handed as such."""
 
 

@@ -7,10 +7,8 @@ import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import doubles_of, words_of
-from cdcore.narrow.triangles.exact import pair_intersects_exact
-from cdcore.narrow.triangles.filter import UNDECIDED, pair_intersects_filtered
+from cdcore.narrow.triangles.filter import UNDECIDED, pair_intersects
 from cdcore.narrow.triangles.integers import pair_intersects_integers
-from cdcore.narrow.triangles.sums import exponents_are_moderate
 from cdcore.numerics import FloatArray, IntArray, place_points
 
 
@@ -28,11 +26,7 @@ def place_face(corners: FloatArray, face: int, turn: FloatArray, move: FloatArra
 def placed_pair_meets(pair: FloatArray, digits: IntArray) -> int:
     """1 or 0 for the faces in the two halves of ``pair``, (6, 3) or (18,); UNDECIDED where only integers can tell."""
     stay_one_function()
-    corners = doubles_of(pair)
-    answer = pair_intersects_filtered(corners)
-    if answer == UNDECIDED and exponents_are_moderate(corners, runtime_int(18)):
-        answer = 1 if pair_intersects_exact(corners, words_of(digits)) else 0
-    return answer
+    return pair_intersects(doubles_of(pair), words_of(digits))
 
 
 @kernel

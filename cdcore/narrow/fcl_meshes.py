@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cdcore.errors import InvalidMeshError
 from cdcore.mesh import TriangleMesh
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray
 
 EVERY_CONTACT: Final = 2**31 - 1
 """FCL stops after ``num_max_contacts``, by default after one."""
@@ -107,31 +107,6 @@ class FclMeshes:
             self.place(b, rb, tb)
             found.append(self.faces(a, b))
         return found
-
-    def counts_along(
-        self, pairs: IntArray, rotations: FloatArray, translations: FloatArray, *, faces: bool
-    ) -> IntArray:
-        """Distinct face pairs, or 0 and 1, of every pair in every frame, (T, P): the plain loop a user of FCL writes.
-
-        What stands is placed once. Choose it as a yardstick: it carries nothing over from frame to frame.
-        """
-        counts = np.zeros((len(rotations), len(pairs)), dtype=np.int64)
-        moves = (rotations != rotations[:1]).any(axis=(0, 2, 3)) | (translations != translations[:1]).any(axis=(0, 2))
-        for body in np.unique(pairs).tolist():
-            self.place(body, rotations[0, body], translations[0, body])
-        things = [(body, self._bodies[body]) for body in np.flatnonzero(moves).tolist()]
-        moving = [(body, thing.setRotation, thing.setTranslation) for body, thing in things]
-        asked = [(k, self._bodies[i], self._bodies[j]) for k, (i, j) in enumerate(pairs.tolist())]
-        collide, request, found = fcl.collide, self._all if faces else self._first, _FacePairs()
-        for frame, (turns, places) in enumerate(zip(rotations, translations, strict=True)):
-            for body, turn, move in moving:
-                turn(turns[body])
-                move(places[body])
-            for k, one, other in asked:
-                if collide(one, other, request, found):
-                    counts[frame, k] = len(set(zip(found.first, found.second, strict=True))) if faces else 1
-                    found = _FacePairs()
-        return counts
 
 
 def _tree(mesh: TriangleMesh) -> Any:

@@ -17,7 +17,8 @@ from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.face_pair import decided_by_integers
 from cdcore.narrow.pair_frames import Poses, poses_to_ask, turned_faces
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, position_pad
-from cdcore.narrow.trees.search import UNLIMITED, PairPoses, Searched, TreeSearch
+from cdcore.narrow.trees.descent import PairPoses
+from cdcore.narrow.trees.search import UNLIMITED, TreeSearch
 from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Body, Motion, Verdict, ordered_by_name
 from cdcore.protocol.settings import MOST_WORK, CheckedSettings, choice, flag, whole
@@ -71,8 +72,9 @@ class TreeStage:
         self._ordered, self._turned = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in self._ordered.tolist()]
         self._search = search
-        self._settings = settings
-        self._scratch = np.zeros((1, len(search.counters)), dtype=np.int64), np.zeros(1, dtype=np.uint8), np.zeros(1)
+        self._budget = UNLIMITED if settings.budget is None else settings.budget
+        # writable: the kernels are compiled for such arrays
+        self._now = PairPoses(np.empty((1, 3, 3)), np.empty((1, 3)), np.empty((1, 3, 3)), np.empty((1, 3)), np.empty(1))
         self._reach = [_reach(body.mesh.triangles) for body in bodies]
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, every: bool) -> TreeAnswer:
@@ -85,13 +87,19 @@ class TreeStage:
         for column, rows, pose_a, pose_b, number in poses_to_ask(motion, self._ordered, frames, columns):
             a, b = self._ends[column]
             poses, large = self._poses(a, b, pose_a, pose_b)
-            searched = self._searched(a, b, poses, large, every)
-            found = self._found(a, b, poses, searched, every)
+            near = np.flatnonzero(~large)
+            searched = self._search.search(
+                a, b, PairPoses(*(part[near] for part in poses)), every=every, budget=self._budget
+            )
+            searched.found[:, 0] = near[searched.found[:, 0]]
+            cut = np.zeros(len(large), dtype=np.bool_)
+            cut[near] = searched.truncated
+            found = self._found(a, b, poses, searched.found, every)
             for k in np.flatnonzero(large).tolist():
                 found[k] = self._exhaustive(a, b, poses, k)[: None if every else 1]
             which[rows] = number + len(sets)
             hits[rows] = np.array([len(one) > 0 for one in found], dtype=np.bool_)[number]
-            truncated[rows] = searched.truncated[number]
+            truncated[rows] = cut[number]
             sets += [turned_faces(one) for one in found] if self._turned[column] else found
             total += searched.counts.sum(axis=0)
             queries += len(found)
@@ -106,29 +114,27 @@ class TreeStage:
         Also whether the surfaces are known to be more than ``margin`` apart.
         """
         a, b = self._ends[column]
-        move_a, move_b = now.translations[0, a].tolist(), now.translations[0, b].tolist()
-        size = self._reach[a] + self._reach[b] + math.hypot(*move_a) + math.hypot(*move_b)
+        poses = self._now
+        poses.turn_a[0], poses.turn_b[0] = now.rotations[0, a], now.rotations[0, b]
+        poses.move_a[0], poses.move_b[0] = now.translations[0, a], now.translations[0, b]
+        away = math.hypot(*poses.move_a[0].tolist()) + math.hypot(*poses.move_b[0].tolist())
+        size = self._reach[a] + self._reach[b] + away
         if not size <= LARGEST_SIZE:
             hit = self.decide(now, FIRST_FRAME, np.array([column]), every=False).hits[0]
             return (CONTACT if hit else CLEAR), False
-        # copies: the kernels are compiled for arrays that can be written to
-        turns = now.rotations[:, a].copy(), now.rotations[:, b].copy()
-        moves = now.translations[:, a].copy(), now.translations[:, b].copy()
-        counts, truncated, pad = self._scratch
         tight, left = position_pad(size, SKEW) + UNDERFLOW_PAD, self._search.undismissed
         # With a margin some hundred tests only: where surfaces are near each other, most faces lie within it.
         reaches = ((margin, MARGIN_TESTS), (0.0, UNLIMITED)) if margin > SMALLEST_MARGIN else ((0.0, UNLIMITED),)
         for extra, budget in reaches:
-            counts[:], truncated[0], pad[0] = 0, 0, tight + extra
-            found = self._search.found_by(
-                a, b, turns[0], moves[0], turns[1], moves[1], pad, False, budget, counts, truncated
-            )
+            poses.pad[0] = tight + extra
+            found, counts, truncated = self._search.search(a, b, poses, every=False, budget=budget)
             if len(found) or not truncated[0]:
                 break
         if not len(found):
             return CLEAR, bool(extra > 0.0 and counts[0, left] == 0)
         corners = self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles
-        return (CONTACT if len(decided_by_integers(found, corners, turns, moves)) else CLEAR), False
+        met = decided_by_integers(found, corners, (poses.turn_a, poses.turn_b), (poses.move_a, poses.move_b))
+        return (CONTACT if len(met) else CLEAR), False
 
     def _poses(self, a: int, b: int, pose_a: Poses, pose_b: Poses) -> tuple[PairPoses, BoolArray]:
         """The poses to ask about, and which of them lie so far out that the pads no longer hold."""
@@ -139,21 +145,10 @@ class TreeStage:
         pad = position_pad(1.0, SKEW) * np.where(large, 0.0, size) + UNDERFLOW_PAD
         return PairPoses(turn_a, move_a, turn_b, move_b, pad), large
 
-    def _searched(self, a: int, b: int, poses: PairPoses, large: BoolArray, every: bool) -> Searched:
-        """What the search finds at the poses that are not ``large``, in rows of all poses."""
-        budget = UNLIMITED if self._settings.budget is None else self._settings.budget
-        near = np.flatnonzero(~large)
-        some = self._search.search(a, b, poses.at(near), every=every, budget=budget)
-        some.found[:, 0] = near[some.found[:, 0]]
-        truncated = np.zeros(len(large), dtype=np.bool_)
-        truncated[near] = some.truncated
-        return Searched(some.found, some.counts, truncated)
-
-    def _found(self, a: int, b: int, poses: PairPoses, searched: Searched, every: bool) -> list[NDArray[np.int32]]:
+    def _found(self, a: int, b: int, poses: PairPoses, found: IntArray, every: bool) -> list[NDArray[np.int32]]:
         """Per pose the faces that meet, (k, 2), sorted."""
         corners = self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles
-        turns, moves = (poses.turn_a, poses.turn_b), (poses.move_a, poses.move_b)
-        found = decided_by_integers(searched.found, corners, turns, moves)
+        found = decided_by_integers(found, corners, (poses.turn_a, poses.turn_b), (poses.move_a, poses.move_b))
         order = np.lexsort((found[:, 2], found[:, 1], found[:, 0]))
         if not every:
             _, order = np.unique(found[:, 0], return_index=True)

@@ -20,8 +20,7 @@ from cdcore.narrow.spacetime.memory import (
 from cdcore.narrow.spacetime.pose_lanes import Tracks
 from cdcore.narrow.spacetime.traverse import fill_relative, largest_chord
 
-ARRAYS = ("boxes", "links", "leaves", "placed", "picks", "corners", "boxed", "spans", "planes")
-SIZES = (96, 9, 24, 72, 768, 32, 48, EDGE_ROOM)
+SIZES = (96, 9, 24, 72, 768, 48, EDGE_ROOM)
 ROOM = 4096
 
 
@@ -34,8 +33,9 @@ def relative_of(row, relative, middle, squares):
 
 def row_of_pair(trees, turn, move):
     """Trees and poses of two bodies as the kernels take them, and what must be kept while they do."""
-    tracks, row = Tracks(trees, np.arange(2), len(turn)), np.zeros(PAIR_WORDS, dtype=np.int64)
-    tracks.fill(turn, move, np.zeros(2, dtype=bool))
+    tracks = Tracks(trees, np.arange(2), len(turn), np.zeros(2, dtype=bool))
+    row = np.zeros(PAIR_WORDS, dtype=np.int64)
+    tracks.fill(turn, move)
     row[:TREE_B], row[TREE_B:POSE_A] = trees[0].row, trees[1].row
     row[POSE_A:POSE_B], row[POSE_B:MARKS] = tracks.rows
     return row, tracks
@@ -50,8 +50,6 @@ class EightFrames:
         self.turn, self.move = motion_of("soup", rng, 24, 2)
         self.move[:, 0, 0] += apart
         self.trees = [build_box_tree(mesh) for mesh in self.meshes]
-        # kernels index every array as one row
-        self.flat = [tree._replace(**{name: getattr(tree, name).ravel() for name in ARRAYS}) for tree in self.trees]
         self.row, self._kept = row_of_pair(self.trees, self.turn, self.move)
         self.pad = position_pad(sum(t.reach for t in self.trees) + np.linalg.norm(self.move, axis=2).max(0).sum(), 0.0)
         doubles, words = [np.empty(size) for size in SIZES], np.zeros(ROOM, dtype=np.int64)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, fetch_early
-from cdcore.narrow.spacetime.bounds import EDGE_SLACK
-from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
-from cdcore.narrow.spacetime.memory import ALIVE, DEPTH, MOST_AT_ONCE, Pair, Question, Scratch, TreeMemory
-from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
-from cdcore.narrow.spacetime.world_test import UNDECIDED, faces_meet
+from cdcore.kernels.simd import load4, plus, times
+from cdcore.narrow.spacetime.box_lanes import lanes_that_may_meet
+from cdcore.narrow.spacetime.leaf_lanes import survivors_of_leaves
+from cdcore.narrow.spacetime.memory import ALIVE, DEPTH, MOST_AT_ONCE, Pair, PoseMemory, Question, Scratch, TreeMemory
+from cdcore.narrow.triangles.filter import UNDECIDED, Corners, faces_meet_filtered
 
-NODE_TESTS, LEAF_PAIRS, FACE_PAIRS, WORLD_TESTS, EXACT_TESTS, INTEGER_TESTS, BLOCKS, SKIPPED, SPAN_TESTS = range(9)
-GAP_TESTS, REUSED = 9, 10
+NODE_TESTS, LEAF_PAIRS, FACE_PAIRS, WORLD_TESTS, EXACT_TESTS, INTEGER_TESTS, BLOCKS, SKIPPED = range(8)
+GAP_TESTS, REUSED = 8, 9
 """Places of the counters in ``work``; the exact stage fills its own two."""
-COUNTERS = 11
+COUNTERS = 10
 
 
 @hot_kernel
@@ -59,21 +59,41 @@ def opened(pair: Pair, a: int, b: int, open_a: bool, mask: int, stack: Memory, d
 
 
 @hot_kernel
+def place_face(placed: Memory, face: int, pose: PoseMemory, frame: int) -> Corners:
+    """World corners of a face, rounded as the reference vertices: no fused multiply-add."""
+    become_part_of_caller()
+    row, entries, stride, at = 12 * face, pose.entries, pose.stride, frame * pose.step
+    x, y, z = load4(placed, row), load4(placed, row + 4), load4(placed, row + 8)
+    a, b, c = entries[at], entries[at + stride], entries[at + 2 * stride]
+    wx = plus(plus(plus(times(a, x), times(b, y)), times(c, z)), entries[at + 9 * stride])
+    a, b, c = entries[at + 3 * stride], entries[at + 4 * stride], entries[at + 5 * stride]
+    wy = plus(plus(plus(times(a, x), times(b, y)), times(c, z)), entries[at + 10 * stride])
+    a, b, c = entries[at + 6 * stride], entries[at + 7 * stride], entries[at + 8 * stride]
+    wz = plus(plus(plus(times(a, x), times(b, y)), times(c, z)), entries[at + 11 * stride])
+    return Corners(wx, wy, wz)
+
+
+@hot_kernel
+def faces_meet(pair: Pair, face_a: int, face_b: int, frame: int) -> int:
+    """Whether two faces meet at the reference vertices of a frame: 0, 1, or UNDECIDED for exact arithmetic."""
+    stay_one_function()
+    first = place_face(pair.tree_a.placed, face_a, pair.pose_a, frame)
+    return faces_meet_filtered(first, place_face(pair.tree_b.placed, face_b, pair.pose_b, frame))
+
+
+@hot_kernel
 def ask_face_pair(
-    pair: Pair, face_a: int, face_b: int, frame: int, asked: int, meet: int, pad: float, question: Question,
-    scratch: Scratch,
-) -> int:  # fmt: skip
+    pair: Pair, face_a: int, face_b: int, frame: int, asked: int, meet: int, question: Question, scratch: Scratch
+) -> int:
     """Ask two faces at the reference vertices, lane by lane; returns the lanes in contact, ``meet`` among them."""
     become_part_of_caller()
-    edge_a = pair.tree_a.planes[11 * face_a + 10] * EDGE_SLACK + pad
-    edge_b = pair.tree_b.planes[11 * face_b + 10] * EDGE_SLACK + pad
     key = (runtime_int(pair.tree_a.faces[face_a]) << question.bits_b) | runtime_int(pair.tree_b.faces[face_b])
     place = (face_a << question.bits_b) | face_b
     contact, lane, lanes = 0, 0, asked | meet
     while lanes != 0:
         if lanes & 1:
             row = frame + lane
-            answer = 1 if meet >> lane & 1 else faces_meet(pair, face_a, edge_a, face_b, edge_b, row, scratch.plane)
+            answer = 1 if meet >> lane & 1 else faces_meet(pair, face_a, face_b, row)
             packed = (row - question.start) << question.bits
             if answer == 1:
                 question.hits[row] = 1
@@ -89,20 +109,19 @@ def ask_face_pair(
 
 @hot_kernel
 def ask_leaves(
-    pair: Pair, leaf_a: int, b: int, leaf_b: int, frame: int, mask: int, pad: float, question: Question,
-    scratch: Scratch,
-) -> int:  # fmt: skip
-    """Ask the faces of two leaves in the lanes of ``mask``; returns the lanes that are decided."""
+    pair: Pair, a: int, b: int, frame: int, mask: int, pad: float, question: Question, scratch: Scratch
+) -> int:
+    """Ask the faces of two leaf nodes in the lanes of ``mask``; returns the lanes that are decided."""
     stay_one_function()
     found, work, decided = scratch.found, scratch.work, 0
-    count = survivors_of_leaves(pair.tree_a, leaf_a, pair.tree_b, b, leaf_b, pad, mask, scratch)
+    count = survivors_of_leaves(pair, a, b, pad, mask, scratch)
     work[LEAF_PAIRS] += 1
     work[FACE_PAIRS] += count
     for row in range(0, 4 * count, 4):
         asked, meet = found[row + 2] & ~decided, found[row + 3] & ~decided
         if asked | meet == 0:
             continue
-        contact = ask_face_pair(pair, found[row], found[row + 1], frame, asked, meet, pad, question, scratch)
+        contact = ask_face_pair(pair, found[row], found[row + 1], frame, asked, meet, question, scratch)
         while asked != 0:
             work[WORLD_TESTS] += asked & 1
             asked >>= 1
@@ -141,5 +160,5 @@ def search_block(pair: Pair, frame: int, chord: float, pad: float, question: Que
             work[NODE_TESTS] -= 1
             state[DEPTH], state[ALIVE] = depth + 3, alive
             return False
-        alive &= ~ask_leaves(pair, leaf_a, b, leaf_b, frame, mask, pad, question, scratch)
+        alive &= ~ask_leaves(pair, a, b, frame, mask, pad, question, scratch)
     return True

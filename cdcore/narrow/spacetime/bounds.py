@@ -36,9 +36,6 @@ vertices, taken there by a map that keeps all orientations or turns all round, w
 apart. So a determinant of three differences, all below X, is off by at most 3 pad X^2. It is computed from edges,
 moments and coordinates below X / 2: eleven roundings of a permanent of at most 6 X^3, 66 u X^3. The bound is over twice
 the sum.
-
-**World filter.** With edges and differences of reference vertices, each rounded once, the determinant w . (e x f) errs
-by at most 8.1 u times its permanent, which is at most 6 |w| |e| |f| in largest components: 49 u |w| |e| |f|.
 """
 
 from __future__ import annotations
@@ -56,8 +53,6 @@ SKEW_FACTOR: Final = 8.0
 """Twice what a rotation off orthonormal by delta adds, rounded up."""
 CHORD_SLACK: Final = 1.0 + 2.0**-40
 """Covers the rounding of the chord, relative to it; its absolute part (the rotations' own rounding) is in the pad."""
-DETERMINANT_ULPS: Final = 64.0
-"""Above 49: the bound of the world filter."""
 SIGN_PADS: Final = 6.0
 SIGN_ULPS: Final = 256.0
 """A sign is certain if the determinant is above X^2 (SIGN_PADS pad + SIGN_ULPS u X)."""

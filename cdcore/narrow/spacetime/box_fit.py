@@ -13,12 +13,15 @@ SWEEPS = 8
 """Jacobi rotations converge quadratically: 3 x 3 matrices are diagonal to rounding after five sweeps."""
 
 
-class FitMemory(NamedTuple):
-    """What fitting and splitting read and write; rows one after another.
+class BuildMemory(NamedTuple):
+    """What fitting and splitting read and write; rows one after another. First as arrays, then as their memory.
 
     ``corners`` (f, 9) of the faces, body axes; ``order`` (f,) faces, those of a node next to each other; ``spans``
     (f, 9) by face: least and largest coordinate and centroid along each axis of the node at hand, whose ``axes`` (9,)
     stand by rows and whose ``extent`` (6,) is the least and largest coordinate along each; ``matrix`` (9,) scratch.
+    Of a split: ``bounds`` (BINS, 6) least and largest coordinates of the faces of a bin; ``counts`` (BINS,) its faces;
+    ``left`` (BINS + 1,) cost of the bins up to this one; ``right`` (6,) the box of several bins; ``choice`` (2,) cost
+    and position of the best split so far.
     """
 
     corners: Memory
@@ -27,6 +30,11 @@ class FitMemory(NamedTuple):
     axes: Memory
     extent: Memory
     matrix: Memory
+    bounds: Memory
+    counts: Memory
+    left: Memory
+    right: Memory
+    choice: Memory
 
 
 @hot_kernel
@@ -84,7 +92,7 @@ def orthonormal_rows(v: Memory) -> None:
 
 
 @hot_kernel
-def place_faces(fit: FitMemory, start: int, stop: int) -> float:
+def place_faces(fit: BuildMemory, start: int, stop: int) -> float:
     """Fill ``spans`` and ``extent`` of faces ``order[start:stop]`` along ``axes``; returns half the box's surface."""
     stay_one_function()
     corners, spans, extent = fit.corners, fit.spans, fit.extent
@@ -106,7 +114,7 @@ def place_faces(fit: FitMemory, start: int, stop: int) -> float:
 
 
 @hot_kernel
-def fill_covariance(fit: FitMemory, start: int, stop: int, scale: float) -> None:
+def fill_covariance(fit: BuildMemory, start: int, stop: int, scale: float) -> None:
     """The covariance of the corners, times their number, in ``matrix``; ``scale`` keeps its entries finite."""
     stay_one_function()
     corners, m, count = fit.corners, fit.matrix, 3.0 * (stop - start)
@@ -128,7 +136,7 @@ def fill_covariance(fit: FitMemory, start: int, stop: int, scale: float) -> None
 
 
 @hot_kernel
-def fit_box(fit: FitMemory, start: int, stop: int, scale: float) -> None:
+def fit_box(fit: BuildMemory, start: int, stop: int, scale: float) -> None:
     """Write axes, extent and spans of the better of two boxes around faces ``order[start:stop]``."""
     stay_one_function()
     set_identity(fit.axes)

@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
-from cdcore.kernels.memory import Memory, doubles_at, integers_at, row_of, words_at
-from cdcore.narrow.spacetime.box_fit import FitMemory, fit_box
-from cdcore.narrow.spacetime.leaf_data import fill_leaves
+from cdcore.kernels.memory import Memory, doubles_of, integers_of, row_of, words_of
+from cdcore.narrow.spacetime.box_fit import BuildMemory, fit_box
 from cdcore.numerics import FloatArray, IntArray
 
 BINS = 16
@@ -24,10 +23,6 @@ LEAF_FACES = 8
 BOX_WIDTH = 16
 """Doubles of a node: centre 3, axes 9 (x of all three, then y, z, so that one vector loads it), half extents 3, half
 diagonal 1."""
-COSTS = 24 + 6 * BINS
-"""Where the cost of bins lies in the scratch of a split."""
-ROOM_DOUBLES = COSTS + BINS + 1 + 6 + 2
-"""Scratch of a split: axes 9, extent 6, covariance 9, the bins' boxes and costs, one box, the choice."""
 SMALLEST_SCALED = 1e-300
 """A mesh whose coordinates are all smaller counts as one point: its covariance is taken as it is, not scaled up."""
 
@@ -40,9 +35,8 @@ class BoxTree(NamedTuple):
     body frame, as the mesh has them, x of corners 0, 1, 2, 0, then y, then z. ``picks`` (f, 3): corners of the face,
     counted from its leaf's first corner. ``corners`` (c, 3): distinct corners of a leaf, body axes, from the leaf's
     centre. ``boxed`` (f, 9): corners in the leaf's box frame. ``spans`` (f, 6): least and largest coordinate of the
-    face along each axis of the leaf's box. ``planes`` (f, 11): unit normal and its least and largest value on the face,
-    in the box frame 5 and in body axes from the leaf's centre 5; longest edge 1. ``reach``: largest distance of a
-    corner from the body's origin, rounded up. ``row`` (10,): addresses of the arrays, as the kernels take them.
+    face along each axis of the leaf's box. ``reach``: largest distance of a corner from the body's origin, rounded up.
+    ``row`` (9,): addresses of the arrays, as the kernels take them.
     """
 
     boxes: FloatArray
@@ -54,31 +48,15 @@ class BoxTree(NamedTuple):
     corners: FloatArray
     boxed: FloatArray
     spans: FloatArray
-    planes: FloatArray
     reach: float
     row: IntArray
 
 
-class SplitMemory(NamedTuple):
-    """What one split reads and writes.
-
-    ``bounds`` (BINS, 6): least and largest coordinates of the faces of a bin; ``counts`` (BINS,) its faces; ``left``
-    (BINS + 1,): cost of the bins up to this one; ``right`` (6,): the box of several bins; ``choice`` (2,): cost and
-    position of the best split so far.
-    """
-
-    bounds: Memory
-    counts: Memory
-    left: Memory
-    right: Memory
-    choice: Memory
-
-
 @hot_kernel
-def best_split(fit: FitMemory, split: SplitMemory, start: int, stop: int) -> int:
+def best_split(fit: BuildMemory, start: int, stop: int) -> int:
     """Axis of the cheapest of the binned splits, -1 when none separates the centroids; its place in ``choice``."""
     stay_one_function()
-    extent, spans, choice = fit.extent, fit.spans, split.choice
+    extent, spans, choice = fit.extent, fit.spans, fit.choice
     longest = max(max(extent[1] - extent[0], extent[3] - extent[2]), extent[5] - extent[4])
     best = runtime_int(-1)
     choice[0], choice[1] = np.inf, 0.0
@@ -92,44 +70,44 @@ def best_split(fit: FitMemory, split: SplitMemory, start: int, stop: int) -> int
         width = (high - low) / BINS
         if not width > 0.0:
             continue
-        fill_bins(fit, split, start, stop, axis, low, width)
-        at = cheapest_bin(split)
-        if split.left[BINS] < choice[0]:
-            best, choice[0], choice[1] = axis, split.left[BINS], low + (at + 1) * width
+        fill_bins(fit, start, stop, axis, low, width)
+        at = cheapest_bin(fit)
+        if fit.left[BINS] < choice[0]:
+            best, choice[0], choice[1] = axis, fit.left[BINS], low + (at + 1) * width
     return best
 
 
 @hot_kernel
-def fill_bins(fit: FitMemory, split: SplitMemory, start: int, stop: int, axis: int, low: float, width: float) -> None:
+def fill_bins(fit: BuildMemory, start: int, stop: int, axis: int, low: float, width: float) -> None:
     """Sort the faces into bins along an axis by their centroids."""
     stay_one_function()
     for b in range(BINS):
-        split.counts[b] = 0
-        empty_box(split.bounds, 6 * b)
+        fit.counts[b] = 0
+        empty_box(fit.bounds, 6 * b)
     for row in range(start, stop):
         face = 9 * fit.order[row]
         b = min(runtime_int(BINS - 1), int((fit.spans[face + 6 + axis] - low) / width))
-        split.counts[b] += 1
-        grow(split.bounds, 6 * b, fit.spans, face)
+        fit.counts[b] += 1
+        grow(fit.bounds, 6 * b, fit.spans, face)
 
 
 @hot_kernel
-def cheapest_bin(split: SplitMemory) -> int:
+def cheapest_bin(fit: BuildMemory) -> int:
     """Last bin left of the cheapest split; its cost, faces times surface of both sides, goes to ``left[BINS]``."""
     stay_one_function()
-    left, right, counts = split.left, split.right, split.counts
+    left, right, counts = fit.left, fit.right, fit.counts
     empty_box(right, runtime_int(0))
     total = runtime_int(0)
     for b in range(BINS):
         total += counts[b]
-        grow(right, runtime_int(0), split.bounds, 6 * b)
+        grow(right, runtime_int(0), fit.bounds, 6 * b)
         left[b] = total * surface(right)
     empty_box(right, runtime_int(0))
     everything, total, at = total, runtime_int(0), runtime_int(0)
     left[BINS] = np.inf
     for b in range(BINS - 1, 0, -1):
         total += counts[b]
-        grow(right, runtime_int(0), split.bounds, 6 * b)
+        grow(right, runtime_int(0), fit.bounds, 6 * b)
         cost = left[b - 1] + total * surface(right)
         if cost < left[BINS] and 0 < total < everything:
             left[BINS], at = cost, b - 1
@@ -165,13 +143,13 @@ def surface(box: Memory) -> float:
 
 
 @hot_kernel
-def partition(fit: FitMemory, split: SplitMemory, start: int, stop: int) -> int:
+def partition(fit: BuildMemory, start: int, stop: int) -> int:
     """Reorder ``order[start:stop]`` for the best split and return where the second part starts."""
     stay_one_function()
-    order, axis = fit.order, best_split(fit, split, start, stop)
+    order, axis = fit.order, best_split(fit, start, stop)
     i, j = start, stop - 1
     while axis >= 0 and i <= j:
-        if fit.spans[9 * order[i] + 6 + axis] < split.choice[1]:
+        if fit.spans[9 * order[i] + 6 + axis] < fit.choice[1]:
             i += 1
         else:
             order[i], order[j] = order[j], order[i]
@@ -180,7 +158,7 @@ def partition(fit: FitMemory, split: SplitMemory, start: int, stop: int) -> int:
 
 
 @hot_kernel
-def write_box(fit: FitMemory, box: Memory, at: int) -> None:
+def write_box(fit: BuildMemory, box: Memory, at: int) -> None:
     """Centre, axes, half extents and half diagonal of the fitted box to ``box[at : at + 16]``."""
     stay_one_function()
     axes, extent = fit.axes, fit.extent
@@ -198,23 +176,21 @@ def write_box(fit: FitMemory, box: Memory, at: int) -> None:
 
 
 @kernel
-def split_all(row: IntArray, count: int, scale: float) -> int:
+def split_all(
+    build: BuildMemory, boxes_of: FloatArray, links_of: NDArray[np.int32], leaves_of: NDArray[np.int32],
+    stack: IntArray, scale: float,
+) -> int:  # fmt: skip
     """Fill boxes, links and leaves from the root down; returns how many nodes there are.
 
-    ``row`` holds addresses: of the corners (f, 9), order, boxes, links, leaves, room for doubles (9 f + ROOM_DOUBLES)
-    and for words (3 f + 6 + BINS).
+    ``stack`` (3 f + 6,) is scratch.
     """
-    boxes, links, leaves = doubles_at(row[2]), integers_at(row[3]), integers_at(row[4])
-    room, todo = row[5], words_at(row[6])
-    order = integers_at(row[1])
-    fit = FitMemory(
-        doubles_at(row[0]), order, doubles_at(room + 8 * ROOM_DOUBLES), doubles_at(room), doubles_at(room + 72),
-        doubles_at(room + 120),
+    fit = BuildMemory(
+        doubles_of(build.corners), integers_of(build.order), doubles_of(build.spans), doubles_of(build.axes),
+        doubles_of(build.extent), doubles_of(build.matrix), doubles_of(build.bounds), words_of(build.counts),
+        doubles_of(build.left), doubles_of(build.right), doubles_of(build.choice),
     )  # fmt: skip
-    split = SplitMemory(
-        doubles_at(room + 8 * 24), words_at(row[6] + 24 * (count + 2)), doubles_at(room + 8 * COSTS),
-        doubles_at(room + 8 * (COSTS + BINS + 1)), doubles_at(room + 8 * (COSTS + BINS + 7)),
-    )  # fmt: skip
+    boxes, links, leaves = doubles_of(boxes_of), integers_of(links_of), integers_of(leaves_of)
+    todo, count = words_of(stack), len(build.order)
     todo[0], todo[1], todo[2] = 0, 0, count
     depth, nodes, leaf = runtime_int(3), runtime_int(1), runtime_int(0)
     while depth > 0:
@@ -227,7 +203,7 @@ def split_all(row: IntArray, count: int, scale: float) -> int:
             leaves[4 * leaf], leaves[4 * leaf + 1] = start, stop - start
             leaf += 1
             continue
-        middle = partition(fit, split, start, stop)
+        middle = partition(fit, start, stop)
         links[2 * node], links[2 * node + 1] = nodes, -1
         todo[depth], todo[depth + 1], todo[depth + 2] = nodes + 1, middle, stop
         todo[depth + 3], todo[depth + 4], todo[depth + 5] = nodes, start, middle
@@ -236,27 +212,48 @@ def split_all(row: IntArray, count: int, scale: float) -> int:
     return nodes
 
 
+def distinct_corners(local: FloatArray, leaf: IntArray) -> tuple[FloatArray, NDArray[np.int32], IntArray]:
+    """Corners (c, 3) without those that a leaf has twice, leaf by leaf; which a face has, (f, 3), counted from its
+    leaf's first; and how many each leaf has.
+
+    ``local`` (f, 3, 3) corners of faces, ``leaf`` (f,) which each belongs to, ascending.
+    """
+    points, owner = local.reshape(-1, 3), np.repeat(leaf, 3)
+    order = np.lexsort((*points.T, owner))
+    points, owner = points[order], owner[order]
+    fresh = np.ones(len(order), dtype=np.bool_)
+    fresh[1:] = (points[1:] != points[:-1]).any(axis=1) | (owner[1:] != owner[:-1])
+    number = np.empty(len(order), dtype=np.int64)
+    number[order] = np.cumsum(fresh) - 1
+    counts = np.bincount(owner[fresh])
+    picks = number.reshape(-1, 3) - (np.cumsum(counts) - counts)[leaf][:, None]
+    return points[fresh], picks.astype(np.int32), counts
+
+
 def build_box_tree(triangles: FloatArray) -> BoxTree:
     """The tree of a mesh from its corners (f, 3, 3), body frame."""
     count = len(triangles)
     boxes, links = np.empty((2 * count, BOX_WIDTH)), np.empty((2 * count, 2), dtype=np.int32)
     order, leaves = np.arange(count, dtype=np.int32), np.zeros((count, 4), dtype=np.int32)
-    room, words = np.empty(9 * count + ROOM_DOUBLES), np.empty(3 * count + 6 + BINS, dtype=np.int64)
+    spans, counts, stack = np.empty((count, 9)), np.empty(BINS, dtype=np.int64), np.empty(3 * count + 6, dtype=np.int64)
+    axes, extent, matrix, bounds = (np.empty(length) for length in (9, 6, 9, 6 * BINS))
+    left, right, choice = (np.empty(length) for length in (BINS + 1, 6, 2))
+    flat = np.array(triangles, order="C")  # a copy: read-only arrays would compile the kernel once more
+    build = BuildMemory(flat, order, spans, axes, extent, matrix, bounds, counts, left, right, choice)
     largest = float(np.abs(triangles).max())
     scale = 1.0 / largest if largest > SMALLEST_SCALED else 1.0
-    flat = np.ascontiguousarray(triangles)
-    nodes = split_all(row_of([flat, order, boxes, links, leaves, room, words]), count, scale)
-    leaf_count = (nodes + 1) // 2
-    boxes, links, leaves = boxes[:nodes].copy(), links[:nodes].copy(), leaves[:leaf_count].copy()
-    leaf_nodes = np.flatnonzero(links[:, 1] >= 0)[np.argsort(links[links[:, 1] >= 0, 1])].astype(np.int64)
-    placed = np.ascontiguousarray(triangles[order][:, [0, 1, 2, 0]].transpose(0, 2, 1).reshape(count, 12))
-    picks, corners = np.zeros((count, 3), dtype=np.int32), np.empty((3 * count, 3))
-    boxed, planes = np.empty((count, 9)), np.empty((count, 11))
-    row = row_of([boxes, leaf_nodes, leaves, placed, picks, corners, boxed, planes, room])
-    corner_count = fill_leaves(row, leaf_count)
+    nodes = split_all(build, boxes, links, leaves, stack, scale)
+    boxes, links, leaves = boxes[:nodes].copy(), links[:nodes].copy(), leaves[: (nodes + 1) // 2].copy()
+    sorted_faces, leaf = triangles[order], np.repeat(np.arange(len(leaves)), leaves[:, 1])
+    leaf_boxes = boxes[links[:, 1] >= 0][np.argsort(links[links[:, 1] >= 0, 1])][leaf]
+    local = sorted_faces - leaf_boxes[:, None, :3]
+    boxed = np.einsum("fci,fik->fck", local, leaf_boxes[:, 3:12].reshape(-1, 3, 3))
+    corners, picks, leaves[:, 3] = distinct_corners(local, leaf)
+    leaves[:, 2] = np.cumsum(leaves[:, 3]) - leaves[:, 3]
+    arrays = [
+        boxes, links, leaves, order, sorted_faces[:, [0, 1, 2, 0]].transpose(0, 2, 1).reshape(count, 12), picks,
+        corners, boxed.reshape(count, 9), np.stack([boxed.min(axis=1), boxed.max(axis=1)], axis=2).reshape(count, 6),
+    ]  # fmt: skip
+    arrays = [np.ascontiguousarray(array) for array in arrays]
     reach = float(np.sqrt((triangles**2).sum(axis=2).max())) * (1 + 2.0**-50)
-    corners = corners[:corner_count].copy()
-    along = boxed.reshape(-1, 3, 3)
-    spans = np.ascontiguousarray(np.stack([along.min(axis=1), along.max(axis=1)], axis=2).reshape(-1, 6))
-    arrays = (boxes, links, leaves, order, placed, picks, corners, boxed, spans, planes)
-    return BoxTree(*arrays, reach, row_of([*arrays]))
+    return BoxTree._make([*arrays, reach, row_of(arrays)])

@@ -24,16 +24,15 @@ class FrameLooks:
     def __init__(self, trees: Sequence[BoxTree], pairs: IntArray) -> None:
         self._trees, self._pairs = trees, pairs
         self._workspace = Workspace(trees, np.zeros(COUNTERS, dtype=np.int64))
-        self._tracks = Tracks(trees, np.arange(len(trees)), 1)
+        self._tracks = Tracks(trees, np.arange(len(trees)), 1, np.ones(len(trees), dtype=np.bool_))
         self._ready: Motion | None = None
         self._marks = np.zeros((len(pairs), 3, 1), dtype=np.uint8)
         self._rows = list(rows_of_pairs(trees, pairs, self._tracks.rows, self._marks, every=False)[:, None])
-        self._still = np.zeros(len(trees), dtype=np.bool_)
 
     def decide(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:
         """CONTACT or CLEAR for one pair, and False: to know how far it is apart costs more than to ask again."""
         if self._ready is not now:
-            self._tracks.fill(now.rotations, now.translations, self._still)
+            self._tracks.fill(now.rotations, now.translations)
             self._ready = now
             self._marks[:] = 0
         self._workspace.decide(self._rows[column])

@@ -21,7 +21,6 @@ class TreeMemory(NamedTuple):
     corners: Memory
     boxed: Memory
     spans: Memory
-    planes: Memory
 
 
 class PoseMemory(NamedTuple):
@@ -31,8 +30,7 @@ class PoseMemory(NamedTuple):
     ``away`` (stride,): distance of the translation from the origin, rounded up. Every row is followed by copies of its
     last frame, so that eight can be loaded anywhere. ``step``: 1, or 0 for a body that keeps one pose throughout; frame
     f is read at ``f * step``. ``path`` (F,): metres, not decreasing; no point moves further between f and h than
-    path[h] - path[f]. ``ranges`` (6 n,): where the root centre stays in spans of frames, as
-    ``cdcore.narrow.spacetime.time_spans`` orders them. ``changed`` (F,): whether the pose differs from that of the
+    path[h] - path[f]. ``changed`` (F,): whether the pose differs from that of the
     frame before. ``facts`` (2,): largest Frobenius norm of R^T R - I, and how far corners reach from the body's origin.
     """
 
@@ -43,7 +41,6 @@ class PoseMemory(NamedTuple):
     centres: Memory
     away: Memory
     path: Memory
-    ranges: Memory
     changed: Memory
     facts: Memory
 
@@ -74,7 +71,7 @@ class Question(NamedTuple):
     repeats: Memory
 
 
-TREE_WORDS, POSE_WORDS = 10, 10
+TREE_WORDS, POSE_WORDS = 9, 9
 TREE_B: Final = TREE_WORDS
 POSE_A: Final = 2 * TREE_WORDS
 POSE_B: Final = POSE_A + POSE_WORDS
@@ -93,22 +90,22 @@ NEAR, BEYOND = 1, 2
 
 @hot_kernel
 def tree_memory(row: IntArray, at: int) -> TreeMemory:
-    """The tree whose ten addresses start at ``row[at]``."""
+    """The tree whose nine addresses start at ``row[at]``."""
     become_part_of_caller()
     return TreeMemory(
         doubles_at(row[at]), integers_at(row[at + 1]), integers_at(row[at + 2]), integers_at(row[at + 3]),
         doubles_at(row[at + 4]), integers_at(row[at + 5]), doubles_at(row[at + 6]), doubles_at(row[at + 7]),
-        doubles_at(row[at + 8]), doubles_at(row[at + 9]),
+        doubles_at(row[at + 8]),
     )  # fmt: skip
 
 
 @hot_kernel
 def pose_memory(row: IntArray, at: int) -> PoseMemory:
-    """The poses whose ten words start at ``row[at]``."""
+    """The poses whose nine words start at ``row[at]``."""
     become_part_of_caller()
     return PoseMemory(
         doubles_at(row[at]), row[at + 1], row[at + 2], row[at + 3], doubles_at(row[at + 4]), doubles_at(row[at + 5]),
-        doubles_at(row[at + 6]), doubles_at(row[at + 7]), bytes_at(row[at + 8]), doubles_at(row[at + 9]),
+        doubles_at(row[at + 6]), bytes_at(row[at + 7]), doubles_at(row[at + 8]),
     )  # fmt: skip
 
 
@@ -146,7 +143,6 @@ class Scratch(NamedTuple):
     offset: Memory
     turned: Memory
     moved: Memory
-    plane: Memory
     span: Memory
     edges: Memory
     stack: Memory
@@ -159,18 +155,18 @@ class Scratch(NamedTuple):
     work: Memory
 
 
-DEPTH, ALIVE, AT_FRAME, LANES_NOW, NEXT_SPAN = range(5)
+DEPTH, ALIVE, AT_FRAME, LANES_NOW = range(4)
 """Places of ``Scratch.state``: height of the stack and lanes not yet decided, in a block; the frame at which it begins,
-how many frames it has, 0 between blocks; and the first frame whose span is not yet tested."""
-STATES: Final = 5
+and how many frames it has, 0 between blocks."""
+STATES: Final = 4
 
 MOST_LEAF_CORNERS: Final = 24
 """Three for each of at most eight faces of a leaf."""
 EDGE_ROOM: Final = 198
-"""Doubles of the edges of two faces, as ``certain_signs`` lays them out."""
+"""Doubles of the edges of two faces, as ``face_lanes`` lays them out."""
 MOST_AT_ONCE: Final = 512
 """Numbers that two leaves may add to a list: eight faces against eight in eight frames."""
-DOUBLES: Final = (96, 16, 24, 72, 24 * MOST_LEAF_CORNERS, 32, 48, EDGE_ROOM)
+DOUBLES: Final = (96, 16, 24, 72, 24 * MOST_LEAF_CORNERS, 48, EDGE_ROOM)
 """Of each array of doubles, in the order of ``Scratch``."""
 PLACES: Final = [8 * sum(DOUBLES[:k]) for k in range(len(DOUBLES))]
 """Bytes before each of them."""
@@ -183,6 +179,6 @@ def scratch_memory(row: IntArray) -> Scratch:
     become_part_of_caller()
     return Scratch(
         doubles_at(row[0]), doubles_at(row[1]), doubles_at(row[2]), doubles_at(row[3]), doubles_at(row[4]),
-        doubles_at(row[5]), doubles_at(row[6]), doubles_at(row[7]), words_at(row[8]), words_at(row[9]),
-        words_at(row[10]), words_at(row[11]), row[12], words_at(row[13]), row[14], words_at(row[15]),
+        doubles_at(row[5]), doubles_at(row[6]), words_at(row[7]), words_at(row[8]), words_at(row[9]),
+        words_at(row[10]), row[11], words_at(row[12]), row[13], words_at(row[14]),
     )  # fmt: skip

@@ -12,10 +12,7 @@ import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, address_of, doubles_of, fetch_early
-from cdcore.narrow.spacetime.bounds import ROUNDOFF
-from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.memory import POSE_WORDS, PoseMemory, pose_memory
-from cdcore.narrow.spacetime.simd import (
+from cdcore.kernels.simd import (
     LANES,
     above,
     dot,
@@ -30,7 +27,9 @@ from cdcore.narrow.spacetime.simd import (
     store,
     times,
 )
-from cdcore.narrow.spacetime.time_spans import fill_ranges, span_count
+from cdcore.narrow.spacetime.bounds import ROUNDOFF
+from cdcore.narrow.spacetime.box_tree import BoxTree
+from cdcore.narrow.spacetime.memory import PoseMemory, pose_memory
 from cdcore.numerics import ONE_POSE, BoolArray, FloatArray, IntArray, readonly, row_length
 
 STEP_ULPS: Final = 16.0
@@ -155,19 +154,19 @@ def moves(entries: Memory, stride: int, frame: int) -> bool:
 
 @kernel
 def fill_tracks(
-    rotations: FloatArray, translations: FloatArray, still: BoolArray, bodies: IntArray, rows: IntArray,
-    ends: FloatArray, lanes: FloatArray,
+    rotations: FloatArray, translations: FloatArray, bodies: IntArray, rows: IntArray, ends: FloatArray,
+    lanes: FloatArray,
 ) -> None:  # fmt: skip
     """Fill the memory that ``rows`` (n, POSE_WORDS) name for these bodies.
 
-    ``ends`` (n, 17): root box and reach; ``lanes`` (2 LANES,) is scratch. The row of a body that stays put, as one that
-    is ``still`` (N,) is known to, changes to one pose.
+    ``ends`` (n, 17): root box and reach; ``lanes`` (LANES,) is scratch. The row of a body that turns out to stay put
+    changes to one pose.
     """
     turns, places, scratch = doubles_of(rotations), doubles_of(translations), doubles_of(lanes)
     frames, many = rotations.shape[0], rotations.shape[1]
     for k in range(len(bodies)):
         row, body = rows[k], bodies[k]
-        if frames > 1 and (still[body] or stays_put(turns, places, many, body, frames)):
+        if row[STEP] == 1 and stays_put(turns, places, many, body, frames):
             row[STRIDE], row[STEP], row[COUNT] = ONE_POSE, 0, 1
         pose = pose_memory(row, runtime_int(0))
         copy_poses(turns, places, many, body, pose.frames, pose.entries, pose.stride)
@@ -175,7 +174,6 @@ def fill_tracks(
         pose.facts[1], pose.path[0], pose.changed[0] = ends[k, 16], 0.0, 1 if frames == 1 else pose.step
         if pose.frames > 1:
             fill_path(pose, ends[k, 15], ends[k, 16])
-        fill_ranges(pose.centres, pose.stride, pose.frames, pose.ranges, scratch)
 
 
 class Tracks:
@@ -184,26 +182,24 @@ class Tracks:
     ``bodies`` (n,) ascending numbers; ``rows`` (n, POSE_WORDS): each body's ``PoseMemory``.
     """
 
-    def __init__(self, trees: Sequence[BoxTree], bodies: IntArray, frames: int) -> None:
-        """Make room for so many frames of these of all bodies, each with a tree."""
-        self.bodies, stride = bodies, row_length(frames)
+    def __init__(self, trees: Sequence[BoxTree], bodies: IntArray, frames: int, still: BoolArray) -> None:
+        """Make room for so many frames of these of all bodies, each with a tree; ``still`` (N,) keep one pose."""
+        self.bodies, counts = bodies, np.where(still[bodies], 1, frames)
+        stride = row_length(counts)
         self._ends = np.empty((len(bodies), 17))
         for k, body in enumerate(bodies.tolist()):
             self._ends[k, :16], self._ends[k, 16] = trees[body].boxes[0], trees[body].reach
-        parts = np.cumsum([0, ROWS * stride, CENTRES * stride, stride, stride, 6 * span_count(frames), 2])
-        self._room, self._changed = np.empty((len(bodies), parts[-1])), np.empty((len(bodies), frames), dtype=np.uint8)
-        number = np.arange(len(bodies))
-        entries, centres, away, path, ranges, facts = (
-            address_of(self._room) + 8 * (parts[-1] * number + part) for part in parts[:-1].tolist()
-        )
-        changed = address_of(self._changed) + frames * number
-        self.rows, self._lanes = np.empty((len(bodies), POSE_WORDS), dtype=np.int64), np.empty(2 * LANES)
-        words = entries, stride, int(frames > 1), frames, centres, away, path, ranges, changed, facts
-        for k, word in enumerate(words):
-            self.rows[:, k] = word
+        lengths = np.stack([ROWS * stride, CENTRES * stride, stride, stride, np.full(len(bodies), 2)], axis=1)
+        stops = np.cumsum(lengths).reshape(lengths.shape)
+        self._room, self._changed = np.empty(stops[-1, -1]), np.empty((len(bodies), frames), dtype=np.uint8)
+        entries, centres, away, path, facts = (address_of(self._room) + 8 * (stops - lengths)).T
+        changed = address_of(self._changed) + frames * np.arange(len(bodies))
+        words = entries, stride, counts > 1, counts, centres, away, path, changed, facts
+        self.rows = np.stack([word.astype(np.int64) for word in words], axis=1)
+        self._lanes = np.empty(LANES)
 
-    def fill(self, rotations: FloatArray, translations: FloatArray, still: BoolArray) -> None:
-        """Lay out poses (T, N, 3, 3), (T, N, 3) of all N bodies; ``still`` (N,): known to keep one pose."""
+    def fill(self, rotations: FloatArray, translations: FloatArray) -> None:
+        """Lay out poses (T, N, 3, 3), (T, N, 3) of all N bodies."""
         # read-only like those of a motion: else the kernel would be compiled for both kinds
         turns, places = readonly(np.ascontiguousarray(rotations)[:]), readonly(np.ascontiguousarray(translations)[:])
-        fill_tracks(turns, places, readonly(still[:]), self.bodies, self.rows, self._ends, self._lanes)
+        fill_tracks(turns, places, self.bodies, self.rows, self._ends, self._lanes)

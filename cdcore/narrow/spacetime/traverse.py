@@ -1,4 +1,4 @@
-"""Pairs of bodies over their frames: repeats, spans apart, path-length skips, then blocks of eight through both trees.
+"""Pairs of bodies over their frames: repeats, path-length skips, then blocks of eight through both trees.
 
 A kernel takes one row of integers a pair: addresses of arrays, and numbers. It stops where a list is full or a pair is
 done and left something; the caller takes what the lists hold, has the rest decided exactly, and the kernel goes on from
@@ -14,6 +14,7 @@ import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, address_of
+from cdcore.kernels.simd import LANES, dot, fused, load8, minus, splat8, store
 from cdcore.narrow.spacetime.block import BLOCKS, GAP_TESTS, REUSED, SKIPPED, search_block
 from cdcore.narrow.spacetime.bounds import (
     CHORD_SLACK,
@@ -34,7 +35,6 @@ from cdcore.narrow.spacetime.memory import (
     EVERY,
     LANES_NOW,
     MOST_AT_ONCE,
-    NEXT_SPAN,
     PLACES,
     SCRATCH_WORDS,
     START,
@@ -49,8 +49,6 @@ from cdcore.narrow.spacetime.memory import (
     scratch_memory,
 )
 from cdcore.narrow.spacetime.motion_bounds import first_unsafe, root_gap
-from cdcore.narrow.spacetime.simd import LANES, dot, fused, load8, minus, splat8, store
-from cdcore.narrow.spacetime.time_spans import SPAN_BITS, first_near
 from cdcore.narrow.spacetime.undecided import settled
 from cdcore.numerics import IntArray
 
@@ -81,11 +79,10 @@ def poses_repeat(pose: PoseMemory, frame: int) -> bool:
 
 
 @hot_kernel
-def frames_left_out(pair: Pair, frame: int, pad: float, question: Question, work: Memory, state: Memory) -> int:
+def frames_left_out(pair: Pair, frame: int, pad: float, question: Question, work: Memory) -> int:
     """The next frame that is to be searched: marks frames that repeat the one before, or lie beyond the kernels.
 
-    Bodies are certainly apart in the others that it passes. Each span is tested once. Path lengths come after it,
-    because they reach beyond the end of a span. ``pad``: as a share of the size.
+    Bodies are certainly apart in the others that it passes. ``pad``: as a share of the size.
     """
     stay_one_function()
     a, b, boxes_a, boxes_b = pair.pose_a, pair.pose_b, pair.tree_a.boxes, pair.tree_b.boxes
@@ -99,17 +96,13 @@ def frames_left_out(pair: Pair, frame: int, pad: float, question: Question, work
         question.volumes[frame] = BEYOND
         return frame + 1
     following = frame
-    if frame >= state[NEXT_SPAN]:
-        following = min(first_near(a, b, frame, boxes_a[15] + boxes_b[15], pad, work), question.stop)
-        state[NEXT_SPAN] = ((frame >> SPAN_BITS) + 1) << SPAN_BITS
-    if following == frame:
-        work[GAP_TESTS] += 1
-        gap = root_gap(boxes_a, a, boxes_b, b, frame, pad * size)
-        if gap > 0.0:
-            # sizes, and what a dismissal keeps, grow by no more than the bodies move
-            following = first_unsafe(a, b, frame, question.stop, gap * (1.0 - 2.0 * pad))
-            if following - frame < SHORTEST_SKIP and following < question.stop:
-                following = frame
+    work[GAP_TESTS] += 1
+    gap = root_gap(boxes_a, a, boxes_b, b, frame, pad * size)
+    if gap > 0.0:
+        # sizes, and what a dismissal keeps, grow by no more than the bodies move
+        following = first_unsafe(a, b, frame, question.stop, gap * (1.0 - 2.0 * pad))
+        if following - frame < SHORTEST_SKIP and following < question.stop:
+            following = frame
     work[SKIPPED] += following - frame
     return following
 
@@ -173,7 +166,7 @@ def search_frames(pair: Pair, question: Question, scratch: Scratch) -> bool:
     while f < stop:
         lanes = state[LANES_NOW]
         if lanes == 0:
-            following = frames_left_out(pair, f, pad, question, scratch.work, state)
+            following = frames_left_out(pair, f, pad, question, scratch.work)
             if following > f:
                 f = following
                 continue
@@ -187,7 +180,7 @@ def search_frames(pair: Pair, question: Question, scratch: Scratch) -> bool:
             largest = max(largest, size_at(pair, f + k))
             if question.hits[f + k] != 0 and not question.every:
                 state[ALIVE] &= ~(1 << k)
-        chord = largest_chord(scratch.relative, lanes // 2, lanes, scratch.middle, scratch.plane)
+        chord = largest_chord(scratch.relative, lanes // 2, lanes, scratch.middle, scratch.span)
         if not search_block(pair, f, chord, pad * largest, question, scratch):
             state[AT_FRAME] = f
             return False

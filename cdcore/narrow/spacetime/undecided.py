@@ -1,4 +1,4 @@
-"""Face pairs that the filter of the world test left open, in exact arithmetic at the reference vertices.
+"""Face pairs that the filter left open, in exact arithmetic at the reference vertices.
 
 It is a separate kernel, so that it is compiled only when the first such pair occurs.
 """
@@ -9,27 +9,23 @@ import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, address_of, doubles_at, words_of
-from cdcore.narrow.spacetime.block import EXACT_TESTS, INTEGER_TESTS
-from cdcore.narrow.spacetime.memory import PoseMemory, pair_memory, question_memory
-from cdcore.narrow.triangles.exact import pair_intersects_exact
-from cdcore.narrow.triangles.filter import UNDECIDED
+from cdcore.kernels.simd import first3
+from cdcore.narrow.spacetime.block import EXACT_TESTS, INTEGER_TESTS, place_face
+from cdcore.narrow.spacetime.memory import pair_memory, question_memory
+from cdcore.narrow.triangles.filter import UNDECIDED, Corners, pair_intersects
 from cdcore.narrow.triangles.predicates import triangles_intersect
-from cdcore.narrow.triangles.sums import exponents_are_moderate, new_digits
+from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import ByteArray, IntArray
 
 
 @hot_kernel
-def place_rows(placed: Memory, face: int, pose: PoseMemory, frame: int, pair: Memory, first: int) -> None:
-    """World corners of a face to nine numbers from ``pair[first]`` on, rounded as the reference vertices."""
+def write_corners(corners: Corners, pair: Memory, first: int) -> None:
+    """The three corners to nine numbers from ``pair[first]`` on."""
     stay_one_function()
-    entries, stride, at_frame = pose.entries, pose.stride, frame * pose.step
-    for corner in range(3):
-        at = 12 * face + corner
-        x, y, z = placed[at], placed[at + 4], placed[at + 8]
-        for k in range(3):
-            row = 3 * k * stride + at_frame
-            total = (entries[row] * x + entries[row + stride] * y) + entries[row + 2 * stride] * z
-            pair[first + 3 * corner + k] = total + entries[(9 + k) * stride + at_frame]
+    p = pair
+    p[first], p[first + 3], p[first + 6] = first3(corners.x)
+    p[first + 1], p[first + 4], p[first + 7] = first3(corners.y)
+    p[first + 2], p[first + 5], p[first + 8] = first3(corners.z)
 
 
 @kernel
@@ -50,13 +46,11 @@ def answer_keys(row: IntArray, keys: IntArray, corners: int, digits: IntArray, a
         if question.hits[frame] != 0 and not question.every:
             continue
         points = doubles_at(corners + 144 * k)
-        place_rows(pair.tree_a.placed, face_a, pair.pose_a, frame, points, runtime_int(0))
-        place_rows(pair.tree_b.placed, face_b, pair.pose_b, frame, points, runtime_int(9))
+        write_corners(place_face(pair.tree_a.placed, face_a, pair.pose_a, frame), points, runtime_int(0))
+        write_corners(place_face(pair.tree_b.placed, face_b, pair.pose_b, frame), points, runtime_int(9))
         asked += 1
-        if not exponents_are_moderate(points, runtime_int(18)):
-            answers[k] = UNDECIDED
-        elif pair_intersects_exact(points, sums):
-            answers[k] = 1
+        answers[k] = pair_intersects(points, sums)
+        if answers[k] == 1:
             question.hits[frame] = 1
     return asked
 

@@ -44,7 +44,7 @@ from cdcore.protocol import Motion, pair_has_pose
 
 COUNTER_NAMES = (
     "node_tests", "leaf_pairs", "face_tests", "world_tests", "exact_tests", "integer_tests", "blocks", "skipped",
-    "span_tests", "gap_tests", "reused",
+    "gap_tests", "reused",
 )  # fmt: skip
 """Names of the kernel's counters, in its order."""
 STAGES: Final = ("poses", "search", "faces")
@@ -104,8 +104,8 @@ def decide_motion(
     known: BoolArray | None = None if motion.valid.all() else pair_has_pose(motion, pairs).T
     if marks.size:
         turns, places = _without_gaps(motion)
-        tracks = Tracks(trees, np.unique(pairs), len(turns))
-        tracks.fill(turns, places, motion.still)
+        tracks = Tracks(trees, np.unique(pairs), len(turns), motion.still)
+        tracks.fill(turns, places)
         rows_of_body = np.zeros((len(trees), POSE_WORDS), dtype=np.int64)
         rows_of_body[tracks.bodies] = tracks.rows
         rows = rows_of_pairs(trees, pairs, rows_of_body, marks, every=faces)

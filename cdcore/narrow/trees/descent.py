@@ -19,7 +19,7 @@ import numpy as np
 from cdcore.kernels.box_axes import apart_on_all_axes, apart_on_face_axes, box_seen_from, pose_seen_from
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.face_pair import faces_meet, keep_found
-from cdcore.narrow.trees.solid.gjk import MEETING, steps_to_separate
+from cdcore.narrow.trees.gjk import MEETING, steps_to_separate
 from cdcore.numerics import ByteArray, FloatArray, IntArray
 
 WORLD, OBB, RAPID, SOLID = range(4)
@@ -42,6 +42,16 @@ class BoxNodes(NamedTuple):
     axes: FloatArray
     half: FloatArray
     size: FloatArray
+
+
+class PairPoses(NamedTuple):
+    """K poses of two bodies, (K, 3, 3) and (K, 3) each, and by how much two volumes must be apart in each, (K,)."""
+
+    turn_a: FloatArray
+    move_a: FloatArray
+    turn_b: FloatArray
+    move_b: FloatArray
+    pad: FloatArray
 
 
 @hot_kernel
@@ -114,15 +124,15 @@ def open_nodes(
 
 @kernel
 def search_rows(  # noqa: C901 - one loop with its stack
-    kind: int, tree_a: BoxNodes, tree_b: BoxNodes, stack: IntArray, turn_a: FloatArray, move_a: FloatArray,
-    turn_b: FloatArray, move_b: FloatArray, pad: FloatArray, every: bool, budget: int, digits: IntArray,
-    counts: IntArray, truncated: ByteArray,
+    kind: int, tree_a: BoxNodes, tree_b: BoxNodes, poses: PairPoses, every: bool, budget: int, stack: IntArray,
+    digits: IntArray, counts: IntArray, truncated: ByteArray,
 ) -> IntArray:  # fmt: skip
     """Faces that meet, (M, 4), in K poses.
 
     ``counts`` (K, 2): node tests, leaf tests; of SOLID (K, 5), also leaf tests that the cached axis ended, steps of
     GJK, exact face tests.
     """
+    turn_a, move_a, turn_b, move_b, pad = poses
     turn, move, m, d = np.empty((3, 3)), np.empty(3), np.empty((3, 3)), np.empty(3)
     box_a, box_b, pair = np.empty(6), np.empty(6), np.empty((6, 3))
     points, room, axis = np.empty((6, 3)), np.empty((14, 3)), np.array([1.0, 0.0, 0.0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -15,40 +15,25 @@ from cdcore.narrow.trees.box_trees import (
     build_solid_tree,
     build_world_box_tree,
 )
-from cdcore.narrow.trees.descent import OBB, RAPID, SOLID, WORLD, search_rows
+from cdcore.narrow.trees.descent import OBB, RAPID, SOLID, WORLD, PairPoses, search_rows
 from cdcore.narrow.triangles.sums import new_digits
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray, IntArray
 
 UNLIMITED: Final = int(np.iinfo(np.int64).max)
 """The budget of a search that runs to completion."""
 
 
-@dataclass(frozen=True, eq=False)
-class PairPoses:
-    """K poses of two bodies, and by how much two volumes must be apart in each before they count as apart."""
+class Searched(NamedTuple):
+    """The result of a search at K poses.
 
-    turn_a: FloatArray
-    move_a: FloatArray
-    turn_b: FloatArray
-    move_b: FloatArray
-    pad: FloatArray
-
-    def at(self, rows: IntArray) -> PairPoses:
-        """Some of the poses."""
-        parts = (self.turn_a, self.move_a, self.turn_b, self.move_b, self.pad)
-        return PairPoses(*(part[rows] for part in parts))
-
-
-@dataclass(frozen=True, eq=False)
-class Searched:
-    """The result of a search at K poses."""
+    ``found`` (M, 4): row, face of A, face of B, and 1, or UNDECIDED where only integers can tell; in order of
+    discovery. ``counts`` (K, C): tests of each row, in the order of the search's ``counters``. ``truncated`` (K,): the
+    budget ended before the search did.
+    """
 
     found: IntArray
-    """(M, 4) row, face of A, face of B, and 1, or UNDECIDED where only integers can tell; in order of discovery."""
     counts: IntArray
-    """(K, C) tests of each row, in the order of the search's ``counters``."""
     truncated: BoolArray
-    """(K,): the budget ended before the search did."""
 
 
 @dataclass(frozen=True)
@@ -93,17 +78,8 @@ class TreeSearch:
         """Look for faces that meet: ``every`` one, or the first; at most ``budget`` node and leaf tests a row."""
         counts = np.zeros((len(poses.pad), len(self.counters)), dtype=np.int64)
         truncated = np.zeros(len(poses.pad), dtype=np.uint8)
-        found = self.found_by(
-            a, b, poses.turn_a, poses.move_a, poses.turn_b, poses.move_b, poses.pad, every, budget, counts, truncated
-        )
-        return Searched(found, counts, truncated.astype(np.bool_))
-
-    def found_by(
-        self, a: int, b: int, turn_a: FloatArray, move_a: FloatArray, turn_b: FloatArray, move_b: FloatArray,
-        pad: FloatArray, every: bool, budget: int, counts: IntArray, truncated: ByteArray,
-    ) -> IntArray:  # fmt: skip
-        """``Searched.found``; ``counts`` (K, C) is added to, ``truncated`` (K,) is set."""
-        return search_rows(
-            self._kind.kind, self.trees[a], self.trees[b], self._stack, turn_a, move_a, turn_b, move_b, pad, every,
-            budget, self._digits, counts, truncated,
+        found = search_rows(
+            self._kind.kind, self.trees[a], self.trees[b], poses, every, budget, self._stack, self._digits, counts,
+            truncated,
         )  # fmt: skip
+        return Searched(found, counts, truncated.view(np.bool_))

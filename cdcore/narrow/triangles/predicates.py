@@ -7,11 +7,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidTrianglesError
-from cdcore.kernels.memory import row_of
-from cdcore.narrow.triangles.filter import UNDECIDED, pairs_intersect_compiled
+from cdcore.kernels.compiling import kernel
+from cdcore.kernels.memory import doubles_of, words_of
+from cdcore.narrow.triangles.filter import UNDECIDED, pair_intersects
 from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.narrow.triangles.sums import new_digits
-from cdcore.numerics import BoolArray, FloatArray
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, readonly
 
 
 def triangles_intersect(triangles: ArrayLike) -> BoolArray:
@@ -46,11 +47,18 @@ def triangles_intersect(triangles: ArrayLike) -> BoolArray:
     array([ True])
     """
     pairs = checked_triangles(triangles)
-    answers, digits = np.empty(len(pairs), dtype=np.uint8), new_digits()
-    pairs_intersect_compiled(row_of([pairs, answers, digits]), len(pairs))
+    answers = np.empty(len(pairs), dtype=np.uint8)
+    answer_pairs(readonly(pairs[:]), answers, new_digits())
     for index in np.flatnonzero(answers == UNDECIDED).tolist():
         answers[index] = pair_intersects_integers(pairs[index].tolist())
     return answers.astype(np.bool_)
+
+
+@kernel
+def answer_pairs(pairs: FloatArray, answers: ByteArray, digits: IntArray) -> None:
+    """Answer 0, 1, or UNDECIDED where only integers can tell, for pairs (n, 2, 3, 3)."""
+    for k in range(len(pairs)):
+        answers[k] = pair_intersects(doubles_of(pairs[k]), words_of(digits))
 
 
 def checked_triangles(triangles: ArrayLike) -> FloatArray:

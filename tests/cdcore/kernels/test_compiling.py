@@ -19,7 +19,7 @@ from numba.core.event import Event
 from cdcore.kernels import compiling
 from cdcore.kernels.compiling import Compiled, hot_kernel, kernel, quick_compilers, stay_one_function
 from cdcore.kernels.memory import address_of, bytes_at, doubles_at, doubles_of, integers_at, row_of, words_at, words_of
-from cdcore.narrow.spacetime.simd import load8, store
+from cdcore.kernels.simd import load8, store
 
 
 @njit

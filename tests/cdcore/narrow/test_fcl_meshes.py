@@ -104,21 +104,3 @@ def test_unreferenced_and_shared_vertices_change_no_answer():
     stray = TriangleMesh([*box.vertices.tolist(), [9.0, 9, 9]], box.faces)
     pairs = FclMeshes([stray, moved(box_mesh(), [9.0, 9, 9])])
     assert not pairs.touch(0, 1)
-
-
-def test_counts_along_a_motion_are_those_of_one_pair_frame_at_a_time_and_what_stands_stays_where_it_is():
-    meshes = [rod_mesh(0.02, 0.5), ball_mesh(0.2, 6, 10), box_mesh((0.9, 0.7, 0.3))]
-    rng = np.random.default_rng(1)
-    turns, places = random_rotations(rng, 30, 3), rng.normal(size=(30, 3, 3)) * 0.3
-    turns[:, 2], places[:, 2] = turns[0, 2], places[0, 2]
-    asked = np.array([[0, 1], [0, 2], [2, 1]])
-    meshes_ = FclMeshes(meshes)
-    want = np.zeros((30, 3), dtype=np.int64)
-    for frame in range(30):
-        for body in range(3):
-            meshes_.place(body, turns[frame, body], places[frame, body])
-        want[frame] = [len(meshes_.faces(i, j)) for i, j in asked.tolist()]
-    assert (want > 1).any() and (want == 0).any()
-    for _ in range(2):  # a second call begins where the first one ended
-        assert np.array_equal(meshes_.counts_along(asked, turns, places, faces=True), want)
-        assert np.array_equal(meshes_.counts_along(asked, turns, places, faces=False), want > 0)

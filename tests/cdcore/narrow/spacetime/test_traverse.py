@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from support.eight_frames import EightFrames
 
+from cdcore.kernels import simd as lanes
 from cdcore.kernels.compiling import kernel, runtime_int
-from cdcore.narrow.spacetime import simd as lanes
-from cdcore.narrow.spacetime.simd import above, excess, load8, moved, outside, row16, splat8, store, turn
+from cdcore.kernels.simd import above, excess, load8, moved, outside, row16, splat8, store, turn
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -59,7 +59,8 @@ def read_row(array, row):
 def corners(a, out):
     x = lanes.load4(a, 0)
     store(out, 0, lanes.following4(x))
-    store(out, 4, lanes.third4(x))
+    store(out, 4, lanes.first4(x))
+    store(out, 8, lanes.corners4(out, 1))
     return runtime_int(np.int32(7))
 
 
@@ -101,6 +102,6 @@ def test_comparisons_give_a_bit_per_lane_and_none_for_nan(applied):
 def test_rows_and_corners():
     table = np.arange(48.0).reshape(3, 16)
     assert read_row(table, 2) == tuple(table[2])
-    out = np.empty(8)
+    out = np.empty(12)
     assert corners(np.array([1.0, 2.0, 3.0, 1.0]), out) == 7
-    assert out.tolist() == [2.0, 3.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0]
+    assert out.tolist() == [2.0, 3.0, 1.0, 2.0, 1.0, 1.0, 1.0, 1.0, 3.0, 1.0, 1.0, 3.0]

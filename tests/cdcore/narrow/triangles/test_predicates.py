@@ -4,12 +4,12 @@ import itertools
 
 import numpy as np
 import pytest
-from support.predicate_work import left_open
+from support.predicate_work import filtered, left_open
 
 from cdcore.errors import InvalidTrianglesError
 from cdcore.kernels.compiling import kernel
+from cdcore.kernels.memory import doubles_of, words_of
 from cdcore.narrow.triangles import exact as triangle_exact
-from cdcore.narrow.triangles import filter as triangle_filter
 from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.narrow.triangles.integers import integers_on_one_scale, pair_intersects_integers
 from cdcore.narrow.triangles.predicates import triangles_intersect
@@ -63,27 +63,22 @@ def test_the_input_is_left_as_it_was():
     assert np.array_equal(pairs, before)
 
 
-@kernel
-def pair_intersects_filtered(pair):
-    return triangle_filter.pair_intersects_filtered(pair.ravel())
-
-
 def test_ordinary_pairs_are_all_decided():
-    answers = [pair_intersects_filtered(pair.reshape(6, 3)) for pair in FAMILIES[0].pairs(2_000, seed=22)]
+    answers = [filtered(pair.reshape(6, 3)) for pair in FAMILIES[0].pairs(2_000, seed=22)]
     assert UNDECIDED not in answers
     assert {0, 1} <= set(answers)
 
 
 @pytest.mark.parametrize("number", [15, 16])
 def test_products_out_of_range_are_left_open_not_guessed(number):
-    answers = [pair_intersects_filtered(pair.reshape(6, 3)) for pair in FAMILIES[number - 1].pairs(300)]
+    answers = [filtered(pair.reshape(6, 3)) for pair in FAMILIES[number - 1].pairs(300)]
     assert 1 not in answers
     assert UNDECIDED in answers
 
 
 @kernel
 def pair_intersects_exact(p, w):
-    return triangle_exact.pair_intersects_exact(p.ravel(), w)
+    return triangle_exact.pair_intersects_exact(doubles_of(p), words_of(w))
 
 
 @pytest.mark.parametrize("high", [2, 3, 4])

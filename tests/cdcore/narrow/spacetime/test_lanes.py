@@ -9,12 +9,13 @@ from support.slow_trees import faces_below
 from cdcore.kernels.compiling import kernel, runtime_int
 from cdcore.kernels.memory import doubles_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
+from cdcore.narrow.spacetime.block import faces_meet
+from cdcore.narrow.spacetime.box_lanes import lanes_that_may_meet
 from cdcore.narrow.spacetime.box_tree import build_box_tree
-from cdcore.narrow.spacetime.certain_test import certain_lanes, move_edges
-from cdcore.narrow.spacetime.leaf_test import survivors_of_leaves
+from cdcore.narrow.spacetime.face_lanes import certain_lanes, move_edges
+from cdcore.narrow.spacetime.leaf_lanes import survivors_of_leaves
 from cdcore.narrow.spacetime.memory import EDGE_ROOM, pair_memory
-from cdcore.narrow.spacetime.node_test import lanes_that_may_meet
-from cdcore.narrow.spacetime.world_test import UNDECIDED, faces_meet
+from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import place_points
 from replay.studies.stress.families import FAMILIES
@@ -53,11 +54,12 @@ def test_lanes_that_were_not_asked_stay_out():
 
 
 @kernel
-def survivors(tree_a, a, leaf_a, tree_b, b, leaf_b, chord, pad, scratch):
-    mask = lanes_that_may_meet(tree_a.boxes, a, tree_b.boxes, b, chord, pad, 255 + 0 * a, True, scratch)
+def survivors(row, a, b, chord, pad, scratch):
+    pair = pair_memory(row)
+    mask = lanes_that_may_meet(pair.tree_a.boxes, a, pair.tree_b.boxes, b, chord, pad, 255 + 0 * a, True, scratch)
     if mask == 0:
         return 0
-    return survivors_of_leaves(tree_a, leaf_a, tree_b, b, leaf_b, pad, mask, scratch)
+    return survivors_of_leaves(pair, a, b, pad, mask, scratch)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -67,10 +69,7 @@ def test_every_meeting_face_pair_survives_in_its_lanes_and_few_others_do(seed):
     lanes, certain = np.zeros((2, *map(len, scene.meshes)), dtype=int)
     for a in np.flatnonzero(a_tree.links[:, 1] >= 0):
         for b in np.flatnonzero(b_tree.links[:, 1] >= 0):
-            count = survivors(
-                scene.flat[0], a, int(a_tree.links[a, 1]), scene.flat[1], b, int(b_tree.links[b, 1]), scene.chord,
-                scene.pad, scene.scratch,
-            )  # fmt: skip
+            count = survivors(scene.row, a, b, scene.chord, scene.pad, scene.scratch)
             for face_a, face_b, left, meet in scene.found[: 4 * count].reshape(-1, 4):
                 lanes[a_tree.faces[face_a], b_tree.faces[face_b]] = left | meet
                 certain[a_tree.faces[face_a], b_tree.faces[face_b]] = meet
@@ -117,15 +116,14 @@ def test_certain_lanes_hold_wherever_the_corners_are_within_the_pad(number, pad)
 
 
 @kernel
-def asked_world_test(row, edge_a, edge_b, frame):
-    return faces_meet(pair_memory(row), 0 * frame, edge_a, 0 * frame, edge_b, frame, np.empty(8))
+def asked_filter(row, frame):
+    return faces_meet(pair_memory(row), 0 * frame, 0 * frame, frame)
 
 
 def answers(pair, turn, move):
     trees = [build_box_tree(pair[k : k + 1]) for k in range(2)]
     row, _kept = row_of_pair(trees, turn, move)
-    edges = [float(tree.planes[0, 10]) * 1.001 for tree in trees]
-    ours = [asked_world_test(row, *edges, f) for f in range(len(turn))]
+    ours = [asked_filter(row, f) for f in range(len(turn))]
     world = [[place_points(pair[k], turn[f, k], move[f, k]) for k in range(2)] for f in range(len(turn))]
     return np.array(ours), triangles_intersect(np.array(world))
 

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel
 from cdcore.kernels.memory import Memory
-from cdcore.narrow.spacetime.memory import Scratch
-from cdcore.narrow.spacetime.simd import (
+from cdcore.kernels.simd import (
     above,
     dot,
     excess,
@@ -26,6 +25,7 @@ from cdcore.narrow.spacetime.simd import (
     store,
     turn,
 )
+from cdcore.narrow.spacetime.memory import Scratch
 
 
 @hot_kernel

@@ -154,8 +154,8 @@ def _shuffled(*places: int) -> Callable[[Lanes], Lanes]:
 
 following4 = _shuffled(1, 2, 0, 1)
 """Of three corners (and the first again) the ones that follow them around the face."""
-first4, second4, third4 = (_shuffled(k, k, k, k) for k in range(3))
-"""One corner in every lane."""
+first4 = _shuffled(0, 0, 0, 0)
+"""The first corner in every lane."""
 
 
 def _start(context: Any, builder: Any, kind: Any, value: Any) -> Any:
@@ -207,6 +207,18 @@ def _row16(_context: Any, array: Any, row: Any) -> Any:
     return many(types.float64, 16)(array, types.intp), generate
 
 
+def _corners4(_context: Any, array: Any, index: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        data, number = _start(context, builder, signature.args[0], arguments[0]), ir.IntType(64)
+        lanes = ir.Constant(_vector(four), ir.Undefined)
+        for lane, place in enumerate((0, 3, 6, 0)):
+            value = builder.load(builder.gep(data, [builder.add(arguments[1], number(place))]), align=8)
+            lanes = builder.insert_element(lanes, value, ir.Constant(ir.IntType(32), lane))
+        return lanes
+
+    return four(array, types.intp), generate
+
+
 def _first3(_context: Any, lanes: Any) -> Any:
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         values = [builder.extract_element(arguments[0], ir.Constant(ir.IntType(32), k)) for k in range(3)]
@@ -220,6 +232,8 @@ load8, load4 = _load(eight), _load(four)
 """``load8(array, index)``: consecutive doubles of a contiguous array or an address, index in doubles from its start."""
 row16: Callable[..., Any] = machine_operation(_row16)
 """``row16(array, i)``: row i of a contiguous array (n, 16) as sixteen doubles."""
+corners4: Callable[[Any, int], Lanes] = machine_operation(_corners4)
+"""``corners4(array, index)``: a coordinate of three corners (and the first again), rows of three doubles."""
 first3: Callable[[Lanes], Any] = machine_operation(_first3)
 """The first three lanes as doubles."""
 store: Callable[..., None] = machine_operation(_store)

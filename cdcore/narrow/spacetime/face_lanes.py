@@ -1,6 +1,6 @@
 """Two faces in eight frames at once: the lanes in which they certainly meet, and those in which they certainly do not.
 
-The signs are those of ``cdcore.narrow.spacetime.world_test``, taken in the frame of a leaf's box and counted only where
+The signs are those of ``cdcore.narrow.triangles.filter``, taken in the frame of a leaf's box and counted only where
 they are larger than the kernels' distance from the reference vertices allows (``bounds``, certain signs).
 """
 
@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
 from cdcore.kernels.memory import Memory
+from cdcore.kernels.simd import Lanes, above, dot, load8, minus, moved, plus, store, turn
 from cdcore.narrow.spacetime.bounds import ROUNDOFF, SIGN_PADS, SIGN_ULPS, TINY
-from cdcore.narrow.spacetime.simd import Lanes, above, dot, load8, minus, moved, plus, store, turn
 
 MOVED_EDGES = 176
 """Doubles of a moved face, eight of each: its edges and their moments about the origin, its plane and where that is;
@@ -41,20 +41,26 @@ def move_edges(placed: Memory, p: int, q: int, r: int, out: Memory) -> None:
 
 
 @hot_kernel
-def fix_edges(boxed: Memory, first: int, out: Memory) -> None:
-    """Fill the second part of ``out`` for a face with corners ``boxed[first : first + 9]``."""
+def fix_plane(p: Memory, first: int, out: Memory) -> None:
+    """Fill the last four numbers of ``out`` for a face with corners ``p[first : first + 9]``."""
+    become_part_of_caller()
+    a, b, c = p[first + 3] - p[first], p[first + 4] - p[first + 1], p[first + 5] - p[first + 2]
+    d, e, f = p[first + 6] - p[first + 3], p[first + 7] - p[first + 4], p[first + 8] - p[first + 5]
+    x, y, z, at = b * f - c * e, c * d - a * f, a * e - b * d, MOVED_EDGES + 18
+    out[at], out[at + 1], out[at + 2] = x, y, z
+    out[at + 3] = x * p[first] + y * p[first + 1] + z * p[first + 2]
+
+
+@hot_kernel
+def fix_edges(p: Memory, first: int, out: Memory) -> None:
+    """Fill the edges of ``out`` for a face with corners ``p[first : first + 9]``."""
     become_part_of_caller()
     for edge in range(3):
         start, stop, at = first + 3 * edge, first + (3 * edge + 3) % 9, MOVED_EDGES + 6 * edge
-        x, y, z = boxed[start], boxed[start + 1], boxed[start + 2]
-        u, v, w = boxed[stop] - x, boxed[stop + 1] - y, boxed[stop + 2] - z
+        x, y, z = p[start], p[start + 1], p[start + 2]
+        u, v, w = p[stop] - x, p[stop + 1] - y, p[stop + 2] - z
         out[at], out[at + 1], out[at + 2] = u, v, w
         out[at + 3], out[at + 4], out[at + 5] = y * w - z * v, z * u - x * w, x * v - y * u
-    at = MOVED_EDGES
-    a, b, c, d, e, f = out[at], out[at + 1], out[at + 2], out[at + 6], out[at + 7], out[at + 8]
-    x, y, z = b * f - c * e, c * d - a * f, a * e - b * d
-    out[at + 18], out[at + 19], out[at + 20] = x, y, z
-    out[at + 21] = x * boxed[first] + y * boxed[first + 1] + z * boxed[first + 2]
 
 
 @hot_kernel
@@ -102,7 +108,7 @@ def certain_lanes(
     ``edges``: of the moved face. ``size``: no corner of either is further from the origin, in the lanes of ``mask``.
     """
     stay_one_function()
-    fix_edges(boxed, 9 * face, edges)
+    fix_plane(boxed, 9 * face, edges)
     reach = 2.0 * size + pad
     bound = reach * reach * (SIGN_PADS * pad + SIGN_ULPS * ROUNDOFF * reach) + TINY
     row, at = 9 * face, MOVED_EDGES
@@ -112,7 +118,10 @@ def certain_lanes(
     c0, c1, c2, d0, d1, d2 = signs_of(
         fixed_corner(boxed, row, edges), fixed_corner(boxed, row + 3, edges), fixed_corner(boxed, row + 6, edges), bound
     )
-    apart = (a0 & a1 & a2) | (b0 & b1 & b2) | (c0 & c1 & c2) | (d0 & d1 & d2)
+    apart = ((a0 & a1 & a2) | (b0 & b1 & b2) | (c0 & c1 & c2) | (d0 & d1 & d2)) & mask
+    if apart == mask:
+        return apart << 8
+    fix_edges(boxed, row, edges)
     known = (a0 | b0) & (a1 | b1) & (a2 | b2) & (c0 | d0) & (c1 | d1) & (c2 | d2)
     meet, u0, u1, u2, v0, v1, v2 = 0, 255, 255, 255, 255, 255, 255
     for edge in range(3):

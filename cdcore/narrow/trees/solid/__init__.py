@@ -1,1 +1,0 @@
-"""GJK at the leaves of SOLID's tree, with a separating axis kept."""
