@@ -15,6 +15,7 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import ImportFileError
+from sessions.importers.csv_mapping import METRES
 from sessions.input_files import opened
 from sessions.meshes.conventions import CONVENTIONS
 
@@ -67,19 +68,25 @@ class UnknownColumnsError(ImportFileError):
 
 
 @dataclass
-class _Seen:
-    """The head of a file: its columns as text, and how it is to be read."""
+class _Head:
+    """The head of a file: its columns, their first cells, and how it is to be read."""
 
     columns: tuple[str, ...]
     rows: list[list[str]]
     keys: dict[str, object] = field(default_factory=dict)
 
+    def cells(self, column: str) -> list[str]:
+        return [row[self.columns.index(column)] for row in self.rows]
+
+    def numbers(self, column: str) -> list[float]:
+        return [float(cell.replace(",", ".")) for cell in self.cells(column) if _numbers([cell])]
+
 
 def draft_of(source: Path) -> UnknownColumnsError:
     """The error that says what the columns are, with a draft of their mapping."""
-    seen = _looked(source)
-    lines, unknown = _lines(source, seen)
-    return UnknownColumnsError(source, seen.columns, "\n".join(lines) + "\n", unknown)
+    head = _looked(source)
+    draft = _Draft(source, head)
+    return UnknownColumnsError(source, head.columns, "\n".join(draft.lines()) + "\n", draft.unknown)
 
 
 def has_header(source: Path) -> bool:
@@ -89,7 +96,7 @@ def has_header(source: Path) -> bool:
     return not (line.startswith("#") or (line and _numbers(cells := re.split(r"[,;\s]+", line)) == len(cells)))
 
 
-def _looked(source: Path) -> _Seen:
+def _looked(source: Path) -> _Head:
     with opened(source, "recording", ImportFileError) as stream:
         text = stream.read(HEAD_BYTES).decode("utf-8-sig", errors="replace")
     lines = text.splitlines()[: LOOKED_AT + 50]
@@ -98,10 +105,10 @@ def _looked(source: Path) -> _Seen:
         data = next((k for k, row in enumerate(cells) if len(row) > 1 and _numbers(row) * 2 >= len(row)), None)
         if data is not None:
             return _told(cells, data, delimiter, lines)
-    return _Seen(tuple(re.split("[,;\t]", lines[0])) if lines else (), [])
+    return _Head(tuple(re.split("[,;\t]", lines[0])) if lines else (), [])
 
 
-def _told(cells: list[list[str]], data: int, delimiter: str, lines: list[str]) -> _Seen:
+def _told(cells: list[list[str]], data: int, delimiter: str, lines: list[str]) -> _Head:
     """The head of a file whose row ``data`` is the first one of numbers."""
     header = cells[data - 1] if data else []
     keys: dict[str, object] = {} if delimiter == "," else {"delimiter": delimiter}
@@ -110,14 +117,14 @@ def _told(cells: list[list[str]], data: int, delimiter: str, lines: list[str]) -
     named = len(header) == len(cells[data]) or (header and not _numbers(header) and not header[0].startswith("#"))
     if named:
         rows = [row for row in cells[data : data + LOOKED_AT] if len(row) == len(header)]
-        return _Seen(tuple(header), rows, keys | ({"skip_lines": data - 1} if data > 1 else {}))
+        return _Head(tuple(header), rows, keys | ({"skip_lines": data - 1} if data > 1 else {}))
     rows = [row for row in cells[data : data + LOOKED_AT] if len(row) == len(cells[data])]
     keys |= {"skip_lines": data} if data else {}
     words = lines[data - 1].lstrip("#% ").split() if data else []
     if len(words) != len(rows[0]):
         known = {len(KITTI): KITTI, len(TUM): TUM}.get(len(rows[0]))
         words = list(known or (f"column_{k + 1}" for k in range(len(rows[0]))))
-    return _Seen(tuple(words), rows, {**keys, "columns": words})
+    return _Head(tuple(words), rows, {**keys, "columns": words})
 
 
 def _numbers(row: list[str]) -> int:
@@ -193,86 +200,92 @@ def _words(column: str) -> tuple[list[str], str]:
     return words, unit
 
 
-def _lines(source: Path, seen: _Seen) -> tuple[list[str], list[str]]:
-    """The draft, and what a person must still say."""
-    unknown: list[str] = []
-    bodies = _bodies(seen.columns)
-    lines = [f"# How to read {source.name}: a draft made of its header. Check it, and complete what is commented."]
-    lines += [f"{key} = {json.dumps(value)}" for key, value in seen.keys.items()]
-    unknown.append("the axes (convention)")
-    lines.append(f'# convention = "unity"   # which axes? one of: {", ".join(CONVENTIONS)}')
-    unit = next((body.unit for body in bodies.values() if body.unit), "")
-    if unit in ("m", "cm", "mm"):
-        lines.append(f'units = "{unit}"')
-    else:
-        unknown.append("the unit of lengths (m unless you say otherwise)")
-        lines.append(f'# units = "m"   # m, cm or mm? {_spread(seen, bodies)}')
-    lines += ["", "[time]", *_clock(seen, unknown)]
-    lines += _pose_lines(source, seen, bodies, unknown)
-    used = {json.loads(text) for text in re.findall(r'"(?:[^"\\]|\\.)*"', "\n".join(lines))}
-    left = [column for column in seen.columns if column not in used]
-    if left:
-        lines += ["", f"# Not used: {', '.join(left)}"]
-    return lines, unknown
+class _Draft:
+    """The lines of a draft, and what a person must still say."""
 
+    def __init__(self, source: Path, head: _Head) -> None:
+        self._source, self._head, self._bodies = source, head, _bodies(head.columns)
+        self.unknown: list[str] = []
 
-def _pose_lines(source: Path, seen: _Seen, bodies: dict[str, _Body], unknown: list[str]) -> Iterator[str]:
-    if {*KITTI} <= {*seen.columns}:
-        yield from ("", f"[bodies.{json.dumps(source.stem)}]", 'position = ["m03", "m13", "m23"]')
-        yield f"matrix = {json.dumps([f'm{row}{column}' for row in range(3) for column in range(3)])}"
-        return
-    posed = {name: body for name, body in bodies.items() if body.place and body.turn[1]}
-    names = [column for column in seen.columns if NAMES & {word.lower() for word in _words(column)[0]}]
-    names = [column for column in names if not _numbers([row[seen.columns.index(column)] for row in seen.rows])]
-    for name, body in posed.items():
-        if names and not name:
-            yield from ("", "[body]", f"name = {json.dumps(names[0])}")
+    def _ask(self, what: str, line: str) -> str:
+        """A commented line for what the file does not tell."""
+        self.unknown.append(what)
+        return f"# {line}"
+
+    def lines(self) -> Iterator[str]:
+        """How to read the file, as TOML."""
+        yield f"# How to read {self._source.name}: a draft of its header. Check it, and complete what is commented."
+        yield from (f"{key} = {json.dumps(value)}" for key, value in self._head.keys.items())
+        names = ", ".join(CONVENTIONS)
+        yield self._ask("the axes (convention)", f'convention = "unity"   # which axes? one of: {names}')
+        unit = next((body.unit for body in self._bodies.values() if body.unit), "")
+        if unit in METRES:
+            yield f'units = "{unit}"'
         else:
-            yield from ("", f"[bodies.{json.dumps(name or source.stem)}]")
-        kind, turn = body.turn
-        yield f"position = {json.dumps(body.place)}"
-        yield f"{kind} = {json.dumps(turn)}"
-        if kind == ANGLES:
-            unknown.append("the order of the angles (order)")
-            yield '# order = "XYZ"   # the order of turning; capital letters turn about axes of the body'
-            yield '# angle_unit = "deg"   # deg or rad'
-    if not posed:
-        unknown.append("which columns are a pose")
-        yield from ("", "# [bodies.cup]", '# position = ["...", "...", "..."]')
-        yield '# quaternion_xyzw = ["...", "...", "...", "..."]'
-    for name, body in bodies.items():
-        if name not in posed and body.place:
-            yield f"# {name or 'a body'} has a place and no rotation, so it is left out: {', '.join(body.place)}"
+            places = [
+                number for body in self._bodies.values() for one in body.place for number in self._head.numbers(one)
+            ]
+            spread = f"places run from {min(places):g} to {max(places):g}" if places else ""
+            what = "the unit of lengths (m unless you say otherwise)"
+            yield self._ask(what, f'units = "m"   # m, cm or mm? {spread}')
+        yield from ("", "[time]", *self._clock(), *self._poses())
+
+    def _poses(self) -> Iterator[str]:
+        if {*KITTI} <= {*self._head.columns}:
+            yield from ("", f"[bodies.{json.dumps(self._source.stem)}]", 'position = ["m03", "m13", "m23"]')
+            yield f"matrix = {json.dumps([f'm{row}{column}' for row in range(3) for column in range(3)])}"
+            return
+        posed = {name: body for name, body in self._bodies.items() if body.place and body.turn[1]}
+        names = [name for name in self._head.columns if _has_word(name, NAMES) and not self._head.numbers(name)]
+        for name, body in posed.items():
+            if names and not name:
+                yield from ("", "[body]", f"name = {json.dumps(names[0])}")
+            else:
+                yield from ("", f"[bodies.{json.dumps(name or self._source.stem)}]")
+            kind, turn = body.turn
+            yield f"position = {json.dumps(body.place)}"
+            yield f"{kind} = {json.dumps(turn)}"
+            if kind == ANGLES:
+                words = 'order = "XYZ"   # the order of turning; capital letters turn about axes of the body'
+                yield self._ask("the order of the angles (order)", words)
+                yield '# angle_unit = "deg"   # deg or rad'
+        if not posed:
+            yield from ("", self._ask("which columns are a pose", "[bodies.cup]"), '# position = ["...", "...", "..."]')
+            yield '# quaternion_xyzw = ["...", "...", "...", "..."]'
+        for name, body in self._bodies.items():
+            if name not in posed and body.place:
+                yield f"# {name or 'a body'} has a place and no rotation, so it is left out: {', '.join(body.place)}"
+
+    def _clock(self) -> Iterator[str]:
+        column = next((name for name in self._head.columns if _has_word(name, TIME)), "")
+        if not column:
+            words = "rate_hz = 90   # rows a second; the file has no column of time"
+            yield self._ask("the rate (rate_hz), because there is no clock", words)
+            return
+        yield f"column = {json.dumps(column)}"
+        cells, values = self._head.cells(column), self._head.numbers(column)
+        form = text_format(cells[0]) if cells else None
+        if form is not None:
+            yield 'unit = "text"'
+            yield f"format = {json.dumps(form)}" if form else "# ISO 8601"
+            return
+        unit, steps = _words(column)[1], [step for step in np.diff(values) if step > 0]
+        if steps and unit not in ("s", "ms", "us", "ns"):
+            step = float(np.median(steps))
+            unit = next((name for name, low, high in STEPS if low <= step < high), "")
+            if TICKS[0] <= values[0] < TICKS[1]:
+                unit = "ticks"
+        yield (
+            f'unit = "{unit}"'
+            if unit
+            else self._ask("the unit of time", 'unit = "s"   # s, ms, us, ns or ticks (.NET)')
+        )
+        if values and values[0] < 0:
+            yield f"offset = {-values[0]!r}   # in that unit: no stamp of a session lies before 0"
 
 
-def _clock(seen: _Seen, unknown: list[str]) -> Iterator[str]:
-    column = next((name for name in seen.columns if TIME & {word.lower() for word in _words(name)[0]}), "")
-    if not column:
-        unknown.append("the rate (rate_hz), because there is no clock")
-        yield "# rate_hz = 90   # rows a second; the file has no column of time"
-        return
-    yield f"column = {json.dumps(column)}"
-    cells = [row[seen.columns.index(column)] for row in seen.rows]
-    form = text_format(cells[0]) if cells else None
-    if form is not None:
-        yield 'unit = "text"'
-        yield f"format = {json.dumps(form)}" if form else "# ISO 8601"
-        return
-    unit = _words(column)[1]
-    values = np.array([float(cell.replace(",", ".")) for cell in cells if _numbers([cell])])
-    steps = np.diff(values)[np.diff(values) > 0] if len(values) else values
-    if len(steps) and unit not in ("s", "ms", "us", "ns"):
-        step = float(np.median(steps))
-        unit = next((name for name, low, high in STEPS if low <= step < high), "")
-        if TICKS[0] <= values[0] < TICKS[1]:
-            unit = "ticks"
-    if unit:
-        yield f'unit = "{unit}"'
-    else:
-        unknown.append("the unit of time")
-        yield '# unit = "s"   # s, ms, us, ns or ticks (.NET)'
-    if len(values) and values[0] < 0:
-        yield f"offset = {-float(values[0])!r}   # in that unit: no stamp of a session lies before 0"
+def _has_word(column: str, known: frozenset[str]) -> bool:
+    return bool(known & {word.lower() for word in _words(column)[0]})
 
 
 def text_format(cell: str) -> str | None:
@@ -286,9 +299,3 @@ def text_format(cell: str) -> str | None:
             continue
         return form
     return None
-
-
-def _spread(seen: _Seen, bodies: dict[str, _Body]) -> str:
-    columns = [seen.columns.index(column) for body in bodies.values() for column in body.place]
-    values = [float(row[k].replace(",", ".")) for row in seen.rows for k in columns if _numbers([row[k]])]
-    return f"places run from {min(values):g} to {max(values):g}" if values else ""
