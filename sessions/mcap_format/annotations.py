@@ -110,32 +110,20 @@ def read_contact(payload: bytes) -> LiveContact:
     return LiveContact(stamp_ns(message.timestamp), message.body_a, message.body_b, PHASES[message.phase - 1], point)
 
 
-def hand_message(key: str, time_ns: int, trigger: float, grip: float, buttons: Iterable[tuple[str, bool]]) -> Message:
-    """One sample of a hand; ``key`` is ``participant/side``."""
-    message = schemas.message_class("Hand")(trigger=trigger, grip=grip)
-    message.timestamp.FromNanoseconds(time_ns)
-    for name, pressed in buttons:
-        message.buttons.add(name=name, pressed=pressed)
-    return _message(schemas.HANDS_PREFIX + key, time_ns, message)
-
-
-def read_hand(payloads: Iterable[bytes]) -> HandTrack:
+def _read_hand(payloads: Iterable[bytes]) -> HandTrack:
     """The samples of one hand in order of time; repeats of a stamp are dropped, an unnamed button is released."""
-    parse = schemas.message_class("Hand").FromString
-    samples = [parse(payload) for payload in payloads]
-    times = np.array([stamp_ns(sample.timestamp) for sample in samples], dtype=np.int64)
-    buttons: dict[str, int] = {}
-    for sample in samples:
-        for button in sample.buttons:
-            buttons.setdefault(button.name, len(buttons))
-    pressed = np.zeros((len(samples), len(buttons)), dtype=np.bool_)
+    samples = [schemas.message_class("Hand").FromString(payload) for payload in payloads]
+    names = dict.fromkeys(button.name for sample in samples for button in sample.buttons)
+    place = {name: column for column, name in enumerate(names)}
+    pressed = np.zeros((len(samples), len(place)), dtype=np.bool_)
     for row, sample in enumerate(samples):
         for button in sample.buttons:
-            pressed[row, buttons[button.name]] = button.pressed
-    trigger = np.array([sample.trigger for sample in samples], dtype=np.float64)
-    grip = np.array([sample.grip for sample in samples], dtype=np.float64)
+            pressed[row, place[button.name]] = button.pressed
+    numbers = np.array([(sample.trigger, sample.grip) for sample in samples], dtype=np.float64).reshape(-1, 2)
+    times = np.array([stamp_ns(sample.timestamp) for sample in samples], dtype=np.int64)
     stamps, rows = np.unique(times, return_index=True)
-    return HandTrack(stamps, trigger[rows], grip[rows], tuple(buttons), pressed[rows])
+    trigger, grip = numbers[rows].T
+    return HandTrack(stamps, trigger, grip, tuple(place), pressed[rows])
 
 
 Columns = Mapping[str, tuple[str, int]]
@@ -161,7 +149,11 @@ def stream_messages(prefix: str, key: str, stream: Any) -> Iterator[Message]:
     if isinstance(stream, HandTrack):
         numbers = (stream.times_ns.tolist(), stream.trigger.tolist(), stream.grip.tolist(), stream.pressed.tolist())
         for time_ns, trigger, grip, pressed in zip(*numbers, strict=True):
-            yield hand_message(key, time_ns, trigger, grip, zip(stream.buttons, pressed, strict=True))
+            hand = schemas.message_class("Hand")(trigger=trigger, grip=grip)
+            hand.timestamp.FromNanoseconds(time_ns)
+            for name, down in zip(stream.buttons, pressed, strict=True):
+                hand.buttons.add(name=name, pressed=down)
+            yield _message(prefix + key, time_ns, hand)
         return
     columns, unit = _STREAMS[prefix][1], {"unit": stream.unit} if isinstance(stream, ScalarTrack) else {}
     for start in range(0, len(stream), BATCH):
@@ -174,7 +166,7 @@ def stream_messages(prefix: str, key: str, stream: Any) -> Iterator[Message]:
 
 def read_stream(prefix: str, payloads: Iterable[bytes]) -> Any:
     """A stream in order of time; repeats of a stamp are dropped."""
-    stream = read_hand(payloads) if prefix == schemas.HANDS_PREFIX else _read_batches(prefix, payloads)
+    stream = _read_hand(payloads) if prefix == schemas.HANDS_PREFIX else _read_batches(prefix, payloads)
     if len(stream.times_ns) and stream.times_ns[0] < 0:  # no writer can; the span of such stamps may exceed int64
         raise SessionFileError("a sample is stamped before 0; run `replay doctor` on it")
     return stream

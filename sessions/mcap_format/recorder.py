@@ -21,12 +21,12 @@ from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
 from sessions.mcap_format.metadata import MAX_BODIES
 from sessions.mcap_format.recording_file import Poses, RecordingFile, frame_of, joined, nanoseconds
-from sessions.mcap_format.schemas import GAZE_PREFIX, SCALARS_PREFIX, TRACKS_PREFIX
+from sessions.mcap_format.schemas import GAZE_PREFIX, HANDS_PREFIX, SCALARS_PREFIX, TRACKS_PREFIX
 from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.frames import Frames, Status
 from sessions.model.scene import Scene
 from sessions.model.session import mesh_of
-from sessions.model.track import GazeTrack, Samples, ScalarTrack, Track
+from sessions.model.track import GazeTrack, HandTrack, Samples, ScalarTrack, Track
 
 if TYPE_CHECKING:
     from sessions.model.session import MeshLike
@@ -131,8 +131,9 @@ class Recorder:
         """Record what a hand presses: trigger and grip from 0 to 1, button name -> pressed."""
         if "/" in participant or "/" in side:
             raise SessionError(f"participant {participant!r} or side {side!r} holds a slash; use another sign")
-        key, pressed = f"{participant}/{side}", (buttons or {}).items()
-        self._put(messages.hand_message(key, nanoseconds(stamp_ns), trigger, grip, pressed), log_ns)
+        names, pressed = tuple(buttons or {}), [*(buttons or {}).values()]
+        hand = HandTrack([nanoseconds(stamp_ns)], [trigger], [grip], names, [pressed])
+        self._put_stream(HANDS_PREFIX, f"{participant}/{side}", hand, log_ns)
 
     def event(
         self,
@@ -228,9 +229,9 @@ class Recorder:
     ) -> None:
         self.close()
 
-    def _put_stream(self, prefix: str, key: str, stream: Samples) -> None:
+    def _put_stream(self, prefix: str, key: str, stream: Samples, log_ns: int | None = None) -> None:
         for message in messages.stream_messages(prefix, key, stream):
-            self._put(message, None)
+            self._put(message, log_ns)
 
     def _put(self, message: Message, log_ns: int | None) -> None:
         log = time.time_ns() if log_ns is None else nanoseconds(log_ns)
