@@ -92,8 +92,7 @@ def _fill(window: Frames, first: int, stop: int) -> FilledFrames:
         until = window.stamp_ns[np.minimum(after, last)] - head.stamp_ns[rows]
         near_before = (before >= 0) & usable[before, columns] & (since <= BRIDGE_NS)
         near_after = (after <= last) & usable[np.minimum(after, last), columns] & (until <= BRIDGE_NS)
-        held = near_before & ~near_after
-        r, c, b = rows[held], columns[held], before[held]
+        r, c, b = rows[near_before], columns[near_before], before[near_before]
         position[r, c], quaternion[r, c] = window.position[b, c], window.quaternion_xyzw[b, c]
         origin[r, c] = PoseOrigin.HELD
         between = near_before & near_after

@@ -54,11 +54,12 @@ def test_a_sample_that_is_no_pose_is_refused_with_frame_time_and_body(position, 
     assert len(scan(framed(stamps, status, where, turn)).stamp_ns) == 3
 
 
-def test_a_norm_slightly_off_is_noted_with_the_furthest():
-    turn = np.tile([0.0, 0.0, 0.0, 1.0], (3, 1, 1))
-    turn[1, 0, 3], turn[2, 0, 3] = 1.0005, 0.9999
-    seen = scan(framed([0, 1, 2], np.full((3, 1), V), quaternion=turn))
-    assert seen.notes() == ("2 quaternions renormalised; the furthest had norm 1.000500",)
+@pytest.mark.parametrize("worst", [1.0005, 0.9995])
+def test_a_norm_slightly_off_is_noted_with_the_furthest_of_all_bodies(worst):
+    turn = np.tile([0.0, 0.0, 0.0, 1.0], (3, 2, 1))
+    turn[1, 0, 3], turn[2, 1, 3] = worst, 1.0001
+    seen = scan(framed([0, 1, 2], np.full((3, 2), V), quaternion=turn))
+    assert seen.notes() == (f"2 quaternions renormalised; the furthest had norm {worst:.6f}",)
 
 
 def test_a_session_without_frames_has_an_empty_survey():
