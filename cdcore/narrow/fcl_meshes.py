@@ -63,13 +63,10 @@ class FclMeshes:
         """Whether the surfaces of two placed bodies meet."""
         return bool(fcl.collide(self._bodies[a], self._bodies[b], self._first, _FacePairs()))
 
-    def faces(self, a: int, b: int, *, most: int = EVERY_CONTACT) -> NDArray[np.int32]:
-        """The face pairs of two placed bodies that meet, (k, 2), unique and sorted; FCL stops after ``most``."""
+    def faces(self, a: int, b: int) -> NDArray[np.int32]:
+        """The face pairs of two placed bodies that meet, (k, 2), unique and sorted."""
         found = _FacePairs()
-        request = self._all
-        if most != EVERY_CONTACT:
-            request = fcl.CollisionRequest(num_max_contacts=most, enable_contact=False)
-        if not fcl.collide(self._bodies[a], self._bodies[b], request, found):
+        if not fcl.collide(self._bodies[a], self._bodies[b], self._all, found):
             return np.zeros((0, 2), dtype=np.int32)
         keys = np.unique(np.array(found.first, dtype=np.int64) << 32 | np.array(found.second, dtype=np.int64))
         return np.stack([keys >> 32, keys & 0xFFFFFFFF], axis=1).astype(np.int32)

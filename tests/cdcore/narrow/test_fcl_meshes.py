@@ -50,16 +50,6 @@ def test_a_hundred_thousand_face_pairs_are_not_cut_off():
     assert len(pairs.faces(0, 1)) == 400 * 300
 
 
-@pytest.mark.parametrize("most", [1, 10])
-def test_a_cap_leaves_so_many_of_the_face_pairs_and_invents_none(most):
-    pairs = FclMeshes([ball_mesh(0.5, 6, 9), box_mesh((0.9, 0.7, 0.3))])
-    for body, pose in enumerate(poses(1, 0.35)):
-        pairs.place(body, *pose)
-    every = set(map(tuple, pairs.faces(0, 1).tolist()))
-    some = set(map(tuple, pairs.faces(0, 1, most=most).tolist()))
-    assert len(every) > 10 and len(some) == most and some < every
-
-
 def test_poses_along_a_motion_give_the_answers_of_one_at_a_time():
     meshes = [rod_mesh(0.02, 0.5), ball_mesh(0.2, 6, 10)]
     rng = np.random.default_rng(0)
