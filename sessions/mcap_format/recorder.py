@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from sessions.model.session import MeshLike
 
 # The writing thread wakes this often; with what writing takes, the file is never a second behind.
-FLUSH_SECONDS = 0.25
+FLUSH_SECONDS = 0.2
 # Frames and other messages that wait at most: 5.7 s at 90 Hz. A program faster than the disk has to wait.
 FRAMES_WAITING, MESSAGES_WAITING = 512, 4096
 
