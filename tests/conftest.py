@@ -15,7 +15,6 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 from support.sampled import SAMPLED
-from support.small_pages import pages_of
 
 settings.register_profile("any machine", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.register_profile("without slow tests", settings.get_profile("any machine"), max_examples=15)
@@ -120,11 +119,7 @@ def pytest_collection_modifyitems(items):
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item):
-    """No test of a worker begins before the kernels that it needs are there; a compiler that died is not waited for.
-
-    And pages are whole or small, as the test needs them.
-    """
-    pages_of(item)
+    """No test of a worker begins before the kernels that it needs are there; a compiler that died is not waited for."""
     said = item.config.stash.get(KERNELS_ARE_THERE, None)
     if said and not item.nodeid.startswith(WITHOUT_KERNELS):
         while said.parent.exists() and not said.exists():

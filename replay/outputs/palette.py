@@ -16,18 +16,11 @@ from sessions.model.scene import Scene
 Rgba = tuple[int, int, int, int]
 
 
-def mixed(colour: Rgba, other: Rgba, share: float) -> Rgba:
-    """A colour with this share of another one in it; its alpha stays."""
-    r, g, b = (round(a + share * (z - a)) for a, z in zip(colour[:3], other[:3], strict=True))
-    return r, g, b, colour[3]
-
-
 def hex_of(colour: Rgba) -> str:
     """``#rrggbb``, without alpha."""
     return "#{:02x}{:02x}{:02x}".format(*colour[:3])
 
 
-BLACK: Final[Rgba] = (0, 0, 0, 255)
 PAPER: Final[Rgba] = (255, 255, 255, 255)
 
 MISSED: Final[Rgba] = (255, 45, 85, 255)

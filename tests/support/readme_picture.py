@@ -15,7 +15,7 @@ import pytest
 
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Outcome
-from replay.outputs.palette import FOUND, INVENTED, MISSED, PAPER, WITHIN_TOLERANCE, hex_of, mixed
+from replay.outputs.palette import FOUND, INVENTED, MISSED, PAPER, WITHIN_TOLERANCE, hex_of
 from replay.outputs.report.still import FIRST, fault_still
 from replay.pipeline.engine import compute
 from replay.pipeline.gates import figure
@@ -49,6 +49,12 @@ FADES = f"""
 <linearGradient id="across">{STOPS}<linearGradient id="down" x2="0" y2="1">{STOPS}
 <rect x="290" width="181" height="353" fill="url(#across)"/><rect y="320" width="471" height="33" fill="url(#down)"/>"""
 """Where the ground of the still goes over into the plate, in units of the still."""
+
+
+def mixed(colour, other, share):
+    """A colour with this share of another one in it."""
+    return tuple(round(a + share * (z - a)) for a, z in zip(colour[:3], other[:3], strict=True))
+
 
 REFERENCE = mixed(WITHIN_TOLERANCE, PAPER, 0.5)
 RIGHT, LATE = mixed(FOUND, PAPER, 0.2), mixed(MISSED, PAPER, 0.5)

@@ -4,10 +4,9 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
-from replay.outputs.report.cards import Look, Shown, Still
 from replay.outputs.report.charts import KIND_WORDS, Dot, lane, legend, ruler, scatter
 from replay.outputs.report.markup import Markup, Section, contents, element, joined
-from replay.outputs.report.run_view import FALSE, Fault, Hero, RunView, key_fault, spans
+from replay.outputs.report.run_view import FALSE, Fault, Hero, Look, RunView, Shown, Still, key_fault, spans
 from replay.outputs.run_tables import happened, ranking_table
 from replay.outputs.tables import Cell, text_of
 from replay.pipeline.answer import RUN, SESSION, TIMES_ARE, Answer, busy_words, cost

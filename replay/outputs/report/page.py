@@ -10,13 +10,11 @@ import numpy as np
 from replay.base.constants import CAVEAT
 from replay.effects.effect_summary import RESULTS, happened, happened_words, leading, titration_curves
 from replay.outputs.contact_tables import episode_rows, false_rows, miss_rows
-from replay.outputs.report.cards import Look, Shown, Still
 from replay.outputs.report.charts import curve
-from replay.outputs.report.details import last_section, words_section
 from replay.outputs.report.first_screen import first_screen, page_head
 from replay.outputs.report.markup import Markup, Section, element, page_html, section_html
-from replay.outputs.report.run_view import MISS, Fault, Hero, RunView, contacts_of, faults_of
-from replay.outputs.report.sections import effect_section, fault_sections
+from replay.outputs.report.run_view import MISS, Fault, Hero, Look, RunView, Shown, Still, contacts_of, faults_of
+from replay.outputs.report.sections import effect_section, fault_sections, last_section, words_section
 from replay.outputs.report.still import CARD, FIRST, bench_still, fault_still
 from replay.outputs.run_tables import contact_table
 from replay.outputs.words import NOT_LOOKED_FOR, tallied

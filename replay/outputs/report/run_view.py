@@ -1,12 +1,13 @@
 """What the page of a run reads: its summary and the rows of its tables, whether in memory or from a run folder."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
 from replay.comparison.false_contacts import VOLUMES
 from replay.comparison.misses import NEVER_FOUND
 from replay.outputs.report.charts import Span
+from replay.outputs.report.markup import Markup
 from replay.outputs.words import address
 from replay.pipeline.answer import Answer
 from replay.pipeline.ranking import Rank
@@ -53,6 +54,15 @@ class Fault:
     def span(self) -> str:
         """``19.344 to 22.056 s``."""
         return f"{self.start:.3f} to {self.end:.3f} s"
+
+
+Shown = tuple[Markup, str]
+"""A picture, and what is seen on it."""
+
+Still = Callable[[Fault | None, bool], Shown]
+Look = Callable[[Fault], Markup]
+"""Picture of a fault (of the bench where there is none), larger where it is the first of a page; and how to see it in
+motion."""
 
 
 @dataclass(frozen=True)

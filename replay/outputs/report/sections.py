@@ -1,18 +1,60 @@
-"""What stands below the first screen: the faults of each detector, and what the effects found."""
+"""What stands below the first screen: faults as cards, what the effects found, and folded all that few read."""
 
+import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Final
 
 from replay.effects.effect_summary import EVENT_ROWS
-from replay.outputs.report.cards import Look, Still, cards
-from replay.outputs.report.charts import KIND_WORDS
+from replay.outputs import run_tables
+from replay.outputs.report.charts import KIND_WORDS, lane
 from replay.outputs.report.first_screen import command_of
 from replay.outputs.report.markup import Fold, Markup, Part, Section, element, joined
-from replay.outputs.report.run_view import FALSE, RunView
+from replay.outputs.report.run_view import (
+    FALSE,
+    Fault,
+    Look,
+    RunView,
+    Still,
+    fault_address,
+    faults_by_pair,
+    findings_of,
+    spans,
+)
 from replay.outputs.run_tables import effect_table
-from replay.outputs.tables import table
+from replay.outputs.tables import Table, table
+from replay.outputs.words import NOTHING_SUSPICIOUS
 from replay.pipeline.answer import Answer
+from replay.pipeline.scores import MOST_CARDS
 from replay.pipeline.sentences import plural
+from sessions.mcap_format.metadata import NOT_STATED
+
+MOST_PAIRS: Final = 6
+"""Cards of a detector; further pairs are folded."""
+
+AROUND: Final = 0.35
+"""Share of a fault that its lane shows before and after it."""
+
+LEAST_AROUND: Final = 0.1
+"""Seconds."""
+
+MOST_FINDINGS: Final = 200
+"""Findings listed; ``summary.json`` holds them all."""
+
+FRAME_WORDS: Final = (
+    "A pair-frame is one pair of bodies in one frame. Missed: the reference says contact, the detector does not; "
+    "false: the other way round. Within tolerance: they disagree about less than any tracker resolves. Left out: "
+    "one of them could not decide, or a pose was lost. Between frames: only the way from frame to frame shows it."
+)
+GLOSSARY: Final = {
+    "missed": "the reference sees a contact, the detector never reports it",
+    "late or cut short": "the detector reports a part of the contact",
+    "false contact": "share of the time in which the detector says contact and the reference does not",
+    "wrong contacts": "missed, late or cut short, and false contacts, at the sampling offset of this run",
+    "reference": "the detector that the others are compared with",
+    "0-2": "smallest to largest count over 16 sampling offsets: where the first sample falls is chance",
+    "mean ms, p99 ms": "time of a frame over all frames, and the time within which 99 of 100 frames were decided",
+}
 
 
 def fault_sections(view: RunView, still: Still | None, look: Look) -> Iterator[Section]:
@@ -71,3 +113,172 @@ def effect_section(view: RunView, curves: Sequence[Markup]) -> Iterator[Section]
 
 def _seconds(end: float | None) -> str:
     return "" if end is None else f"{end:.3f}"
+
+
+def cards(view: RunView, label: str, still: Still | None, look: Look) -> list[Markup]:
+    """The cards of a detector and the rest of its faults; nothing where it made none."""
+    groups = faults_by_pair(view, label)
+    shown = [_card(view, group, still, look) for group in groups[:MOST_PAIRS]]
+    parts = [element("div", *shown, class_="cards")] if shown else []
+    if rest := groups[MOST_PAIRS:]:
+        lines = [_line(view, fault, pair=True) for group in rest for fault in group]
+        parts.append(_folded(f"{plural(len(rest), 'more pair')} of bodies", lines))
+    return parts
+
+
+def _card(view: RunView, group: Sequence[Fault], still: Still | None, look: Look) -> Markup:
+    fault, *more = group
+    parts = [
+        element("h3", _key(fault), f"{fault.name} {fault.number}: {fault.pair[0]} and {fault.pair[1]}"),
+        element("p", f"{fault.span}, {plural(fault.frames, 'frame')}, {fault.what}", class_="when"),
+        element("p", fault.why),
+        _lanes(view, fault),
+        look(fault),
+    ]
+    if more:
+        parts.append(_folded(f"{len(more):,} more of this pair", [_line(view, other) for other in more]))
+    image = [still(fault, False)[0]] if still else []
+    return element("article", *image, element("div", *parts, class_="cb"), class_="card", id=fault_address(view, fault))
+
+
+def _lanes(view: RunView, fault: Fault) -> Markup:
+    """The reference above the detector, around a fault of one pair."""
+    around = max(AROUND * (fault.end - fault.start), LEAST_AROUND)
+    window = fault.start - around, fault.end + around
+    rows = []
+    for name in (view.oracle, fault.label):
+        found = spans(view, name, fault.pair)
+        rows += [element("span", name), lane(found, window, f"{name} from {window[0]:.3f} to {window[1]:.3f} s")]
+    return element("div", *rows, class_="mini")
+
+
+def _line(view: RunView, fault: Fault, *, pair: bool = False) -> Markup:
+    address = fault_address(view, fault)
+    link = element("a", f"{fault.name} {fault.number}", href=f"#{address}")
+    named = f": {fault.pair[0]} and {fault.pair[1]}" if pair else ""
+    when = f" at {fault.start:.3f} s, {plural(fault.frames, 'frame')}{named}"
+    return element("li", _key(fault), link, when, id=address)
+
+
+def _folded(words: str, lines: list[Markup]) -> Markup:
+    """Lines below a line that opens them; of very many the longest."""
+    cut = [] if len(lines) <= MOST_CARDS else [element("li", f"{len(lines) - MOST_CARDS:,} more in the tables")]
+    return element("details", element("summary", words), element("ul", *lines[:MOST_CARDS], *cut))
+
+
+def _key(fault: Fault) -> Markup:
+    return element("span", class_=f"k {fault.stretch}")
+
+
+def words_section(view: RunView) -> Iterator[Section]:
+    """The words of the first screen of an audit."""
+    if view.ranking:
+        lines = [element("p", element("b", word), f": {meaning}.") for word, meaning in GLOSSARY.items()]
+        yield Section("Words", "Words", lines)
+
+
+def last_section(view: RunView) -> Section:
+    """Recording, counts, times and settings, folded; what was not counted stands open."""
+    return Section("Session", "Session", [*view.notes, *_folds(view)])
+
+
+def _folds(view: RunView) -> Iterator[Fold]:
+    """Everything that few read, each below a line that says what it is."""
+    summary = view.summary
+    session = summary["session"]
+    rate = f", {1.0 / session['median_step']:.1f} Hz" if session["median_step"] else ""
+    bodies = plural(len(session["bodies"]), "body", "bodies")
+    frames = f"{session['frames']:,} frames in {session['duration']:.1f} s{rate}"
+    yield Fold(f"Recording: {frames}, {bodies}", [_fact_table(session)])
+    yield Fold(trust(summary), finding_parts(summary))
+    audited = [rank.label for rank in view.ranking[:-1]]
+    if audited:
+        yield Fold("Contacts of each pair", [run_tables.pair_table(view, label) for label in audited])
+        counts = run_tables.pair_frame_table("Pair-frames", summary["audit"])
+        yield Fold("Counts with intervals", [FRAME_WORDS, counts])
+    if summary["detectors"]:
+        yield Fold("Time of each detector", [run_tables.cost_table(view)])
+    if steps := duration_tables(view):
+        yield Fold("Which step rate would have missed contacts", steps)
+    yield Fold("Settings, to get the same figures again", [_settings_table(summary)])
+
+
+def _fact_table(session: Mapping[str, Any]) -> Table:
+    """What was recorded, and what was left out of the replay."""
+    dropped = [f"{count} {why}" for why, count in session["dropped_frames"].items() if count]
+    proxies = [name for name, body in session["bodies"].items() if body["proxy"]]
+    rows: list[tuple[str, object]] = [
+        ("session", session["id"]),
+        ("bodies", ", ".join(f"{name} ({body['faces']:,} faces)" for name, body in session["bodies"].items())),
+    ]
+    if proxies:
+        rows.append(("proxy meshes", f"stand in for the real ones of {', '.join(proxies)}"))
+    if session["left_out"]:
+        rows.append(("not looked at", f"no mesh: {', '.join(session['left_out'])}"))
+    if dropped:
+        rows.append(("frames left out", ", ".join(dropped)))
+    rows += [("note", note) for note in session["notes"]]
+    rows += [(key.replace("_", " "), value) for key, value in session["facts"].items() if value != NOT_STATED]
+    if withheld := session.get("facts_withheld", 0):
+        rows.append(("withheld", f"{plural(withheld, 'fact')} withheld; the session file holds all"))
+    return table("Facts of the session", ("what", "value"), rows, words=2)
+
+
+def duration_tables(result: RunView) -> list[Part]:
+    """Which step rate would have missed how many of the contacts."""
+    steps = result.summary.get("dwell")
+    if not steps or not steps["contacts"]:
+        return []
+    each = zip(steps["rates_hz"], steps["missed_at_this_phase"], steps["expected_misses"], strict=True)
+    safe, rows = steps["none_missed_from_hz"], [(f"{rate:g} Hz", str(now), f"{mean:.2f}") for rate, now, mean in each]
+    rows.append(("none is missed from", "", "no rate" if safe is None else f"{safe:.1f} Hz"))
+    title = f"Contacts of {steps['contacts']} that sampling at a fixed rate misses, at frames of this recording"
+    return [table(title, ("step rate", "missed at this offset", "missed, mean over 16 offsets"), rows)]
+
+
+def trust(summary: Mapping[str, Any]) -> str:
+    """How much was found, and what it means for verdicts; that nothing was proves nothing."""
+    if "findings" not in summary:
+        return "The recording was not examined"
+    count = Counter(finding["severity"] for finding in summary["findings"])
+    bad = [plural(count[severity], severity) for severity in ("error", "warning") if count[severity]]
+    flagged = ": verdicts on these spans carry a flag" if summary["detectors"] else ""
+    return f"{' and '.join(bad)} about the recording{flagged}" if bad else NOTHING_SUSPICIOUS
+
+
+def finding_parts(summary: Mapping[str, Any]) -> list[Part]:
+    """What the doctor found, worst first, and what the policy made of it."""
+    parts: list[Part] = []
+    if findings := findings_of(summary):
+        parts.append(run_tables.finding_table(findings[:MOST_FINDINGS]))
+    sums: dict[tuple[str, str, str], Counter[str]] = {}
+    for span in summary.get("flagged", ()):
+        count = sums.setdefault((span["kind"], span["body"] or "all", span["action"]), Counter())
+        count.update({"spans": 1} | {name: span[name] for name in DONE})
+    if sums:
+        head = ("kind", "body", "policy", "spans", *DONE)
+        rows = [(*key, *(count[name] for name in ("spans", *DONE))) for key, count in sums.items()]
+        parts.append(table("What was done about poses in doubt", head, rows, words=3))
+    verdicts = [
+        (label, ", ".join(f"{count:,} {verdict}" for verdict, count in figures.items()))
+        for label, figures in summary["flagged_verdicts"].items()
+        if figures
+    ]
+    if verdicts:
+        title = "Verdicts that rest on a pose in doubt (pair-frames)"
+        parts.append(table(title, ("detector", "verdicts"), verdicts, words=2))
+    return parts
+
+
+DONE: Final = ("samples", "dropped", "held", "interpolated")
+
+
+def _settings_table(summary: Mapping[str, Any]) -> Table:
+    """Settings, digests and machine: what it takes to get the same figures again."""
+    rows: list[tuple[object, object]] = [("session", summary["session"]["id"]), ("seed", summary["seed"])]
+    for label, figures in summary["detectors"].items():
+        settings = json.dumps(figures["settings"], sort_keys=True)
+        rows.append((label, f"{figures['name']} {settings}, verdicts SHA-256 {figures['digest']}"))
+    rows += summary["machine"].items()
+    rows.append(("versions", ", ".join(f"{name} {value}" for name, value in summary["versions"].items())))
+    return table("Settings, digests and machine", ("what", "value"), rows, words=2)

@@ -12,7 +12,7 @@ from replay.comparison.compare import compare
 from replay.comparison.contact_counts import count_contacts
 from replay.comparison.episodes import episodes
 from replay.comparison.misses import stretches
-from replay.outputs.report.details import trust
+from replay.outputs.report.sections import trust
 from replay.pipeline import headline
 from replay.pipeline.gates import Gates
 from replay.pipeline.scores import score
