@@ -1,6 +1,6 @@
 """What detectors made of hard questions: one row a detector and family, relation of a family, or case."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Final
 
@@ -74,11 +74,6 @@ class StressResult:
             and tally.promised
             and tally.failed > (tally.refused if tally.kind == "case" else 0)
         ]
-
-    def by_detector(self) -> Iterator[tuple[str, list[Tally]]]:
-        """The tallies of one detector after the other."""
-        for name in dict.fromkeys(tally.detector for tally in self.tallies):
-            yield name, [tally for tally in self.tallies if tally.detector == name]
 
     def as_json(self) -> dict[str, Any]:
         """Plain data."""

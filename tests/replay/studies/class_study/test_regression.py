@@ -79,6 +79,11 @@ def test_permuted_and_textbook_p_agree_where_errors_are_normal():
         assert permuted == pytest.approx(textbook[column], abs=4 * np.sqrt(0.25 / 4999) + 0.01)
 
 
+def test_no_p_is_zero_because_what_was_found_is_one_of_its_permutations():
+    x = np.random.default_rng(3).normal(size=(60, 1))
+    assert permutation_p(x[:, 0] - x.mean(), x - x.mean(), 0, np.random.default_rng(0)) == pytest.approx(1 / 5000)
+
+
 def test_nine_students_get_coefficients_and_no_p():
     found = fit(SCORES[:9, 3], SCORES[:9, :1])
     assert found.coefficients[0].p is None
