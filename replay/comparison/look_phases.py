@@ -14,11 +14,10 @@ from cdcore.protocol.blocks import HeldVerdicts, looks_of
 from replay.base.constants import HELD_FRAMES
 from replay.base.progress import Advance, ignored
 from replay.base.wilson import share_of_clusters
-from replay.comparison.compare import compare
 from replay.comparison.contact_counts import REPORTED, count_contacts, count_reports
 from replay.comparison.episodes import column_runs
-from replay.comparison.outcome import Episode, Outcome
-from replay.comparison.tolerance import Tolerance
+from replay.comparison.outcome import Outcome
+from replay.comparison.reference import Reference
 from replay.detection.run_detector import Run, make_detector
 from replay.prepare.assembly import Assembly
 
@@ -95,9 +94,8 @@ def spread(counts: Sequence[int]) -> dict[str, float]:
 
 
 def over_phases(
-    runs: Mapping[str, Run], assembly: Assembly, oracle: Detection, contacts: Sequence[Episode],
-    holdings: Sequence[Episode], tolerance: Tolerance, seed: int, advance: Advance = ignored,
-) -> dict[str, OffsetCounts]:  # fmt: skip
+    runs: Mapping[str, Run], assembly: Assembly, reference: Reference, seed: int, advance: Advance = ignored
+) -> dict[str, OffsetCounts]:
     """The counts at all offsets of each run with a rate, and those of the same detector without one.
 
     Each is asked once more, about every frame, as it was in the run: so both times are alike. A detector that is none
@@ -113,9 +111,9 @@ def over_phases(
         detector = make_detector(replace(run.spec, settings={**run.spec.settings, "rate_hz": None}), assembly, seed)
         every = detect_live(detector, assembly.motion) if run.live else detector.detect(assembly.motion)
         advance(STEPS - PHASES)
-        at_offsets = offset_counts(rate, every, oracle, contacts, holdings, tolerance, advance)
-        comparison = compare(every, oracle, within=tolerance.judge(every, oracle), holdings=holdings)
-        always = count_contacts(comparison, contacts)
+        at_offsets = offset_counts(rate, every, reference, advance)
+        comparison = reference.compare(every)
+        always = count_contacts(comparison, reference.contacts)
         seconds = sum(float(np.sum(stage)) for stage in every.seconds.values()) / len(every.times)
         every_frame = EveryFrame(
             contacts_missed=always.missed,
@@ -132,24 +130,17 @@ def sampling_offsets(rate_hz: float) -> FloatArray:
     return (np.arange(PHASES) + 0.5) / PHASES / rate_hz
 
 
-def offset_counts(
-    rate_hz: float, every: Detection, oracle: Detection, contacts: Sequence[Episode], holdings: Sequence[Episode],
-    tolerance: Tolerance, advance: Advance = ignored,
-) -> OffsetCounts:  # fmt: skip
-    """What samples at a rate find at each offset; each sample holds what it sees of ``every`` frame.
-
-    ``contacts`` are the oracle's that count.
-    """
-    frames = np.zeros((PHASES, len(contacts), len(Outcome)), dtype=np.int64)
+def offset_counts(rate_hz: float, every: Detection, reference: Reference, advance: Advance = ignored) -> OffsetCounts:
+    """What samples at a rate find at each offset; each sample holds what it sees of ``every`` frame."""
+    frames = np.zeros((PHASES, len(reference.contacts), len(Outcome)), dtype=np.int64)
     said, false, known = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
     stretches = np.zeros(PHASES, dtype=np.int64)
     posed = every.verdict != Verdict.NO_POSE
     for number, later in enumerate(sampling_offsets(rate_hz)):
         looks, _ = looks_of(every.times - later, rate_hz)
         believed, _ = HeldVerdicts(len(every.pairs)).hold(every.verdict[looks], looks, posed)
-        subject = replace(every, verdict=believed)
-        comparison = compare(subject, oracle, within=tolerance.judge(subject, oracle, known), holdings=holdings)
-        frames[number] = count_contacts(comparison, contacts).frames
+        comparison = reference.compare(replace(every, verdict=believed), known=known)
+        frames[number] = count_contacts(comparison, reference.contacts).frames
         invented = comparison.outcome == Outcome.INVENTED
         said += np.isin(comparison.outcome, REPORTED)
         false += invented

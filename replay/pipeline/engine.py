@@ -9,18 +9,17 @@ from typing import Any, Final
 from cdcore import Detection
 from replay.base.constants import HELD_FRAMES
 from replay.base.machine import give_back_memory
-from replay.base.progress import Progress, Silent
+from replay.base.progress import Progress, Silent, ignored
 from replay.comparison.causes import examine
-from replay.comparison.compare import compare
-from replay.comparison.contact_counts import ContactCounts, count_contacts
+from replay.comparison.contact_counts import count_contacts
 from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
 from replay.comparison.false_contacts import FalseReporter, false_contacts
 from replay.comparison.holding import holdings
-from replay.comparison.look_phases import STEPS, OffsetCounts, over_phases
-from replay.comparison.matching import EpisodeMatches, match_episodes
+from replay.comparison.look_phases import STEPS, over_phases
+from replay.comparison.matching import match_episodes
 from replay.comparison.noisy_contacts import in_noise
-from replay.comparison.outcome import Comparison, Episode
+from replay.comparison.reference import Reference
 from replay.comparison.tolerance import Tolerance
 from replay.detection.compile_notice import compiling_announced
 from replay.detection.detector_spec import TRUSTED, DetectorSpec
@@ -166,41 +165,61 @@ def _audited(
 ) -> Measured:
     """The answers held to the oracle's: contacts, misses, false contacts, causes, sampling offsets."""
     assembly, session, oracle = ready.assembly, ready.treatment.session, lineup.oracle
-    audits = [label for label in runs if oracle and label != oracle]
-    total = (2 * EXAMINING + STEPS) * len(audits) + EXAMINING
-    # Misses are examined with other kernels; without a detection no compiler is loaded.
-    with progress.stage(COMPARING, total) as advance, compiling_announced(progress if runs else None):
-        found = {label: episodes(run.detection, assembly.motion.valid) for label, run in runs.items()}
-        again = face_source(assembly, settings.seed, runs.get(oracle))
-        tolerance = Tolerance(assembly, again, settings.tau)
-        truth = found.get(oracle, ())
-        held = holdings(assembly, session, truth) if oracle else ()
-        comparisons = _compared(runs, oracle, tolerance, held)
-        counts = {label: count_contacts(comparison, truth) for label, comparison in comparisons.items()}
-        matches = _matched(runs, comparisons, found, counts)
-        dwell, phases = None, dict[str, OffsetCounts]()
-        if oracle:
-            held_ones = set(held)
-            loose = tuple(contact for contact in truth if contact not in held_ones)
-            trusted, audited = runs[oracle].detection, {label: runs[label] for label in matches}
-            dwell = _durations(assembly, trusted, loose, tolerance, settings.seed)
-            advance(EXAMINING)
-            phases = over_phases(audited, assembly, trusted, loose, held, tolerance, settings.seed, advance)
-        missed, causes = examine(comparisons, truth, runs, assembly, again)
-        advance(EXAMINING * len(comparisons))
-        false = {}
-        for label, comparison in comparisons.items():
-            reporter = FalseReporter(runs[label].detector, runs[label].detection, runs[oracle].detection)
-            false[label] = false_contacts(assembly, comparison, reporter)
-            advance(EXAMINING)
-    return Measured(
+    again = face_source(assembly, settings.seed, runs.get(oracle))
+    tolerance = Tolerance(assembly, again, settings.tau)
+    found = {label: episodes(run.detection, assembly.motion.valid) for label, run in runs.items()}
+    measured = Measured(
         session=session, assembly=assembly, detections={label: run.detection for label, run in runs.items()},
-        oracle=oracle, comparisons=comparisons, episodes=found, misses=missed, matches=matches, false=false,
-        causes=causes, dwell=dwell, phases=phases, counts=counts, holdings=held,
-        treatment=ready.treatment,
+        oracle=oracle, comparisons={}, episodes=found, misses={}, treatment=ready.treatment,
         flags=Flags.of(ready.treatment.spans, assembly, session.scene),
         detectors={label: run.detector for label, run in runs.items()},
     )  # fmt: skip
+    if not oracle:
+        return measured
+    audited = {label: run for label, run in runs.items() if label != oracle}
+    total = (2 * EXAMINING + STEPS) * len(audited) + EXAMINING
+    # Misses are examined with other kernels.
+    with progress.stage(COMPARING, total) as advance, compiling_announced(progress):
+        truth = found[oracle]
+        reference = Reference(runs[oracle].detection, truth, holdings(assembly, session, truth), tolerance)
+        comparisons = {label: reference.compare(run.detection, (label, oracle)) for label, run in audited.items()}
+        counts = {label: count_contacts(comparison, truth) for label, comparison in comparisons.items()}
+        matches = {
+            label: match_episodes(
+                comparison, truth, found[label], counts=counts[label], reach=_reach(audited[label].detection, reference)
+            )
+            for label, comparison in comparisons.items()
+        }
+        dwell = _durations(assembly, reference, settings.seed)
+        advance(EXAMINING)
+        phases = over_phases(audited, assembly, reference, settings.seed, advance)
+        misses, causes = examine(comparisons, truth, runs, assembly, again)
+        advance(EXAMINING * len(comparisons))
+        false = {}
+        for label, comparison in comparisons.items():
+            reporter = FalseReporter(audited[label].detector, audited[label].detection, reference.truth)
+            false[label] = false_contacts(assembly, comparison, reporter)
+            advance(EXAMINING)
+    return replace(
+        measured, comparisons=comparisons, misses=misses, matches=matches, false=false, causes=causes, dwell=dwell,
+        phases=phases, counts=counts, holdings=reference.holdings,
+    )  # fmt: skip
+
+
+def _reach(subject: Detection, reference: Reference) -> int:
+    """Frames for which a contact of instants still speaks: one beside a reference of intervals."""
+    return int((subject.covers, reference.truth.covers) == ("instants", "intervals"))
+
+
+def _durations(assembly: Assembly, reference: Reference, seed: int) -> ContactDurations:
+    """How long the contacts lasted; beside an oracle of intervals a look sees what ``exact`` sees at a frame."""
+    oracle, contacts = reference.truth, reference.contacts
+    seen, between = oracle, oracle.covers == "intervals"
+    if between and contacts:
+        exact = DetectorSpec(TRUSTED, TRUSTED)
+        seen = run_detector(exact, assembly, seed=seed, faces=False, advance=ignored).detection
+    rates = StepRates(seen, contacts, reference.tolerance.judge(oracle, oracle), int(between))
+    return replace(contact_durations(assembly, oracle, contacts), rates=rates)
 
 
 def _effects(ready: Prepared, runs: dict[str, Run], oracle: str) -> dict[str, EffectRun]:
@@ -227,41 +246,3 @@ def _believed(planned: Plan, runs: dict[str, Run], oracle: str) -> dict[str, Det
     by_name = {run.spec.name: run for run in reversed(runs.values()) if not run.spec.settings}
     found = {name: by_name.get(name, chosen) for name in planned.detectors}
     return {name: run.detection for name, run in found.items() if run is not None}
-
-
-def _compared(
-    runs: dict[str, Run], oracle: str, tolerance: Tolerance, held: tuple[Episode, ...]
-) -> dict[str, Comparison]:
-    """By label: pair-frames held to the oracle's."""
-    truth = runs[oracle].detection if oracle else None
-    return {
-        label: compare(run.detection, truth, (label, oracle), tolerance.judge(run.detection, truth), held)
-        for label, run in runs.items()
-        if truth is not None and label != oracle
-    }
-
-
-def _matched(
-    runs: dict[str, Run], comparisons: dict[str, Comparison], found: dict[str, tuple[Episode, ...]],
-    counts: dict[str, ContactCounts],
-) -> dict[str, EpisodeMatches]:  # fmt: skip
-    """By label: contacts matched one to one with the oracle's."""
-    matches = {}
-    for label, comparison in comparisons.items():
-        covers = (runs[label].detection.covers, runs[comparison.oracle].detection.covers)
-        reach = 1 if covers == ("instants", "intervals") else 0
-        truth = found[comparison.oracle]
-        matches[label] = match_episodes(comparison, truth, found[label], counts=counts[label], reach=reach)
-    return matches
-
-
-def _durations(
-    assembly: Assembly, oracle: Detection, contacts: tuple[Episode, ...], tolerance: Tolerance, seed: int
-) -> ContactDurations:
-    """How long the contacts lasted; beside an oracle of intervals a look sees what ``exact`` sees at a frame."""
-    seen, between = oracle, oracle.covers == "intervals"
-    if between and contacts:
-        exact = DetectorSpec(TRUSTED, TRUSTED)
-        seen = run_detector(exact, assembly, seed=seed, faces=False, advance=lambda _: None).detection
-    rates = StepRates(seen, contacts, tolerance.judge(oracle, oracle), int(between))
-    return replace(contact_durations(assembly, oracle, contacts), rates=rates)

@@ -3,16 +3,13 @@
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from cdcore import Detection
 from cdcore.numerics import IntArray
-from replay.comparison.compare import compare
 from replay.comparison.contact_counts import count_contacts, count_reports
-from replay.comparison.episodes import column_runs, episodes
-from replay.comparison.holding import holdings
+from replay.comparison.episodes import column_runs
 from replay.comparison.look_phases import PHASES, offset_counts, spread
 from replay.comparison.outcome import Outcome
+from replay.comparison.reference import Reference
 from replay.comparison.tolerance import Tolerance
 from replay.detection.detector_spec import DetectorSpec
 from replay.detection.run_detector import make_detector
@@ -46,14 +43,13 @@ class Scoring:
         self, assembly: Assembly, spec: DetectorSpec, seed: int, tau: float, session: Session | None = None
     ) -> None:
         self.spec, self._seed = spec, seed
-        self.truth = make_detector(spec, assembly, seed).detect(assembly.motion)
-        found = episodes(self.truth, assembly.motion.valid)
-        self._held = holdings(assembly, session, found)
-        self.contacts = tuple(contact for contact in found if contact not in set(self._held))
+        exact = make_detector(DetectorSpec("faces", "exact"), assembly, seed)
+        tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau)
+        truth = make_detector(spec, assembly, seed).detect(assembly.motion)
+        self.reference = Reference.of(truth, assembly, session, tolerance)
+        self.contacts = self.reference.contacts
         if not self.contacts:
             raise TradeoffError(f"{spec.name} finds no contact in this session: nothing can be missed; take another")
-        exact = make_detector(DetectorSpec("faces", "exact"), assembly, seed)
-        self._tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), tau)
         self._every_frame: dict[str, tuple[Assembly, Detection]] = {}
 
     def figures(self, detection: Detection, setting: Setting, assembly: Assembly) -> dict[str, Any]:
@@ -63,13 +59,11 @@ class Scoring:
         counts are ``missed_smallest``, ``missed_largest`` and ``missed`` (the mean), and so on; another one is counted
         once. ``wrong`` are all three.
         """
-        comparison = compare(
-            detection, self.truth, within=self._tolerance.judge(detection, self.truth), holdings=self._held
-        )
+        comparison = self.reference.compare(detection)
         once = count_contacts(comparison, self.contacts)
-        if setting.rate_hz and self.truth.covers == "instants":
+        if setting.rate_hz and self.reference.truth.covers == "instants":
             every = self._at_every_frame(setting, assembly)
-            offsets = offset_counts(setting.rate_hz, every, self.truth, self.contacts, self._held, self._tolerance)
+            offsets = offset_counts(setting.rate_hz, every, self.reference)
             missed, late = (part.sum(axis=1).tolist() for part in (offsets.missed, offsets.in_part))
             false, share = offsets.false_contacts.tolist(), offsets.invented
         else:
@@ -85,9 +79,7 @@ class Scoring:
 
     def false_frames(self, detection: Detection) -> IntArray:
         """Of each pair the frames in which a detection reports contact and there is none, (P,)."""
-        within = self._tolerance.judge(detection, self.truth)
-        outcome = compare(detection, self.truth, within=within, holdings=self._held).outcome
-        return np.asarray((outcome == Outcome.INVENTED).sum(axis=0))
+        return self.reference.compare(detection).by_pair[:, Outcome.INVENTED]
 
     def _at_every_frame(self, setting: Setting, assembly: Assembly) -> Detection:
         """The answer of a setting without its step rate, which every rate samples."""
