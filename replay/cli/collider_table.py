@@ -30,19 +30,20 @@ def write_colliders(
 
 def before_after(shipped: "Shipped") -> "Table":
     """A hull a body, and the pieces, as ``run`` counts them."""
-    from replay.outputs.tables import IN_RED, INVENTED, PARTLY, Marked, table
-    from replay.pipeline.gates import figure
-    from replay.tradeoffs.pareto import count_words
+    from replay.outputs.tables import table
+    from replay.outputs.tradeoff_table import count_cell, false_cell
 
-    rows = []
-    for name, row in (("before: a hull a body", shipped.before), ("after: these pieces", shipped.after)):
-        missed, late = (
-            Marked(count_words(row, key), mark if row[key] else "")
-            for key, mark in (("missed", IN_RED), ("late", PARTLY))
+    rows = [
+        (
+            name,
+            false_cell(row),
+            count_cell(row, "missed"),
+            count_cell(row, "late"),
+            str(row["pieces"]),
+            f"{row['ms']:.3f}",
         )
-        false = "-" if row["false"] is None else figure(100 * row["false"])
-        part = Marked(false, INVENTED if row["false"] else "")
-        rows.append((name, part, missed, late, str(row["pieces"]), f"{row['ms']:.3f}"))
+        for name, row in (("before: a hull a body", shipped.before), ("after: these pieces", shipped.after))
+    ]
     result = shipped.result
     contacts = len(result.episodes[result.oracle])
     title = f"{contacts} contacts, {shipped.engine.name} at {shipped.engine.step_hz:g} steps a second"

@@ -40,22 +40,17 @@ def advise_engine(session: Path, engine: str, people: People, *, no_picture: boo
 
 def engine_table(advice: "Advice", *, everything: bool = False) -> "Table":
     """A row a choice: what is set in the engine and what comes of it; the settings that ``run`` takes on request."""
-    from replay.outputs.tables import IN_RED, INVENTED, PARTLY, Marked, table
-    from replay.pipeline.gates import figure
+    from replay.outputs.tables import table
+    from replay.outputs.tradeoff_table import count_cell, false_cell, p99_cell
     from replay.tradeoffs.engine_knobs import knob_words
-    from replay.tradeoffs.pareto import count_words
 
-    marks = {"missed": IN_RED, "late": PARTLY, "wrong": ""}
-    rows = []
-    for row in advice.rows:
-        what = f"{row['number']}  {knob_words(row['knobs'])}"
-        missed, late, wrong = (
-            Marked(count_words(row, name), mark if row[name] else "") for name, mark in marks.items()
+    rows = [
+        (
+            f"{row['number']}  {knob_words(row['knobs'])}", count_cell(row, "missed"), count_cell(row, "late"),
+            false_cell(row), count_cell(row, "wrong"), f"{row['ms']:.3f}", p99_cell(row), row["setting"],
         )
-        false = "-" if row["false"] is None else figure(100 * row["false"])
-        p99 = "-" if row["p99_ms"] is None else f"{row['p99_ms']:.2f}"
-        part = Marked(false, INVENTED if row["false"] else "")
-        rows.append((what, missed, late, part, wrong, f"{row['ms']:.3f}", p99, row["setting"]))
+        for row in advice.rows
+    ]  # fmt: skip
     engine, result = advice.engine, advice.result
     contacts, seconds = len(result.episodes[result.oracle]), result.summary["session"]["duration"]
     title = f"{engine.name} {engine.version}: {contacts} contacts in {seconds:.0f} s, beside {result.oracle}"

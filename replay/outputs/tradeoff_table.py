@@ -94,11 +94,23 @@ MARKS: Final = {"missed": IN_RED, "late": PARTLY, "false_contacts": INVENTED, "w
 """Count -> how a number above 0 is marked."""
 
 
+def count_cell(row: Row, name: str) -> Marked:
+    """How often a setting is wrong in one way, over the sampling offsets."""
+    return Marked(count_words(row, name), MARKS[name] if row[name] else "")
+
+
+def false_cell(row: Row) -> Marked:
+    """Which percentage of the contact time that a setting reports is false."""
+    return Marked("-" if row["false"] is None else figure(100 * row["false"]), INVENTED if row["false"] else "")
+
+
+def p99_cell(row: Row) -> str:
+    """Milliseconds of a slow frame."""
+    return "-" if row["p99_ms"] is None else f"{row['p99_ms']:.2f}"
+
+
 def _cells(row: Row) -> tuple[Cell, ...]:
-    p99 = "-" if row["p99_ms"] is None else f"{row['p99_ms']:.2f}"
-    false = "-" if row["false"] is None else figure(100 * row["false"])
-    counts = [Marked(count_words(row, name), mark if row[name] else "") for name, mark in MARKS.items()]
     return (
-        row["label"], *counts, f"{row['mean_ms']:.3f}", p99, "front" if row["front"] else "", false,
-        str(row["passes"]), row["settings"] or "-",
+        row["label"], *(count_cell(row, name) for name in MARKS), f"{row['mean_ms']:.3f}", p99_cell(row),
+        "front" if row["front"] else "", false_cell(row).text, str(row["passes"]), row["settings"] or "-",
     )  # fmt: skip

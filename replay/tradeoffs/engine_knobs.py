@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from replay.errors import TradeoffError
 from replay.pipeline.gates import figure
+from replay.pipeline.sentences import plural
 from replay.tradeoffs.pareto import count_words
 from replay.tradeoffs.settings import FASTEST
 
@@ -174,7 +175,7 @@ def advice_words(engine: str, rows: Sequence[Row]) -> list[str]:
         none = f"No contact happened, so none for {engine} to miss."
         return [none, "All that row 1 reports is false."] if first["false"] else [none]
     if not first["wrong"]:
-        return [f"Row 1 gets each of {contact_words(first)} right."]
+        return [f"Row 1 gets each of {plural(first['contacts'], 'contact')} right."]
     best = min(rows, key=lambda row: (row["wrong"], len(row["knobs"]), row["false"] or 0.0, row["number"]))
     sentences = [f"Row {first['number']}: {wrong_words(first)}."]
     if best["wrong"] >= first["wrong"]:
@@ -183,14 +184,9 @@ def advice_words(engine: str, rows: Sequence[Row]) -> list[str]:
     return [*sentences, cure, *([best["consequence"]] if best["consequence"] else [])]
 
 
-def contact_words(row: Row) -> str:
-    """``18 contacts``."""
-    return f"{row['contacts']} contact" if row["contacts"] == 1 else f"{row['contacts']} contacts"
-
-
 def wrong_words(row: Row) -> str:
     """``0-1 of 18 contacts missed, 1-3 late or cut short, 86 % of its contact time false``."""
-    parts = [f"{count_words(row, 'missed')} of {contact_words(row)} missed"]
+    parts = [f"{count_words(row, 'missed')} of {plural(row['contacts'], 'contact')} missed"]
     parts.append(f"{count_words(row, 'late')} late or cut short")
     if row["undecided"]:
         parts.append(f"{row['undecided']} undecided")

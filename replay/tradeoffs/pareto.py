@@ -10,6 +10,8 @@ from typing import Any, Final, TypeAlias, TypeVar
 
 from replay.base.constants import HEADSET_HZ
 from replay.pipeline.gates import figure
+from replay.pipeline.ranking import range_words
+from replay.pipeline.sentences import plural
 from replay.tradeoffs.settings import USUAL_HZ
 
 Row: TypeAlias = Mapping[str, Any]
@@ -87,7 +89,8 @@ def advice_of(rows: Sequence[Row], *, processor_share: float = 1.0) -> list[str]
     """
     candidates = [row for row in rows if counts(row) and row["mean_low"] is not None]
     if len(candidates) < FEWEST:
-        return [f"No advice: {_settings(len(candidates))} timed twice or more, and advice needs {FEWEST}."]
+        were = f"{plural(len(candidates), 'setting')} {'was' if len(candidates) == 1 else 'were'}"
+        return [f"No advice: {were} timed twice or more, and advice needs {FEWEST}."]
     if processor_share < BUSY:
         busy = figure(100 * (1 - processor_share))
         return [
@@ -111,10 +114,6 @@ def _usual(rows: Sequence[Row], best: Row) -> Row | None:
     return min(rates, key=lambda row: (abs(row["rate_hz"] - USUAL_HZ), row["wrong"]), default=None)
 
 
-def _settings(number: int) -> str:
-    return "1 setting was" if number == 1 else f"{number} settings were"
-
-
 def _least(row: Row) -> str:
     if not row["wrong"]:
         return "Missing nothing costs"
@@ -131,15 +130,13 @@ def _of_frame(row: Row) -> str:
 
 def count_words(row: Row, name: str) -> str:
     """``0-1``, the smallest and the largest count over the sampling offsets; one number where they are equal."""
-    low, high = row[f"{name}_smallest"], row[f"{name}_largest"]
-    return f"{low}" if low == high else f"{low}-{high}"
+    return range_words((row[f"{name}_smallest"], row[f"{name}_largest"]))
 
 
 def _wrong(row: Row) -> str:
     """``1 of 18 contacts is missed, 7 are late or cut short and 9 contacts are false``."""
     missed, late, false = (count_words(row, name) for name in ("missed", "late", "false_contacts"))
-    contacts = f"{row['contacts']} contact" if row["contacts"] == 1 else f"{row['contacts']} contacts"
-    parts = [f"{missed} of {contacts} {'is' if missed == '1' else 'are'} missed"]
+    parts = [f"{missed} of {plural(row['contacts'], 'contact')} {'is' if missed == '1' else 'are'} missed"]
     parts.append(f"{late} {'is' if late == '1' else 'are'} late or cut short")
     parts.append("1 more is false" if false == "1" else f"{false} more are false")
     return f"{parts[0]}, {parts[1]} and {parts[2]}"

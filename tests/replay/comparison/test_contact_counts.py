@@ -1,5 +1,4 @@
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,8 +14,6 @@ from replay.comparison.episodes import episodes
 from replay.comparison.matching import match_episodes
 from replay.comparison.misses import NEVER_FOUND, stretches
 from replay.comparison.outcome import Outcome
-
-ROOT = Path(__file__).resolve().parents[3]
 
 
 def counted(subject, oracle):
@@ -75,16 +72,6 @@ def test_counts_matches_and_misses_say_the_same_of_every_contact(first, second):
     lost = stretches(comparison, truth)
     assert one.missed_numbers == sorted({miss.episode for miss in lost if miss.kind == NEVER_FOUND})
     assert one.in_part == len({miss.episode for miss in lost}) - one.missed
-
-
-def test_nobody_else_counts_contacts_from_misses():
-    """Outside its home no module makes a set of the episodes of misses, as all seven did that counted."""
-    guilty = [
-        str(path.relative_to(ROOT))
-        for path in (ROOT / "replay").rglob("*.py")
-        if re.search(r"\bmiss\.episode for miss in", path.read_text("utf-8"))
-    ]
-    assert guilty == []
 
 
 def drawn(random, contacts, every=4, longest=0.8, unseen=0.0):
