@@ -73,7 +73,8 @@ def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
         )
         for rank in ranks
     ]
-    title = f"{happened(ranks[-1].contacts) if ranks else ''} What each detector made of them:"
+    contacts = ranks[-1].contacts if ranks else 0
+    title = f"{happened(contacts) if ranks else ''} What each detector made of {'it' if contacts == 1 else 'them'}:"
     busy = busy_words(result.summary)
     notes = [OVER_CONTACTS] if intervals else []
     made = table(

@@ -85,7 +85,7 @@ class ClassTables:
             one = self._never(label, self._contacts(label))[1]
             if one.students >= LEAST_IN_CELL:
                 between = f"{percent(one.low)} to {percent(one.high)}, n = {one.students}"
-                said.append(f"{label} never finds {percent(one.value)} of the contacts ({between}).")
+                said.append(f"{label} misses {percent(one.value)} of the contacts ({between}).")
         return said
 
     def sample(self) -> dict[str, str]:
