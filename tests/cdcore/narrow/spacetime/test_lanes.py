@@ -16,6 +16,7 @@ from cdcore.narrow.spacetime.face_lanes import certain_lanes, move_edges
 from cdcore.narrow.spacetime.leaf_lanes import survivors_of_leaves
 from cdcore.narrow.spacetime.memory import EDGE_ROOM, pair_memory
 from cdcore.narrow.triangles.filter import UNDECIDED
+from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import place_points
 from replay.studies.stress.families import FAMILIES
@@ -125,11 +126,11 @@ def answers(pair, turn, move):
     row, _kept = row_of_pair(trees, turn, move)
     ours = [asked_filter(row, f) for f in range(len(turn))]
     world = [[place_points(pair[k], turn[f, k], move[f, k]) for k in range(2)] for f in range(len(turn))]
-    return np.array(ours), triangles_intersect(np.array(world))
+    return np.array(ours), np.array([pair_intersects_integers(np.array(placed).tolist()) for placed in world])
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 6, 9, 10, 12, 13, 14, 15, 16, 17, 18, 20, 21, 22, 24])
-def test_a_certain_answer_is_the_predicates(number):
+def test_a_certain_answer_of_the_filter_is_that_of_integers(number):
     rng = np.random.default_rng(number)
     turn = rotations(rng, (6, 2))
     turn[:, 1] = turn[:, 0]
