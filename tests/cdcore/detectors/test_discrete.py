@@ -133,24 +133,14 @@ def seconds_below(seconds):
 
 
 def test_a_sphere_misses_the_corner_that_sticks_out_and_says_that_its_shape_is_the_cause():
-    box, wall = Body("box", box_mesh()), Body("wall", box_mesh((0.1, 4.0, 4.0)))
-    quarter = np.pi / 4
-    turn = np.array([[np.cos(quarter), -np.sin(quarter), 0], [np.sin(quarter), np.cos(quarter), 0], [0, 0, 1.0]])
-    places = np.zeros((2, 2, 3))
-    places[:, 1, 0] = 0.05 + np.array([0.6, 0.8])
-    turns = np.broadcast_to(np.stack([turn, np.eye(3)]), (2, 2, 3, 3))
-    motion = Motion([0.0, 1.0], places, turns)
-    assert create_detector("exact", [box, wall]).detect(motion).verdict[:, 0].tolist() == [1, 0]
-    detector = create_detector("collider", [box, wall], shape="sphere")
-    spheres = detector.colliders[1].mesh.referenced_vertices
-    assert np.abs(spheres).max() == pytest.approx(2.0)  # the wall's sphere swallows everything near it
-    assert detector.detect(motion).verdict[0, 0] != Verdict.CLEAR
-    small = create_detector("collider", [box, Body("pin", box_mesh((0.1, 0.1, 0.1)))], shape="sphere")
-    there = places.copy()
-    there[:, 1, 0] = 0.65
-    near = Motion([0.0, 1.0], there, turns)
-    assert small.detect(near).verdict[:, 0].tolist() == [0, 0]
-    told = small.explain(near, 0, 0, np.zeros((1, 2), dtype=np.int64))
+    bodies = [Body("box", box_mesh()), Body("pin", box_mesh((0.1, 0.1, 0.1)))]
+    turn, half = np.tile(np.eye(3), (1, 2, 1, 1)), np.sqrt(0.5)
+    turn[0, 0, :2, :2] = [[half, -half], [half, half]]
+    near = Motion([0.0], np.array([[[0, 0, 0], [0.65, 0, 0]]]), turn)
+    assert create_detector("exact", bodies).detect(near).verdict[0, 0] != Verdict.CLEAR
+    detector = create_detector("collider", bodies, shape="sphere")
+    assert detector.detect(near).verdict[0, 0] == Verdict.CLEAR
+    told = detector.explain(near, 0, 0, np.zeros((1, 2), dtype=np.int64))
     assert told.shapes_meet is False and told.looked is True
 
 

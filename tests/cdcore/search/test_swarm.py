@@ -54,15 +54,6 @@ def test_the_amplitude_map_draws_the_ends_twenty_times_too_often():
     assert often[450:550].mean() == pytest.approx(0.64, rel=0.02)
 
 
-def test_not_twice_is_the_identity():
-    start = np.linspace(-3.1, 3.1, 63)
-    angles = start.copy()
-    step_along(angles, start, state_of(turn=0.0, mutation=1.0), np.full(3, 0.5))
-    assert np.allclose(np.sin(angles), np.cos(start))
-    step_along(angles, angles.copy(), state_of(turn=0.0, mutation=1.0), np.full(3, 0.5))
-    assert np.allclose(np.exp(1j * angles), np.exp(1j * start), atol=1e-12)
-
-
 def test_a_step_goes_the_short_way_and_without_17_either_way():
     start, target = np.full(2000, 3.0), np.full(2000, -3.0)
     angles = start.copy()

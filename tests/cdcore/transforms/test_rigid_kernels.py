@@ -1,9 +1,8 @@
-"""Compiled passes give the bits of the plain functions, and these are the paper's equations (1)-(14)."""
+"""Compiled passes name the first bad pose and repair what is nearly a rotation; quaternions are xyzw."""
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.paper_matrices import apply_row, row_rotation, row_scale, row_translation
 from support.shapes import nearest_rotation, orthonormality_error, random_rotations
 
 from cdcore.kernels.compiling import kernel
@@ -85,30 +84,6 @@ def test_translations_as_large_as_doubles_go_are_good():
     bad, _, worst = check(place, spoiled(0), np.ones(COUNT, dtype=bool))
     assert bad == GOOD and worst < 1e-14
     assert place[3].tolist() == [1.7e308, 1.7e308, -1.7e308]
-
-
-RNG = np.random.default_rng(0)
-POINTS = RNG.normal(size=(1000, 3))
-X, Y, Z = POINTS.T
-A, B, G = 0.7, -1.9, 2.6
-
-
-@pytest.mark.parametrize(
-    ("matrix", "expected"),
-    [
-        (row_translation([0.1, -2.0, 3.0]), (X + 0.1, Y - 2.0, Z + 3.0)),
-        (row_scale([2.0, -0.5, 3.0]), (2.0 * X, -0.5 * Y, 3.0 * Z)),
-        (row_rotation(0, A), (X, Y * np.cos(A) - Z * np.sin(A), Y * np.sin(A) + Z * np.cos(A))),
-        (row_rotation(1, B), (X * np.cos(B) + Z * np.sin(B), Y, -X * np.sin(B) + Z * np.cos(B))),
-        (row_rotation(2, G), (X * np.cos(G) - Y * np.sin(G), X * np.sin(G) + Y * np.cos(G), Z)),
-    ],
-    ids=["(1)-(3)", "(4)-(5)", "(6)-(10)", "(11)-(12)", "(13)-(14)"],
-)
-def test_a_matrix_gives_its_component_formulas_by_rows_and_transposed_by_columns(matrix, expected):
-    wanted, rows = np.stack(expected, axis=1), np.column_stack([POINTS, np.ones(1000)])
-    assert np.abs(apply_row(POINTS, matrix) - wanted).max() < 1e-12
-    assert np.abs((rows @ matrix)[:, :3] - wanted).max() < 1e-12
-    assert np.abs((matrix.T @ rows.T)[:3].T - wanted).max() < 1e-12
 
 
 def test_quaternions_are_read_as_xyzw():

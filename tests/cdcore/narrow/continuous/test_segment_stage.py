@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from oracles.continuous_sturm import first_meeting
 from scipy.spatial.transform import Rotation
-from support.motions import KINDS, placed, soup
-from support.shapes import ball_mesh, box_mesh, random_rotations
+from support.motions import KINDS
+from support.shapes import ball_mesh, box_mesh
 
 from cdcore.narrow.continuous import search, segment_stage
 from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_segment, segment_bounds, segment_pad
 from cdcore.narrow.continuous.search import (
-    FACES,
     FREE,
     HIT,
     TOO_CLOSE,
@@ -20,7 +19,6 @@ from cdcore.narrow.continuous.search import (
     Bounds,
     first_contact,
     make_room,
-    seen_meeting,
 )
 from cdcore.narrow.continuous.segment_stage import (
     DEFAULT_EFFORT,
@@ -168,29 +166,6 @@ def test_more_pairs_than_there_is_room_for_are_an_answer_and_not_a_crash():
     room = make_room(BALL, PLATE)._replace(items=np.empty((2, 3), dtype=np.int32))
     state = first_contact(BALL, leg, PLATE, rest, Bounds(2e-5, 0.0, 1e-3, 1e-4, 1e-2, 10**6), room)
     assert state in (TOO_CLOSE, TOO_LONG)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_faces_seen_to_meet_are_those_of_the_predicate_on_placed_triangles(kind):
-    rng = np.random.default_rng(4)
-    meshes = [soup(rng, size=1.0) if kind == "soup" else KINDS[kind](rng) for _ in (0, 1)]
-    trees = [build_box_tree(mesh) for mesh in meshes]
-    turns = random_rotations(rng, 2) if kind == "soup" else np.tile(np.eye(3), (2, 1, 1))
-    places = np.zeros((2, 3))
-    legs = np.empty((2, LEG_WIDTH))
-    for k in (0, 1):
-        fill_segment(turns[k], places[k], turns[k], places[k], legs[k])
-    world = [placed(meshes[k], turns[k], places[k]) for k in (0, 1)]
-    room = make_room(*trees)
-    met = 0
-    for i in range(len(meshes[0])):
-        for j in range(len(meshes[1])):
-            faces = trees[0].faces[i], trees[1].faces[j]
-            want = triangles_intersect(np.stack([world[0][faces[0]], world[1][faces[1]]])[None])[0]
-            room.items[0] = FACES, i, j
-            assert seen_meeting(trees[0], legs[0], trees[1], legs[1], 0.0, 0, 1, room) == (0 if want else -1)
-            met += want
-    assert met > 0
 
 
 @pytest.mark.parametrize("start", [0.0, 1 / 3, 3600.0, 1.7e9])

@@ -5,15 +5,13 @@ from math import sqrt
 import numpy as np
 import pytest
 from scipy.optimize import minimize
-from support.motions import rotations
-from support.shapes import ball_mesh, box_mesh, merged, random_rotations
+from support.shapes import box_mesh, merged, random_rotations
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.margins.margin_kernels import boxes_of, certainly_apart, overlap_bounds
 from cdcore.narrow.margins.separating_moves import come_apart, shell_vectors, unit
 from cdcore.narrow.margins.triangle_margins import near_faces, triangle_margins
 from cdcore.narrow.spacetime.box_tree import build_box_tree
-from cdcore.numerics import place_points
 from replay.studies.stress.families import FAMILIES
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
@@ -115,27 +113,6 @@ def test_the_exact_margin_lies_within_the_bounds(family):
     assert (low[meets] <= margin[meets]).all()
     assert (margin[meets] <= high[meets]).all()
     assert (apart[~meets] <= margin[~meets]).all()
-
-
-def least_distance(first, second):
-    pairs = np.stack(np.broadcast_arrays(first[:, None], second[None]), axis=2).reshape(-1, 2, 3, 3)
-    meets, margin = triangle_margins(pairs)
-    return 0.0 if meets.any() else margin.min()
-
-
-def test_surfaces_called_apart_are_and_most_that_are_get_called_so():
-    rng = np.random.default_rng(2)
-    meshes = [ball_mesh(0.05, 3, 4).triangles, box_mesh((0.1, 0.1, 0.02)).triangles]
-    a, b = (build_box_tree(mesh) for mesh in meshes)
-    count, reach = 40, 0.003
-    turns, moves = rotations(rng, (count,)), rng.normal(size=(count, 3)) * 0.06
-    apart = np.zeros(count, dtype=bool)
-    certainly_apart(boxes_of(a), a, boxes_of(b), b, turns, moves, np.full(count, reach), False, apart)
-    far = [least_distance(place_points(meshes[0].reshape(-1, 3), t, m).reshape(-1, 3, 3), meshes[1]) > reach
-           for t, m in zip(turns, moves, strict=True)]  # fmt: skip
-    assert not (apart & ~np.array(far)).any()
-    assert 10 < sum(far) < 40
-    assert apart.sum() > 0.8 * sum(far)
 
 
 def measured_apart(first, second, reach):
