@@ -38,6 +38,8 @@ def close_stretches(assembly: Assembly, pairs: IntArray) -> tuple[NearMiss, ...]
 
     ``pairs``: columns of ``assembly.pairs`` to look at.
     """
+    if not len(pairs):  # No detector is loaded where nothing is looked at
+        return ()
     motion = assembly.motion
     looks = frames_at(motion.times, 1.0 / LOOKS_HZ, float(motion.times[-1]))
     detector = create_detector(
