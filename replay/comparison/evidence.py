@@ -22,8 +22,8 @@ LOOKS_PER_MISS: Final = 128
 LOOKS_IN_ALL: Final = 20_000
 """Pair-frames examined in all, some seconds of work; with more misses each is examined once, in its middle."""
 
-LOOKS_AT_ONCE: Final = 4096
-"""Looks whose faces are held together: some 100 MB when every look has a thousand face pairs in every pair."""
+LOOKS_AT_ONCE: Final = 1024
+"""Looks whose faces are held together: some 25 MB when every look has a thousand face pairs in every pair."""
 
 TOUCHES_IN_ALL: Final = 500
 """Misses between frames whose moment is located, 25 ms each with meshes of 3,000 faces; those beyond, later in the

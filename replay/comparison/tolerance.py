@@ -26,8 +26,8 @@ TAU: Final = 2e-6
 """Metres. Float engines disagree about less, coal decides nothing below it, and no tracker resolves a hundred times
 as much (VIVE: 0.14 mm frame to frame)."""
 
-FRAMES_AT_ONCE: Final = 4096
-"""Frames whose faces are held together: some 100 MB when every pair of a bench meets in a thousand face pairs."""
+FRAMES_AT_ONCE: Final = 1024
+"""Frames whose faces are held together: some 25 MB when every pair of a bench meets in a thousand face pairs."""
 
 EXCUSABLE: Final = (Verdict.CLEAR, Verdict.CONTACT, Verdict.NOT_FOUND)
 """Verdicts about surfaces."""
