@@ -13,7 +13,9 @@ from cdcore import TriangleMesh
 from cdcore.bounding.sphere import (
     SPHERES,
     sphere_best,
+    sphere_by_box_centre,
     sphere_by_farthest_steps,
+    sphere_by_ritter,
     sphere_by_triangle_mean,
     sphere_in_mode,
 )  # fmt: skip
@@ -37,6 +39,13 @@ def holds(sphere, points):
 @pytest.mark.parametrize("build", BUILDERS)
 def test_every_used_vertex_lies_in_the_ball(build, shape):
     assert holds(build(SHAPES[shape]), SHAPES[shape].referenced_vertices)
+
+
+@pytest.mark.parametrize("build", [sphere_by_box_centre, sphere_by_ritter, sphere_by_farthest_steps])
+def test_the_ball_around_a_box_stands_in_its_middle_wherever_that_is(build):
+    ball = build(moved(box_mesh((1, 2, 3)), [5, -2, 1]))
+    assert np.allclose(ball.centre, [5, -2, 1], atol=0.1)
+    assert ball.radius == pytest.approx(np.sqrt(14) / 2, rel=0.05)
 
 
 meshes = st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3), min_size=3, max_size=12).map(
