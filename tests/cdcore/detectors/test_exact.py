@@ -23,11 +23,13 @@ def test_a_small_closed_body_inside_a_large_one_is_contained():
     assert create_detector("exact", bodies, containment=False).detect(motion).verdict.tolist() == [[Verdict.CLEAR]]
 
 
-def test_a_body_that_bounding_boxes_keep_apart_is_not_asked_about():
+def test_a_body_that_bounding_boxes_keep_apart_is_not_asked_about_and_live_answers_are_the_same():
     bodies, places = [Body("in", ball_mesh(0.1)), Body("out", box_mesh())], np.zeros((300, 2, 3))
     places[:, 0, 0] = np.linspace(0.0, 3.0, 300)
     motion = Motion(np.arange(300), places, np.tile(np.eye(3), (300, 2, 1, 1)))
-    found = create_detector("exact", bodies).detect(motion)
+    detector = create_detector("exact", bodies)
+    found = detector.detect(motion)
+    assert detect_live(detector, motion).digest == found.digest
     contained = int((found.verdict == Verdict.CONTAINED).sum())
     assert 30 < contained <= found.work["containment_tests"] < contained + 8
 
