@@ -7,9 +7,7 @@ from pathlib import Path
 
 from support.small_worlds import cubes
 
-import cdcore.detectors
 from replay.effects import EFFECTS
-from replay.effects.protocol import EffectOutput, EffectSpec
 from replay.pipeline.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.model.track import HandTrack
@@ -117,20 +115,6 @@ QUERIES = ("cdcore/narrow", "cdcore/broad", "cdcore/bounding")
 """Files that are entered by whoever asks a detector anything."""
 
 
-def detectors_made(run, monkeypatch):
-    """Names of the detectors that are made while ``run`` runs, by whomever."""
-    made = []
-    load = cdcore.detectors.load_detector
-
-    def counted(name):
-        made.append(name)
-        return load(name)
-
-    monkeypatch.setattr(cdcore.detectors, "load_detector", counted)
-    run()
-    return made
-
-
 def run_small(*effects):
     """The result of a run that is asked for nothing but what the scene calls for."""
     return compute(small_session(*effects))
@@ -146,22 +130,3 @@ def modules_after(code):
 def files_of(kinds):
     """Files of effects."""
     return tuple(EFFECTS[kind].partition(":")[0].replace(".", "/") + ".py" for kind in kinds)
-
-
-def asks_secretly(inputs):
-    """A mutant: it was given no detector and makes one."""
-    from cdcore import create_detector
-
-    assembly = inputs.assembly
-    create_detector("static", assembly.bodies).detect(assembly.motion.take([0, 1]))
-    return EffectOutput()
-
-
-def looks_around(inputs):
-    """A mutant: what it says depends on which other effects are installed."""
-    inputs.count("known", len(EFFECTS))
-    return EffectOutput(data=len(EFFECTS), ran=None, lanes={str(len(EFFECTS)): ()})
-
-
-ASKS = EffectSpec("hazard-proximity", "A mutant.", asks_secretly, fields={})
-LOOKS = EffectSpec("hazard-proximity", "A mutant.", looks_around, fields={})

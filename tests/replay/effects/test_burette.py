@@ -3,10 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
-from scipy.spatial.transform import Rotation
 from support.liquid_worlds import COLUMN, MIX, RADIUS, glass, run_in
 
-from replay.effects.models.outflow import run_out, twist, volume_run_out
+from replay.effects.models.outflow import volume_run_out
 from replay.errors import PlanError
 
 OPEN = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]
@@ -30,24 +29,6 @@ def test_it_opens_with_the_angle_to_either_side_and_no_further_than_full(degrees
     assert part == pytest.approx(share * whole, rel=0.01)
 
 
-def test_closed_it_computes_nothing():
-    run = run_in([0.0, 0.09, -0.09, 0.0])["burette"]
-    assert run.frames_run == 0 and run.events == ()
-    assert run.series["burette/delivered"].values.tolist() == [0.0, 0.0]
-
-
-def test_it_never_gives_more_than_it_holds_and_an_empty_one_gives_nothing():
-    little = run_in(OPEN, base=glass("burette", 0.2, solute="NaOH", molar=0.1, cavity=COLUMN))["burette"]
-    assert little.series["burette/delivered"].values[-1] == pytest.approx(0.2, rel=1e-9)
-    assert little.series["burette/volume"].values[-1] == pytest.approx(0.0, abs=1e-12)
-    assert run_in(OPEN, base=glass("burette", 0.0, cavity=COLUMN))["burette"].events == ()
-
-
-def test_what_runs_beside_the_flask_is_spilled():
-    (event,) = run_in(OPEN, place=(2 * RADIUS, 0.0, 0.0))["burette"].events
-    assert event.name == "spill" and event.level == "warning" and event.point[1] == pytest.approx(0.0)
-
-
 def test_a_tap_or_flask_lost_for_a_moment_stays_as_it_was():
     lost = np.ones(len(OPEN), dtype=bool)
     lost[50:60] = False
@@ -55,13 +36,6 @@ def test_a_tap_or_flask_lost_for_a_moment_stays_as_it_was():
     for name in ("tap", "flask"):
         (event,) = run_in(OPEN, valid={name: lost})["burette"].events
         assert event.values["volume_ml"] == pytest.approx(whole, rel=1e-9)
-
-
-def test_the_pour_knows_what_ran_in():
-    effects = run_in(OPEN, ("pour", {"from": ["flask"], "into": ["burette"]}), MIX)
-    volume = effects["burette"].events[0].values["volume_ml"]
-    for kind in ("pour", "mixing"):
-        assert effects[kind].series["flask/volume"].values[-1] == pytest.approx(0.5 + volume, rel=1e-9)
 
 
 def test_an_axis_of_no_direction_and_a_column_without_a_mark_are_refused():
@@ -85,42 +59,11 @@ def test_it_solves_torricellis_equation_with_an_area_that_changes():
     assert volume_run_out(times, area, **OUTFLOW)[-1] == pytest.approx((0.5 - solved) * 1e-4, rel=1e-7)
 
 
-def test_a_closed_tap_an_empty_column_and_no_head_give_nothing():
-    times = np.arange(4.0)
-    assert volume_run_out(times, np.zeros(4), **OUTFLOW).tolist() == [0.0] * 4
-    assert volume_run_out(times, np.full(4, 1e-6), **{**OUTFLOW, "available": 0.0}).tolist() == [0.0] * 4
-    assert volume_run_out(times, np.full(4, 1e-6), **{**OUTFLOW, "head": 0.0}).tolist() == [0.0] * 4
-    assert volume_run_out(times[:0], times[:0], **OUTFLOW).shape == (0,)
-
-
 @given(st.lists(st.floats(0.0, 1.0), min_size=2, max_size=40), st.floats(0.0, 1e-4), st.floats(0.0, 2.0))
 def test_it_never_runs_back_nor_gives_more_than_there_is(area, available, head):
     told = {**OUTFLOW, "available": available, "head": head}
     volume = volume_run_out(np.arange(len(area)) * 1.0, np.array(area), **told)
     assert (np.diff(volume) >= 0.0).all() and volume[-1] <= min(available, 1e-4 * head * (1 + 1e-12))
-
-
-def test_a_tiny_opening_keeps_its_digits():
-    volume = volume_run_out(np.array([0.0, 1.0]), np.full(2, 1e-20), **OUTFLOW)[-1]
-    assert volume == pytest.approx(0.6e-20 * np.sqrt(2 * 9.80665 * 0.5), rel=1e-12)
-
-
-@given(st.floats(-3.14, 3.14), st.sampled_from(["x", "y", "z"]))
-def test_the_twist_is_the_angle_about_the_axis(angle, axis):
-    turned = Rotation.from_euler(axis, angle).as_matrix()[None]
-    unit = np.eye(3)["xyz".index(axis)]
-    assert twist(turned, unit)[0] == pytest.approx(angle, abs=1e-12)
-    assert twist(turned, np.roll(unit, 1))[0] == pytest.approx(0.0 if abs(angle) < np.pi / 2 else np.pi, abs=np.pi / 2)
-
-
-def test_two_tables_of_one_burette_share_what_it_holds():
-    from support.liquid_worlds import TAP
-
-    more = ("burette", TAP)
-    run = run_in([0.0, 0.0, *([90.0] * 900), 0.0], more, base=glass("burette", 5.0, cavity=COLUMN))["burette"]
-    assert sum(event.values["volume_ml"] for event in run.events) == pytest.approx(5.0, rel=1e-9)
-    with pytest.raises(PlanError, match="one burette has one"):
-        run_in(OPEN, ("burette", {**TAP, "discharge": 0.5}))
 
 
 def test_what_a_full_glass_cannot_hold_runs_over():
@@ -131,20 +74,6 @@ def test_what_a_full_glass_cannot_hold_runs_over():
     assert run["mixing"].series["flask/volume"].values[-1] == pytest.approx(brim, rel=1e-9)
     (event,) = run["burette"].output.named("overflow")
     assert event.values["volume_ml"] == pytest.approx(120.0 - brim, rel=1e-9) and event.level == "warning"
-
-
-def test_a_burette_filled_in_the_session_runs_out():
-    times, coming = np.arange(2000) * 0.01, np.zeros(2000)
-    coming[100] = 20e-6
-    area = np.where(np.arange(2000) > 200, 6e-6, 0.0)
-    gone = run_out(times, area, coming, discharge=0.6, section=1e-4, foot=0.15, volume=0.0)
-    assert gone.sum() == pytest.approx(20e-6, rel=1e-9) and not gone[:200].any()
-
-    def falling(time, level):
-        return -0.6 * 6e-6 * np.sqrt(2 * 9.80665 * np.maximum(0.15, level)) / 1e-4
-
-    solved = solve_ivp(falling, (2.005, 2.5), [0.15 + 0.2], rtol=1e-10, max_step=0.05).y[0, -1]
-    assert gone[:251].sum() == pytest.approx((0.35 - solved) * 1e-4, rel=5e-3)
 
 
 @pytest.mark.parametrize(

@@ -36,11 +36,6 @@ def test_at_the_threshold_or_for_a_shorter_time_it_is_an_exposure(frames, surfac
     assert [event.name for event in run(frames, surface_c=surface_c)["burn-exposure"].events] == ["exposed"]
 
 
-def test_without_a_contact_nothing_is_computed():
-    effect = run(0, surface_c=90.0)["burn-exposure"]
-    assert effect.frames_run == 0 and effect.events == () and effect.counters == {}
-
-
 def test_the_temperature_of_the_effect_heat_is_followed_through_the_contact():
     declared = declare(scene().effects[0], 1, SPEC.fields, scene(), "lab.toml")
     heat = EffectOutput(series={"pot/temperature": Series(np.array([0.0, 10.0]), np.array([20.0, 120.0]), "degC")})
@@ -56,9 +51,3 @@ def test_the_temperature_of_the_effect_heat_is_followed_through_the_contact():
 def test_a_part_that_nothing_heats_is_refused_before_the_run():
     with pytest.raises(PlanError, match="nothing says how hot 'pot' is; give surface_c or an effect heat"):
         plan(scene())
-
-
-def test_heat_is_needed_exactly_where_no_temperature_is_declared():
-    kinds = {True: SPEC.needed((declare(scene(surface_c=70).effects[0], 1, SPEC.fields, scene(), "f"),)),
-             False: SPEC.needed((declare(scene().effects[0], 1, SPEC.fields, scene(), "f"),))}  # fmt: skip
-    assert kinds == {True: ("contact",), False: ("contact", "heat")}

@@ -35,12 +35,6 @@ def test_a_contact_stands_where_the_surfaces_met_and_lasts_to_the_end_of_the_rec
     assert event.end is None and event.point is not None and 0.4 <= event.point[0] <= 0.5
 
 
-def test_the_lane_tells_of_the_pair():
-    output = run([FAR, NEAR, NEAR, FAR, FAR], detectors=()).effects["contact"].output
-    ((span,),) = output.lanes.values()
-    assert (span.start, span.end) == pytest.approx((0.01, 0.03)) and list(output.lanes) == ["a-b"]
-
-
 def test_touches_remember_the_last_clear_frame():
     touches = run([FAR, FAR, NEAR, NEAR], detectors=()).effects["contact"].output.data
     ((touch,),) = touches.values()

@@ -20,13 +20,6 @@ def made(**settings):
     return declare(SceneEffect("pour", {"from": "cup", **settings}), 2, FIELDS, SCENE, "lab.toml")
 
 
-def test_absent_fields_have_their_defaults():
-    declared = made()
-    assert declared["from"] == ("cup",) and declared["into"] == "" and declared["between"] == ()
-    assert (declared["speed"], declared["of"], declared["tip"]) == (2.0, "", (0.0, 0.0, 0.0))
-    assert declared["colours"] == {}
-
-
 def test_given_fields_are_checked_and_selectors_become_names():
     declared = made(
         **{"from": ["tag:glass", "cup"], "into": "jar", "between": ["tag:glass", "top"], "speed": 3, "of": "flame"},
@@ -62,12 +55,3 @@ def test_given_fields_are_checked_and_selectors_become_names():
 def test_a_wrong_field_is_named_with_file_table_and_key(settings, said):
     with pytest.raises(PlanError, match=r"lab.toml: \[\[effect\]\] 2 \('pour'\): .*" + said):
         made(**settings)
-
-
-def test_a_required_field_that_is_missing_says_what_it_is():
-    with pytest.raises(PlanError, match="from is missing: who pours"):
-        declare(SceneEffect("pour", {}), 1, FIELDS, SCENE, "lab.toml")
-
-
-def test_a_declaration_refuses_in_the_same_words():
-    assert str(made().fail("no")) == "lab.toml: [[effect]] 2 ('pour'): no"

@@ -42,11 +42,6 @@ def test_a_scene_that_declares_nothing_runs_no_effect():
     assert plan(Scene()).detection and not plan(Scene(effects=())).detection
 
 
-def test_declared_pairs_are_the_plans_pairs():
-    assert plan(Scene(pairs=(("a", "b"),))).pairs == (("a", "b"),)
-    assert plan(Scene()).pairs is None
-
-
 def test_the_pairs_of_an_effect_are_the_selectors_written_out_and_nothing_else():
     planned = plan(scene(("contact", GLASS_ON_BENCH)))
     assert planned.pairs == (("cup", "top"), ("jar", "top")) and planned.detection
@@ -69,11 +64,6 @@ def test_an_effect_brings_what_it_needs_with_its_reason_and_its_pairs(made_up):
     assert planned.steps["contact"].declared == () and planned.steps["contact"].pairs == (("top", "cup"),)
 
 
-def test_a_pair_asked_for_in_both_orders_is_one_pair():
-    planned = plan(scene(("contact", {"between": ["cup", "jar"]}), ("contact", {"between": ["jar", "cup"]})))
-    assert planned.pairs == (("cup", "jar"),)
-
-
 def test_a_need_can_depend_on_a_field(made_up):
     from replay.effects.declaring import text
 
@@ -82,30 +72,10 @@ def test_a_need_can_depend_on_a_field(made_up):
     assert plan(scene(("heat", {"of": "flame"})), table=table).effects == ("heat",)
 
 
-def test_a_used_effect_comes_first_where_it_is_declared_and_is_not_brought_in_where_it_is_not(made_up):
-    table = made_up(spec("a-mixing", uses=("pour",)), spec("pour"))
-    assert plan(scene(("a-mixing", {}), ("pour", {})), table=table).effects == ("pour", "a-mixing")
-    assert plan(scene(("a-mixing", {})), table=table).effects == ("a-mixing",)
-
-
 def test_effects_that_need_each_other_are_refused(made_up):
     table = made_up(spec("egg", needs=("hen",)), spec("hen", needs=("egg",)))
     with pytest.raises(PlanError, match=r"circle: (egg -> hen -> egg|hen -> egg -> hen)"):
         plan(scene(("egg", {})), table=table)
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ('kind = "contct"', r"lab.toml: \[\[effect\]\] 1: no effect of kind 'contct'; did you mean 'contact'"),
-        ('kind = "contact"', r"\[\[effect\]\] 1 \('contact'\): between is missing"),
-        ('kind = "contact"\nbetween = ["cup", "top"]\nbetwen = 3', r"unknown key 'betwen'; did you mean 'between'"),
-    ],
-)
-def test_a_mistake_is_named_with_file_table_key_and_the_nearest_name(text, said):
-    whole = f'[[body]]\nid = "cup"\n[[body]]\nid = "top"\n[[effect]]\n{text}\n'
-    with pytest.raises(PlanError, match=said):
-        plan(parse_scene(whole, "lab.toml"), "lab.toml")
 
 
 def test_every_fault_is_named_at_any_depth_whether_effects_are_declared_or_not(made_up):

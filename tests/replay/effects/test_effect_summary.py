@@ -26,11 +26,6 @@ def test_a_plan_as_json_gives_the_reason_of_every_item_and_what_is_left_out():
     assert "grasp" in told["not_run"] and json.loads(json.dumps(told)) == told
 
 
-def test_a_scene_that_declares_nothing_has_all_pairs_and_no_effects():
-    told = plan_summary(plan(Scene()))
-    assert told["pairs"] is None and told["effects"] == {} and told["detection"]
-
-
 def test_each_effect_has_its_share_of_the_time_its_work_and_its_skips():
     result = compute(cubes({"a": [0] * 20, "b": [3.0] * 8 + [0.9] * 12}, scene=SCENE), detectors=())
     told = result.summary["effects"]

@@ -44,11 +44,6 @@ def test_frames_in_which_the_trigger_was_off_are_counted_and_shown():
     assert spans == [(0.0, 0.01, "skipped"), (0.03, 0.03, "skipped")]
 
 
-def test_an_effect_that_always_runs_has_no_lane_of_skips():
-    run = ran(spec("mix", lambda inputs: EffectOutput()))["mix"]
-    assert run.frames_run == run.frames and "skipped" not in run.output.lanes and run.events == () and run.series == {}
-
-
 @pytest.mark.parametrize(("error", "said"), [
     (KeyError("radius"), r"^effect 'boil' \(.*test_effects_runner\) failed: KeyError: 'radius'; report it to its"),
     (EffectError("no water"), "^no water$"),
@@ -59,21 +54,6 @@ def test_an_effect_that_fails_names_itself_and_its_package(error, said):
 
     with pytest.raises(EffectError, match=said):
         ran(spec("boil", compute))
-
-
-def test_counters_and_time_are_those_of_the_effect():
-    def compute(inputs):
-        inputs.count("drops", 3)
-        return EffectOutput()
-
-    runs = ran(spec("burette", compute), spec("mix", lambda inputs: EffectOutput()))
-    assert runs["burette"].counters == {"drops": 3} and runs["mix"].counters == {}
-    assert runs["burette"].seconds >= 0.0
-
-
-def test_a_mask_of_another_length_is_refused():
-    with pytest.raises(EffectError, match="says it ran in"):
-        ran(spec("pour", lambda inputs: EffectOutput(ran=np.ones(3, dtype=np.bool_))))
 
 
 def test_detections_are_kept_from_effects_that_name_no_detector():

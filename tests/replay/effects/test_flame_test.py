@@ -67,10 +67,6 @@ def test_over_the_level_or_beside_the_glass_the_wire_stays_dry():
     assert len(run([AWAY] * 3 + [(0.5, level - 1e-4, 0.0)] * 5).events) == 1
 
 
-def test_far_from_both_nothing_runs():
-    assert run([AWAY] * 10).frames_run == 0
-
-
 def test_salts_and_vessels_go_together():
     with pytest.raises(PlanError, match="dips: 'c' is none of the vessels"):
         run([AWAY] * 3, dips={"c": "NaCl"})

@@ -62,17 +62,6 @@ def test_only_while_the_outlet_is_inside_is_anything_collected():
     assert [span.word for span in run_.output.lanes["jar"]] == ["leaks", "collected", "leaks"]
 
 
-def test_a_jar_above_the_tube_or_a_tube_beside_the_flask_collects_nothing():
-    assert run([0.6] * COUNT).events == () and run(inlet=[0.2, 0.0, 0.0]).events == ()
-
-
-def test_without_a_reaction_nothing_is_computed_and_without_a_rate_it_comes_at_once():
-    upright = run(degrees=[0.0] * COUNT)
-    assert upright.frames_run == 0 and upright.events == () and upright.series == {}
-    at_once = run(rate=None)
-    assert at_once.frames_run == 1 and at_once.events[0].time == pytest.approx(0.11)
-
-
 @pytest.mark.parametrize(
     ("antoine", "words"), [([9.0, 1.0, 233.0], "no gas is collected"), ([8.0, 1700.0, -20.0], "Antoine's formula")]
 )

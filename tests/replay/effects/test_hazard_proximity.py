@@ -29,19 +29,6 @@ def test_near_begins_below_the_distance_and_ends_above_it_by_the_hysteresis():
     assert event.values["least_m"] == pytest.approx(0.1) and event.values["seconds"] == pytest.approx(0.05)
 
 
-def test_leaving_by_a_leap_beyond_the_gate_ends_it():
-    (event,) = run([3, 1.1, 9, 9]).events
-    assert event.end == pytest.approx(0.02)
-
-
-def test_who_is_there_at_the_end_has_not_left():
-    assert run([3, 1.1, 1.1]).events[0].end is None
-
-
-def test_inside_the_hazard_the_distance_is_zero():
-    assert run([3, 0.5, 3]).events[0].values["least_m"] == 0.0
-
-
 def test_the_distance_is_that_of_the_turned_visitor():
     eighth = np.sin(np.pi / 8), np.cos(np.pi / 8)
     run_ = run([1.3, 1.3], (0.0, eighth[0], 0.0, eighth[1]))

@@ -29,18 +29,6 @@ def bench(*effects):
 POUR = ("pour", {"from": ["a"], "into": ["b"]})
 
 
-def test_a_flame_needs_no_mixing_and_a_dilution_does():
-    assert plan(bench(("heat", FLAME)).scene).effects == ("heat",)
-    assert set(plan(bench(POUR, ("heat", DILUTION)).scene).effects) == {"heat", "mixing", "pour"}
-
-
-def test_both_kinds_in_one_scene_tell_both():
-    heat = compute(bench(POUR, ("heat", FLAME), ("heat", DILUTION))).effects["heat"]
-    assert {"dish/temperature", "b/temperature"} <= set(heat.series) and heat.frames_run == 3
-    assert {event.name for event in heat.events} == {"heated", "warmest", "wrong-order", "boil"}
-    assert [event.time for event in heat.events] == sorted(event.time for event in heat.events)
-
-
 @pytest.mark.parametrize(
     ("settings", "words"),
     [({**FLAME, "of": "fire"}, "of is 'fire'"), ({k: v for k, v in FLAME.items() if k != "power_w"}, "power_w is miss"),
@@ -90,11 +78,6 @@ def test_beside_below_or_for_one_frame_it_is_not_heated(where):
     assert run_.events == () and run_.frames_run == 0 and set(run_.series["dish/temperature"].values) == {20.0}
 
 
-def test_reaching_the_boiling_point_is_an_event_and_short_of_it_none():
-    assert [event.name for event in run(XS, boils_c=40.0).events] == ["heated", "boil"]
-    assert [event.name for event in run(XS, boils_c=80.0).events] == ["heated"]
-
-
 @pytest.mark.parametrize("capacity", [0.0, -1.0, None, "small"])
 def test_a_heat_capacity_that_cannot_be_is_named(capacity):
     with pytest.raises(PlanError, match="'dish' has heat_capacity_j_per_k"):
@@ -125,44 +108,6 @@ def test_acid_into_water_gives_off_what_the_formula_says_and_is_the_right_order(
     assert effects["heat"].frames_run == 3
 
 
-def test_water_into_acid_is_the_wrong_order_and_just_as_warm():
-    effects = mixed((glass("a", 60.0), acid("b", 60.0)), boils_c=400.0)
-    (event,) = effects["heat"].output.named("wrong-order")
-    assert event.level == "error" and event.bodies == ("a", "b")
-    assert event.time == pytest.approx(0.01)
-    assert event.values["volume_ml"] == pytest.approx(effects["pour"].events[0].values["volume_ml"], rel=1e-9)
-    assert effects["heat"].series["b/temperature"].values[-1] > 25.0
-
-
-def test_water_into_water_and_acid_into_the_same_acid_stay_as_warm_as_the_room():
-    weak = (acid("a", 60.0), acid("b", 60.0))
-    for bodies in (weak, (glass("a", 60.0), acid("b", 0.0))):
-        effects = mixed(bodies)
-        assert effects["heat"].series["b/temperature"].values == pytest.approx(20.0, abs=1e-9)
-        assert effects["heat"].events == ()
-
-
-def test_into_an_empty_glass_it_brings_its_own_warmth_and_loses_it_to_the_room():
-    effects = mixed((acid("a", 60.0), glass("b", 0.0)), loss_w_per_k=0.2)
-    assert effects["heat"].series["b/temperature"].values == pytest.approx(20.0, abs=1e-9)
-    warm = mixed((acid("a", 60.0), glass("b", 60.0)), [0.0, 60.0, 60.0, *([0.0] * 500)], loss_w_per_k=20.0)
-    told = warm["heat"].series["b/temperature"].values
-    per_frame = 20.0 * 0.01 / (4.0 * (60.0 + warm["pour"].events[0].values["volume_ml"]))
-    after = told[3:] - 20.0
-    assert told[0] == 20.0 and after[0] > 5.0
-    assert after == pytest.approx(after[0] * np.exp(-per_frame * np.arange(len(after))))
-
-
-def test_upright_nothing_is_computed():
-    effects = mixed((acid("a", 60.0), glass("b", 60.0)), [0.0, 0.0])
-    assert effects["heat"].frames_run == 0 and effects["heat"].series == {}
-
-
-def test_boiling_is_named():
-    events = mixed((glass("a", 60.0), acid("b", 60.0)), boils_c=25.0)["heat"].events
-    assert sorted(event.name for event in events) == ["boil", "warmest", "wrong-order"]
-
-
 def test_an_acid_whose_water_nobody_tells_is_refused():
     with pytest.raises(PlanError, match="how much water is with the H2SO4"):
         mixed((glass("a", 60.0, solute="H2SO4", molar=18.0), glass("b", 0.0, solute="H2SO4", molar=1.0)))
@@ -172,17 +117,6 @@ def test_what_boils_gets_no_hotter_over_a_flame_and_in_a_mixture():
     assert run(XS, boils_c=40.0).series["dish/temperature"].values.max() == 40.0
     hot = mixed((glass("a", 60.0), acid("b", 60.0)), [0.0, *([60.0] * 12)])["heat"]
     assert hot.series["b/temperature"].values.max() == 100.0 and "boils" in hot.output.named("boil")[0].text
-
-
-def test_neutralisation_heats_by_what_is_neutralised():
-    """1 M into 1 M: 55.84 kJ per mol of what is short, in 4 J/(mL K)."""
-    bodies = (glass("a", 60.0, solute="NaOH", molar=1.0), glass("b", 60.0, solute="HCl", molar=1.0))
-    heat = {"of": "neutralisation", "ambient_c": 20.0, "loss_w_per_k": 0.0, "heat_capacity_j_per_ml_k": 4.0}
-    neutral = ("reaction", {"equation": "HCl + NaOH -> NaCl + H2O"})
-    effects = poured(TILT, bodies, MIX, neutral, ("heat", heat))
-    moved = effects["pour"].events[0].values["volume_ml"]
-    warmer = 55.84e3 * min(moved, 60.0) * 1e-3 / (4.0 * (60.0 + moved))
-    assert effects["heat"].series["b/temperature"].values[-1] == pytest.approx(20.0 + warmer, rel=1e-9)
 
 
 TURNS = {"turns_c": 23.0, "from_colour": "blue", "to_colour": "white"}

@@ -35,12 +35,6 @@ def test_a_frame_without_a_pose_gives_no_number():
     assert np.isnan(lost.point((0, 0, 0)))[:, 0].tolist() == [False, True, False]
 
 
-def test_a_pose_relative_to_another_body_is_in_its_frame():
-    given = inputs()
-    relative = given.poses("hand_left").relative_to(given.poses("cup"))
-    assert np.allclose(relative.translation, [[0, -5, 0], [0, -4, 0], [0, -4, 0]])
-
-
 def test_what_the_spec_does_not_name_cannot_be_had():
     given = inputs()
     for ask, said in (

@@ -2,7 +2,6 @@
 
 import json
 import random
-from dataclasses import replace
 from itertools import combinations
 
 import pytest
@@ -51,10 +50,6 @@ def buildable(kinds):
     return [kind for kind in kinds if closed([kind], scene_of([kind])) <= set(KINDS)]
 
 
-def test_every_kind_has_a_declaration_to_try():
-    assert set(KINDS) <= set(proofs.declarations())
-
-
 @pytest.mark.parametrize("every", [5, pytest.param(1, marks=pytest.mark.slow)])
 def test_a_plan_is_the_closure_of_what_is_declared_with_the_pairs_and_detectors_that_it_asks_for(every):
     for kinds in subsets()[::every]:
@@ -96,13 +91,6 @@ def test_a_run_without_contacts_loads_no_compiler_no_engine_and_no_other_effect(
     assert not {name for name in loaded if "kernels" in name}
 
 
-def test_counters_pairs_and_detections_of_what_is_undeclared_are_zero(monkeypatch):
-    result = run_small(NEAR)
-    assert dict(result.detections) == {} and len(result.assembly.pairs) == 0 and list(result.effects) == [NEAR.kind]
-    assert proofs.detectors_made(lambda: run_small(NEAR), monkeypatch) == []
-    assert proofs.detectors_made(lambda: run_small(MEET), monkeypatch) != []
-
-
 def test_topics_that_the_plan_does_not_read_are_never_decoded(tmp_path, monkeypatch):
     from sessions.mcap_format.mcap_file import McapFile
 
@@ -135,12 +123,6 @@ def test_what_declared_effects_say_is_the_same_to_the_byte_with_the_others_remov
         monkeypatch.delitem(EFFECTS, kind)
     alone = {kind: run.output.digest for kind, run in compute(small_session(*declared), detectors=()).effects.items()}
     assert alone == whole and set(whole) == {"contact", "breakage", "hazard-proximity"}
-
-
-def test_what_an_effect_says_does_not_depend_on_what_else_is_declared():
-    alone = compute(small_session(NEAR), detectors=()).effects[NEAR.kind].output.digest
-    together = compute(small_session(MEET, NEAR), detectors=()).effects
-    assert together[NEAR.kind].output.digest == alone and "contact" in together
 
 
 def test_the_log_has_no_path_and_no_column_of_what_is_undeclared(tmp_path):
@@ -234,44 +216,6 @@ def test_a_run_of_a_scene_touches_nothing_that_its_effects_do_not_call_for(name,
 
 LOGGED = {"/events", "/intervals", "/contacts/live"}
 """Topics that every run shows as they are."""
-
-
-@pytest.fixture
-def mutant(monkeypatch):
-    """Put another spec behind the row of the effect that the proofs run."""
-
-    def install(spec):
-        monkeypatch.setitem(EFFECTS, NEAR.kind, f"support.effect_proofs:{spec}")
-        monkeypatch.setattr(
-            proofs, spec, replace(getattr(proofs, spec), fields=load_effect("hazard-proximity", ORIGINAL).fields)
-        )
-
-    return install
-
-
-ORIGINAL = dict(EFFECTS)
-
-
-@pytest.mark.slow
-def test_an_effect_that_secretly_asks_a_detector_is_found_by_counters_trace_and_imports(mutant, monkeypatch):
-    mutant("ASKS")
-    assert set(proofs.detectors_made(lambda: run_small(NEAR), monkeypatch)) == {"static"}
-    assert proofs.calls(lambda: run_small(NEAR), *QUERIES) != {}
-    code = (
-        "import support.effect_proofs as p\nfrom dataclasses import replace\n"
-        "from replay.effects import EFFECTS, load_effect\n"
-        "p.ASKS = replace(p.ASKS, fields=load_effect('hazard-proximity').fields)\n"
-        "EFFECTS['hazard-proximity'] = 'support.effect_proofs:ASKS'\np.run_small(p.NEAR)"
-    )
-    assert {"numba", "cdcore.detectors.meshes"} & proofs.modules_after(code)
-
-
-def test_an_effect_that_looks_at_who_else_is_there_is_found_by_its_outputs(mutant, monkeypatch):
-    mutant("LOOKS")
-    whole = run_small(NEAR).effects[NEAR.kind].output.digest
-    for kind in set(KINDS) - {NEAR.kind}:
-        monkeypatch.delitem(EFFECTS, kind)
-    assert run_small(NEAR).effects[NEAR.kind].output.digest != whole
 
 
 OUTSIDE = """

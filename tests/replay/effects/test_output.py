@@ -34,19 +34,3 @@ def test_equal_outputs_have_equal_digests_whatever_they_tell_other_effects():
 )
 def test_any_difference_shows_in_the_digest(changed):
     assert replace(WHOLE, **changed).digest != WHOLE.digest
-
-
-def test_an_event_without_a_message_speaks_of_its_bodies():
-    assert EffectEvent(0.0, "contact", ("cup", "top")).text == "contact cup - top"
-    assert EffectEvent(0.0, "end-point", message="pink").text == "pink"
-
-
-def test_events_are_found_by_name():
-    assert WHOLE.named("spill") == WHOLE.events and WHOLE.named("pour") == ()
-
-
-def test_arrays_of_different_length_are_refused():
-    with pytest.raises(ValueError, match="a series has times"):
-        Series(TIMES, np.ones(2))
-    with pytest.raises(ValueError, match="a liquid has 3 times"):
-        Liquid(TIMES, np.ones(2), 0.0, 0.1, np.zeros((3, 4), dtype=np.uint8))

@@ -77,11 +77,6 @@ def _inside(event, episode):
     return event.time >= episode.possibly[0] - 0.012 and end <= episode.possibly[1] + 0.035
 
 
-def test_a_titration_asks_no_detector_anything():
-    result, _ = replayed("titration")
-    assert dict(result.detections) == {} and len(result.assembly.pairs) == 0 and not result.summary["plan"]["detection"]
-
-
 TITRATION = """
 import sys
 from pathlib import Path

@@ -1,8 +1,7 @@
 import pytest
 
-from replay.effects import EFFECTS, effect_kinds, load_effect
-from replay.effects.declaring import Declaration
-from replay.effects.protocol import EffectOutput, EffectSpec, Need
+from replay.effects import EFFECTS, load_effect
+from replay.effects.protocol import Need
 from replay.errors import EffectError
 
 
@@ -32,27 +31,3 @@ def test_a_row_that_cannot_be_loaded_or_calls_itself_otherwise_says_so():
         load_effect("x", {"x": "replay.effects.nowhere:SPEC"})
     with pytest.raises(EffectError, match="calls itself 'contact' and its row 'x'"):
         load_effect("x", {"x": EFFECTS["contact"]})
-
-
-def test_an_effect_of_an_installed_package_that_cannot_be_loaded_names_it(monkeypatch, tmp_path):
-    (tmp_path / "breaks_on_import.py").write_text("raise ZeroDivisionError('boom')")
-    monkeypatch.syspath_prepend(tmp_path)
-    (info := tmp_path / "boiling-1.0.dist-info").mkdir()
-    (info / "METADATA").write_text("Name: boiling\nVersion: 1.0\n")
-    (info / "entry_points.txt").write_text("[vrlab_replay.effects]\nboil = breaks_on_import:SPEC\n")
-    with pytest.raises(
-        EffectError, match=r"^effect 'boil' \(breaks_on_import:SPEC\) cannot be loaded: boom; repair or"
-    ):
-        load_effect("boil")
-    assert effect_kinds()[-1] == "boil" and load_effect("pour").kind == "pour"
-
-
-def test_the_table_comes_before_what_is_installed():
-    assert effect_kinds()[: len(EFFECTS)] == tuple(EFFECTS)
-
-
-def test_needs_depend_on_the_declarations_that_have_the_field():
-    spec = EffectSpec("heat", "x", lambda inputs: EffectOutput(), needs=("a", Need("pour", "of", ("dilution",))))
-    flame, dilution = (Declaration("heat", "f", "p", {"of": word}) for word in ("flame", "dilution"))
-    assert spec.needed(()) == spec.needed((flame,)) == ("a",)
-    assert spec.needed((flame, dilution)) == ("a", "pour")

@@ -5,7 +5,7 @@ import pytest
 from support.liquid_worlds import HEIGHT, RADIUS, glass
 
 from replay.effects.effect_plan import plan
-from replay.effects.vessels import COLOURS, Cylinder, Vessel, blended
+from replay.effects.vessels import Cylinder, Vessel
 from replay.errors import EffectError, PlanError
 from sessions.glassware.catalogue import make_instrument
 from sessions.model.scene import Scene, SceneBody, SceneEffect
@@ -31,18 +31,6 @@ def test_the_brim_is_that_of_the_cylinder_and_unknown_for_any_other():
         assert Vessel(body).shape
 
 
-def test_a_level_rises_from_the_floor_to_the_mark_as_it_fills():
-    liquid = Vessel(glass("a")).drawn(np.array([0.0, 1.0]), np.array([0.0, 50.0]))
-    assert liquid.level.tolist() == pytest.approx([0.0, 50e-6 / (math.pi * RADIUS**2)])
-
-
-def test_a_blend_begins_and_ends_at_its_colours_and_stays_between():
-    shades = blended(COLOURS["red"], COLOURS["blue"], np.array([-1.0, 0.0, 0.5, 1.0, 9.0]))
-    assert tuple(shades[0]) == tuple(shades[1]) == COLOURS["red"] and tuple(shades[3]) == tuple(shades[4])
-    assert tuple(shades[4]) == COLOURS["blue"] and shades.dtype == np.uint8
-    assert COLOURS["blue"][0] < shades[2][0] < COLOURS["red"][0]
-
-
 def test_an_instrument_brings_its_cavity():
     vessel, cavity = Vessel(SceneBody("a", instrument="beaker_250")), make_instrument("beaker_250").cavity
     assert vessel.size("capacity_ml") == pytest.approx(cavity.capacity_m3 * 1e6)
@@ -51,13 +39,6 @@ def test_an_instrument_brings_its_cavity():
         Vessel(SceneBody("rod", instrument="stirring_rod"))
     with pytest.raises(EffectError, match="has a cavity that cannot be made: beaker_250 has no option grip"):
         Vessel(SceneBody("a", instrument="beaker_250", extra={"options": {"grip": 1}}))
-
-
-def test_a_cavity_is_that_of_the_body_s_own_mesh():
-    extra = {"faces": 600, "options": {"millilitres": 100}}
-    vessel = Vessel(SceneBody("a", instrument="erlenmeyer_flask", extra=extra))
-    cavity = make_instrument("erlenmeyer_flask", 600, millilitres=100).cavity
-    assert vessel.brim_ml == pytest.approx(cavity.to_brim.volume * 1e6, rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["beaker_100", "erlenmeyer_flask", "burette"])
