@@ -108,6 +108,15 @@ def test_acid_into_water_gives_off_what_the_formula_says_and_is_the_right_order(
     assert effects["heat"].frames_run == 3
 
 
+def test_water_into_acid_is_the_wrong_order_and_just_as_warm():
+    effects = mixed((glass("a", 60.0), acid("b", 60.0)), boils_c=400.0)
+    (event,) = effects["heat"].output.named("wrong-order")
+    assert event.level == "error" and event.bodies == ("a", "b")
+    assert event.time == pytest.approx(0.01)
+    assert event.values["volume_ml"] == pytest.approx(effects["pour"].events[0].values["volume_ml"], rel=1e-9)
+    assert effects["heat"].series["b/temperature"].values[-1] > 25.0
+
+
 def test_an_acid_whose_water_nobody_tells_is_refused():
     with pytest.raises(PlanError, match="how much water is with the H2SO4"):
         mixed((glass("a", 60.0, solute="H2SO4", molar=18.0), glass("b", 0.0, solute="H2SO4", molar=1.0)))

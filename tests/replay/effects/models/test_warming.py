@@ -9,7 +9,6 @@ from replay.effects.models.gas_laws import gas_ml_per_mol, vapour_pressure_pa
 from replay.effects.models.warming import cooled, heat_given_off, warmed
 
 
-
 @given(st.lists(st.floats(1e-9, 1e3), min_size=1, max_size=20), st.floats(0.0, 100.0), st.floats(0.0, 1e3))
 def test_it_does_not_matter_how_the_time_is_cut(steps, loss, power):
     told = {"capacity": 60.0, "loss": loss, "ambient": 20.0}
