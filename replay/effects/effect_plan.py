@@ -154,7 +154,7 @@ def _closure(
     specs: dict[str, EffectSpec] = {}
     needs: dict[str, tuple[str, ...]] = {}
     because: Reasons[str] = dict.fromkeys(declared, (DECLARED,))
-    waiting = list(declared)
+    waiting = sorted(declared)
     for kind in waiting:  # it grows by what is needed
         if kind not in specs:
             specs[kind] = load_effect(kind, table)

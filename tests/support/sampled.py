@@ -56,7 +56,6 @@ SAMPLED = {
     "test_elements_charge_volume_and_energy_are_conserved_after_every_event": 3,
     "test_onset_and_volume_of_every_vessel_are_those_of_slices_by_another_library": 5,
     "test_acids_solids_and_gas_agree_with_the_balance_of_charges_in_forty_digits": 3,
-    "test_a_fall_of_a_metre_breaks_in_every_phase_though_it_rebounds_at_once": 4,
     "test_the_speed_of_a_fall_is_that_of_its_height_wherever_the_frames_fall": 3,
     "test_every_number_of_the_page_is_in_the_summary_or_in_a_table": 4,
     "test_each_row_says_what_an_audit_of_its_setting_says": 2,

@@ -93,7 +93,7 @@ def printed(make, order=lambda rows: rows, names=None, back=lambda text: text):
     tables = [(kind, called(told, names)) for kind, told in order(list(tables))]
     result = compute(world(poses, bodies, *tables), detectors=())
     figures = {
-        kind: {key: told[key] for key in ("about", "events", "frames", "frames_run", "sources")}
+        kind: {key: told[key] for key in ("about", "because", "events", "frames", "frames_run", "sources")}
         for kind, told in result.summary["effects"].items()
     }
     rows = {}
