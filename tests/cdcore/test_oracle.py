@@ -128,6 +128,16 @@ def test_distant_bodies_are_left_out_for_as_long_as_their_paths_allow():
     assert work["gap_tests"] < 8_192 / 30
 
 
+def test_small_bodies_on_a_long_way_through_each_other_meet_in_the_one_frame_they_do():
+    bodies = bodies_of([plate(None) / 512, plate(None) / 512])
+    place = np.zeros((129, 2, 3))
+    place[:, 0, 2] = (np.arange(129) - 64) / 1024
+    motion = Motion(np.arange(129), place, np.tile(np.eye(3), (129, 2, 1, 1)))
+    detection = create_detector("exact", bodies, **PLAIN).detect(motion)
+    assert np.flatnonzero(detection.verdict[:, 0] == Verdict.CONTACT).tolist() == [64]
+    assert detection.work["skipped"] > 64
+
+
 def test_bodies_at_rest_are_asked_once_and_keep_their_faces():
     bodies = bodies_of([plate(None), plate(None)])
     motion = Motion(np.arange(500), np.zeros((500, 2, 3)), np.tile(np.eye(3), (500, 2, 1, 1)))
