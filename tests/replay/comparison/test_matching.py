@@ -81,3 +81,11 @@ def test_the_total_overlap_is_that_of_the_hungarian_method(left, right):
     assert len({m.truth for m in got.matched}) == len({m.found for m in got.matched}) == len(got.matched)
     assert len(got.matched) + len(got.missed) + len(got.absorbed) + len(got.excused_truth) == len(truth)
     assert len(got.matched) + len(got.invented) + len(got.pieces) + len(got.excused_found) == len(found)
+
+
+def test_a_report_is_invented_where_only_a_part_of_it_is_within_tolerance():
+    subject, oracle = verdict_column(".CCC."), verdict_column(".....")
+    for excused, invented in (([1], (1,)), ([1, 2, 3], ())):
+        comparison = compare(subject, oracle, within=lambda frames, _, some=excused: np.isin(frames, some))
+        matches = match_episodes(comparison, episodes(oracle), episodes(subject))
+        assert (matches.invented, matches.excused_found) == (invented, () if invented else (1,))
