@@ -55,6 +55,12 @@ def test_deep_contacts_hold_grazing_ones_are_undecidable_and_near_passes_are_nam
     assert settings["copies"] == noise.copies and set(settings["sizes"]) == set(noise.sizes)
 
 
+def test_a_contact_that_no_noise_reaches_holds():
+    places = {"a": [0.0] * 9, "b": [3.0] * 4 + [0.9] + [3.0] * 4, "c": [50.0] * 8 + [51.0]}
+    (contact,) = asked(cubes(places), noise=[f"c={SIZE}"]).noise.contacts
+    assert (contact.share, contact.word) == (1.0, module.HOLDS)
+
+
 def test_sixty_one_of_sixty_four_copies_hold_and_three_are_none():
     spans = [module.NoisySpan(0, 0, 0, share / 64) for share in (0, 3, 4, 60, 61, 64)]
     words = [module.ABSENT] * 2 + [module.UNDECIDABLE] * 2 + [module.HOLDS] * 2
