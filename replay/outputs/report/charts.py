@@ -122,12 +122,12 @@ def _free(taken: Sequence[Box], x: float, y: float, wide: float, size: tuple[flo
     return None
 
 
-def _ticks(largest: float, most: int) -> list[float]:
-    """Round numbers from 0 to the first that is not below the largest value."""
-    rough = largest / most
+def _ticks(largest: float, most: int, smallest: float = 0.0) -> list[float]:
+    """Round numbers from the last that is not above the smallest value to the first that is not below the largest."""
+    rough = (largest - smallest) / most
     power = 10.0 ** floor(log10(rough))
     step = next(power * k for k in (1, 2, 2.5, 5, 10) if power * k >= rough * 0.999)
-    return [step * k for k in range(ceil(largest / step - 1e-9) + 1)]
+    return [step * k for k in range(floor(smallest / step), ceil(largest / step - 1e-9) + 1)]
 
 
 def _decades(smallest: float, largest: float) -> list[float]:
@@ -194,18 +194,30 @@ def legend(kinds: Sequence[str], mark: bool) -> Markup:
 
 
 def curve(
-    points: Sequence[tuple[float, float]], ends: Sequence[float], words: str, x_words: str, y_words: str
+    points: Sequence[tuple[float, float]],
+    ends: Sequence[float],
+    words: str,
+    x_words: str,
+    y_words: str,
+    lowest: float = 0.0,
 ) -> Markup:
-    """A curve over a linear axis, with a vertical line at each end point."""
+    """A curve over linear axes, with a vertical line at each end point; ``lowest`` is where the upright axis begins."""
     left, right, top, bottom = _plot(SIZE)
     xs, ys = zip(*points, strict=True)
-    across, up = (_Axis(_ticks(max(*some, 1e-9), most), float) for some, most in ((xs, 5), (ys, 3)))
+    across = _Axis(_ticks(max(*xs, 1e-9), 5), float)
+    up = _Axis(_ticks(max(*ys, lowest + 1e-9), 3, lowest), float)
 
     def x_of(x: float) -> str:
         return f"{left + across.share(x) * (right - left):.1f}"
 
-    step = 1 + len(points) // 800
-    path = "L".join(f"{x_of(x)} {bottom - up.share(y) * (bottom - top):.1f}" for x, y in points[::step])
+    places = [(x_of(x), f"{bottom - up.share(y) * (bottom - top):.1f}") for x, y in points]
+    # What lies between two points of its height adds nothing.
+    turns = [
+        place
+        for at, place in enumerate(places)
+        if not 0 < at < len(places) - 1 or {places[at - 1][1], places[at + 1][1]} != {place[1]}
+    ]
+    path = "L".join(dict.fromkeys(f"{x} {y}" for x, y in turns))
     parts = [element("path", class_="curve", d=f"M{path}")]
     parts += [element("path", class_="end", d=f"M{x_of(end)} {top}V{bottom}") for end in ends]
     drawing = _svg([*parts, *_axes(across, up, x_words, y_words, SIZE)], words, SIZE)

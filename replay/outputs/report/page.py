@@ -8,7 +8,14 @@ from pathlib import Path
 import numpy as np
 
 from replay.base.constants import CAVEAT
-from replay.effects.effect_summary import RESULTS, happened, happened_words, leading, titration_curves
+from replay.effects.effect_summary import (
+    RESULTS,
+    happened,
+    happened_words,
+    leading,
+    titration_curves,
+    told_temperatures,
+)
 from replay.outputs.contact_tables import episode_rows, false_rows, miss_rows
 from replay.outputs.report.charts import curve
 from replay.outputs.report.first_screen import first_screen, page_head
@@ -35,7 +42,7 @@ def write_report(result: RunResult, path: Path) -> None:
 def report_html(result: RunResult) -> str:
     """The page as text."""
     view = view_of(result)
-    more, curves = [*_other_sections(result)], [*_titrations(result)]
+    more, curves = [*_other_sections(result)], [*_temperatures(result), *_titrations(result)]
     return run_page(view, partial(_still, result), partial(_look, view), more, curves)
 
 
@@ -108,6 +115,15 @@ def _other_sections(result: RunResult) -> Iterator[Section]:
     if result.detections and not result.comparisons:
         tables = [contact_table(result, label) for label in result.episodes]
         yield Section("Contacts", "Contacts", tables)
+
+
+def _temperatures(result: RunResult) -> Iterator[Markup]:
+    """The temperature over time of each body of which an effect tells that it became warmer or colder."""
+    for vessel, celsius in told_temperatures(result.effects).items():
+        points = np.stack([celsius.times, celsius.values], axis=1).tolist()
+        lowest, highest = celsius.values.min(), celsius.values.max()
+        words = f"The temperature of {vessel}: {lowest:.2f} to {highest:.2f} degC."
+        yield curve(points, (), words, "seconds", "degC", float(lowest))
 
 
 def _titrations(result: RunResult) -> Iterator[Markup]:

@@ -25,8 +25,8 @@ from replay.prepare.flags import POSE_DOUBT, flag_word
 VERDICT_WORDS: Final = [verdict.name for verdict in Verdict]
 OUTCOME_WORDS: Final = [outcome.name for outcome in Outcome]
 
-ROWS_PER_PART: Final = 1_000_000
-"""Rows of the frame table that are made at a time: some 100 MB, for a session of any length."""
+ROWS_PER_PART: Final = 200_000
+"""Rows of the frame table that are made at a time: some 20 MB, for a session of any length."""
 
 STATED: Final = np.array([Verdict.UNRESOLVED, Verdict.INVALID], dtype=np.uint8)
 """Verdicts that are no contact and still worth a row."""
