@@ -8,16 +8,13 @@ import numpy as np
 
 from replay.effects.effect_plan import Plan
 from replay.effects.effects_runner import EffectRun
-from replay.effects.output import EffectEvent, FloatArray, Series
+from replay.effects.output import EffectEvent, FloatArray
 
 RESULTS: Final = (
     "broken", "burn", "wrong-order", "warmest", "coldest", "end-point", "precipitate", "dissolved", "collect", "turned",
     "gas", "colour-change", "ph",
 )  # fmt: skip
 """Names of events that an experiment is done for, or ends by, the weightiest first."""
-
-WARMED: Final = ("warmest", "coldest", "heated", "boil")
-"""Names of events that tell of a temperature."""
 
 EVENT_ROWS: Final = 60
 """Events listed in summary and report; ``events.parquet`` holds them all."""
@@ -84,18 +81,6 @@ def titration_curves(effects: Mapping[str, EffectRun]) -> dict[str, tuple[FloatA
             added, at = (np.interp(times, volume.times, volume.values) - volume.values[0] for times in (ph.times, ends))
             found[vessel] = (added, ph.values, at.tolist())
     return found
-
-
-def told_temperatures(effects: Mapping[str, EffectRun]) -> dict[str, Series]:
-    """Body -> its temperature, where an event tells that it changed."""
-    told: dict[str, Series] = {}
-    for run in effects.values():
-        warmed = {body for event in run.events if event.name in WARMED for body in event.bodies}
-        for name, series in run.series.items():
-            body = name.removesuffix("/temperature")
-            if body != name and body in warmed:
-                told[body] = series
-    return told
 
 
 def happened_words(effects: Mapping[str, EffectRun], most: int) -> list[str]:

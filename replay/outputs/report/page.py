@@ -8,14 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from replay.base.constants import CAVEAT
-from replay.effects.effect_summary import (
-    RESULTS,
-    happened,
-    happened_words,
-    leading,
-    titration_curves,
-    told_temperatures,
-)
+from replay.effects.effect_summary import RESULTS, happened, happened_words, leading, titration_curves
 from replay.outputs.contact_tables import episode_rows, false_rows, miss_rows
 from replay.outputs.report.charts import curve
 from replay.outputs.report.first_screen import first_screen, page_head
@@ -29,6 +22,9 @@ from replay.pipeline.headline import beside, doubts, undecided
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.sentences import plural
 from replay.pipeline.summary import session_name
+
+WARMED = ("warmest", "coldest", "heated", "boil")
+"""Names of events that tell of a temperature."""
 
 EVENTS_FIRST = 6
 """Events listed first of all, where no contact was looked for."""
@@ -119,11 +115,15 @@ def _other_sections(result: RunResult) -> Iterator[Section]:
 
 def _temperatures(result: RunResult) -> Iterator[Markup]:
     """The temperature over time of each body of which an effect tells that it became warmer or colder."""
-    for vessel, celsius in told_temperatures(result.effects).items():
-        points = np.stack([celsius.times, celsius.values], axis=1).tolist()
-        lowest, highest = celsius.values.min(), celsius.values.max()
-        words = f"The temperature of {vessel}: {lowest:.2f} to {highest:.2f} degC."
-        yield curve(points, (), words, "seconds", "degC", float(lowest))
+    for run in result.effects.values():
+        warmed = {body for event in run.events if event.name in WARMED for body in event.bodies}
+        for name, celsius in run.series.items():
+            body = name.removesuffix("/temperature")
+            if body != name and body in warmed:
+                points = np.stack([celsius.times, celsius.values], axis=1).tolist()
+                lowest, highest = float(celsius.values.min()), float(celsius.values.max())
+                words = f"The temperature of {body}: {lowest:.2f} to {highest:.2f} degC."
+                yield curve(points, (), words, "seconds", "degC", lowest)
 
 
 def _titrations(result: RunResult) -> Iterator[Markup]:
