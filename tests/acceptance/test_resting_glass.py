@@ -68,10 +68,10 @@ def expect_contact(found):
 
 
 @pytest.mark.slow
-def test_ten_minutes_of_exact_rest_are_one_question():
+def test_ten_minutes_of_exact_rest_are_one_question_a_stretch_of_frames():
     found = rested("still")
     expect_contact(found)
-    assert found["reused"] == 54_000 - 1
+    assert found["reused"] > 54_000 - 10  # a motion this long is asked in a few stretches
     assert found["seconds"] < 20
 
 
