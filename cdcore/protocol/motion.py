@@ -137,13 +137,14 @@ class Motion:
         clock = _times(times)
         matrices = _array(poses, "poses", (len(clock), None, 4, 4), copy=False)
         mask = _mask(valid, matrices.shape[:2], "valid")
-        affine = (matrices[:, :, 3] == (0.0, 0.0, 0.0, 1.0)).all(axis=2) | ~mask
-        if not affine.all():
-            bad = int(affine.argmin())
+        place, turn = np.empty((*mask.shape, 3)), np.empty((*mask.shape, 3, 3))
+        # a read-only view whatever was given: else the kernel would be compiled for both kinds
+        bad = _kernels().split_matrices(readonly(matrices[:]), mask.reshape(-1), place, turn)
+        if bad >= 0:
             what = f"last row is {matrices.reshape(-1, 4, 4)[bad, 3].tolist()}, not 0 0 0 1"
             raise InvalidPoseError(_where(bad, mask, clock, names) + what + "; pass column-convention matrices")
         motion = object.__new__(cls)
-        motion._take(clock, matrices[:, :, :3, 3].copy(), matrices[:, :, :3, :3].copy(), mask, linked, names)
+        motion._take(clock, place, turn, mask, linked, names)
         return motion
 
     def __len__(self) -> int:

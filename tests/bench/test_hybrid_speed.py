@@ -27,7 +27,7 @@ SEEDS = range(5)
 REPEATS = 5
 BOOLEANS_AT_MOST = 0.65
 FACE_SETS_AT_MOST = 0.95
-EXACT_AT_LEAST = {(5000, "bool"): 18.0, (50000, "bool"): 17.0, (5000, "faces"): 16.0, (50000, "faces"): 12.0}
+EXACT_AT_LEAST = {(5000, "bool"): 22.0, (50000, "bool"): 19.0, (5000, "faces"): 20.0, (50000, "faces"): 15.0}
 """Speed over the loop, median over the seeds."""
 CONTAINMENT_AT_MOST = 1.15
 LIVE_AT_MOST = dict.fromkeys(

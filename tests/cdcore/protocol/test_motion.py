@@ -162,6 +162,16 @@ def test_a_row_convention_matrix_is_refused_for_its_last_row():
         Motion.from_matrices(TIMES, poses)
 
 
+@pytest.mark.parametrize(("entry", "value"), [(0, 1e-300), (1, np.nan), (2, -1.0), (3, 1.0 + 1e-15)])
+def test_each_entry_of_the_last_row_is_read_where_the_pose_is_valid(entry, value):
+    poses, valid = matrices(*arrays()), np.ones((6, 2), dtype=bool)
+    poses[4, 1, 3, entry] = poses[5, 0, 3, entry] = value
+    with pytest.raises(InvalidPoseError, match=r"frame 4 .*body cup.* last row"):
+        Motion.from_matrices(TIMES, poses, names=["a", "cup"])
+    valid[4, 1] = valid[5, 0] = False
+    assert len(Motion.from_matrices(TIMES, poses, valid)) == 6
+
+
 def test_a_motion_is_frozen_and_does_not_follow_its_source():
     place, turn = arrays()
     poses = matrices(place, turn)
