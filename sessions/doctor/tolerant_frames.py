@@ -11,8 +11,7 @@ from sessions.errors import SessionFileError
 from sessions.mcap_format.catalogue import Region
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.metadata import MAX_BODIES
-from sessions.mcap_format.pose_decoding import FrameDecoder
-from sessions.mcap_format.transform_reading import BodySamples
+from sessions.mcap_format.pose_decoding import BodySamples, FrameDecoder
 from sessions.mcap_format.unpacking import MessageTable, read_region
 from sessions.model.frames import Frames
 

@@ -11,7 +11,7 @@ import numpy as np
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrimitive
 
-from sessions.mcap_format.pose_encoding import column_view, varint
+from sessions.mcap_format.frame_layout import column_view, varint
 from sessions.mcap_format.schemas import WORLD
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene, SceneBody
@@ -53,6 +53,6 @@ def _triangle_list(mesh: MeshData) -> Any:
     points = np.empty((len(mesh.vertices), len(_POINT)), dtype=np.uint8)
     points[:] = np.frombuffer(_POINT, dtype=np.uint8)
     for axis in range(3):
-        column_view(points, 3 + 9 * axis, "<f8")[:] = mesh.vertices[:, axis]
+        column_view(points, 3 + 9 * axis)[:] = mesh.vertices[:, axis]
     indices = mesh.faces.astype("<u4").tobytes()
     return TriangleListPrimitive.FromString(points.tobytes() + b"\x2a" + varint(len(indices)) + indices)

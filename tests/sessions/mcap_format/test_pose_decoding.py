@@ -55,6 +55,25 @@ def test_frames_survive_wherever_a_chunk_ends_even_between_a_note_and_its_frame(
     assert_same_frames(decoded(tables, frames.names), frames)
 
 
+@settings(deadline=None, max_examples=60)
+@given(st.data())
+def test_many_frames_at_once_are_read_as_each_of_them_alone_whatever_byte_is_wrong(data):
+    """Messages one by one go through the protobuf library."""
+    frames = random_frames(data.draw(st.integers(0, 9)), 150, 2, absent=data.draw(st.sampled_from([0.0, 0.3])))
+    records = encoded(frames)
+    for row in data.draw(st.lists(st.integers(0, 149), max_size=4)):
+        payload = bytearray(records[row][4])
+        payload[data.draw(st.integers(0, 10_000)) % len(payload)] ^= data.draw(st.sampled_from([1, 2, 8, 64, 128, 255]))
+        records[row] = (*records[row][:4], bytes(payload))
+    outcomes = []
+    for tables in ([table(*records)], [table(record) for record in records]):
+        try:
+            outcomes.append(decoded(tables, frames.names))
+        except SessionFileError:
+            outcomes.append(None)
+    assert outcomes == [None, None] or assert_same_frames(*outcomes) is None
+
+
 def test_columns_are_added_in_the_order_in_which_bodies_first_appear():
     frames = random_frames(3, 40, 6, absent=0.7)
     expected = []
