@@ -144,11 +144,12 @@ def with_text(scene: Scene, remarks: Sequence[str] = ()) -> Scene:
 
 
 def declared_bench(file: Path) -> dict[str, Any]:
-    """What a TOML file declares: ``placed`` by body name, ``effects`` of the scene, and all else as written."""
+    """What a TOML file declares: ``placed`` by body name, ``effects`` of the scene, ``tasks``, and all else."""
     declared = tomllib.loads(file.read_text(encoding="utf-8"))
     placed = {body: Placed(**_as_tuples(item)) for body, item in declared.pop("bodies").items()}
     effects = tuple(SceneEffect(effect.pop("kind"), effect) for effect in declared.pop("effect"))
-    return {"placed": placed, "effects": effects, **_as_tuples(declared)}
+    tasks = declared.pop("task", ())
+    return {"placed": placed, "effects": effects, "tasks": tasks, **_as_tuples(declared)}
 
 
 def _as_tuples(table: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Hydrogen from zinc and acid: acid is poured on zinc, a tube set on the flask, a jar held over the tube's mouth.
+"""Steps of collecting hydrogen from zinc and acid: a tube is set on the flask, a jar held over the tube's mouth.
 
 Hydrogen is lighter than air, so the jar stands on its mouth and the tube leads up into it (upward delivery).
 """
@@ -7,10 +7,8 @@ import numpy as np
 
 from sessions.synthetic.bench import BENCH_TOP
 from sessions.synthetic.experiments.lab import UP, Lab
-from sessions.synthetic.experiments.steps import come_close, look_first, pour_once, rap
 from sessions.synthetic.paths import minimum_jerk_inverse
 
-POURED_ML = 40.0
 ZINC_MOLAR_MASS = 65.38  # IUPAC abridged atomic weights 2021
 JAR_HEIGHT = 0.1991
 # The tube ends this far inside the jar, and is lowered over from this far above.
@@ -18,23 +16,8 @@ TUBE_LENGTH, TUBE_IN_FLASK = 0.45, 0.11
 LOWER_BY, LOWER_S, INSIDE_BY = 0.12, 1.8, 0.09
 
 
-def perform(lab: Lab) -> None:
-    """Pour, set the tube on, hold the jar over it, carry the jar away."""
-    look_first(lab, "look at the zinc", (lab.layout.at("flask"), 4.0), rest=5.0)
-    begun = pour_once(lab, "pour acid on the zinc", "acid", "flask", POURED_ML, grip=0.052)
-    with lab.task("set the tube on the flask"):
-        _set_tube(lab)
-    with lab.task("collect the gas"):
-        _collect(lab, begun)
-    lab.stage("embodied cognition")
-    with lab.task("look at the jar"):
-        come_close(lab, "left", "flask", 0.06, 0.005)
-        rap(lab, "left", "acid", 0.05, 0.25, note="knuckles touch the beaker of acid")
-        lab.rest("left")
-        lab.wait(3.0)
-
-
-def _set_tube(lab: Lab) -> None:
+def set_tube(lab: Lab) -> None:
+    """Put the tube on the flask, its lower end inside."""
     flask = np.array(lab.where["flask"][0])
     mouth = float(lab.layout.mesh("flask").bounds[1, 1])
     lab.grasp("left", "tube", (0.0, 0.3, 0.0))
@@ -47,7 +30,7 @@ def _set_tube(lab: Lab) -> None:
     lab.hands["left"].go((-0.28, 1.12, 0.28))
 
 
-def _collect(lab: Lab, begun: float) -> None:
+def collect_gas(lab: Lab) -> None:
     """Lower the jar over the tube, wait, lift it off; what is collected follows from the reaction's rate."""
     top = np.array(lab.where["tube"][0]) + TUBE_LENGTH * UP
     lab.grasp("right", "jar", (0.0, 0.12, 0.0))
@@ -63,6 +46,7 @@ def _collect(lab: Lab, begun: float) -> None:
     script.quiet.append((start, out + LOWER_S))
     lab.carry("right", over, LOWER_S)
     left = out + LOWER_S * minimum_jerk_inverse(1.0 - share) + lab.late
+    begun = lab.last("pour").start
     moles, rate = lab.held_by("flask")["solid"]["mass_g"] / ZINC_MOLAR_MASS, lab.declared("reaction")["rate_per_s"]
     evolved = [moles * (1.0 - float(np.exp(-rate * (time - begun)))) for time in (entered, left)]
     lab.fact(

@@ -4,8 +4,7 @@ A `Lab` has a method for each step of a procedure. It turns steps into paths of 
 things, and keeps the truth: facts on the recorded clock, tasks, stages and features as intervals.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -94,25 +93,22 @@ class Lab(Planting):
         for script in self.hands.values():
             script.wait_until(now + seconds)
 
-    @contextmanager
-    def task(self, name: str) -> Iterator[None]:
-        """What is done inside is one task of the procedure."""
-        start = self.together()
-        yield
-        self._interval("task", name, start, self.together())
+    def pause(self, side: str, seconds: float) -> None:
+        """One hand rests."""
+        self.hands[side].wait(seconds)
 
-    def stage(self, name: str) -> None:
-        """A learning stage begins; the one before ends."""
-        self.stages.append((self.together(), name))
+    def last(self, kind: str, body: str = "") -> Fact:
+        """The fact of this kind, and of this body if given, that was written down last."""
+        return next(fact for fact in reversed(self.facts) if fact.kind == kind and body in (*fact.bodies, ""))
 
-    def last(self, kind: str) -> Fact:
-        """The fact of this kind that was written down last."""
-        return next(fact for fact in reversed(self.facts) if fact.kind == kind)
+    def grasp(self, side: str, thing: str, at: ArrayLike | str, below: float = 0.0) -> None:
+        """Reach over a thing, come down, close the hand: it rides on the hand now.
 
-    def grasp(self, side: str, thing: str, at: ArrayLike) -> None:
-        """Reach over a thing, come down, close the hand at the point ``at`` of its frame: it rides on the hand now."""
+        The hand closes at the point ``at`` of the thing's frame, or ``below`` metres under its site of that name.
+        """
         script, (position, quaternion) = self.hands[side], self.where[thing]
-        grip = np.array(position) + rotated(quaternion, at)
+        place = self.layout.site(thing, at) - below * UP if isinstance(at, str) else at
+        grip = np.array(position) + rotated(quaternion, place)
         self.look(grip)
         script.over(grip, self.travel, quaternion=IDENTITY)
         script.wait(0.3)
@@ -174,13 +170,13 @@ class Lab(Planting):
         script = self.hands[side]
         script.over(REST[side], min(self.travel, max(script.position[1], REST[side][1] + 0.05)), quaternion=IDENTITY)
 
-    def drop(self, side: str, threshold_speed: float) -> Falling:
-        """Open the hand in mid-air: the thing falls on the bench, breaks above the threshold and lies there in contact.
+    def drop(self, side: str) -> None:
+        """Open the hand in mid-air: the thing falls on the bench, breaks if it is fast and lies there in contact.
 
         The program places a falling thing, so that no noise is in it.
         """
         thing = self.held[side]
-        moment = self._let_go(side)
+        moment, threshold_speed = self._let_go(side), self.declared("breakage")["speed_m_s"]
         fall = Falling(moment, *self.where[thing], BENCH_TOP - LANDS_BELOW)
         self.things[thing].append((moment, fall))
         x, y, z = fall.position
@@ -191,12 +187,12 @@ class Lab(Planting):
         self.contact("bench", thing, lambda level: [(fall.time_at(BENCH_TOP + level), self.how.seconds)])
         self.where[thing] = ((x, fall.floor, z), self.where[thing][1])
         self.hands[side].wait(impact - moment + 0.8)
-        return fall
 
-    def look(self, at: ArrayLike, *, after: float = 0.0) -> None:
-        """The eyes turn to where the work is, when both hands have rested for ``after`` seconds."""
+    def look(self, at: ArrayLike | str, *, after: float = 0.0) -> None:
+        """The eyes turn to a place, or to where a body stood at first, when both hands have rested for ``after`` s."""
         if after:
             self.wait(after)
+        at = self.layout.at(at) if isinstance(at, str) else at
         time = self.now
         if time - self.attention[-1][0] > 1.5:
             self.attention.append((time, point(at)))
@@ -214,6 +210,10 @@ class Lab(Planting):
         """Neither hand is lost in this time of the recording."""
         for windows in self.keep.values():
             windows.append((start - 0.2, end + 0.2))
+
+    def note_task(self, name: str, start: float) -> None:
+        """Write down a task that began at ``start`` and ends when both hands are done."""
+        self._interval("task", name, start, self.together())
 
     def finish(self, seconds: float) -> None:
         """Close stages and features at the end of the session."""

@@ -5,19 +5,16 @@ It is meant for classes of many sessions: half a minute, few things, a pseudonym
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from sessions.model.session import Session
-from sessions.synthetic.bench import declared_bench
-from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.experiments.record import Experiment
-from sessions.synthetic.experiments.steps import come_close, rap
+from sessions.synthetic.experiments.record import experiment
 from sessions.synthetic.truth import Truth
 
 FACES = 800
-HEIGHT_M = 0.045
-CLEARANCE_M = 0.004
+KNUCKLES = {"side": "left", "target": "glass", "height": 0.045}
+NEAR_MISS = {"do": "come_close", **KNUCKLES, "clearance": 0.004}
+TOUCH = {"do": "rap", **KNUCKLES, "note": "knuckles touch the glass"}
 
 
 def make_practice(
@@ -28,21 +25,9 @@ def make_practice(
     ``touches``: seconds that each accidental touch lasts; ``near``: how often the hand stops short of the glass;
     ``settings``: those of every made-up session (``seed``, ``rate_hz``, ``noise`` ...).
     """
-
-    def perform(lab: Lab) -> None:
-        lab.stage("practice")
-        with lab.task("take the beaker and put it back"):
-            lab.grasp("right", "beaker", (0.0, 0.05, 0.0))
-            lab.put_back("right", rest=True)
-        with lab.task("read the scale of a standing glass"):
-            for _ in range(near):
-                come_close(lab, "left", "glass", HEIGHT_M, CLEARANCE_M)
-            for seconds in touches:
-                rap(lab, "left", "glass", HEIGHT_M, seconds, note="knuckles touch the glass")
-            lab.wait(0.5)
-            lab.rest("left")
-
-    declared = declared_bench(Path(__file__).with_name("practice.toml"))
-    experiment = Experiment(name="practice", perform=perform, **declared)
-    session, truth = experiment(**{"faces": FACES, **settings})
+    practice = experiment("practice")
+    first, reading = practice.tasks
+    clumsy = [NEAR_MISS] * near + [{**TOUCH, "seconds": seconds} for seconds in touches]
+    tasks = (first, {**reading, "steps": [*clumsy, *reading["steps"]]})
+    session, truth = replace(practice, tasks=tasks)(**{"faces": FACES, **settings})
     return replace(session, facts={**session.facts, "pseudonym": pseudonym}), truth

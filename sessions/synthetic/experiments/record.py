@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,20 @@ from sessions.model.scene import Scene, SceneEffect
 from sessions.model.session import Session
 from sessions.synthetic.assembly import START_NS, Recording, recorded
 from sessions.synthetic.bench import Instruments, Placed, declared_bench, made_session, with_text
+from sessions.synthetic.experiments.flame_test import dip, hold_in_flame
+from sessions.synthetic.experiments.gas_collection import collect_gas, set_tube
 from sessions.synthetic.experiments.lab import Lab, layout_of
+from sessions.synthetic.experiments.outcomes import (
+    note_burn,
+    note_dissolved,
+    note_heated,
+    note_precipitate,
+    note_warmed,
+    note_white,
+    note_wrong_order,
+)
+from sessions.synthetic.experiments.steps import come_close, pour, rap, stir
+from sessions.synthetic.experiments.titration import run_in
 from sessions.synthetic.paths import Key, KeyPath, Poses, point, quaternion_of
 from sessions.synthetic.planting import SIDES
 from sessions.synthetic.rng import random_stream
@@ -31,6 +43,16 @@ EVENT_WORDS = {
     "grasp": "takes", "release": "lets go of", "drop": "drops", "break": "breaks", "end_point": "sees the end point in",
 }  # fmt: skip
 
+VERBS: Mapping[str, Callable[..., None]] = {
+    verb.__name__: verb
+    for verb in (
+        Lab.look, Lab.wait, Lab.pause, Lab.grasp, Lab.carry, Lab.place, Lab.put_back, Lab.leave, Lab.rest, Lab.drop,
+        pour, stir, rap, come_close, run_in, dip, hold_in_flame, set_tube, collect_gas, note_burn, note_dissolved,
+        note_heated, note_precipitate, note_warmed, note_white, note_wrong_order,
+    )
+}  # fmt: skip
+"""What a step may ``do``: functions of a `Lab` and of the step's other keys."""
+
 
 @dataclass(frozen=True)
 class Experiment:
@@ -42,7 +64,8 @@ class Experiment:
     """Instruments by body name, without bench, hands and headset."""
     grips: tuple[float, float]
     """Radii of what the left and the right hand hold."""
-    perform: Callable[[Lab], None]
+    tasks: Sequence[Mapping[str, Any]]
+    """What is done: each has a ``name``, ``steps``, and a ``stage`` where a stage of learning begins with it."""
     effects: tuple[SceneEffect, ...]
     """Of the scene, in the words of the catalogue of effects."""
     travel: float = 1.25
@@ -69,7 +92,8 @@ class Experiment:
         layout = layout_of(self.placed, self.grips, faces)
         how = Recording(seed=seed, rate_hz=rate_hz, seconds=LONGEST_S, noise=noise, jitter=jitter, losses=losses)
         lab = Lab(self.name, layout, how, travel=self.travel, effects=self.effects)
-        self.perform(lab)
+        for task in self.tasks:
+            _perform(lab, **task)
         seconds = float(np.ceil(lab.together() + 1.0))
         lab.finish(seconds)
         hands = {f"hand-{side}": lab.hands[side].path(random_stream(seed, "tremor", side)) for side in SIDES}
@@ -90,10 +114,18 @@ class Experiment:
 
 
 def experiment(name: str) -> Experiment:
-    """The experiment of this name: its TOML file declares bench and effects, its module performs it."""
-    declared = declared_bench(Path(__file__).with_name(f"{name}.toml"))
-    module = import_module(f"sessions.synthetic.experiments.{name.replace('-', '_')}")
-    return Experiment(name=name, perform=module.perform, **declared)
+    """The experiment of this name, from its TOML file."""
+    return Experiment(name=name, **declared_bench(Path(__file__).with_name(f"{name}.toml")))
+
+
+def _perform(lab: Lab, name: str, steps: Sequence[Mapping[str, Any]], stage: str = "") -> None:
+    start = lab.together()
+    if stage:
+        lab.stages.append((start, stage))
+    for step in steps:
+        settings = dict(step)
+        VERBS[settings.pop("do")](lab, **settings)
+    lab.note_task(name, start)
 
 
 def _until(episodes: Sequence[PlantedEpisode], seconds: float) -> list[PlantedEpisode]:

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from sessions.geometry.rotations import Array, quaternion_about, quaternion_product, rotated
 from sessions.synthetic.experiments.lab import UP, Lab
@@ -66,53 +65,6 @@ def _mouth(lab: Lab, vessel: str) -> Array:
     """Middle of a standing vessel's opening."""
     position, quaternion = lab.where[vessel]
     return np.array(position) + rotated(quaternion, lab.layout.cavity(vessel).opening.centre)
-
-
-def look_first(lab: Lab, task: str, *looks: tuple[ArrayLike, float], rest: float) -> None:
-    """The first stage: the eyes go to each place after so many seconds; then the second stage begins."""
-    lab.stage("virtual reality")
-    with lab.task(task):
-        for at, after in looks:
-            lab.look(at, after=after)
-        lab.wait(rest)
-    lab.stage("perceptual interaction")
-
-
-def pour_once(lab: Lab, task: str, source: str, target: str, millilitres: float, *, grip: float = 0.05) -> float:
-    """Take a beaker, gripped at a height, pour from it, put it back; when the liquid began to run."""
-    with lab.task(task):
-        lab.grasp("right", source, (0.0, grip, 0.0))
-        pour(lab, "right", target, millilitres, seconds=5.0)
-        lab.put_back("right")
-    return max(fact.start for fact in lab.facts if fact.kind == "pour")
-
-
-def stir_once(
-    lab: Lab,
-    vessel: str,
-    seconds: float = 12.0,
-    *,
-    radius: float = 0.009,
-    touches: Sequence[float] = (),
-    high: float = 1.15,
-    by: float = 0.05,
-) -> None:
-    """Take the rod, stir in a vessel, put it back ``high`` over the bench; see `stir`."""
-    lab.grasp("right", "rod", lab.layout.site("rod", "grip"))
-    stir(lab, "right", vessel, seconds, radius=radius, touches=touches)
-    lab.put_back("right", high, by, rest=True)
-
-
-def stir_and_look(lab: Lab, vessel: str, task: str) -> None:
-    """Stir, come too close to the vessel with the other hand, touch it, and wait: the end of an experiment."""
-    with lab.task("stir"):
-        stir_once(lab, vessel)
-    lab.stage("embodied cognition")
-    with lab.task(task):
-        come_close(lab, "left", vessel, 0.06, 0.005)
-        rap(lab, "left", vessel, 0.055, 0.3, note="knuckles touch the beaker")
-        lab.rest("left")
-        lab.wait(8.0)
 
 
 def stir(
