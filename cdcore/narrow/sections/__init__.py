@@ -1,1 +1,1 @@
-"""Where two surfaces meet: intersection segments, found by exact signs."""
+"""Where two surfaces meet: intersection segments, for pictures and lengths."""

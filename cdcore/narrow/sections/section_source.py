@@ -14,7 +14,7 @@ Pose = tuple[FloatArray, FloatArray]
 def section_of_faces(a: Body, pose_a: Pose, b: Body, pose_b: Pose, faces: IntArray) -> FloatArray:
     """Segments (m, 2, 3) in which the face pairs (k, 2) of two placed bodies meet, world metres.
 
-    m is below k only where an engine that rounds listed pairs that, taken exactly, do not meet: those have no segment.
+    m is below k where an engine that rounds listed pairs that do not meet, and of needles whose plane doubles miss.
     """
     from cdcore.narrow.sections.triangle_sections import triangle_pair_sections
 

@@ -1,7 +1,6 @@
 """Closed triangle against closed triangle with exact signs, degenerate ones included, for moderate exponents.
 
-A pair is one array (6, 3): rows 0-2 are the first triangle, rows 3-5 the second. A triangle of zero area counts as
-the segment between its lexicographic extremes, or as the point it is.
+A pair is one array (6, 3): rows 0-2 are the first triangle, rows 3-5 the second. A triangle of zero area is its edges.
 """
 
 from cdcore.kernels.compiling import hot_kernel, runtime_int, stay_one_function
@@ -29,16 +28,6 @@ def projection_axis(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int
 
 
 @hot_kernel
-def within_box_2d(p: Memory, q: int, a: int, b: int, axis: int) -> bool:
-    """Row q inside the closed box of rows a and b, both seen along ``axis``."""
-    for step in range(1, 3):
-        k = (axis + step) % 3
-        if p[3 * q + k] < min(p[3 * a + k], p[3 * b + k]) or p[3 * q + k] > max(p[3 * a + k], p[3 * b + k]):
-            return False
-    return True
-
-
-@hot_kernel
 def ranges_apart(p: Memory, a: int, b: int, c: int, d: int, k: int) -> bool:
     """Along one coordinate, all of segment ab lies before or behind all of segment cd."""
     stay_one_function()
@@ -48,28 +37,17 @@ def ranges_apart(p: Memory, a: int, b: int, c: int, d: int, k: int) -> bool:
 
 @hot_kernel
 def segments_meet_2d(p: Memory, a: int, b: int, c: int, d: int, axis: int, w: Memory) -> bool:
-    """Closed segments ab and cd seen along ``axis``; either may be a point."""
+    """Closed segments ab and cd seen along ``axis``; either may be a point.
+
+    They meet where their boxes do and the line of neither has the whole other segment on one side.
+    """
     stay_one_function()
     for step in range(1, 3):
-        k = (axis + step) % 3
-        if ranges_apart(p, a, b, c, d, k):
+        if ranges_apart(p, a, b, c, d, (axis + step) % 3):
             return False
-    c_side = cross_sign(p, a, b, a, c, axis, w)
-    d_side = cross_sign(p, a, b, a, d, axis, w)
-    if c_side * d_side > 0:
+    if cross_sign(p, a, b, a, c, axis, w) * cross_sign(p, a, b, a, d, axis, w) > 0:
         return False
-    a_side = cross_sign(p, c, d, c, a, axis, w)
-    b_side = cross_sign(p, c, d, c, b, axis, w)
-    if a_side * b_side > 0:
-        return False
-    if c_side * d_side < 0 and a_side * b_side < 0:
-        return True
-    return (
-        (c_side == 0 and within_box_2d(p, c, a, b, axis))
-        or (d_side == 0 and within_box_2d(p, d, a, b, axis))
-        or (a_side == 0 and within_box_2d(p, a, c, d, axis))
-        or (b_side == 0 and within_box_2d(p, b, c, d, axis))
-    )
+    return cross_sign(p, c, d, c, a, axis, w) * cross_sign(p, c, d, c, b, axis, w) <= 0
 
 
 @hot_kernel
@@ -141,38 +119,18 @@ def segments_meet(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> bool:
 
 
 @hot_kernel
-def comes_before(p: Memory, a: int, b: int) -> bool:
-    """Row a lexicographically before row b."""
-    for k in range(3):
-        if p[3 * a + k] != p[3 * b + k]:
-            return bool(p[3 * a + k] < p[3 * b + k])
+def edges_meet(p: Memory, s: int, t: int, w: Memory) -> bool:
+    """An edge of rows s..s+2 meets one of rows t..t+2: triangles of zero area are the segments that their edges are."""
+    for i in range(3):
+        for j in range(3):
+            if segments_meet(p, s + i, s + (i + 1) % 3, t + j, t + (j + 1) % 3, w):
+                return True
     return False
 
 
 @hot_kernel
-def lexicographic_ends(p: Memory, t: int) -> tuple[int, int]:
-    """First and last of rows t..t+2: the segment that a triangle of zero area is."""
-    first, last = t, t
-    for k in range(1, 3):
-        if comes_before(p, t + k, first):
-            first = t + k
-        if comes_before(p, last, t + k):
-            last = t + k
-    return first, last
-
-
-@hot_kernel
-def flat_meets_proper(p: Memory, flat: int, t: int, axis: int, w: Memory) -> bool:
-    """Triangle of zero area at rows flat..flat+2 against the proper triangle t..t+2."""
-    a, b = lexicographic_ends(p, flat)
-    a_side = orientation_sign(p, t, t + 1, t + 2, a, w)
-    b_side = orientation_sign(p, t, t + 1, t + 2, b, w)
-    return segment_meets_triangle(p, a, b, a_side, b_side, t, axis, w)
-
-
-@hot_kernel
 def edges_meet_triangle(p: Memory, s: int, t: int, axis: int, w: Memory) -> int:
-    """1: an edge of the proper triangle s..s+2 meets the proper one t..t+2; -1: s is wholly on one side; 0: neither."""
+    """1: an edge of rows s..s+2 meets the proper triangle t..t+2; -1: s is wholly on one side; 0: neither."""
     stay_one_function()
     side0 = orientation_sign(p, t, t + 1, t + 2, s, w)
     side1 = orientation_sign(p, t, t + 1, t + 2, s + 1, w)
@@ -208,13 +166,11 @@ def pair_intersects_exact(p: Memory, w: Memory) -> bool:
     first_axis = projection_axis(p, o, o + 1, o, o + 2, w)
     second_axis = projection_axis(p, t, t + 1, t, t + 2, w)
     if first_axis < 0 and second_axis < 0:
-        a, b = lexicographic_ends(p, o)
-        c, d = lexicographic_ends(p, t)
-        return segments_meet(p, a, b, c, d, w)
+        return edges_meet(p, o, t, w)
     if first_axis < 0:
-        return flat_meets_proper(p, o, t, second_axis, w)
+        return edges_meet_triangle(p, o, t, second_axis, w) == 1
     if second_axis < 0:
-        return flat_meets_proper(p, t, o, first_axis, w)
+        return edges_meet_triangle(p, t, o, first_axis, w) == 1
     answer = edges_meet_triangle(p, o, t, second_axis, w)
     if answer == 0:
         answer = edges_meet_triangle(p, t, o, first_axis, w)
