@@ -24,7 +24,8 @@ from replay.outputs.moments import FocusMoment
 from replay.outputs.palette import INVENTED, MISSED, Rgba
 from replay.outputs.rerun_log.columns import RecordingWriter, Steps, entity
 from replay.outputs.rerun_log.stage import Label, beside, in_front
-from replay.outputs.rerun_log.world import body_path, face_normals
+from replay.outputs.rerun_log.world import body_path
+from replay.outputs.shapes import bends, edges_of, face_normals
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.sentences import length_words
 
@@ -182,13 +183,6 @@ def _strips(lines: list[Any]) -> rr.ComponentColumnList:
 
 
 def sharp_edges(mesh: TriangleMesh) -> FloatArray:
-    """Edges (k, 2, 3) at which two faces of a mesh meet at an angle, or that only one face has."""
-    faces, normals = mesh.merged_faces, face_normals(mesh.triangles)[1]
-    ends = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
-    points = np.concatenate([mesh.triangles[:, [0, 1]], mesh.triangles[:, [1, 2]], mesh.triangles[:, [2, 0]]])
-    _, first, number, counts = np.unique(ends, axis=0, return_index=True, return_inverse=True, return_counts=True)
-    sums = np.stack([np.bincount(number.reshape(-1), np.tile(normals[:, k], 3)) for k in range(3)], axis=1)
-    # |a + b|^2 = 2 + 2 cos for two unit normals.
-    flat = (counts == 2) & ((sums * sums).sum(axis=1) >= 2 + 2 * SHARP_COSINE)
-    edges: FloatArray = points[first[~flat]]
-    return edges
+    """Edges (k, 2, 3) at which two faces of a solid meet at an angle."""
+    edges, faces = edges_of(mesh)
+    return edges[bends(face_normals(mesh.triangles)[1], faces) < SHARP_COSINE]

@@ -15,7 +15,8 @@ from replay.comparison.misses import by_depth
 from replay.comparison.outcome import Comparison, Miss, Outcome
 from replay.outputs.palette import FOUND, MISSED_FACES, OUTCOMES
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, entity, packed
-from replay.outputs.rerun_log.world import body_path, face_normals
+from replay.outputs.rerun_log.world import body_path
+from replay.outputs.shapes import face_normals
 from replay.prepare.assembly import Assembly
 
 DRAWN_CONTACTS: Final = 20_000

@@ -29,7 +29,7 @@ from replay.outputs.rerun_log.stage import (
     log_standing,
 )
 from replay.outputs.rerun_log.timing import ceiling, stage_ms, total_ms
-from replay.outputs.rerun_log.world import face_normals
+from replay.outputs.shapes import face_normals
 from replay.outputs.tables import markdown, table
 from replay.outputs.watched_run import ALL, BOXES, CONFIRMED, CONTACT, LOST, SEARCHED, SPHERES, Moment, WatchedRun
 from replay.outputs.words import counted

@@ -12,8 +12,8 @@ from replay.comparison.misses import MANY
 from replay.effects.effect_summary import happened_words
 from replay.outputs.rerun_log.accuracy import Dot
 from replay.outputs.rerun_log.timing import colour_of, stage_ms, total_ms
-from replay.outputs.run_tables import FALSE_CONTACT, ranking_table, sampling_notes
-from replay.outputs.tables import markdown, table
+from replay.outputs.run_tables import FALSE_CONTACT, RANKING, sampling_notes
+from replay.outputs.tables import Column, Table, markdown, table
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted
 from replay.pipeline.answer import Answer, KeyMoment, milliseconds
 from replay.pipeline.headline import doubts, price, undecided
@@ -55,11 +55,13 @@ def _reasons(answer: Answer) -> list[str]:
 
 def ranking_text(result: RunResult) -> str:
     """Every detector in Markdown: its name and what it is in one column, so that all fit beside a picture."""
-    made = ranking_table(result)
-    words = [f"{rank.label}:{NO_BREAK}{rank.what}" for rank in result.ranking]
-    names = [column.name for column in made.columns if column.name in (*HEADS, "missed", "undecided")]
-    first = counted(result.ranking[-1].contacts, "contact")
-    return markdown(replace(made.only(*names).beside(first, words).headed(HEADS), title="", notes=()))
+    named = Column(
+        counted(result.ranking[-1].contacts, "contact"), of=lambda rank: f"{rank.label}:{NO_BREAK}{rank.what}"
+    )
+    some = any(rank.undecided for rank in result.ranking)
+    shown = ("missed", *(["undecided"] if some else []), *HEADS)
+    columns = (replace(column, name=HEADS.get(column.name, column.name)) for column in RANKING if column.name in shown)
+    return markdown(Table.of([named, *columns], result.ranking))
 
 
 def _moment_words(result: RunResult, answer: Answer, moment: KeyMoment) -> str:

@@ -3,27 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Container, Iterable, Mapping, Sequence
-from functools import lru_cache
-from typing import Final
 
 import numpy as np
 import rerun as rr
 from numpy.typing import NDArray
 
 from cdcore import Motion, TriangleMesh
-from cdcore.numerics import FloatArray
 from replay.comparison.first_touch import at_touch
 from replay.comparison.outcome import Miss
 from replay.outputs.palette import Rgba, albedo, tags_of
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, pose_columns
+from replay.outputs.shapes import shaded
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene
-
-CREASE_COSINE: Final = float(np.cos(np.radians(40.0)))
-"""Faces that meet at more than 40 degrees keep an edge; shared normals would draw gradients over a bench."""
-
-CREASE_FAN: Final = 256
-"""Above this many faces at a vertex (the hub of a cap) each keeps its own normal: the work grows with the square."""
 
 
 def body_path(name: str) -> str:
@@ -106,41 +98,3 @@ def _moves(motion: Motion, frame: int, body: int) -> bool:
     """Whether a body moves to the next frame: else no later row would bring it back."""
     places, turns = motion.translations[frame : frame + 2, body], motion.rotations[frame : frame + 2, body]
     return bool((places[0] != places[1]).any() or (turns[0] != turns[1]).any())
-
-
-@lru_cache(maxsize=64)  # several tabs have bodies of their own
-def shaded(mesh: TriangleMesh) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint32]]:
-    """Vertices, unit normals (v, 3) and faces (f, 3) to draw: smooth over gentle edges, flat across sharp ones."""
-    normals = _corner_normals(mesh).reshape(-1, 3)
-    corner = mesh.faces.reshape(-1).astype(np.int64)
-    # Corners of one vertex whose normals agree to 1/100 become one vertex again: a third of the size.
-    key = np.concatenate([corner[:, None], np.round(normals * 100).astype(np.int64)], axis=1)
-    _, first, number = np.unique(key @ [256**3, 256**2, 256, 1], return_index=True, return_inverse=True)
-    vertices = mesh.vertices[corner[first]].astype(np.float32)
-    return vertices, normals[first].astype(np.float32), number.reshape(-1, 3).astype(np.uint32)
-
-
-def face_normals(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Normals of triangles (f, 3, 3), each (f, 3): as long as twice the area, and of unit length (0 without area)."""
-    area: FloatArray = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    length = np.linalg.norm(area, axis=1, keepdims=True)
-    return area, np.divide(area, length, out=np.zeros_like(area), where=length > 0)
-
-
-def _corner_normals(mesh: TriangleMesh) -> FloatArray:
-    """Unit normal of each corner of each face, (f, 3, 3): area-weighted over the faces that meet it gently."""
-    area, unit = face_normals(mesh.triangles)
-    vertex = mesh.merged_faces.reshape(-1)
-    order = np.argsort(vertex, kind="stable")
-    counts = np.bincount(vertex)
-    start = np.cumsum(counts) - counts
-    reach = np.where(counts[vertex] <= CREASE_FAN, counts[vertex], 0)
-    corner = np.repeat(np.arange(len(vertex)), reach)
-    offset = np.arange(len(corner)) - np.repeat(np.cumsum(reach) - reach, reach)
-    face, other = corner // 3, order[start[vertex[corner]] + offset] // 3
-    gentle = np.einsum("ij,ij->i", unit[face], unit[other]) >= CREASE_COSINE
-    total = np.stack([np.bincount(corner[gentle], area[other[gentle], k], len(vertex)) for k in range(3)], axis=1)
-    norm = np.linalg.norm(total, axis=1, keepdims=True)
-    own = np.repeat(unit, 3, axis=0)
-    smooth: FloatArray = np.divide(total, norm, out=own, where=norm > 0)
-    return smooth.reshape(-1, 3, 3)

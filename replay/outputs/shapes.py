@@ -1,0 +1,56 @@
+"""Meshes as picture and page draw them: normals, smooth surfaces, and edges at which faces meet."""
+
+from functools import lru_cache
+from typing import Final
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from cdcore import TriangleMesh
+from cdcore.numerics import FloatArray, IntArray
+
+CREASE_COSINE: Final = float(np.cos(np.radians(40.0)))
+"""Faces that meet at more than 40 degrees keep an edge; shared normals would draw gradients over a bench."""
+
+
+def face_normals(triangles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Normals of triangles (f, 3, 3), each (f, 3): as long as twice the area, and of unit length (0 without area)."""
+    area: FloatArray = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    length = np.linalg.norm(area, axis=1, keepdims=True)
+    return area, np.divide(area, length, out=np.zeros_like(area), where=length > 0)
+
+
+def edges_of(mesh: TriangleMesh) -> tuple[FloatArray, IntArray]:
+    """Edges (e, 2, 3) that two faces share, and those faces (e, 2); an edge of one face, or of many, is left out."""
+    ends = np.sort(mesh.merged_faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    points = mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2, 3)
+    _, first, place, count = np.unique(ends, axis=0, return_index=True, return_inverse=True, return_counts=True)
+    order = np.argsort(place.ravel(), kind="stable")
+    start = (np.cumsum(count) - count)[count == 2]
+    return points[first[count == 2]], np.stack([order[start], order[start + 1]], axis=1) // 3
+
+
+def bends(normals: FloatArray, faces: IntArray) -> FloatArray:
+    """Cosine of the angle at which the two faces of each edge meet, from unit normals (f, 3)."""
+    cosine: FloatArray = (normals[faces[:, 0]] * normals[faces[:, 1]]).sum(axis=1)
+    return cosine
+
+
+@lru_cache(maxsize=64)  # several tabs have bodies of their own
+def shaded(mesh: TriangleMesh) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint32]]:
+    """Vertices, unit normals (v, 3) and faces (f, 3) to draw: smooth over gentle edges, flat across sharp ones."""
+    area, unit = face_normals(mesh.triangles)
+    faces = edges_of(mesh)[1]
+    left, right = faces[bends(unit, faces) >= CREASE_COSINE].T
+    links = coo_array((np.ones(len(left)), (left, right)), shape=(len(unit), len(unit)))
+    patch = connected_components(links, directed=False)[1]
+    corners = np.stack([mesh.merged_faces.reshape(-1), np.repeat(patch, 3)])
+    _, first, number = np.unique(corners, axis=1, return_index=True, return_inverse=True)
+    number = number.reshape(-1)
+    total = np.stack([np.bincount(number, np.repeat(area[:, k], 3)) for k in range(3)], axis=1)
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    normals = np.divide(total, length, out=np.repeat(unit, 3, axis=0)[first], where=length > 0)
+    vertices = mesh.triangles.reshape(-1, 3)[first]
+    return vertices.astype(np.float32), normals.astype(np.float32), number.reshape(-1, 3).astype(np.uint32)
