@@ -175,8 +175,7 @@ def row(recording: Recording, file: Path, folder: Path | None) -> list[str]:
     findings = Counter(one.code for one in examine(session) if one.severity > Severity.NOTE)
     result = replay.run(session, detectors=LINEUP, oracle="exact")
     table = ranking_table(result)
-    names = [column.name for column in table.columns]
-    ranks = {text_of(cells[0]): dict(zip(names, map(text_of, cells), strict=True)) for cells in table.rows}
+    ranks = {text_of(cells[0]): dict(zip(table.head, map(text_of, cells), strict=True)) for cells in table.cells()}
     contacts = len(result.episodes["exact"])
     said = [_said(ranks[label], contacts) for label in LINEUP]
     mean = f"{ranks['exact']['mean ms']} ms"

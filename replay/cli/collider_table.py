@@ -30,25 +30,18 @@ def write_colliders(
 
 def before_after(shipped: "Shipped") -> "Table":
     """A hull a body, and the pieces, as ``run`` counts them."""
-    from replay.outputs.tables import table
-    from replay.outputs.tradeoff_table import count_cell, false_cell
+    from replay.outputs.tables import Column, Table
+    from replay.outputs.tradeoff_table import FALSE, LATE, MISSED
 
-    rows = [
-        (
-            name,
-            false_cell(row),
-            count_cell(row, "missed"),
-            count_cell(row, "late"),
-            str(row["pieces"]),
-            f"{row['ms']:.3f}",
-        )
-        for name, row in (("before: a hull a body", shipped.before), ("after: these pieces", shipped.after))
-    ]
+    rows = [{"": "before: a hull a body", **shipped.before}, {"": "after: these pieces", **shipped.after}]
     result = shipped.result
     contacts = len(result.episodes[result.oracle])
     title = f"{contacts} contacts, {shipped.engine.name} at {shipped.engine.step_hz:g} steps a second"
-    head = ("", "false %", "missed", "late or cut short", "pieces", "mean ms")
-    return table(title, head, rows)
+    columns = (
+        Column("", of=lambda row: row[""], whole=True), FALSE, MISSED, LATE, Column("pieces", int),
+        Column("mean ms", float, of="ms", show=".3f"),
+    )  # fmt: skip
+    return Table.of(columns, rows, title)
 
 
 def body_table(shipped: "Shipped") -> "Table":

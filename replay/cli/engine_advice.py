@@ -40,17 +40,10 @@ def advise_engine(session: Path, engine: str, people: People, *, no_picture: boo
 
 def engine_table(advice: "Advice", *, everything: bool = False) -> "Table":
     """A row a choice: what is set in the engine and what comes of it; the settings that ``run`` takes on request."""
-    from replay.outputs.tables import table
-    from replay.outputs.tradeoff_table import count_cell, false_cell, p99_cell
+    from replay.outputs.tables import Column, Table
+    from replay.outputs.tradeoff_table import FALSE, LATE, MISSED, P99, WRONG
     from replay.tradeoffs.engine_knobs import knob_words
 
-    rows = [
-        (
-            f"{row['number']}  {knob_words(row['knobs'])}", count_cell(row, "missed"), count_cell(row, "late"),
-            false_cell(row), count_cell(row, "wrong"), f"{row['ms']:.3f}", p99_cell(row), row["setting"],
-        )
-        for row in advice.rows
-    ]  # fmt: skip
     engine, result = advice.engine, advice.result
     contacts, seconds = len(result.episodes[result.oracle]), result.summary["session"]["duration"]
     title = f"{engine.name} {engine.version}: {contacts} contacts in {seconds:.0f} s, beside {result.oracle}"
@@ -60,6 +53,10 @@ def engine_table(advice: "Advice", *, everything: bool = False) -> "Table":
         *engine.notes,
         "replay guide engines: the page behind every row. -v: the setting of every row, for replay run --detectors.",
     )
-    head = ("setting", "missed", "late or cut short", "false %", "wrong", "mean ms", "p99 ms", "settings")
-    made = table(title, head, rows, words=("setting", "settings"), whole=("settings",), notes=notes)
-    return made if everything else made.only(*head[:-1])
+    columns = [
+        Column("setting", of=lambda row: f"{row['number']}  {knob_words(row['knobs'])}"), MISSED, LATE, FALSE, WRONG,
+        Column("mean ms", float, of="ms", show=".3f"), P99,
+    ]  # fmt: skip
+    if everything:
+        columns.append(Column("settings", of="setting", whole=True))
+    return Table.of(columns, advice.rows, title, notes)

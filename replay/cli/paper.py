@@ -1,6 +1,6 @@
 """``replay paper``: the paper's tables and figures, regenerated beside what it printed."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import click
@@ -29,8 +29,12 @@ def command(quick: bool, seed: int, out: Path | None, as_json: bool, people: Peo
 
     size = experiment.QUICK if quick else experiment.FULL
     tables = experiment.run_paper(size, seed, TerminalProgress(people))
-    plain = {"version": 4, "experiment": asdict(size) | {"seed": seed}, "tables": [asdict(table) for table in tables]}
-    answer(as_json, plain, lambda: terminal(*(table.plain for table in tables)))
+    told = [
+        {"key": table.key, "title": table.title, "head": table.head, "rows": table.rows, "note": table.notes[0]}
+        for table in tables
+    ]
+    plain = {"version": 4, "experiment": asdict(size) | {"seed": seed}, "tables": told}
+    answer(as_json, plain, lambda: terminal(*(replace(table, title=f"{table.key}: {table.title}") for table in tables)))
     if out is not None:
         from replay.studies.paper.pictures import write_pictures
 

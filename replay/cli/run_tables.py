@@ -43,7 +43,7 @@ def run_screen(result: RunResult, where: Sequence[str] = (), *, recording: str =
     """
     parts: list[Table | RenderableType] = [line(words, INVENTED) for words in doubts(result)]
     if result.ranking:
-        parts += [built.ranking_table(result).only(*SCREEN_HEADS).headed(SCREEN_HEADS)]
+        parts += [built.ranking_table(result).only(*SCREEN_HEADS, heads=SCREEN_HEADS)]
         parts += [Paragraph("", words) for words in undecided(result)]
     elif result.detections:
         parts += [built.contact_table(result, label) for label in result.detections]
@@ -96,8 +96,10 @@ def run_tables(result: RunResult) -> Group:
         notes = [*built.containment_notes(result, result.oracle), *built.sampling_notes(result), *beside(result)]
         parts += [line(note, FAINT) for note in notes]
     for label in worst_first(result):
-        pairs = built.pair_table(result, label).only("pair", "contacts", *built.AUDIT_MARKS, built.CUT)
-        parts.append(pairs.first(PAIR_ROWS, "… and {} more").titled(f"contacts, and what {label} made of them"))
+        pairs = built.pair_table(result, label)
+        pairs = pairs.only(*(name for name in pairs.head if name not in ("seconds", "longest s")))
+        shown = pairs.first(PAIR_ROWS, "… and {} more")
+        parts.append(replace(shown, title=f"contacts, and what {label} made of them"))
     parts += fault_tables(result)
     if result.comparisons:
         parts.append(audit_table(result.summary["audit"]))

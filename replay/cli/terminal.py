@@ -105,7 +105,7 @@ class Fitted:
 
     def __init__(self, shown: Table) -> None:
         self.table = shown
-        columns = [*zip(*shown.rows, strict=True)] if shown.rows else [()] * len(shown.columns)
+        columns = [*zip(*shown.cells(), strict=True)] if shown.rows else [()] * len(shown.columns)
         self._cells = [[_cell(cell, one) for cell in cells] for one, cells in zip(shown.columns, columns, strict=True)]
         widths = [self._widths(k) for k in range(len(shown.columns))]
         self._least, self._most = [one[0] for one in widths], [one[1] for one in widths]

@@ -9,7 +9,7 @@ import numpy as np
 from replay.comparison.holding import within
 from replay.comparison.matching import EpisodeMatch
 from replay.comparison.outcome import Episode, Miss
-from replay.outputs.columns import Column, RawTable
+from replay.outputs.tables import Column, Table
 from replay.pipeline.diagnosis import why
 from replay.pipeline.run_result import RunResult
 from replay.prepare.flags import flag_word
@@ -52,16 +52,15 @@ HEADS: Final = (
     Column("last", int, "last frame, included", "thing.last"),
 )
 SPAN: Final = (
-    Column("start", float, "when its first frame is", "thing.start", "s", "at s", ".3f"),
-    Column("end", float, "when its last frame is over", "thing.end", "s", "until s", ".3f"),
+    Column("start", float, "when its first frame is", "thing.start", "s"),
+    Column("end", float, "when its last frame is over", "thing.end", "s"),
 )
 NOISE: Final = (
     Column(
-        "noise", str, "whether the contact of the reference holds in spite of tracker noise; null: not asked",
-        "noise.0", head="in noise",
+        "noise", str, "whether the contact of the reference holds in spite of tracker noise; null: not asked", "noise.0"
     ),
     Column("noise_share", float, "share of noisy copies that have the contact", "noise.1"),
-)  # fmt: skip
+)
 
 WHY: Final = Column("why", str, "the sentence about it")
 
@@ -85,13 +84,11 @@ MISSES: Final = (
     *HEADS,
     Column("frames", int, "frames missed", "thing.frames"),
     *SPAN,
-    Column("kind", str, "never found, found late, lost early or interrupted", "thing.kind", head="what"),
+    Column("kind", str, "never found, found late, lost early or interrupted", "thing.kind"),
     Column("episode", int, "number of the contact of the reference", "thing.episode"),
     Column("deepest", int, "frame in which the surfaces cut longest", "thing.deepest"),
     Column("face_pairs", int, "pairs of faces that meet there", "thing.face_pairs"),
-    Column(
-        "cut_length", float, "length of the intersection curve there", "thing.cut_length", "m", "cut mm", ".1f", 1e3
-    ),
+    Column("cut_length", float, "length of the intersection curve there", "thing.cut_length", "m"),
     Column("cause", str, "the stage that lost it", "thing.cause"),
     *axes("point", "where, at the deepest frame or the first touch, in the world", "m"),
     *axes("normal", "unit direction from the first body to the second there"),
@@ -107,17 +104,17 @@ FALSE_CONTACTS: Final = (
     *HEADS,
     Column("frames", int, "frames that are false", "thing.frames"),
     *SPAN,
-    Column("kind", str, "nothing there, starts early, ends late or joins two contacts", "thing.kind", head="what"),
+    Column("kind", str, "nothing there, starts early, ends late or joins two contacts", "thing.kind"),
     Column("widest", int, "frame in which the surfaces are farthest apart, of those looked at", "thing.widest"),
-    Column("cause", str, "why it was reported", "thing.cause", head="why"),
+    Column("cause", str, "why it was reported", "thing.cause"),
     *axes("point", "the middle between the nearest points there, in the world", "m"),
-    Column("gap", float, "between the surfaces there; null: not measured", "thing.gap", "m", "mm apart", ".1f", 1e3),
+    Column("gap", float, "between the surfaces there; null: not measured", "thing.gap", "m"),
     Column("hollow", str, "body whose convex hull fills a hollow"),
     WHY,
 )
 
 
-def episode_rows(result: RunResult) -> RawTable:
+def episode_rows(result: RunResult) -> Table:
     """Every contact of every detector, in order of time."""
     never: dict[tuple[str, int], list[str]] = {}
     for label in result.comparisons:
@@ -135,21 +132,21 @@ def episode_rows(result: RunResult) -> RawTable:
             "match": match.get((label, number)),
         }
 
-    return RawTable.of(EPISODES, _entries(result, result.episodes, more))
+    return Table.of(EPISODES, _entries(result, result.episodes, more))
 
 
-def miss_rows(result: RunResult) -> RawTable:
+def miss_rows(result: RunResult) -> Table:
     """Every numbered miss of every audited detector."""
 
     def more(label: str, _: int, miss: Miss) -> dict[str, Any]:
         return {"noise": _in_noise(result, miss.episode), "why": _why(result, label, miss)}
 
-    return RawTable.of(MISSES, _entries(result, result.misses, more))
+    return Table.of(MISSES, _entries(result, result.misses, more))
 
 
-def false_rows(result: RunResult) -> RawTable:
+def false_rows(result: RunResult) -> Table:
     """Every numbered false contact of every audited detector."""
-    return RawTable.of(
+    return Table.of(
         FALSE_CONTACTS, _entries(result, result.false, lambda label, _, false: {"why": _why(result, label, false)})
     )
 

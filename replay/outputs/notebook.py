@@ -43,9 +43,9 @@ def run_text(result: RunResult) -> str:
     lines = [_what(result)]
     if result.ranking:
         made = ranking_table(result).only(*COLUMNS)
-        cells = [[column.name for column in made.columns]] + [[text_of(cell) for cell in row] for row in made.rows]
+        cells = [made.head] + [[text_of(cell) for cell in row] for row in made.cells()]
         kept, rest = cells[: MOST_DETECTORS + 1], len(cells) - MOST_DETECTORS - 1
-        widths = [max(len(row[k]) for row in kept) for k in range(len(made.columns))]
+        widths = [max(len(row[k]) for row in kept) for k in range(len(made.head))]
         lines += [_row(row, widths) for row in kept]
         lines += [f"... and {rest} more in .ranking"] if rest > 0 else []
         lines += wrap(result.answers[0].sentence, WIDTH)[:MOST_WRAPPED] if result.answers else []

@@ -1,38 +1,15 @@
-"""A table of the paper: numbers with a key and a note; `plain` is the table that terminal, page and picture show."""
+"""A table of the paper: numbers with a key and a note, of which a reader is shown four digits."""
 
-from dataclasses import dataclass, replace
-
-from replay.outputs.tables import Table, table
+from replay.outputs.tables import Column, Table
 
 Cell = str | int | float | None
 
 
-@dataclass(frozen=True)
-class PaperTable:
-    """One table."""
-
-    key: str  # of section 6.3, such as ``T1a``
-    title: str  # what it shows, in one sentence
-    head: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]  # ``None`` is shown as a dash
-    note: str = ""  # what a reader must know
-
-    def where(self, **wanted: Cell) -> "PaperTable":
-        """The rows whose cells are as wanted, heading by heading."""
-        places = {self.head.index(heading): cell for heading, cell in wanted.items()}
-        return replace(self, rows=tuple(row for row in self.rows if all(row[k] == one for k, one in places.items())))
-
-    def column(self, heading: str) -> list[Cell]:
-        """The cells below a heading."""
-        place = self.head.index(heading)
-        return [row[place] for row in self.rows]
-
-    @property
-    def plain(self) -> Table:
-        """The cells as a reader sees them, below key and title; the note at the end."""
-        words = [name for name in self.head if any(isinstance(cell, str) for cell in self.column(name))]
-        rows = [[shown(cell) for cell in row] for row in self.rows]
-        return table(f"{self.key}: {self.title}", self.head, rows, words=words, whole=(), notes=[self.note])
+def paper_table(key: str, title: str, head: tuple[str, ...], rows: tuple[tuple[Cell, ...], ...], note: str) -> Table:
+    """One table; ``key`` is of section 6.3, such as ``T1a``; ``note`` is what a reader must know."""
+    worded = {name for k, name in enumerate(head) if any(isinstance(row[k], str) for row in rows)}
+    columns = (Column(name, str if name in worded else float, show=shown) for name in head)
+    return Table(tuple(columns), rows, title, (note,), key)
 
 
 def shown(cell: Cell) -> str:

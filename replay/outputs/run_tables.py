@@ -1,6 +1,8 @@
 """The tables of a run, each built once; a renderer takes the columns for which it has room."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from cdcore.protocol import DECIDED
@@ -11,8 +13,7 @@ from replay.comparison.false_contacts import VOLUMES
 from replay.comparison.look_phases import PHASES
 from replay.comparison.misses import NEVER_FOUND
 from replay.effects.recorded import CURVES
-from replay.outputs.columns import RawTable
-from replay.outputs.tables import FAINT, FOUND, IN_RED, INVENTED, PARTLY, Cell, Marked, Table, table
+from replay.outputs.tables import FAINT, FOUND, IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, table
 from replay.outputs.words import (
     FRAME_ROWS,
     OUTCOME_WORDS,
@@ -23,27 +24,18 @@ from replay.outputs.words import (
 )  # fmt: skip
 from replay.pipeline.answer import busy_words, milliseconds
 from replay.pipeline.gates import figure, percent
-from replay.pipeline.ranking import Range, Rank, all_unconfirmed, range_words
+from replay.pipeline.ranking import Range, Share, all_unconfirmed, range_words
 from replay.pipeline.run_result import RunResult, Summarised
 from sessions import Finding
 
 OF_FRAME = f"of a {HEADSET_HZ:g} Hz frame"
 LATE_OR_SHORT = "late or cut short"
 FALSE_CONTACT = "false contact"
-RANK_HEAD = (
-    "detector", "what", "missed", LATE_OR_SHORT, "undecided", FALSE_CONTACT, "mean ms", "p99 ms", OF_FRAME, "settings",
-)  # fmt: skip
 REFERENCE = "reference"
 NOT_APPLICABLE = "-"
 
 UNCONFIRMED = "unconfirmed frames"
 """Stands for *false frames* of a detector that only calls them candidates."""
-
-AUDIT_MARKS = {
-    "missed": IN_RED, LATE_OR_SHORT: PARTLY, "frames found": FOUND, "frames missed": PARTLY, "false frames": INVENTED,
-    UNCONFIRMED: INVENTED,
-    WITHIN: FAINT,
-}  # fmt: skip
 
 CUT = "cut by lost poses"
 """Column of contacts, there only where lost poses cut one."""
@@ -52,37 +44,63 @@ MOST_REASONS = 4
 """Reasons listed why containment was refused; each open body makes one of its own."""
 
 
+def _count(counts: Range | None, mark: str, otherwise: str) -> Cell:
+    return otherwise if counts is None else Marked(range_words(counts), mark if counts[1] else "")
+
+
+def _false_share(of: tuple[Share | None, bool], *, intervals: bool = False) -> Cell:
+    false, unconfirmed = of
+    if false is None:
+        return NOT_APPLICABLE
+    if false["share"] is None:
+        return "0 %"
+    word = " unconfirmed" if unconfirmed else ""
+    words = percent(false, word.strip()) if intervals else f"{figure(100 * false['share'])} %{word}"
+    return Marked(words, INVENTED if false["count"] else "")
+
+
+def _ms(seconds: float | None) -> str:
+    return NOT_APPLICABLE if seconds is None else milliseconds(seconds)
+
+
+RANKING = (
+    Column("detector", str, "label of the detector", "label", whole=True),
+    Column("what", str, "what it is, in words", whole=True),
+    Column("missed", int, "contacts never found, smallest to largest over the sampling offsets", "missed_counts",
+           show=lambda counts: _count(counts, IN_RED, REFERENCE)),
+    Column(LATE_OR_SHORT, int, "contacts found in part, smallest to largest over the sampling offsets", "late_counts",
+           show=lambda counts: _count(counts, PARTLY, NOT_APPLICABLE)),
+    Column("undecided", int, "contacts left undecided; null: it is the reference",
+           lambda rank: None if rank.missed_counts is None else rank.undecided,
+           show=lambda count: NOT_APPLICABLE if count is None else count),
+    Column(FALSE_CONTACT, float, "share of the reported contact time that is false, and whether all is unconfirmed",
+           lambda rank: (rank.false, rank.unconfirmed), show=_false_share),
+    Column("mean ms", float, "time of a frame", "mean", "s", _ms),
+    Column("p99 ms", float, "time within which 99 of 100 frames were decided", "p99", "s", _ms),
+    Column(OF_FRAME, float, "the mean as a share of a frame of the headset", "of_frame",
+           show=lambda share: NOT_APPLICABLE if share is None else f"{figure(100 * share)} %"),
+    Column("settings", str, "the detector with its settings", "setting"),
+)  # fmt: skip
+
+
 def ranking_table(result: Summarised, *, intervals: bool = False) -> Table:
     """Every detector of a run, the one with the largest fault first, and the reference last.
 
     Counts are smallest to largest over the sampling offsets; ``intervals``: beside each share its own.
     """
     ranks = result.ranking
-    rows = [
-        (
-            rank.label,
-            rank.what,
-            REFERENCE if rank.missed_counts is None else _count(rank.missed_counts, IN_RED),
-            NOT_APPLICABLE if rank.late_counts is None else _count(rank.late_counts, PARTLY),
-            NOT_APPLICABLE if rank.missed_counts is None else rank.undecided,
-            _false_share(rank, intervals),
-            NOT_APPLICABLE if rank.mean is None else milliseconds(rank.mean),
-            NOT_APPLICABLE if rank.p99 is None else milliseconds(rank.p99),
-            NOT_APPLICABLE if rank.of_frame is None else f"{figure(100 * rank.of_frame)} %",
-            rank.setting,
-        )
-        for rank in ranks
-    ]
     contacts = ranks[-1].contacts if ranks else 0
     title = f"{happened(contacts) if ranks else ''} What each detector made of {'it' if contacts == 1 else 'them'}:"
-    busy = busy_words(result.summary)
     notes = [OVER_CONTACTS] if intervals else []
-    made = table(
-        title, RANK_HEAD, rows, words=("detector", "what", "settings"), whole=("detector", "what"),
-        notes=[*notes, busy] if busy else notes,
-    )  # fmt: skip
+    if busy := busy_words(result.summary):
+        notes.append(busy)
+    made = Table.of(RANKING, ranks, title, notes)
+    if intervals:
+        with_intervals = partial(_false_share, intervals=True)
+        columns = (replace(one, show=with_intervals) if one.name == FALSE_CONTACT else one for one in made.columns)
+        made = replace(made, columns=tuple(columns))
     some = any(rank.undecided for rank in ranks)
-    return made.only(*(name for name in RANK_HEAD if some or name != "undecided"))
+    return made.only(*(name for name in made.head if some or name != "undecided"))
 
 
 def happened(contacts: int) -> str:
@@ -99,21 +117,6 @@ def sampling_notes(result: Summarised) -> list[str]:
     return [f"Counts of {who}: over {PHASES} sampling offsets; moments are those of the offset of this run."]
 
 
-def _count(counts: Range, mark: str) -> Cell:
-    return Marked(range_words(counts), mark if counts[1] else "")
-
-
-def _false_share(rank: Rank, intervals: bool) -> Cell:
-    if rank.false is None:
-        return NOT_APPLICABLE
-    if rank.false["share"] is None:
-        return "0 %"
-    word = " unconfirmed" if rank.unconfirmed else ""
-    plain = f"{figure(100 * rank.false['share'])} %{word}"
-    words = percent(rank.false, word.strip()) if intervals else plain
-    return Marked(words, INVENTED if rank.false["count"] else "")
-
-
 def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
     """Pair-frames of every audited detector, a column each, from the figures of ``summary.json``."""
     figures = list(audit.values())
@@ -125,40 +128,58 @@ def pair_frame_table(title: str, audit: Mapping[str, Any]) -> Table:
     return table(title, ("", *audit), rows, notes=(OVER_CONTACTS,))
 
 
+PAIRS = (
+    Column("pair", str, "both bodies", whole=True),
+    Column("contacts", int, "contacts of the reference"),
+    Column("seconds", float, "how long they last together", unit="s", show=".3f"),
+    Column("longest s", float, "how long the longest lasts", unit="s", show=".3f"),
+    Column("missed", int, "contacts never found", mark=IN_RED),
+    Column(LATE_OR_SHORT, int, "contacts found in part", mark=PARTLY),
+    Column("frames found", int, "frames in which both say contact", mark=FOUND),
+    Column("frames missed", int, "frames in which the reference alone says contact", mark=PARTLY),
+    Column("false frames", int, "frames in which the detector alone says contact", mark=INVENTED),
+    Column(UNCONFIRMED, int, "the same, of a detector that confirms none of them", "false frames", mark=INVENTED),
+    Column(WITHIN, int, "frames in which they disagree about less than a tracker resolves", mark=FAINT),
+    Column(CUT, int, "contacts that lost poses cut"),
+)
+
+
 def pair_table(result: Summarised, label: str) -> Table:
     """What an audited detector made of every pair that touched or was said to; the most missed first, as in the lanes.
 
     Pairs of a hand and what it holds come last. Only where anything is within tolerance there is a column for it.
     """
-    rows, apart = list[tuple[Any, ...]](), list[tuple[Any, ...]]()
-    for one in result.summary["pairs"]:
-        own = one.get("audit", {}).get(label)
+    rows, apart = list[dict[str, Any]](), list[dict[str, Any]]()
+    for pair in result.summary["pairs"]:
+        own = pair.get("audit", {}).get(label)
         if own is None:
             continue
-        frames = [own["pair_frames"][word] for word in ("BOTH", "MISSED", "INVENTED", "WITHIN_TOLERANCE")]
-        lengths, cut = _lengths(one, "contacts", result.oracle), _cut(one, "contacts", result.oracle)
-        if lengths[0] or any(frames[2:]):
-            rows.append((one["name"], *lengths, own["contacts_missed"], own["contacts_in_part"], *frames, cut))
+        frames, lengths = own["pair_frames"], _lengths(pair, "contacts", result.oracle)
+        if lengths["contacts"] or frames["INVENTED"] or frames["WITHIN_TOLERANCE"]:
+            counts = {"frames found": frames["BOTH"], "frames missed": frames["MISSED"]}
+            counts |= {"false frames": frames["INVENTED"], WITHIN: frames["WITHIN_TOLERANCE"]}
+            missed = {"missed": own["contacts_missed"], LATE_OR_SHORT: own["contacts_in_part"]}
+            rows.append({"pair": pair["name"], **lengths, **missed, **counts})
         if held := own.get("held"):
-            counts = (held[word] for word in ("contacts_missed", "contacts_in_part", "both", "missed", "invented"))
-            cut = _cut(one, "held_contacts", result.oracle)
-            apart.append((f"{one['name']} (held)", *_lengths(one, "held_contacts", result.oracle), *counts, 0, cut))
-    rows.sort(key=lambda row: (-row[-4], -row[-3]))
-    other = "false frames" if all_unconfirmed(result.summary["audit"][label]) else UNCONFIRMED
-    head = ("pair", "contacts", "seconds", "longest s", *(name for name in AUDIT_MARKS if name != other), CUT)
-    title, notes = f"Contacts ({result.oracle}) and what {label} made of them", containment_notes(result, result.oracle)
-    made = table(title, head, rows + apart, marks=AUDIT_MARKS, notes=notes)
-    empty = {name for k, name in enumerate(head) if name in (WITHIN, CUT) and not any(row[k] for row in rows + apart)}
-    return made.only(*(name for name in head if name not in empty))
+            counts = {"frames found": held["both"], "frames missed": held["missed"], "false frames": held["invented"]}
+            missed = {"missed": held["contacts_missed"], LATE_OR_SHORT: held["contacts_in_part"], WITHIN: 0}
+            lengths = _lengths(pair, "held_contacts", result.oracle)
+            apart.append({"pair": f"{pair['name']} (held)", **lengths, **missed, **counts})
+    rows.sort(key=lambda row: (-row["frames missed"], -row["false frames"]))
+    rows += apart
+    absent = {name for name in (WITHIN, CUT) if not any(row[name] for row in rows)}
+    absent.add("false frames" if all_unconfirmed(result.summary["audit"][label]) else UNCONFIRMED)
+    title = f"Contacts ({result.oracle}) and what {label} made of them"
+    columns = (column for column in PAIRS if column.name not in absent)
+    return Table.of(columns, rows, title, containment_notes(result, result.oracle))
 
 
-def _lengths(pair: Mapping[str, Any], kind: str, label: str) -> tuple[int, str, str]:
+def _lengths(pair: Mapping[str, Any], kind: str, label: str) -> dict[str, Any]:
+    """How many contacts of a kind a pair has, how long they are, and how many are cut."""
     own = pair.get(kind, {}).get(label, {"count": 0, "seconds": 0.0, "longest": 0.0})
-    return own["count"], f"{own['seconds']:.3f}", f"{own['longest']:.3f}"
-
-
-def _cut(pair: Mapping[str, Any], kind: str, label: str) -> int:
-    return int(pair.get(kind, {}).get(label, {}).get("cut", 0))
+    return {
+        "contacts": own["count"], "seconds": own["seconds"], "longest s": own["longest"], CUT: int(own.get("cut", 0))
+    }  # fmt: skip
 
 
 def contact_table(result: RunResult, label: str) -> Table:
@@ -167,11 +188,14 @@ def contact_table(result: RunResult, label: str) -> Table:
     for pair in sorted({one.pair for one in found}):
         own = [one for one in found if one.pair == pair]
         lengths = [one.end - one.start for one in own]
-        name = result.assembly.pair_name(pair) + " (held)" * bool(result.assembly.held[pair])
-        rows.append((name, len(own), f"{sum(lengths):.3f}", f"{max(lengths):.3f}", cut_contacts(own)))
-    head, notes = ("pair", "contacts", "seconds", "longest s", CUT), containment_notes(result, label)
-    made = table(f"Contacts found by {label}", head, rows, notes=notes)
-    return made if cut_contacts(found) else made.only(*head[:-1])
+        name = result.assembly.pair_name(pair) + (" (held)" if result.assembly.held[pair] else "")
+        row = {"pair": name, "contacts": len(own), "seconds": sum(lengths), "longest s": max(lengths)}
+        rows.append({**row, CUT: cut_contacts(own)})
+    names = ["pair", "contacts", "seconds", "longest s"]
+    if cut_contacts(found):
+        names.append(CUT)
+    columns = (column for column in PAIRS if column.name in names)
+    return Table.of(columns, rows, f"Contacts found by {label}", containment_notes(result, label))
 
 
 def containment_notes(result: Summarised, label: str) -> list[str]:
@@ -179,29 +203,9 @@ def containment_notes(result: Summarised, label: str) -> list[str]:
     words = [pair.get("containment", {}).get(label, DECIDED) for pair in result.summary["pairs"]]
     refused = [word for word in words if word != DECIDED]
     why = [word.removeprefix("refused: ") for word in dict.fromkeys(refused)]
-    more = f"; {len(why) - MOST_REASONS} more in summary.json" * (len(why) > MOST_REASONS)
+    more = f"; {len(why) - MOST_REASONS} more in summary.json" if len(why) > MOST_REASONS else ""
     of = f"{len(refused)} of {counted(len(words), 'pair')}"
     return [f"{label}: containment refused for {of}: {'; '.join(why[:MOST_REASONS])}{more}"] if refused else []
-
-
-def miss_table(misses: RawTable, label: str) -> Table:
-    """The misses of a detector, those that were never found first."""
-    own = misses.where(detector=label).by(lambda row: row["kind"] != NEVER_FOUND)
-    rows = own.plain()
-    words: dict[str, list[Cell]] = {"at s": [_moment(row) for row in rows], "pair": [_pair(row) for row in rows]}
-    noise = ("noise",) if any(row["noise"] for row in rows) else ()
-    heads = ("number", "at s", "pair", "frames", "kind", "cause", *noise)
-    return own.shown(f"missed by {label}", *heads, words=words).headed({"number": "miss"})
-
-
-def false_table(false: RawTable, label: str) -> Table:
-    """The false contacts of a detector, the longest first."""
-    own = false.where(detector=label).by(lambda row: -row["frames"])
-    rows = own.plain()
-    thing = "unconfirmed contact" if all(row["cause"] == VOLUMES for row in rows) else "false contact"
-    words: dict[str, list[Cell]] = {"pair": [_pair(row) for row in rows]}
-    heads = ("number", "start", "pair", "frames", "gap", "cause")
-    return own.shown(f"{thing}s of {label}", *heads, words=words).headed({"number": "false"})
 
 
 def _pair(row: Mapping[str, Any]) -> str:
@@ -216,24 +220,31 @@ def _moment(row: Mapping[str, Any]) -> Cell:
     return Marked(f"{moment:.3f}", "", below) if below else f"{moment:.3f}"
 
 
-def cost_table(result: Summarised) -> Table:
-    """What each detector took; mean, quantiles and the share over budget are over all frames."""
-    rows, notes = [], list[str]()
-    for label, figures in result.summary["detectors"].items():
-        seconds = figures["seconds"]
-        frame, longest = seconds.get("per_frame"), seconds["longest_stage"]
-        role = "reference" if label == result.oracle else "live" if figures["live"] else "offline"
-        if label in result.summary["audit"] and not figures["online"]:
-            notes.append(f"{label} cannot be asked live")
-        share = f"{longest['stage']} {100 * longest['share']:.0f} %" if longest else ""
-        each = [_ms(frame[key]) if frame else "" for key in QUANTILES]
-        late = f"{figure(100 * frame['over_budget'])} %" if frame else ""
-        rows.append((label, role, f"{seconds['detect']:.3f}", _ms(seconds["per_frame_mean"]), *each, late, share))
-    head = ("detector", "how", "whole s", "mean ms", *QUANTILES.values(), LATE, "longest stage")
-    if busy := busy_words(result.summary):
-        notes.append(busy)
-    words = ("detector", "how", "longest stage")
-    return table("Time of each detector", head, rows, words=words, whole=words, notes=notes)
+PAIR = Column("pair", of=_pair, whole=True)
+MISS_LIST = (
+    Column("miss", int, of="number"), Column("at s", of=_moment, show=lambda cell: cell, whole=True), PAIR,
+    Column("frames", int), Column("what", of="kind"), Column("cause"), Column("in noise", of="noise"),
+)  # fmt: skip
+FALSE_LIST = (
+    Column("false", int, of="number"), Column("at s", float, of="start", show=".3f"), PAIR, Column("frames", int),
+    Column("mm apart", float, of=lambda row: None if row["gap"] is None else 1e3 * row["gap"], show=".1f"),
+    Column("why", of="cause"),
+)  # fmt: skip
+"""Columns of a list on a screen, of the rows of the tables."""
+
+
+def miss_table(misses: Table, label: str) -> Table:
+    """The misses of a detector, those that were never found first."""
+    rows = sorted(misses.where(detector=label).plain(), key=lambda row: row["kind"] != NEVER_FOUND)
+    noisy = any(row["noise"] for row in rows)
+    return Table.of(MISS_LIST if noisy else MISS_LIST[:-1], rows, f"missed by {label}")
+
+
+def false_table(false: Table, label: str) -> Table:
+    """The false contacts of a detector, the longest first."""
+    rows = sorted(false.where(detector=label).plain(), key=lambda row: -row["frames"])
+    thing = "unconfirmed contact" if all(row["cause"] == VOLUMES for row in rows) else "false contact"
+    return Table.of(FALSE_LIST, rows, f"{thing}s of {label}")
 
 
 QUANTILES = {"median": "median ms", "p95": "95 % ms", "p99": "99 % ms", "max": "worst ms"}
@@ -241,9 +252,44 @@ LATE = f"over {BUDGET_MS:.1f} ms"
 """Column of the frames that took longer than one at 90 Hz."""
 
 
-def _ms(seconds: float) -> str:
+def _quick_ms(seconds: float | None) -> str:
     """Milliseconds with three digits at least: the quickest detectors take less than a microsecond a frame."""
+    if seconds is None:
+        return ""
     return f"{1e3 * seconds:.3f}" if seconds >= 1e-3 else f"{1e3 * seconds:.3g}"
+
+
+def _stage(longest: Mapping[str, Any] | None) -> str:
+    return f"{longest['stage']} {100 * longest['share']:.0f} %" if longest else ""
+
+
+TIMES = (
+    Column("detector", whole=True),
+    Column("how", str, "reference, live or offline", whole=True),
+    Column("whole s", float, "time of the whole session", "detect", "s", ".3f"),
+    Column("mean ms", float, "time of a frame over all frames", "per_frame_mean", "s", _quick_ms),
+    *(
+        Column(name, float, "quantile over all frames; null: they were not timed one by one", f"per_frame.{key}", "s",
+               _quick_ms)
+        for key, name in QUANTILES.items()
+    ),
+    Column(LATE, float, "share of the frames", "per_frame.over_budget",
+           show=lambda share: "" if share is None else f"{figure(100 * share)} %"),
+    Column("longest stage", str, "the stage that took most, and its share", "longest_stage", show=_stage, whole=True),
+)  # fmt: skip
+
+
+def cost_table(result: Summarised) -> Table:
+    """What each detector took; mean, quantiles and the share over budget are over all frames."""
+    rows, notes = [], list[str]()
+    for label, figures in result.summary["detectors"].items():
+        how = REFERENCE if label == result.oracle else "live" if figures["live"] else "offline"
+        if label in result.summary["audit"] and not figures["online"]:
+            notes.append(f"{label} cannot be asked live")
+        rows.append({"per_frame": None, **figures["seconds"], "detector": label, "how": how})
+    if busy := busy_words(result.summary):
+        notes.append(busy)
+    return Table.of(TIMES, rows, "Time of each detector", notes)
 
 
 def effect_table(result: Summarised) -> Table:

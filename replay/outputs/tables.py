@@ -1,14 +1,17 @@
-"""A table as plain data. It is built once; terminal, page and picture each render it in their own way.
+"""A table over raw values: Parquet and JSON carry them as they are; a screen shows columns as people read them.
 
 The renderers are ``replay.cli.terminal`` (rich), ``replay.outputs.report.markup`` (HTML) and ``markdown`` here.
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from replay.base.shown import shown
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 STRONG, FAINT = "strong", "faint"
 IN_RED, PARTLY, FOUND, INVENTED = "missed", "partly", "found", "invented"
@@ -27,56 +30,124 @@ class Marked:
 
 
 Cell = str | int | None | Marked
-Row = tuple[Cell, ...]
 
 
 @dataclass(frozen=True)
 class Column:
-    """One column: left-aligned ``words``, or numbers; ``mark`` is the mark of its cells that are neither 0 nor empty.
+    """One column: what a row has there, and how people read it. A value that nobody measured is ``None``.
 
-    ``whole`` cells are not broken over lines.
+    Numbers are right-aligned, even where a cell is shown in words; ``whole`` cells are not broken over lines.
     """
 
     name: str
-    words: bool = False
-    mark: str = ""
+    dtype: type = str
+    meaning: str = ""
+    of: str | Callable[[Any], Any] = ""  # where a row has it: attributes, keys and places with dots; ``""``: its name
+    unit: str = ""
+    show: Callable[[Any], Cell] | str = ""  # what people read of a value, or its format: ``.3f``
+    mark: str = ""  # of cells that are neither 0 nor empty
     whole: bool = False
+
+    @property
+    def words(self) -> bool:
+        """Whether it is aligned as words are."""
+        return self.dtype not in (int, float)
+
+    def value(self, row: Any) -> Any:
+        """What a row has there; ``None`` where a part on the way is none, or not a number."""
+        if callable(self.of):
+            return self.of(row)
+        found = row
+        for part in (self.of or self.name).split("."):
+            if found is None:
+                return None
+            if isinstance(found, Mapping):
+                found = found[part]
+            else:
+                found = found[int(part)] if part.isdigit() else getattr(found, part)
+        return None if found != found else found
+
+    def cell(self, value: Any) -> Cell:
+        """A value as people read it; ``None`` as nothing."""
+        if callable(self.show):
+            return self.show(value)
+        if self.show and value is not None:
+            return f"{value:{self.show}}"
+        return value if value is None or isinstance(value, int | Marked) else str(value)
+
+
+NO_HEADS: Final[Mapping[str, str]] = {}
 
 
 @dataclass(frozen=True)
 class Table:
-    """Title, columns, rows; ``notes`` below them, a sentence each."""
+    """Columns, the values of each row below them, and ``notes`` at the end, a sentence each."""
 
-    title: str
     columns: tuple[Column, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[tuple[Any, ...], ...]
+    title: str = ""
     notes: tuple[str, ...] = ()
+    key: str = ""  # a short name, where it is one of several
 
-    def only(self, *names: str) -> "Table":
-        """The columns of these names, in this order; a name without a column is left out."""
-        place = {column.name: k for k, column in enumerate(self.columns)}
+    @staticmethod
+    def of(columns: Iterable[Column], rows: Iterable[Any], title: str = "", notes: Iterable[str] = ()) -> "Table":
+        """Every column of every row."""
+        kept = tuple(columns)
+        return Table(kept, tuple(tuple(column.value(row) for column in kept) for row in rows), title, tuple(notes))
+
+    @property
+    def head(self) -> list[str]:
+        """Names of the columns."""
+        return [column.name for column in self.columns]
+
+    def column(self, name: str) -> list[Any]:
+        """The values below a name."""
+        place = self.head.index(name)
+        return [row[place] for row in self.rows]
+
+    def where(self, **wanted: Any) -> "Table":
+        """The rows with these values."""
+        places = {self.head.index(name): value for name, value in wanted.items()}
+        rows = (row for row in self.rows if all(row[place] == value for place, value in places.items()))
+        return replace(self, rows=tuple(rows))
+
+    def only(self, *names: str, heads: Mapping[str, str] = NO_HEADS) -> "Table":
+        """The columns of these names, in this order, some below other words; one that is not there is left out."""
+        place = {name: k for k, name in enumerate(self.head)}
         chosen = [place[name] for name in names if name in place]
-        rows = tuple(tuple(row[k] for k in chosen) for row in self.rows)
-        return replace(self, columns=tuple(self.columns[k] for k in chosen), rows=rows)
-
-    def beside(self, name: str, words: Sequence[str]) -> "Table":
-        """With a column of words in front."""
-        rows = tuple((word, *row) for word, row in zip(words, self.rows, strict=True))
-        return replace(self, columns=(Column(name, True), *self.columns), rows=rows)
+        columns = (replace(self.columns[k], name=heads.get(self.columns[k].name, self.columns[k].name)) for k in chosen)
+        return replace(self, columns=tuple(columns), rows=tuple(tuple(row[k] for k in chosen) for row in self.rows))
 
     def first(self, most: int, more: str) -> "Table":
         """The first rows; where there are others, a note says how many: ``more`` with their number in its braces."""
         rest = len(self.rows) - most
         return self if rest <= 0 else replace(self, rows=self.rows[:most], notes=(*self.notes, more.format(rest)))
 
-    def headed(self, heads: Mapping[str, str]) -> "Table":
-        """The same table with other words above the columns of these names."""
-        columns = (replace(column, name=heads.get(column.name, column.name)) for column in self.columns)
-        return replace(self, columns=tuple(columns))
+    def cells(self) -> list[tuple[Cell, ...]]:
+        """The rows as people read them."""
+        return [tuple(column.cell(value) for column, value in zip(self.columns, row, strict=True)) for row in self.rows]
 
-    def titled(self, title: str, *notes: str) -> "Table":
-        """The same table below another title, with further notes."""
-        return replace(self, title=title, notes=(*self.notes, *notes))
+    def plain(self) -> list[dict[str, Any]]:
+        """The rows as JSON has them, column -> value."""
+        return [dict(zip(self.head, row, strict=True)) for row in self.rows]
+
+    def to_arrow(self) -> "pa.Table":
+        """All columns, each of its type."""
+        import pyarrow as pa
+
+        from replay.outputs.results.parquet import columns_of
+
+        # Not by rows as JSON has them: 68,000 contacts of two hours would take 80 MB for a moment.
+        return pa.table(columns_of(self.rows, types_of(self.columns)))
+
+    def to_pandas(self) -> Any:
+        """All columns as a data frame; needs pandas."""
+        return self.to_arrow().to_pandas()
+
+
+def types_of(columns: Iterable[Column]) -> dict[str, type]:
+    """Column -> type."""
+    return {column.name: column.dtype for column in columns}
 
 
 NO_MARKS: Final[Mapping[str, str]] = {}
@@ -90,17 +161,20 @@ def table(
     words: int | Sequence[str] = 1,
     whole: Sequence[str] | None = None,
     marks: Mapping[str, str] = NO_MARKS,
-    notes: Sequence[str] = (),
+    notes: Iterable[str] = (),
 ) -> Table:
-    """A table.
+    """A table of cells as people read them.
 
     ``words`` are names of the columns of words, or how many come first; ``whole`` names the columns that are never
     broken over lines, the first one if nothing is said; ``marks`` is column -> mark.
     """
-    worded = set(head[:words] if isinstance(words, int) else words)
-    unbroken = set(head[:1] if whole is None else whole)
-    columns = tuple(Column(name, name in worded, marks.get(name, ""), name in unbroken) for name in head)
-    return Table(title, columns, tuple(tuple(row) for row in rows), tuple(notes))
+    worded = head[:words] if isinstance(words, int) else words
+    unbroken = head[:1] if whole is None else whole
+    columns = (
+        Column(name, str if name in worded else float, mark=marks.get(name, ""), whole=name in unbroken)
+        for name in head
+    )
+    return Table(tuple(columns), tuple(tuple(row) for row in rows), title, tuple(notes))
 
 
 def text_of(cell: Cell) -> str:
@@ -116,8 +190,8 @@ MARKDOWN_MARKS: Final = {STRONG: "**"}
 def markdown(table: Table, level: int = 0) -> str:
     """A table below its title, a heading of this level; without a level there is no title."""
     heading = [f"{'#' * level} {table.title}", ""] if level else []
-    lines = [_line([column.name for column in table.columns]), "|---" * len(table.columns) + "|"]
-    lines += [_line([_cell(cell) for cell in row]) for row in table.rows]
+    lines = [_line(table.head), "|---" * len(table.columns) + "|"]
+    lines += [_line([_cell(cell) for cell in row]) for row in table.cells()]
     notes = [line for note in table.notes for line in ("", note)]
     return "\n".join([*heading, *lines, *notes])
 

@@ -1,29 +1,60 @@
 """Accuracy beside its price, a row per setting that was tried."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Final
 
 from replay.base.constants import BUDGET_MS
-from replay.outputs.tables import IN_RED, INVENTED, PARTLY, Cell, Marked, Table, table
+from replay.outputs.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, text_of
+from replay.pipeline.answer import busy_sentence
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import Tradeoff
 from replay.tradeoffs.pareto import BUSY, Row, count_words
 
-HEAD: Final = (
-    "setting", "missed", "late or cut short", "false contacts", "wrong", "mean ms", "p99 ms", "front", "false %",
-    "passes", "settings",
-)  # fmt: skip
-SHOWN: Final = HEAD[:8]
+SHOWN: Final = 8
 """Columns where there is little room."""
 
 SHORT: Final = 12
 """Rows of a list that is cut short; those on the front are always in it."""
 
 
-def tradeoff_table(title: str, rows: Iterable[Row]) -> Table:
+def _count(heading: str, meaning: str, name: str, mark: str = "") -> Column:
+    """How often a setting is wrong in one way, over the sampling offsets."""
+    return Column(
+        heading, int, meaning, lambda row: row,
+        show=lambda row: Marked(count_words(row, name), mark if row[name] else ""),
+    )  # fmt: skip
+
+
+def _false(share: float | None) -> Cell:
+    return "-" if share is None else Marked(figure(100 * share), INVENTED if share else "")
+
+
+MISSED: Final = _count("missed", "contacts never found", "missed", IN_RED)
+LATE: Final = _count("late or cut short", "contacts found in part", "late", PARTLY)
+WRONG: Final = _count("wrong", "missed, late or cut short, and false contacts", "wrong")
+FALSE: Final = Column("false %", float, "share of the reported contact time that is false", "false", show=_false)
+P99: Final = Column(
+    "p99 ms", float, "time of a slow frame", "p99_ms", "ms", lambda ms: "-" if ms is None else f"{ms:.2f}"
+)
+SETTINGS_TRIED: Final = (
+    Column("setting", str, "its short name", "label", whole=True),
+    MISSED,
+    LATE,
+    _count("false contacts", "reported where the reference has none", "false_contacts", INVENTED),
+    WRONG,
+    Column("mean ms", float, "time of a frame", "mean_ms", "ms", ".3f"),
+    P99,
+    Column("front", bool, "surely quicker than all with fewer wrong contacts", show=lambda on: "front" if on else ""),
+    replace(FALSE, show=lambda share: text_of(_false(share))),
+    Column("passes", int, "how often all frames were timed"),
+    Column("settings", str, "the detector with its settings", show=lambda words: words or "-", whole=True),
+)
+
+
+def tradeoff_table(title: str, rows: Iterable[Row], notes: Iterable[str] = ()) -> Table:
     """These rows, in the order given."""
-    cells = [_cells(row) for row in rows]
-    return table(title, HEAD, cells, words=("setting", "front", "settings"), whole=("setting", "settings"))
+    return Table.of(SETTINGS_TRIED, rows, title, notes)
 
 
 def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
@@ -34,7 +65,7 @@ def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
     notes = [*_more(done, len(rows) - len(shown)), *slow_frames(rows)]
     if everything:
         notes += how_measured(done)
-    return tradeoff_table(title, shown).only(*(HEAD if everything else SHOWN)).titled(title, *notes)
+    return Table.of(SETTINGS_TRIED if everything else SETTINGS_TRIED[:SHOWN], shown, title, notes)
 
 
 def _more(done: Tradeoff, hidden: int) -> list[str]:
@@ -63,6 +94,7 @@ def slow_frames(rows: Sequence[Row]) -> list[str]:
 def how_measured(done: Tradeoff) -> tuple[str, ...]:
     """Which times these are, how often they were taken, and how far they hold."""
     about, made, check = done.about, done.about["machine"], done.about["clock"]
+    share = about["processor_share"]
     between = "" if check["low"] is None else f" [{check['low']:.3g}, {check['high']:.3g}]"
     tie = "a tie" if check["tie"] else f"no tie, so every interval is widened by {check['widened']:.3g}"
     ranges = any(row["offsets"] > 1 for row in done.rows)
@@ -78,39 +110,5 @@ def how_measured(done: Tradeoff) -> tuple[str, ...]:
         "compilation is in them. Times of this tool on this machine, not of your engine.",
         f"The clock's self-check: {about['reference']} timed twice gives {check['ratio']:.3g}{between}, {tie}.",
         f"Measured on {made['system']} {made['processor']}, {made['cores']} cores.",
-        *busy_words(done),
+        *([busy_sentence(1 - share)] if share < BUSY else []),
     )
-
-
-def busy_words(done: Tradeoff) -> list[str]:
-    """That the machine was busy, where it was."""
-    share = done.about["processor_share"]
-    if share >= BUSY:
-        return []
-    return [f"The machine was busy ({figure(100 * (1 - share))} %): run again for reliable times."]
-
-
-MARKS: Final = {"missed": IN_RED, "late": PARTLY, "false_contacts": INVENTED, "wrong": ""}
-"""Count -> how a number above 0 is marked."""
-
-
-def count_cell(row: Row, name: str) -> Marked:
-    """How often a setting is wrong in one way, over the sampling offsets."""
-    return Marked(count_words(row, name), MARKS[name] if row[name] else "")
-
-
-def false_cell(row: Row) -> Marked:
-    """Which percentage of the contact time that a setting reports is false."""
-    return Marked("-" if row["false"] is None else figure(100 * row["false"]), INVENTED if row["false"] else "")
-
-
-def p99_cell(row: Row) -> str:
-    """Milliseconds of a slow frame."""
-    return "-" if row["p99_ms"] is None else f"{row['p99_ms']:.2f}"
-
-
-def _cells(row: Row) -> tuple[Cell, ...]:
-    return (
-        row["label"], *(count_cell(row, name) for name in MARKS), f"{row['mean_ms']:.3f}", p99_cell(row),
-        "front" if row["front"] else "", false_cell(row).text, str(row["passes"]), row["settings"] or "-",
-    )  # fmt: skip

@@ -86,9 +86,12 @@ def busy_words(summary: Mapping[str, Any]) -> str:
     """That other programs took the processor while detectors were timed; ``""``: they did not."""
     shares = [1.0 - figures["seconds"].get("processor_share", 1.0) for figures in summary["detectors"].values()]
     most = max(shares, default=0.0)
-    if most <= BUSY:
-        return ""
-    return f"The machine was busy ({figure(100 * most)} %): run again for reliable times."
+    return "" if most <= BUSY else busy_sentence(most)
+
+
+def busy_sentence(share: float) -> str:
+    """That other programs had this share of the clock."""
+    return f"The machine was busy ({figure(100 * share)} %): run again for reliable times."
 
 
 def milliseconds(seconds: float) -> str:

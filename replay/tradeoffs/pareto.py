@@ -9,6 +9,7 @@ from math import inf
 from typing import Any, Final, TypeAlias, TypeVar
 
 from replay.base.constants import HEADSET_HZ
+from replay.pipeline.answer import busy_sentence
 from replay.pipeline.gates import figure
 from replay.pipeline.ranking import range_words
 from replay.pipeline.sentences import plural
@@ -92,10 +93,7 @@ def advice_of(rows: Sequence[Row], *, processor_share: float = 1.0) -> list[str]
         were = f"{plural(len(candidates), 'setting')} {'was' if len(candidates) == 1 else 'were'}"
         return [f"No advice: {were} timed twice or more, and advice needs {FEWEST}."]
     if processor_share < BUSY:
-        busy = figure(100 * (1 - processor_share))
-        return [
-            f"No advice: the machine was busy with other work for {busy} % of the time. Run again for reliable times."
-        ]
+        return [f"No advice. {busy_sentence(1 - processor_share)}"]
     by_label = {row["label"]: row for row in candidates}
     front = front_of(candidates)
     best = by_label[front[-1]]

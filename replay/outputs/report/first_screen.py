@@ -137,13 +137,11 @@ def command_of(command: str, view: RunView) -> Markup:
 def ranking_part(view: RunView) -> Markup:
     """The terminal's ranking, in which the worst figure of the worst detector is marked."""
     made = ranking_table(view)
-    head = [column for column in RANK_COLUMNS if any(own.name == column for own in made.columns)]
-    place = {column.name: k for k, column in enumerate(made.columns)}
+    head = [name for name in RANK_COLUMNS if name in made.head]
     worst = next(iter(view.ranking), None)
     rows = []
-    for number, row in enumerate(made.rows):
-        cells = {name: row[k] for name, k in place.items()}
-        rank = view.ranking[number]
+    for rank, row in zip(view.ranking, made.cells(), strict=True):
+        cells = dict(zip(made.head, row, strict=True))
         named = element("th", element("b", rank.label), " ", element("span", rank.what), scope="row")
         faulty = rank is worst and (rank.fault or rank.lost)
         bad = "false contact" if rank.leads_false else "missed" if rank.missed_counts and rank.missed_counts[1] else ""

@@ -110,11 +110,10 @@ def listed(lines: Iterable[object]) -> Markup:
 def page_table(made: Table) -> Markup:
     """A table as HTML, its notes below it; a keyboard can move a wide one."""
     kinds = ["word" if column.words else "number" for column in made.columns]
-    names = [column.name for column in made.columns]
-    head = (element("th", name, scope="col", class_=kind) for name, kind in zip(names, kinds, strict=True))
+    head = (element("th", name, scope="col", class_=kind) for name, kind in zip(made.head, kinds, strict=True))
     rows = (
         element("tr", *(element("td", _cell(cell), class_=kind) for cell, kind in zip(row, kinds, strict=True)))
-        for row in made.rows
+        for row in made.cells()
     )
     inside = element("thead", element("tr", *head)), element("tbody", *rows)
     whole = element("table", element("caption", made.title), *inside, class_="rows")

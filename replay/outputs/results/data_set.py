@@ -13,7 +13,6 @@ import pyarrow.compute as pc
 from replay.errors import RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
 from replay.outputs import contact_tables
-from replay.outputs.columns import types_of
 from replay.outputs.results.batch_parts import FOLDER, LIST, Mark, Part, read_parts, summaries, write_parts
 from replay.outputs.results.parquet import KEYS, SCHEMA, TYPES, UNREADABLE, columns_of, read_table
 from replay.outputs.results.parquet_tables import EVENT_COLUMNS
@@ -27,6 +26,7 @@ from replay.outputs.results.run_folder import (
     READ_TABLES,
     SUMMARY,
 )
+from replay.outputs.tables import types_of
 from replay.prepare.session_input import require_folder
 
 RUN: Final[dict[str, type]] = {"run": str}

@@ -18,13 +18,13 @@ from replay.effects.output import plain_value
 from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
 from replay.outputs import contact_tables
-from replay.outputs.columns import types_of
 from replay.outputs.report.page import write_report
 from replay.outputs.report.tradeoff import JSON as TRADEOFF_JSON
 from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
 from replay.outputs.results import parquet_tables
 from replay.outputs.results.parquet import KEYS, read_table, with_keys
 from replay.outputs.results.reading import checked_contacts, checked_summary, checked_table, read_json
+from replay.outputs.tables import types_of
 from replay.pipeline.ranking import Rank, ranking
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import SCHEMA, frame_seconds, recording_mark

@@ -13,7 +13,8 @@ from cdcore.search.settings import EQUATIONS
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.base.constants import HEADSET_HZ
 from replay.base.wilson import wilson
-from replay.outputs.paper_table import Cell, PaperTable
+from replay.outputs.paper_table import Cell, paper_table
+from replay.outputs.tables import Table
 from replay.studies.paper.fixtures import FAMILY_NAMES, fixture
 from sessions.synthetic.rng import random_stream
 
@@ -102,15 +103,15 @@ def colony_rows(family: str, count: int, seed: int = 0) -> tuple[Rows, Rows]:
     return rates, without
 
 
-def colony_tables(families: Sequence[tuple[Rows, Rows]]) -> list[PaperTable]:
+def colony_tables(families: Sequence[tuple[Rows, Rows]]) -> list[Table]:
     """Fig. 7's random-collision rate, and the ablation."""
     rates, without = (tuple(row for rows in part for row in rows) for part in zip(*families, strict=True))
     return [
-        PaperTable(
+        paper_table(
             "F7e", f"Random poses about first touch, {BUDGET:,} evaluations each", RATE_HEAD, rates,
             "Intervals: Wilson, 95 %. Evaluations: mean of a colliding pose, missed ones included, without flood fill.",
         ),
-        PaperTable(
+        paper_table(
             "ablation", "The colony with one equation switched off", ABLATION_HEAD, without,
             "The same poses, budget and intervals as F7e.",
         ),

@@ -6,7 +6,7 @@ from itertools import product
 from typing import Any, Final
 
 from replay.base.progress import Progress, Silent
-from replay.outputs.paper_table import PaperTable
+from replay.outputs.tables import Table
 from replay.studies.paper.colony import colony_rows, colony_tables
 from replay.studies.paper.feature_samples import DRAWS, feature_sample_tables, search_samples
 from replay.studies.paper.fixtures import FAMILY_NAMES, POSES, TARGETS, fixture
@@ -36,7 +36,7 @@ QUICK: Final = Size((100, 300, 500), 2, 60)
 FULL: Final = Size(TARGETS, POSES, 1000)
 
 
-def run_paper(size: Size = FULL, seed: int = 0, progress: Progress | None = None) -> list[PaperTable]:
+def run_paper(size: Size = FULL, seed: int = 0, progress: Progress | None = None) -> list[Table]:
     """All tables in order. Raises FixtureError."""
 
     def each(name: str, work: Callable[..., Any], tasks: Sequence[tuple[Any, ...]]) -> list[Any]:

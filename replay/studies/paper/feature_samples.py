@@ -16,7 +16,8 @@ from cdcore import Verdict, create_detector
 from cdcore.search.features import features_of
 from cdcore.search.samples import sample_of
 from replay.base.wilson import wilson
-from replay.outputs.paper_table import Cell, PaperTable
+from replay.outputs.paper_table import Cell, paper_table
+from replay.outputs.tables import Table
 from replay.studies.paper.colony import BUDGET, near_poses
 from replay.studies.paper.fixtures import FAMILY_NAMES
 
@@ -78,7 +79,7 @@ def least_evaluations(spent: Sequence[int | None], of: int) -> int | None:
     return hits[wanted - 1] if 0 < wanted <= len(hits) else None
 
 
-def feature_sample_tables(drawn: Sequence[Drawn]) -> list[PaperTable]:
+def feature_sample_tables(drawn: Sequence[Drawn]) -> list[Table]:
     """F8: coverage and search."""
     families = [_joined([part for part in drawn if part.family == family]) for family in FAMILY_NAMES]
     return [_coverage(families), _search(families)]
@@ -91,7 +92,7 @@ def _joined(draws: Sequence[Drawn]) -> Drawn:
     return Drawn(draws[0].family, meeting, spent)
 
 
-def _coverage(families: Sequence[Drawn]) -> PaperTable:
+def _coverage(families: Sequence[Drawn]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for drawn in families:
         for size, meeting in drawn.meeting.items():
@@ -102,10 +103,10 @@ def _coverage(families: Sequence[Drawn]) -> PaperTable:
         "No pair that meets has both its faces in the sample: no search can find what is not there. Samples of each "
         f"mesh are drawn by area, {DRAWS} draws. Intervals: Wilson, 95 %."
     )
-    return PaperTable("F8 coverage", "Contacts of which a sample of faces holds no pair", head, tuple(rows), note)
+    return paper_table("F8 coverage", "Contacts of which a sample of faces holds no pair", head, tuple(rows), note)
 
 
-def _search(families: Sequence[Drawn]) -> PaperTable:
+def _search(families: Sequence[Drawn]) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for drawn in families:
         for searcher in SEARCHERS:
@@ -125,7 +126,7 @@ def _search(families: Sequence[Drawn]) -> PaperTable:
         "Search misses: a pair that meets is in the sample and is not found. A dash: not reached within "
         f"{LIMIT:,} evaluations, or fewer than {ENOUGH} poses covered. Intervals: Wilson, 95 %."
     )
-    return PaperTable("F8 search", "What a search within the sample misses and takes", head, tuple(rows), note)
+    return paper_table("F8 search", "What a search within the sample misses and takes", head, tuple(rows), note)
 
 
 def _word(size: int | None) -> str:

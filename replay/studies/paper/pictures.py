@@ -8,7 +8,8 @@ from typing import Any, Final
 import numpy as np
 
 from replay.errors import OutputError
-from replay.outputs.paper_table import Cell, PaperTable
+from replay.outputs.paper_table import Cell
+from replay.outputs.tables import Table
 from replay.studies.paper.feature_samples import ALL
 from replay.studies.paper.printed import PRINTED
 from sessions.whole_files import whole_file
@@ -21,7 +22,7 @@ BEYOND_LARGEST: Final = 1.5
 BARS: Final = {"fmt": "o", "capsize": 3}
 
 
-def write_pictures(tables: Sequence[PaperTable], out: Path) -> list[Path]:
+def write_pictures(tables: Sequence[Table], out: Path) -> list[Path]:
     """Write ``figure_7.png`` and ``figure_8.png`` into a folder, which is made; returns their paths."""
     by_key = {one.key: one for one in tables}
     out.mkdir(parents=True, exist_ok=True)
@@ -33,7 +34,7 @@ def write_pictures(tables: Sequence[PaperTable], out: Path) -> list[Path]:
     return written
 
 
-def figure_7(tables: Mapping[str, PaperTable]) -> bytes:
+def figure_7(tables: Mapping[str, Table]) -> bytes:
     """A PNG: accuracy at equal wall times above; below, wall times and the rates of poses about first touch."""
     from matplotlib.figure import Figure
 
@@ -49,7 +50,7 @@ def figure_7(tables: Mapping[str, PaperTable]) -> bytes:
     return _png(figure)
 
 
-def figure_8(tables: Mapping[str, PaperTable]) -> bytes:
+def figure_8(tables: Mapping[str, Table]) -> bytes:
     """A PNG with a column for each family: misses for want of a sampled pair, misses of the search, and its work."""
     from matplotlib.figure import Figure
 
@@ -84,17 +85,17 @@ def _numbers(cells: Sequence[Cell]) -> list[float]:
     return [float("nan") if cell is None or isinstance(cell, str) else float(cell) for cell in cells]
 
 
-def _intervals(table: PaperTable, heading: str, low: str = "low", high: str = "high") -> tuple[list[float], Any]:
+def _intervals(table: Table, heading: str, low: str = "low", high: str = "high") -> tuple[list[float], Any]:
     """Numbers, and distances of their intervals' ends from them; rounding may put an end a hair inside."""
     middle, below, above = (np.array(_numbers(table.column(name))) for name in (heading, low, high))
     return middle.tolist(), np.maximum(0.0, [middle - below, above - middle])
 
 
-def _distinct(table: PaperTable, heading: str) -> list[Cell]:
+def _distinct(table: Table, heading: str) -> list[Cell]:
     return list(dict.fromkeys(table.column(heading)))
 
 
-def _accuracy(figure: Any, table: PaperTable) -> None:
+def _accuracy(figure: Any, table: Table) -> None:
     shares = _distinct(table, "B")
     panels = figure.subplots(1, len(shares), squeeze=False, sharey="row")[0]
     for axes, share in zip(panels, shares, strict=True):
@@ -108,7 +109,7 @@ def _accuracy(figure: Any, table: PaperTable) -> None:
     figure.legend(handles, labels, loc="outside lower center", ncols=2, fontsize=8, frameon=False)
 
 
-def _times(axes: Axes, table: PaperTable) -> None:
+def _times(axes: Axes, table: Table) -> None:
     middle, error = _intervals(table, "median, ms", "lower quartile, ms", "upper quartile, ms")
     axes.errorbar(middle, table.column("algorithm"), xerr=error, **BARS)
     axes.set_xscale("log")
@@ -117,14 +118,14 @@ def _times(axes: Axes, table: PaperTable) -> None:
     axes.set(title="7c: time of a pose", xlabel="ms for all faces: median, lower to upper quartile")
 
 
-def _rates(axes: Axes, table: PaperTable, title: str) -> None:
+def _rates(axes: Axes, table: Table, title: str) -> None:
     rates, error = _intervals(table, "rate")
     axes.errorbar(rates, table.column("algorithm"), xerr=error, **BARS)
     axes.invert_yaxis()
     axes.set(title=title, xlabel="share detected, with Wilson interval", xlim=(-0.03, 1.03))
 
 
-def _sizes(axes: Axes, table: PaperTable) -> list[float]:
+def _sizes(axes: Axes, table: Table) -> list[float]:
     """Places of the sampled faces along a logarithm, and their words below."""
     words = [str(cell) for cell in table.column("faces sampled")]
     largest = max(float(word) for word in words if word != ALL)
@@ -136,12 +137,12 @@ def _sizes(axes: Axes, table: PaperTable) -> list[float]:
     return places
 
 
-def _coverage(axes: Axes, table: PaperTable, family: str) -> None:
+def _coverage(axes: Axes, table: Table, family: str) -> None:
     axes.errorbar(_sizes(axes, table), *_intervals(table, "rate"), **BARS | {"fmt": "o-"})
     axes.set(title=f"8: coverage, {family}", ylim=(-0.03, 1.03))
 
 
-def _search(rates: Axes, work: Axes, table: PaperTable) -> None:
+def _search(rates: Axes, work: Axes, table: Table) -> None:
     missed = next(heading for heading in table.head if heading.startswith("misses at"))
     spent = next(heading for heading in table.head if heading.startswith("evaluations") and "covered" in heading)
     for search in _distinct(table, "search"):

@@ -10,7 +10,8 @@ from typing import Final
 import numpy as np
 
 from replay.base.machine import machine
-from replay.outputs.paper_table import Cell, PaperTable
+from replay.outputs.paper_table import Cell, paper_table
+from replay.outputs.tables import Table
 from replay.studies.paper.printed import ACCURACY, OURS, PRINTED, TABLE_1, TIME_TO_RAPID, VARIANCE
 from replay.studies.paper.rows import BUDGETED, ROWS, Answers, Group, PoseAnswer, ask, make
 from sessions.synthetic.rng import random_stream
@@ -55,7 +56,7 @@ def joined(parts: Sequence[Answers]) -> Answers:
     return {name: [answer for part in parts for answer in part[name]] for name in parts[0]}
 
 
-def table_one(complete: Answers, equal: Mapping[float, Answers]) -> PaperTable:
+def table_one(complete: Answers, equal: Mapping[float, Answers]) -> Table:
     """Table I; ``equal`` are the answers by share of the common wall time."""
     rows: list[tuple[Cell, ...]] = []
     for target in sorted({answer.target for answer in complete["exact"]}):
@@ -65,7 +66,7 @@ def table_one(complete: Answers, equal: Mapping[float, Answers]) -> PaperTable:
             true = _mean(answer.true_faces for answer in complete[name] if answer.target == target)
             rows.append((target, f"{name} ({theirs})", true, *cells, TABLE_1[name].get(target)))
     head = ("faces", "algorithm", "true faces", "to completion", *(f"B = {share:g}" for share in SHARES), PRINTED)
-    return PaperTable(
+    return paper_table(
         "Table I", "Mean faces detected, to completion and within equal wall times B", head, tuple(rows),
         "B is in medians of hybrid's wall time; hybrid-qaco searches and its completion is 10,000 evaluations.",
     )  # fmt: skip
@@ -76,7 +77,7 @@ def _mean(values: Iterable[int]) -> float:
     return sum(listed) / len(listed)
 
 
-def to_completion(complete: Answers) -> PaperTable:
+def to_completion(complete: Answers) -> Table:
     """T1a: the headline."""
     rows: list[tuple[Cell, ...]] = []
     for name, answers in complete.items():
@@ -98,10 +99,10 @@ def to_completion(complete: Answers) -> PaperTable:
         "The first seven run to completion; searches stop after 10,000 evaluations. Faces found, operations, ms: mean "
         "of a pose. Recalls, precision: of all poses together."
     )
-    return PaperTable("T1a", "Run to completion, exact hierarchies lose no face", head, tuple(rows), note)
+    return paper_table("T1a", "Run to completion, exact hierarchies lose no face", head, tuple(rows), note)
 
 
-def accuracy(equal: Mapping[float, Answers]) -> PaperTable:
+def accuracy(equal: Mapping[float, Answers]) -> Table:
     """Fig. 7 a and b: face recall of single poses."""
     rows = []
     for name in BUDGETED:
@@ -113,10 +114,10 @@ def accuracy(equal: Mapping[float, Answers]) -> PaperTable:
         f"mean: {PRINTED}", f'"variance": {PRINTED}',
     )  # fmt: skip
     note = "Intervals: bootstrap, 95 %. The printed variances are of the size of a standard deviation."
-    return PaperTable("F7ab", "Accuracy (face recall of a pose) at equal wall time", head, tuple(rows), note)
+    return paper_table("F7ab", "Accuracy (face recall of a pose) at equal wall time", head, tuple(rows), note)
 
 
-def times(complete: Answers) -> PaperTable:
+def times(complete: Answers) -> Table:
     """Fig. 7 c."""
     to = median(answer.seconds for answer in complete["rapid-style"])
     rows = []
@@ -126,7 +127,7 @@ def times(complete: Answers) -> PaperTable:
     head = ("algorithm", "median, ms", "lower quartile, ms", "upper quartile, ms", "to rapid-style", PRINTED)
     where = ", ".join(f"{key} {value}" for key, value in machine().items())
     note = f"All faces of a pose; one process, warm, rows in turn; measured on: {where}."
-    return PaperTable("F7c", "Wall time of a pose", head, tuple(rows), note)
+    return paper_table("F7c", "Wall time of a pose", head, tuple(rows), note)
 
 
 def spread(values: Sequence[float], seed: int = 0) -> tuple[int, float, float, float, float, float]:

@@ -11,7 +11,6 @@ from support.small_worlds import cube, cubes, grazing, jumping
 
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
-from replay.outputs.columns import Column
 from replay.outputs.contact_tables import miss_rows
 from replay.outputs.report.charts import Dot, scatter
 from replay.outputs.run_tables import (
@@ -21,8 +20,8 @@ from replay.outputs.run_tables import (
     miss_table,
     pair_table,
 )
-from replay.outputs.tables import Marked, text_of
-from replay.outputs.tradeoff_table import HEAD, tradeoff_table
+from replay.outputs.tables import Column, Marked, text_of
+from replay.outputs.tradeoff_table import tradeoff_table
 from replay.pipeline.engine import compute
 from replay.pipeline.summary import look_figures
 from sessions import MeshData
@@ -48,7 +47,7 @@ def run():
 
 
 def column(made, name):
-    return [row[0] for row in made.only(name).rows]
+    return [row[0] for row in made.only(name).cells()]
 
 
 def test_pairs_have_their_contacts_and_frames(run):
@@ -116,14 +115,15 @@ def test_quantiles_and_the_share_over_the_budget_are_over_the_frames_of_the_mean
     assert figures["stages"]["volumes"]["max"] == 0.02
     was = run.summary["detectors"]["slow"]
     told = {"slow": {**was, "seconds": was["seconds"] | {"per_frame": figures}}}
-    (row,) = cost_table(replace(run, summary={**run.summary, "detectors": told})).only("median ms", LATE).rows
+    (row,) = cost_table(replace(run, summary={**run.summary, "detectors": told})).only("median ms", LATE).cells()
     assert row == ("2.000", "17 %")
 
 
 def test_counts_over_offsets_are_ranges_and_zero_is_a_zero():
     row = price_row("a", 0.5, (0, 1), 2, 0, p99=1.25, front=True) | {"false": 0.25}
-    (cells,) = tradeoff_table("", [row]).rows
-    assert dict(zip(HEAD, map(text_of, cells), strict=True)) == {
+    made = tradeoff_table("", [row])
+    (cells,) = made.cells()
+    assert dict(zip(made.head, map(text_of, cells), strict=True)) == {
         "setting": "a", "missed": "0-1", "late or cut short": "2", "false contacts": "0", "wrong": "2-3",
         "mean ms": "0.500", "p99 ms": "1.25", "front": "front", "false %": "25", "passes": "7", "settings": "a",
     }  # fmt: skip

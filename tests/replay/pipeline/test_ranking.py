@@ -86,25 +86,28 @@ def of(**audit):
 
 def test_the_table_has_a_row_each_zero_is_zero_and_the_reference_has_dashes():
     table = ranking_table(of(**BENCH))
-    assert [row[0] for row in table.rows] == ["hull50", "mesh50", "paper", "exact"]
+    cells = table.cells()
+    assert [row[0] for row in cells] == ["hull50", "mesh50", "paper", "exact"]
     assert [column.name for column in table.columns] == [
         "detector", "what", "missed", "late or cut short", "false contact", "mean ms", "p99 ms", "of a 90 Hz frame",
         "settings",
     ]  # fmt: skip
-    first = [text_of(cell) for cell in table.rows[0]]
+    first = [text_of(cell) for cell in cells[0]]
     assert first[2:] == ["0", "1", "96.7 %", "0.40", "1.10", "3.6 %", "hull50[x=1]"]
-    assert table.rows[1][2] == Marked("1", IN_RED) and table.rows[3][2:5] == ("reference", "-", "-")
+    assert cells[1][2] == Marked("1", IN_RED) and cells[3][2:5] == ("reference", "-", "-")
     assert "undecided" in {column.name for column in ranking_table(of(it=audited(0, 0, 0, undecided=1))).columns}
 
 
 def test_an_interval_of_most_of_0_to_100_says_that_there_are_too_few_contacts():
     few, many = audited(0, 0, 1, 2), audited(0, 0, 500, 1000)
-    column = [ranking_table(of(it=one), intervals=True).rows[0][4] for one in (few, many)]
+    column = [ranking_table(of(it=one), intervals=True).cells()[0][4] for one in (few, many)]
     assert "too few contacts to say" in column[0].text and "[" in column[1].text
 
 
 def test_the_time_of_an_engine_that_was_not_measured_is_not_that_of_looking_it_up():
     summary = run(recorded=audited(1, 0, 0))
     summary["detectors"]["recorded"]["name"] = "recorded"
-    (row, _) = ranking_table(SimpleNamespace(summary=summary, ranking=ranking(summary))).only("mean ms", "p99 ms").rows
+    (row, _) = (
+        ranking_table(SimpleNamespace(summary=summary, ranking=ranking(summary))).only("mean ms", "p99 ms").cells()
+    )
     assert row == ("-", "-")
