@@ -165,7 +165,7 @@ def assemble(
 def _placed_blocks(session: Session, layout: AssemblyLayout, low: int, high: int) -> Iterator[PlacedFrames]:
     """The frames between two stamps, both included."""
     kinematics = Kinematics(session.scene, session.names, [body.name for body in layout.bodies])
-    for frames in filled(block.frames for block in in_order(session.blocks(BLOCK_FRAMES))):
+    for frames in filled(in_order(session.blocks(BLOCK_FRAMES))):
         first, stop = np.searchsorted(frames.stamp_ns, low), np.searchsorted(frames.stamp_ns, high, side="right")
         if stop > first:
             yield kinematics.place(frames).part(int(first), int(stop))

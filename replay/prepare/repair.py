@@ -19,7 +19,7 @@ from replay.prepare.session_scan import NO_ROTATION, SessionScan, scan_of
 from sessions import Finding, Frames, Session, Status
 from sessions.doctor.finding import in_order
 from sessions.doctor.pose_pass import PosePass, look_through
-from sessions.doctor.pose_spans import PoseSpan, pose_spans, teleports
+from sessions.doctor.pose_spans import PoseSpan, pose_spans
 from sessions.doctor.runs import runs
 from sessions.doctor.session_findings import examine_session
 from sessions.doctor.timing import gap_rows
@@ -142,7 +142,7 @@ class _Plan:
 
 
 def _plan(looked: PosePass, spans: Sequence[PoseSpan], column: int, policy: Policy) -> _Plan | None:
-    there = np.flatnonzero(looked.has(Mark.PRESENT)[:, column])
+    there = np.flatnonzero(looked.has(Mark.PRESENT, column))
     rank, limit = np.zeros(len(there), dtype=np.uint8), np.zeros(len(there), dtype=np.int64)
     for span in spans:
         rule = policy.rule(span.code)
@@ -150,7 +150,7 @@ def _plan(looked: PosePass, spans: Sequence[PoseSpan], column: int, policy: Poli
         stricter = rank[low:high] < RANKS.get(rule.action, 0)
         rank[low:high][stricter] = RANKS.get(rule.action, 0)
         limit[low:high][stricter] = round(rule.limit * 1e9)
-    if (looked.has(Mark.LOST)[there, column] | (rank == 0)).all() and not (rank % RANKS[DROP]).any():
+    if (looked.has(Mark.LOST, column)[there] | (rank == 0)).all() and not (rank % RANKS[DROP]).any():
         return None
     before, after = np.full(len(there), -1), np.full(len(there), -1)
     for first, last in runs(rank > 0).tolist():
@@ -229,7 +229,7 @@ def repair_session(session: Session, policy: Policy, needed: Collection[str] | N
     # The frame after a gap is flagged: the path into it is not known.
     gaps = [_span(looked, "gap", ("", row, row, 1), policy, zero) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
     as_recorded = not replaced and bool((np.diff(looked.stamp_ns) > 0).all()) and not looked.has(NO_ROTATION).any()
-    seen = scan_of(looked, teleports(looked, spans), session.part) if as_recorded else None
+    seen = scan_of(looked, session.part) if as_recorded else None
     return Repair(repaired, policy, findings, (*flagged, *gaps), looked.digest, looked.pose_digest, seen)
 
 

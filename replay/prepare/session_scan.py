@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.errors import InvalidPoseError
 from cdcore.numerics import BoolArray, IntArray
@@ -13,6 +12,7 @@ from replay.base.constants import BLOCK_FRAMES
 from sessions import Frames, Session
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.pose_spans import Jumps, teleports
+from sessions.doctor.timing import out_of_order
 from sessions.doctor.track_watch import Mark
 from sessions.model.session import SessionPart
 
@@ -20,33 +20,14 @@ NO_ROTATION: Final = Mark.NOT_FINITE | Mark.ZERO_QUATERNION | Mark.NON_UNIT
 """Marks of a sample that claims to be a pose and is none."""
 
 
-@dataclass(frozen=True, eq=False)
-class OrderedFrames:
-    """The frames of one block that are used.
-
-    Parameters
-    ----------
-    frames : frames whose stamp lies after every stamp before, over all blocks.
-    numbers : their numbers in the file, from 0.
-    repeated, backwards : how many were left out because their stamp equals the latest one, or lies before it.
-    """
-
-    frames: Frames
-    numbers: NDArray[np.int64]
-    repeated: int
-    backwards: int
-
-
-def in_order(blocks: Iterable[Frames]) -> Iterator[OrderedFrames]:
-    """Go through blocks in file order and keep the frames whose stamp increases."""
-    latest, first = np.iinfo(np.int64).min, 0
+def in_order(blocks: Iterable[Frames]) -> Iterator[Frames]:
+    """The frames of blocks in file order whose stamp lies after every stamp before, over all blocks."""
+    latest = np.iinfo(np.int64).min
     for block in blocks:
         peak = np.maximum.accumulate(np.concatenate([[latest], block.stamp_ns]))
         keep = block.stamp_ns > peak[:-1]
-        same = int((block.stamp_ns == peak[:-1]).sum())
-        frames = block if keep.all() else block.take(keep)
-        yield OrderedFrames(frames, np.flatnonzero(keep) + first, same, len(block) - len(frames) - same)
-        latest, first = int(peak[-1]), first + len(block)
+        yield block if keep.all() else block.take(keep)
+        latest = peak[-1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,55 +80,63 @@ def scan(session: Session) -> SessionScan:
     Raises ``InvalidPoseError`` for a sample that claims to be a pose but is not finite or has no unit quaternion; it
     names frame, time and body.
     """
-    left_out = np.zeros(2, dtype=np.int64)
+    stamps = [np.zeros(0, np.int64)]
 
-    def ordered() -> Iterator[Frames]:
-        for block in in_order(session.blocks(BLOCK_FRAMES)):
-            left_out[:] += block.repeated, block.backwards
-            yield block.frames
+    def noted() -> Iterator[Frames]:
+        for block in session.blocks(BLOCK_FRAMES):
+            stamps.append(block.stamp_ns)
+            yield block
 
-    looked = look_through(ordered(), session.scene.space_radius)
+    looked = look_through(in_order(noted()), session.scene.space_radius)
     bad = looked.has(NO_ROTATION)
     if bad.any():
         row, body = (int(k) for k in np.argwhere(bad)[0])
-        raise InvalidPoseError(_no_pose(session, looked.stamp_ns, row, body))
-    return scan_of(looked, teleports(looked), session.part, *left_out.tolist())
+        raise InvalidPoseError(_no_pose(session, int(looked.stamp_ns[row]), body))
+    backwards, repeated = out_of_order(np.concatenate(stamps))
+    return scan_of(looked, session.part, int(repeated.sum()), int(backwards.sum()))
 
 
-def scan_of(
-    looked: PosePass, jumps: Jumps, part: SessionPart | None, repeated: int = 0, backwards: int = 0
-) -> SessionScan:
+def scan_of(looked: PosePass, part: SessionPart | None, repeated: int = 0, backwards: int = 0) -> SessionScan:
     """The figures of a pass over frames whose stamps increase and whose samples are poses or lost."""
-    stamps, step = looked.stamp_ns, 0
-    if len(stamps) > 1:
-        step = int(np.median(np.diff(stamps)))
+    stamps = looked.stamp_ns
     first_ns = int(stamps[0]) if len(stamps) else 0
     # A sample out of the room is not compared with others; what has one is not at rest.
     same = looked.has(Mark.SAME_PLACE) & looked.has(Mark.SAME_ROTATION)
     moves = np.any((np.isfinite(looked.steps) & ~same) | looked.has(Mark.OUT_OF_SPACE), axis=0)
-    off_norm = int(looked.has(Mark.OFF_UNIT).sum())
-    worst = max(looked.worst_norm.tolist(), key=lambda norm: abs(norm - 1.0), default=1.0)
-    zero = first_ns if part is None else part.first_ns
-    return SessionScan(looked.names, zero, stamps, repeated, backwards, np.asarray(moves), step, off_norm, worst, jumps)
+    return SessionScan(
+        names=looked.names,
+        first_ns=first_ns if part is None else part.first_ns,
+        stamp_ns=stamps,
+        repeated=repeated,
+        backwards=backwards,
+        moves=np.asarray(moves),
+        median_step_ns=int(np.median(np.diff(stamps))) if len(stamps) > 1 else 0,
+        off_norm=int(looked.has(Mark.OFF_UNIT).sum()),
+        worst_norm=max(looked.worst_norm.tolist(), key=lambda norm: abs(norm - 1.0), default=1.0),
+        jumps=teleports(looked),
+    )
 
 
-def _no_pose(session: Session, stamps: IntArray, row: int, body: int) -> str:
-    """What is wrong with a sample in a row of the frames in order, whose stamps these are."""
-    time = float(stamps[row] - (stamps[0] if session.part is None else session.part.first_ns)) / 1e9
-    for block in in_order(session.blocks(BLOCK_FRAMES)):
-        frames = block.frames
-        if row < len(frames):
+def _no_pose(session: Session, stamp_ns: int, body: int) -> str:
+    """What is wrong with the sample of a body in the first frame of this stamp."""
+    number = 0
+    for block in session.blocks(BLOCK_FRAMES):
+        same = np.flatnonzero(block.stamp_ns == stamp_ns)
+        if len(same):
             break
-        row -= len(frames)
-    position, quaternion = frames.position[row, body], frames.quaternion_xyzw[row, body]
+        number += len(block)
+    row = int(same[0])
+    number += row
+    first_ns = int(session.stamps()[0]) if session.part is None else session.part.first_ns
+    time = (stamp_ns - first_ns) / 1e9
+    position, quaternion = block.position[row, body], block.quaternion_xyzw[row, body]
     what = f"position {position.tolist()} is not finite"
     if np.isfinite(position).all():
         with np.errstate(over="ignore", invalid="ignore"):
             norm = float(np.sqrt((quaternion * quaternion).sum()))
         what = f"quaternion {quaternion.tolist()} has norm {norm:.6g}, not 1"
-    number = int(block.numbers[row])
     number = number if session.part is None else int(session.part.numbers[number])
-    where = f"frame {number} ({time:.6f} s), body {frames.names[body]}: "
+    where = f"frame {number} ({time:.6f} s), body {block.names[body]}: "
     return f"{where}{what}; flag the sample as lost, repair it, or choose a --policy"
 
 

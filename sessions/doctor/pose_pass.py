@@ -6,13 +6,12 @@ Findings and repairs both use these marks, so that they cannot disagree.
 import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from itertools import chain, pairwise
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.doctor.track_watch import Mark, TrackSamples, TrackWatch, marked
+from sessions.doctor.track_watch import SAMPLE, Mark, TrackWatch, marked, with_marks
 from sessions.model.constants import SPACE_RADIUS
 from sessions.model.frames import Frames, Status
 
@@ -55,18 +54,13 @@ class PosePass:
     worst_norm: NDArray[np.float64]
     pose_digest: str
 
-    def has(self, mark: Mark) -> NDArray[np.bool_]:
-        """(T, N) where any of these marks is set."""
-        return marked(self.marks, mark)
-
-    def body_has(self, column: int, mark: Mark) -> NDArray[np.bool_]:
-        """(T,) where any of these marks of one body is set; a pass over all would cost as much for every body."""
+    def has(self, mark: Mark, column: int | slice = slice(None)) -> NDArray[np.bool_]:
+        """Where any of these marks is set, (T,) of one body, (T, N) of all."""
         return marked(self.marks[:, column], mark)
 
-    @property
-    def usable(self) -> NDArray[np.bool_]:
-        """(T, N) samples that claim to be poses, are finite, and lie where a room may be."""
-        return self.has(Mark.PRESENT) & ~self.has(Mark.NO_POSE)
+    def usable_rows(self, column: int) -> NDArray[np.int64]:
+        """Frames in which a sample of this body claims to be a pose, is finite, and lies where a room may be."""
+        return np.flatnonzero(self.has(Mark.PRESENT, column) & ~self.has(Mark.NO_POSE, column))
 
     @property
     def digest(self) -> str:
@@ -80,9 +74,8 @@ class PosePass:
 def look_through(blocks: Iterable[Frames], space_radius: float = SPACE_RADIUS) -> PosePass:
     """Mark every sample; later blocks may know more bodies than earlier ones; the radius is that of the scene."""
     looking = _RunningPass(space_radius)
-    for block, after in pairwise(chain(_larger(blocks), (None,))):
-        if block is not None:
-            looking.add(block, last=after is None)
+    for block in _larger(blocks):
+        looking.add(block)
     return looking.result()
 
 
@@ -112,7 +105,7 @@ class _RunningPass:
         self.watches: list[TrackWatch] = []
         self.hashes: list[Any] = []
 
-    def add(self, frames: Frames, *, last: bool) -> None:
+    def add(self, frames: Frames) -> None:
         """Take one block in."""
         if not self.least_step:
             step = np.diff(frames.stamp_ns)
@@ -130,8 +123,9 @@ class _RunningPass:
             for column, watch in enumerate(self.watches):
                 track = self._track(frames, first, column)
                 # Row by row and body by body, so that it does not depend on blocks.
-                self.hashes[column].update(np.column_stack([track.rows, track.position, track.quaternion]).tobytes())
-                watch.add(track, self.marks[:, column], self.steps[:, column], last=last)
+                poses = np.column_stack([track["row"], track["position"], track["quaternion"]])
+                self.hashes[column].update(poses.tobytes())
+                watch.add(track, self.marks[:, column], self.steps[:, column])
 
     def _grow(self) -> None:
         wider = len(self.names) - len(self.watches)
@@ -160,29 +154,37 @@ class _RunningPass:
         skewed = present & (np.abs(frames.sample_ns - frames.stamp_ns[:, None]) > SKEW_NS)
         norms = np.vstack([self.worst, np.where(rejected | rounded, norm, 1.0)])
         self.worst = norms[np.abs(norms - 1.0).argmax(axis=0), np.arange(len(self.worst))]
-        marks = np.zeros(present.shape, dtype=np.uint32)
-        for mark, where in (
-            (Mark.PRESENT, present), (Mark.LOST, lost), (Mark.NOT_FINITE, claims & ~finite),
-            (Mark.ZERO_QUATERNION, zero), (Mark.NON_UNIT, rejected), (Mark.OFF_UNIT, rounded),
-            (Mark.IDENTITY, claims & still), (Mark.SAMPLE_SKEWED, skewed), (Mark.OUT_OF_SPACE, away),
-            (Mark.HOLLOW, lost & ~(finite & (off <= NORM_REJECT))),
-        ):  # fmt: skip
-            marks[where] |= np.uint32(mark)
-        return marks
+        return with_marks(
+            {
+                Mark.PRESENT: present,
+                Mark.LOST: lost,
+                Mark.NOT_FINITE: claims & ~finite,
+                Mark.ZERO_QUATERNION: zero,
+                Mark.NON_UNIT: rejected,
+                Mark.OFF_UNIT: rounded,
+                Mark.IDENTITY: claims & still,
+                Mark.SAMPLE_SKEWED: skewed,
+                Mark.OUT_OF_SPACE: away,
+                Mark.HOLLOW: lost & ~(finite & (off <= NORM_REJECT)),
+            }
+        )
 
-    def _track(self, frames: Frames, first: int, column: int) -> TrackSamples:
+    def _track(self, frames: Frames, first: int, column: int) -> NDArray[np.void]:
         marks = self.marks[first : self.count, column]
         rows = np.flatnonzero(marked(marks, Mark.PRESENT) & ~marked(marks, Mark.NO_POSE))
-        return TrackSamples(
-            rows + first,
-            (frames.stamp_ns[rows] - self.stamps[0][0]) / 1e9,
-            frames.sample_ns[rows, column],
-            frames.position[rows, column],
-            frames.quaternion_xyzw[rows, column],
-        )
+        track = np.empty(len(rows), SAMPLE)
+        track["row"] = rows + first
+        track["time"] = (frames.stamp_ns[rows] - self.stamps[0][0]) / 1e9
+        track["sample_ns"] = frames.sample_ns[rows, column]
+        track["position"] = frames.position[rows, column]
+        track["quaternion"] = frames.quaternion_xyzw[rows, column]
+        return track
 
     def result(self) -> PosePass:
         """Everything seen."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            for column, watch in enumerate(self.watches):
+                watch.add(np.zeros(0, SAMPLE), self.marks[:, column], self.steps[:, column], last=True)
         width, none = len(self.names), np.zeros(0, dtype=np.int64)
         poses = [
             np.pad(part, ((0, 0), (0, width - part.shape[1]), (0, 0)), constant_values=np.nan) for part in self.poses

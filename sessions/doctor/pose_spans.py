@@ -52,6 +52,7 @@ SIMPLE: Final = {
     "zero-quaternion": Mark.ZERO_QUATERNION,
     "non-unit-quaternion": Mark.NON_UNIT,
     "tracking-lost": Mark.LOST,
+    "out-of-space": Mark.OUT_OF_SPACE,
 }
 """Codes that are one mark."""
 
@@ -64,105 +65,82 @@ def pose_spans(looked: PosePass) -> list[PoseSpan]:
     """
     found: list[PoseSpan] = []
     for column in range(len(looked.names)):
-        track = _Track.of(looked, column)
+        present = np.flatnonzero(looked.has(Mark.PRESENT, column))
+        in_metres = unit_guess(looked, column) is None
         for code, mark in SIMPLE.items():
-            found += track.simple(code, mark)
-        found += track.identity()
-        found += track.frozen()
-        if unit_guess(looked, column) is None:
-            found += track.simple("out-of-space", Mark.OUT_OF_SPACE)
-            found += track.teleports()
+            if in_metres or code != "out-of-space":
+                for first, last in runs(looked.has(mark, column)[present]).tolist():
+                    found.append(PoseSpan(code, column, int(present[first]), int(present[last]), last - first + 1))
+        track = _Track(looked, column)
+        found += [*track.identity(), *track.frozen()]
+        if in_metres:
+            rows = track.rows[track.has(Mark.TELEPORT)].tolist()
+            found += [PoseSpan("teleport", column, row, row, 1, float(looked.steps[row, column])) for row in rows]
     return sorted(found, key=lambda span: (span.column, span.first, span.code))
 
 
-def teleports(looked: PosePass, spans: Sequence[PoseSpan] | None = None) -> Jumps:
-    """When each body jumped, from its sample before to the one that marks it; ``spans`` are those of this pass."""
+def teleports(looked: PosePass) -> Jumps:
+    """When each body whose positions are in metres jumped: from its sample before to the one that marks it."""
     found: Jumps = {}
-    spans = pose_spans(looked) if spans is None else spans
-    rows = [(one.column, one.first) for one in spans if one.code == "teleport"]
-    for column in {column for column, _ in rows}:
-        usable = np.flatnonzero(looked.usable[:, column])
-        after = np.searchsorted(usable, [row for there, row in rows if there == column])
-        found[looked.names[column]] = looked.stamp_ns[np.stack([usable[after - 1], usable[after]], axis=1)]
+    for column, name in enumerate(looked.names):
+        usable = looked.usable_rows(column)
+        after = np.flatnonzero(looked.has(Mark.TELEPORT, column)[usable])
+        if len(after) and unit_guess(looked, column) is None:
+            found[name] = looked.stamp_ns[np.stack([usable[after - 1], usable[after]], axis=1)]
     return found
 
 
-@dataclass(frozen=True, eq=False)
 class _Track:
-    """The samples of one column: rows of all that are there, rows of those that are poses, and marks by row."""
+    """The samples of one body that are poses: their frames, marks, and the steps to them."""
 
-    column: int
-    stamp_ns: NDArray[np.int64]
-    marks: NDArray[np.uint32]
-    steps: NDArray[np.float32]
-    present: NDArray[np.int64]
-    usable: NDArray[np.int64]
+    def __init__(self, looked: PosePass, column: int) -> None:
+        self.column = column
+        self.rows = looked.usable_rows(column)
+        self.stamp_ns = looked.stamp_ns[self.rows]
+        self.marks = looked.marks[self.rows, column]
+        self.steps = looked.steps[self.rows, column]
 
-    @classmethod
-    def of(cls, looked: PosePass, column: int) -> "_Track":
-        marks = looked.marks[:, column]
-        there, gone = marked(marks, Mark.PRESENT), marked(marks, Mark.NO_POSE)
-        usable = np.flatnonzero(there & ~gone)
-        return cls(column, looked.stamp_ns, marks, looked.steps[:, column], np.flatnonzero(there), usable)
+    def has(self, mark: Mark) -> NDArray[np.bool_]:
+        return marked(self.marks, mark)
 
-    def has(self, mark: Mark, rows: NDArray[np.int64]) -> NDArray[np.bool_]:
-        return marked(self.marks[rows], mark)
-
-    def span(self, code: str, rows: NDArray[np.int64], first: int, last: int, size: float = 0.0) -> PoseSpan:
-        return PoseSpan(code, self.column, int(rows[first]), int(rows[last]), last - first + 1, size)
-
-    def simple(self, code: str, mark: Mark) -> Iterator[PoseSpan]:
-        for first, last in runs(self.has(mark, self.present)).tolist():
-            yield self.span(code, self.present, first, last)
+    def span(self, code: str, first: int, last: int, size: float) -> PoseSpan:
+        return PoseSpan(code, self.column, int(self.rows[first]), int(self.rows[last]), last - first + 1, size)
 
     def identity(self) -> Iterator[PoseSpan]:
         """Exact identity poses that the body jumped into or out of."""
-        rows = self.usable
-        usual = float(np.nanmedian(self.steps[rows])) if len(rows) > 1 else 0.0
-        for first, last in runs(self.has(Mark.IDENTITY, rows)).tolist():
-            jump = self._jump(first, last + 1)
+        usual = float(np.nanmedian(self.steps)) if len(self.rows) > 1 else 0.0
+        for first, last in runs(self.has(Mark.IDENTITY)).tolist():
+            jump = max(self._step(first), self._step(last + 1))
             if jump > max(LOST_JUMP_M, LOST_JUMP_STEPS * usual):
-                yield self.span("identity-while-lost", rows, first, last, jump)
+                yield self.span("identity-while-lost", first, last, jump)
 
-    def _jump(self, first: int, after: int) -> float:
-        steps = self.steps[self.usable]
-        into = float(steps[first]) if first > 0 else 0.0
-        out = float(steps[after]) if after < len(steps) else 0.0
-        return max(into, out)
-
-    def teleports(self) -> Iterator[PoseSpan]:
-        for row in self.usable[self.has(Mark.TELEPORT, self.usable)].tolist():
-            yield PoseSpan("teleport", self.column, row, row, 1, float(self.steps[row]))
+    def _step(self, number: int) -> float:
+        """Metres to a sample; 0 to the first, and after the last."""
+        return float(self.steps[number]) if 0 < number < len(self.steps) else 0.0
 
     def frozen(self) -> Iterator[PoseSpan]:
         """Stretches of one repeated position in which nothing was measured; a body at rest is in none."""
-        rows, same = self.usable, self.has(Mark.SAME_PLACE, self.usable)
-        repeats = int(same.sum())
+        same, identity = self.has(Mark.SAME_PLACE), self.has(Mark.IDENTITY)
         for first, last in runs(same).tolist():
-            duration_ns = self.stamp_ns[rows[last]] - self.stamp_ns[rows[first]]
-            if last - first + 1 < LEAST_FROZEN or duration_ns < LEAST_FROZEN_NS:
+            if last - first + 1 < LEAST_FROZEN or self.stamp_ns[last] - self.stamp_ns[first] < LEAST_FROZEN_NS:
                 continue
-            if self.has(Mark.IDENTITY, rows[first : last + 1]).all() and self._jump(first - 1, last + 1) > LOST_JUMP_M:
+            jump = max(self._step(first - 1), self._step(last + 1))
+            if identity[first : last + 1].all() and jump > LOST_JUMP_M:
                 continue
-            if self._is_frozen(first, last, repeats):
-                size = float(self.steps[rows[last + 1]]) if last + 1 < len(rows) else 0.0
+            if self._is_frozen(first, last, int(same.sum())):
                 # A jump to the place where the body then stands still belongs to the stretch.
-                jumped = first > 0 and self.has(Mark.TELEPORT, rows[first - 1 : first])[0]
-                yield self.span("frozen", rows, first - int(jumped), last, size)
+                jumped = first > 0 and self.has(Mark.TELEPORT)[first - 1]
+                yield self.span("frozen", first - int(jumped), last, self._step(last + 1))
 
     def _is_frozen(self, first: int, last: int, repeats: int) -> bool:
-        rows = self.usable
-        steps = self.steps[rows]
-        thaw = float(steps[last + 1]) if last + 1 < len(steps) else 0.0
-        near = np.r_[max(1, first - 5) : first, last + 2 : min(last + 7, len(rows))].astype(np.int64)
-        near = near[~self.has(Mark.TELEPORT, rows[near])]
-        around = float(steps[near].max(initial=0.0))
-        if thaw > CATCH_UP * around + CATCH_UP_M:
+        near = np.r_[max(1, first - 5) : first, last + 2 : min(last + 7, len(self.rows))].astype(np.int64)
+        around = float(self.steps[near[~self.has(Mark.TELEPORT)[near]]].max(initial=0.0))
+        if self._step(last + 1) > CATCH_UP * around + CATCH_UP_M:
             return True
-        others = len(rows) - (last - first + 1)
-        turning = not self.has(Mark.SAME_ROTATION, rows[first : last + 1]).any()
-        elsewhere = repeats - (last - first + 1)
-        return turning and others >= LEAST_OTHERS and elsewhere <= ODD_SHARE * others
+        count = last - first + 1
+        others = len(self.rows) - count
+        turning = not self.has(Mark.SAME_ROTATION)[first : last + 1].any()
+        return turning and others >= LEAST_OTHERS and repeats - count <= ODD_SHARE * others
 
 
 MOST_OF_A_KIND: Final = 40
@@ -185,8 +163,6 @@ WORDS: Final = {
 
 def pose_findings(looked: PosePass) -> Iterator[Finding]:
     """Everything about single poses, body by body."""
-    if not len(looked.stamp_ns):
-        return
     grouped: dict[tuple[str, int], list[PoseSpan]] = defaultdict(list)
     for span in pose_spans(looked):
         grouped[span.code, span.column].append(span)
@@ -199,8 +175,6 @@ def pose_findings(looked: PosePass) -> Iterator[Finding]:
             stretch = Span.of(looked.stamp_ns, rest[0].first, rest[-1].last)
             message = f"{len(rest)} more stretches of the same, {count} samples"
             yield stretch.finding(code, WORDS[code][0], message, looked.names[column], count)
-    for column, name in enumerate(looked.names):
-        yield from _notes(looked, column, name)
 
 
 def _stretches(looked: PosePass, teleports: Sequence[PoseSpan]) -> list[PoseSpan]:
@@ -232,14 +206,3 @@ def _listed(looked: PosePass, span: PoseSpan) -> Finding:
         message = f"{span.size:.3g} m in one step"
     stretch = Span.of(looked.stamp_ns, span.first, span.last)
     return stretch.finding(span.code, severity, message, looked.names[span.column], span.count)
-
-
-def _notes(looked: PosePass, column: int, name: str) -> Iterator[Finding]:
-    for code, mark, severity, words in (
-        ("turn-outlier", Mark.TURN_OUTLIER, Severity.WARNING, "of the samples turned away and back in two steps"),
-        ("off-unit-quaternion", Mark.OFF_UNIT, Severity.NOTE, "quaternions are off unit length by more than 1e-6"),
-    ):
-        rows = np.flatnonzero(looked.body_has(column, mark)).tolist()
-        if rows:
-            stretch = Span.of(looked.stamp_ns, rows[0], rows[-1])
-            yield stretch.finding(code, severity, f"{len(rows)} {words}", name, len(rows))

@@ -1,4 +1,4 @@
-"""Findings about clocks: stamps that do not go forward, gaps, and two clocks that disagree."""
+"""Findings about clocks (stamps that do not go forward, gaps, two clocks that disagree), and marks that are counted."""
 
 from collections.abc import Iterator
 from typing import Final
@@ -26,8 +26,25 @@ def time_findings(looked: PosePass) -> Iterator[Finding]:
     yield from _order(stamps)
     yield from _gaps(stamps, int(stamps[0]), "")
     yield from _skew(looked)
+    backwards, repeated = out_of_order(stamps)
+    # Device stamps are judged where the frames' own stamps do not have the fault already.
+    plain = ~(backwards | repeated | np.concatenate([[False], (backwards | repeated)[:-1]]))
     for column, name in enumerate(looked.names):
-        yield from _device_clock(looked, column, name)
+        yield from _counted(looked, column, plain)
+        there = looked.has(Mark.PRESENT, column)
+        if not there.all() and there.any():
+            yield from _own_gaps(stamps, there & plain, name)
+
+
+COUNTED: Final = (
+    ("time-backwards", Mark.SAMPLE_BACKWARDS, Severity.ERROR, "device stamps go back"),
+    ("duplicate-stamps", Mark.SAMPLE_REPEATED, Severity.WARNING, "device stamps repeat with another pose"),
+    ("clock-skew", Mark.SAMPLE_SKEWED, Severity.WARNING, "device stamps are over 0.5 s off their frames"),
+    ("turn-outlier", Mark.TURN_OUTLIER, Severity.WARNING, "of the samples turned away and back in two steps"),
+    ("off-unit-quaternion", Mark.OFF_UNIT, Severity.NOTE, "quaternions are off unit length by more than 1e-6"),
+)
+"""Marks that are counted in one finding a body: its code, severity and words."""
+DEVICE_CLOCK: Final = Mark.SAMPLE_BACKWARDS | Mark.SAMPLE_REPEATED | Mark.SAMPLE_SKEWED
 
 
 def out_of_order(stamps: NDArray[np.int64]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -76,38 +93,26 @@ def _gaps(stamps: NDArray[np.int64], zero: int, body: str) -> Iterator[Finding]:
 def _skew(looked: PosePass) -> Iterator[Finding]:
     stamps, skew = looked.stamp_ns, looked.log_ns - looked.stamp_ns
     middle = float(np.median(skew))
-    if abs(middle) > EPOCH_NS:
-        message = f"log time and frame time have different zeros, {middle / 1e9:.0f} s apart"
-        yield Span.of(stamps, 0, -1).finding("clock-skew", Severity.NOTE, message, count=len(stamps))
-        off = np.abs(skew - middle) > SKEW_NS
-    else:
-        off = np.abs(skew) > SKEW_NS
+    off = np.abs(skew - (middle if abs(middle) > EPOCH_NS else 0.0)) > SKEW_NS
     for first, last in runs(off).tolist():
-        worst = skew[first : last + 1]
-        message = f"log time and frame time are {float(np.median(worst)) / 1e9:+.3f} s apart"
+        message = f"log time and frame time are {float(np.median(skew[first : last + 1])) / 1e9:+.3f} s apart"
         span = Span.of(stamps, first, last)
         yield span.finding("clock-skew", Severity.WARNING, message, count=last - first + 1)
 
 
-def _device_clock(looked: PosePass, column: int, name: str) -> Iterator[Finding]:
-    """Faults of the device stamps of one body, where the frames' own stamps do not have them already."""
-    stamps = looked.stamp_ns
-    backwards, repeated = out_of_order(stamps)
-    plain = ~(backwards | repeated | np.concatenate([[False], (backwards | repeated)[:-1]]))
-    for code, mark, severity, what in (
-        ("time-backwards", Mark.SAMPLE_BACKWARDS, Severity.ERROR, "device stamps go back"),
-        ("duplicate-stamps", Mark.SAMPLE_REPEATED, Severity.WARNING, "device stamps repeat with another pose"),
-        ("clock-skew", Mark.SAMPLE_SKEWED, Severity.WARNING, "device stamps are over 0.5 s off their frames"),
-    ):
-        rows = np.flatnonzero(looked.body_has(column, mark) & plain)
+def _counted(looked: PosePass, column: int, plain: NDArray[np.bool_]) -> Iterator[Finding]:
+    for code, mark, severity, what in COUNTED:
+        odd = looked.has(mark, column)
+        rows = np.flatnonzero(odd & plain if mark in DEVICE_CLOCK else odd)
         if len(rows):
-            span = Span.of(stamps, rows[0], rows[-1])
-            yield span.finding(code, severity, f"{len(rows)} {what}", name, len(rows))
-    there = looked.body_has(column, Mark.PRESENT)
-    if not there.all() and there.any():
-        ordered = np.sort(stamps)
-        for finding in _gaps(stamps[there & plain], int(stamps[0]), name):
-            # A gap of the body alone: other frames were recorded within it.
-            after = np.searchsorted(ordered, finding.start_ns or 0, side="right")
-            if after < len(ordered) and ordered[after] < (finding.end_ns or 0):
-                yield finding
+            span = Span.of(looked.stamp_ns, rows[0], rows[-1])
+            yield span.finding(code, severity, f"{len(rows)} {what}", looked.names[column], len(rows))
+
+
+def _own_gaps(stamps: NDArray[np.int64], there: NDArray[np.bool_], name: str) -> Iterator[Finding]:
+    """Gaps of a body alone, which is in the frames ``there``: other frames were recorded within them."""
+    ordered = np.sort(stamps)
+    for finding in _gaps(stamps[there], int(stamps[0]), name):
+        after = np.searchsorted(ordered, finding.start_ns or 0, side="right")
+        if after < len(ordered) and ordered[after] < (finding.end_ns or 0):
+            yield finding

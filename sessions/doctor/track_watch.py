@@ -5,7 +5,7 @@ after by more than 2.5 m/s plus four times their spread. At 90 Hz the second rul
 rest and accepts a shaken hand.
 """
 
-from dataclasses import dataclass
+from collections.abc import Mapping
 from enum import IntFlag
 from typing import Final
 
@@ -58,72 +58,67 @@ def marked(marks: NDArray[np.uint32], mark: Mark) -> NDArray[np.bool_]:
     return np.asarray((marks & np.uint32(mark)) != 0)
 
 
-@dataclass(frozen=True, eq=False)
-class TrackSamples:
-    """Consecutive samples of one body that may be poses."""
+def with_marks(places: Mapping[Mark, NDArray[np.bool_]]) -> NDArray[np.uint32]:
+    """The union of the marks that each place has, in the shape of the masks."""
+    marks = np.zeros(next(iter(places.values())).shape, np.uint32)
+    for mark, mask in places.items():
+        marks[mask] |= np.uint32(mark)
+    return marks
 
-    rows: NDArray[np.int64]  # (n,) frame numbers
-    time: FloatArray  # (n,) seconds
-    sample_ns: NDArray[np.int64]  # (n,) the device's own stamps
-    position: FloatArray  # (n, 3)
-    quaternion: FloatArray  # (n, 4)
 
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def after(self, earlier: "TrackSamples | None") -> "TrackSamples":
-        """Earlier samples, then these."""
-        if earlier is None:
-            return self
-        columns = zip(vars(earlier).values(), vars(self).values(), strict=True)
-        return TrackSamples(*(np.concatenate(pair) for pair in columns))
-
-    def part(self, start: int, stop: int) -> "TrackSamples":
-        """Some of them."""
-        return TrackSamples(*(column[start:stop] for column in vars(self).values()))
+SAMPLE: Final = np.dtype(
+    [
+        ("row", np.int64),
+        ("time", np.float64),
+        ("sample_ns", np.int64),
+        ("position", np.float64, 3),
+        ("quaternion", np.float64, 4),
+    ]
+)
+"""A sample of one body that may be a pose: its frame number, seconds, the device's own stamp, and the pose."""
 
 
 class TrackWatch:
-    """Takes the samples of one body block by block.
+    """Takes the samples of one body, arrays of `SAMPLE`, block by block.
 
     A step shorter than ``least_step`` seconds is taken to be this long, because stamps jitter more than bodies move.
     """
 
     def __init__(self, least_step: float) -> None:
         self._least_step = least_step
-        self._held: TrackSamples | None = None
-        self._done = 0
+        self._held = np.zeros(0, SAMPLE)
 
-    def add(self, samples: TrackSamples, marks: NDArray[np.uint32], steps: NDArray[np.float32], *, last: bool) -> None:
+    def add(
+        self, samples: NDArray[np.void], marks: NDArray[np.uint32], steps: NDArray[np.float32], *, last: bool = False
+    ) -> None:
         """Enter marks and step lengths (metres) of all samples whose neighbours are known, (T,) by frame number."""
-        window = samples.after(self._held)
-        stop = len(window) if last else max(self._done, len(window) - AHEAD)
-        if stop > self._done:
-            self._enter(window, stop, marks, steps)
-        keep = max(0, stop - KEPT)
-        self._held, self._done = window.part(keep, len(window)), stop - keep
-
-    def _enter(self, window: TrackSamples, stop: int, marks: NDArray[np.uint32], steps: NDArray[np.float32]) -> None:
-        if len(window) < 2:
+        window = np.concatenate([self._held, samples])
+        done = max(0, len(self._held) - AHEAD)
+        stop = len(window) if last else max(0, len(window) - AHEAD)
+        self._held = window[max(0, stop - KEPT) :]
+        if stop <= done or len(window) < 2:
             return
-        way = np.diff(window.position, axis=0)
+        way = np.diff(window["position"], axis=0)
         distance = np.sqrt((way * way).sum(axis=1))
-        step = np.maximum(np.diff(window.time), self._least_step)
+        step = np.maximum(np.diff(window["time"]), self._least_step)
+        turn = window["quaternion"]
         same_place = (way == 0).all(axis=1)
-        same_rotation = (window.quaternion[1:] == window.quaternion[:-1]).all(axis=1)
-        since = np.diff(window.sample_ns)
-        found = np.zeros(len(way), dtype=np.uint32)
+        same_rotation = (turn[1:] == turn[:-1]).all(axis=1)
+        since = np.diff(window["sample_ns"])
         with np.errstate(divide="ignore", invalid="ignore"):  # a clock that only runs backwards has no least step
             velocity = way / step[:, None]
-        for mark, where in (
-            (Mark.TELEPORT, _no_motion(velocity)), (Mark.SAME_PLACE, same_place),
-            (Mark.SAME_ROTATION, same_rotation), (Mark.SAMPLE_BACKWARDS, since < 0),
-            (Mark.SAMPLE_REPEATED, (since == 0) & ~(same_place & same_rotation)),
-            (Mark.TURN_OUTLIER, undone_turns(window.quaternion, step)),
-        ):  # fmt: skip
-            found[where] |= np.uint32(mark)
-        begin = max(self._done, 1)
-        rows = window.rows[begin:stop]
+        found = with_marks(
+            {
+                Mark.TELEPORT: _no_motion(velocity),
+                Mark.SAME_PLACE: same_place,
+                Mark.SAME_ROTATION: same_rotation,
+                Mark.SAMPLE_BACKWARDS: since < 0,
+                Mark.SAMPLE_REPEATED: (since == 0) & ~(same_place & same_rotation),
+                Mark.TURN_OUTLIER: undone_turns(turn, step),
+            }
+        )
+        begin = max(done, 1)
+        rows = window["row"][begin:stop]
         marks[rows] |= found[begin - 1 : stop - 1]
         steps[rows] = distance[begin - 1 : stop - 1]
 

@@ -4,10 +4,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.planted_faults import FAULTS, clean
 
-from sessions import Frames, Severity, Status
+from sessions import Frames, Severity, Status, examine
 from sessions.doctor import pose_pass
 from sessions.doctor.pose_pass import look_through
-from sessions.doctor.pose_spans import MOST_OF_A_KIND, pose_findings, pose_spans
+from sessions.doctor.pose_spans import MOST_OF_A_KIND, pose_spans
 from sessions.doctor.runs import runs
 from sessions.doctor.track_watch import Mark
 from sessions.geometry.rotations import quaternion_product
@@ -53,7 +53,7 @@ def test_of_a_long_recording_fewer_poses_are_kept_from_its_beginning_to_its_end(
 
 
 def findings(draft, code):
-    return [one for one in pose_findings(look_through([draft.session().frames])) if one.code == code]
+    return [one for one in examine(draft.session()) if one.code == code]
 
 
 def test_a_fault_in_every_other_frame_is_listed_so_often_and_then_counted():
