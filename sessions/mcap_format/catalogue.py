@@ -32,7 +32,6 @@ MOST_UNPACKED, UNPACKED_PER_BYTE = 32 << 20, 100
 MOST_MESSAGES, BYTES_PER_MESSAGE = 100_000, 4
 MOST_SAMPLES = 250_000
 MOST_CHANNELS = 2048
-MOST_FAULTS = 1000
 
 
 class ChannelInfo(NamedTuple):
@@ -111,7 +110,6 @@ class Catalogue:
     attachments: dict[str, Place] = field(default_factory=dict)
     metadata: list[tuple[str, dict[str, str]]] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
-    """The first ones, up to ``MOST_FAULTS``."""
     tear: int | None = None
     """Byte at which the file is cut short, or ``None``."""
     data_end: Place | None = None
@@ -137,8 +135,7 @@ class Catalogue:
         error = refused(self.path, code, what)
         if self.strict:
             raise error
-        if len(self.faults) < MOST_FAULTS:
-            self.faults.append(Fault(opcode, start, error, name))
+        self.faults.append(Fault(opcode, start, error, name))
 
     def ids(self, topic: str) -> set[int]:
         """Channels of a topic."""
@@ -259,11 +256,10 @@ def read_catalogue(path: Path, stream: BinaryIO, *, strict: bool = True) -> Cata
     SessionFileError where it is empty or no MCAP; where a record is damaged or too long, which only a strict reader
     refuses: else it is left out and among the ``faults``.
     """
-    check_magic(path, stream)
     found = Catalogue(path, stream.seek(0, io.SEEK_END), strict)
     stream.seek(0)
     if stream.read(len(MAGIC)) != MAGIC:
-        found.refuse(0, 0, "unreadable", "its first bytes are damaged")
+        raise refused(path, "not-mcap", "it is not an MCAP file" if found.size else "it is empty")
     place = Place(0, 0, len(MAGIC))
     for place in places(stream):
         found.enter(stream, place)
@@ -273,14 +269,3 @@ def read_catalogue(path: Path, stream: BinaryIO, *, strict: bool = True) -> Cata
     elif stream.read(len(MAGIC)) != MAGIC:
         found.tear = place.start
     return found
-
-
-def check_magic(path: Path, stream: BinaryIO) -> None:
-    """Refuse what is no MCAP file; half of the mark in front, or the mark at the end, tell a damaged one."""
-    size = stream.seek(0, io.SEEK_END)
-    stream.seek(0)
-    begin = stream.read(len(MAGIC))
-    stream.seek(max(0, size - len(MAGIC)))
-    alike = sum(a == b for a, b in zip(begin, MAGIC, strict=False))
-    if 2 * alike < len(MAGIC) and stream.read(len(MAGIC)) != MAGIC:
-        raise refused(path, "not-mcap", "it is not an MCAP file" if size else "it is empty")

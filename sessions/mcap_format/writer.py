@@ -9,7 +9,7 @@ from typing import BinaryIO
 from sessions.errors import SceneError, SessionFileError
 from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
-from sessions.mcap_format.container import MessageRecord, add, finish, started_writer
+from sessions.mcap_format.container import add, finish, started_writer
 from sessions.mcap_format.metadata import (
     BODIES_RECORD,
     SESSION_RECORD,
@@ -125,15 +125,12 @@ class SessionWriter:
     def logged(self, messages: Iterable[tuple[int, Message]]) -> None:
         """Messages with their log times."""
         for log_ns, (topic, time_ns, data) in messages:
-            self._add((self.channel(topic), 0, log_ns, time_ns, data))
+            add(self._writer, (self.channel(topic), 0, log_ns, time_ns, data))
 
     def frames(self, frames: Frames) -> None:
         """The next frames."""
         for record in self._encoder.encode(frames):
-            self._add(record)
-
-    def _add(self, record: MessageRecord) -> None:
-        add(self._writer, record)
+            add(self._writer, record)
 
     def finish(self) -> None:
         """Write the index and the footer."""

@@ -6,7 +6,7 @@ metadata name what is lost.
 """
 
 import hashlib
-from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO
@@ -16,6 +16,7 @@ from google.protobuf.message import DecodeError
 from mcap.opcode import Opcode
 from mcap.records import Attachment
 from mcap.writer import Writer
+from numpy.typing import NDArray
 
 from sessions.errors import SessionError, SessionFileError
 from sessions.input_files import opened
@@ -95,7 +96,9 @@ def _written(declared: Catalogue, stream: BinaryIO, file: BinaryIO, target: Path
         raise _nothing(declared.path, first or "there is no chunk in it")
     if not own:
         declared.check_pose_channels()
-    listed = _listed_names(records.get(metadata.BODIES_RECORD), declared.path)
+    listed: tuple[str, ...] = ()
+    with suppress(SessionError):
+        listed = metadata.names_of(records.get(metadata.BODIES_RECORD), declared.path)
     unread = len({fault.start for fault in declared.faults if fault.opcode not in (*OF_MESSAGES, Opcode.ATTACHMENT)})
     result = Recovery(
         out=target, messages=kept.messages, frames=kept.frames, first_ns=kept.first_ns, last_ns=kept.last_ns,
@@ -153,14 +156,8 @@ class _KeptMessages:
         """Keep a stretch of messages that can be read; any other is noted as lost."""
         try:
             table = read_region(stream, region, self._declared)
-            kept = _without(table, _unreadable_parts(table, self._declared))
-            try:
-                self._count_frames(kept)
-            except SessionFileError as error:
-                if error.code != "bad-message":
-                    raise
-                kept = _without(kept, _unreadable_poses(kept, self._declared))
-                self._count_frames(kept)
+            kept = table.part(_readable(table, self._declared))
+            self._count_frames(kept)
         except SessionFileError as error:
             self._lose(region.place.start, error, region)
             return
@@ -200,34 +197,26 @@ class _KeptMessages:
             add(self._writer, (self._numbers[channel], *stamps, table.payload(row)))
 
 
-def _unreadable_poses(table: MessageTable, declared: Catalogue) -> Iterator[int]:
-    """Numbers of the messages of poses and validity that are not what their schema says, or too long for it."""
-    for topic in (TF, TRACKING):
-        for row in table.of_channels(declared.ids(topic)).tolist():
-            payload = table.payload(row)
-            try:
-                channel_spec(topic).message.FromString(payload)
-            except DecodeError:
-                yield row
-            else:
-                if len(payload) > MESSAGE_BYTES:
-                    yield row
-
-
-def _unreadable_parts(table: MessageTable, declared: Catalogue) -> Iterator[int]:
-    """Numbers of the messages, other than poses, that a reader of sessions refuses."""
+def _readable(table: MessageTable, declared: Catalogue) -> NDArray[np.int64]:
+    """Numbers of the messages that a reader of sessions takes, or does not look at."""
+    keep = np.ones(len(table.channel), dtype=np.bool_)
     for number in {*table.channel.tolist()} & declared.channels.keys():
         topic = declared.channels[number].topic
-        for row in table.of_channels({number}).tolist() if is_part(topic) else ():
-            try:
-                read_part(declared.path, topic, [(int(table.publish_ns[row]), table.payload(row))])
-            except SessionFileError:
-                yield row
+        for row in table.of_channels({number}).tolist() if topic in (TF, TRACKING) or is_part(topic) else ():
+            keep[row] = _takes(declared.path, topic, int(table.publish_ns[row]), table.payload(row))
+    return np.flatnonzero(keep)
 
 
-def _without(table: MessageTable, rows: Iterator[int]) -> MessageTable:
-    left_out = list(rows)
-    return table.part(np.delete(np.arange(len(table.channel)), left_out)) if left_out else table
+def _takes(path: Path, topic: str, publish_ns: int, payload: bytes) -> bool:
+    """Whether a message is what its schema says, and of poses no longer than a reader allows."""
+    try:
+        if is_part(topic):
+            read_part(path, topic, [(publish_ns, payload)])
+        else:
+            channel_spec(topic).message.FromString(payload)
+    except (DecodeError, SessionFileError):
+        return False
+    return is_part(topic) or len(payload) <= MESSAGE_BYTES
 
 
 def _attachments(
@@ -263,10 +252,3 @@ def _reads(name: str, data: bytes) -> bool:
     except (SessionError, UnicodeDecodeError):
         return False
     return True
-
-
-def _listed_names(record: dict[str, str] | None, path: Path) -> tuple[str, ...]:
-    try:
-        return metadata.names_of(record, path)
-    except SessionError:
-        return ()

@@ -202,18 +202,6 @@ def _check_bodies(bodies: tuple[SceneBody, ...], whole: TomlTable) -> None:
             whole.refuse(f"{place}: its parents lead back to itself; a joint needs a first body")
 
 
-def _two(table: TomlTable) -> tuple[str, ...]:
-    """The selectors of ``between = [first, second]``, or of ``a = first`` and ``b = second``."""
-    if "a" not in table and "b" not in table:
-        if "between" not in table and not table.done():
-            return ()
-        return table.texts("between", 2)
-    if "between" in table:
-        table.refuse("it has between and a or b; give one of them")
-        table.texts("between")
-    return table.text("a", None), table.text("b", None)
-
-
 def _selected(tables: list[TomlTable], bodies: Selected) -> tuple[tuple[str, str], ...]:
     chosen: dict[frozenset[str], tuple[str, str]] = {}
     asked = 0
@@ -230,8 +218,10 @@ def _selected(tables: list[TomlTable], bodies: Selected) -> tuple[tuple[str, str
 
 def _ends(table: TomlTable, bodies: Selected) -> tuple[list[str], list[str]]:
     """The bodies of a table at both ends, of whatever is wrong none."""
+    if "between" not in table and not table.done():
+        return [], []
     ends = []
-    for selector in _two(table):
+    for selector in table.texts("between", 2):
         if selector and selector not in bodies:
             table.refuse(f"no body is {selector!r}{nearest(selector, bodies)}")
         ends.append(bodies.get(selector, []))

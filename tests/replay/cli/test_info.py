@@ -43,22 +43,10 @@ def test_text_names_bodies_clock_tasks_and_events(file, capsys):
     assert "  scalar none: 2 samples at 1000000000.0 Hz, 0 gaps, no number\n" in text
 
 
-def test_verbose_shows_all_facts(file, capsys):
-    assert main(["info", str(file), "-v"]) == 0
-    assert "synthetic: cubes" in capsys.readouterr().out
-
-
 def test_json_holds_the_same(file, capsys):
     assert main(["info", str(file), "--format", "json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["frames"]["count"] == 200 and [body["name"] for body in report["bodies"]] == ["a", "b"]
-
-
-@pytest.mark.parametrize(("seconds", "words"), [(59.96, "60.0 s"), (605, "10 min 5 s"), (28_800, "8 h 0 min")])
-def test_lengths_are_in_the_unit_people_use(seconds, words):
-    from replay.cli.info import _clock_time
-
-    assert _clock_time(seconds) == words
 
 
 @pytest.mark.parametrize(

@@ -33,29 +33,9 @@ def test_a_torn_file_is_saved(whole, tmp_path, capsys):
     assert report["frames"] > 0 and report["source"] == str(whole)
 
 
-def test_a_whole_file_exits_with_zero(whole, tmp_path, capsys):
-    assert main(["recover", str(whole), str(tmp_path / "out.mcap")]) == 0
-    assert "nothing was lost" in capsys.readouterr().out
-
-
-def test_what_cannot_be_saved_is_one_sentence(tmp_path, capsys):
-    (tmp_path / "x.mcap").write_bytes(b"hello")
-    assert main(["recover", str(tmp_path / "x.mcap"), str(tmp_path / "out.mcap")]) == 1
-    error = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
-    assert len(error) == 1 and "not an MCAP file" in error[0]
-    assert not (tmp_path / "out.mcap").exists()
-
-
 def test_a_file_that_is_there_is_replaced_only_when_asked(whole, tmp_path, capsys):
     (tmp_path / "out.mcap").write_bytes(b"mine")
     assert main(["recover", str(whole), str(tmp_path / "out.mcap")]) == 1
     assert "there already" in capsys.readouterr().err
     assert main(["recover", str(whole), str(tmp_path / "out.mcap"), "--force"]) == 0
-
-
-def test_after_a_kill_what_may_be_missing_is_said_and_the_exit_code_is_three(whole, tmp_path, capsys):
-    data = whole.read_bytes()
-    whole.write_bytes(data[: chunks(data)[-1][1]])
-    assert main(["recover", str(whole), str(tmp_path / "out.mcap")]) == 3
-    printed = capsys.readouterr().out
-    assert "it was never closed" in printed and "may be missing" in printed and "nothing was lost" not in printed
+    assert "nothing was lost" in capsys.readouterr().out

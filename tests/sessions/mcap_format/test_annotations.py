@@ -1,4 +1,3 @@
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -7,7 +6,6 @@ from sessions.errors import SessionFileError
 from sessions.mcap_format import annotations as a
 from sessions.mcap_format.schemas import message_class
 from sessions.model.event import Event, Interval
-from sessions.model.track import Track
 
 words, times = st.text(max_size=5), st.integers(0, 2**62)
 levels = st.sampled_from(a.LEVELS[1:])
@@ -32,17 +30,6 @@ def test_an_open_interval_is_closed_by_the_one_that_follows_and_by_no_other():
     found = a.read_intervals([a.interval_message(span, closed=closed)[2] for span, closed in messages], 20)
     assert found == (first, Interval(5, 20, "task", "stir", {"unclosed": "true"}),
                      Interval(5, 20, "task", "pour", {"unclosed": "true"}))  # fmt: skip
-
-
-def test_a_fast_track_is_cut_into_batches_and_comes_back_whole():
-    count = 3 * a.BATCH + 1
-    rng = np.random.default_rng(0)
-    track = Track(np.arange(count), rng.normal(size=(count, 3)), rng.normal(size=(count, 4)), rng.random(count) < 0.5)
-    messages = list(a.stream_messages("/tracks/", "wand", track))
-    assert [m[:2] for m in messages] == [("/tracks/wand", k * a.BATCH) for k in range(4)]
-    found = a.read_stream("/tracks/", (m[2] for m in messages))
-    for name in ("times_ns", "positions", "quaternions_xyzw", "valid"):
-        assert getattr(found, name).tobytes() == getattr(track, name).tobytes()
 
 
 def test_samples_stamped_before_zero_are_refused():

@@ -13,10 +13,9 @@ from sessions.mcap_format.mcap_file import McapFile, McapFrames
 from sessions.mcap_format.scene_update import scene_update
 from sessions.mcap_format.schemas import channel_spec, message_class
 from sessions.mcap_format.writer import write_session
-from sessions.model.event import Event, Interval
-from sessions.model.frames import Frames, Status
+from sessions.model.event import Event
+from sessions.model.frames import Frames
 from sessions.model.scene import Scene
-from sessions.model.track import HandTrack
 
 
 @pytest.fixture
@@ -66,58 +65,6 @@ def test_field_numbers_of_files_that_exist_never_change():
 def entities(meshes, scene=None):
     update = SceneUpdate.FromString(scene_update(meshes, scene or Scene(), 5))
     return {entity.id: entity for entity in update.entities}
-
-
-chunk = pytest.importorskip("rerun.chunk")
-
-
-@pytest.fixture(scope="module")
-def opened(tmp_path_factory):
-    """The frames written, and the chunks Rerun's own MCAP importer makes of them, by entity."""
-    path = tmp_path_factory.mktemp("rerun") / "s.mcap"
-    frames = random_frames(3, 400, 3, absent=0.2, odd=0.2)
-    session = session_of(
-        frames,
-        meshes={"body 0": tetrahedron()},
-        events=(Event(5, "drop", "the glass fell", level="warning"),),
-        intervals=(Interval(1, 5, "task", "pour"),),
-        hands={"anna/left": HandTrack([1, 2], [0.0, 1.0])},
-    )
-    write_session(session, path)
-    batches = {}
-    for part in chunk.McapReader(str(path)).stream():
-        if not part.is_static:
-            batches.setdefault(part.entity_path, []).append(part.to_record_batch())
-    return frames, batches
-
-
-def column(batches, name):
-    return [row for batch in batches for row in batch.column(name).to_pylist()]
-
-
-def stamps(batches, name):
-    return np.concatenate([batch.column(name).cast("int64").to_numpy() for batch in batches])
-
-
-def test_rerun_reads_every_pose_as_a_transform_with_its_device_stamp(opened):
-    frames, batches = opened
-    tf = batches["/tf"]
-    names = np.array([row[0] for row in column(tf, "Transform3D:child_frame")])
-    assert {row[0] for row in column(tf, "Transform3D:parent_frame")} == {"world"}
-    translation = np.array([row[0] for row in column(tf, "Transform3D:translation")])
-    quaternion = np.array([row[0] for row in column(tf, "Transform3D:quaternion")])
-    sample, publish = stamps(tf, "timestamp"), stamps(tf, "message_publish_time")
-    assert len(names) == (frames.status != Status.ABSENT).sum() > 500
-    for number, name in enumerate(frames.names):
-        rows = np.flatnonzero(frames.status[:, number] != Status.ABSENT)
-        mine = np.flatnonzero(names == name)
-        mine = mine[np.argsort(publish[mine], kind="stable")]
-        assert np.array_equal(publish[mine], frames.stamp_ns[rows])
-        assert np.array_equal(sample[mine], frames.sample_ns[rows, number])
-        assert np.array_equal(translation[mine].astype(np.float32), frames.position[rows, number].astype(np.float32))
-        assert np.array_equal(
-            quaternion[mine].astype(np.float32), frames.quaternion_xyzw[rows, number].astype(np.float32)
-        )
 
 
 def test_a_body_is_drawn_with_its_own_triangles_unless_these_are_too_many(monkeypatch):

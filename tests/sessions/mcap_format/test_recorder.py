@@ -150,16 +150,6 @@ def test_two_recorders_never_write_one_file_and_no_link_is_followed(tmp_path):
     assert len(read_session(path).frames) == 1 and precious.read_text() == "years"
 
 
-def test_a_file_that_appears_while_recording_is_kept(tmp_path):
-    path = tmp_path / "s.mcap"
-    recorder = Recorder(path)
-    recorder.poses(0, {"a": ((0, 0, 0), (0, 0, 0, 1))})
-    path.write_text("theirs")
-    with pytest.raises(SessionFileError, match="cannot be written"):
-        recorder.close()
-    assert path.read_text() == "theirs" and (tmp_path / "s.mcap.partial").is_file()
-
-
 def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
     path = tmp_path / "s.mcap"
     with Recorder(path) as recorder:

@@ -1,5 +1,4 @@
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,9 +7,7 @@ from support.mcap_samples import any_frames, assert_same_frames, random_frames, 
 from support.reference_reader import read_frames_plainly
 
 from sessions.errors import SessionFileError
-from sessions.mcap_format.annotations import event_message
 from sessions.mcap_format.reader import read_session
-from sessions.mcap_format.recording_file import RecordingFile
 from sessions.mcap_format.writer import write_session
 from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.frames import Frames
@@ -123,22 +120,3 @@ def test_the_words_of_a_scene_survive_and_a_changed_scene_gets_new_ones(tmp_path
         found = read_session(tmp_path / "s.mcap").scene
         assert replace(found, text="") == replace(one, text="")
         assert (found.text == scene.text) == (one is scene)
-
-
-def opened(path: Path, scene=None, **options):
-    options = {"overwrite": False} | options
-    return RecordingFile(path, scene or Scene(), {"a": tetrahedron()}, {"vr_type": "desktop"}, **options)
-
-
-def test_after_every_call_all_of_it_is_readable_from_the_partial_file(tmp_path):
-    frames = random_frames(1, 90, 3, odd=0.3)
-    file = opened(tmp_path / "s.mcap")
-    assert read_session(file.partial, torn="keep").facts["vr_type"] == "desktop"
-    for number, part in enumerate(frames.blocks(30), start=1):
-        file.write([part], [(5, event_message(Event(number, "tick")))])
-        session = read_session(file.partial, torn="keep")
-        assert_same_frames(session.frames, frames.part(0, 30 * number))
-        assert [event.time_ns for event in session.events] == list(range(1, number + 1))
-    file.finish()
-    assert_same_frames(read_session(tmp_path / "s.mcap").frames, frames)
-    assert not file.partial.exists()

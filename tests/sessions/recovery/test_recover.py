@@ -1,5 +1,4 @@
 import hashlib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from support.mcap_samples import (
 from sessions import Event, examine, read_session, write_session
 from sessions.errors import SessionFileError
 from sessions.model.frames import Frames
-from sessions.recovery.lost import LostChunk, Recovery
 from sessions.recovery.recover import RECOVERED, recover
 
 COUNT = 5400
@@ -181,10 +179,3 @@ def test_a_file_that_was_never_closed_may_miss_what_came_after_its_last_frame(wh
     assert result.sentences()[-1] == words and words in read_session(tmp_path / "out.mcap").facts[RECOVERED]
     first = recover(damaged(tmp_path, data[: chunks(data)[0][0]]), tmp_path / "none.mcap")
     assert first.sentences()[-1] == "it was never closed: what was recorded after this may be missing"
-
-
-def test_a_lost_chunk_says_when_it_was_where_the_file_tells():
-    chunks = (LostChunk(7, 5_500_000_000, 5_700_000_000, 18, "damaged"), LostChunk(9, 0, 0, None, "cut short"))
-    said = Recovery(Path("out.mcap"), 20, 10, 5_000_000_000, 6_000_000_000, chunks).sentences()
-    assert said[1] == "lost 18 messages, 0.500 s to 0.700 s: the chunk at byte 7 is damaged"
-    assert said[2] == "lost an unknown number of messages: the chunk at byte 9 is cut short"
