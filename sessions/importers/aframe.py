@@ -8,21 +8,24 @@ Source: the format of aframe-motion-capture-components (``poses``, ``events``, `
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.finish import Imported, counted, side_of, usable_track
-from sessions.meshes.conventions import quaternion_from_euler
+from sessions.importers.finish import Imported, side_of
+from sessions.importers.pose_table import PoseTable, SourceFrame, imported
+from sessions.meshes.conventions import Convention, quaternion_from_euler
 from sessions.model.event import Event
-from sessions.model.track import HandTrack, Track
+from sessions.model.track import HandTrack
 
 OPENVR_GAMEPAD: Final = "OpenVR Gamepad"
 OPENVR_BUTTONS: Final = ("trackpad", "trigger", "grip", "menu")
 """Buttons of a VIVE wand by number. Source: A-Frame's vive-controls (idPrefix ``OpenVR Gamepad``)."""
 
+AXES: Final = Convention("webxr", (0, 1, 2), (1, 1, 1), "right-handed, +Y up, -Z forward")
 MOST_BUTTONS: Final = 32
 
 LARGEST_MS: Final = 9.0e12  # About 9 million seconds short of what int64 nanoseconds hold
@@ -31,24 +34,20 @@ LARGEST_MS: Final = 9.0e12  # About 9 million seconds short of what int64 nanose
 def read_aframe(source: Path) -> Imported:
     """Poses, events and buttons of an A-Frame motion capture."""
     devices = _devices(source)
-    tracks: dict[str, Track] = {}
+    tables: dict[str, PoseTable] = {}
     events: list[Event] = []
     hands: dict[str, HandTrack] = {}
-    done = ["rotations from Euler angles YXZ in degrees to unit quaternions", "stamps from milliseconds to nanoseconds"]
     for name, device in devices.items():
         rows = [_row(pose, f"{source}: {name}: pose {number}") for number, pose in enumerate(device["poses"])]
-        table = np.array(rows, dtype=np.float64).reshape(-1, 7)
-        stamps = np.rint(table[:, 0] * 1e6).astype(np.int64)
-        turn = quaternion_from_euler(np.radians(table[:, [5, 4, 6]]), "YXZ")
-        tracks[name], dropped, flagged = usable_track(stamps, table[:, 1:4], turn, np.ones(len(rows), np.bool_))
-        done += counted(name, dropped, flagged)
+        numbers = np.array(rows, dtype=np.float64).reshape(-1, 7)
+        turns = quaternion_from_euler(np.radians(numbers[:, [5, 4, 6]]), "YXZ")
+        tables[name] = PoseTable(np.rint(numbers[:, 0] * 1e6).astype(np.int64), numbers[:, 1:4], turns)
         happened = _events(name, device.get("events"), source)
         hands |= _hand(name, device, happened)
         events += [event for event, _ in happened]
-    clock = "performance clock of the browser, ms"
-    metadata = {"source_units": "m", "source_convention": "webxr", "handedness": "right", "clock": clock}
-    events.sort(key=lambda event: event.time_ns)
-    return Imported(tracks, tuple(done), metadata, events, hands)
+    frame = SourceFrame(AXES, "m", "performance clock of the browser, ms", "ms")
+    samples = imported(tables, frame, ["rotations from Euler angles YXZ in degrees to unit quaternions"])
+    return replace(samples, events=sorted(events, key=lambda event: event.time_ns), hands=hands)
 
 
 def _devices(source: Path) -> dict[str, dict[str, Any]]:

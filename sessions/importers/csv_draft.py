@@ -15,7 +15,7 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import METRES
+from sessions.importers.csv_mapping import LENGTHS
 from sessions.input_files import opened
 from sessions.meshes.conventions import CONVENTIONS
 
@@ -219,7 +219,7 @@ class _Draft:
         names = ", ".join(CONVENTIONS)
         yield self._ask("the axes (convention)", f'convention = "unity"   # which axes? one of: {names}')
         unit = next((body.unit for body in self._bodies.values() if body.unit), "")
-        if unit in METRES:
+        if unit in LENGTHS:
             yield f'units = "{unit}"'
         else:
             places = [

@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError, SessionError
 from sessions.geometry.rotations import quaternion_from_matrix
-from sessions.importers.finish import QUATERNION_TOLERANCE
+from sessions.importers.pose_table import QUATERNION_TOLERANCE, Numbers
 from sessions.input_files import read_text
 from sessions.meshes.conventions import CONVENTIONS, quaternion_from_euler
 from sessions.scene_files.toml_table import TomlTable, parse_toml
@@ -24,7 +23,7 @@ ROW_TIME: Final = "time by rows"
 """The column of time of a file that has none."""
 TEXT: Final = "text"
 """The unit of a clock that is written as a date and a time."""
-METRES: Final[Mapping[str, float]] = {"m": 1.0, "cm": 0.01, "mm": 0.001}
+LENGTHS: Final = ("m", "cm", "mm")
 KINDS: Final = ("pose", "enter", "exit", "trigger", "event", "scalar", "gaze")
 OTHER, VALUE = "other", "value"
 """Columns of rows that are no poses."""
@@ -49,7 +48,7 @@ class PoseColumns:
         """The columns that hold numbers."""
         return self.position + (self.quaternion_xyzw or self.euler or self.matrix)
 
-    def quaternions(self, turns: NDArray[np.float64]) -> NDArray[np.float64]:
+    def quaternions(self, turns: Numbers) -> Numbers:
         """Quaternions xyzw (n, 4) of what stands behind the position in ``numbers`` (n, 3, 4 or 9); NaN: it is none."""
         if self.euler:
             return quaternion_from_euler(np.radians(turns) if self.degrees else turns, self.order)
@@ -65,24 +64,9 @@ class ScalarColumn:
 
 
 @dataclass(frozen=True)
-class GazeColumns:
-    """Where a ray stands: three columns of its origin and three of its direction."""
+class CsvLayout:
+    """How the text of a file becomes cells, and a clock stamps."""
 
-    origin: tuple[str, ...]
-    direction: tuple[str, ...]
-    valid: str = ""
-    relative_to: str = ""
-    """The body in whose frame the ray is given, such as a headset; "": in that of the poses."""
-
-
-@dataclass(frozen=True)
-class CsvMapping:
-    """A mapping; ``bodies`` is set for a wide table (columns per body), ``body`` for a long one (a row per body)."""
-
-    time: str
-    unit: str
-    convention: str = ""
-    units: str = "m"
     delimiter: str = ","
     decimal: str = "."
     skip_lines: int = 0
@@ -97,13 +81,23 @@ class CsvMapping:
     """Of a clock in text, as ``datetime.strptime`` takes it; "": ISO 8601."""
     offset_ns: int = 0
     """What is added to every stamp."""
+
+
+@dataclass(frozen=True)
+class CsvMapping:
+    """A mapping; ``bodies`` is set for a wide table (columns per body), ``body`` for a long one (a row per body)."""
+
+    time: str
+    unit: str
+    convention: str = ""
+    units: str = "m"
+    layout: CsvLayout = CsvLayout()
     name: str = ""
     body: PoseColumns | None = None
     bodies: Mapping[str, PoseColumns] = field(default_factory=dict)
     kind: str = ""
     """The column that says what a row of a long table is, one of ``KINDS``; rows of other words are left out."""
     scalars: Mapping[str, ScalarColumn] = field(default_factory=dict)
-    gaze: Mapping[str, GazeColumns] = field(default_factory=dict)
     events: tuple[str, ...] = ()
     """Columns in which every new text is an event."""
 
@@ -162,20 +156,21 @@ def read_mapping(path: str | Path) -> CsvMapping:
         time=column,
         unit=unit,
         convention=whole.text("convention", "", CONVENTIONS),
-        units=whole.text("units", "m", METRES),
-        delimiter=_letter(whole, "delimiter", ","),
-        decimal=_letter(whole, "decimal", "."),
-        skip_lines=whole.count("skip_lines", 0, 0, MOST_LINES),
-        header_lines=whole.count("header_lines", 1, 1, MOST_LINES),
-        columns=whole.texts("columns"),
-        rate_hz=rate,
-        format=form,
-        offset_ns=round(offset * CLOCK_NS.get(unit, 1e9)),
+        units=whole.text("units", "m", LENGTHS),
+        layout=CsvLayout(
+            delimiter=_letter(whole, "delimiter", ","),
+            decimal=_letter(whole, "decimal", "."),
+            skip_lines=whole.count("skip_lines", 0, 0, MOST_LINES),
+            header_lines=whole.count("header_lines", 1, 1, MOST_LINES),
+            columns=whole.texts("columns"),
+            rate_hz=rate,
+            format=form,
+            offset_ns=round(offset * CLOCK_NS.get(unit, 1e9)),
+        ),
         name=long.text("name", None) if long is not None else "",
         body=pose_columns(long) if long is not None else None,
         bodies={name: pose_columns(table) for name, table in wide.items()},
         scalars={name: _scalar(table) for name, table in whole.named_tables("scalars").items()},
-        gaze={name: _ray(table) for name, table in whole.named_tables("gaze").items()},
         events=whole.texts("event_columns"),
     )
     whole.done()
@@ -184,7 +179,7 @@ def read_mapping(path: str | Path) -> CsvMapping:
     return mapping
 
 
-def _of_matrices(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+def _of_matrices(matrices: Numbers) -> Numbers:
     """Quaternions (n, 4) of matrices (n, 3, 3); NaN where one is no rotation, mirrored or scaled."""
     with np.errstate(over="ignore", invalid="ignore"):
         off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2), initial=0.0)
@@ -231,13 +226,6 @@ def _scalar(table: TomlTable) -> ScalarColumn:
     column = ScalarColumn(table.text("column", None), table.text("unit"))
     table.done()
     return column
-
-
-def _ray(table: TomlTable) -> GazeColumns:
-    origin, direction = table.texts("origin", 3), table.texts("direction", 3)
-    columns = GazeColumns(origin, direction, table.text("valid"), table.text("relative_to"))
-    table.done()
-    return columns
 
 
 def _angles(table: TomlTable, order: str) -> tuple[str, ...]:

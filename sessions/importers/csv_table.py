@@ -7,14 +7,15 @@ import re
 from collections.abc import Sequence
 from datetime import datetime
 from decimal import Decimal, InvalidOperation
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import CLOCK_NS, ROW_TIME, TEXT
+from sessions.importers.csv_mapping import CLOCK_NS, ROW_TIME, TEXT, CsvLayout
+from sessions.importers.pose_table import Numbers, Rows, Stamps
 from sessions.scene_files.toml_table import nearest
 
 EMPTY: Final = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "-"]  # Cells that say: no number here
@@ -30,35 +31,23 @@ DELIMITERS: Final = ",;\t"  # Of a file that no mapping describes the one that i
 TRUE_WORDS: Final = ("1", "1.0", "true", "True", "TRUE", "yes", "valid")
 
 
-Rows = NDArray[np.bool_]
-
-
 class CsvTable:
-    """The cells of one file; every column is text until it is asked for.
+    """The cells of one file; every column is text until it is asked for, for all rows or those of a mask (n,).
 
-    Without a ``delimiter`` the header tells it, and beside semicolons and tabs numbers may have decimal commas.
-    ``skip_lines`` come before the header; of several ``header_lines`` a column's name is all its words. A file without
-    a header gets ``columns``, one without a clock a column ``ROW_TIME`` by its rows at ``rate_hz``. Errors name
-    keys of the mapping where the file is ``mapped``.
+    Without a ``layout`` the header tells the delimiter, and beside semicolons and tabs numbers may have decimal commas.
+    A file without a clock gets a column ``ROW_TIME``. Errors name keys of the mapping where the file is ``mapped``.
     """
 
-    def __init__(
-        self, source: Path, delimiter: str = "", decimal: str = ".", skip_lines: int = 0, header_lines: int = 1,
-        columns: Sequence[str] = (), rate_hz: float = 0.0, mapped: bool = False,
-    ) -> None:  # fmt: skip
+    def __init__(self, source: Path, layout: CsvLayout | None = None, *, mapped: bool = False) -> None:
         import pyarrow as pa
         from pyarrow import csv as arrow_csv
 
-        self.source, self.skipped, self._mapped = source, 0, mapped
-        self.format, self.offset_ns = "", 0
-        self._widest = 0
-        header_lines = 0 if columns else header_lines
-        if not delimiter:
-            delimiter = _delimiter(source)
-            decimal = "." if delimiter == "," else ","
-        self._delimiter, self._decimal, self._above = delimiter, decimal, skip_lines + header_lines
-        self.heads = [list(columns)] if columns else _heads(source, delimiter, skip_lines, header_lines)
-        header = _names(self.heads)
+        self.source, self.skipped, self._mapped, self._widest = source, 0, mapped, 0
+        self._layout = layout = layout or _layout_of(source)
+        header_lines = 0 if layout.columns else layout.header_lines
+        self._above = layout.skip_lines + header_lines
+        self.heads = [list(layout.columns)] if layout.columns else _heads(source, layout)
+        header = [" ".join(filter(None, words)) for words in zip(*self.heads, strict=True)]
         repeated = {name for name in header if header.count(name) > 1}
         if repeated and header_lines < 2:
             raise ImportFileError(
@@ -69,7 +58,7 @@ class CsvTable:
             self._table = arrow_csv.read_csv(
                 source,
                 arrow_csv.ReadOptions(column_names=header, skip_rows=self._above, use_threads=False),
-                arrow_csv.ParseOptions(delimiter=delimiter, invalid_row_handler=self._skip),
+                arrow_csv.ParseOptions(delimiter=layout.delimiter, invalid_row_handler=self._skip),
                 arrow_csv.ConvertOptions(column_types=dict.fromkeys(header, pa.string()), strings_can_be_null=False),
             )
         except (pa.ArrowInvalid, pa.ArrowKeyError, UnicodeDecodeError) as error:
@@ -83,12 +72,11 @@ class CsvTable:
                 f"{source}: {many} more cells than line {self._above}, which has {len(header)}; {cure}"
             )
         self.columns = tuple(header)
-        if rate_hz > 0.0:
-            clock = [format(row / rate_hz, ".9f").replace(".", decimal) for row in range(len(self))]
+        if layout.rate_hz > 0.0:
+            clock = [format(row / layout.rate_hz, ".9f").replace(".", layout.decimal) for row in range(len(self))]
             self._table = self._table.append_column(ROW_TIME, pa.array(clock, pa.string()))
             self.columns = (*header, ROW_TIME)
-        self.every: Rows = np.ones(len(self), dtype=np.bool_)
-        self.cut_short = _is_cut_short(source, delimiter, len(header))
+        self.cut_short = _is_cut_short(source, layout.delimiter, len(header))
 
     def _skip(self, row: Any) -> str:
         """A row with too few or too many cells, such as a last line cut short, is counted and left out."""
@@ -99,138 +87,131 @@ class CsvTable:
     def __len__(self) -> int:
         return int(self._table.num_rows)
 
-    def column(self, name: str) -> Any:
+    def _cells(self, column: str, rows: Rows | None = None) -> Any:
         """The cells of a column as Arrow text."""
-        if name not in self.columns:
+        import pyarrow as pa
+
+        if column not in self.columns:
+            where = f"{self.source}: line {self._above}: no column {column!r}"
             if len(self.columns) == 1 and (other := [letter for letter in ",;\t|" if letter in self.columns[0]]):
                 raise ImportFileError(
-                    f"{self.source}: line {self._above}: no column {name!r}, for nothing stands between "
-                    f"{self._delimiter!r}; write delimiter = {json.dumps(other[0])} into the mapping"
+                    f"{where}, for nothing stands between {self._layout.delimiter!r}; "
+                    f"write delimiter = {json.dumps(other[0])} into the mapping"
                 )
-            raise ImportFileError(f"{self.source}: line {self._above}: no column {name!r}{nearest(name, self.columns)}")
-        return self._table.column(name)
+            raise ImportFileError(f"{where}{nearest(column, self.columns)}")
+        cells = self._table.column(column)
+        return cells if rows is None else cells.filter(pa.array(rows))
 
-    def texts(self, column: str, rows: Rows | None = None) -> NDArray[np.object_]:
-        """The cells of a column, of some rows or all, as text, (n,)."""
-        chosen = self.column(column) if rows is None else self._chosen(column, rows)
-        return chosen.to_numpy(zero_copy_only=False)
+    def texts(self, column: str, rows: Rows | None = None) -> list[str]:
+        """The cells of a column as text."""
+        return self._cells(column, rows).to_pylist()
 
-    def words(self, column: str, rows: Rows) -> list[str]:
-        """The different texts in some rows of a column, in the order they come in."""
-        return self._chosen(column, rows).unique().to_pylist()
-
-    def rows_of(self, column: str, word: str) -> Rows:
-        """Which rows have exactly this text in a column, (n,)."""
+    def words(self, column: str, rows: Rows | None = None) -> dict[str, Rows]:
+        """The different texts of a column, in the order they come in, and the rows of each, (n,)."""
         import pyarrow.compute as pc
 
-        return pc.equal(self.column(column), word).to_numpy(zero_copy_only=False).astype(np.bool_)
+        every = self._cells(column)
+        found = {}
+        for word in self._cells(column, rows).unique().to_pylist():
+            has = pc.equal(every, word).to_numpy(zero_copy_only=False).astype(np.bool_)
+            found[word] = has if rows is None else has & rows
+        return found
 
-    def numbers(self, columns: Sequence[str], rows: Rows) -> NDArray[np.float64]:
-        """The cells of some columns and rows as float64, (n, columns); an empty cell is NaN."""
-        return np.column_stack([self._floats(column, rows) for column in columns]) if columns else np.zeros((0, 0))
+    def numbers(self, columns: Sequence[str], rows: Rows | None = None) -> Numbers:
+        """The cells of some columns as float64, (n, columns); an empty cell is NaN."""
+        return np.column_stack([self._floats(column, rows) for column in columns])
 
     def holds_numbers(self, column: str) -> bool:
         """Whether every cell of a column is a number or empty, and one is a number."""
         try:
-            return bool(np.isfinite(self._floats(column, self.every)).any())
+            return bool(np.isfinite(self._floats(column)).any())
         except ImportFileError:
             return False
 
-    def _chosen(self, column: str, rows: Rows) -> Any:
-        import pyarrow as pa
-
-        cells = self.column(column)
-        return cells if rows.all() else cells.filter(pa.array(rows))
-
-    def _floats(self, column: str, rows: Rows) -> NDArray[np.float64]:
+    def _floats(self, column: str, rows: Rows | None = None) -> Numbers:
         import pyarrow as pa
         import pyarrow.compute as pc
 
-        cells = pc.utf8_trim_whitespace(self._chosen(column, rows))
-        if self._decimal != ".":
-            cells = pc.replace_substring(cells, self._decimal, ".")
+        cells = pc.utf8_trim_whitespace(self._cells(column, rows))
+        if self._layout.decimal != ".":
+            cells = pc.replace_substring(cells, self._layout.decimal, ".")
         cells = pc.if_else(pc.is_in(cells, pa.array(EMPTY)), pa.scalar(None, pa.string()), cells)
         try:
-            values: NDArray[np.float64] = cells.cast(pa.float64()).to_numpy(zero_copy_only=False)
+            values: Numbers = cells.cast(pa.float64()).to_numpy(zero_copy_only=False)
         except pa.ArrowInvalid:
             raise self._no_number(column, rows) from None
         return values.astype(np.float64)
 
-    def _no_number(self, column: str, rows: Rows) -> ImportFileError:
+    def _no_number(self, column: str, rows: Rows | None) -> ImportFileError:
         """Name the first cell that is no number."""
-        cells = self.texts(column)
-        for row in np.flatnonzero(rows).tolist():
-            cell = str(cells[row]).strip()
+        for place, text in enumerate(self.texts(column, rows)):
+            cell = text.strip()
             try:
-                float("nan" if cell in EMPTY else cell.replace(self._decimal, "."))
+                float("nan" if cell in EMPTY else cell.replace(self._layout.decimal, "."))
             except ValueError:
                 cure = 'write decimal = "," into the mapping' if self._mapped else "export it with decimal points"
                 cure = cure if cell.count(",") == 1 else "repair the cell"
-                return self._wrong(row, column, f"{cell[:40]!r} is no number; {cure}")
+                return self._wrong(column, rows, place, f"{cell[:40]!r} is no number; {cure}")
         return ImportFileError(f"{self.source}: column {column!r} holds something that is no number; repair it")
 
-    def _wrong(self, row: int, column: str, message: str) -> ImportFileError:
-        return ImportFileError(f"{self.source}: line {self._line_of(row)}, column {column!r}: {message}")
-
-    def _line_of(self, row: int) -> int:
-        """The line of the file that a row stands in: blank and skipped lines are counted."""
-        kept = -1
+    def _wrong(self, column: str, rows: Rows | None, place: int, message: str) -> ImportFileError:
+        """What is wrong with a cell, by its place among some rows: blank and skipped lines of the file are counted."""
+        row = place if rows is None else int(np.flatnonzero(rows)[place])
+        line, kept = row + 2, -1
         with self.source.open(encoding="utf-8-sig", newline="") as file:
-            for number, line in enumerate(file, start=1):
-                kept += number > self._above and _cells(line, self._delimiter) == len(self.columns)
+            for number, text in enumerate(file, start=1):
+                kept += number > self._above and _width(text, self._layout.delimiter) == len(self.heads[0])
                 if kept == row:
-                    return number
-        return row + 2
+                    line = number
+                    break
+        return ImportFileError(f"{self.source}: line {line}, column {column!r}: {message}")
 
-    def stamps(self, column: str, unit: str, rows: Rows) -> NDArray[np.int64]:
+    def stamps(self, column: str, unit: str, rows: Rows | None = None) -> Stamps:
         """The clock as int64 nanoseconds, (n,)."""
         if unit == TEXT:
-            return self._wall_clock(column, rows) + self.offset_ns
-        values = self._floats(column, rows)
-        if not np.isfinite(values).all():
-            row = int(np.flatnonzero(rows)[np.flatnonzero(~np.isfinite(values))[0]])
-            raise self._wrong(row, column, "the time is missing; remove the row")
-        stamps = self._exact_stamps(column, unit, rows) + self.offset_ns
-        if len(stamps) and stamps.min() < 0:
-            row = int(np.flatnonzero(rows)[int(stamps.argmin())])
-            cell = str(self.texts(column)[row])[:40]
-            raise self._wrong(
-                row, column, f"{cell} is before 0; add it under [time] of the mapping: offset = {cell.lstrip('-')}"
-            )
-        return stamps
-
-    def _exact_stamps(self, column: str, unit: str, rows: Rows) -> NDArray[np.int64]:
-        scale, offset = Decimal(CLOCK_NS[unit]), Decimal(TICKS_1970 if unit == "ticks" else 0)
+            return self._wall_clock(column, rows) + self._layout.offset_ns
+        missing = np.flatnonzero(~np.isfinite(self._floats(column, rows)))
+        if len(missing):
+            raise self._wrong(column, rows, int(missing[0]), "the time is missing; remove the row")
+        cells = self.texts(column, rows)
+        scale, start = Decimal(CLOCK_NS[unit]), TICKS_1970 if unit == "ticks" else 0
         try:
             exact = [
-                int(((Decimal(cell.strip().replace(self._decimal, ".")) - offset) * scale).to_integral_value())
-                for cell in self._chosen(column, rows).to_pylist()
+                int(((Decimal(cell.strip().replace(self._layout.decimal, ".")) - start) * scale).to_integral_value())
+                for cell in cells
             ]
-            return np.array(exact, dtype=np.int64)
+            stamps = np.array(exact, dtype=np.int64) + self._layout.offset_ns
         except (InvalidOperation, OverflowError):
             raise ImportFileError(
                 f"{self.source}: column {column!r}: a time is outside the years that nanoseconds reach; "
                 f"check the unit, which is {unit!r}"
             ) from None
-
-    def _wall_clock(self, column: str, rows: Rows) -> NDArray[np.int64]:
-        """Stamps of dates and times in text; without a zone they count as UTC."""
-        stamps = np.empty(int(rows.sum()), dtype=np.int64)
-        for place, cell in enumerate(self._chosen(column, rows).to_pylist()):
-            try:
-                stamps[place] = _nanoseconds(cell.strip(), self.format)
-            except ValueError:
-                wanted = f"of the format {self.format!r}" if self.format else "in ISO 8601; say its format under [time]"
-                row = int(np.flatnonzero(rows)[place])
-                raise self._wrong(row, column, f"{cell[:40]!r} is no date and time {wanted}") from None
+        if len(stamps) and stamps.min() < 0:
+            place = int(stamps.argmin())
+            cell = cells[place][:40]
+            message = f"{cell} is before 0; add it under [time] of the mapping: offset = {cell.lstrip('-')}"
+            raise self._wrong(column, rows, place, message)
         return stamps
 
-    def flags(self, column: str, rows: Rows) -> Rows:
-        """Whether each cell says yes, (n,)."""
+    def _wall_clock(self, column: str, rows: Rows | None) -> Stamps:
+        """Stamps of dates and times in text; without a zone they count as UTC."""
+        form, stamps = self._layout.format, []
+        for place, cell in enumerate(self.texts(column, rows)):
+            try:
+                stamps.append(_nanoseconds(cell.strip(), form))
+            except ValueError:
+                wanted = f"of the format {form!r}" if form else "in ISO 8601; say its format under [time]"
+                raise self._wrong(column, rows, place, f"{cell[:40]!r} is no date and time {wanted}") from None
+        return np.array(stamps, dtype=np.int64)
+
+    def flags(self, column: str, rows: Rows | None = None) -> Rows:
+        """Whether each cell says yes, (n,); without a column all do."""
         import pyarrow as pa
         import pyarrow.compute as pc
 
-        cells = pc.utf8_trim_whitespace(self._chosen(column, rows))
+        if not column:
+            return np.ones(len(self) if rows is None else int(rows.sum()), dtype=np.bool_)
+        cells = pc.utf8_trim_whitespace(self._cells(column, rows))
         return pc.is_in(cells, pa.array(TRUE_WORDS)).to_numpy(zero_copy_only=False).astype(np.bool_)
 
 
@@ -245,42 +226,37 @@ def _nanoseconds(text: str, form: str) -> int:
         fraction = re.search(r"(?<=\d)[.,](\d+)", text)
         digits = fraction[1] if fraction else ""
         moment = datetime.fromisoformat(text.replace(fraction[0], "", 1) if fraction else text)
-    moment = moment.replace(microsecond=0)
     seconds = calendar.timegm(moment.utctimetuple())
-    return seconds * 1_000_000_000 + int(digits[:9].ljust(9, "0") or 0)
+    return seconds * 1_000_000_000 + int(digits[:9].ljust(9, "0"))
 
 
-def _delimiter(source: Path) -> str:
+def _layout_of(source: Path) -> CsvLayout:
     with source.open(encoding="utf-8-sig", errors="replace") as file:
-        return max(DELIMITERS, key=file.readline(LONGEST_LINE).count)
+        delimiter = max(DELIMITERS, key=file.readline(LONGEST_LINE).count)
+    return CsvLayout(delimiter, "." if delimiter == "," else ",")
 
 
-def _heads(source: Path, delimiter: str, skip_lines: int, header_lines: int) -> list[list[str]]:
+def _heads(source: Path, layout: CsvLayout) -> list[list[str]]:
     """The cells of the lines that name columns, as many in each."""
+    last = layout.skip_lines + layout.header_lines
     try:
         with source.open(encoding="utf-8-sig", newline="") as file:
-            lines = [file.readline(LONGEST_LINE) for _ in range(skip_lines + header_lines)][skip_lines:]
+            lines = [file.readline(LONGEST_LINE) for _ in range(last)][layout.skip_lines :]
             # Of a row left out that is no UTF-8, Arrow would print a traceback.
             while file.read(LONGEST_LINE):
                 pass
-        rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=delimiter)]
+        rows = [[cell.strip() for cell in row] for row in csv.reader(lines, delimiter=layout.delimiter)]
     except (OSError, UnicodeDecodeError, csv.Error):
         raise ImportFileError(f"{source}: this is not UTF-8 text; save it as UTF-8") from None
     if not any(map(any, rows)):
-        raise ImportFileError(f"{source}: the file is empty; there is no header in line {skip_lines + header_lines}")
-    wide = max(map(len, rows))
-    return [row + [""] * (wide - len(row)) for row in rows]
+        raise ImportFileError(f"{source}: the file is empty; there is no header in line {last}")
+    return list(map(list, zip(*zip_longest(*rows, fillvalue=""), strict=True)))
 
 
-def _names(heads: list[list[str]]) -> list[str]:
-    return [" ".join(filter(None, words)) for words in zip(*heads, strict=True)]
-
-
-def _cells(line: str, delimiter: str) -> int:
+def _width(line: str, delimiter: str) -> int:
     """How many cells a line has; 0 for a blank one."""
-    text = line.rstrip("\r\n")
     try:
-        return len(next(csv.reader([text], delimiter=delimiter))) if text else 0
+        return len(next(csv.reader([line.rstrip("\r\n")], delimiter=delimiter), ()))
     except csv.Error:
         return 0
 
@@ -290,7 +266,5 @@ def _is_cut_short(source: Path, delimiter: str, columns: int) -> bool:
     with source.open("rb") as file:
         file.seek(max(0, source.stat().st_size - LONGEST_LINE))
         tail = file.read()
-    if tail.endswith((b"\n", b"\r")):
-        return False
     last = tail.replace(b"\r", b"\n").rsplit(b"\n", 1)[-1].decode("utf-8", errors="replace")
-    return _cells(last, delimiter) == columns
+    return bool(last) and _width(last, delimiter) == columns

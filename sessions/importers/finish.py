@@ -20,8 +20,6 @@ from sessions.scene_files.toml_table import nearest
 
 MeshSource = str | Path | MeshData
 
-QUATERNION_TOLERANCE = 1e-3  # A quaternion whose norm is further off 1 is no rotation: its row is flagged as lost
-
 PROXIES = {
     "proxy_headset": re.compile("camera|head|hmd|headset"),
     "proxy_wand": re.compile("(l|r|left|right)?(hand|controller|wand)"),
@@ -102,46 +100,6 @@ def finished(
     contacts, hands = tuple(samples.live_contacts), dict(samples.hands)
     held = replace(session, live_contacts=contacts, hands=hands, gaze=dict(samples.gaze), scalars=dict(samples.scalars))
     return with_colliders(held, scene_folder)
-
-
-def usable_track(
-    times_ns: NDArray[np.int64],
-    positions: NDArray[np.float64],
-    quaternions_xyzw: NDArray[np.float64],
-    valid: NDArray[np.bool_],
-) -> tuple[Track, int, int]:
-    """A track of the rows whose stamps increase; rows that hold no rotation are flagged as lost.
-
-    Returns
-    -------
-    The track; how many rows were dropped because their stamp repeats or goes back; how many rows were flagged that
-    the source had called valid.
-    """
-    keep = increasing(times_ns)
-    positions, quaternions_xyzw = positions[keep], quaternions_xyzw[keep]
-    with np.errstate(over="ignore", invalid="ignore"):
-        norm = np.sqrt((quaternions_xyzw**2).sum(axis=1))
-    pose = np.isfinite(positions).all(axis=1) & (np.abs(norm - 1.0) <= QUATERNION_TOLERANCE)
-    claimed = valid[keep]
-    track = Track(times_ns[keep], positions, quaternions_xyzw, claimed & pose)
-    return track, int((~keep).sum()), int((claimed & ~pose).sum())
-
-
-def increasing(times_ns: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which stamps are later than all before them, (n,)."""
-    keep = np.ones(len(times_ns), dtype=np.bool_)
-    keep[1:] = times_ns[1:] > np.maximum.accumulate(times_ns)[:-1]
-    return keep
-
-
-def counted(what: str, dropped: int, flagged: int) -> list[str]:
-    """Sentences for the metadata about rows that were dropped or flagged."""
-    words = []
-    if dropped:
-        words.append(f"{what}: {dropped} rows dropped whose stamp repeats or goes back")
-    if flagged:
-        words.append(f"{what}: {flagged} rows flagged as lost that hold no pose (missing number, no unit quaternion)")
-    return words
 
 
 def together(notes: Iterable[str]) -> list[str]:

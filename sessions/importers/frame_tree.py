@@ -14,13 +14,10 @@ from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
 from sessions.geometry.rotations import quaternion_product, rotated, slerp
-from sessions.importers.finish import QUATERNION_TOLERANCE
-from sessions.importers.pose_table import PoseTable
+from sessions.importers.pose_table import Numbers, PoseTable, is_rotation
 
 LARGEST_GAP_NS: Final = 200_000_000
 """A frame silent for longer than this is not interpolated: its pose in between is flagged as lost."""
-
-Numbers = NDArray[np.float64]
 
 
 @dataclass
@@ -150,7 +147,7 @@ class FrameTree:
         found[between, :3] = start[:, :3] + share[:, None] * (end[:, :3] - start[:, :3])
         with np.errstate(invalid="ignore", divide="ignore"):
             found[between, 3:] = slerp(start[:, 3:], end[:, 3:], share)
-            lost = (step > LARGEST_GAP_NS) | ~(_is_turn(start) & _is_turn(end))
+            lost = (step > LARGEST_GAP_NS) | ~(is_rotation(start[:, 3:]) & is_rotation(end[:, 3:]))
         found[between[lost]] = np.nan
         return found
 
@@ -160,9 +157,3 @@ class FrameTree:
 
 def _named(frames: list[str]) -> str:
     return ", ".join(map(repr, frames))
-
-
-def _is_turn(rows: Numbers) -> NDArray[np.bool_]:
-    norm = np.linalg.norm(rows[:, 3:], axis=1)
-    fits: NDArray[np.bool_] = np.abs(norm - 1.0) <= QUATERNION_TOLERANCE
-    return fits

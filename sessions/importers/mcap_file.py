@@ -1,28 +1,30 @@
-"""MCAP files of other programs: poses in Foxglove's messages (protobuf or JSON), tf2 and geometry_msgs of ROS 2.
-
-Of messages that hold no pose, numbers become scalars and texts events.
+"""MCAP files of other programs: poses in Foxglove's messages (protobuf or JSON), tf2 and geometry_msgs of ROS 2 (CDR).
 
 Source: Foxglove schemas, https://docs.foxglove.dev/docs/sdk/schemas; ROS 2 common_interfaces; ROS REP 103, REP 105.
 """
 
-from array import array
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+import json
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import replace
+from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, Final, NamedTuple
 
-import numpy as np
-
+from sessions.errors import ImportFileError, SessionFileError
 from sessions.importers.finish import Imported
 from sessions.importers.frame_tree import FrameTree
-from sessions.importers.joining import ClockFit
-from sessions.importers.mcap_messages import Received, listed, number, numbers_of, part, received, stamp_of, text
-from sessions.importers.pose_table import BesidePoses, SourceFrame, Stamps, imported
+from sessions.importers.pose_table import SourceFrame, imported
+from sessions.mcap_format.catalogue import ChannelInfo
+from sessions.mcap_format.mcap_file import McapFile
+from sessions.mcap_format.refusals import brief
 from sessions.meshes.conventions import convention as convention_named
-from sessions.model.event import Event
 
 ASSUMED: Final = "ros"
 """Axes where none are named: Foxglove and ROS both follow REP 103."""
+NAMED_TOPICS: Final = 8  # Topics that an error names before it ends in dots
 
 
 def read_mcap(
@@ -31,7 +33,7 @@ def read_mcap(
     convention: str | None = None,
     topics: Sequence[str] = (),
 ) -> Imported:
-    """Everything in an MCAP file of another program.
+    """Every pose in an MCAP file of another program.
 
     A frame is a body of its name, a pose one of its topic. Stamps are those of the messages.
 
@@ -44,18 +46,15 @@ def read_mcap(
     Raises ``ImportFileError``: names file, topic and what to do.
     """
     axes = convention_named(convention or ASSUMED)
-    tree, readings, unstamped = FrameTree(str(source)), Readings(), 0
-    for one in received(source, tuple(LAYOUTS), topics):
-        if one.kind:
-            unstamped += _add(one, tree, readings)
-        else:
-            readings.add(one)
+    tree, unstamped = FrameTree(str(source)), 0
+    for channel, log_ns, message in _messages(source, topics):
+        unstamped += _add(channel, log_ns, message, tree)
     tables, words, joined = tree.tables(join=len(topics) > 1)
     if unstamped:
         words.append(f"{unstamped} poses without a stamp have the time they were logged at")
     assumed = [] if convention else [f"axes {ASSUMED} ({axes.words})"]
-    frame = SourceFrame(axes, "m", 1.0, "stamps of the messages, ns", "ns", (*assumed, "lengths in m", *joined))
-    return replace(readings.put_into(imported(tables, frame, words)), of_people=False)
+    frame = SourceFrame(axes, "m", "stamps of the messages, ns", "ns", (*assumed, "lengths in m", *joined))
+    return replace(imported(tables, frame, words), of_people=False)
 
 
 class _Layout(NamedTuple):
@@ -90,96 +89,130 @@ LAYOUTS: Final[Mapping[str, _Layout]] = {
 """Last word of a schema's name -> where its poses are."""
 
 
-def _add(one: Received, tree: FrameTree, readings: "Readings") -> int:
+def _add(channel: ChannelInfo, log_ns: int, message: Any, tree: FrameTree) -> int:
     """Hang the poses of a message into the tree; how many bear no stamp of their own."""
-    layout, unstamped = LAYOUTS[one.kind], 0
-    rows = listed(part(one.message, layout.rows)) if layout.rows else [one.message]
-    topic, static = one.topic.strip("/") or "pose", one.topic.endswith("tf_static")
-    for place, row in enumerate(rows):
-        head = row if layout.child else one.message
-        name = text(part(row, layout.child)) if layout.child else f"{topic}/{place}" if layout.rows else topic
-        stamp = stamp_of(part(head, layout.stamp))
+    layout, unstamped = LAYOUTS[_kind(channel)], 0
+    rows = _part(message, layout.rows) if layout.rows else [message]
+    topic, static = channel.topic.strip("/") or "pose", channel.topic.endswith("tf_static")
+    for place, row in enumerate(rows if hasattr(rows, "__len__") else ()):
+        head = row if layout.child else message
+        name = _part(row, layout.child) if layout.child else f"{topic}/{place}" if layout.rows else topic
+        stamp = _stamp_of(_part(head, layout.stamp))
         unstamped += stamp == 0
-        if stamp and not static:
-            readings.pose(one.log_ns, stamp)
-        numbers = numbers_of(part(row, layout.place), "xyz") + numbers_of(part(row, layout.turn), "xyzw")
-        parent = text(part(head, layout.parent))
+        pose = (_part(row, layout.place), "xyz"), (_part(row, layout.turn), "xyzw")
+        numbers = [_number(getattr(part, axis, None)) for part, axes in pose for axis in axes]
+        parent = _part(head, layout.parent)
+        parent, name = (value if isinstance(value, str) else "" for value in (parent, name))
         if not layout.child and name == parent.strip("/"):
             name = f"{name} pose"  # a topic may bear the name of the frame that its poses are in
-        tree.add(parent, name, stamp or one.log_ns, numbers, static=static)
+        tree.add(parent, name, stamp or log_ns, numbers, static=static)
     return unstamped
 
 
-ALONE: Final = ("data", "value")
-"""A field of this name is what its topic is about: the scalar is called as the topic is."""
-LARGEST_STAMP: Final = 1 << 62
-TEXTS: Final = ("data", "message", "msg")
+def _kind(channel: ChannelInfo) -> str:
+    """The last word of the name of its schema."""
+    return channel.schema_name.replace("/", ".").rsplit(".", 1)[-1]
 
 
-@dataclass
-class _Rows:
-    unit: str = ""
-    logged: "array[int]" = field(default_factory=lambda: array("q"))
-    stamps: "array[int]" = field(default_factory=lambda: array("q"))
-    values: list[Any] = field(default_factory=list)
-
-    def add(self, log_ns: int, stamp_ns: int, value: Any) -> None:
-        self.logged.append(log_ns)
-        self.stamps.append(stamp_ns)
-        self.values.append(value)
-
-    def times_ns(self, fit: ClockFit | None) -> Stamps:
-        """The stamps; where one is missing, when it was logged, on the clock of the poses."""
-        logged, stamps = np.array(self.logged, dtype=np.int64), np.array(self.stamps, dtype=np.int64)
-        ahead = 0 if fit is None else np.rint(fit.ahead(logged / 1e9) * 1e9).astype(np.int64)
-        return np.where(stamps == 0, logged + ahead, stamps)
+def _part(value: Any, path: str) -> Any:
+    """The attribute that dots lead to; ``None`` where it is absent."""
+    for name in path.split("."):
+        value = getattr(value, name, None)
+    return value
 
 
-class Readings:
-    """Numbers and texts, as they come in; ``put_into`` brings their stamps onto the clock of the poses."""
-
-    def __init__(self) -> None:
-        self._scalars: dict[str, _Rows] = {}
-        self._texts = _Rows()
-        self._logged, self._ahead = array("d"), array("d")
-
-    def pose(self, log_ns: int, stamp_ns: int) -> None:
-        """A pose was stamped so and logged then: where the two clocks meet."""
-        self._logged.append(log_ns / 1e9)
-        self._ahead.append((stamp_ns - log_ns) / 1e9)
-
-    def add(self, one: Received) -> None:
-        """One message of any kind but poses."""
-        topic, message = one.topic.strip("/") or "topic", one.message
-        stamp = stamp_of(part(message, "timestamp")) or stamp_of(part(message, "header.stamp"))
-        if max(one.log_ns, stamp) > LARGEST_STAMP or min(one.log_ns, stamp) < 0:
-            return
-        words = next(filter(None, (text(getattr(message, name, None)) for name in TEXTS)), "")
-        if words:
-            self._texts.add(one.log_ns, stamp, (text(getattr(message, "name", None)) or topic, words))
-            return
-        found = {name: value for name in _names(message) if np.isfinite(value := number(getattr(message, name, None)))}
-        for name, value in found.items():
-            alone = name in ALONE and len(found) == 1
-            rows = self._scalars.setdefault(topic if alone else f"{topic}/{name}", _Rows(text(part(message, "unit"))))
-            rows.add(one.log_ns, stamp, value)
-
-    def put_into(self, samples: Imported) -> Imported:
-        """What was read, with these beside it."""
-        beside, fit = BesidePoses(), ClockFit.of(self._logged, self._ahead) if self._logged else None
-        if fit and not all(all(rows.stamps) for rows in (*self._scalars.values(), self._texts)):
-            beside.notes.append(f"what bears no stamp: log times moved onto the clock of the poses by {fit.words}")
-        for name, rows in self._scalars.items():
-            beside.scalar(name, rows.times_ns(fit), np.array(rows.values), rows.unit)
-        times = self._texts.times_ns(fit).tolist()
-        events = [Event(time, *words) for time, words in zip(times, self._texts.values, strict=True)]
-        return replace(beside.put_into(samples), events=sorted(events, key=lambda event: event.time_ns))
+def _number(value: Any) -> float:
+    fits = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+    return float(value) if fits else math.nan
 
 
-def _names(message: Any) -> Iterator[str]:
-    """The fields of a decoded message, whoever decoded it."""
-    described = getattr(message, "DESCRIPTOR", None)
-    if described is not None:
-        yield from described.fields_by_name
-    else:
-        yield from getattr(message, "__slots__", None) or vars(message)
+def _stamp_of(time: Any) -> int:
+    """Nanoseconds of a timestamp of protobuf, JSON or ROS; 0 where it is absent."""
+    parts = []
+    for names in (("seconds", "sec"), ("nanos", "nsec", "nanosec")):
+        values = (getattr(time, name, None) for name in names)
+        parts.append(next((value for value in values if type(value) is int), 0))
+    return parts[0] * 1_000_000_000 + parts[1]
+
+
+def _messages(source: Path, topics: Sequence[str]) -> Iterator[tuple[ChannelInfo, int, Any]]:
+    """Every message of poses in file order: its channel, when it was logged, and what it says, read by attribute."""
+    decoders: dict[int, Callable[[bytes], Any]] = {}
+    found = False
+    try:
+        file = McapFile(source)
+        channels = file.catalogue.channels
+        if file.own:
+            raise ImportFileError(f"{source} is a session already; run `replay run {source}`")
+        if file.catalogue.tear is not None:
+            raise _unreadable(source, f"it is cut short at byte {file.catalogue.tear}")
+        posed = [
+            number
+            for number, channel in channels.items()
+            if _kind(channel) in LAYOUTS and channel.topic in (topics or (channel.topic,))
+        ]
+        for table in file.tables(*(channels[number].topic for number in posed)):
+            for row in table.of_channels({*posed}).tolist():
+                number, found = int(table.channel[row]), True
+                message = _decoded(source, channels[number], table.payload(row), decoders)
+                yield channels[number], int(table.log_ns[row]), message
+    except SessionFileError as error:
+        raise _unreadable(source, brief(error)) from None
+    seen = {channel.topic: channel.schema_name or "no schema" for channel in channels.values()}
+    absent = [f"no topic {topic!r}" for topic in topics if topic not in seen]
+    absent += [] if found else [f"no message of poses ({', '.join(LAYOUTS)})"]
+    if absent:
+        words = [f"{topic} ({name})" for topic, name in seen.items()]
+        there = ", ".join(words[:NAMED_TOPICS]) + (", ..." if len(words) > NAMED_TOPICS else "")
+        raise ImportFileError(f"{source}: {absent[0]}; there are: {there or 'none'}")
+
+
+def _unreadable(source: Path, why: str) -> ImportFileError:
+    return ImportFileError(f"{source} is no whole MCAP file ({why}); record it again, or mend it with `replay recover`")
+
+
+def _decoded(source: Path, channel: ChannelInfo, data: bytes, decoders: dict[int, Callable[[bytes], Any]]) -> Any:
+    number = channel.record.id
+    try:
+        if number not in decoders:
+            decoders[number] = _decoder(channel.record.message_encoding, channel.schema)
+        return decoders[number](data)
+    except ImportFileError as error:
+        raise ImportFileError(f"{source}: {channel.topic}: {error}") from None
+    except Exception as error:  # decoders of foreign bytes raise errors of any kind; each means: damaged
+        why = str(error).splitlines()[0][:100] if str(error) else type(error).__name__
+        raise ImportFileError(
+            f"{source}: {channel.topic}: a {channel.schema_name} cannot be read ({why}); "
+            "record it again or leave the topic out"
+        ) from None
+
+
+def _decoder(encoding: str, schema: Any) -> Callable[[bytes], Any]:
+    if encoding == "protobuf":
+        return _protobuf_decoder(schema)
+    if encoding == "json":
+        return lambda data: json.loads(data, object_hook=lambda given: SimpleNamespace(**given))
+    if encoding == "cdr":
+        try:
+            from mcap_ros2.decoder import DecoderFactory
+        except ImportError:
+            raise ImportFileError(
+                'messages of ROS 2 need mcap-ros2-support; install it: pip install "vrlab-replay[formats]"'
+            ) from None
+        # Of a schema that it cannot read the library prints lines of its own beside the error.
+        with redirect_stderr(StringIO()), redirect_stdout(StringIO()):
+            decode = DecoderFactory().decoder_for(encoding, schema)
+        if decode is not None:
+            return decode
+        raise ImportFileError(f"a schema in {schema.encoding!r} is not known; record with schemas in ros2msg")
+    raise ImportFileError(f"messages are encoded as {encoding!r}; write protobuf, json or cdr (ROS 2)")
+
+
+def _protobuf_decoder(schema: Any) -> Callable[[bytes], Any]:
+    """By the description that the file carries."""
+    from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+
+    pool = descriptor_pool.DescriptorPool()
+    for file in descriptor_pb2.FileDescriptorSet.FromString(schema.data).file:
+        pool.Add(file)
+    return message_factory.GetMessageClass(pool.FindMessageTypeByName(schema.name)).FromString

@@ -10,16 +10,16 @@ from pathlib import Path
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
+from sessions.importers.csv_mapping import CsvLayout
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
 from sessions.importers.finish import Imported
-from sessions.importers.pose_table import PoseTable, SourceFrame, imported
+from sessions.importers.pose_table import PoseTable, Rows, SourceFrame, Stamps, imported
 from sessions.meshes.conventions import convention as convention_named
 from sessions.meshes.conventions import quaternion_from_euler
 
-LENGTHS: Final = {"meters": 1.0, "centimeters": 0.01, "millimeters": 0.001, "inches": 0.0254, "feet": 0.3048}
+LENGTHS: Final = ("meters", "centimeters", "millimeters", "inches", "feet")
 BODIES: Final = ("Rigid Body", "Bone")
 AXES: Final = "gltf"
 HEAD_LINES: Final = 12  # The lines that name columns are among these; Motive writes 7 or 8
@@ -37,7 +37,7 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Imported:
     Raises ``ImportFileError``: names file, line and what to export.
     """
     facts, above, heads = _preamble(source)
-    table = CsvTable(source, ",", ".", above, heads)
+    table = CsvTable(source, CsvLayout(skip_lines=above, header_lines=heads))
     euler = facts.get("Rotation Type", "Quaternion")
     if euler != "Quaternion" and sorted(euler) != ["X", "Y", "Z"]:
         raise ImportFileError(f"{source}: line 1: no Rotation Type {euler!r}; export with Quaternion")
@@ -50,12 +50,12 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Imported:
             f"{source}: line 1: poses are in space {space!r}; export them with Coordinate Space Global"
         )
     time = next((one for one in table.columns[:3] if one.endswith(TIMES)), TIMES[0])
-    stamps, finer = _unrounded(table.stamps(time, "s", table.every), table, facts)
+    stamps, finer = _unrounded(table.stamps(time, "s"), table, facts)
     tables, notes = {}, []
     for name, columns in _bodies(table, euler).items():
-        numbers = table.numbers(columns, table.every)
+        numbers = table.numbers(columns)
         turn = numbers[:, 3:] if euler == "Quaternion" else quaternion_from_euler(np.radians(numbers[:, 3:]), euler)
-        seen = table.every & np.isfinite(numbers).all(axis=1)
+        seen: Rows = np.logical_and.reduce(np.isfinite(numbers), axis=1)
         seen[-1:] &= not table.cut_short
         tables[name] = PoseTable(stamps, numbers[:, :3], turn, seen)
         if not seen.all():
@@ -65,19 +65,17 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Imported:
     assumed += [finer] if finer else []
     assumed += [f"Euler angles {euler} in degrees about own axes"] if euler != "Quaternion" else []
     clock = f"seconds since the take began ({facts.get('Capture Start Time', 'no date in the file')})"
-    frame = SourceFrame(
-        convention_named(convention or AXES), unit.lower(), LENGTHS[unit.lower()], clock, assumed=tuple(assumed)
-    )
+    frame = SourceFrame(convention_named(convention or AXES), unit.lower(), clock, assumed=tuple(assumed))
     return imported(tables, frame, notes)
 
 
-def _unrounded(stamps: NDArray[np.int64], table: CsvTable, facts: dict[str, str]) -> tuple[NDArray[np.int64], str]:
+def _unrounded(stamps: Stamps, table: CsvTable, facts: dict[str, str]) -> tuple[Stamps, str]:
     """Stamps (n,) by frame number where Motive cut the times to whole milliseconds, and what was assumed, or ``""``."""
     try:
         rate = float(facts.get("Export Frame Rate", facts.get("Capture Frame Rate", "")))
     except ValueError:
         return stamps, ""
-    frames = table.numbers([table.columns[0]], table.every)[:, 0]
+    frames = table.numbers([table.columns[0]])[:, 0]
     if not (len(stamps) and rate > 0 and np.isfinite(frames).all() and not (stamps % MILLISECOND).any()):
         return stamps, ""
     exact = stamps[0] + np.rint((frames - frames[0]) * (1e9 / rate)).astype(np.int64)

@@ -20,15 +20,7 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.finish import Imported
-from sessions.importers.pose_table import (
-    LARGEST_SECONDS,
-    BesidePoses,
-    Numbers,
-    PoseTable,
-    SourceFrame,
-    Stamps,
-    imported,
-)
+from sessions.importers.pose_table import LARGEST_SECONDS, PoseTable, SourceFrame, Stream, imported
 from sessions.input_files import check_regular
 from sessions.meshes.conventions import convention as convention_named
 from sessions.meshes.conventions import quaternion_from_euler
@@ -55,7 +47,7 @@ def read_uxf(source: Path, *, convention: str = "unity") -> Imported:
     """
     folder = source.parent if source.is_file() else source
     found: dict[str, list[PoseTable]] = {}
-    numbers: dict[str, list[tuple[Stamps, Numbers]]] = {}
+    numbers: dict[str, list[Stream]] = {}
     notes = ["rotations from Euler angles zxy in degrees to unit quaternions"]
     for path, body in _trackers(folder):
         if not (_begins_with(path, TIME) or _begins_with(path, PLACE[0])):
@@ -64,23 +56,23 @@ def read_uxf(source: Path, *, convention: str = "unity") -> Imported:
         table = CsvTable(path)
         if _begins_with(path, PLACE[0]):
             found.setdefault(body, []).append(_poses(table))
-        for column, times, values in _numbers(table):
-            numbers.setdefault(f"{body}/{column}", []).append((times, values))
+        for stream in _numbers(table, body):
+            numbers.setdefault(stream.name, []).append(stream)
         if table.skipped:
             notes.append(f"{path.name}: {table.skipped} rows left out that have too few or too many cells")
         if table.cut_short:
             notes.append(f"{path.name}: the last line may be cut short: its pose is flagged as lost")
     tables = {body: PoseTable(*map(np.concatenate, zip(*parts, strict=True))) for body, parts in found.items()}
-    axes = convention_named(convention)
-    assumed = ("lengths in m", "clock in s since the start of the program (Unity's Time.time)")
-    frame = SourceFrame(axes, "m", 1.0, "Unity's Time.time, s", assumed=assumed)
-    beside = BesidePoses()
-    for name, parts in numbers.items():
-        times, values = (np.concatenate(column) for column in zip(*parts, strict=True))
-        beside.scalar(name, times, values)
+    streams = [
+        Stream(name, np.concatenate([part.times_ns for part in parts]), np.concatenate([part.values for part in parts]))
+        for name, parts in numbers.items()
+    ]
     trials, unended = _trials(folder)
-    notes += [f"{unended} trials left out that did not end"] * (unended > 0)
-    samples = beside.put_into(imported(tables, frame, notes))
+    if unended:
+        notes.append(f"{unended} trials left out that did not end")
+    assumed = ("lengths in m", "clock in s since the start of the program (Unity's Time.time)")
+    frame = SourceFrame(convention_named(convention), "m", "Unity's Time.time, s", assumed=assumed)
+    samples = imported(tables, frame, notes, streams)
     return replace(samples, intervals=trials, facts={"source_file": folder.name, **samples.facts})
 
 
@@ -113,19 +105,20 @@ def _begins_with(path: Path, column: str) -> bool:
         return column in file.readline(LONGEST_HEADER)
 
 
-def _numbers(table: CsvTable) -> Iterator[tuple[str, Stamps, Numbers]]:
-    """Columns that hold numbers and no poses, with their stamps; columns of text are left out."""
+def _numbers(table: CsvTable, body: str) -> Iterator[Stream]:
+    """Columns that hold numbers and no poses; columns of text are left out."""
     for column in table.columns if TIME in table.columns and len(table) else ():
         if column not in (TIME, *PLACE, *ANGLES) and table.holds_numbers(column):
-            yield column, table.stamps(TIME, "s", table.every), table.numbers((column,), table.every)[:, 0]
+            yield Stream(f"{body}/{column}", table.stamps(TIME, "s"), table.numbers((column,))[:, 0])
 
 
 def _poses(table: CsvTable) -> PoseTable:
-    numbers = table.numbers((*PLACE, *ANGLES), table.every)
-    turns = quaternion_from_euler(np.radians(numbers[:, 3:]), ORDER)
-    valid = table.every.copy()
+    numbers = table.numbers((*PLACE, *ANGLES))
+    valid = np.ones(len(table), dtype=np.bool_)
     valid[-1:] &= not table.cut_short
-    return PoseTable(table.stamps(TIME, "s", table.every), numbers[:, :3], turns, valid)
+    return PoseTable(
+        table.stamps(TIME, "s"), numbers[:, :3], quaternion_from_euler(np.radians(numbers[:, 3:]), ORDER), valid
+    )
 
 
 def _trials(folder: Path) -> tuple[list[Interval], int]:
@@ -135,8 +128,8 @@ def _trials(folder: Path) -> tuple[list[Interval], int]:
         check_regular(path, "trial file", ImportFileError)
         table = CsvTable(path)
         rows += len(table)
-        spans = table.numbers(("start_time", "end_time"), table.every)
-        cells = {name: table.texts(name).tolist() for name in table.columns if name not in ("start_time", "end_time")}
+        spans = table.numbers(("start_time", "end_time"))
+        cells = {name: table.texts(name) for name in table.columns if name not in ("start_time", "end_time")}
         for row, (start, end) in enumerate(spans.tolist()):
             if 0.0 <= start <= end < LARGEST_SECONDS:
                 data = {name: column[row] for name, column in cells.items() if column[row]}

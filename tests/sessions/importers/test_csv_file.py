@@ -55,52 +55,13 @@ def test_a_wide_table_with_decimal_commas_millimetres_and_euler_angles(tmp_path)
     assert session.tracks["flask"].valid.tolist() == [True, False]
 
 
-def test_columns_of_a_mapping_are_scalars_and_gaze(tmp_path):
+def test_a_column_of_a_mapping_is_a_scalar(tmp_path):
     mapping = tmp_path / "map.toml"
-    mapping.write_text(
-        WIDE
-        + '[scalars.heart]\ncolumn = "hr"\nunit = "1/min"\n'
-        + '[gaze.anna]\norigin = ["x", "y", "z"]\ndirection = ["rx", "ry", "rz"]\nvalid = "seen"\n'
-    )
-    lines = [
-        "t;x;y;z;rx;ry;rz;hr;seen",
-        "0,5;1000;2000;3000;0;3;4;71,5;1",
-        "1,5;1;2;3;0;3;4;;0",
-        "2,5;1;2;3;0;0;0;70;1",
-    ]
-    session = import_session("csv", written(tmp_path, lines), mapping=mapping)
-    heart, gaze = session.scalars["heart"], session.gaze["anna"]
-    assert heart.unit == "1/min" and heart.times_ns.tolist() == gaze.times_ns.tolist() == [
-        500_000,
-        1_500_000,
-        2_500_000,
-    ]
+    mapping.write_text(WIDE + '[scalars.heart]\ncolumn = "hr"\nunit = "1/min"\n')
+    lines = ["t;x;y;z;rx;ry;rz;hr", "0,5;1;2;3;0;3;4;71,5", "1,5;1;2;3;0;3;4;", "2,5;1;2;3;0;0;0;70"]
+    heart = import_session("csv", written(tmp_path, lines), mapping=mapping).scalars["heart"]
+    assert heart.unit == "1/min" and heart.times_ns.tolist() == [500_000, 1_500_000, 2_500_000]
     np.testing.assert_array_equal(heart.values, [71.5, np.nan, 70])
-    assert gaze.origins[0].tolist() == [1.0, 3.0, -2.0]  # z-up, millimetres
-    assert np.allclose(gaze.directions[0], [0, 0.8, -0.6], atol=1e-12)
-    assert gaze.valid.tolist() == [True, False, False]
-    assert "gaze of anna: 1 samples flagged as lost that hold no ray" in session.facts["conversions"]
-
-
-def test_gaze_in_the_frame_of_a_headset_is_carried_into_the_world(tmp_path):
-    mapping = tmp_path / "map.toml"
-    gaze = '[gaze.anna]\norigin = ["ox", "oy", "oz"]\ndirection = ["dx", "dy", "dz"]\nrelative_to = "{}"\n'
-    mapping.write_text(WIDE + gaze.format("flask"))
-    place, turn = np.array([1000.0, 2000, 3000]), Rotation.from_euler("zyx", [30, 20, 10], degrees=True)
-    origin, ray = np.array([10.0, 20, 30]), np.array([0.0, 0.6, 0.8])
-    row = [place, (10, 20, 30), origin, ray]
-    cells = [";".join(str(one).replace(".", ",") for part in row for one in part)] * 2
-    cells[1] = cells[1].replace("1000,0", "", 1)
-    lines = ["t;x;y;z;rx;ry;rz;ox;oy;oz;dx;dy;dz", *(f"{k};{one}" for k, one in enumerate(cells))]
-    path = written(tmp_path, lines)
-    looked = import_session("csv", path, mapping=mapping).gaze["anna"]
-    axes = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]])
-    assert np.abs(looked.origins[0] - axes @ (place + turn.apply(origin)) / 1000).max() < 1e-9
-    assert np.abs(looked.directions[0] - axes @ turn.apply(ray)).max() < 1e-9
-    assert looked.valid.tolist() == [True, False]
-    mapping.write_text(WIDE + gaze.format("flusk"))
-    with pytest.raises(SessionError, match="gaze of 'anna': no body 'flusk'; did you mean 'flask'"):
-        import_session("csv", path, mapping=mapping)
 
 
 @pytest.mark.parametrize(

@@ -6,33 +6,18 @@ from support.true_poses import has_poses
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
-from sessions.importers.csv_mapping import read_mapping
-from sessions.importers.csv_table import CsvTable
 
 
-def read(tmp_path, text):
-    path = tmp_path / "map.toml"
-    path.write_text(text)
-    return read_mapping(path)
-
-
-def table(tmp_path, text, delimiter=",", decimal="."):
+def test_empty_cells_are_lost_short_rows_are_counted_and_a_bad_cell_is_named_with_its_line(tmp_path):
     path = tmp_path / "t.csv"
-    path.write_bytes(text.encode())
-    return CsvTable(path, delimiter, decimal)
-
-
-def test_empty_cells_are_nan_and_short_rows_are_counted(tmp_path):
-    cells = table(tmp_path, "a,b\n1,\n2,nan\n3\n4, 5 \n")
-    every = np.ones(len(cells), dtype=bool)
-    assert cells.skipped == 1
-    assert np.array_equal(cells.numbers(("a", "b"), every), [[1, np.nan], [2, np.nan], [4, 5]], equal_nan=True)
-
-
-def test_a_bad_cell_is_named_with_its_line_though_blank_and_short_lines_come_before(tmp_path):
-    cells = table(tmp_path, "a,b\n1,2\n\n3\n4,5\n6,x\n")
-    with pytest.raises(ImportFileError, match="line 6, column 'b': 'x' is no number"):
-        cells.numbers(("b",), np.ones(len(cells), dtype=bool))
+    lines = ["time,device,x,y,z,r_x,r_y,r_z,r_w", "0,cup,1,2,3,0,0,0,1", "", "1,cup", "2,cup,1,nan, 3 ,0,0,0,1"]
+    path.write_text("\n".join([*lines, ""]))
+    session = import_session("csv", path)
+    assert session.tracks["cup"].valid.tolist() == [True, False] and session.tracks["cup"].positions[1, 2] == 3
+    assert "1 rows left out" in session.facts["conversions"]
+    path.write_text("\n".join([*lines, "3,cup,1,2,x,0,0,0,1", ""]))
+    with pytest.raises(ImportFileError, match="line 6, column 'z': 'x' is no number"):
+        import_session("csv", path)
 
 
 EULER = """

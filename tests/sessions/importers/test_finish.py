@@ -7,7 +7,9 @@ import pytest
 from sessions import MeshData, Track, importers
 from sessions.errors import ImportFileError
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names
-from sessions.importers.finish import Imported, finished, usable_track
+from sessions.importers.finish import Imported, finished
+from sessions.importers.pose_table import PoseTable, SourceFrame, imported
+from sessions.meshes.conventions import CONVENTIONS
 from sessions.scene_files.scene_toml import parse_scene
 
 TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
@@ -18,19 +20,19 @@ def samples(*names):
     return Imported(dict.fromkeys(names, track), ("done",))
 
 
-def test_a_stamp_that_goes_back_costs_its_row_and_those_it_overtakes(tmp_path):
-    stamps = np.array([0, 10, 5, 7, 10, 11])
-    track, dropped, flagged = usable_track(stamps, np.zeros((6, 3)), np.tile([0, 0, 0, 1.0], (6, 1)), np.ones(6, bool))
-    assert track.times_ns.tolist() == [0, 10, 11]
-    assert (dropped, flagged) == (3, 0)
-
-
-def test_rows_without_a_rotation_are_flagged_and_keep_their_numbers():
-    turn = np.array([[0, 0, 0, 1.0], [0, 0, 0, 0], [0, 0, 0, 1.1], [np.nan, 0, 0, 1], [0, 0, 0, 1.0005]])
-    track, dropped, flagged = usable_track(np.arange(5), np.zeros((5, 3)), turn, np.ones(5, bool))
-    assert track.valid.tolist() == [True, False, False, False, True]
+def test_a_stamp_that_goes_back_costs_its_rows_and_a_row_without_a_rotation_is_flagged_and_keeps_its_numbers():
+    stamps = np.array([0, 10, 5, 7, 10, 11, 12, 13])
+    turns = np.tile([0, 0, 0, 1.0], (8, 1))
+    turns[5:] = [[0, 0, 0, 1.1], [np.nan, 0, 0, 1], [0, 0, 0, 1.0005]]
+    found = imported({"cup": PoseTable(stamps, np.zeros((8, 3)), turns)}, SourceFrame(CONVENTIONS["gltf"], "m", ""))
+    track = found.tracks["cup"]
+    assert track.times_ns.tolist() == [0, 10, 11, 12, 13]
+    assert track.valid.tolist() == [True, True, False, False, True]
     assert track.quaternions_xyzw[2].tolist() == [0, 0, 0, 1.1]
-    assert (dropped, flagged) == (0, 3)
+    assert [words.split(" that ")[0] for words in found.conversions[-2:]] == [
+        "cup: 3 rows dropped whose stamp repeats or goes back",
+        "cup: 2 rows flagged as lost",
+    ]
 
 
 def test_given_meshes_win_over_the_scene_and_proxies_can_be_asked_for(tmp_path):

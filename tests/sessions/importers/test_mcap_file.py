@@ -173,41 +173,6 @@ def test_a_pose_may_be_in_the_frame_that_its_topic_is_named_after(tmp_path):
     assert list(session.names) == ["truth pose"] and "poses in the root frame 'truth'" in session.facts["conversions"]
 
 
-def others(unstamped=False):
-    """Poses that are logged 0.25 s and 30 ppm late, and beside them numbers, a remark and a picture."""
-    late = [round(0.25e9 + 30e-6 * (stamp - START)) for stamp in STAMPS.tolist()]
-    for k, stamp in enumerate(STAMPS.tolist()):
-        yield "/tf", stamp + late[k] - 5, transform("world", "head", stamp, PLACES["head"][k], TURNS["head"][k])
-        reading = {"value": 70.0 + k, "unit": "1/min"}
-        pair = {"left": 1.0 * k, "right": 2.0, "name": "pupil", "ok": True}
-        for topic, data in (("/heart", reading), ("/pupil", pair), ("/note", {"data": f"n{k}"})):
-            own = {} if unstamped else {"timestamp": {"sec": stamp // 10**9, "nsec": stamp % 10**9}}
-            yield topic, stamp + late[k] - 5, own | data
-        yield "/camera", stamp, {"data": 1.0, "pixels": [0] * 3000}
-
-
-@pytest.mark.parametrize("unstamped", [False, True])
-def test_numbers_and_remarks_of_other_topics_come_along_on_the_clock_of_the_poses(tmp_path, unstamped):
-    session = import_session("mcap", as_json(tmp_path / "a.mcap", others(unstamped)))
-    assert session.names == ("head",)
-    assert set(session.scalars) == {"heart", "pupil/left", "pupil/right"}
-    heart = session.scalars["heart"]
-    assert heart.unit == "1/min" and heart.values.tolist() == [70.0 + k for k in range(COUNT)]
-    for stamps in (heart.times_ns, [one.time_ns for one in session.events]):
-        assert np.abs(np.asarray(stamps) - STAMPS).max() <= (1000 if unstamped else 0)
-    assert [(one.name, one.message) for one in session.events][:2] == [("note", "n0"), ("note", "n1")]
-    said = (
-        "what bears no stamp: log times moved onto the clock of the poses by -250.004 ms, drift -30.0 ppm, at most 0.0"
-    )
-    assert (said in session.facts["conversions"]) == unstamped
-
-
-def test_numbers_of_a_protobuf_message_that_only_the_file_describes_are_read(tmp_path):
-    messages = [*transforms(), *(("/v", stamp, Value(number_value=k)) for k, stamp in enumerate(STAMPS.tolist()))]
-    session = import_session("mcap", as_protobuf(tmp_path / "a.mcap", messages))
-    assert session.scalars["v/number_value"].values.tolist() == list(map(float, range(COUNT)))
-
-
 def rewritten(path, change):
     path.write_bytes(change(path.read_bytes()))
     return path

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from support.import_mutants import MUTANTS, survive
-from support.true_poses import ROS, UNITY, has_poses
+from support.true_poses import UNITY, has_poses
 from support.xdf_files import TRANSFORM_OUTLET, chunk, offsets, samples, stream_header, xdf_file
 
 from sessions.errors import ImportFileError
@@ -114,13 +114,13 @@ def test_what_is_wrong_with_a_mapping_of_streams_is_named(tmp_path, old, new, wo
     assert "\n" not in str(raised.value)
 
 
-def test_clock_offsets_are_applied_and_how_well_they_fit_is_said(tmp_path):
+def test_clock_offsets_are_applied_and_how_large_they_are_is_said(tmp_path):
     pairs = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]
     session = import_session("xdf", xdf_file(tmp_path, *take(pairs=pairs)), convention="unity")
     expected = STAMPS + 0.25 + 2e-5 * (STAMPS - STAMPS[0])
     assert np.abs(session.frames.stamp_ns / 1e9 - expected).max() < 1e-6
     said = session.facts["conversions"]
-    assert "stream 'Mocap': 5 clock offsets applied, 250.040 ms, drift 20.0 ppm, at most 0.000 ms from a line" in said
+    assert "stream 'Mocap': 5 clock offsets applied, 0.250000 to 0.250080 s" in said
     assert "assumed" not in session.facts and session.facts["handedness"] == "left"
 
 
@@ -151,33 +151,8 @@ def test_other_streams_of_numbers_are_scalars_on_the_same_clock(tmp_path):
         assert np.abs(one.times_ns / 1e9 - STAMPS - 0.5).max() < 1e-6
     assert session.scalars["Heart rate"].values.tolist() == heart[:, 0].tolist()
     assert session.scalars["Bare/2"].values.tolist() == [2.0, 4.0]
-    assert "stream 'Cap': 2 clock offsets applied, 500.000 ms, drift 0.0 ppm" in session.facts["conversions"]
-    assert session.names == ("Head", "Cup") and not session.gaze
-
-
-def test_eyes_of_a_gaze_stream_are_rays_in_the_frame_of_the_poses(tmp_path):
-    rng = np.random.default_rng(9)
-    rays, seen = rng.normal(size=(COUNT, 6)), np.arange(COUNT) % 3 > 0
-    rays[5, 3:] = 0
-    types = ("PositionX", "PositionY", "PositionZ", "DirectionX", "DirectionY", "DirectionZ", "Confidence")
-    left = [{"label": f"l{kind}", "type": kind, "eye": "left", "unit": "mm"} for kind in types]
-    flat = [{"label": kind, "type": kind, "eye": "right"} for kind in ("ScreenX", "ScreenY")]
-    parts = (
-        stream_header(2, "Tracker", "Gaze", [*left, *flat]),
-        samples(2, STAMPS, np.column_stack([rays[:, :3] * 1000, rays[:, 3:], seen, rays[:, :2]])),
-    )
-    session = import_session("xdf", xdf_file(tmp_path, *parts, *take()), convention="ros")
-    assert list(session.gaze) == ["Tracker/left"]
-    assert list(session.scalars) == ["Tracker/lConfidence", "Tracker/ScreenX", "Tracker/ScreenY"]
-    gaze, axes = session.gaze["Tracker/left"], ROS
-    good = np.arange(COUNT) != 5
-    length = np.linalg.norm(rays[good, 3:], axis=1, keepdims=True)
-    assert np.abs(gaze.origins - rays[:, :3] @ axes.T).max() < 1e-9
-    assert np.abs(gaze.directions[good] - rays[good, 3:] / length @ axes.T).max() < 1e-9
-    assert gaze.valid.tolist() == (seen & good).tolist()
-    assert "gaze in the frame of the poses" in session.facts["assumed"]
-    said = "gaze of Tracker/left: 1 samples flagged as lost that hold no ray"
-    assert said in session.facts["conversions"]
+    assert "stream 'Cap': 2 clock offsets applied, 0.500000 to 0.500000 s" in session.facts["conversions"]
+    assert session.names == ("Head", "Cup")
 
 
 def test_an_object_without_confidence_is_lost(tmp_path):
