@@ -71,7 +71,7 @@ def rounded(corners: Iterable[Sequence[float]]) -> list[Stroke]:
     points = [np.array(row[:2], dtype=np.float64) for row in rows]
     strokes: list[Stroke] = []
     last = points[0]
-    for number, corner in enumerate(points[1:-1], start=1):
+    for number, corner in enumerate(points[1:], start=1):
         rounding, least = (*rows[number][2:], 0.0, 0.0)[:2]
         if rounding:
             arc = _fillet(points[number - 1], corner, points[number + 1], rounding, int(least) or 2)
@@ -81,7 +81,7 @@ def rounded(corners: Iterable[Sequence[float]]) -> list[Stroke]:
         else:
             strokes += _line(last, corner, int(least) or 1)
             last = corner
-    return strokes + _line(last, points[-1])
+    return strokes
 
 
 def sampled(strokes: Sequence[Stroke], segments: int) -> Polyline:

@@ -2,7 +2,7 @@
 
 import importlib
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from types import MappingProxyType
 from typing import Any
 
@@ -13,24 +13,20 @@ LEAST_FACES, MOST_FACES = 500, 50_000
 
 
 _MODULES = {
+    "vessels": (
+        "beaker_50 beaker_100 beaker_250 beaker_400 beaker_600 test_tube graduated_cylinder funnel pipette "
+        "volumetric_flask reagent_bottle reagent_bottle_stopper gas_jar alcohol_lamp wick_holder dropper "
+        "erlenmeyer_flask evaporating_dish watch_glass"
+    ),
+    "furniture": "bench stand test_tube_rack wire_gauze tripod",
     "burette": "burette burette_stopcock",
     "devices": "hand_left hand_right proxy_wand proxy_headset",
-    "furniture": "tripod",
     "tools": "delivery_tube gas_jar_cover rubber_stopper stirring_rod tongs",
-    "vessels": "dropper erlenmeyer_flask evaporating_dish watch_glass",
 }
-_TURNED = (
-    "test_tube graduated_cylinder funnel pipette volumetric_flask reagent_bottle reagent_bottle_stopper gas_jar "
-    "alcohol_lamp wick_holder"
+INSTRUMENTS: Mapping[str, str] = MappingProxyType(
+    {name: module for module, names in _MODULES.items() for name in names.split()}
 )
-_UNITED = "bench stand test_tube_rack wire_gauze"
-INSTRUMENTS: Mapping[str, tuple[str, str, dict[str, Any]]] = MappingProxyType(
-    {f"beaker_{size}": ("vessels", "beaker", {"millilitres": size}) for size in (50, 100, 250, 400, 600)}
-    | {name: ("vessels", "from_row", {"name": name}) for name in _TURNED.split()}
-    | {name: ("furniture", "from_parts", {"name": name}) for name in _UNITED.split()}
-    | {name: (module, name, {}) for module, names in _MODULES.items() for name in names.split()}
-)
-"""Name -> module of this package, imported on use, function in it, and the options that make it this instrument."""
+"""Name -> module of this package, imported on use."""
 
 
 class UnknownInstrumentError(SessionError):
@@ -60,12 +56,12 @@ def make_instrument(name: str, faces: int = 5000, **options: Any) -> Instrument:
         raise UnknownInstrumentError(f"no instrument {name!r}; there are: {', '.join(INSTRUMENTS)}")
     if not LEAST_FACES <= faces <= MOST_FACES:
         raise UnknownInstrumentError(f"{name} with {faces} faces; ask for {LEAST_FACES} to {MOST_FACES:,}")
-    make, allowed = _maker(name), instrument_options(name)
+    allowed = instrument_options(name)
     unknown = set(options) - allowed
     if unknown:
         known = ", ".join(sorted(allowed)) or "none"
         raise UnknownInstrumentError(f"{name} has no option {', '.join(sorted(unknown))}; its options: {known}")
-    return make(faces, **INSTRUMENTS[name][2], **options)
+    return _maker(name)(faces, **options)
 
 
 @lru_cache(maxsize=192)
@@ -76,9 +72,10 @@ def made_instrument(name: str, faces: int, options: tuple[tuple[str, Any], ...] 
 
 def instrument_options(name: str) -> set[str]:
     """The options that an instrument of the table takes."""
-    return set(_maker(name).__kwdefaults__ or ()) - set(INSTRUMENTS[name][2])
+    return set(getattr(_maker(name), "__kwdefaults__", None) or ())
 
 
 def _maker(name: str) -> Any:
-    module, function, _ = INSTRUMENTS[name]
-    return getattr(importlib.import_module(f"sessions.glassware.{module}"), function)
+    """The function of the instrument's module that bears its name, or the one that reads its row."""
+    module = importlib.import_module(f"sessions.glassware.{INSTRUMENTS[name]}")
+    return getattr(module, name, None) or partial(module.from_row, name=name)

@@ -21,7 +21,7 @@ def united_rows() -> dict[str, dict[str, Any]]:
     return tomllib.loads(Path(__file__).with_name("united.toml").read_text(encoding="utf-8"))
 
 
-def from_parts(faces: int, *, name: str) -> Instrument:
+def from_row(faces: int, *, name: str) -> Instrument:
     """Return the instrument that a row of `united.toml` describes."""
     row = united_rows()[name]
 

@@ -121,5 +121,5 @@ def weighed(
 
 
 def metres(millimetres: float) -> float:
-    """Return the length in metres, as near as if it were written in metres."""
-    return round(millimetres * 1e-3, 17)
+    """Return the length in metres, the same number as if it were written in metres."""
+    return float(f"{millimetres}e-3")

@@ -20,9 +20,9 @@ from sessions.glassware.solid_parts import (
 from sessions.mesh_data import MeshData
 
 
-def stirring_rod(faces: int, *, length: float = 0.2) -> Instrument:
+def stirring_rod(faces: int) -> Instrument:
     """Return a solid glass rod of 6 mm with round ends, upright on its lower end."""
-    radius = 3.0e-3
+    radius, length = 3.0e-3, 0.2
     strokes: list[Stroke] = [
         Arc((0.0, radius), radius, -np.pi / 2.0, 0.0, least=3),
         Line((radius, radius), (radius, length - radius)),
@@ -34,13 +34,16 @@ def stirring_rod(faces: int, *, length: float = 0.2) -> Instrument:
     return weighed("stirring_rod", mesh, "glass tool rod", sites={"grip": (0.0, 0.85 * length, 0.0)})
 
 
-def tongs(faces: int, *, opening_deg: float = 10.0) -> Instrument:
-    """Return crucible tongs, 240 mm long, lying flat; jaws towards -Z, the pivot over the origin, one rigid piece."""
+def tongs(faces: int) -> Instrument:
+    """Return crucible tongs, 240 mm long, lying flat, 10 degrees open: one rigid piece.
+
+    Jaws towards -Z, the pivot over the origin.
+    """
     radius, handle = 3.0e-3, 15.0e-3
     jaw = [(-2e-3, 0.0, -0.118), (-4e-3, 0.0, -0.1), (-17e-3, 0.0, -0.072), (-6e-3, 0.0, -0.03)]
 
     def arm(mirror: float, spacing: float) -> list[MeshData]:
-        half = np.radians(opening_deg) / 2.0
+        half = np.radians(5.0)
         turn = np.array([[np.cos(half), 0.0, np.sin(half)], [0.0, 1.0, 0.0], [-np.sin(half), 0.0, np.cos(half)]])
         flip, shift = np.array([mirror, 1.0, 1.0]), np.array([0.0, radius, 0.0])
         path = bent([*jaw, (0.0, 0.0, 0.0), (12e-3, 0.0, 0.085)], 0.02, spacing, least=1)
@@ -84,10 +87,11 @@ def delivery_tube(faces: int) -> Instrument:
     return weighed("delivery_tube", fitted(build, faces, 0.02)[0], "glass tube delivery_tube")
 
 
-def rubber_stopper(faces: int, *, hole: float = 4.1e-3) -> Instrument:
-    """Return a bored rubber stopper, 29 to 33 mm wide and 28 mm high; ``hole`` is the radius of its bore."""
+def rubber_stopper(faces: int) -> Instrument:
+    """Return a bored rubber stopper, 29 to 33 mm wide and 28 mm high, that fits the delivery tube."""
 
     def build(spacing: float) -> MeshData:
+        hole = 4.1e-3
         corners = np.array([(hole, 0.0), (14.5e-3, 0.0), (16.5e-3, 28e-3), (hole, 28e-3), (hole, 0.0)])
         outline = np.concatenate([_cut(corners[i], corners[i + 1], spacing) for i in range(4)])
         return ring(outline, sections_for(16e-3, spacing, 12))

@@ -5,15 +5,14 @@ enlarged to the area of its circle (`rings.area_factor`) and the mark is solved 
 volume up to the mark is the nominal one at 500 faces as at 50,000.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.geometry.profile import Polyline, Stroke, level_holding, offset, sampled
+from sessions.geometry.profile import Polyline, Stroke, offset, sampled
 from sessions.geometry.rings import Ring, area_factor, even_angles, sewn, turned
-from sessions.glassware.instrument import GLASS, Cavity, Instrument, Opening, Point, weighed
 from sessions.mesh_data import MeshData
 
 # At 12 sides the wall varies by -1.2 % to +2.3 % around the vessel, at 8 by -2.6 % to +5.4 %; the promise is 10 %.
@@ -91,20 +90,6 @@ class Turned:
         # A profile that starts on the axis has a pole already; a tube is closed by one.
         below = [] if self.inner[0, 0] == 0.0 else [_pole(floor)]
         return sewn([*below, *self.inner_rings, _pole(rim)])
-
-    def instrument(
-        self, name: str, capacity_m3: float, tags: str, material: str = GLASS, sites: Mapping[str, Point] | None = None
-    ) -> Instrument:
-        """Return the instrument of this vessel, its mark where it holds ``capacity_m3``."""
-        radius, height = self.inner[-1].tolist()
-        cavity = Cavity(
-            capacity_m3=capacity_m3,
-            floor_height=float(self.inner[0, 1]),
-            mark_height=level_holding(self.inner, capacity_m3),
-            to_brim=self.brimful(),
-            opening=Opening.upwards(radius, height, self.reach),
-        )
-        return weighed(name, self.mesh, tags, material, cavity=cavity, sites=sites)
 
 
 def turned_vessel(shape: Shape, faces: int) -> Turned:
