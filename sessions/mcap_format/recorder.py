@@ -6,12 +6,13 @@ leaves the partial file: ``read_session(path, torn="keep")`` or ``replay recover
 what the operating system had not yet put on the disk.
 """
 
+import os
 import threading
 import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,14 +20,17 @@ from numpy.typing import ArrayLike
 from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
+from sessions.mcap_format.container import rewrite
 from sessions.mcap_format.metadata import MAX_BODIES
-from sessions.mcap_format.recording_file import Poses, RecordingFile, frame_of, joined, nanoseconds
+from sessions.mcap_format.recorded_frames import Poses, RecordedFrame, frames_of, nanoseconds, pose_values
 from sessions.mcap_format.schemas import GAZE_PREFIX, HANDS_PREFIX, SCALARS_PREFIX, TRACKS_PREFIX
+from sessions.mcap_format.writer import SessionWriter
 from sessions.model.event import Event, Interval, LiveContact
-from sessions.model.frames import Frames, Status
+from sessions.model.frames import Status
 from sessions.model.scene import Scene
 from sessions.model.session import mesh_of
 from sessions.model.track import GazeTrack, HandTrack, Samples, ScalarTrack, Track
+from sessions.whole_files import abandoned, locks, whole_file
 
 if TYPE_CHECKING:
     from sessions.model.session import MeshLike
@@ -35,6 +39,7 @@ if TYPE_CHECKING:
 FLUSH_SECONDS = 0.2
 # Frames and other messages that wait at most: 5.7 s at 90 Hz. A program faster than the disk has to wait.
 FRAMES_WAITING, MESSAGES_WAITING = 512, 4096
+PARTIAL = ".partial"
 
 
 class Recorder:
@@ -68,10 +73,20 @@ class Recorder:
         overwrite: bool = False,
     ) -> None:
         given = {name: mesh_of(name, mesh) for name, mesh in (meshes or {}).items()}
-        self._file = RecordingFile(Path(path), scene or Scene(), given, dict(facts or {}), overwrite=overwrite)
+        self._path, self._overwrite = Path(path), overwrite
+        self._stream = partial_file(self._path, overwrite=overwrite)
+        self._partial = Path(self._stream.name)
+        try:
+            self._writer = SessionWriter(self._stream, scene or Scene(), given, facts or {}, (), chunked=False)
+            self._stream.flush()
+        except BaseException:
+            self._stream.close()
+            self._partial.unlink(missing_ok=True)
+            raise
         self._changed = threading.Condition()
         self._names: dict[str, None] = {}
-        self._frames: list[Frames] = []
+        self._listed: tuple[str, ...] = ()
+        self._frames: list[RecordedFrame] = []
         self._messages: list[tuple[int, Message]] = []
         self._hurry, self._closing = False, False
         self._failure: BaseException | None = None
@@ -110,7 +125,9 @@ class Recorder:
         for name in [*status, *samples]:
             if name not in poses:
                 raise SessionError(f"{name!r} has no pose in this frame; give its last pose, or leave it out of `lost`")
-        frame = frame_of(poses, stamp, log, status, samples)
+        times = [samples.get(name, stamp) for name in poses]
+        worth = [status.get(name, Status.VALID) for name in poses]
+        frame = RecordedFrame(tuple(poses), stamp, log, times, worth, pose_values(poses))
         with self._changed:
             self._wait_while(lambda: len(self._frames) >= FRAMES_WAITING)
             if not poses.keys() <= self._names.keys():
@@ -218,7 +235,7 @@ class Recorder:
             self._closing = True
             self._changed.notify_all()
         self._thread.join()
-        self._file.close()
+        self._stream.close()
         self._raise_failure()
 
     def __enter__(self) -> "Recorder":
@@ -271,20 +288,70 @@ class Recorder:
                     closing, self._hurry = self._closing, False
                     frames, messages = self._frames, self._messages
                     self._frames, self._messages = [], []
+                    names = tuple(self._names)
                     self._changed.notify_all()
-                self._file.write(joined(frames), messages)
-            self._file.finish()
+                self._append(frames, messages, names)
+            self._finish()
         except BaseException as error:
             self._failure = error
         with self._changed:
             self._changed.notify_all()
 
+    def _append(self, frames: list[RecordedFrame], messages: list[tuple[int, Message]], names: tuple[str, ...]) -> None:
+        """Write what was taken, so that it can be read."""
+        if frames or messages:
+            self._writer.start(min([*(frame.log_ns for frame in frames[:1]), *(log for log, _ in messages[:1])]))
+            if names != self._listed:
+                self._writer.bodies(names)
+                self._listed = names
+            self._writer.logged(messages)
+            for part in frames_of(frames):
+                self._writer.frames(part)
+            self._stream.flush()
+
+    def _finish(self) -> None:
+        """Write the whole again in compressed chunks with an index, under its name."""
+        self._writer.start(0)
+        self._writer.finish()
+        self._stream.flush()
+        with (
+            whole_file(self._path, OSError, overwrite=self._overwrite) as target,
+            self._partial.open("rb") as source,
+        ):
+            rewrite(source, target)
+            target.flush()
+            os.fsync(target.fileno())
+        self._stream.close()
+        self._partial.unlink()
+
     def _raise_failure(self) -> None:
         if isinstance(self._failure, OSError):
             reason = self._failure.strerror or self._failure
             raise SessionFileError(
-                f"{self._file.partial} cannot be written ({reason}); what was recorded before is in it, save it with "
+                f"{self._partial} cannot be written ({reason}); what was recorded before is in it, save it with "
                 "`replay recover`"
             ) from self._failure
         if self._failure is not None:
             raise self._failure
+
+
+def partial_file(path: Path, *, overwrite: bool) -> BinaryIO:
+    """The file ``<name>.partial``, new and held by this process; see `Recorder` for the errors."""
+    partial = path.with_name(path.name + PARTIAL)
+    if path.exists() and not overwrite:
+        raise SessionFileError(f"{path} is there already; give another name, or overwrite=True to replace it")
+    try:
+        if overwrite and abandoned(partial):
+            partial.unlink()
+        stream = partial.open("xb")
+    except FileExistsError:
+        raise SessionFileError(
+            f"{partial} holds a recording that goes on or was cut short; save it with `replay recover`, or, "
+            "once nobody writes it, give overwrite=True to replace it"
+        ) from None
+    except OSError as error:
+        raise SessionFileError(
+            f"{path} cannot be recorded ({error.strerror or error}); check the folder and who may write there"
+        ) from None
+    locks(stream)
+    return stream

@@ -196,14 +196,14 @@ def test_bad_input_is_one_sentence_and_the_recording_goes_on(tmp_path, call, wor
 
 def test_a_disk_that_does_not_keep_up_makes_the_loop_wait_and_memory_stays_bounded(tmp_path, monkeypatch):
     written, waiting = [], []
-    plain = recorder_module.RecordingFile.write
+    plain = recorder_module.SessionWriter.frames
 
-    def slow(self, frames, messages):
+    def slow(self, frames):
         time.sleep(0.03)
-        written.append(sum(map(len, frames)))
-        plain(self, frames, messages)
+        written.append(len(frames))
+        plain(self, frames)
 
-    monkeypatch.setattr(recorder_module.RecordingFile, "write", slow)
+    monkeypatch.setattr(recorder_module.SessionWriter, "frames", slow)
     with Recorder(tmp_path / "s.mcap") as recorder:
         for number in range(3000):
             recorder.poses(number, {"cup": POSE})
@@ -217,10 +217,10 @@ def test_a_full_disk_is_told_by_the_next_call_and_what_was_written_stays(tmp_pat
     recorder.poses(1, {"cup": POSE})
     wait_for_frame(tmp_path / "s.mcap.partial")
 
-    def full(self, frames, messages):
+    def full(self, frames):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(recorder_module.RecordingFile, "write", full)
+    monkeypatch.setattr(recorder_module.SessionWriter, "frames", full)
     with pytest.raises(SessionFileError, match=r"s.mcap.partial cannot be written \(No space left.*replay recover"):
         for _ in range(1000):
             recorder.poses(2, {"cup": POSE})
