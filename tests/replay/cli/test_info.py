@@ -3,10 +3,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.small_worlds import along_x, cube, cubes
+from support.small_worlds import cubes
 
 from replay.cli.main import main
-from sessions import Event, GazeTrack, Interval, ScalarTrack, Scene, Session, write_session
+from sessions import Event, GazeTrack, Interval, ScalarTrack, Scene, write_session
 from sessions.model.scene import SceneBody
 
 
@@ -47,16 +47,3 @@ def test_json_holds_the_same(file, capsys):
     assert main(["info", str(file), "--format", "json"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["frames"]["count"] == 200 and [body["name"] for body in report["bodies"]] == ["a", "b"]
-
-
-@pytest.mark.parametrize(
-    ("late", "said"), [((), "0 gaps"), ((4,), "1 gap (longest 40 ms)"), ((4, 5), "2 gaps (longest 50 ms)")]
-)
-def test_gaps_are_counted(late, said, tmp_path, capsys):
-    """Of steps of 10 ms those of 40 and 50 ms are gaps, one of 20 ms is none."""
-    steps = np.array([0, *[1] * 50, 2, *(step for one in late for step in (one, *[1] * 50))])
-    poses = {name: along_x(range(len(steps))) for name in "ab"}
-    session = Session.from_arrays(10_000_000 * np.cumsum(steps), poses, dict.fromkeys("ab", cube()))
-    write_session(session, tmp_path / "s.mcap")
-    assert main(["info", str(tmp_path / "s.mcap")]) == 0
-    assert f" Hz, {said}\n" in capsys.readouterr().out

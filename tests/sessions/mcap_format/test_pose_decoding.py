@@ -1,6 +1,5 @@
 from pathlib import Path
 
-import numpy as np
 import pytest
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from hypothesis import given, settings
@@ -72,16 +71,6 @@ def test_many_frames_at_once_are_read_as_each_of_them_alone_whatever_byte_is_wro
         except SessionFileError:
             outcomes.append(None)
     assert outcomes == [None, None] or assert_same_frames(*outcomes) is None
-
-
-def test_columns_are_added_in_the_order_in_which_bodies_first_appear():
-    frames = random_frames(3, 40, 6, absent=0.7)
-    expected = []
-    for row in range(len(frames)):
-        expected += [frames.names[k] for k in np.flatnonzero(frames.status[row]) if frames.names[k] not in expected]
-    one = decoder()
-    list(one.decode(table(*encoded(frames))))
-    assert one.names == tuple(expected)
 
 
 def note(status, **header):
