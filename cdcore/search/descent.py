@@ -11,9 +11,9 @@ demand that balls overlap: 38.
 """
 
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
-from cdcore.numerics import FloatArray
 from cdcore.search.features import NEIGHBOURS, RADIUS
 from cdcore.search.pair_test import evaluate, is_new
+from cdcore.search.rng import draw
 from cdcore.search.state import DRAW, OPEN_ASKED, WALK, Faces, State
 
 DRAWS = 32
@@ -75,15 +75,21 @@ def descend(i: int, j: int, distance: float, faces: Faces, state: State) -> None
 
 
 @hot_kernel
-def local_round(faces: Faces, state: State, random: FloatArray) -> None:
-    """Down from the best of 32 random pairs; needs 64 random numbers."""
+def drawn_pair(faces: Faces, state: State) -> tuple[int, int]:
+    """A random face of each body."""
+    i = faces.pick_a[int(draw(state) * len(faces.pick_a))]
+    j = faces.pick_b[int(draw(state) * len(faces.pick_b))]
+    return i, j
+
+
+@hot_kernel
+def local_round(faces: Faces, state: State) -> None:
+    """Down from the best of 32 random pairs."""
     stay_one_function()
     state.asked_by = DRAW
     best_i, best_j, best = -1, -1, 0.0
     for _ in range(DRAWS):
-        i = faces.pick_a[int(random[state.cursor] * len(faces.pick_a))]
-        j = faces.pick_b[int(random[state.cursor + 1] * len(faces.pick_b))]
-        state.cursor += 2
+        i, j = drawn_pair(faces, state)
         d = evaluate(i, j, faces, state)
         if best_i < 0 or d < best:
             best_i, best_j, best = i, j, d

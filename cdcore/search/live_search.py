@@ -9,7 +9,9 @@ from cdcore.broad.broad_looks import BroadLooks
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.numerics import ByteArray
 from cdcore.protocol import Motion, Verdict
-from cdcore.search.stage import COUNTERS, SearchStage
+from cdcore.search.stage import COUNTERS, SearchAnswer, SearchStage
+
+CONTACT, NOT_FOUND, NO_POSE = (np.uint8(word) for word in (Verdict.CONTACT, Verdict.NOT_FOUND, Verdict.NO_POSE))
 
 
 class LiveSearch:
@@ -24,15 +26,15 @@ class LiveSearch:
         """As ``Live.look``."""
         start, verdict = perf_counter(), self._volumes.verdict
         # A pair that stands is searched again too: what rests got less than the whole budget before.
-        verdict.fill(Verdict.NO_POSE)
+        verdict.fill(NO_POSE)
         columns = self._volumes.near(now)
         found = perf_counter()
         if columns:
-            near = np.zeros((1, len(verdict)), dtype=np.bool_)
-            near[0, columns] = True
-            answer = self._search.decide(now, near, self._memory)
-            verdict[columns] = Verdict.NOT_FOUND
-            verdict[answer.hits[0]] = Verdict.CONTACT
-            self.work.update(answer.work)
+            answer = SearchAnswer((1, len(verdict)), faces=False)
+            self._search.decide_frame(now, 0, columns, self._memory, answer)
+            verdict[columns] = NOT_FOUND
+            verdict[answer.hits[0]] = CONTACT
+            for name, count in answer.work.items():
+                self.work[name] += count
         self.seconds = {"volumes": found - start, "search": perf_counter() - found}
         return verdict.copy()

@@ -10,21 +10,17 @@ from typing import Final
 import numpy as np
 
 from cdcore.kernels.memory import address_of
-from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray, IntArray
-from cdcore.search.advance import COLONY, LOCAL, RANDOM, advance, follow
+from cdcore.numerics import FloatArray, IntArray
+from cdcore.search.advance import BEGIN, COLONY, LOCAL, RANDOM, SEARCH, SEARCH_ON, advance, follow
 from cdcore.search.features import Features
 from cdcore.search.flood import flood, sow
 from cdcore.search.pair_test import grow_table, meeting_pairs
 from cdcore.search.printed import search_as_printed
 from cdcore.search.result import Pair, SearchResult
-from cdcore.search.rng import BLOCK, stream_of
+from cdcore.search.rng import key_of, stream_of
 from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings
-from cdcore.search.state import ANT, FOUND, FULL, HUNGRY, SPENT, STALE, STATE, TRACED, UNSURE, Faces
-
-PLACE_PAD: Final = 1024.0 * EPS
-"""Pad of the threshold in size of both bodies: their relative pose is rounded five times, each by a few eps of that
-size; a pad a hundred times too wide costs a triangle test now and then, one too narrow a contact."""
+from cdcore.search.state import ANT, FULL, KEYLESS, SPENT, STATE, TRACED, UNSURE, Faces
 
 SLICE: Final = 512
 """Evaluations between two looks at the clock, some 30 microseconds."""
@@ -37,6 +33,11 @@ FROM_SETTINGS: Final = (
     "pheromone_most",
 )  # fmt: skip
 """Fields of the state that are those of the settings."""
+
+ANSWER: Final = ("hit_a", "hit_b", "best_a", "best_b", "closest", "evaluations", "tests", "restarts", "iterations")
+"""Fields of the state of which a result is made."""
+
+NO_PAIR: Final = (-1, -1)
 
 SEARCHERS: Final = {"memetic": COLONY, "corrected": COLONY, "local": LOCAL, "random": RANDOM}
 
@@ -51,16 +52,17 @@ class PairSearch:
 
     def __init__(self, first: Features, second: Features, names: tuple[str, str], settings: SearchSettings) -> None:
         self.first, self.second, self.names, self.settings = first, second, names, settings
-        self._who = SEARCHERS.get(settings.variant, COLONY)
         self._states = np.zeros(2, dtype=STATE)
         self._state, self._fresh = self._states
-        self._bytes = self._states.view(np.uint8).reshape(2, -1)
-        self._poses = [self._state[name] for name in ("world_a", "world_b", "relative")]
+        # Views of the record: to ask it for a field takes longer than to write one.
+        self._key = memoryview(self._state["key"]).cast("B")
+        poses = [self._fresh[name] for name in ("world_a", "world_b", "relative")]
+        self._turns, self._moves = [pose[:9].reshape(3, 3) for pose in poses], [pose[9:] for pose in poses]
+        self._result = self._states[list(ANSWER)][:1]
         self._swarm = np.zeros(settings.ants, dtype=ANT)
         self._table = np.zeros((TABLE, 2), dtype=np.int64)
         self._found = np.zeros((256, 2), dtype=np.int64)
-        self._stamp, self._deadline, self._restart = 0.0, 0.0, 0
-        self._forget_random()
+        self._stamp = self._deadline = 0.0
         self._set_constants()
         self.use(sample_of(first, None, 0, ""), sample_of(second, None, 0, ""))
 
@@ -84,22 +86,18 @@ class PairSearch:
         Poses are rotation (3, 3) and translation (3,); ``stamp``, the time of the frame, is part of the key of the
         random stream; ``start``: places of a pair to begin at, such as the closest of the frame before.
         """
-        self._place(pose_a, pose_b, stamp)
-        self._state["budget"] = self.settings.budget if budget is None else budget
-        if start is not None:
-            self._begin_at(start)
-        return self._search()
+        self._take_poses(pose_a, pose_b, stamp)
+        return self._search(start or NO_PAIR, self.settings.budget if budget is None else budget)
 
     def look_longer(self, budget: int) -> SearchResult:
         """Search on without a hit, up to a larger budget; the same as a look with that budget from the start."""
-        self._state["budget"] = budget
-        return self._search()
+        return self._search(None, budget)
 
     def look_on(self) -> SearchResult:
         """Search on from a hit for one outside what was found so far, within the same budget; counts go on too."""
         self._state["hit_a"] = -1
         self._state["quiet"] = 0
-        return self._search()
+        return self._search(None, int(self._state["budget"]))
 
     def curve(self, seeds: IntArray) -> IntArray:
         """Every pair that meets and hangs together with the hit or with a seed that still meets, (k, 2) places, sorted.
@@ -134,57 +132,44 @@ class PairSearch:
         for name in FROM_SETTINGS:
             fresh[name] = getattr(settings, name)
         fresh["fresh"], fresh["without"] = 1, settings.without_equation or 0
+        fresh["who"], fresh["walk"] = SEARCHERS.get(settings.variant, COLONY), settings.variant in ("memetic", "local")
         fresh["daemon"], fresh["amplitude"] = settings.variant == "memetic", settings.decode == "amplitude"
         fresh["scale"] = self.first.mean_radius + self.second.mean_radius or 1.0
-        fresh["closest"] = np.inf
+        fresh["closest"], fresh["size"] = np.inf, self.first.size + self.second.size
 
-    def _place(self, pose_a: Pose, pose_b: Pose, stamp: float) -> None:
-        """Forget the search before and take new poses."""
+    def _take_poses(self, pose_a: Pose, pose_b: Pose, stamp: float) -> None:
+        """Take new poses, for the search that begins next."""
         (turn_a, move_a), (turn_b, move_b) = pose_a, pose_b
-        generation = self._state["generation"] + 1
-        self._bytes[0] = self._bytes[1]  # field by field it takes three times as long
-        self._state["generation"] = generation
-        relative = turn_b.T @ turn_a, turn_b.T @ (move_a - move_b)
-        for place, (turn, move) in zip(self._poses, (pose_a, pose_b, relative), strict=True):
-            place[:9], place[9:] = turn.ravel(), move
-        size = self.first.size + self.second.size + float(np.abs(move_a).max() + np.abs(move_b).max())
-        self._state["pad"] = PLACE_PAD * size + UNDERFLOW_PAD
-        self._stamp, self._restart = stamp, 0
-        self._forget_random()
-        self._deadline = perf_counter() + (self.settings.budget_seconds or 0.0)
+        self._turns[0][:], self._moves[0][:] = turn_a, move_a
+        self._turns[1][:], self._moves[1][:] = turn_b, move_b
+        np.matmul(turn_b.T, turn_a, out=self._turns[2])
+        np.matmul(turn_b.T, move_a - move_b, out=self._moves[2])
+        self._stamp, self._deadline = stamp, perf_counter() + (self.settings.budget_seconds or 0.0)
 
-    def _begin_at(self, start: Pair) -> None:
-        """Look at a pair first. Variants with local search descend from it; the colony's first ant starts there."""
-        walk = self.settings.variant in ("memetic", "local")
-        state = self._state
-        follow(walk, *start, self._faces, self._states)
-        self._resolve()
-        for side, sample in zip("ab", self.samples, strict=True):
-            place = int(np.searchsorted(sample.pick, state[f"best_{side}"]))
-            state[f"start_{side}"] = min(place, len(sample) - 1)
-
-    def _search(self) -> SearchResult:
+    def _search(self, start: Pair | None, budget: int) -> SearchResult:
+        """Begin at a pair or at ``NO_PAIR``; ``None``: go on with a search."""
         if self.settings.variant == "printed":
-            return self._search_as_printed()
+            return self._search_as_printed(start, budget)
         if self.settings.budget_seconds is None:
-            self._run()
+            self._run(start, budget)
             return self._answer()
-        state = self._state
-        while state["hit_a"] < 0 and perf_counter() < self._deadline:
-            state["budget"] = state["evaluations"] + SLICE
-            self._run()
+        self._run(start, SLICE)
+        while self._state["hit_a"] < 0 and perf_counter() < self._deadline:
+            self._run(None, int(self._state["evaluations"]) + SLICE)
         return self._answer()
 
-    def _search_as_printed(self) -> SearchResult:
+    def _search_as_printed(self, start: Pair | None, budget: int) -> SearchResult:
         """The equations as printed, one pair at a time; their closest pair is kept here, not by them."""
         state, picks = self._state, [sample.pick for sample in self.samples]
-        closest, pair = np.inf, (-1, -1)
+        if start is not None:
+            self._run(start, budget, task=BEGIN)
+        closest, pair = np.inf, NO_PAIR
 
         def evaluate(i: int, j: int) -> float:
             nonlocal closest, pair
             state["closest"] = np.inf
             pair_now = int(picks[0][i]), int(picks[1][j])
-            follow(False, *pair_now, self._faces, self._states)
+            follow(*pair_now, self._faces, self._states)
             self._resolve()
             distance = float(state["closest"])
             if distance < closest:
@@ -192,44 +177,29 @@ class PairSearch:
             return distance
 
         def is_over() -> bool:
-            return bool(state["hit_a"] >= 0 or state["evaluations"] >= state["budget"])
+            return bool(state["hit_a"] >= 0 or state["evaluations"] >= budget)
 
-        stream = stream_of(self.settings.seed, *self.names, self._stamp, self._restart)
+        stream = stream_of(self.settings.seed, *self.names, self._stamp, 0)
         sizes = (len(picks[0]), len(picks[1]))
         state["iterations"], broken = search_as_printed(evaluate, is_over, sizes, self.settings, stream)
         if closest < np.inf:  # else a warm start has spent the budget, and what it found holds
             state["closest"], (state["best_a"], state["best_b"]) = closest, pair
         return self._answer(broken=broken)
 
-    def _run(self) -> None:
+    def _run(self, start: Pair | None, budget: int, task: int = SEARCH) -> None:
         """Serve the kernel with what it asks for until it has a hit or its budget is spent."""
+        if start is None:
+            start, task = NO_PAIR, SEARCH_ON
         while True:
-            outcome = advance(self._who, self._swarm, self._faces, self._states, self._random)
-            if outcome in (FOUND, SPENT):
-                return
-            if outcome == HUNGRY:
-                self._feed()
-            elif outcome == STALE:
-                self._restart += 1
-                self._forget_random()
-                self._state["cursor"] = 0
+            outcome = advance(task, *start, budget, self._swarm, self._faces, self._states)
+            if outcome == KEYLESS:
+                self._key[:] = key_of(self.settings.seed, *self.names, self._stamp, int(self._state["restarts"]))
+                self._state["keyed"] = 1
             elif outcome == FULL:
                 self._grow()
-            elif outcome == UNSURE and self._resolve():
+            elif outcome != UNSURE or self._resolve() or task == BEGIN:
                 return
-
-    def _forget_random(self) -> None:
-        self._stream: np.random.Generator | None = None
-        self._random = np.zeros(0)
-
-    def _feed(self) -> None:
-        """More random numbers, after those not used yet."""
-        if self._stream is None:
-            self._stream = stream_of(self.settings.seed, *self.names, self._stamp, self._restart)
-        left = self._random[self._state["cursor"] :]
-        size = max(BLOCK, 16 * self.settings.ants)
-        self._random = np.concatenate([left, self._stream.random(size)])
-        self._state["cursor"] = 0
+            task = SEARCH_ON
 
     def _resolve(self) -> bool:
         """Ask the exact predicate about the pairs left open; whether there is a hit now."""
@@ -276,15 +246,7 @@ class PairSearch:
         self._table, self._faces = larger, self._faces._replace(table=larger)
 
     def _answer(self, *, broken: bool = False) -> SearchResult:
-        state = self._state
-        hit = (int(state["hit_a"]), int(state["hit_b"])) if state["hit_a"] >= 0 else None
-        return SearchResult(
-            hit=hit,
-            closest=(int(state["best_a"]), int(state["best_b"])),
-            distance=float(state["closest"]),
-            evaluations=int(state["evaluations"]),
-            tests=int(state["tests"]),
-            restarts=self._restart,
-            iterations=int(state["iterations"]),
-            reason="hit" if hit else "broken" if broken else "budget",
-        )
+        hit_a, hit_b, best_a, best_b, distance, evaluations, tests, restarts, iterations = self._result[0].item()
+        hit = (hit_a, hit_b) if hit_a >= 0 else None
+        reason = "hit" if hit else "broken" if broken else "budget"
+        return SearchResult(hit, (best_a, best_b), distance, evaluations, tests, restarts, iterations, reason)

@@ -6,7 +6,7 @@ these kernels: with the exact sums linked into them they took 13 s to compile in
 
 import numpy as np
 
-from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import doubles_at, doubles_of
 from cdcore.narrow.triangles.filter import UNDECIDED, pair_intersects_filtered
 from cdcore.narrow.triangles.predicates import triangles_intersect
@@ -73,15 +73,31 @@ def leave_open(key: int, state: State) -> None:
 @hot_kernel
 def trace_evaluation(i: int, j: int, distance: float, state: State) -> None:
     """Write an evaluation down for who watches."""
+    stay_one_function()
     trace, row = doubles_at(state.trace), TRACED * (state.evaluations - 1)
     trace[row], trace[row + 1], trace[row + 2] = i, j, distance
     trace[row + 3], trace[row + 4], trace[row + 5] = state.iterations, state.asked_by, np.nan
 
 
 @hot_kernel
+def test_once(i: int, j: int, faces: Faces, state: State) -> None:
+    """Test a pair whose balls overlap unless this search has; one that meets is written to the state."""
+    stay_one_function()
+    key = i * faces.rows_b.shape[0] + j
+    if is_new(faces.table, state, key):
+        state.tests += 1
+        answer = faces_meet(i, j, faces, state)
+        if answer == 1:
+            state.hit_a = i
+            state.hit_b = j
+        elif answer == UNDECIDED:
+            leave_open(key, state)
+
+
+@hot_kernel
 def evaluate(i: int, j: int, faces: Faces, state: State) -> float:
     """Distance of the centroids of faces i and j, the unit of cost; a pair that meets is written to the state."""
-    stay_one_function()
+    become_part_of_caller()
     rows_a, rows_b, pose = faces.rows_a, faces.rows_b, state.relative
     state.evaluations += 1
     state.quiet += 1
@@ -100,15 +116,7 @@ def evaluate(i: int, j: int, faces: Faces, state: State) -> float:
     # written so that a distance that overflowed is tested
     if distance - (rows_a[i, RADIUS] + rows_b[j, RADIUS]) > state.pad:
         return distance
-    key = i * rows_b.shape[0] + j
-    if is_new(faces.table, state, key):
-        state.tests += 1
-        answer = faces_meet(i, j, faces, state)
-        if answer == 1:
-            state.hit_a = i
-            state.hit_b = j
-        elif answer == UNDECIDED:
-            leave_open(key, state)
+    test_once(i, j, faces, state)
     return distance
 
 

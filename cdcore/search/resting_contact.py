@@ -9,8 +9,7 @@ import numpy as np
 
 from cdcore.kernels.box_axes import pose_seen_from
 from cdcore.kernels.compiling import kernel
-from cdcore.numerics import EPS, BoolArray, FloatArray, IntArray
-from cdcore.protocol import Motion
+from cdcore.numerics import EPS, FloatArray
 from cdcore.search.features import Features
 from cdcore.search.sample_control import PROBE
 
@@ -20,22 +19,20 @@ rounded, and one relative pose is computed for each of two frames: below 1000 ep
 
 
 @kernel
-def relative_poses(
-    frames: IntArray, first: int, second: int, rotations: FloatArray, translations: FloatArray, out: FloatArray
+def relative_pose(
+    frame: int, first: int, second: int, rotations: FloatArray, translations: FloatArray, pose: FloatArray
 ) -> None:
-    """``out`` (K, 13): pose of the first body in the second's frame, rotation by rows, then translation; last the
-    largest coordinate of both places.
+    """``pose`` (13,): of the first body in the second's frame, rotation by rows, then translation; last the largest
+    coordinate of both places.
     """
     turn, move = np.empty((3, 3)), np.empty(3)
-    for k in range(frames.shape[0]):
-        t = frames[k]
-        place_a, place_b = translations[t, first], translations[t, second]
-        pose_seen_from(rotations[t, second], place_b, rotations[t, first], place_a, turn, move)
-        out[k, 12] = 0.0
-        for i in range(3):  # assigned as slices, arrays took 2.5 s to compile, not 0.3 (2026-11)
-            for j in range(3):
-                out[k, 3 * i + j] = turn[i, j]
-            out[k, 9 + i], out[k, 12] = move[i], max(out[k, 12], abs(place_a[i]), abs(place_b[i]))
+    place_a, place_b = translations[frame, first], translations[frame, second]
+    pose_seen_from(rotations[frame, second], place_b, rotations[frame, first], place_a, turn, move)
+    pose[12] = 0.0
+    for i in range(3):  # assigned as slices, arrays took 2.5 s to compile, not 0.3 (2026-11)
+        for j in range(3):
+            pose[3 * i + j] = turn[i, j]
+        pose[9 + i], pose[12] = move[i], max(pose[12], abs(place_a[i]), abs(place_b[i]))
 
 
 @kernel
@@ -49,6 +46,20 @@ def distance_moved(pose: FloatArray, before: FloatArray, size: float) -> float:
     return float(np.sqrt(turn) * size + np.sqrt(move))
 
 
+@kernel
+def budget_at_rest(
+    poses: tuple[FloatArray, FloatArray, FloatArray], size: float, sizes: float, news: float, whole: int
+) -> int:
+    """As ``RestingContact.budget``, of the pose now, the one searched and the one seen; ``news`` in metres."""
+    pose, searched, seen = poses
+    rounding = ROUNDING_ULPS * EPS * (sizes + max(pose[12], searched[12], seen[12]))
+    moved = distance_moved(pose, searched, size)
+    if moved <= rounding:
+        return 0
+    came_to_rest = distance_moved(pose, seen, size) <= rounding
+    return whole if came_to_rest or not moved < news else min(whole, PROBE)
+
+
 class RestingContact:
     """Decides how much to search a pair that rests, or nearly rests, against each other.
 
@@ -58,31 +69,15 @@ class RestingContact:
     """
 
     def __init__(self, first: Features, second: Features, share: float) -> None:
-        self._size = first.size
-        self._sizes = first.size + second.size
-        self._news = share * 2.0 * min(first.mean_radius, second.mean_radius)
+        news = share * 2.0 * min(first.mean_radius, second.mean_radius)
+        self._lengths = first.size, first.size + second.size, news
 
     def budget(self, pose: FloatArray, searched: FloatArray | None, seen: FloatArray | None, whole: int) -> int:
         """Evaluations, of the ``whole`` budget, at a relative pose (13,); 0: all of it found nothing here before.
 
-        ``searched``: relative pose at which the whole budget found nothing; ``None``: there is none. ``seen``: relative
-        pose at the search before. A pair that comes to rest at a new pose is searched there once.
+        ``searched``: relative pose at which the whole budget found nothing; ``None``: there is none. ``seen``:
+        relative pose at the search before. A pair that comes to rest at a new pose is searched there once.
         """
         if searched is None or seen is None:
             return whole
-        rounding = ROUNDING_ULPS * EPS * (self._sizes + max(pose[12], searched[12], seen[12]))
-        moved = distance_moved(pose, searched, self._size)
-        if moved <= rounding:
-            return 0
-        came_to_rest = distance_moved(pose, seen, self._size) <= rounding
-        return whole if came_to_rest or not moved < self._news else min(whole, PROBE)
-
-
-def relative_of(motion: Motion, near: BoolArray, ends: list[tuple[int, int]]) -> dict[int, FloatArray]:
-    """Column of a pair -> its relative poses (K, 13) at the frames where ``near`` (T, P) says so, in order."""
-    poses = {}
-    for column in np.flatnonzero(near.any(axis=0)).tolist():
-        frames = np.flatnonzero(near[:, column])
-        poses[column] = np.empty((len(frames), 13))
-        relative_poses(frames, *ends[column], motion.rotations, motion.translations, poses[column])
-    return poses
+        return budget_at_rest((pose, searched, seen), *self._lengths, whole)

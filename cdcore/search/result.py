@@ -1,13 +1,12 @@
 """What one search of one pair of bodies found and took; a hit in it has passed the exact triangle test."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 Pair = tuple[int, int]
 """Places of two faces in the order of the search, one of each body."""
 
 
-@dataclass(frozen=True)
-class SearchResult:
+class SearchResult(NamedTuple):
     """What one search found, a pair that meets or ``None``, and took.
 
     ``closest``: the pair whose centroids came closest, at ``distance`` metres. ``evaluations``: distances of centroids;

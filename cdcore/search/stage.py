@@ -4,7 +4,7 @@ Where both poses of a pair are bit for bit those of its look before, the answer 
 whole budget found nothing, it gets less (``rest``).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 
@@ -14,7 +14,7 @@ from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, readonl
 from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, ordered_by_name
 from cdcore.search.features import RADIUS, Features, features_of
 from cdcore.search.pair_search import PairSearch, Pose
-from cdcore.search.resting_contact import RestingContact, relative_of
+from cdcore.search.resting_contact import RestingContact, relative_pose
 from cdcore.search.result import Pair, SearchResult
 from cdcore.search.sample_control import LEAST_SAMPLE, LEVELS, PROBE, SampleControl, band_of
 from cdcore.search.samples import Sample, sample_of
@@ -79,9 +79,13 @@ class SearchAnswer:
 
     def count(self, look: SearchResult, flood_tests: int) -> None:
         """Add the work of one look."""
-        amounts = (look.evaluations, look.tests, flood_tests, look.restarts, look.iterations, look.reason == "broken")
-        for name, amount in zip(COUNTERS[3:], amounts, strict=True):
-            self.work[name] += int(amount)
+        work = self.work
+        work["evaluations"] += look.evaluations
+        work["exact_tests"] += look.tests
+        work["flood_tests"] += flood_tests
+        work["restarts"] += look.restarts
+        work["iterations"] += look.iterations
+        work["broken"] += int(look.reason == "broken")
 
     def face_sets(self) -> FaceSets:
         """The faces as a detection keeps them."""
@@ -107,7 +111,9 @@ class SearchStage:
         self._searches = [search(features[a], features[b], name, settings) for (a, b), name in ends]
         self._rests = [RestingContact(features[a], features[b], settings.rest) for a, b in self._ends]
         self._samples = self._draw(bodies, features)
-        self._order = np.array(sorted(range(len(names)), key=names.__getitem__), dtype=np.int64)
+        self._rank = {column: rank for rank, column in enumerate(sorted(range(len(names)), key=names.__getitem__))}
+        # A pair that rests is searched in brief only if it starts from where it was closest, within counted work.
+        self._rested = settings.rest > 0.0 and settings.warm_start and settings.budget_seconds is None
         # What looks gave that found nothing: who asks the same again need not search.
         self.empty: dict[LookKey, SearchResult] = {}
 
@@ -123,21 +129,23 @@ class SearchStage:
         found = SearchAnswer(near.shape, faces)
         for known in memory.pairs:
             known.number = -1
-        resting = self._relative(motion, near) if memory.control is None else None
-        by_name = near[:, self._order]
-        for frame in np.flatnonzero(by_name.any(axis=1)).tolist():
-            columns = self._order[by_name[frame]].tolist()
-            if memory.control is not None:
-                self._decide_within(motion, frame, columns, memory, found)
-                continue
-            for column in columns:
-                known = memory.pairs[column]
-                if resting is None:
-                    look = self._look(motion, frame, column, known, self._settings.budget, found)
-                else:
-                    look = self._look_rested(motion, frame, column, known, next(resting[column]), found)
-                self._finish(frame, column, look, known, found)
+        for frame in np.flatnonzero(near.any(axis=1)).tolist():
+            self.decide_frame(motion, frame, np.flatnonzero(near[frame]).tolist(), memory, found)
         return found
+
+    def decide_frame(
+        self, motion: Motion, frame: int, columns: list[int], memory: SearchMemory, found: SearchAnswer
+    ) -> None:
+        """Search some pairs in one frame."""
+        columns.sort(key=self._rank.__getitem__)
+        if memory.control is not None:
+            self._decide_within(motion, frame, columns, memory, found)
+            return
+        search = self._look_rested if self._rested else self._look
+        for column in columns:
+            known = memory.pairs[column]
+            look = search(motion, frame, column, known, self._settings.budget, found)
+            self._finish(frame, column, look, known, found)
 
     def _decide_within(
         self, motion: Motion, frame: int, columns: list[int], memory: SearchMemory, found: SearchAnswer
@@ -185,17 +193,13 @@ class SearchStage:
                     looks[column] = self._searches[column].look_longer(before.evaluations + more)
                 return
 
-    def _relative(self, motion: Motion, near: BoolArray) -> dict[int, Iterator[FloatArray]] | None:
-        """Relative poses of each pair that is near; ``None`` where every frame gets the whole budget."""
-        if (s := self._settings).rest == 0.0 or not s.warm_start or s.budget_seconds is not None:
-            return None
-        return {column: iter(poses) for column, poses in relative_of(motion, near, self._ends).items()}
-
     def _look_rested(
-        self, motion: Motion, frame: int, column: int, known: PairMemory, pose: FloatArray, found: SearchAnswer
+        self, motion: Motion, frame: int, column: int, known: PairMemory, whole: int, found: SearchAnswer
     ) -> SearchResult | None:
         """Search a pair with the whole budget; with less or not at all while it rests where that found nothing."""
-        budget = self._rests[column].budget(pose, known.searched, known.seen, self._settings.budget)
+        pose = np.empty(13)
+        relative_pose(frame, *self._ends[column], motion.rotations, motion.translations, pose)
+        budget = self._rests[column].budget(pose, known.searched, known.seen, whole)
         if budget == 0:
             found.work["reused"] += 1
             return None
@@ -203,7 +207,7 @@ class SearchStage:
         look = self._look(motion, frame, column, known, budget, found)
         if look is not None and look.hit is not None:
             known.searched = None
-        elif look is not None and budget == self._settings.budget:
+        elif look is not None and budget == whole:
             known.searched = pose
         elif look is not None:
             found.work["short"] += 1
@@ -232,8 +236,9 @@ class SearchStage:
 
     def _poses(self, motion: Motion, frame: int, column: int) -> tuple[Pose, Pose]:
         """Poses of both bodies of a pair, in the order of the search."""
-        one, other = ((motion.rotations[frame, body], motion.translations[frame, body]) for body in self._ends[column])
-        return one, other
+        a, b = self._ends[column]
+        turns, moves = motion.rotations[frame], motion.translations[frame]
+        return (turns[a], moves[a]), (turns[b], moves[b])
 
     def _finish(
         self, frame: int, column: int, look: SearchResult | None, known: PairMemory, found: SearchAnswer

@@ -13,25 +13,28 @@ OPEN_KEPT, OPEN_ASKED = 64, 8
 """Most pairs left open at a time by the flood fill and by the search, which waits for their answer."""
 
 COUNTS = (
-    # What was spent; evaluations since the last hit or restart; random numbers used.
-    "evaluations", "tests", "quiet", "iterations", "cursor",
+    # What was spent; evaluations since the last hit or restart; populations drawn anew.
+    "evaluations", "tests", "quiet", "iterations", "restarts",
     # Places of the pair that meets (-1: none), of the closest pair, of the pair the last descent started from, and of
     # the pair the colony's first ant starts at (-1: none).
     "hit_a", "hit_b", "best_a", "best_b", "last_a", "last_b", "start_a", "start_b",
     # Mark of this search's entries in the table of tested pairs, and their number; pairs the filter left open, ever and
     # now.
     "generation", "entries", "undecided", "open",
-    # Limits and choices: whether the best ant is improved by local search, the equation left out (0: none), whether
-    # angles are decoded by amplitudes, whether the population is still to be drawn.
-    "budget", "restart_after", "ants", "daemon", "without", "amplitude", "fresh",
+    # Limits and choices: who searches, whether a start is walked down from, whether the best ant is improved by local
+    # search, the equation left out (0: none), whether angles are decoded by amplitudes, whether the population is still
+    # to be drawn.
+    "budget", "restart_after", "ants", "who", "walk", "daemon", "without", "amplitude", "fresh",
+    # Of the random numbers: whether ``key`` is that of this restart, and whether its stream has begun.
+    "keyed", "seeded",
     # Of the flood fill: next pair to look around, pairs found, whether it goes over corners, tests done.
     "head", "found_count", "by_corners", "flood_tests",
     # Who evaluates, a place in ``ASKED_BY``; address of the trace (0: nobody watches) and its rows.
     "asked_by", "trace", "trace_rows",
 )  # fmt: skip
 NUMBERS = (
-    # Added to the radii of faces; what a distance is divided by; smallest distance so far.
-    "pad", "scale", "closest",
+    # Size of both bodies; added to the radii of faces; what a distance is divided by; smallest distance so far.
+    "size", "pad", "scale", "closest",
     # As in the settings.
     "turn", "mutation", "alpha", "beta", "evaporation", "reward", "pheromone_least", "pheromone_most",
 )  # fmt: skip
@@ -46,6 +49,11 @@ STATE = np.dtype(
         ("world_b", np.float64, 12),
         ("relative", np.float64, 12),
         ("pair", np.float64, 18),
+        # Key of the stream of random numbers, words that it is mixed from, and where it is: a number of 128 bits, and
+        # its step.
+        ("key", np.uint32, 8),
+        ("pool", np.int64, 4),
+        ("stream", np.uint64, 4),
     ]
 )
 """The record of a search."""
@@ -79,9 +87,9 @@ class Faces(NamedTuple):
     table: IntArray
 
 
-SPENT, FOUND, HUNGRY, STALE, FULL, UNSURE = range(6)
-"""What a kernel returns: finished without a hit; a pair meets; needs more random numbers; wants a restart; an array is
-full; pairs are left open."""
+SPENT, FOUND, KEYLESS, STALE, FULL, UNSURE = range(6)
+"""What a kernel returns: finished without a hit; a pair meets; wants the key of the restart; begins again over corners;
+an array is full; pairs are left open."""
 
 ASKED_BY = ("start", "ant", "walk", "draw")
 """Who evaluates: the pair to start at, an ant, local search, a random draw."""

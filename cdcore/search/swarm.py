@@ -4,7 +4,6 @@ import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.kernels.memory import doubles_at
-from cdcore.numerics import FloatArray
 from cdcore.search.descent import descend, is_over
 from cdcore.search.equations import (
     PI,
@@ -19,10 +18,9 @@ from cdcore.search.equations import (
     wrapped,
 )
 from cdcore.search.pair_test import evaluate
+from cdcore.search.rng import draw
 from cdcore.search.state import BY_ANT, TRACED, Faces, State, Swarm
 
-NUMBERS_PER_ANT = 7
-"""Random numbers an ant uses in one iteration: whom it follows; per angle a sign, a size and a mutation."""
 FARTHEST = 1e-3
 """Added to distance over scale in the heuristic, so that a distance of zero stays finite."""
 
@@ -37,15 +35,14 @@ def decoded(angle: float, chain: int, features: int, state: State) -> int:
 
 
 @hot_kernel
-def populate(swarm: Swarm, features_a: int, features_b: int, state: State, random: FloatArray) -> None:
-    """Angles anew, pheromone 1, fitness 0; the first ant at the pair to start from, if any; two numbers an ant."""
+def populate(swarm: Swarm, features_a: int, features_b: int, state: State) -> None:
+    """Angles anew, pheromone 1, fitness 0; the first ant at the pair to start from, if any."""
     stay_one_function()
     for k in range(state.ants):
         ant = swarm[k]
-        ant.angles[0] = TWO_PI * random[state.cursor]
-        ant.angles[1] = TWO_PI * random[state.cursor + 1]
+        ant.angles[0] = TWO_PI * draw(state)
+        ant.angles[1] = TWO_PI * draw(state)
         ant.pheromone, ant.fitness = 1.0, 0.0
-        state.cursor += 2
     if state.start_a >= 0:
         swarm[0].angles[0] = PI * (state.start_a + 0.5) / features_a
         swarm[0].angles[1] = PI * (state.start_b + 0.5) / features_b
@@ -101,33 +98,31 @@ def followed(swarm: Swarm, ants: int, level: float) -> int:
 
 
 @hot_kernel
-def stepped(angle: float, target: float, state: State, random: FloatArray, at: int) -> float:
-    """A rotation towards the target angle, (17), and with some probability a NOT gate, (18); uses three numbers."""
+def stepped(angle: float, target: float, state: State) -> float:
+    """A rotation towards the target angle, (17), and with some probability a NOT gate, (18)."""
     stay_one_function()
     ahead = wrapped(target - angle)
-    sign = 1.0 if random[at] < 0.5 else -1.0
-    size = state.turn * random[at + 1]
+    sign, share, chance = 1.0 if draw(state) < 0.5 else -1.0, draw(state), draw(state)
+    size = state.turn * share
     if ahead != 0.0:
-        size = 2.0 * random[at + 1] * min(state.turn, abs(ahead))
+        size = 2.0 * share * min(state.turn, abs(ahead))
         if state.without != 17:
             sign = 1.0 if ahead > 0.0 else -1.0
     turned = equation_17(angle, sign * size)
-    if state.without != 18 and random[at + 2] < state.mutation:
+    if state.without != 18 and chance < state.mutation:
         return equation_18(turned)
     return turned
 
 
 @hot_kernel
-def move(swarm: Swarm, total: float, state: State, random: FloatArray) -> None:
+def move(swarm: Swarm, total: float, state: State) -> None:
     """Every ant follows one drawn by weight, all from the places before the move."""
     stay_one_function()
     for k in range(state.ants):
-        at = state.cursor
-        chosen = followed(swarm, state.ants, random[at] * total)
+        chosen = followed(swarm, state.ants, draw(state) * total)
         for body in range(2):
             angle, target = swarm[k].angles[body], swarm[chosen].angles[body]
-            swarm[k].turned[body] = stepped(angle, target, state, random, at + 1 + 3 * body)
-        state.cursor += NUMBERS_PER_ANT
+            swarm[k].turned[body] = stepped(angle, target, state)
     for k in range(state.ants):
         swarm[k].angles[0], swarm[k].angles[1] = swarm[k].turned[0], swarm[k].turned[1]
 
@@ -141,7 +136,7 @@ def trace_pheromone(swarm: Swarm, first: int, chains: int, state: State) -> None
 
 
 @hot_kernel
-def iterate(swarm: Swarm, faces: Faces, state: State, random: FloatArray) -> None:
+def iterate(swarm: Swarm, faces: Faces, state: State) -> None:
     """One iteration: evaluate every ant, weigh, move, and improve the best pair by local search if asked to."""
     stay_one_function()
     state.iterations += 1
@@ -163,7 +158,7 @@ def iterate(swarm: Swarm, faces: Faces, state: State, random: FloatArray) -> Non
         reward(ant, closest, state)
     total = weigh(swarm, best, state)
     trace_pheromone(swarm, first, chains, state)
-    move(swarm, total, state, random)
+    move(swarm, total, state)
     if state.daemon != 0 and (best_i != state.last_a or best_j != state.last_b):
         state.last_a, state.last_b = best_i, best_j
         descend(best_i, best_j, best_d, faces, state)

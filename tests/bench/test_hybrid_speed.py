@@ -30,10 +30,9 @@ FACE_SETS_AT_MOST = 0.95
 EXACT_AT_LEAST = {(5000, "bool"): 22.0, (50000, "bool"): 19.0, (5000, "faces"): 20.0, (50000, "faces"): 15.0}
 """Speed over the loop, median over the seeds."""
 CONTAINMENT_AT_MOST = 1.15
-LIVE_AT_MOST = dict.fromkeys(
-    ("exact", "collider", "hybrid", "static", "obb", "rapid-style", "solid-style", "aabb"), 2.0
-)  # fmt: skip
-LIVE = (*LIVE_AT_MOST, "sphere", "hybrid-qaco")
+LIVE_AT_MOST = dict.fromkeys(("collider", "hybrid", "static", "obb", "rapid-style", "solid-style", "aabb"), 2.0)
+LIVE_AT_MOST |= {"exact": 0.75, "hybrid-qaco": 4.0}
+LIVE = (*LIVE_AT_MOST, "sphere")
 
 
 def bench_modules():
@@ -113,7 +112,7 @@ def test_it_takes_at_most_this_share_of_the_loops_time(faces, what, at_most, see
 
 
 @pytest.mark.bench
-def test_a_live_look_takes_at_most_twice_the_loops_time():
+def test_a_live_look_takes_at_most_its_share_of_the_loops_time():
     work, loop, _ = session(FACES, 5400, 0)
     bodies = [Body(name, TriangleMesh(*mesh)) for name, mesh in zip(work.names, work.meshes, strict=True)]
     motion = Motion.from_matrices(np.arange(len(work.poses)) / work.rate_hz, work.poses)

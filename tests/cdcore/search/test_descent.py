@@ -18,7 +18,7 @@ def walked(search, i, j):
     """The pair where a way down from (i, j) ends, its distance, and the evaluations it took."""
     state = search._state
     state["budget"], before, state["closest"] = 10**9, int(state["evaluations"]), np.inf
-    follow(True, i, j, search._faces, search._states)
+    follow(i, j, search._faces, search._states)
     end = int(state["best_a"]), int(state["best_b"])
     return end, float(state["closest"]), int(state["evaluations"]) - before
 
@@ -26,7 +26,7 @@ def walked(search, i, j):
 def ways_beside_each_other(ways=150):
     """A torus a little above another, where no face meets and many balls overlap: a fresh search, and random starts."""
     search = search_of(torus_mesh(1.0, 0.3, 60, 24), torus_mesh(1.0, 0.3, 60, 24), variant="local")
-    search._place((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0)
+    search.look((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
     draw = np.random.default_rng(4)
     return search, draw.integers(len(search.first), size=(ways, 2)).tolist()
 
@@ -41,7 +41,7 @@ def test_a_way_ends_only_where_no_neighbour_and_where_balls_overlap_no_two_neigh
     search, starts = ways_beside_each_other()
     ends, overlapping = set(), 0
     for i, j in starts:
-        search._place((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0)
+        search.look((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
         end, distance, _ = walked(search, i, j)
         ends.add(end)
         both = (search.first, end[0]), (search.second, end[1])
@@ -57,11 +57,11 @@ def test_a_way_ends_only_where_no_neighbour_and_where_balls_overlap_no_two_neigh
 def test_a_way_is_left_where_an_earlier_one_has_been_and_gone_again_in_the_next_frame():
     search, starts = ways_beside_each_other(20)
     for i, j in starts:
-        search._place((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0)
+        search.look((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
         _, reached, whole = walked(search, i, j)
         _, _, again = walked(search, i, j)
         assert again <= 1 + 2 * NEIGHBOURS
-        search._place((I3, np.array([0.02, 0.01, 0.62])), HERE, 1.0)
+        search.look((I3, np.array([0.02, 0.01, 0.62])), HERE, 1.0, budget=0)
         assert walked(search, i, j)[1:] == (reached, whole)
         assert whole > again
 

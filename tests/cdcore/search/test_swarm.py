@@ -5,7 +5,7 @@ import pytest
 from support.search_scenes import I3, ball_of, search_of
 
 from cdcore.kernels.compiling import kernel
-from cdcore.search import pair_search
+from cdcore.search.rng import draw, key_of, seed_stream, stream_of
 from cdcore.search.state import ANT, STATE
 from cdcore.search.swarm import decoded, stepped, weigh
 
@@ -17,10 +17,17 @@ def decode_all(angles, chain, features, state, places):
 
 
 @kernel
-def step_along(angles, targets, state, random):
+def step_along(angles, targets, states):
+    seed_stream(states[0])
     for k in range(angles.shape[0]):
-        for step in range(random.shape[0] // 3):
-            angles[k] = stepped(angles[k], targets[k], state, random, 3 * step)
+        angles[k] = stepped(angles[k], targets[k], states[0])
+
+
+@kernel
+def draw_all(states, numbers):
+    seed_stream(states[0])
+    for k in range(numbers.shape[0]):
+        numbers[k] = draw(states[0])
 
 
 @kernel
@@ -29,11 +36,24 @@ def weigh_once(swarm, best, state):
 
 
 def state_of(**changes):
-    state = np.zeros(1, dtype=STATE)[0]
+    return states_of(**changes)[0]
+
+
+def states_of(**changes):
+    states = np.zeros(1, dtype=STATE)
+    state = states[0]
     usual = {"turn": 0.15 * np.pi, "alpha": 1.0, "beta": 3.0, "evaporation": 0.1}
     for name, value in {**usual, "pheromone_least": 1e-3, "pheromone_most": 10.0, **changes}.items():
         state[name] = value
-    return state
+    return states
+
+
+@pytest.mark.parametrize("restart", range(20))
+def test_kernels_draw_the_numbers_that_numpy_draws_from_the_same_key(restart):
+    states, numbers = states_of(), np.empty(100)
+    states["key"][0] = np.frombuffer(key_of(5, "rod", "beaker", 0.1 * restart, restart), dtype="<u4")
+    draw_all(states, numbers)
+    assert numbers.tolist() == stream_of(5, "beaker", "rod", 0.1 * restart, restart).random(100).tolist()
 
 
 @pytest.mark.parametrize("chain", [0, 1])
@@ -56,13 +76,13 @@ def test_the_amplitude_map_draws_the_ends_twenty_times_too_often():
 
 def test_a_step_goes_the_short_way_and_without_17_either_way():
     start, target = np.full(2000, 3.0), np.full(2000, -3.0)
-    angles = start.copy()
-    step_along(angles, target, state_of(), np.array([0.9, 0.3, 0.9]))
-    assert (np.exp(1j * (angles - start)).imag > 0).all()
-    other = start.copy()
-    step_along(other, target, state_of(without=17), np.array([0.9, 0.3, 0.9]))
-    assert (np.exp(1j * (other - start)).imag < 0).all()
-    assert np.allclose(np.abs(np.angle(np.exp(1j * (other - start)))), np.abs(np.angle(np.exp(1j * (angles - start)))))
+    ways = []
+    for equation in (18, 17):
+        angles, states = start.copy(), states_of(without=equation)
+        step_along(angles, target, states)
+        ways.append(np.angle(np.exp(1j * (angles - start))))
+    assert (ways[0] > 0).all()
+    assert 0.4 < (ways[1] < 0).mean() < 0.6
 
 
 @pytest.mark.parametrize("spread", [0.0, 2.0, 300.0])
@@ -126,13 +146,3 @@ def test_the_population_is_drawn_anew_after_so_many_evaluations_without_a_hit(va
     look = search_of(ball, ball, variant=variant, budget=9000, restart_after=1000).look(APART, HERE, 0.0)
     assert 5 <= look.restarts <= 9
     assert search_of(ball, ball, variant=variant, budget=9000, restart_after=10**6).look(APART, HERE, 0.0).restarts == 0
-
-
-@pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random"])
-def test_the_block_in_which_random_numbers_come_changes_nothing(variant, monkeypatch):
-    ball = ball_of(600)
-    looks = []
-    for block in (400, 2048, 50_000):
-        monkeypatch.setattr(pair_search, "BLOCK", block)
-        looks.append(search_of(ball, ball, variant=variant, budget=6000).look(APART, HERE, 0.0))
-    assert looks[0] == looks[1] == looks[2]
