@@ -125,7 +125,7 @@ def test_ros_without_its_library_is_one_sentence(bag, monkeypatch):
         import_session("ros2", bag[0])
 
 
-def tf(*moves, topic="/tf"):
+def tf(*moves):
     """A bag of these transforms."""
 
     def write(path):
@@ -133,45 +133,38 @@ def tf(*moves, topic="/tf"):
             writer = pytest.importorskip("mcap_ros2.writer").Writer(stream)
             kind = writer.register_msgdef("tf2_msgs/msg/TFMessage", TRANSFORM + SHARED)
             for message in moves:
-                writer.write_message(topic, kind, message, 10)
+                writer.write_message("/tf", kind, message, 10)
             writer.finish()
 
     return write
 
 
-def at(parent, child, stamp=1, place=(0, 0, 0)):
-    return transform(parent, child, stamp, place, Rotation.identity())
+def at(parent, child, stamp=1):
+    return transform(parent, child, stamp, (0, 0, 0), Rotation.identity())
 
 
-def raw(data=b"\0\1\0\0", name="tf2_msgs/msg/TFMessage", kind="ros2msg", text=TRANSFORM + SHARED, coding="cdr"):
+def raw(data=b"\0\1\0\0", kind="ros2msg", text=TRANSFORM + SHARED):
     """A bag with one message of these bytes and this description."""
 
     def write(path):
         with path.open("wb") as stream:
             writer = Writer(stream)
             writer.start(profile="ros2")
-            channel = writer.register_channel("/tf", coding, writer.register_schema(name, kind, text.encode()))
+            schema = writer.register_schema("tf2_msgs/msg/TFMessage", kind, text.encode())
+            channel = writer.register_channel("/tf", "cdr", schema)
             writer.add_message(channel, 10, data, 10)
             writer.finish()
 
     return write
 
 
-@pytest.mark.parametrize("text", ("float64[ x\n", "no_such/Type x\n", "9type x\n", "float64 X x\n"))
+@pytest.mark.parametrize("text", ("float64[ x\n", "no_such/Type x\n"))
 def test_a_schema_that_cannot_be_read_is_one_sentence_and_nothing_is_printed(tmp_path, capfd, text):
     pytest.importorskip("mcap_ros2")
     raw(text=text)(tmp_path / "bag.mcap")
     with pytest.raises(ImportFileError, match="cannot be read"):
         import_session("ros2", tmp_path / "bag.mcap")
     assert capfd.readouterr() == ("", "")
-
-
-def damaged(change):
-    def write(path):
-        tf(at("map", "a"), at("map", "a", 2))(path)
-        path.write_bytes(change(path.read_bytes()))
-
-    return write
 
 
 def test_a_tree_that_stands_still_and_hangs_from_nothing_else_is_left_out(tmp_path):
@@ -185,19 +178,13 @@ def test_a_tree_that_stands_still_and_hangs_from_nothing_else_is_left_out(tmp_pa
 
 UNREAD = "/tf: a tf2_msgs/msg/TFMessage cannot be read"
 BROKEN = {
-    "two parents": (tf(at("map", "a"), at("odom", "a", 2)), "frame 'a' hangs from 'map' and from 'odom'"),
     "two that move": (
         tf(at("map", "a"), at("odom", "b"), at("map", "a", 2), at("odom", "b", 2)), "frames hang from 2 roots",
     ),
-    "itself": (tf(at("a", "a")), "hangs from itself"),
     "a long loop": (tf(at("c", "a"), at("a", "b"), at("b", "c")), "hangs from itself"),
-    "no child but a slash": (tf(at("map", "/")), "a transform has no child frame"),
-    "no transform": (tf({"transforms": []}), "there is no pose in it"),
-    "a bag of ROS 1": (damaged(lambda data: b"#ROSBAG V2.0\n" + data), "is no whole MCAP file"),
-    "half a message": (raw(b"\0\1\0\0\5\0"), UNREAD), "too many": (raw(b"\0\1\0\0\xff\xff\xff\x7f"), UNREAD),
+    "half a message": (raw(b"\0\1\0\0\5\0"), UNREAD),
     "half a description": (raw(text=TRANSFORM[:60]), UNREAD),
     "another language": (raw(kind="ros2idl"), "a schema in 'ros2idl' is not known; record with schemas in ros2msg"),
-    "another coding": (raw(coding="ros1"), r"messages are encoded as 'ros1'; write protobuf, json or cdr \(ROS 2\)"),
 }  # fmt: skip
 
 
