@@ -24,7 +24,7 @@ def command() -> None:
 @force
 @reporting
 def new(session: Path, out: Path | None, place: Path | None, force: bool, as_json: bool, people: People) -> int:
-    """Write a first scene of FILE.mcap, to edit: bodies, pairs that came near, what is held, what stands on what.
+    """Write a first scene of FILE.mcap, to edit: bodies, pairs that came near, what is held.
 
     \b
     replay scene new session.mcap -o bench.toml
@@ -49,13 +49,11 @@ def new(session: Path, out: Path | None, place: Path | None, force: bool, as_jso
     with whole_file(target, OutputError, overwrite=force, parents=True) as file:
         file.write(draft_text(held, draft, files, " ".join(heading.split())).encode())
     said += [one.words for one in found.values()]
-    said += [f"{up} stands on {down} in {100 * share:.0f} % of it" for (up, down), share in draft.stands.items()]
     said += [f"moved together throughout: {', '.join(group)}" for group in draft.held]
     bare = [name for name in held.names if name not in held.meshes]
     said += [f"no mesh: {', '.join(bare)}"] * bool(bare)
     people.say(f"{counted(len(draft.near), 'pair')} came near", *said)
-    plain = {"out": str(target), "near": draft.near, "held": draft.held, "without_mesh": bare,
-             "stands": [[*pair, share] for pair, share in draft.stands.items()]}  # fmt: skip
+    plain = {"out": str(target), "near": draft.near, "held": draft.held, "without_mesh": bare}
     answer(as_json, plain, lambda: str(target))
     return OK
 

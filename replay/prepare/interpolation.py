@@ -16,9 +16,10 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.numerics import ByteArray, FloatArray, IntArray
 from replay.prepare.assembly import PoseOrigin
 from sessions import Frames, Status
+from sessions.geometry.rotations import slerp
 
 BRIDGE_NS: Final = 50_000_000
 """A sample speaks for at most 50 ms: five samples of a 90 Hz tracker, and 1-2 cm of an ordinary hand movement."""
@@ -50,11 +51,6 @@ class FilledFrames:
         return len(self.stamp_ns)
 
 
-def is_usable(status: ByteArray) -> BoolArray:
-    """Whether each sample is a pose that may be computed with, same shape."""
-    return _ORIGIN[status] != PoseOrigin.NONE
-
-
 def filled(blocks: Iterable[Frames]) -> Iterator[FilledFrames]:
     """Fill frames whose stamps increase, block by block; a frame leaves once nothing to come can change it.
 
@@ -84,7 +80,7 @@ def _fill(window: Frames, first: int, stop: int) -> FilledFrames:
     quaternion[origin == PoseOrigin.NONE] = np.nan
     rows, columns = np.nonzero(head.status == Status.ABSENT)
     if len(rows):
-        usable, present = is_usable(window.status), window.status != Status.ABSENT
+        usable, present = _ORIGIN[window.status] != PoseOrigin.NONE, window.status != Status.ABSENT
         numbers, last = np.arange(len(window))[:, None], len(window) - 1
         before = np.maximum.accumulate(np.where(present, numbers, -1), axis=0)[first + rows, columns]
         after = np.minimum.accumulate(np.where(present, numbers, last + 1)[::-1], axis=0)[::-1][first + rows, columns]
@@ -98,39 +94,14 @@ def _fill(window: Frames, first: int, stop: int) -> FilledFrames:
         between = near_before & near_after
         r, c, b, a = rows[between], columns[between], before[between], after[between]
         share = since[between] / (since[between] + until[between])
-        start, end = window.position[b, c], window.position[a, c]
-        position[r, c] = start + (end - start) * share[:, None]
-        quaternion[r, c] = slerp(window.quaternion_xyzw[b, c], window.quaternion_xyzw[a, c], share)
+        start, end = (np.hstack([window.position[k, c], window.quaternion_xyzw[k, c]]) for k in (b, a))
+        position[r, c], quaternion[r, c] = np.split(blended(start, end, share), [3], axis=1)
         origin[r, c] = PoseOrigin.INTERPOLATED
     return FilledFrames(head.stamp_ns, position, quaternion, origin)
 
 
-NEARLY_EQUAL: Final = 1.0 - 1e-10
-"""Above this cosine of half the angle (28 microradians) slerp would divide by a sine that has lost half its digits; the
-chord differs from the arc by less than 1e-15 there."""
-
-
-def slerp(start: FloatArray, end: FloatArray, share: FloatArray) -> FloatArray:
-    """Unit quaternions (n, 4) on the shorter arc from ``start`` to ``end`` at ``share`` (n,) of the way.
-
-    Source: K. Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985.
-    """
-    a, b = _unit(start), _unit(end)
-    cosine = _dot(a, b)
-    b = np.where(cosine[:, None] < 0, -b, b)
-    cosine = np.abs(cosine)
-    near = cosine > NEARLY_EQUAL
-    angle = np.arccos(np.where(near, 0.0, cosine))
-    sine = np.sin(angle)
-    wa = np.where(near, 1.0 - share, np.sin((1.0 - share) * angle) / sine)
-    wb = np.where(near, share, np.sin(share * angle) / sine)
-    return _unit(wa[:, None] * a + wb[:, None] * b)
-
-
-def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    product = a * b
-    return ((product[:, 0] + product[:, 1]) + product[:, 2]) + product[:, 3]
-
-
-def _unit(q: FloatArray) -> FloatArray:
-    return q / np.sqrt(_dot(q, q))[:, None]
+def blended(start: FloatArray, end: FloatArray, share: FloatArray) -> FloatArray:
+    """Poses (n, 7), place and quaternion, at ``share`` (n,) of the way from one to another: straight, and by slerp."""
+    place = start[:, :3] + (end[:, :3] - start[:, :3]) * share[:, None]
+    first, last = (pose[:, 3:] / np.linalg.norm(pose[:, 3:], axis=1, keepdims=True) for pose in (start, end))
+    return np.hstack([place, slerp(first, last, share)])

@@ -13,14 +13,13 @@ from numpy.typing import NDArray
 from replay.base.constants import BLOCK_FRAMES
 from replay.errors import RefusedError
 from replay.prepare.flags import FlagSpan
-from replay.prepare.interpolation import slerp
+from replay.prepare.interpolation import blended
 from replay.prepare.policy import DROP, HOLD, INTERPOLATE, REFUSE, Policy
 from replay.prepare.session_scan import NO_ROTATION, SessionScan, scan_of
 from sessions import Finding, Frames, Session, Status
 from sessions.doctor.finding import in_order
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.pose_spans import PoseSpan, pose_spans
-from sessions.doctor.runs import runs
 from sessions.doctor.session_findings import examine_session
 from sessions.doctor.timing import gap_rows
 from sessions.doctor.track_watch import Mark
@@ -34,6 +33,9 @@ DAMAGE: Final = NAMED_BY_SURVEY | {"identity-while-lost", "out-of-space"}
 RANKS: Final = {INTERPOLATE: 1, HOLD: 2, DROP: 3}
 """Where two faults share a sample the stricter action holds."""
 
+ALL_BODIES: Final = -1
+"""The column of a gap, which is of no body alone."""
+
 Blocks = Callable[[int], Iterator[Frames]]
 
 
@@ -45,13 +47,12 @@ class Replacement:
     ----------
     rows : (k,) frame numbers in the file, ascending.
     status : (k,) uint8, values of ``Status``.
-    position (k, 3), quaternion (k, 4) : the replacement; NaN where there is none.
+    pose : (k, 7) place and quaternion that replace them; NaN where there is none.
     """
 
     rows: NDArray[np.int64]
     status: NDArray[np.uint8]
-    position: NDArray[np.float64]
-    quaternion: NDArray[np.float64]
+    pose: NDArray[np.float64]
 
     def count(self, first: int, last: int, status: Status) -> int:
         """Samples between two frames that became this."""
@@ -71,109 +72,62 @@ class RepairedFrames:
         """All frames, block by block."""
         first = 0
         for block in self.original(frames):
-            yield self._repaired(block, first)
+            position, quaternion = block.position.copy(), block.quaternion_xyzw.copy()
+            status = block.status.copy()
+            for column, one in self.replaced.items():
+                part = slice(*np.searchsorted(one.rows, [first, first + len(block)]))
+                rows, pose = one.rows[part] - first, one.pose[part]
+                status[rows, column] = one.status[part]
+                there = one.status[part] != Status.LOST
+                position[rows[there], column] = pose[there, :3]
+                quaternion[rows[there], column] = pose[there, 3:]
+            yield replace(block, position=position, quaternion_xyzw=quaternion, status=status)
             first += len(block)
-
-    def _repaired(self, block: Frames, first: int) -> Frames:
-        parts = {
-            column: np.searchsorted(one.rows, [first, first + len(block)]).tolist()
-            for column, one in self.replaced.items()
-        }
-        if not any(high > low for low, high in parts.values()):
-            return block
-        position, quaternion = block.position.copy(), block.quaternion_xyzw.copy()
-        status = block.status.copy()
-        for column, (low, high) in parts.items():
-            one = self.replaced[column]
-            rows, new = one.rows[low:high] - first, one.status[low:high]
-            status[rows, column] = new
-            there = new != Status.LOST
-            position[rows[there], column] = one.position[low:high][there]
-            quaternion[rows[there], column] = one.quaternion[low:high][there]
-        return replace(block, position=position, quaternion_xyzw=quaternion, status=status)
 
 
 def replacements(looked: PosePass, spans: Sequence[PoseSpan], policy: Policy, blocks: Blocks) -> dict[int, Replacement]:
     """What the policy makes of the samples in these spans, by column; columns where nothing changes are not there."""
-    plans = {}
-    for column in sorted({span.column for span in spans}):
-        plan = _plan(looked, [span for span in spans if span.column == column], column, policy)
-        if plan is not None:
-            plans[column] = plan
-    poses = _poses(plans, blocks)
-    return {column: plan.filled(looked.stamp_ns, poses[column]) for column, plan in plans.items()}
+    found = {
+        column: _replacement(looked, [span for span in spans if span.column == column], policy, blocks)
+        for column in sorted({span.column for span in spans})
+    }
+    return {column: one for column, one in found.items() if one is not None}
 
 
-@dataclass(frozen=True, eq=False)
-class _Plan:
-    """Rows of one column to replace, each with its rank, its limit, and the good samples around it (-1: none)."""
-
-    column: int
-    rows: NDArray[np.int64]
-    rank: NDArray[np.uint8]
-    limit_ns: NDArray[np.int64]
-    before: NDArray[np.int64]
-    after: NDArray[np.int64]
-
-    @property
-    def wanted(self) -> NDArray[np.int64]:
-        """Rows that something is held at or led to, ascending."""
-        stand_in = self.rank < RANKS[DROP]
-        rows = np.concatenate([self.before[stand_in], self.after[stand_in & (self.rank == RANKS[INTERPOLATE])]])
-        return np.unique(rows[rows >= 0])
-
-    def filled(self, stamps: NDArray[np.int64], poses: NDArray[np.float64]) -> Replacement:
-        """The replacement; ``poses`` (w, 7) are those of the rows wanted."""
-        status = np.full(len(self.rows), Status.LOST, dtype=np.uint8)
-        pose = np.full((len(self.rows), 7), np.nan)
-        now, since = stamps[self.rows], stamps[self.rows] - stamps[self.before]
-        held = (self.rank == RANKS[HOLD]) & (self.before >= 0) & (since >= 0) & (since <= self.limit_ns)
-        pose[held] = poses[np.searchsorted(self.wanted, self.before[held])]
-        status[held] = Status.HELD
-        width = stamps[self.after] - stamps[self.before]
-        inside = (since > 0) & (now < stamps[self.after]) & (width <= self.limit_ns)
-        between = (self.rank == RANKS[INTERPOLATE]) & (self.before >= 0) & (self.after >= 0) & inside
-        start, end = (poses[np.searchsorted(self.wanted, rows[between])] for rows in (self.before, self.after))
-        share = since[between] / width[between]
-        pose[between, :3] = start[:, :3] + (end[:, :3] - start[:, :3]) * share[:, None]
-        pose[between, 3:] = slerp(start[:, 3:], end[:, 3:], share)
-        status[between] = Status.INTERPOLATED
-        return Replacement(self.rows, status, pose[:, :3], pose[:, 3:])
-
-
-def _plan(looked: PosePass, spans: Sequence[PoseSpan], column: int, policy: Policy) -> _Plan | None:
-    there = np.flatnonzero(looked.has(Mark.PRESENT, column))
-    rank, limit = np.zeros(len(there), dtype=np.uint8), np.zeros(len(there), dtype=np.int64)
+def _replacement(looked: PosePass, spans: Sequence[PoseSpan], policy: Policy, blocks: Blocks) -> Replacement | None:
+    """What the policy makes of the samples of one body in its spans; ``None``: nothing changes."""
+    column, stamps = spans[0].column, looked.stamp_ns
+    present = np.flatnonzero(looked.has(Mark.PRESENT, column))
+    rank, limit = np.zeros(len(present), dtype=np.uint8), np.zeros(len(present), dtype=np.int64)
     for span in spans:
         rule = policy.rule(span.code)
-        low, high = np.searchsorted(there, [span.first, span.last + 1])
+        low, high = np.searchsorted(present, [span.first, span.last + 1])
         stricter = rank[low:high] < RANKS.get(rule.action, 0)
         rank[low:high][stricter] = RANKS.get(rule.action, 0)
         limit[low:high][stricter] = round(rule.limit * 1e9)
-    if (looked.has(Mark.LOST, column)[there] | (rank == 0)).all() and not (rank % RANKS[DROP]).any():
+    # The good samples around each bad one, by their place among those present.
+    places, good, none = np.arange(len(present)), rank == 0, len(present)
+    before = np.maximum.accumulate(np.where(good, places, -1))[~good]
+    after = np.minimum.accumulate(np.where(good, places, none)[::-1])[::-1][~good]
+    rows, rank, limit = present[~good], rank[~good], limit[~good]
+    start, end = present[before], present[np.minimum(after, none - 1)]
+    since, width = stamps[rows] - stamps[start], stamps[end] - stamps[start]
+    held = (rank == RANKS[HOLD]) & (before >= 0) & (since >= 0) & (since <= limit)
+    inside = (before >= 0) & (after < none) & (since > 0) & (since < width)
+    between = (rank == RANKS[INTERPOLATE]) & inside & (width <= limit)
+    status = np.full(len(rows), Status.LOST, dtype=np.uint8)
+    status[held], status[between] = Status.HELD, Status.INTERPOLATED
+    pose = np.full((len(rows), 7), np.nan)
+    if held.any() or between.any():
+        parts = [
+            np.hstack([block.position[:, column], block.quaternion_xyzw[:, column]]) for block in blocks(BLOCK_FRAMES)
+        ]
+        poses = np.concatenate(parts)
+        pose[held] = poses[start[held]]
+        pose[between] = blended(poses[start[between]], poses[end[between]], since[between] / width[between])
+    elif looked.has(Mark.LOST, column)[rows].all():
         return None
-    before, after = np.full(len(there), -1), np.full(len(there), -1)
-    for first, last in runs(rank > 0).tolist():
-        before[first : last + 1] = there[first - 1] if first else -1
-        after[first : last + 1] = there[last + 1] if last + 1 < len(there) else -1
-    chosen = rank > 0
-    return _Plan(column, there[chosen], rank[chosen], limit[chosen], before[chosen], after[chosen])
-
-
-def _poses(plans: Mapping[int, _Plan], blocks: Blocks) -> dict[int, NDArray[np.float64]]:
-    """Column -> poses (w, 7) of the rows that its plan wants."""
-    wanted = {column: plan.wanted for column, plan in plans.items()}
-    poses = {column: np.empty((len(rows), 7)) for column, rows in wanted.items()}
-    if not any(map(len, poses.values())):
-        return poses
-    first = 0
-    for block in blocks(BLOCK_FRAMES):
-        for column, rows in wanted.items():
-            low, high = np.searchsorted(rows, [first, first + len(block)])
-            there = rows[low:high] - first
-            poses[column][low:high] = np.hstack([block.position[there, column], block.quaternion_xyzw[there, column]])
-        first += len(block)
-    return poses
+    return Replacement(rows, status, pose)
 
 
 @dataclass(frozen=True)
@@ -225,12 +179,12 @@ def repair_session(session: Session, policy: Policy, needed: Collection[str] | N
         repaired = replace(session, source=RepairedFrames(session.blocks, session.names, replaced))
     first_ns = int(looked.stamp_ns[0]) if len(looked.stamp_ns) else 0
     zero = first_ns if session.part is None else session.part.first_ns
-    flagged = [_flagged(looked, span, policy, replaced.get(span.column), zero) for span in spans]
     # The frame after a gap is flagged: the path into it is not known.
-    gaps = [_span(looked, "gap", ("", row, row, 1), policy, zero) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
+    gaps = [PoseSpan("gap", ALL_BODIES, row, row, 1) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
+    flagged = tuple(_flagged(looked, span, policy, replaced.get(span.column), zero) for span in (*spans, *gaps))
     as_recorded = not replaced and bool((np.diff(looked.stamp_ns) > 0).all()) and not looked.has(NO_ROTATION).any()
     seen = scan_of(looked, session.part) if as_recorded else None
-    return Repair(repaired, policy, findings, (*flagged, *gaps), looked.digest, looked.pose_digest, seen)
+    return Repair(repaired, policy, findings, flagged, looked.digest, looked.pose_digest, seen)
 
 
 def _in_recording(session: Session, findings: Iterable[Finding]) -> Iterator[Finding]:
@@ -247,27 +201,27 @@ def _in_recording(session: Session, findings: Iterable[Finding]) -> Iterator[Fin
 
 
 def _flagged(looked: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None, zero: int) -> FlagSpan:
+    """A fault and what became of its samples; ``zero`` is the stamp of second 0."""
     dropped = span.count if span.code == "tracking-lost" else 0
     held = interpolated = 0
     if replaced is not None:
         dropped, held, interpolated = (
             replaced.count(span.first, span.last, status) for status in (Status.LOST, Status.HELD, Status.INTERPOLATED)
         )
-    where = looked.names[span.column], span.first, span.last, span.count
-    return _span(looked, span.code, where, policy, zero, dropped, held, interpolated)
-
-
-def _span(
-    looked: PosePass, kind: str, where: tuple[str, int, int, int], policy: Policy, zero: int, *became: int
-) -> FlagSpan:
-    """A fault of a body from a first to a last frame with so many samples.
-
-    ``zero`` is the stamp of second 0; ``became``: samples that were dropped, held, interpolated.
-    """
-    body, first, last, samples = where
-    start, end = (int(looked.stamp_ns[row]) for row in (first, last))
-    seconds = (start - zero) / 1e9, (end - zero) / 1e9
-    return FlagSpan(kind, body, start, end, seconds[0], seconds[1], samples, str(policy.rule(kind)), *became)
+    start, end = (int(looked.stamp_ns[row]) for row in (span.first, span.last))
+    return FlagSpan(
+        kind=span.code,
+        body="" if span.column == ALL_BODIES else looked.names[span.column],
+        start_ns=start,
+        end_ns=end,
+        start=(start - zero) / 1e9,
+        end=(end - zero) / 1e9,
+        samples=span.count,
+        action=str(policy.rule(span.code)),
+        dropped=dropped,
+        held=held,
+        interpolated=interpolated,
+    )
 
 
 def _refusal(session: Session, finding: Finding) -> str:

@@ -1,7 +1,7 @@
-"""A first scene of a recording, to edit: its bodies, the pairs that come near, what is held and what stands on what."""
+"""A first scene of a recording, to edit: its bodies, the pairs that come near, and what is held."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
@@ -15,15 +15,11 @@ from replay.prepare.holding_poses import begun
 from replay.prepare.policy import parse_policy
 from replay.prepare.repair import repair_session
 from sessions import Session
-from sessions.importers.finish import proxy_for
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Scene, SceneBody
 from sessions.scene_files.scene_toml import body_keys, table_lines, value_text
 
 NEAR_M: Final = 0.05  # A pair whose boxes never come as near as this cannot have touched between two frames either
-STANDS_GAP_M: Final = 0.005  # A thing that stands, seen by a tracker, hovers by some millimetres or sinks in as much
-STANDS_SHARE: Final = 0.2  # Of the recording: what is put down for less does not stand there as a rule
-STILL_M, STILL_DEG = 0.002, 1.0  # Between two samples; three times what a tracker at rest shows (VIVE: 0.77 mm at p99)
 RIGID_M, RIGID_DEG = 0.005, 3.0  # Throughout: what is mounted or held without a slip
 MOVES_M: Final = 0.05
 SAMPLE_S: Final = 0.2
@@ -38,13 +34,11 @@ class Draft:
     Parameters
     ----------
     near : pairs that move against each other and come within ``NEAR_M``, boxes along their own axes.
-    stands : (upper, lower) -> share of the recording.
     held : sets of bodies that move and never move against each other.
     seen : the part that was looked at, in words; ``""``: all of it.
     """
 
     near: tuple[Pair, ...] = ()
-    stands: Mapping[Pair, float] = field(default_factory=dict)
     held: tuple[tuple[str, ...], ...] = ()
     seen: str = ""
 
@@ -66,7 +60,7 @@ def drafted(session: Session) -> Draft:
     held = _joined(rigid)
     loose = tuple(pair for pair in pairs if not any({*pair} <= {*group} for group in held))
     seen = "" if beginning.part is None else f"its first {layout.scan.duration / 3600:.1f} h, which fit into memory"
-    return Draft(loose, _stands(samples, layout, near), held, seen)
+    return Draft(loose, held, seen)
 
 
 def _near(session: Session, layout: AssemblyLayout) -> tuple[BoolArray, Motion]:
@@ -109,41 +103,6 @@ def _joined(pairs: Sequence[Pair]) -> tuple[tuple[str, ...], ...]:
         groups = [group for group in groups if group not in touched]
         groups.append(dict.fromkeys([*(name for group in touched for name in group), *pair]))
     return tuple(tuple(group) for group in groups)
-
-
-def _stands(samples: Motion, layout: AssemblyLayout, near: BoolArray) -> dict[Pair, float]:
-    """(upper, lower) -> share of the samples in which both rest, one upon the other."""
-    at, turn = samples.translations, samples.rotations
-    still = np.zeros(samples.valid.shape, dtype=np.bool_)
-    still[1:] = samples.valid[1:] & samples.valid[:-1] & (np.linalg.norm(np.diff(at, axis=0), axis=2) <= STILL_M)
-    still[1:] &= _turned(turn[1:], turn[:-1]) <= STILL_DEG
-    names = [body.name for body in layout.bodies]
-    rows = [
-        (i, j) for i, j in layout.pairs[near].tolist()
-        if (still[:, i] & still[:, j]).mean() >= STANDS_SHARE and not proxy_for(names[i]) and not proxy_for(names[j])
-    ]  # fmt: skip
-    if not rows:
-        return {}
-    closely = create_detector(
-        "collider", layout.bodies, pairs=np.array(rows), shape="mesh", skin_m=STANDS_GAP_M / 2
-    ).detect(samples)
-    stands = {}
-    for (i, j), verdict in zip(rows, closely.verdict.T, strict=True):
-        rests = counts_as_contact(verdict) & still[:, i] & still[:, j]
-        share = float(rests.mean())
-        if share >= STANDS_SHARE:
-            (low, top, up), (under, over, down) = sorted(_heights(layout, samples, k, rests) for k in (j, i))[::-1]
-            # What reaches below another thing hangs through it, as a burette through its stopcock.
-            if low >= under and low + top > under + over:
-                stands[names[up], names[down]] = share
-    return stands
-
-
-def _heights(layout: AssemblyLayout, samples: Motion, body: int, rows: BoolArray) -> tuple[float, float, int]:
-    """Lowest and highest point of a body in the first of these samples, and its number."""
-    row = int(rows.argmax())
-    height = layout.bodies[body].mesh.vertices @ samples.rotations[row, body][1] + samples.translations[row, body][1]
-    return float(height.min()), float(height.max()), body
 
 
 def draft_text(session: Session, draft: Draft, files: Mapping[str, tuple[str, str, float]], heading: str) -> str:
@@ -190,7 +149,3 @@ def _pairs(own: Scene, draft: Draft) -> Iterator[str]:
         yield from ("", f"# Pairs that came within {100 * NEAR_M:g} cm; without any, all that move are looked at.")
     for pair in draft.near:
         yield from (f"{mark}{line}" if line else "" for line in table_lines("pair", {"between": pair}))
-        for (up, down), share in draft.stands.items():
-            if {up, down} == {*pair}:
-                stands = f"{value_text(up)} stands on {value_text(down)} in {100 * share:.0f} % of the recording"
-                yield f"# {stands}: take this pair out, and that is not counted"
