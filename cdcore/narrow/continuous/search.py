@@ -17,7 +17,7 @@ from cdcore.narrow.continuous.swept import CORNERS, boxes_stay_apart, faces_stay
 from cdcore.narrow.face_pair import placed_pair_meets
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.triangles.sums import new_digits
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import ByteArray, FloatArray, IntArray
 
 Items = NDArray[np.int32]
 
@@ -91,6 +91,15 @@ def make_room(tree_a: BoxTree, tree_b: BoxTree) -> Room:
 
 
 @hot_kernel
+def keep_item(items: Items, end: int, kind: int, a: int, b: int) -> int:
+    """Append an item; the new end, -1 if there is no room."""
+    if end >= len(items):
+        return -1
+    items[end, 0], items[end, 1], items[end, 2] = kind, a, b
+    return end + 1
+
+
+@hot_kernel
 def load_corners(placed: FloatArray, face: int, poses: FloatArray, row: int, corners: FloatArray, at: int) -> None:
     """Corners of a face at ``poses[row]`` to ``corners[at:at + 9]``, rounded as ``place_points`` rounds."""
     for corner in range(3):
@@ -102,33 +111,32 @@ def load_corners(placed: FloatArray, face: int, poses: FloatArray, row: int, cor
 
 @hot_kernel
 def face_pair_apart(
-    placed_a: FloatArray, face_a: int, placed_b: FloatArray, face_b: int, margin: float, poses: FloatArray,
-    corners: FloatArray, scratch: FloatArray,
-) -> bool:  # fmt: skip
-    """Whether two faces certainly stay apart in the part whose end poses are the first two of ``poses``."""
+    placed_a: FloatArray, face_a: int, placed_b: FloatArray, face_b: int, margin: float, room: Room
+) -> bool:
+    """Whether two faces certainly stay apart in the part whose end poses are the first two of the room."""
     stay_one_function()
-    load_corners(placed_a, face_a, poses, 0, corners, 0)
-    load_corners(placed_a, face_a, poses, 1, corners, 9)
+    room.work[FACE_TESTS] += 1
+    corners = room.corners
+    load_corners(placed_a, face_a, room.poses, 0, corners, 0)
+    load_corners(placed_a, face_a, room.poses, 1, corners, 9)
     for corner in range(3):
         for k in range(3):
             corners[18 + 3 * corner + k] = placed_b[face_b, 4 * k + corner]
-    return bool(faces_stay_apart(corners, margin, scratch))
+    return bool(faces_stay_apart(corners, margin, room.scratch))
 
 
 @hot_kernel
 def leaves_left(tree_a: BoxTree, leaf_a: int, tree_b: BoxTree, leaf_b: int, margin: float, room: Room, end: int) -> int:
     """Append the face pairs of two leaves that may meet; returns the new end of the items, -1 if too many."""
     stay_one_function()
-    items, placed_a, placed_b = room.items, tree_a.placed, tree_b.placed
+    placed_a, placed_b = tree_a.placed, tree_b.placed
     for i in range(tree_a.leaves[leaf_a, 0], tree_a.leaves[leaf_a, 0] + tree_a.leaves[leaf_a, 1]):
         for j in range(tree_b.leaves[leaf_b, 0], tree_b.leaves[leaf_b, 0] + tree_b.leaves[leaf_b, 1]):
-            room.work[FACE_TESTS] += 1
-            if face_pair_apart(placed_a, i, placed_b, j, margin, room.poses, room.corners, room.scratch):
+            if face_pair_apart(placed_a, i, placed_b, j, margin, room):
                 continue
-            if end >= len(items):
-                return -1
-            items[end, 0], items[end, 1], items[end, 2] = FACES, i, j
-            end += 1
+            end = keep_item(room.items, end, FACES, i, j)
+            if end < 0:
+                return end
     return end
 
 
@@ -141,7 +149,7 @@ def boxes_left(
     Where something moves further than the boxes are large, the pair of boxes is kept for a shorter part instead.
     """
     stay_one_function()
-    items, waiting, depth = room.items, room.waiting, 1
+    waiting, depth = room.waiting, 1
     while depth > 0:
         depth -= 1
         a, b = int(waiting[depth, 1]), int(waiting[depth, 2])
@@ -149,15 +157,13 @@ def boxes_left(
         box_a, box_b = tree_a.boxes[a], tree_b.boxes[b]
         if boxes_stay_apart(box_a, box_b, room.poses[0], room.poses[1], chord, margin, room.scratch):
             continue
-        if motion > box_a[15] + box_b[15]:
-            if end >= len(items):
-                return -1
-            items[end, 0], items[end, 1], items[end, 2] = BOXES, a, b
-            end += 1
-            continue
         leaf_a, leaf_b = int(tree_a.links[a, 1]), int(tree_b.links[b, 1])
-        if leaf_a >= 0 and leaf_b >= 0:
-            end = leaves_left(tree_a, leaf_a, tree_b, leaf_b, margin, room, end)
+        fast = motion > box_a[15] + box_b[15]
+        if fast or (leaf_a >= 0 and leaf_b >= 0):
+            if fast:
+                end = keep_item(room.items, end, BOXES, a, b)
+            else:
+                end = leaves_left(tree_a, leaf_a, tree_b, leaf_b, margin, room, end)
             if end < 0:
                 return end
             continue
@@ -182,60 +188,42 @@ def items_left(
         if items[k, 0] == BOXES:
             room.waiting[0, 1], room.waiting[0, 2] = a, b
             end = boxes_left(tree_a, tree_b, motion, margin, chord, room, end)
-            if end < 0:
-                return end
-            continue
-        room.work[FACE_TESTS] += 1
-        if not face_pair_apart(tree_a.placed, a, tree_b.placed, b, margin, room.poses, room.corners, room.scratch):
-            if end >= len(items):
-                return -1
-            items[end, 0], items[end, 1], items[end, 2] = FACES, a, b
-            end += 1
+        elif not face_pair_apart(tree_a.placed, a, tree_b.placed, b, margin, room):
+            end = keep_item(items, end, FACES, a, b)
+        if end < 0:
+            return end
     return end
 
 
 @kernel
-def seen_meeting(
-    tree_a: BoxTree, segment_a: FloatArray, tree_b: BoxTree, segment_b: FloatArray, share: float, first: int, end: int,
-    room: Room,
-) -> int:  # fmt: skip
-    """The first of the items whose faces meet at a share of the leg, -1 if none does.
+def look(
+    tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, start: float, stop: float, first: int,
+    end: int, room: Room,
+) -> float:  # fmt: skip
+    """When faces of an item meet in a part that is not halved, asked in its middle and at its end; -1.0: at neither.
 
     Faces whose exponents lie too far apart for exact sums do not count as meeting.
     """
     stay_one_function()
-    pose_at(segment_a, share, room.poses[2])
-    pose_at(segment_b, share, room.poses[3])
-    for k in range(first, end):
-        room.work[MEETING_TESTS] += 1
-        load_corners(tree_a.placed, int(room.items[k, 1]), room.poses, 2, room.pair, 0)
-        load_corners(tree_b.placed, int(room.items[k, 2]), room.poses, 3, room.pair, 9)
-        if placed_pair_meets(room.pair, room.digits) == 1:
-            return k
-    return -1
-
-
-@kernel
-def look(
-    tree_a: BoxTree, segment_a: FloatArray, tree_b: BoxTree, segment_b: FloatArray, start: float, stop: float,
-    first: int, end: int, room: Room,
-) -> float:  # fmt: skip
-    """When in a part that is not halved a contact is seen, at its middle or its end; -1.0 if at neither."""
-    stay_one_function()
     for share in (0.5 * (start + stop), stop):
-        k = seen_meeting(tree_a, segment_a, tree_b, segment_b, share, first, end, room)
-        if k >= 0:
-            room.found[2], room.found[3] = room.items[k, 1], room.items[k, 2]
-            return share
+        pose_at(leg_a, share, room.poses[2])
+        pose_at(leg_b, share, room.poses[3])
+        for k in range(first, end):
+            room.work[MEETING_TESTS] += 1
+            load_corners(tree_a.placed, int(room.items[k, 1]), room.poses, 2, room.pair, 0)
+            load_corners(tree_b.placed, int(room.items[k, 2]), room.poses, 3, room.pair, 9)
+            if placed_pair_meets(room.pair, room.digits) == 1:
+                room.found[2], room.found[3] = room.items[k, 1], room.items[k, 2]
+                return share
     return -1.0
 
 
 @hot_kernel
-def place_ends(segment_a: FloatArray, segment_b: FloatArray, start: float, stop: float, room: Room) -> None:
+def place_ends(leg_a: FloatArray, leg_b: FloatArray, start: float, stop: float, room: Room) -> None:
     """A seen from B at both ends of a part, to the first two rows of ``room.poses``."""
     for k, share in enumerate((start, stop)):
-        pose_at(segment_a, share, room.poses[4])
-        pose_at(segment_b, share, room.poses[5])
+        pose_at(leg_a, share, room.poses[4])
+        pose_at(leg_b, share, room.poses[5])
         seen_from(room.poses[4], room.poses[5], room.poses[k])
 
 
@@ -251,7 +239,7 @@ def halve(room: Room, depth: int, start: float, stop: float, first: int, end: in
 
 @kernel
 def first_contact(
-    tree_a: BoxTree, segment_a: FloatArray, tree_b: BoxTree, segment_b: FloatArray, bounds: Bounds, room: Room
+    tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, bounds: Bounds, room: Room
 ) -> int:
     """FREE, HIT, TOO_CLOSE or TOO_LONG for A on one leg seen from B; shares of the leg and faces in ``room.found``.
 
@@ -270,7 +258,7 @@ def first_contact(
         slow = motion <= bounds.tolerance
         last = width <= bounds.shortest or (slow and spent > bounds.effort)
         room.work[PARTS] += 1
-        place_ends(segment_a, segment_b, start, stop, room)
+        place_ends(leg_a, leg_b, start, stop, room)
         before = room.work[BOX_TESTS] + room.work[FACE_TESTS]
         margin = bounds.pad + 0.125 * width * width * bounds.acceleration
         end = items_left(tree_a, tree_b, first, count, 0.0 if last else motion, margin, room)
@@ -282,7 +270,7 @@ def first_contact(
             halve(room, depth, start, stop, first + count, end)
             depth += 2
             continue
-        share = look(tree_a, segment_a, tree_b, segment_b, start, stop, first + count, end, room) if end >= 0 else -1.0
+        share = look(tree_a, leg_a, tree_b, leg_b, start, stop, first + count, end, room) if end >= 0 else -1.0
         if state == FREE:
             found[0] = start
         if share >= 0.0:
@@ -293,3 +281,21 @@ def first_contact(
             found[2], found[3] = items[first + count, 1], items[first + count, 2]
         state = max(state, TOO_CLOSE if width <= bounds.shortest else TOO_LONG)
     return state
+
+
+@kernel
+def search_legs(
+    tree_a: BoxTree, legs_a: FloatArray, tree_b: BoxTree, legs_b: FloatArray, limits: FloatArray, tolerance: float,
+    effort: int, room: Room, states: ByteArray, found: FloatArray,
+) -> None:  # fmt: skip
+    """Fill ``states`` (K,) and ``found`` (K, 4), as ``first_contact`` leaves it in the room unless FREE, for K legs.
+
+    ``limits`` (K, 4): speed, acceleration, pad and shortest part of ``Bounds``.
+    """
+    for k in range(len(limits)):
+        speed, acceleration, pad, shortest = limits[k, 0], limits[k, 1], limits[k, 2], limits[k, 3]
+        bounds = Bounds(speed, acceleration, pad, tolerance, shortest, effort)
+        states[k] = first_contact(tree_a, legs_a[k], tree_b, legs_b[k], bounds, room)
+        if states[k] != FREE:
+            for number in range(4):
+                found[k, number] = room.found[number]

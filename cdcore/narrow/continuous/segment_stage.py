@@ -8,14 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.kernels.compiling import kernel
-from cdcore.narrow.continuous.motion_segments import (
-    HALF_TURN_SLACK,
-    LEG_WIDTH,
-    fill_segment,
-    segment_bounds,
-    segment_pad,
-)
+from cdcore.narrow.continuous.motion_segments import ANGLE, HALF_TURN_SLACK, leg_bounds, leg_pads, legs_of
 from cdcore.narrow.continuous.search import (
     BOX_TESTS,
     FACE_TESTS,
@@ -25,10 +18,8 @@ from cdcore.narrow.continuous.search import (
     PARTS,
     TOO_CLOSE,
     TOO_LONG,
-    Bounds,
-    Room,
-    first_contact,
     make_room,
+    search_legs,
 )
 from cdcore.narrow.pair_frames import rows_of_columns
 from cdcore.narrow.spacetime.box_tree import BoxTree
@@ -93,24 +84,31 @@ class SegmentStage:
         self, times: FloatArray, rotations: FloatArray, places: FloatArray, frames: IntArray, columns: IntArray
     ) -> SegmentAnswer:
         """Answer for K legs from ``frames - 1`` to ``frames``; contact at their very start is the caller's to know."""
-        count = len(frames)
-        states, shares = np.zeros(count, dtype=np.uint8), np.zeros((count, 2))
-        faces = np.full((count, 2), -1, dtype=np.int64)
+        states = np.full(len(frames), FREE, dtype=np.uint8)
+        shares, faces = np.tile([0.0, 1.0], (len(frames), 1)), np.full((len(frames), 2), -1, dtype=np.int64)
         work = dict.fromkeys(COUNTERS, 0)
         start, steps = times[frames - 1], times[frames] - times[frames - 1]
-        settings = np.array([self._tolerance, SHORTEST])
         for column, rows in rows_of_columns(columns):
-            a, b = self._pairs[column]
-            room = make_room(self._trees[a], self._trees[b])
-            found = np.zeros(len(rows), dtype=np.uint8), np.zeros((len(rows), 2)), faces[rows]
-            decide_segments(
-                self._trees[a], a, self._trees[b], b, rotations, places, frames[rows], steps[rows], settings,
-                self._effort, room, *found,
-            )  # fmt: skip
-            states[rows], shares[rows] = found[:2]
-            hit = rows[found[0] == HIT]
-            for side, body in enumerate((a, b)):
-                faces[hit, side] = self._trees[body].faces[found[2][found[0] == HIT, side]]
+            bodies = self._pairs[column]
+            trees = [self._trees[body] for body in bodies]
+            legs = [legs_of(rotations[:, body], places[:, body], frames[rows]) for body in bodies]
+            angles = np.stack([leg[:, ANGLE] for leg in legs])
+            pads = leg_pads(legs[0], trees[0].reach, legs[1], trees[1].reach)
+            states[rows[angles.max(axis=0) > np.pi - HALF_TURN_SLACK]] = HALF_TURN
+            states[rows[np.isinf(pads)]] = TOO_LARGE
+            # Each leg is seen from the body that turns less.
+            a_moves, searched, room = angles[0] >= angles[1], states[rows] == FREE, make_room(*trees)
+            for a, b, chosen in ((0, 1, searched & a_moves), (1, 0, searched & ~a_moves)):
+                asked, legs_a, legs_b = rows[chosen], legs[a][chosen], legs[b][chosen]
+                shortest = np.minimum(1.0, SHORTEST / steps[asked])
+                limits = np.column_stack([*leg_bounds(legs_a, trees[a].reach, legs_b), pads[chosen], shortest])
+                answers, found = states[asked], np.tile([0.0, 1.0, 0.0, 0.0], (len(asked), 1))
+                search_legs(
+                    trees[a], legs_a, trees[b], legs_b, limits, self._tolerance, self._effort, room, answers, found
+                )
+                states[asked], shares[asked], hit = answers, found[:, :2], answers == HIT
+                for side, meeting in ((a, found[hit, 2]), (b, found[hit, 3])):
+                    faces[asked[hit], side] = trees[side].faces[meeting.astype(np.int64)]
             for name, which in COUNTERS.items():
                 work[name] += int(room.work[which])
         return SegmentAnswer(states, _seconds(start, steps, times[frames], shares), faces, work)
@@ -129,48 +127,3 @@ def _seconds(start: FloatArray, steps: FloatArray, stop: FloatArray, shares: Flo
     high = np.where(high - start < after, np.nextafter(high, np.inf), high)
     low = np.where(shares[:, 0] == 0.0, start, np.maximum(start, low))
     return np.stack([low, np.where(shares[:, 1] == 1.0, stop, np.minimum(stop, high))], axis=1)
-
-
-@kernel
-def decide_segments(
-    tree_a: BoxTree, body_a: int, tree_b: BoxTree, body_b: int, rotations: FloatArray, places: FloatArray,
-    frames: IntArray, steps: FloatArray, settings: FloatArray, effort: int, room: Room, states: ByteArray,
-    shares: FloatArray, faces: IntArray,
-) -> None:  # fmt: skip
-    """Fill ``states`` (K,), ``shares`` (K, 2), ``faces`` (K, 2, leaf order) for legs from ``frames - 1`` to ``frames``.
-
-    ``steps`` (K,) are the seconds they last, ``settings`` the tolerance and the shortest part in seconds. Each leg is
-    seen from the body that turns less.
-    """
-    segment_a, segment_b = np.empty(LEG_WIDTH), np.empty(LEG_WIDTH)
-    for k in range(len(frames)):
-        t = frames[k]
-        fill_segment(
-            rotations[t - 1, body_a], places[t - 1, body_a], rotations[t, body_a], places[t, body_a], segment_a
-        )
-        fill_segment(
-            rotations[t - 1, body_b], places[t - 1, body_b], rotations[t, body_b], places[t, body_b], segment_b
-        )
-        pad = segment_pad(segment_a, tree_a.reach, segment_b, tree_b.reach)
-        shares[k, 0], shares[k, 1] = 0.0, 1.0
-        if not np.isfinite(pad):
-            states[k] = TOO_LARGE
-            continue
-        if max(segment_a[27], segment_b[27]) > np.pi - HALF_TURN_SLACK:
-            states[k] = HALF_TURN
-            continue
-        shortest = min(1.0, settings[1] / steps[k])
-        turned = segment_b[27] > segment_a[27]
-        if turned:
-            speed, acceleration = segment_bounds(segment_b, tree_b.reach, segment_a)
-            bounds = Bounds(speed, acceleration, pad, settings[0], shortest, effort)
-            state = first_contact(tree_b, segment_b, tree_a, segment_a, bounds, room)
-        else:
-            speed, acceleration = segment_bounds(segment_a, tree_a.reach, segment_b)
-            bounds = Bounds(speed, acceleration, pad, settings[0], shortest, effort)
-            state = first_contact(tree_a, segment_a, tree_b, segment_b, bounds, room)
-        states[k] = state
-        if state == HIT:
-            faces[k, 0], faces[k, 1] = int(room.found[3 if turned else 2]), int(room.found[2 if turned else 3])
-        if state != FREE:
-            shares[k, 0], shares[k, 1] = room.found[0], room.found[1]

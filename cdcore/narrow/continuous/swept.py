@@ -61,30 +61,22 @@ def faces_stay_apart(c: FloatArray, margin: float, scratch: FloatArray) -> bool:
     for k in range(3):
         edge(scratch, 0, k, scratch, 9 + 3 * k)
         edge(c, 18, k, scratch, 18 + 3 * k)
-    e = scratch
-    for k in (18, 9):
-        x, y = e[k + 1] * e[k + 5] - e[k + 2] * e[k + 4], e[k + 2] * e[k + 3] - e[k] * e[k + 5]
-        if separates(c, x, y, e[k] * e[k + 4] - e[k + 1] * e[k + 3], margin):
-            return True
-    if edges_separate(c, e, margin):
-        return True
     o = runtime_int(0)
+    if cross_separates(c, scratch, o + 18, o + 21, margin) or cross_separates(c, scratch, o + 9, o + 12, margin):
+        return True
+    for i in range(9, 18, 3):
+        for j in range(18, 27, 3):
+            if cross_separates(c, scratch, i, j, margin):
+                return True
     nearest_between_edges(scratch, o, c, o + 18, scratch[27:30])
-    return bool(separates(c, e[27], e[28], e[29], margin))
+    return bool(separates(c, scratch[27], scratch[28], scratch[29], margin))
 
 
 @hot_kernel
-def edges_separate(c: FloatArray, e: FloatArray, margin: float) -> bool:
-    """Whether a direction perpendicular to an edge of each face, ``e[9:18]`` and ``e[18:27]``, separates them."""
-    stay_one_function()
-    for i in range(9, 18, 3):
-        for j in range(18, 27, 3):
-            x = e[i + 1] * e[j + 2] - e[i + 2] * e[j + 1]
-            y = e[i + 2] * e[j] - e[i] * e[j + 2]
-            z = e[i] * e[j + 1] - e[i + 1] * e[j]
-            if separates(c, x, y, z, margin):
-                return True
-    return False
+def cross_separates(c: FloatArray, e: FloatArray, i: int, j: int, margin: float) -> bool:
+    """Whether the direction perpendicular to ``e[i:i + 3]`` and ``e[j:j + 3]`` separates the corners."""
+    x, y = e[i + 1] * e[j + 2] - e[i + 2] * e[j + 1], e[i + 2] * e[j] - e[i] * e[j + 2]
+    return bool(separates(c, x, y, e[i] * e[j + 1] - e[i + 1] * e[j], margin))
 
 
 @hot_kernel

@@ -6,7 +6,7 @@ from support.shapes import ball_mesh, box_mesh, lab
 
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.detectors.continuous import GAP_BEFORE, LOST_BEFORE
-from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_segment, pose_at
+from cdcore.narrow.continuous.motion_segments import legs_of, pose_at
 
 BALL, PLATE = Body("ball", ball_mesh(0.01)), Body("plate", box_mesh((0.3, 0.3, 0.002)))
 
@@ -104,13 +104,13 @@ def between(motion, parts):
     """The motion at ``parts`` instants within each interval, ends included."""
     frames, bodies = motion.valid.shape
     turn, place = np.empty((frames - 1, parts, bodies, 3, 3)), np.empty((frames - 1, parts, bodies, 3))
-    leg, pose = np.empty(LEG_WIDTH), np.empty(12)
-    for t in range(1, frames):
-        for k in range(bodies):
-            fill_segment(*(x[s, k] for s in (t - 1, t) for x in (motion.rotations, motion.translations)), leg)
+    pose = np.empty(12)
+    for k in range(bodies):
+        legs = legs_of(motion.rotations[:, k], motion.translations[:, k], np.arange(1, frames))
+        for t, leg in enumerate(legs):
             for n, share in enumerate(np.linspace(0, 1, parts)):
                 pose_at(leg, share, pose)
-                turn[t - 1, n, k], place[t - 1, n, k] = pose[:9].reshape(3, 3), pose[9:]
+                turn[t, n, k], place[t, n, k] = pose[:9].reshape(3, 3), pose[9:]
     valid = np.repeat(motion.valid[1:] & motion.valid[:-1], parts, axis=0)
     count = (frames - 1) * parts
     return Motion(np.arange(count), place.reshape(count, bodies, 3), turn.reshape(count, bodies, 3, 3), valid)

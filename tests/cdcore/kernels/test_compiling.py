@@ -41,9 +41,8 @@ def locator(name):  # numba 0.61 writes a line before the names
 
 locator("InTreeCacheLocator").ensure_cache_path = refuse
 {more}
-import numpy as np
-from cdcore.narrow.continuous.motion_segments import quaternion_of
-print(sorted(quaternion_of(np.eye(3))) == [0, 0, 0, 1], quaternion_of.stats.cache_path)
+from cdcore.narrow.image_space.layers import pixels_of_face
+print(pixels_of_face(3.0, 4.0, 0.0, 1.0, 8) == (2, 6), pixels_of_face.stats.cache_path)
 """
 
 
@@ -60,7 +59,7 @@ def test_an_installation_that_cannot_be_written_keeps_machine_code_in_the_users_
     answer, folder = compiled_elsewhere(tmp_path)
     assert answer == "True"
     assert tmp_path in Path(folder.strip()).parents
-    assert list(tmp_path.rglob("motion_segments.quaternion_of*.nbi"))
+    assert list(tmp_path.rglob("layers.pixels_of_face*.nbi"))
 
 
 @pytest.mark.slow

@@ -6,20 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
-from cdcore.narrow.continuous.motion_segments import (
-    LEG_WIDTH,
-    fill_segment,
-    pose_at,
-    seen_from,
-    segment_bounds,
-    segment_pad,
-)
+from cdcore.narrow.continuous.motion_segments import ANGLE, leg_bounds, leg_pads, legs_of, pose_at, seen_from
 
 
 def leg_between(turn, place, turn_after, place_after):
-    leg = np.empty(LEG_WIDTH)
-    fill_segment(turn, np.asarray(place, float), turn_after, np.asarray(place_after, float), leg)
-    return leg
+    places = np.array([place, place_after], dtype=float)
+    return legs_of(np.array([turn, turn_after]), places, np.array([1]))[0]
 
 
 def pose_of(leg, share):
@@ -57,7 +49,7 @@ def test_between_them_it_turns_at_a_constant_rate_along_the_shorter_arc(degrees)
         first = Rotation.from_rotvec(rng.normal(size=3))
         second = Rotation.from_rotvec(np.radians(degrees) * axis / np.linalg.norm(axis)) * first
         leg = leg_between(first.as_matrix(), [0, 1, 2], second.as_matrix(), [1, 1, 1])
-        assert leg[27] == pytest.approx(np.radians(min(degrees, 360 - degrees)), abs=1e-14)
+        assert leg[ANGLE] == pytest.approx(np.radians(min(degrees, 360 - degrees)), abs=1e-14)
         slerp = Slerp([0, 1], Rotation.concatenate([first, second]))
         for share in (0.125, 0.5, 0.9):
             turn, place = pose_of(leg, share)
@@ -74,7 +66,7 @@ def test_seen_from_the_other_body_no_point_leaves_its_chord_further_than_the_bou
     point = rng.normal(size=3)
     point *= reach / np.linalg.norm(point)
     stop = min(1.0, start + width)
-    speed, acceleration = segment_bounds(segment_a, reach, segment_b)
+    speed, acceleration = (bound[0] for bound in leg_bounds(segment_a[None], reach, segment_b[None]))
 
     def seen(share):
         pose_a, pose_b, relative = np.empty(12), np.empty(12), np.empty(12)
@@ -95,9 +87,10 @@ def test_seen_from_the_other_body_no_point_leaves_its_chord_further_than_the_bou
 
 def test_the_pad_grows_with_size_and_is_infinite_where_nothing_is_known():
     rng = np.random.default_rng(1)
-    near, far = random_segment(rng), random_segment(rng, size=1e6)
-    assert 1e-14 < segment_pad(near, 0.1, near, 0.1) < 1e-11
-    assert segment_pad(far, 0.1, near, 0.1) > 1e4 * segment_pad(near, 0.1, near, 0.1)
-    assert segment_pad(near, 1e80, near, 0.1) == np.inf
-    near[0] += 1e-3
-    assert segment_pad(near, 0.1, far, 0.1) == np.inf
+    near, far, skewed = random_segment(rng), random_segment(rng, size=1e6), random_segment(rng)
+    skewed[0] += 1e-3
+    legs, other = np.array([near, far, skewed]), np.array([near, near, far])
+    small, large, unknown = leg_pads(legs, 0.1, other, 0.1)
+    assert 1e-14 < small < 1e-11
+    assert 1e4 * small < large < unknown == np.inf
+    assert (leg_pads(legs, 1e80, other, 0.1) == np.inf).all()

@@ -10,7 +10,7 @@ from support.motions import KINDS
 from support.shapes import ball_mesh, box_mesh
 
 from cdcore.narrow.continuous import search, segment_stage
-from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_segment, segment_bounds, segment_pad
+from cdcore.narrow.continuous.motion_segments import leg_bounds, leg_pads, legs_of
 from cdcore.narrow.continuous.search import (
     FREE,
     HIT,
@@ -26,7 +26,6 @@ from cdcore.narrow.continuous.segment_stage import (
     HALF_TURN,
     TOO_LARGE,
     SegmentStage,
-    decide_segments,
 )
 from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.triangles.predicates import triangles_intersect
@@ -94,13 +93,9 @@ def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind):
 TREES = [build_box_tree(box_mesh((0.1, 0.1, 0.1)).triangles), build_box_tree(box_mesh((0.4, 0.02, 0.02)).triangles)]
 
 
-def decide_one(turn, move, trees=TREES):
-    states, shares, faces = np.zeros(1, np.uint8), np.zeros((1, 2)), np.full((1, 2), -1)
-    decide_segments(
-        trees[0], 0, trees[1], 1, turn, move, np.array([1]), np.array([1.0]), np.array([1e-4, 1e-7]), 10_000,
-        make_room(*trees), states, shares, faces,
-    )  # fmt: skip
-    return int(states[0]), shares[0], faces[0]
+def state_of(turn, move):
+    stage = SegmentStage(TREES, PAIR, tolerance=1e-4, effort=10_000)
+    return stage.decide(np.array([0.0, 1.0]), turn, move, np.array([1]), np.array([0])).states[0]
 
 
 def poses(degrees=(0.0, 0.0), offset=(0.0, 0.15, 0.0)):
@@ -111,14 +106,10 @@ def poses(degrees=(0.0, 0.0), offset=(0.0, 0.15, 0.0)):
     return turn, move
 
 
-def test_half_a_turn_is_told_and_a_little_less_is_searched():
-    assert decide_one(*poses((0, 180)))[0] == HALF_TURN
-    assert decide_one(*poses((180, 0)))[0] == HALF_TURN
-    assert decide_one(*poses((0, 179.99)))[0] == HIT
-
-
-def test_coordinates_beyond_the_bounds_are_told():
-    assert decide_one(*poses(offset=(1e80, 0, 0)))[0] == TOO_LARGE
+def test_half_a_turn_and_coordinates_beyond_the_bounds_are_told_and_a_little_less_is_searched():
+    assert state_of(*poses((0, 180))) == state_of(*poses((180, 0))) == HALF_TURN
+    assert state_of(*poses((0, 179.99))) == HIT
+    assert state_of(*poses(offset=(1e80, 0, 0))) == TOO_LARGE
 
 
 PLATE = build_box_tree(box_mesh((1.0, 1.0, 0.002)).triangles)
@@ -126,18 +117,16 @@ BALL = build_box_tree(ball_mesh(0.01).triangles)
 
 
 def straight(before, after):
-    leg = np.empty(LEG_WIDTH)
-    fill_segment(np.eye(3), np.asarray(before, float), np.eye(3), np.asarray(after, float), leg)
-    return leg
+    return legs_of(np.tile(np.eye(3), (2, 1, 1)), np.array([before, after], dtype=float), np.array([1]))
 
 
 def ask(before, after, *, tolerance=1e-4, shortest=1e-7, effort=10_000, pad=None):
     leg, rest = straight(before, after), straight((0, 0, 0), (0, 0, 0))
-    speed, acceleration = segment_bounds(leg, BALL.reach, rest)
-    rounding = segment_pad(leg, BALL.reach, rest, PLATE.reach)
+    (speed,), (acceleration,) = leg_bounds(leg, BALL.reach, rest)
+    rounding = leg_pads(leg, BALL.reach, rest, PLATE.reach)[0]
     room = make_room(BALL, PLATE)
     bounds = Bounds(speed, acceleration, rounding if pad is None else pad, tolerance, shortest, effort)
-    return first_contact(BALL, leg, PLATE, rest, bounds, room), room
+    return first_contact(BALL, leg[0], PLATE, rest[0], bounds, room), room
 
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9, 1e-11])
@@ -164,7 +153,7 @@ def test_the_effort_ends_only_below_the_tolerance():
 def test_more_pairs_than_there_is_room_for_are_an_answer_and_not_a_crash():
     leg, rest = straight((-1e-5, 0, 0.011), (1e-5, 0, 0.011)), straight((0, 0, 0), (0, 0, 0))
     room = make_room(BALL, PLATE)._replace(items=np.empty((2, 3), dtype=np.int32))
-    state = first_contact(BALL, leg, PLATE, rest, Bounds(2e-5, 0.0, 1e-3, 1e-4, 1e-2, 10**6), room)
+    state = first_contact(BALL, leg[0], PLATE, rest[0], Bounds(2e-5, 0.0, 1e-3, 1e-4, 1e-2, 10**6), room)
     assert state in (TOO_CLOSE, TOO_LONG)
 
 

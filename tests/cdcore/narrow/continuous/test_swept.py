@@ -7,7 +7,7 @@ from support.shapes import ball_mesh, moved, random_rotations
 
 from cdcore.bounding.sphere import sphere_best
 from cdcore.kernels.compiling import kernel
-from cdcore.narrow.continuous.motion_segments import LEG_WIDTH, fill_segment, pose_at
+from cdcore.narrow.continuous.motion_segments import legs_of, pose_at
 from cdcore.narrow.continuous.swept import boxes_stay_apart, faces_stay_apart, turned_between
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
 from cdcore.narrow.triangles.predicates import triangles_intersect
@@ -103,9 +103,8 @@ def scene(seed, frames=120):
 
 
 def centre_at(sphere, turn, move, frame, body, share):
-    leg, pose = np.empty(LEG_WIDTH), np.empty(12)
-    fill_segment(turn[frame - 1, body], move[frame - 1, body], turn[frame, body], move[frame, body], leg)
-    pose_at(leg, share, pose)
+    pose = np.empty(12)
+    pose_at(legs_of(turn[:, body], move[:, body], np.array([frame]))[0], share, pose)
     return pose[:9].reshape(3, 3) @ sphere.centre + pose[9:]
 
 
