@@ -4,7 +4,8 @@ import re
 from collections.abc import Sequence
 from typing import Final
 
-from replay.outputs.report.charts import KIND_WORDS, Dot, lane, legend, ruler, scatter
+from replay.outputs.plots import Axis, Dot, scatter
+from replay.outputs.report.charts import KIND_WORDS, drawn, lane, legend, ruler
 from replay.outputs.report.markup import Markup, Section, contents, element, joined
 from replay.outputs.report.run_view import FALSE, Fault, Hero, Look, RunView, Shown, Still, key_fault, spans
 from replay.outputs.run_tables import happened, ranking_table
@@ -178,11 +179,13 @@ def scatter_part(view: RunView) -> Markup:
         wrong = 0 if audit is None else audit["contacts_missed"] + audit["contacts_in_part"] + audit["false_contacts"]
         kind = "reference" if audit is None else _leads(rank.leads_false) if rank.label == worst and wrong else ""
         if rank.mean is not None and not rank.undecided and _compared(view):
-            dots.append(Dot(rank.label, 1e3 * rank.mean, wrong, kind))
+            dots.append(Dot(f"{rank.label}: {wrong:g}", 1e3 * rank.mean, wrong, kind))
     title = "Accuracy against cost"
     if not dots:
         return element("div", element("h2", title), element("p", "Not measured.", class_="note"))
-    return element("div", element("h2", title), scatter(dots, title, "mean ms a frame", "wrong contacts"))
+    up = Axis.of("wrong contacts", [1.0, *(dot.y for dot in dots)], 3, zero=True)
+    said = f"{title}: {', '.join(f'{dot.name} at {dot.x:.2g}' for dot in dots)}"
+    return element("div", element("h2", title), drawn(scatter(dots, said, "mean ms a frame", up)))
 
 
 def timeline_part(view: RunView, mark: float | None) -> Markup:

@@ -10,7 +10,8 @@ import numpy as np
 from replay.base.constants import CAVEAT
 from replay.effects.effect_summary import RESULTS, happened, happened_words, leading, titration_curves
 from replay.outputs.contact_tables import episode_rows, false_rows, miss_rows
-from replay.outputs.report.charts import curve
+from replay.outputs.plots import curve
+from replay.outputs.report.charts import curve_figure
 from replay.outputs.report.first_screen import first_screen, page_head
 from replay.outputs.report.markup import Markup, Section, element, page_html, section_html
 from replay.outputs.report.run_view import MISS, Fault, Hero, Look, RunView, Shown, Still, contacts_of, faults_of
@@ -123,7 +124,7 @@ def _temperatures(result: RunResult) -> Iterator[Markup]:
                 points = np.stack([celsius.times, celsius.values], axis=1).tolist()
                 lowest, highest = float(celsius.values.min()), float(celsius.values.max())
                 words = f"The temperature of {body}: {lowest:.2f} to {highest:.2f} degC."
-                yield curve(points, (), words, "seconds", "degC", lowest)
+                yield curve_figure(curve(points, (), words, "seconds", "degC", lowest))
 
 
 def _titrations(result: RunResult) -> Iterator[Markup]:
@@ -135,4 +136,4 @@ def _titrations(result: RunResult) -> Iterator[Markup]:
             lines = "line is its end point" if len(ends) == 1 else "lines are its end points"
             words += f"; the {lines}, {points} mL"
         points_of = np.stack([added, ph], axis=1).tolist()
-        yield curve(points_of, ends, f"{words}.", "came in, mL", "pH")
+        yield curve_figure(curve(points_of, ends, f"{words}.", "came in, mL", "pH"))

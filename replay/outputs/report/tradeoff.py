@@ -7,7 +7,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Final
 
-from replay.outputs.report.charts import Dot, scatter
+from replay.outputs.plots import Axis, Dot, scatter
+from replay.outputs.report.charts import drawn
 from replay.outputs.report.markup import Part, element, listed
 from replay.outputs.results.parquet import write_rows
 from replay.outputs.tradeoff_table import how_measured, slow_frames, tradeoff_table
@@ -40,9 +41,13 @@ def tradeoff_parts(done: Tradeoff) -> Iterator[Part]:
     if done.rows:
         # Those on the front come first: they find room for their names.
         rows = sorted(done.rows, key=lambda row: not row["front"])
-        dots = [Dot(row["label"], row["mean_ms"], row["wrong"], "front" if row["front"] else "") for row in rows]
+        dots = []
+        for row in rows:
+            name = f"{row['label']}: {round(row['wrong'], 1):g}"
+            dots.append(Dot(name, row["mean_ms"], row["wrong"], "front" if row["front"] else ""))
         words = "Wrong contacts: missed, late or cut short, and false"
-        chart = scatter(dots, words, "mean ms a frame", "wrong contacts; green: the front", CHART)
+        up = Axis.of("wrong contacts; green: the front", [1.0, *(dot.y for dot in dots)], 3, zero=True)
+        chart = drawn(scatter(dots, words, "mean ms a frame", up, CHART))
         yield element("figure", chart, element("figcaption", words), class_="wide-plot", tabindex=0)
     if done.cut:
         count = f"{counted(len(done.cut), 'setting')} not tried, for want of time"

@@ -15,11 +15,12 @@ from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 from replay.outputs.camera import Eye
 from replay.outputs.moments import FocusMoment
 from replay.outputs.palette import BACKGROUND, tags_of
-from replay.outputs.rerun_log import accuracy
+from replay.outputs.plots import SIZE
+from replay.outputs.rerun_log import flat_plots
 from replay.outputs.rerun_log.answer import ANSWER, EYE, MOMENTS, ON_POLES, SPACE, details_path
 from replay.outputs.rerun_log.close_up import CloseUp, solid_path, with_solids
 from replay.outputs.rerun_log.columns import FRAME, SESSION, drawable, entity
-from replay.outputs.rerun_log.effects import CURVE_BOUNDS, HAPPENED, curve_path, effect_views, tab_name
+from replay.outputs.rerun_log.effects import HAPPENED, curve_path, effect_views, tab_name
 from replay.outputs.rerun_log.lanes import pair_lanes, session_lanes
 from replay.outputs.rerun_log.pipeline import moment_words, pipeline_path
 from replay.outputs.rerun_log.texts import ACCURACY, SESSION_TEXT
@@ -183,7 +184,7 @@ def _no_volumes(picture: Picture, root: str) -> list[str]:
 
 def _accuracy(picture: Picture) -> Any:
     """Both scatters over one axis of cost, what they mean, and the time of every frame."""
-    plots = flat(accuracy.PLOT, "Accuracy against cost: one dot a detector, one axis of cost", *accuracy.BOUNDS)
+    plots = flat(flat_plots.ACCURACY, "Accuracy against cost: one dot a detector", flat_plots.SIZE, 2)
     share = budget_share(picture.high)
     title = f"Time per frame, ms   cut at {picture.high:.2f}: 99.9 % of the slowest detector's frames"
     axis = rrb.ScalarAxis(range=(0.0, max(picture.high, 1.0001 * share)))
@@ -204,7 +205,7 @@ def _happened(picture: Picture) -> Any:
     top = [_room(picture), rrb.Vertical(*words, row_shares=[0.4, 0.6][: len(words)])]
     if found.titrated:
         vessel = found.titrated[0]
-        top.insert(1, flat(curve_path(vessel), "pH against what ran in; orange: the cursor", *CURVE_BOUNDS))
+        top.insert(1, flat(curve_path(vessel), "pH against what ran in; orange: the cursor", SIZE))
     rows = [rrb.Horizontal(*top, column_shares=[0.36, *[0.36] * (len(top) - 2), 0.28])]
     shares = [1.0]
     if lanes := [*found.lanes, *session_lanes(result)]:
@@ -298,8 +299,9 @@ def text_list(path: str, name: str, *more: str) -> Any:
     )
 
 
-def flat(path: str, name: str, x_range: tuple[float, float], y_range: tuple[float, float]) -> Any:
-    """A view drawn by hand, y downwards, over these ranges."""
+def flat(path: str, name: str, size: tuple[float, float], stacked: int = 1) -> Any:
+    """A view of plots of this size, the one below the other."""
+    x_range, y_range = flat_plots.bounds_of(size, stacked)
     bounds = rrb.VisualBounds2D(x_range=x_range, y_range=y_range)
     return rrb.Spatial2DView(origin=f"/{path}", name=drawable(name), visual_bounds=bounds, background=PLAIN)
 

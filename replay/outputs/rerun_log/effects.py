@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 import rerun as rr
@@ -15,9 +15,10 @@ from replay.effects.effect_summary import happened, leading, titration_curves
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import QUANTITIES, EffectEvent, FloatArray, LaneSpan, Liquid, Series
 from replay.effects.recorded import SCALARS
-from replay.outputs.palette import FAINT, SERIES, TICKS, WHITE, Rgba
-from replay.outputs.rerun_log.accuracy import log_words
+from replay.outputs.palette import SERIES, Rgba
+from replay.outputs.plots import curve
 from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
+from replay.outputs.rerun_log.flat_plots import log_plot, placed
 from replay.outputs.rerun_log.lanes import lane_name, send_spans
 from replay.outputs.rerun_log.moment_table import MomentPlace, log_moment_table
 from replay.outputs.rerun_log.world import body_path
@@ -28,10 +29,6 @@ HAPPENED: Final = "happened"
 
 SEEN_S: Final = 0.25
 """Seconds after an event at which the picture opens: in the frame of an end point the liquid is still colourless."""
-
-CURVE_WIDTH, CURVE_HEIGHT = 520.0, 460.0
-CURVE_BOUNDS: Final = ((-70.0, 560.0), (-50.0, 560.0))
-"""Size of the plot of a titration, and what its view shows of both axes."""
 
 MOST_POINTS: Final = 200_000
 """Points of a curve: an hour of an EEG at 500 Hz has nine times as many, and no screen shows them."""
@@ -99,33 +96,16 @@ def log_happened(writer: RecordingWriter, effects: Mapping[str, EffectRun], *, l
 
 
 def log_curves(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> None:
-    """Send pH against what ran in, drawn by hand: Rerun has no plot of one quantity over another."""
+    """Send pH against what ran in, and where it is at the cursor."""
     for vessel, (added, values, ends) in titration_curves(effects).items():
         if not ends:
             continue
-        root, most = curve_path(vessel), max(float(added.max()), 1e-9)
-        step = 10.0 ** np.floor(np.log10(most))
-        step = step / 2 if most / step < 4 else step
-        across = [step * k for k in range(int(most / step) + 1)]
-        grid = [[(CURVE_WIDTH * x / most, 0.0), (CURVE_WIDTH * x / most, CURVE_HEIGHT)] for x in across]
-        grid += [[(0.0, _ph_y(value)), (CURVE_WIDTH, _ph_y(value))] for value in range(0, 15, 2)]
-        thin, colour = rr.Radius.ui_points(1.0), packed([FAINT])
-        writer.static(f"{root}/grid", rr.LineStrips2D(grid, colors=colour, radii=thin, draw_order=-1.0))
-        rows = drawn_rows(values)
-        line = np.stack([CURVE_WIDTH * added[rows] / most, _ph_y(values[rows])], axis=1)
-        writer.static(
-            f"{root}/line", rr.LineStrips2D([line], colors=packed([SERIES[0]]), radii=rr.Radius.ui_points(2.0))
-        )
-        said = [((CURVE_WIDTH * x / most, CURVE_HEIGHT + 34.0), f"{x:g}", TICKS) for x in across]
-        said += [((-34.0, _ph_y(value)), f"{value}", TICKS) for value in range(0, 15, 2)]
-        said += [((CURVE_WIDTH / 2, CURVE_HEIGHT + 74.0), f"mL run into {vessel}", TICKS)]
-        ph = np.interp(ends, added, values).tolist()
-        said += [((CURVE_WIDTH * x / most - 120.0, _ph_y(y)), f"end point {x:.2f} mL", WHITE)
-                 for x, y in zip(ends, ph, strict=True)]  # fmt: skip
-        log_words(writer, f"{root}/words", said)
-        times = effects["reaction"].series[f"{vessel}/pH"].times
-        dots = rr.Points2D.columns(positions=line.astype(np.float32))
-        writer.session_rows(f"{root}/now", _ns(times[rows]), dots)
+        root, rows = curve_path(vessel), drawn_rows(values)
+        points = np.stack([added[rows], values[rows]], axis=1).tolist()
+        plot = curve(points, ends, "", f"mL run into {vessel}", "pH")
+        log_plot(writer, root, plot)
+        times, places = effects["reaction"].series[f"{vessel}/pH"].times, dict(plot.lines)["curve"]
+        writer.session_rows(f"{root}/now", _ns(times[rows]), rr.Points2D.columns(positions=placed(places)))
         radius = rr.Radius.ui_points(7.0)
         writer.static(f"{root}/now", rr.Points2D.from_fields(radii=radius, colors=packed([SERIES[1]])))
 
@@ -133,10 +113,6 @@ def log_curves(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> Non
 def curve_path(vessel: str) -> str:
     """Entity of the curve of a vessel."""
     return entity(ROOT, "curve", vessel)
-
-
-def _ph_y(ph: Any) -> Any:
-    return CURVE_HEIGHT * (1.0 - np.asarray(ph) / 14.0)
 
 
 def tab_name(effects: Mapping[str, EffectRun]) -> str:

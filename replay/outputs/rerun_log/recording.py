@@ -14,13 +14,13 @@ from replay.effects.effect_summary import happened
 from replay.outputs.camera import ASPECT, Eye, overview
 from replay.outputs.moments import FocusMoment, key_moments, worst_first
 from replay.outputs.rerun_log import lanes
-from replay.outputs.rerun_log.accuracy import log_accuracy
 from replay.outputs.rerun_log.answer import ANSWER, focus_colours, log_answer, log_details
 from replay.outputs.rerun_log.blueprint import Picture, build_blueprint
 from replay.outputs.rerun_log.close_up import close_ups
 from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter
 from replay.outputs.rerun_log.contacts import log_contacts, log_missed_faces
 from replay.outputs.rerun_log.effects import log_effects, log_happened
+from replay.outputs.rerun_log.flat_plots import log_accuracy
 from replay.outputs.rerun_log.pipeline import log_pipeline
 from replay.outputs.rerun_log.recording_file import recording_file
 from replay.outputs.rerun_log.texts import (
@@ -102,7 +102,8 @@ def _log_tabs(writer: RecordingWriter, picture: Picture) -> None:
         log_pipeline(writer, run, result)
     log_timing(writer, result.detections, series_names(result))
     if picture.order:
-        log_accuracy(writer, *dots_of(result))
+        dots = dots_of(result)
+        log_accuracy(writer, [(dot, false) for dot, false, _ in dots], [colour for *_, colour in dots])
         writer.markdown(ACCURACY, accuracy_text(result))
     else:
         writer.markdown(SESSION_TEXT, session_text(result))

@@ -10,7 +10,8 @@ import numpy as np
 from replay.base.constants import CAVEAT
 from replay.comparison.misses import MANY
 from replay.effects.effect_summary import happened_words
-from replay.outputs.rerun_log.accuracy import Dot
+from replay.outputs.palette import Rgba
+from replay.outputs.plots import Dot
 from replay.outputs.rerun_log.timing import colour_of, stage_ms, total_ms
 from replay.outputs.run_tables import FALSE_CONTACT, RANKING, sampling_notes
 from replay.outputs.tables import Column, Table, markdown, table
@@ -91,23 +92,21 @@ def accuracy_text(result: RunResult) -> str:
     return "\n\n".join([*lines, f"*{notes}*"]) if reference.mean is not None else lines[0]
 
 
-def dots_of(result: RunResult) -> tuple[list[Dot], int]:
-    """A dot a detector, or a setting on the front, whose time was measured; and how many contacts there are."""
-    labels, dots = [*result.detections], list[Dot]()
+def dots_of(result: RunResult) -> list[tuple[Dot, float, Rgba]]:
+    """A dot a detector, or a setting on the front, whose time was measured, its false share of the time, its colour."""
+    labels, dots = [*result.detections], []
     if result.tradeoff is not None and result.tradeoff.front:
         rows = {row["label"]: row for row in result.tradeoff.rows}
         for number, label in enumerate(result.tradeoff.front):
             row = rows[label]
-            wrong, false = row["missed"] + row["late"], row["false"] or 0.0
-            dots.append(Dot(label, row["mean_ms"], wrong, false, colour_of(number)))
-        return dots, rows[result.tradeoff.front[0]]["contacts"]
-    for rank in result.ranking:
-        if rank.mean is not None:
-            wrong = (part_of(rank.missed) + part_of(rank.in_part)) * rank.contacts
-            what = rank.what if rank.missed is not None else "the reference"
-            name, colour = f"{rank.label}: {what}", colour_of(labels.index(rank.label))
-            dots.append(Dot(name, 1e3 * rank.mean, wrong, part_of(rank.false), colour))
-    return dots, result.ranking[-1].contacts
+            dots.append((label, row["mean_ms"], row["missed"] + row["late"], row["false"] or 0.0, colour_of(number)))
+    else:
+        for rank in result.ranking:
+            if rank.mean is not None:
+                wrong = (part_of(rank.missed) + part_of(rank.in_part)) * rank.contacts
+                colour = colour_of(labels.index(rank.label))
+                dots.append((rank.label, 1e3 * rank.mean, wrong, part_of(rank.false), colour))
+    return [(Dot(f"{name}: {round(wrong, 1):g}", ms, wrong), false, colour) for name, ms, wrong, false, colour in dots]
 
 
 def series_names(result: RunResult) -> dict[str, str]:

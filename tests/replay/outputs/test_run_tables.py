@@ -12,7 +12,8 @@ from support.small_worlds import cube, cubes, grazing, jumping
 from replay.comparison.misses import NEVER_FOUND
 from replay.comparison.outcome import Outcome
 from replay.outputs.contact_tables import miss_rows
-from replay.outputs.report.charts import Dot, scatter
+from replay.outputs.plots import Axis, Dot, scatter
+from replay.outputs.report.charts import drawn
 from replay.outputs.run_tables import (
     LATE,
     contact_table,
@@ -35,7 +36,8 @@ def test_what_was_not_measured_has_no_value():
 
 @pytest.mark.parametrize(("most", "least_apart"), [(1000, 20.0), (12, 60.0)])
 def test_counts_that_are_far_apart_stand_on_a_logarithmic_axis(most, least_apart):
-    chart = scatter([Dot("a", 1.0, 1, ""), Dot("b", 1.0, 10, ""), Dot("c", 1.0, most, "")], "", "ms", "wrong")
+    up = Axis.of("wrong", [1, 10, most], 3, zero=True)
+    chart = str(drawn(scatter([Dot("a", 1.0, 1), Dot("b", 1.0, 10), Dot("c", 1.0, most)], "", "ms", up)))
     low, middle, high = (float(y) for y in re.findall(r'cy="([\d.]+)"', chart))
     assert low - middle > least_apart and middle > high
 

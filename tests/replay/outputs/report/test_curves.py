@@ -3,7 +3,8 @@
 import re
 
 import replay
-from replay.outputs.report.charts import curve
+from replay.outputs.plots import curve
+from replay.outputs.report.charts import drawn
 from replay.outputs.report.page import report_html
 
 
@@ -15,13 +16,13 @@ def heights(markup):
 
 def test_a_curve_that_jumps_after_a_long_rest_is_level_until_it_jumps():
     points = [(k / 90, 20.0 if k < 4000 else 24.0) for k in range(5400)]
-    found = heights(curve([(0.0, 20.0), *points[3990:]], (), "words", "s", "degC", 20.0))
+    found = heights(drawn(curve([(0.0, 20.0), *points[3990:]], (), "words", "s", "degC", 20.0)))
     assert len(found) == 4 and found[0] == found[1] > found[2] == found[3]
 
 
 def test_an_axis_that_does_not_begin_at_zero_names_the_values_it_shows():
-    drawn = str(curve([(0.0, 20.0), (1.0, 24.4)], (), "words", "s", "degC", 20.0))
-    assert {"20", "22", "24", "26"} <= set(re.findall(r">([\d.]+)</text>", drawn)) and ">0.5<" not in drawn
+    shown = str(drawn(curve([(0.0, 20.0), (1.0, 24.4)], (), "words", "s", "degC", 20.0)))
+    assert {"20", "22", "24", "26"} <= set(re.findall(r">([\d.]+)</text>", shown)) and ">0.5<" not in shown
 
 
 def test_a_calorimeter_has_its_temperature_as_headline_and_as_the_first_curve():
