@@ -1,22 +1,21 @@
-"""A 50 mL burette and the key of its stopcock, which turns in the barrel about Z."""
+"""A 50 mL burette; the key of its stopcock turns in the barrel about Z."""
 
 import numpy as np
 
 from sessions.geometry.profile import rounded, sampled
 from sessions.geometry.rings import turned_solid
-from sessions.geometry.solids import box
 from sessions.glassware.instrument import MILLILITRE, Cavity, Instrument, Opening, weighed
-from sessions.glassware.solid_parts import across_corners, across_flats, cylinder, fitted, sections_for
+from sessions.glassware.solid_parts import across_flats, cylinder, fitted, sections_for
 from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_files import refined, subtracted, united
 
-# In metres: bore and wall, heights of its parts, radius of the key and how far it stays off the glass. Barrel of 13 mm:
+# In metres: bore and wall, heights of its parts, radius of the hole for the key. Barrel of 13 mm:
 # DURAN tubing of borosilicate glass 3.3, product list (SCHOTT); bore and capacity give 526 mm of scale. Length and
 # stopcock are our own choice; burettes are the subject of ISO 385.
 BORE, WALL = 5.5e-3, 1.0e-3
 TOP, STOPCOCK = 0.74, 0.10
 BARREL_FROM, LAST_MARK = 0.135, 0.15
-KEY_RADIUS, KEY_CLEARANCE = 5.0e-3, 0.1e-3
+KEY_RADIUS = 5.0e-3
 CAPACITY = 50.0 * MILLILITRE
 LEAST_SECTIONS = 8
 
@@ -38,24 +37,6 @@ def burette(faces: int) -> Instrument:
     )
     sites = {"stopcock": (0.0, STOPCOCK, 0.0)}
     return weighed("burette", mesh, "glass vessel burette open drains", cavity=cavity, sites=sites)
-
-
-def burette_stopcock(faces: int) -> Instrument:
-    """Return the key of the burette's stopcock: a plug along Z with a hole across and a handle; closed as it stands.
-
-    The origin lies on the axis that it turns about, at the middle of its hole.
-    """
-
-    def build(spacing: float) -> MeshData:
-        around, thin = sections_for(KEY_RADIUS, spacing), sections_for(1.2e-3, spacing, 6)
-        plug = across_corners(KEY_RADIUS - KEY_CLEARANCE, around)
-        along_z = [(-17e-3, 18e-3, plug), (-20e-3, -14e-3, 7.5e-3), (14e-3, 20e-3, 7.0e-3)]
-        rounds = [cylinder((0.0, 0.0, low), (0.0, 0.0, high), radius, around) for low, high, radius in along_z]
-        body = united([*rounds, box((40e-3, 9e-3, 5e-3), (0.0, 0.0, 20e-3))])
-        return refined(subtracted(body, [cylinder((-0.03, 0.0, 0.0), (0.03, 0.0, 0.0), 1.2e-3, thin)]), spacing)
-
-    mesh, _ = fitted(build, faces, 0.005)
-    return weighed("burette_stopcock", mesh, "plastic stopcock tool", "plastic")
 
 
 def _barrel(spacing: float) -> MeshData:

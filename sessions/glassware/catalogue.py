@@ -18,8 +18,8 @@ _MODULES = {
         "volumetric_flask reagent_bottle reagent_bottle_stopper gas_jar alcohol_lamp wick_holder dropper "
         "erlenmeyer_flask evaporating_dish watch_glass"
     ),
-    "furniture": "bench stand test_tube_rack wire_gauze tripod",
-    "burette": "burette burette_stopcock",
+    "furniture": "bench stand test_tube_rack wire_gauze tripod burette_stopcock",
+    "burette": "burette",
     "devices": "hand_left hand_right proxy_wand proxy_headset",
     "tools": "delivery_tube gas_jar_cover rubber_stopper stirring_rod tongs",
 }

@@ -1,4 +1,4 @@
-"""What things stand on: bench, test tube rack, stand with clamp and wire gauze of `united.toml`, and a tripod."""
+"""Things made of boxes and round bars, from the rows of `united.toml`: furniture, and the key of a stopcock."""
 
 import tomllib
 from functools import cache
@@ -6,11 +6,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.geometry.solids import box
 from sessions.glassware.instrument import Instrument, metres, weighed
-from sessions.glassware.solid_parts import bent, cylinder, fitted, fitted_union, grounded, ring, rod, sections_for
+from sessions.glassware.solid_parts import across_corners, bent, cylinder, fitted, grounded, ring, rod, sections_for
 from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_files import refined, subtracted, united
 
@@ -31,7 +30,8 @@ def from_row(faces: int, *, name: str) -> Instrument:
             whole = subtracted(whole, [_solid(hole, spacing) for hole in row["holes"]])
         return refined(whole, spacing * row.get("coarser", 1.0))
 
-    return weighed(name, fitted(build, faces, metres(row["spacing"]))[0], row["tags"], row["material"])
+    mesh = fitted(build, faces, metres(row["spacing"]))[0]
+    return weighed(name, grounded(mesh) if row.get("grounded") else mesh, row["tags"], row["material"])
 
 
 def _solid(part: dict[str, Any], spacing: float) -> MeshData:
@@ -39,32 +39,23 @@ def _solid(part: dict[str, Any], spacing: float) -> MeshData:
         return box([metres(size) for size in part["box"]], [metres(value) for value in part["at"]])
     radius = metres(part["radius"])
     around = sections_for(metres(part.get("round", part["radius"])), spacing, part.get("least", 8))
+    if "hoop" in part:
+        width, height = (metres(size) / 2.0 for size in part["hoop"])
+        corners = [(-width, -height), (width, -height), (width, height), (-width, height)]
+        return ring([(radius + r, metres(part["at"][1]) + y) for r, y in corners], around)
+    if "path" in part:
+        angle = np.radians(part["turned_deg"])
+        outward, up = np.array([np.cos(angle), 0.0, -np.sin(angle)]), np.array([0.0, 1.0, 0.0])
+        points = [outward * metres(r) + up * metres(y) for r, y in part["path"]]
+        return rod(bent(points, metres(part["bend"]), spacing), radius, around)
     if "arc" in part:
         reach, (x, y, z) = metres(part["arc"]), (metres(value) for value in part["at"])
         count = max(9, round(4.9 * reach / spacing))
         angles = np.radians(np.linspace(part["from_deg"], part["to_deg"], count))
         path = np.column_stack([x + reach * np.cos(angles), np.full_like(angles, y), z - reach * np.sin(angles)])
         return rod(path, radius, around)
+    if part.get("across") == "corners":
+        radius = across_corners(radius, around)
     start, end = ([metres(value) for value in part[key]] for key in ("from", "to"))
-    return cylinder(start, end, radius, around, metres(part.get("end_radius", part["radius"])))
-
-
-def tripod(faces: int) -> Instrument:
-    """Return a tripod, 0.21 m high; a wire gauze lies on its ring."""
-    tall, ring_radius, leg = 0.21, 62.0e-3, 4.0e-3
-    middle = tall - 4.0e-3
-
-    def parts(spacing: float) -> list[MeshData]:
-        outline = [(-7e-3, -4e-3), (7e-3, -4e-3), (7e-3, 4e-3), (-7e-3, 4e-3)]
-        hoop = ring([(ring_radius + r, middle + y) for r, y in outline], sections_for(ring_radius, spacing, 18))
-        thin = sections_for(leg, spacing, 6)
-        paths = [_leg_path(angle, ring_radius, middle, leg, spacing) for angle in (90, 210, 330)]
-        return [hoop, *(rod(path, leg, thin) for path in paths)]
-
-    return weighed("tripod", grounded(fitted_union(parts, faces)), "tripod metal furniture", "steel")
-
-
-def _leg_path(angle_deg: float, ring_radius: float, height: float, foot: float, spacing: float) -> NDArray[np.float64]:
-    outward = np.array([np.cos(np.radians(angle_deg)), 0.0, -np.sin(np.radians(angle_deg))])
-    places = [(ring_radius, height), (ring_radius, height - 0.02), (ring_radius + 0.03, foot)]
-    return bent([outward * r + np.array([0.0, y, 0.0]) for r, y in places], 0.02, spacing)
+    end_radius = metres(part["end_radius"]) if "end_radius" in part else None
+    return cylinder(start, end, radius, around, end_radius)

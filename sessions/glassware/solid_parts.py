@@ -7,7 +7,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sessions.geometry.rings import Ring, area_factor, even_angles, sewn, turned
 from sessions.mesh_data import MeshData
-from sessions.meshes.mesh_files import refined, united
 
 FACE_COUNT_TOLERANCE = 0.08
 SEARCH_STEPS = 9
@@ -32,11 +31,6 @@ def fitted(build: Callable[[float], MeshData], faces: int, start: float) -> tupl
         if not low < spacing < high:
             spacing = float(np.sqrt(low * high)) if low > 0.0 and high < np.inf else spacing
     return min(tried, key=lambda trial: abs(np.log(len(trial[0].faces) / faces)))
-
-
-def fitted_union(parts: Callable[[float], Sequence[MeshData]], faces: int, start: float = 0.01) -> MeshData:
-    """Return the union of ``parts(spacing)``, its edges cut to the spacing, with about ``faces`` faces."""
-    return fitted(lambda spacing: refined(united(parts(spacing)), spacing), faces, start)[0]
 
 
 def sections_for(radius: float, spacing: float, least: int = 8) -> int:

@@ -10,7 +10,6 @@ from sessions.glassware.solid_parts import (
     bent,
     cylinder,
     fitted,
-    fitted_union,
     grounded,
     ring,
     rod,
@@ -18,6 +17,7 @@ from sessions.glassware.solid_parts import (
     swept,
 )
 from sessions.mesh_data import MeshData
+from sessions.meshes.mesh_files import refined, united
 
 
 def stirring_rod(faces: int) -> Instrument:
@@ -61,7 +61,8 @@ def tongs(faces: int) -> Instrument:
         pin = cylinder((0.0, 0.0, 0.0), (0.0, 2.6 * radius, 0.0), 6.0e-3, sections_for(6e-3, spacing))
         return [pin, *arm(1.0, spacing), *arm(-1.0, spacing)]
 
-    return weighed("tongs", grounded(fitted_union(parts, faces, 0.008)), "tongs metal tool", "steel")
+    mesh, _ = fitted(lambda spacing: refined(united(parts(spacing)), spacing), faces, 0.008)
+    return weighed("tongs", grounded(mesh), "tongs metal tool", "steel")
 
 
 def delivery_tube(faces: int) -> Instrument:

@@ -190,7 +190,6 @@ def make_analytic(
     seconds: float = 10.0,
     noise: str = "off",
     jitter: str = "even",
-    losses: str = "flagged",
     seed: int = 0,
 ) -> tuple[Session, Truth]:
     """Make one analytic session and its truth; the same arguments give the same session.
@@ -200,7 +199,6 @@ def make_analytic(
     name : a name of `ANALYTIC`.
     noise : ``off`` or ``vive``; with noise the truth's band widens by five sigma and moves by the latency.
     jitter : ``even``, ``steady`` or ``browser`` stamps.
-    losses : ``flagged``, ``identity`` (unflagged identity poses) or ``off``; only with noise.
 
     Raises ``SessionError``: an unknown name, a rate or length that is not positive.
 
@@ -213,7 +211,7 @@ def make_analytic(
     if name not in ANALYTIC:
         raise SessionError(f"no analytic session {name!r}; there are: {', '.join(ANALYTIC)}")
     case = ANALYTIC[name](random_stream(seed, "analytic", name), seconds)
-    how = Recording(seed=seed, rate_hz=rate_hz, seconds=seconds, noise=noise, jitter=jitter, losses=losses)
+    how = Recording(seed=seed, rate_hz=rate_hz, seconds=seconds, noise=noise, jitter=jitter)
     seen = recorded(case.paths, how)
     facts = {"synthetic": name, "seed": str(seed), "noise": noise, "jitter": jitter, **MADE_UP}
     session = Session.from_tracks(seen.tracks(), meshes=case.meshes, facts=facts)

@@ -12,7 +12,7 @@ from sessions.model.constants import HEADSET_HZ
 from sessions.model.track import Track
 from sessions.synthetic.paths import Path, Poses
 from sessions.synthetic.rng import random_stream
-from sessions.synthetic.tracker import LOSSES, VIVE, TrackerNoise, disturbed, planned_losses, with_losses
+from sessions.synthetic.tracker import VIVE, TrackerNoise, disturbed, planned_losses, with_losses
 from sessions.synthetic.truth import Fact, Interval
 
 # 2024-03-01 09:00 UTC: an absolute start shows at once where somebody turns stamps into float seconds (0.2 us lost).
@@ -49,7 +49,7 @@ in 15-30 s, steps from 2.3 to 128 ms. ``steady`` is a native program that rarely
 class Recording:
     """How a made-up motion is recorded; SessionError for an unknown name, or a rate or length that is not positive.
 
-    ``noise``, ``jitter`` and ``losses`` are names of `NOISES`, `CLOCKS` and `LOSSES`; without noise nothing is lost.
+    ``noise`` and ``jitter`` are names of `NOISES` and `CLOCKS`; without noise nothing is lost.
     """
 
     seed: int = 0
@@ -57,10 +57,9 @@ class Recording:
     seconds: float = 10.0
     noise: str = "off"
     jitter: str = "even"
-    losses: str = "flagged"
 
     def __post_init__(self) -> None:
-        for what, known in (("noise", NOISES), ("jitter", CLOCKS), ("losses", LOSSES)):
+        for what, known in (("noise", NOISES), ("jitter", CLOCKS)):
             name = getattr(self, what)
             if name not in known:
                 raise SessionError(f"no {what} {name!r}; there are: {', '.join(known)}")
@@ -121,10 +120,10 @@ def recorded(
         noisy = disturbed(clean, times, noise, random_stream(how.seed, "tracker noise", name))
         windows = (keep or {}).get(name, ())
         rng = random_stream(how.seed, "tracking loss", name)
-        losses = () if how.losses == "off" else planned_losses(how.seconds, noise, rng, windows)
-        poses[name], valid[name] = with_losses(noisy, times, losses, noise, how.losses)
+        losses = planned_losses(how.seconds, noise, rng, windows)
+        poses[name], valid[name] = with_losses(noisy, times, losses, noise)
         for loss in losses:
-            lost = Fact("loss", loss.start, loss.settled, (name,), {"lost_until": loss.end, "recorded_as": how.losses})
+            lost = Fact("loss", loss.start, loss.settled, (name,), {"lost_until": loss.end, "recorded_as": "flagged"})
             facts.append(lost)
     return Recorded(clock, poses, valid, tuple(facts))
 

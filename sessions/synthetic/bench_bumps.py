@@ -39,7 +39,6 @@ def make_bench_bumps(
     noise: str = "vive",
     *,
     jitter: str = "steady",
-    losses: str = "flagged",
     faces: int = FACES,
 ) -> tuple[Session, Truth]:
     """Make the session and its truth, about 60 s; the same arguments give the same session.
@@ -48,9 +47,9 @@ def make_bench_bumps(
     while held they ride on the recorded hand. Truth is about the recorded poses: with noise, ``surely`` and
     ``possibly`` leave five sigma (1 mm) open, and tracking is lost only between bumps.
 
-    Raises ``SessionError``: an unknown noise, jitter or losses; a rate that is not positive.
+    Raises ``SessionError``: an unknown noise or jitter; a rate that is not positive.
     """
-    how = Recording(seed=seed, rate_hz=rate_hz, seconds=SECONDS, noise=noise, jitter=jitter, losses=losses)
+    how = Recording(seed=seed, rate_hz=rate_hz, seconds=SECONDS, noise=noise, jitter=jitter)
     layout = Instruments(PLACED, faces)
     plan = BumpPlan(layout, how, random_stream(seed, NAME))
     scripts = {"hand-right": right_hand(plan), "hand-left": left_hand(plan)}  # in this order: both draw from one stream

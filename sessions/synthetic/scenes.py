@@ -24,10 +24,9 @@ def make_scene_session(
     ----------
     name : a name of `SCENES`.
     noise : ``vive`` or ``off``.
-    **settings : ``jitter`` (``even``, ``steady``, ``browser``), ``losses`` (``flagged``, ``identity``, ``off``),
-        ``faces`` (resolution of the meshes).
+    **settings : ``jitter`` (``even``, ``steady``, ``browser``), ``faces`` (resolution of the meshes).
 
-    Raises ``SessionError``: no such scene, noise, jitter or losses; a rate that is not positive.
+    Raises ``SessionError``: no such scene, noise or jitter; a rate that is not positive.
     """
     return scene_maker(name)(seed=seed, rate_hz=rate_hz, noise=noise, **settings)
 

@@ -6,12 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.geometry.rotations import IDENTITY, Array, quaternion_from_vector, quaternion_product
+from sessions.geometry.rotations import Array, quaternion_from_vector, quaternion_product
 from sessions.synthetic.paths import Poses
-
-LOSSES = ("flagged", "identity", "off")
-"""``flagged``: invalid, raw numbers kept; ``identity``: an identity pose that calls itself valid, as SteamVR writes;
-``off``: never lost."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,22 +105,19 @@ def _correlated(times: Array, correlation_s: float, rng: np.random.Generator) ->
 
 
 def with_losses(
-    poses: Poses, times: Array, losses: Sequence[Loss], noise: TrackerNoise, kind: str
+    poses: Poses, times: Array, losses: Sequence[Loss], noise: TrackerNoise
 ) -> tuple[Poses, NDArray[np.bool_]]:
-    """Poses and validity with losses put in; while lost the pose drifts from the last good one towards the step."""
+    """Poses and validity with losses put in: while lost, flagged and drifting from the last good pose to the step."""
     position, quaternion = poses[0].copy(), poses[1].copy()
     valid = np.ones(len(times), dtype=np.bool_)
-    for loss in losses if kind != "off" else ():
+    for loss in losses:
         lost = (times >= loss.start) & (times < loss.end)
         after = times >= loss.end
         step = np.asarray(loss.step)
         position[after] += np.exp(-(times[after] - loss.end) / noise.settle_s)[:, None] * step
         last = max(0, int(np.searchsorted(times, loss.start)) - 1)
-        if kind == "identity":
-            position[lost], quaternion[lost] = 0.0, IDENTITY
-        else:
-            share = (times[lost] - loss.start) / (loss.end - loss.start)
-            position[lost] = position[last] + share[:, None] * step
-            quaternion[lost] = quaternion[last]
-            valid[lost] = False
+        share = (times[lost] - loss.start) / (loss.end - loss.start)
+        position[lost] = position[last] + share[:, None] * step
+        quaternion[lost] = quaternion[last]
+        valid[lost] = False
     return (position, quaternion), valid

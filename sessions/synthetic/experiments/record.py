@@ -82,15 +82,14 @@ class Experiment:
         rate_hz: float = HEADSET_HZ,
         noise: str = "vive",
         jitter: str = "steady",
-        losses: str = "flagged",
         faces: int = FACES,
     ) -> tuple[Session, Truth]:
         """Do the procedure and record it: the session and its truth; the same arguments give the same session.
 
-        SessionError for an unknown noise, jitter or losses, or a rate that is not positive.
+        SessionError for an unknown noise or jitter, or a rate that is not positive.
         """
         layout = layout_of(self.placed, self.grips, faces)
-        how = Recording(seed=seed, rate_hz=rate_hz, seconds=LONGEST_S, noise=noise, jitter=jitter, losses=losses)
+        how = Recording(seed=seed, rate_hz=rate_hz, seconds=LONGEST_S, noise=noise, jitter=jitter)
         lab = Lab(self.name, layout, how, travel=self.travel, effects=self.effects)
         for task in self.tasks:
             _perform(lab, **task)
