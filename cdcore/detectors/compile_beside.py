@@ -1,7 +1,7 @@
-"""Compiles the kernels of ``exact`` and of what examines its contacts, those needed last first.
+"""Compiles the kernels of the paper's search, of ``exact`` and of what examines its contacts, those needed last first.
 
-A first run starts this in a process of its own (``python -m cdcore.detectors.compile_beside``) and compiles the paper's
-kernels meanwhile; what one process has compiled the other loads.
+A first run starts this in a process of its own (``python -m cdcore.detectors.compile_beside``) and compiles what it
+needs first meanwhile: the search over the whole motion. What one process has compiled the other loads.
 """
 
 import numpy as np
@@ -10,12 +10,12 @@ from cdcore.detectors import create_detector
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.ill_posed import MarginStage
 from cdcore.narrow.sections.section_source import section_of_faces
-from cdcore.protocol import Body, Motion
+from cdcore.protocol import Body, Motion, detect_live
 
 FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
 
 
-def compile_exact() -> None:
+def compile_kernels() -> None:
     """Ask one small question of each kernel: tetrahedra in contact, within a box, one inside the other, touching."""
     tetrahedron = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
     large, small = (
@@ -24,16 +24,19 @@ def compile_exact() -> None:
     places = np.zeros((3, 2, 3))
     places[:, 1] = [[0.1, 0.1, -0.05], [0.6, 0.6, 0.6], [0.2, 0.2, 0.2]]
     turns = np.tile(np.eye(3), (3, 2, 1, 1))
+    motion = Motion([0.0, 1.0, 2.0], places, turns)
+    detect_live(create_detector("hybrid-qaco", [large, small]), motion)
+    create_detector("hybrid-qaco", [large, small]).detect(motion, faces=True)
     (at_large, at_small), faces = zip(turns[0], places[0], strict=True), np.array([[0, 1]])
-    section_of_faces(large, at_large, small, at_small, faces)
     margins = MarginStage((large, small), 1e-6)
     margins.near((0, 1), turns[1:2], places[1:2])
     margins.shallow((0, 1), faces, turns[0], places[0])
+    section_of_faces(large, at_large, small, at_small, faces)
     exact = create_detector("exact", [large, small])
-    exact.detect(Motion([0.0, 1.0, 2.0], places, turns), faces=True)
+    exact.detect(motion, faces=True)
     places[0, 1] = [0.2, 0.2, -0.1]  # a corner in the plane of a face: decided in exact arithmetic
     exact.detect(Motion([0.0], places[:1], turns[:1]), faces=True)
 
 
 if __name__ == "__main__":
-    compile_exact()
+    compile_kernels()

@@ -7,7 +7,7 @@ from pathlib import Path
 from support.shapes import lab
 
 from cdcore import DETECTORS, create_detector
-from cdcore.detectors.compile_beside import compile_exact
+from cdcore.detectors.compile_beside import compile_kernels
 
 COMMON = ("exact", "hybrid-qaco", "discrete")
 """Their kernels are those of most tests; the other detectors are left to compile while tests run."""
@@ -17,7 +17,7 @@ LONGEST = ("continuous",)
 if __name__ == "__main__":
     said = Path(sys.argv[1])
     try:
-        compile_exact()
+        compile_kernels()
         bodies, motion = lab(8)
         for name in dict.fromkeys([*COMMON, *LONGEST, *DETECTORS]):
             create_detector(name, bodies).detect(motion)
