@@ -11,7 +11,7 @@ from replay.api.runner import opened, run
 from replay.errors import AuditError, TradeoffError
 from replay.pipeline.run_result import RunResult
 from replay.tradeoffs.engine_knobs import Choice, Engine, advice_words, engine_named, lacking
-from replay.tradeoffs.scoring import over_offsets
+from replay.tradeoffs.scoring import wrong_counts
 from replay.tradeoffs.settings import rate_of
 from sessions import Session
 
@@ -78,23 +78,12 @@ def _row(result: RunResult, label: str, choice: Choice, setting: str) -> dict[st
     return {
         "number": int(label.removeprefix("row-")), "knobs": dict(choice.knobs), "setting": setting,
         "pages": list(choice.pages), "consequence": choice.consequence, "contacts": counts.contacts,
-        "undecided": counts.undecided + counts.undecided_in_part, **wrong_counts(result, label),
+        "undecided": counts.undecided + counts.undecided_in_part, **wrong_in(result, label),
         "ms": 1e3 * seconds["per_frame_mean"], "p99_ms": None if looks is None else 1e3 * looks["p99"],
     }  # fmt: skip
 
 
-def wrong_counts(result: RunResult, label: str) -> dict[str, Any]:
-    """What a detector of a run gets wrong: means over the sampling offsets, smallest and largest, and its false share.
-
-    The keys are those of a row of ``replay.tradeoff``.
-    """
-    if label in result.phases:
-        offsets = result.phases[label]
-        found = [part.sum(axis=1).tolist() for part in (offsets.missed, offsets.in_part)]
-        found.append(offsets.false_contacts.tolist())
-        false = offsets.invented["share"]
-    else:
-        counts = result.counts[label]
-        found = [[counts.missed], [counts.in_part], [len(result.false[label])]]
-        false = result.summary["audit"][label]["invented"]["share"]
-    return {"false": false, **over_offsets(*found)}
+def wrong_in(result: RunResult, label: str) -> dict[str, Any]:
+    """What a detector of a run gets wrong, as a row of ``replay.tradeoff`` has it."""
+    invented, false = result.summary["audit"][label]["invented"], len(result.false[label])
+    return wrong_counts(result.counts[label], false, invented, result.phases.get(label))

@@ -16,7 +16,7 @@ from typing import Any, Final
 import numpy as np
 
 from cdcore.mesh import TriangleMesh
-from replay.api.advisor import wrong_counts
+from replay.api.advisor import wrong_in
 from replay.api.runner import opened, run
 from replay.base.progress import Progress, Silent
 from replay.comparison.tolerance import TAU
@@ -292,7 +292,7 @@ def _written(
     setting = f"collider[{words[1]}]"
     result = run(session, detectors={"before": f"collider[{words[0]}]", "after": setting}, **asked)
     figures = [
-        wrong_counts(result, label) | {"ms": 1e3 * result.summary["detectors"][label]["seconds"]["per_frame_mean"]}
+        wrong_in(result, label) | {"ms": 1e3 * result.summary["detectors"][label]["seconds"]["per_frame_mean"]}
         for label in ("before", "after")
     ]
     counts = len(pieces), sum(row["pieces"] for row in rows)

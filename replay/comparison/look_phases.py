@@ -133,7 +133,7 @@ def sampling_offsets(rate_hz: float) -> FloatArray:
 def offset_counts(rate_hz: float, every: Detection, reference: Reference, advance: Advance = ignored) -> OffsetCounts:
     """What samples at a rate find at each offset; each sample holds what it sees of ``every`` frame."""
     frames = np.zeros((PHASES, len(reference.contacts), len(Outcome)), dtype=np.int64)
-    said, false, known = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
+    reported, said, false, known = np.zeros((4, *every.verdict.shape), dtype=np.uint8)
     stretches = np.zeros(PHASES, dtype=np.int64)
     posed = every.verdict != Verdict.NO_POSE
     for number, later in enumerate(sampling_offsets(rate_hz)):
@@ -142,11 +142,13 @@ def offset_counts(rate_hz: float, every: Detection, reference: Reference, advanc
         comparison = reference.compare(replace(every, verdict=believed), known=known)
         frames[number] = count_contacts(comparison, reference.contacts).frames
         invented = comparison.outcome == Outcome.INVENTED
-        said += np.isin(comparison.outcome, REPORTED)
+        reported |= np.isin(comparison.outcome, REPORTED)
+        # As of one run: what is within tolerance is neither true nor false.
+        said += invented | (comparison.outcome == Outcome.BOTH)
         false += invented
         stretches[number] = len(column_runs(invented.T))
         advance(1)
-    runs = column_runs((said > 0).T).tolist()
+    runs = column_runs((reported > 0).T).tolist()
     parts = [(slice(first, last + 1), pair) for pair, first, last in runs]
     false_sums, said_sums = ([int(table[part].sum(dtype=np.int64)) for part in parts] for table in (false, said))
     missed, found = frames[..., Outcome.MISSED], frames[..., Outcome.BOTH]

@@ -27,7 +27,7 @@ class Speaker(Protocol):
 
 @cache
 def compile_beside() -> None:
-    """Start, once, a process that compiles the kernels of the search and of ``exact`` while this one compiles what it needs first.
+    """Start, once, a process that compiles the kernels of the search and of ``exact``, those needed last first.
 
     The first demo on a machine takes 0.73 of the time (2 cores, 2026-11-22), and frames timed meanwhile are no slower.
     The process is ended with this one; killed at any moment, it leaves whole files only.

@@ -1,13 +1,13 @@
 """The oracle's answer, and what a detection makes of its contacts: counted as the audit counts them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from cdcore import Detection
 from cdcore.numerics import IntArray
-from replay.comparison.contact_counts import count_contacts, count_reports
+from replay.comparison.contact_counts import ContactCounts, count_contacts, count_reports
 from replay.comparison.episodes import column_runs
-from replay.comparison.look_phases import PHASES, offset_counts, spread
+from replay.comparison.look_phases import PHASES, OffsetCounts, offset_counts, spread
 from replay.comparison.outcome import Outcome
 from replay.comparison.reference import Reference
 from replay.comparison.tolerance import Tolerance
@@ -19,15 +19,25 @@ from replay.tradeoffs.settings import Setting
 from sessions import Session
 
 
-def over_offsets(missed: Sequence[int], late: Sequence[int], false: Sequence[int]) -> dict[str, float]:
-    """Counts at each sampling offset as columns: ``missed`` (the mean), ``missed_smallest``, ``missed_largest``.
+def wrong_counts(
+    once: ContactCounts, false: int, invented: Mapping[str, Any], offsets: OffsetCounts | None
+) -> dict[str, Any]:
+    """What a detector gets wrong as columns: ``missed``, ``late`` (or cut short), ``false_contacts``; ``wrong``: all.
 
-    So are ``late`` (late or cut short), ``false_contacts``, and ``wrong``, which is all three.
+    Each is the mean over the sampling offsets, beside ``missed_smallest`` and ``missed_largest``, and so on; without
+    ``offsets`` it is counted ``once``, with ``false`` contacts and the share ``invented``. ``false`` is the share of
+    the pair-frames reported.
     """
-    wrong = [sum(counts) for counts in zip(missed, late, false, strict=True)]
-    row: dict[str, float] = {}
-    for name, counts in {"missed": missed, "late": late, "false_contacts": false, "wrong": wrong}.items():
-        over = spread(counts)
+    if offsets is None:
+        counts = {"missed": [once.missed], "late": [once.in_part], "false_contacts": [false]}
+    else:
+        missed, late = (part.sum(axis=1).tolist() for part in (offsets.missed, offsets.in_part))
+        counts = {"missed": missed, "late": late, "false_contacts": offsets.false_contacts.tolist()}
+        invented = offsets.invented
+    counts["wrong"] = [sum(each) for each in zip(*counts.values(), strict=True)]
+    row: dict[str, Any] = {"false": invented["share"], "false_low": invented["low"], "false_high": invented["high"]}
+    for name, values in counts.items():
+        over = spread(values)
         row |= {name: over["mean"], f"{name}_smallest": over["smallest"], f"{name}_largest": over["largest"]}
     return row
 
@@ -55,26 +65,19 @@ class Scoring:
     def figures(self, detection: Detection, setting: Setting, assembly: Assembly) -> dict[str, Any]:
         """Contacts missed, late or cut short, and false ones, and the share of false frames of those reported.
 
-        ``assembly`` is what the detector saw. A setting with a step rate is counted at 16 sampling offsets, and the
-        counts are ``missed_smallest``, ``missed_largest`` and ``missed`` (the mean), and so on; another one is counted
-        once. ``wrong`` are all three.
+        ``assembly`` is what the detector saw. A setting with a step rate is counted at 16 sampling offsets, another one
+        once, as by ``wrong_counts``.
         """
-        comparison = self.reference.compare(detection)
+        comparison, offsets = self.reference.compare(detection), None
         once = count_contacts(comparison, self.contacts)
         if setting.rate_hz and self.reference.truth.covers == "instants":
             every = self._at_every_frame(setting, assembly)
             offsets = offset_counts(setting.rate_hz, every, self.reference)
-            missed, late = (part.sum(axis=1).tolist() for part in (offsets.missed, offsets.in_part))
-            false, share = offsets.false_contacts.tolist(), offsets.invented
-        else:
-            missed, late = [once.missed], [once.in_part]
-            false = [len(column_runs((comparison.outcome == Outcome.INVENTED).T))]
-            share = count_reports(comparison).share(Outcome.INVENTED)
+        false = len(column_runs((comparison.outcome == Outcome.INVENTED).T))
         return {
-            "contacts": once.contacts, "offsets": PHASES if len(missed) > 1 else 1, "false": share["share"],
-            "false_low": share["low"], "false_high": share["high"],
+            "contacts": once.contacts, "offsets": 1 if offsets is None else PHASES,
             "contacts_undecided": once.undecided, "contact_frames_undecided": once.frames_undecided,
-            **over_offsets(missed, late, false),
+            **wrong_counts(once, false, count_reports(comparison).share(Outcome.INVENTED), offsets),
         }  # fmt: skip
 
     def false_frames(self, detection: Detection) -> IntArray:

@@ -1,5 +1,7 @@
 """A disagreement about at most tau is within tolerance; a deeper one, or one about being inside, never is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.shapes import ball_mesh, box_mesh, random_rotations
@@ -7,7 +9,10 @@ from support.small_worlds import cubes
 
 from cdcore import Body, Motion, Verdict, create_detector
 from replay.comparison.compare import compare
+from replay.comparison.contact_counts import count_reports
+from replay.comparison.look_phases import offset_counts
 from replay.comparison.outcome import Outcome
+from replay.comparison.reference import Reference
 from replay.comparison.tolerance import Tolerance
 from replay.errors import AuditError
 from replay.pipeline.engine import compute
@@ -85,6 +90,17 @@ def test_being_inside_is_never_a_matter_of_tolerance():
 
 def test_a_volume_s_candidate_is_unconfirmed_and_not_excused():
     assert judged(beside(1.0 + 1e-9), Verdict.CANDIDATE) == [Outcome.INVENTED]
+
+
+def test_frames_within_tolerance_count_in_no_share_of_false_contact_at_no_sampling_offset():
+    assembly = beside(0.5, 0.5, 1.0 + 1e-6, 1.0 + 1e-6, 1.5)
+    exact = create_detector("exact", assembly.bodies, pairs=assembly.pairs)
+    truth = exact.detect(assembly.motion)
+    tolerance = Tolerance(assembly, lambda motion: exact.detect(motion, faces=True), 2e-6)
+    reference = Reference.of(truth, assembly, None, tolerance)
+    always = replace(truth, verdict=np.full_like(truth.verdict, Verdict.CONTACT))
+    once = count_reports(reference.compare(always)).share(Outcome.INVENTED)["share"]
+    assert once == offset_counts(1e4, always, reference).invented["share"] == pytest.approx(1 / 3)
 
 
 def test_an_interval_says_nothing_about_an_instant():
