@@ -54,35 +54,40 @@ def import_session(format: str, source: str | Path | Sequence[str | Path], **opt
     Raises ``ImportFileError``: an unknown format or option, or a file that is not what it should be; names file, line
     and column.
     """
-    if not isinstance(source, str | Path):
-        return _joined(format, source, options)
-    path = Path(source)
-    is_there = path.is_file() or (path.is_dir() and format in FOLDERS)
-    if format == AUTO and is_there:
-        from sessions.importers.recognition import recognised
-
-        name, why = recognised(path)
-        session = import_session(name, path, **options)
-        return replace(session, facts={**session.facts, "taken_for": f"{name}, because {why}"})
-    known = _options(format) if format != AUTO else list(options)
-    for option in options:
-        if option not in known:
-            raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {', '.join(known)}")
-    if not is_there:
-        if not path.is_dir():
-            check_regular(path, "recording", ImportFileError)
-        raise ImportFileError(f"{path} does not exist or is no file; check the path")
-    common = {name: options.pop(name) for name in COMMON if format in IMPORTERS and name in options}
-    made = _read(format, path, options)
-    if format not in IMPORTERS:
-        return made
     from sessions.importers.finish import finished
+    from sessions.importers.joining import joined
 
-    return finished(made, path, **common)
+    paths = [Path(source)] if isinstance(source, str | Path) else [Path(path) for path in source]
+    if not paths:
+        raise ImportFileError("name a source")
+    if format not in (*IMPORTERS, AUTO):
+        session = _read(format, paths[0], options)
+        if len(paths) > 1:
+            raise ImportFileError(f"importer {format!r} is of another package; name one source")
+        return session
+    common = {name: options.pop(name) for name in COMMON if name in options}
+    parts = {path: _read(format, path, options) for path in paths}
+    return finished(joined(parts), paths[0], **common)
 
 
 def _read(format: str, path: Path, options: dict[str, Any]) -> Any:
-    read = _importer(format)
+    """What a format's importer reads of a source: ``Imported``, or of another package's format a session."""
+    read = _importer(format) if format != AUTO else None
+    known = [*signature(read).parameters][1:] if read else [*options]
+    for option in options:
+        if option not in known:
+            known += COMMON if format in IMPORTERS else ()
+            raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {', '.join(known)}")
+    if not (path.is_file() or (path.is_dir() and format in FOLDERS)):
+        if not path.is_dir():
+            check_regular(path, "recording", ImportFileError)
+        raise ImportFileError(f"{path} does not exist or is no file; check the path")
+    if read is None:
+        from sessions.importers.recognition import recognised
+
+        name, why = recognised(path)
+        samples = _read(name, path, options)
+        return replace(samples, facts={**samples.facts, "taken_for": f"{name}, because {why}"})
     try:
         return read(path, **options)
     except (SessionError, OSError):
@@ -90,24 +95,6 @@ def _read(format: str, path: Path, options: dict[str, Any]) -> Any:
     except Exception as error:  # of another package; ours raise what they refuse
         where = f"importer {format!r} ({read.__module__})"
         raise ImportFileError(f"{where} failed: {type(error).__name__}: {error}; report it to its package") from error
-
-
-def _options(format: str) -> list[str]:
-    own = list(signature(_importer(format)).parameters)[1:]
-    return [*own, *COMMON] if format in IMPORTERS else own
-
-
-def _joined(format: str, sources: Sequence[str | Path], options: dict[str, Any]) -> Session:
-    if len(sources) == 1:
-        return import_session(format, sources[0], **options)
-    whole = {name: options.pop(name) for name in COMMON if name in options}
-    if not sources or options.get("mesh_axes", "same") != "same":
-        raise ImportFileError("name a source; turn meshes by mesh_axes with one source alone")
-    parts = {Path(one): import_session(format, one, **options, proxies=False) for one in sources}
-    from sessions.importers.finish import finished
-    from sessions.importers.joining import joined
-
-    return finished(joined(parts), next(iter(parts)), **whole)
 
 
 def _importer(name: str) -> Any:

@@ -4,10 +4,11 @@ The built-in mapping is for the CSV of the README's Unity script: a row per body
 triggers and collisions.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
@@ -31,14 +32,17 @@ CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.
 """Nanoseconds per unit of the clock; ``ticks`` are .NET's, counted from the year 1."""
 
 
+TURNS: Final[Mapping[str, int]] = {"quaternion_xyzw": 4, "euler": 3, "matrix": 9}
+"""What a rotation may be, and how many columns hold it."""
+
+
 @dataclass(frozen=True)
 class PoseColumns:
     """Where a pose stands: three columns of position, and a quaternion, Euler angles or a matrix row by row."""
 
     position: tuple[str, ...]
-    quaternion_xyzw: tuple[str, ...] = ()
-    euler: tuple[str, ...] = ()
-    matrix: tuple[str, ...] = ()
+    turn: tuple[str, ...]
+    kind: str = "quaternion_xyzw"
     order: str = ""
     degrees: bool = True
     valid: str = ""
@@ -46,13 +50,13 @@ class PoseColumns:
     @property
     def numbers(self) -> tuple[str, ...]:
         """The columns that hold numbers."""
-        return self.position + (self.quaternion_xyzw or self.euler or self.matrix)
+        return self.position + self.turn
 
     def quaternions(self, turns: Numbers) -> Numbers:
         """Quaternions xyzw (n, 4) of what stands behind the position in ``numbers`` (n, 3, 4 or 9); NaN: it is none."""
-        if self.euler:
+        if self.kind == "euler":
             return quaternion_from_euler(np.radians(turns) if self.degrees else turns, self.order)
-        return _of_matrices(turns.reshape(-1, 3, 3)) if self.matrix else turns
+        return _of_matrices(turns.reshape(-1, 3, 3)) if self.kind == "matrix" else turns
 
 
 @dataclass(frozen=True)
@@ -119,7 +123,7 @@ _OPENVR: Final = CsvMapping(
     unit="s",
     convention="openvr",
     name="device",
-    body=PoseColumns(ROW_MAJOR[3::4], matrix=tuple(one for one in ROW_MAJOR if one[2] != "3"), valid="valid"),
+    body=PoseColumns(ROW_MAJOR[3::4], tuple(name for name in ROW_MAJOR if name[2] != "3"), "matrix", valid="valid"),
 )
 PRESETS: Final = (
     UNITY,
@@ -134,49 +138,59 @@ OpenVR: a row per device and time, with ``mDeviceToAbsoluteTracking`` as the col
 """
 
 
+@contextmanager
+def mapping_table(path: str | Path) -> Iterator[TomlTable]:
+    """The table of a mapping file; ImportFileError at the end: all its faults, each with file, table and key."""
+    faults: list[str] = []
+    whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError, faults)
+    yield whole
+    whole.done()
+    if faults:
+        raise ImportFileError("; ".join(faults))
+
+
 def read_mapping(path: str | Path) -> CsvMapping:
     """The mapping of a TOML file.
 
     Raises ``ImportFileError``: all faults at once, each with file, table and key, and what to do.
     """
-    faults: list[str] = []
-    whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError, faults)
-    clock = whole.table("time") or whole.within({}, "[time]")
-    rate = clock.number("rate_hz", 0.0)
-    column, unit = ROW_TIME, "s"
-    if rate <= 0.0:
-        column, unit = clock.text("column", None), clock.text("unit", None, (*CLOCK_NS, TEXT))
-    form, offset = clock.text("format"), clock.number("offset", 0.0)
-    clock.done()
-    long = whole.table("body")
-    wide = whole.named_tables("bodies")
-    if (long is None) == (not wide):
-        whole.refuse("give either [body] (a row per body and time) or [bodies.NAME] (columns per body)")
-    mapping = CsvMapping(
-        time=column,
-        unit=unit,
-        convention=whole.text("convention", "", CONVENTIONS),
-        units=whole.text("units", "m", LENGTHS),
-        layout=CsvLayout(
-            delimiter=_letter(whole, "delimiter", ","),
-            decimal=_letter(whole, "decimal", "."),
-            skip_lines=whole.count("skip_lines", 0, 0, MOST_LINES),
-            header_lines=whole.count("header_lines", 1, 1, MOST_LINES),
-            columns=whole.texts("columns"),
-            rate_hz=rate,
-            format=form,
-            offset_ns=round(offset * CLOCK_NS.get(unit, 1e9)),
-        ),
-        name=long.text("name", None) if long is not None else "",
-        body=pose_columns(long) if long is not None else None,
-        bodies={name: pose_columns(table) for name, table in wide.items()},
-        scalars={name: _scalar(table) for name, table in whole.named_tables("scalars").items()},
-        events=whole.texts("event_columns"),
-    )
-    whole.done()
-    if faults:
-        raise ImportFileError("; ".join(faults))
-    return mapping
+    with mapping_table(path) as whole:
+        clock = whole.table("time") or whole.within({}, "[time]")
+        rate = clock.number("rate_hz", 0.0)
+        column, unit = ROW_TIME, "s"
+        if rate <= 0.0:
+            column, unit = clock.text("column", None), clock.text("unit", None, (*CLOCK_NS, TEXT))
+        form, offset = clock.text("format"), clock.number("offset", 0.0)
+        clock.done()
+        scalars = {}
+        for name, table in whole.named_tables("scalars").items():
+            scalars[name] = ScalarColumn(table.text("column", None), table.text("unit"))
+            table.done()
+        long = whole.table("body")
+        wide = whole.named_tables("bodies")
+        if (long is None) == (not wide):
+            whole.refuse("give either [body] (a row per body and time) or [bodies.NAME] (columns per body)")
+        return CsvMapping(
+            time=column,
+            unit=unit,
+            convention=whole.text("convention", "", CONVENTIONS),
+            units=whole.text("units", "m", LENGTHS),
+            layout=CsvLayout(
+                delimiter=_letter(whole, "delimiter", ","),
+                decimal=_letter(whole, "decimal", "."),
+                skip_lines=whole.count("skip_lines", 0, 0, MOST_LINES),
+                header_lines=whole.count("header_lines", 1, 1, MOST_LINES),
+                columns=whole.texts("columns"),
+                rate_hz=rate,
+                format=form,
+                offset_ns=round(offset * CLOCK_NS.get(unit, 1e9)),
+            ),
+            name=long.text("name", None) if long is not None else "",
+            body=pose_columns(long) if long is not None else None,
+            bodies={name: pose_columns(table) for name, table in wide.items()},
+            scalars=scalars,
+            events=whole.texts("event_columns"),
+        )
 
 
 def _of_matrices(matrices: Numbers) -> Numbers:
@@ -200,32 +214,25 @@ def _letter(table: TomlTable, key: str, default: str) -> str:
 
 def pose_columns(table: TomlTable) -> PoseColumns:
     """Where a pose stands, from a table of a mapping; nothing else may be in it."""
-    if sum(key in table for key in ("quaternion_xyzw", "euler", "matrix")) != 1:
+    kinds = [kind for kind in TURNS if kind in table]
+    if len(kinds) != 1:
         table.refuse(
             "give quaternion_xyzw = [4 columns] or euler = [3 columns] with order, or matrix = [9 columns, row by row]"
         )
-    turn: dict[str, Any] = {}
-    if "quaternion_xyzw" in table:
-        turn["quaternion_xyzw"] = table.texts("quaternion_xyzw", 4)
-    elif "matrix" in table:
-        turn["matrix"] = table.texts("matrix", 9)
-    elif "euler" in table:
-        turn["order"] = table.text("order", None)
-        turn["euler"] = _angles(table, turn["order"])
+    kind = kinds[0] if kinds else ""
+    if kind == "euler":
+        order = table.text("order", None)
+        turn = _angles(table, order)
         try:
-            quaternion_from_euler(np.zeros((0, 3)), turn["order"] or "XYZ")
+            quaternion_from_euler(np.zeros((0, 3)), order or "XYZ")
         except SessionError as error:
             table.refuse(str(error))
-        turn["degrees"] = table.text("angle_unit", "deg", ("deg", "rad")) == "deg"
-    columns = PoseColumns(table.texts("position", 3), valid=table.text("valid"), **turn)
+        degrees = table.text("angle_unit", "deg", ("deg", "rad")) == "deg"
+    else:
+        turn, order, degrees = table.texts(kind, TURNS[kind]) if kind else (), "", True
+    columns = PoseColumns(table.texts("position", 3), turn, kind, order, degrees, table.text("valid"))
     table.done()
     return columns
-
-
-def _scalar(table: TomlTable) -> ScalarColumn:
-    column = ScalarColumn(table.text("column", None), table.text("unit"))
-    table.done()
-    return column
 
 
 def _angles(table: TomlTable, order: str) -> tuple[str, ...]:

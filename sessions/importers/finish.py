@@ -35,7 +35,7 @@ PROXY_FACES = 2000
 class Imported:
     """What an importer read, already in the canonical frame and in metres; ``finished`` makes a session of it.
 
-    ``conversions``: sentences about what was done to the numbers. ``meshes``: of bodies, as the source holds them.
+    ``conversions``: sentences about what was done to the numbers.
     ``mesh_turn``: (4, 4), what mesh files are turned by before they are in the frame of the poses.
     """
 
@@ -48,10 +48,18 @@ class Imported:
     intervals: Sequence[Interval] = ()
     gaze: Mapping[str, GazeTrack] = field(default_factory=dict)
     scalars: Mapping[str, ScalarTrack] = field(default_factory=dict)
-    meshes: Mapping[str, MeshData] = field(default_factory=dict)
     mesh_turn: NDArray[np.float64] | None = None
     of_people: bool = True
     """Whether names like ``head`` and ``left`` mean a headset and controllers; of a robot they do not."""
+
+
+def check_poses(samples: Imported, source: Path) -> None:
+    """Refuse a recording without a pose, or with none that is not lost."""
+    if not any(len(track) for track in samples.tracks.values()):
+        raise ImportFileError(f"{source}: there is no pose in it; check that this is the recording")
+    if not any(track.valid.any() for track in samples.tracks.values()):
+        why = "; ".join(words for words in together(samples.conversions) if "lost" in words) or "the source flags them"
+        raise ImportFileError(f"{source}: every pose in it is lost ({why}); record it again, or choose other columns")
 
 
 def finished(
@@ -67,38 +75,44 @@ def finished(
 
     Parameters
     ----------
-    meshes : body name -> mesh file or mesh; they win over the scene's, and those over the source's own.
+    meshes : body name -> mesh file or mesh; they win over the scene's.
     scene : declared bodies, pairs and effects; its mesh paths are relative to ``scene_folder``.
     proxies : whether headset and controllers without a mesh get a stand-in; ``None``: only if no mesh is given at all,
         and not in recordings of robots.
 
-    Raises ``ImportFileError``: no pose at all, none that is not lost, or a mesh for a body that is not there.
+    Raises ``ImportFileError``: a mesh for a body that is not there.
     """
-    if not any(len(track) for track in samples.tracks.values()):
-        raise ImportFileError(f"{source}: there is no pose in it; check that this is the recording")
-    if not any(track.valid.any() for track in samples.tracks.values()):
-        why = "; ".join(words for words in together(samples.conversions) if "lost" in words) or "the source flags them"
-        raise ImportFileError(f"{source}: every pose in it is lost ({why}); record it again, or choose other columns")
+    from sessions.meshes.mesh_files import load_mesh
+
     declared = scene or Scene()
     ids = [body.id for body in declared.bodies]
-    given = {name: mesh for name, mesh in samples.meshes.items() if name not in ids}
-    given |= scene_meshes(declared, scene_folder)
+    given = scene_meshes(declared, scene_folder)
     known = [*samples.tracks, *ids]
     for name, mesh in (meshes or {}).items():
         if name not in known:
             raise ImportFileError(f"{source}: there is no body {name!r} to put a mesh on{nearest(name, known)}")
-        given[name] = loaded(mesh)
+        given[name] = mesh if isinstance(mesh, MeshData) else load_mesh(mesh)
     if samples.mesh_turn is not None:
         files = {*(meshes or ()), *(body.id for body in declared.bodies if body.mesh)}
         given |= {name: given[name].transformed(samples.mesh_turn) for name in files}
     if proxies or (proxies is None and not given and samples.of_people):
         declared = _with_proxies(declared, samples.tracks, given)
-    done = "; ".join(together(samples.conversions)) or "none"
-    facts = {"source_file": source.name, "conversions": done, **samples.facts}
-    events, intervals = samples.events, samples.intervals
-    session = Session.from_tracks(samples.tracks, given, declared, events=events, intervals=intervals, facts=facts)
-    contacts, hands = tuple(samples.live_contacts), dict(samples.hands)
-    held = replace(session, live_contacts=contacts, hands=hands, gaze=dict(samples.gaze), scalars=dict(samples.scalars))
+    conversions = "; ".join(together(samples.conversions)) or "none"
+    session = Session.from_tracks(
+        samples.tracks,
+        given,
+        declared,
+        events=samples.events,
+        intervals=samples.intervals,
+        facts={"source_file": source.name, "conversions": conversions, **samples.facts},
+    )
+    held = replace(
+        session,
+        live_contacts=tuple(samples.live_contacts),
+        hands=dict(samples.hands),
+        gaze=dict(samples.gaze),
+        scalars=dict(samples.scalars),
+    )
     return with_colliders(held, scene_folder)
 
 
@@ -127,16 +141,7 @@ def proxy_for(name: str) -> str:
 def side_of(name: str) -> str:
     """``left`` or ``right`` where a word of the name begins with it, else the name itself."""
     words = name_words(name)
-    return next((side for side in ("left", "right") if any(word.startswith(side) for word in words)), name)
-
-
-def loaded(mesh: MeshSource) -> MeshData:
-    """A mesh, read from its file where only that is given."""
-    if isinstance(mesh, MeshData):
-        return mesh
-    from sessions.meshes.mesh_files import load_mesh
-
-    return load_mesh(mesh)
+    return next((side for side in SIDES if any(word.startswith(side) for word in words)), name)
 
 
 def _with_proxies(scene: Scene, names: Mapping[str, Track], given: dict[str, MeshData]) -> Scene:

@@ -1,49 +1,59 @@
-"""Several recordings of one clock as one session, a file per body or device."""
+"""Several recordings of one clock as one, a file per body or device."""
 
 from collections import Counter
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from sessions.errors import ImportFileError
-from sessions.importers.finish import Imported
-from sessions.model.session import Session
+from sessions.importers.finish import Imported, check_poses, together
 
 
-def joined(parts: Mapping[Path, Session]) -> Imported:
-    """Several sessions as one; what two files name alike is named ``FILE/NAME``.
+def joined(parts: Mapping[Path, Imported]) -> Imported:
+    """Several recordings as one; what two files name alike is named ``FILE/NAME``.
 
-    Raises ``ImportFileError``: a file that lies apart from the first in time.
+    Raises ``ImportFileError``: a file without a pose, or one that lies apart from the first in time.
     """
+    for path, part in parts.items():
+        check_poses(part, path)
     (reference, first), *others = parts.items()
+    if not others:
+        return first
+    begin, end = _span(first)
     for path, part in others:
-        one, other = first.frames.stamp_ns, part.frames.stamp_ns
-        if one[0] > other[-1] or other[0] > one[-1]:
+        first_ns, last_ns = _span(part)
+        if begin > last_ns or first_ns > end:
             raise ImportFileError(f"{path} and {reference.name} lie apart in time; give files of one clock")
-    facts = {key: _said(parts, key) for key in first.facts if key not in ("source_file", "conversions")}
-    return Imported(
+    every = parts.values()
+    conversions = _said({path: "; ".join(together(part.conversions)) for path, part in parts.items()})
+    facts = {key: _said({path: part.facts.get(key, "") for path, part in parts.items()}) for key in first.facts}
+    return replace(
+        first,
         tracks=_named(parts, "tracks"),
-        conversions=(_said(parts, "conversions"),),
+        conversions=(conversions,),
         facts={**facts, "source_file": ", ".join(path.name for path in parts)},
-        events=sorted((event for part in parts.values() for event in part.events), key=lambda event: event.time_ns),
-        hands={side: hand for part in parts.values() for side, hand in part.hands.items()},
+        events=sorted((event for part in every for event in part.events), key=lambda event: event.time_ns),
+        hands={side: hand for part in every for side, hand in part.hands.items()},
         live_contacts=sorted(
-            (contact for part in parts.values() for contact in part.live_contacts),
-            key=lambda contact: contact.time_ns,
+            (contact for part in every for contact in part.live_contacts), key=lambda contact: contact.time_ns
         ),
-        intervals=[interval for part in parts.values() for interval in part.intervals],
+        intervals=[interval for part in every for interval in part.intervals],
         gaze=_named(parts, "gaze"),
         scalars=_named(parts, "scalars"),
-        meshes=_named(parts, "meshes"),
     )
 
 
-def _named(parts: Mapping[Path, Session], what: str) -> dict[str, Any]:
+def _span(part: Imported) -> tuple[int, int]:
+    """First and last stamp of its poses."""
+    stamps = [track.times_ns for track in part.tracks.values() if len(track)]
+    return min(int(times[0]) for times in stamps), max(int(times[-1]) for times in stamps)
+
+
+def _named(parts: Mapping[Path, Imported], what: str) -> dict[str, Any]:
     """Everything of a kind by its name, with its file's name before it where several files have that name."""
     every: dict[Path, Mapping[str, Any]] = {path: getattr(part, what) for path, part in parts.items()}
     names = Counter(name for named in every.values() for name in named)
-    if what == "meshes":  # called as the bodies that they belong to
-        names = Counter(name for part in parts.values() for name in part.names)
     found: dict[str, Any] = {}
     for path, named in every.items():
         for name, value in named.items():
@@ -54,9 +64,8 @@ def _named(parts: Mapping[Path, Session], what: str) -> dict[str, Any]:
     return found
 
 
-def _said(parts: Mapping[Path, Session], key: str) -> str:
+def _said(words: Mapping[Path, str]) -> str:
     """What every file says of itself: once where all say the same."""
-    said = {path: part.facts.get(key, "") for path, part in parts.items()}
-    if len(set(said.values())) == 1:
-        return next(iter(said.values()))
-    return "; ".join(f"{path.name}: {text}" for path, text in said.items() if text)
+    if len({*words.values()}) == 1:
+        return next(iter(words.values()))
+    return "; ".join(f"{path.name}: {text}" for path, text in words.items() if text)

@@ -18,14 +18,13 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import LENGTHS, PoseColumns, pose_columns
+from sessions.importers.csv_mapping import LENGTHS, PoseColumns, mapping_table, pose_columns
 from sessions.importers.finish import Imported
 from sessions.importers.pose_table import Numbers, PoseTable, SourceFrame, Stamps, Stream, imported, stamps_of
-from sessions.input_files import read_text
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event
-from sessions.scene_files.toml_table import nearest, parse_toml
+from sessions.scene_files.toml_table import nearest
 
 MAGIC: Final = b"XDF:"
 MOST_UNPACKED, UNPACKED_PER_BYTE = 100_000_000, 50  # Bytes; recordings shrink to a third, zeros to a thousandth
@@ -276,15 +275,11 @@ def _stream_of(source: Path, streams: list[_LslStream], name: str) -> _LslStream
 
 def read_stream_mapping(path: str | Path) -> tuple[str, str, dict[str, tuple[str, PoseColumns]]]:
     """Axes, unit, and of each body the name of its stream and the labels of its channels; all faults at once."""
-    faults: list[str] = []
-    whole = parse_toml(read_text(path, "mapping", ImportFileError), Path(path).name, ImportFileError, faults)
-    bodies = {
-        name: (table.text("stream", None), pose_columns(table)) for name, table in whole.named_tables("bodies").items()
-    }
-    if not bodies:
-        whole.refuse("give [bodies.NAME] with stream, position and a rotation for every body")
-    convention, units = whole.text("convention", "", CONVENTIONS), whole.text("units", "m", LENGTHS)
-    whole.done()
-    if faults:
-        raise ImportFileError("; ".join(faults))
-    return convention, units, bodies
+    with mapping_table(path) as whole:
+        bodies = {
+            name: (table.text("stream", None), pose_columns(table))
+            for name, table in whole.named_tables("bodies").items()
+        }
+        if not bodies:
+            whole.refuse("give [bodies.NAME] with stream, position and a rotation for every body")
+        return whole.text("convention", "", CONVENTIONS), whole.text("units", "m", LENGTHS), bodies

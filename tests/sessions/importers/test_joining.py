@@ -30,9 +30,6 @@ def test_files_of_two_clocks_are_not_joined(tmp_path):
     files = [take(tmp_path / "a.csv", "left", 100, 1), take(tmp_path / "b.csv", "right", 0, 2)]
     with pytest.raises(ImportFileError, match=r"b.csv and a.csv lie apart in time; give files of one clock"):
         import_session("csv", files)
-    with pytest.raises(ImportFileError, match="turn meshes by mesh_axes with one source alone"):
-        import_session("csv", files, mesh_axes="x-flipped")
-    assert import_session("csv", files[:1], mesh_axes="x-flipped").names == ("left",)
 
 
 def test_a_short_file_within_a_long_one_and_files_of_one_name(tmp_path):
