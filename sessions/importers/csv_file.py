@@ -16,7 +16,7 @@ from sessions.importers.csv_draft import draft_of, has_header
 from sessions.importers.csv_mapping import KINDS, OTHER, PRESETS, UNITY, VALUE, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.finish import Imported, side_of
-from sessions.importers.pose_table import PoseTable, Rows, SourceFrame, Stamps, Stream, imported, track_of
+from sessions.importers.pose_table import Rows, SourceFrame, Stamps, Stream, imported, track_of
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event, LiveContact
 from sessions.model.track import GazeTrack, HandTrack
@@ -128,7 +128,7 @@ class _CsvLog:
         for name, rows in self._by_name("gaze"):
             gaze[name], words = self._gaze(name, rows, frame)
             notes += words
-        tables = {name: self._pose_table(columns, rows) for name, columns, rows in self._bodies()}
+        tables = {name: table.poses(columns, self._stamps(rows), rows) for name, columns, rows in self._bodies()}
         samples = imported(tables, frame, notes, self._numbers())
         events = sorted([*self._events(), *self._event_columns()], key=lambda event: event.time_ns)
         return replace(samples, events=events, hands=self._hands(), live_contacts=contacts, gaze=gaze)
@@ -168,17 +168,10 @@ class _CsvLog:
                 raise ImportFileError(f"{where}: a pose has no body; fill in the cell")
             yield name, self._plan.body, rows
 
-    def _pose_table(self, columns: PoseColumns, rows: Rows) -> PoseTable:
-        numbers = self._table.numbers(columns.numbers, rows)
-        valid = self._table.flags(columns.valid, rows)
-        if self._table.cut_short and rows[-1:].any():
-            valid[-1] = False
-        return PoseTable(self._stamps(rows), numbers[:, :3], columns.quaternions(numbers[:, 3:]), valid)
-
     def _gaze(self, name: str, rows: Rows, frame: SourceFrame) -> tuple[GazeTrack, list[str]]:
         """Where somebody looked: rows of their kind are poses of an eye."""
         assert self._plan.body is not None  # only a long table has kinds of rows
-        eye, words = track_of(f"gaze of {name}", self._pose_table(self._plan.body, rows), frame)
+        eye, words = track_of(f"gaze of {name}", self._table.poses(self._plan.body, self._stamps(rows), rows), frame)
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             ahead = rotated(eye.quaternions_xyzw, (0.0, 0.0, -1.0))
             ahead /= np.sqrt((ahead**2).sum(axis=1, keepdims=True))

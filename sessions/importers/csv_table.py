@@ -14,8 +14,8 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import CLOCK_NS, ROW_TIME, TEXT, CsvLayout
-from sessions.importers.pose_table import Numbers, Rows, Stamps
+from sessions.importers.csv_mapping import CLOCK_NS, ROW_TIME, TEXT, CsvLayout, PoseColumns
+from sessions.importers.pose_table import Numbers, PoseTable, Rows, Stamps
 from sessions.scene_files.toml_table import nearest
 
 EMPTY: Final = ["", "nan", "NaN", "NAN", "null", "NULL", "None", "N/A", "n/a", "-"]  # Cells that say: no number here
@@ -213,6 +213,14 @@ class CsvTable:
             return np.ones(len(self) if rows is None else int(rows.sum()), dtype=np.bool_)
         cells = pc.utf8_trim_whitespace(self._cells(column, rows))
         return pc.is_in(cells, pa.array(TRUE_WORDS)).to_numpy(zero_copy_only=False).astype(np.bool_)
+
+    def poses(self, columns: PoseColumns, stamps: Stamps, rows: Rows | None = None) -> PoseTable:
+        """The poses of some rows; the last of a file that may be cut short is flagged as lost."""
+        numbers = self.numbers(columns.numbers, rows)
+        valid = self.flags(columns.valid, rows)
+        if self.cut_short and (rows is None or rows[-1:].any()):
+            valid[-1:] = False
+        return PoseTable(stamps, numbers[:, :3], columns.quaternions(numbers[:, 3:]), valid)
 
 
 def _nanoseconds(text: str, form: str) -> int:

@@ -76,11 +76,10 @@ class FrameTree:
             roots = sorted(moved - {""}) or roots
         if len(roots) > 1 and not join:
             of_root = [
-                f"{root!r} with {_named([name for name, above in root_of.items() if above == root][:3])}"
-                for root in roots[:5]
+                f"{root!r} with {_named([name for name in root_of if root_of[name] == root][:3])}" for root in roots
             ]
             raise self._error(
-                f"frames hang from {len(roots)} roots ({', '.join(of_root)}) and no transform joins them; "
+                f"frames hang from {len(roots)} roots ({', '.join(of_root[:5])}) and no transform joins them; "
                 "choose one by --topic; several --topic are taken to share one world"
             )
         assumed = [f"frames {_named(roots)} taken for one world"] if len(roots) > 1 else []
@@ -96,9 +95,6 @@ class FrameTree:
         if apart:
             words.append(f"frames left out that never have stamps together with those above: {_named(apart)}")
             found = {name: table for name, table in found.items() if name not in apart}
-        held = [name for name, chain in chains.items() if everywhen is not None and not any(map(self._moves, chain))]
-        if held:
-            words.append(f"frames published once hold throughout: {_named(held)}")
         if self._interpolated:
             words.append(f"frames of other stamps interpolated, not across {LARGEST_GAP_NS / 1e9:g} s")
         return found, words, assumed

@@ -12,12 +12,11 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.csv_mapping import CsvLayout
+from sessions.importers.csv_mapping import CsvLayout, PoseColumns
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
 from sessions.importers.finish import Imported
-from sessions.importers.pose_table import PoseTable, Rows, SourceFrame, Stamps, imported
+from sessions.importers.pose_table import SourceFrame, Stamps, imported
 from sessions.meshes.conventions import convention as convention_named
-from sessions.meshes.conventions import quaternion_from_euler
 
 LENGTHS: Final = ("meters", "centimeters", "millimeters", "inches", "feet")
 BODIES: Final = ("Rigid Body", "Bone")
@@ -51,21 +50,16 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Imported:
         )
     time = next((one for one in table.columns[:3] if one.endswith(TIMES)), TIMES[0])
     stamps, finer = _unrounded(table.stamps(time, "s"), table, facts)
-    tables, notes = {}, []
-    for name, columns in _bodies(table, euler).items():
-        numbers = table.numbers(columns)
-        turn = numbers[:, 3:] if euler == "Quaternion" else quaternion_from_euler(np.radians(numbers[:, 3:]), euler)
-        seen: Rows = np.logical_and.reduce(np.isfinite(numbers), axis=1)
-        seen[-1:] &= not table.cut_short
-        tables[name] = PoseTable(stamps, numbers[:, :3], turn, seen)
-        if not seen.all():
-            notes.append(f"{name}: {int((~seen).sum())} frames are lost: they hold no numbers or are cut short")
-    assumed = [] if "Length Units" in facts else ["lengths in m"]
-    assumed += [] if convention else ["axes of Motive (right-handed, +Y up)"]
-    assumed += [finer] if finer else []
-    assumed += [f"Euler angles {euler} in degrees about own axes"] if euler != "Quaternion" else []
+    tables = {name: table.poses(columns, stamps) for name, columns in _bodies(table, euler).items()}
+    notes = ["the last line may be cut short: its poses are flagged as lost"] if table.cut_short else []
+    assumed = [
+        "" if "Length Units" in facts else "lengths in m",
+        "" if convention else "axes of Motive (right-handed, +Y up)",
+        finer,
+        "" if euler == "Quaternion" else f"Euler angles {euler} in degrees about own axes",
+    ]
     clock = f"seconds since the take began ({facts.get('Capture Start Time', 'no date in the file')})"
-    frame = SourceFrame(convention_named(convention or AXES), unit.lower(), clock, assumed=tuple(assumed))
+    frame = SourceFrame(convention_named(convention or AXES), unit.lower(), clock, assumed=tuple(filter(None, assumed)))
     return imported(tables, frame, notes)
 
 
@@ -112,23 +106,26 @@ def _kinds(row: list[str]) -> bool:
     return bool({*row[2:]} & {*BODIES, "Marker", "Rigid Body Marker"})
 
 
-def _bodies(table: CsvTable, euler: str) -> dict[str, list[str]]:
+def _bodies(table: CsvTable, euler: str) -> dict[str, PoseColumns]:
     """Body -> its columns: place X Y Z, then a quaternion X Y Z W or angles in the order of turning."""
-    turns = "XYZW" if euler == "Quaternion" else euler
+    turns, kind = ("XYZW", "quaternion_xyzw") if euler == "Quaternion" else (euler, "euler")
     wanted = [("Position", axis) for axis in "XYZ"] + [("Rotation", axis) for axis in turns]
     kinds, names, what, axes = table.heads[0], table.heads[1], table.heads[-2], table.heads[-1]
     found: dict[str, dict[tuple[str, str], str]] = {}
-    for kind, name, part, axis, column in zip(kinds, names, what, axes, table.columns, strict=True):
-        if kind in BODIES:
+    for tracked, name, part, axis, column in zip(kinds, names, what, axes, table.columns, strict=True):
+        if tracked in BODIES:
             found.setdefault(name, {})[part, axis] = column
     if not found:
         raise ImportFileError(
             f"{table.source}: no rigid body or bone is in it, only markers; export it again with rigid bodies on"
         )
+    bodies = {}
     for name, columns in found.items():
-        missing = [" ".join(one) for one in wanted if one not in columns]
+        missing = [" ".join(part) for part in wanted if part not in columns]
         if missing:
             raise ImportFileError(
                 f"{table.source}: {name!r} has no column {missing[0]!r}; export it with Rotation Type Quaternion"
             )
-    return {name: [columns[one] for one in wanted] for name, columns in found.items()}
+        place, turn = tuple(columns[part] for part in wanted[:3]), tuple(columns[part] for part in wanted[3:])
+        bodies[name] = PoseColumns(place, turn, kind, euler)
+    return bodies

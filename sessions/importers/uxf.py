@@ -7,9 +7,7 @@ Source: Brookes et al., "Studying human behavior with virtual reality: The Unity
 Research Methods 52 (2020); its wiki, page *Output files*.
 """
 
-import os
 import re
-from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -18,16 +16,17 @@ from typing import Final
 import numpy as np
 
 from sessions.errors import ImportFileError
+from sessions.importers.csv_mapping import PoseColumns
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.finish import Imported
 from sessions.importers.pose_table import LARGEST_SECONDS, PoseTable, SourceFrame, Stream, imported
 from sessions.input_files import check_regular
 from sessions.meshes.conventions import convention as convention_named
-from sessions.meshes.conventions import quaternion_from_euler
 from sessions.model.event import Interval
 
 TRACKER: Final = re.compile(r"(?P<body>.+?)_(?P<what>[^_]+)_T(?P<trial>\d+)\.csv")
-PLACE, ANGLES, ORDER = ("pos_x", "pos_y", "pos_z"), ("rot_z", "rot_x", "rot_y"), "zxy"
+PLACE: Final = ("pos_x", "pos_y", "pos_z")
+POSE: Final = PoseColumns(PLACE, ("rot_z", "rot_x", "rot_y"), "euler", "zxy")
 TIME: Final = "time"
 TRIALS: Final = "trial_results.csv"
 LONGEST_HEADER: Final = 10_000
@@ -55,7 +54,7 @@ def read_uxf(source: Path, *, convention: str = "unity") -> Imported:
             continue
         table = CsvTable(path)
         if _begins_with(path, PLACE[0]):
-            found.setdefault(body, []).append(_poses(table))
+            found.setdefault(body, []).append(table.poses(POSE, table.stamps(TIME, "s")))
         for stream in _numbers(table, body):
             numbers.setdefault(stream.name, []).append(stream)
         if table.skipped:
@@ -82,14 +81,9 @@ def _trackers(folder: Path) -> Iterator[tuple[Path, str]]:
     trackers = [(match, path) for match, path in named if match]
     for _, path in trackers:
         check_regular(path, "tracker file", ImportFileError)
-    # A session holds one file of its trials, which may be missing, and one file of a tracker in a trial.
-    name_of = Counter(path.name for _, path in trackers).most_common(1)
-    alike = [path for _, path in trackers if path.name == name_of[0][0]]
-    sessions = max(sorted(folder.rglob(TRIALS)), alike, key=len)
-    if len(sessions) > 1:
-        parted = len(Path(os.path.commonpath(sessions)).parts) + 1
-        example = Path(*sessions[0].parts[:parted])
-        raise ImportFileError(f"{folder}: {len(sessions)} sessions are in it; name one, for example {example}")
+    names = [path.name for path in (*folder.rglob(TRIALS), *(path for _, path in trackers))]
+    if len({*names}) < len(names):
+        raise ImportFileError(f"{folder}: several sessions are in it; name the folder of one")
     if not any(_begins_with(path, PLACE[0]) for _, path in trackers):
         raise ImportFileError(
             f"{folder}: no file OBJECT_movement_T001.csv with columns {', '.join(PLACE)}; "
@@ -108,17 +102,8 @@ def _begins_with(path: Path, column: str) -> bool:
 def _numbers(table: CsvTable, body: str) -> Iterator[Stream]:
     """Columns that hold numbers and no poses; columns of text are left out."""
     for column in table.columns if TIME in table.columns and len(table) else ():
-        if column not in (TIME, *PLACE, *ANGLES) and table.holds_numbers(column):
+        if column not in (TIME, *POSE.numbers) and table.holds_numbers(column):
             yield Stream(f"{body}/{column}", table.stamps(TIME, "s"), table.numbers((column,))[:, 0])
-
-
-def _poses(table: CsvTable) -> PoseTable:
-    numbers = table.numbers((*PLACE, *ANGLES))
-    valid = np.ones(len(table), dtype=np.bool_)
-    valid[-1:] &= not table.cut_short
-    return PoseTable(
-        table.stamps(TIME, "s"), numbers[:, :3], quaternion_from_euler(np.radians(numbers[:, 3:]), ORDER), valid
-    )
 
 
 def _trials(folder: Path) -> tuple[list[Interval], int]:

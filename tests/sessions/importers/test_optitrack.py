@@ -82,7 +82,7 @@ def test_rigid_bodies_arrive_in_metres_on_the_clock_of_the_take(tmp_path, kind):
 def test_frames_without_numbers_are_lost_and_counted(tmp_path):
     session = import_session("optitrack", written(tmp_path, export(lost=(3, 4))))
     assert np.flatnonzero(~session.tracks["Cup"].valid).tolist() == [3, 4]
-    assert "Cup, Left hand: 2 frames are lost" in session.facts["conversions"]
+    assert "Cup, Left hand: 2 rows flagged as lost that hold no pose" in session.facts["conversions"]
 
 
 @pytest.mark.parametrize("count", MUTANTS)

@@ -92,7 +92,13 @@ def replaced(old, new, file=HEAD):
     return lambda folder: (folder / file).write_bytes((folder / file).read_bytes().replace(old, new, 1))
 
 
+def twice(folder):
+    (folder / "S002").mkdir()
+    (folder / "S002" / "head_movement_T001.csv").write_bytes((folder / HEAD).read_bytes())
+
+
 BROKEN = [
+    (twice, "several sessions are in it; name the folder of one"),
     (without_poses, NO_TRACKER),
     (replaced(b"rot_z", b"rz"), r"head_movement_T001.csv: line 1: no column 'rot_z'"),
     (replaced(b"4.1234,", b"soon,"), r"line 2, column 'time': 'soon' is no number; repair the cell"),
