@@ -10,7 +10,7 @@ from support.small_worlds import along_x, cube, cubes, framed
 from replay.errors import AssemblyError
 from replay.prepare.assemble import assemble
 from replay.prepare.assembly import PoseOrigin
-from sessions import Scene, Session, Status, Track
+from sessions import Scene, Session, Status
 from sessions.model.scene import Pose, SceneBody
 
 MS = 1_000_000
@@ -29,27 +29,6 @@ def test_motion_holds_the_recorded_poses_on_seconds_since_the_first_frame():
     assert (got.motion.rotations == np.eye(3)).all()
     assert got.stamp_ns.tolist() == [start, start + 11_111_111, start + 22_222_222]
     assert got.names == ("a", "b") and got.pair_name(0) == "a-b"
-
-
-def test_tracks_of_two_clocks_meet_at_every_stamp():
-    tracks = {
-        "a": Track(np.array([0, 20, 40]) * MS, *along_x([0, 2, 4])),
-        "b": Track(np.array([0, 10, 30]) * MS, *along_x([9, 8, 7])),
-    }
-    got = assemble(Session.from_tracks(tracks, {"a": cube(), "b": cube()}))
-    assert got.motion.translations[:, 0, 0].tolist() == [0, 1, 2, 3, 4]
-    assert got.motion.translations[:, 1, 0].tolist() == [9, 8, 7.5, 7, 7]
-    assert got.origin[:, 1].tolist() == [1, 1, 3, 1, 2]
-
-
-def test_frames_that_do_not_move_the_clock_on_are_left_out_and_noted():
-    session = framed([0, 10, 10, 5, 20], np.ones((5, 2)))
-    got = assemble(session)
-    assert got.motion.translations[:, 0, 0].tolist() == [0, 1, 4]
-    assert got.notes == (
-        "1 frame left out: the stamp repeats the one before",
-        "1 frame left out: the stamp lies before one already read",
-    )
 
 
 def test_bodies_without_a_mesh_are_named_and_may_still_be_parents():
@@ -115,65 +94,52 @@ def test_a_jump_in_a_frame_that_is_left_out_breaks_the_path_to_the_next():
     assert unlinked(jumped(np.ones((12, 2)), [0, 10, 20, 30, 40, 40, *range(50, 110, 10)])) == [[5], []]
 
 
-def test_start_and_end_cut_frames_and_keep_the_clock():
-    session = cubes({"a": range(11), "b": [50] * 11})
-    got = assemble(session, start=0.02, end=0.05)
-    assert got.motion.times.tolist() == [0.02, 0.03, 0.04, 0.05]
-    assert got.motion.translations[:, 0, 0].tolist() == [2, 3, 4, 5]
-
-
 def test_a_cut_does_not_change_what_is_interpolated_at_its_border():
     status = np.ones((6, 2))
     status[2, 0] = int(Status.ABSENT)
     session = framed(np.arange(6) * 10 * MS, status)
-    whole, cut = assemble(session), assemble(session, start=0.02)
+    whole, cut = assemble(session), assemble(session, start=0.02, end=0.05)
+    assert cut.motion.times.tolist() == [0.02, 0.03, 0.04, 0.05]
     assert cut.motion.translations.tolist() == whole.motion.translations[2:].tolist()
     assert cut.origin[0, 0] == PoseOrigin.INTERPOLATED
 
 
-@pytest.mark.parametrize(("start", "end"), [(0.2, None), (None, -1.0), (0.011, 0.019)])
-def test_an_empty_cut_is_refused_with_the_length_of_the_session(start, end):
-    session = cubes({"a": range(11), "b": [50] * 11})
-    with pytest.raises(AssemblyError, match=r"no frame lies between .* the session runs from 0 to 0.100 s"):
-        assemble(session, start=start, end=end)
+@pytest.mark.parametrize(
+    ("window", "words"),
+    [
+        ({"start": 0.2}, "the session runs from 0 to 0.100 s"),
+        ({"end": -1.0}, "no frame lies between"),
+        ({"start": 0.011, "end": 0.019}, "no frame lies between"),
+        ({"start": np.nan}, "is no time of a recording"),
+        ({"end": -np.inf}, "is no time of a recording"),
+        ({"end": 1e10}, "is no time of a recording"),
+    ],
+)
+def test_a_window_without_a_frame_or_that_is_no_time_is_refused(window, words):
+    with pytest.raises(AssemblyError, match=words):
+        assemble(cubes({"a": range(11), "b": [50] * 11}), **window)
 
 
-@pytest.mark.parametrize("cut", [{"start": np.nan}, {"start": 1e308}, {"end": -np.inf}, {"end": 1e10}])
-def test_a_cut_that_is_no_time_is_one_sentence(cut):
-    with pytest.raises(AssemblyError, match="s is no time of a recording; give seconds from its first frame"):
-        assemble(cubes({"a": range(11), "b": [50] * 11}), **cut)
-
-
-def test_a_session_that_offers_nothing_to_look_at_is_refused_and_told_why():
-    with pytest.raises(AssemblyError, match="no frames"):
-        assemble(framed(np.zeros(0), np.zeros((0, 1))))
-    with pytest.raises(AssemblyError, match="no body has a mesh; there are tracks of: a; import it again with --mesh"):
-        assemble(Session.from_arrays([0, 1], {"a": along_x([0, 1])}))
-    with pytest.raises(AssemblyError, match="none of a, b moves against another; name pairs"):
-        assemble(cubes({"a": [0, 0], "b": [1, 1]}))
-    with pytest.raises(AssemblyError, match="no pair to look at: a is the only body"):
-        assemble(cubes({"a": [0, 1]}))
-    with pytest.raises(AssemblyError, match="leaves no pair of bodies with a mesh; name pairs"):
-        assemble(cubes({"a": [0, 0], "b": [1, 2]}, scene=Scene(ignore=(("a", "b"),))))
+def partly_meshed(meshed, bare, places):
+    tracks = {name: along_x(places) for name in (*meshed, *(f"b{k}" for k in range(bare)))}
+    return Session.from_arrays([0, 1], tracks, {name: cube() for name in meshed})
 
 
 @pytest.mark.parametrize(
-    ("meshed", "bare", "why"),
+    ("session", "words"),
     [
-        (["a"], 1, "b0 has no mesh, only a has one; import it again with --mesh BODY=FILE, or"),
-        (
-            ["main_camera"],
-            25,
-            "25 bodies have no mesh, only main_camera has one; import it again with --mesh",
-        ),
-        (["a", "c"], 2, "none of a, c moves against another; 2 bodies have no mesh; name pairs in the scene"),
+        (framed(np.zeros(0), np.zeros((0, 1))), "no frames"),
+        (partly_meshed([], 1, [0, 1]), "no body has a mesh; there are tracks of: b0; import it again with --mesh"),
+        (partly_meshed("ab", 0, [0, 0]), "none of a, b moves against another; name pairs"),
+        (partly_meshed("a", 0, [0, 1]), "no pair to look at: a is the only body"),
+        (partly_meshed("a", 1, [0, 1]), "b0 has no mesh, only a has one; import it again with --mesh BODY=FILE, or"),
+        (partly_meshed("ac", 25, [0, 0]), "none of a, c moves against another; 25 bodies have no mesh; name pairs in"),
+        (cubes({"a": [0, 0], "b": [1, 2]}, scene=Scene(ignore=(("a", "b"),))), "leaves no pair of bodies with a mesh"),
     ],
 )
-def test_bodies_without_a_mesh_are_why_there_is_no_pair(meshed, bare, why):
-    names = [*meshed, *(f"b{k}" for k in range(bare))]
-    moving = {name: along_x([0, 0] if len(meshed) > 1 else [0, 1]) for name in names}
-    with pytest.raises(AssemblyError, match=f"^no pair to look at: {why}"):
-        assemble(Session.from_arrays([0, 1], moving, {name: cube() for name in meshed}))
+def test_a_session_that_offers_nothing_to_look_at_is_refused_and_told_why(session, words):
+    with pytest.raises(AssemblyError, match=words):
+        assemble(session)
 
 
 @dataclasses.dataclass

@@ -103,12 +103,6 @@ def test_pieces_are_cut_once_and_a_damaged_file_is_made_again(engine, tmp_path):
     assert engine.asked == 2 and [file.name for file in kept.parent.iterdir()] == [kept.name]
 
 
-def test_where_nothing_can_be_kept_pieces_are_cut_every_time(engine, tmp_path):
-    (tmp_path / "cache").write_text("a file in the way")
-    assert len(convex_pieces(BEAKER, 16)) == len(convex_pieces(BEAKER, 16)) == 13
-    assert engine.asked == 2
-
-
 def test_one_piece_is_the_hull_and_a_flat_mesh_is_its_own(monkeypatch):
     monkeypatch.setitem(sys.modules, "coacd", None)
     (hull,) = convex_pieces(BEAKER, 1)

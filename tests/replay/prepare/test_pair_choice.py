@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from replay.errors import AssemblyError
-from replay.prepare.pair_choice import chosen_pairs, held_pairs, rest_frames
+from replay.prepare.pair_choice import chosen_pairs, held_pairs
 from sessions.model.scene import Pose, Scene, SceneBody
 
 NAMES = ("hand", "glass", "lid", "bench", "shelf")
@@ -22,19 +22,10 @@ def named(pairs):
     return {f"{NAMES[i]}-{NAMES[j]}" for i, j in pairs.tolist()}
 
 
-def test_bodies_rest_in_themselves_in_their_parent_or_in_the_world():
-    assert rest_frames(SCENE, NAMES, MOVES) == {
-        "hand": "hand", "glass": "glass", "lid": "glass", "bench": "", "shelf": "",
-    }  # fmt: skip
-
-
 def test_pairs_without_relative_motion_are_left_out():
     got = named(chosen_pairs(SCENE, NAMES, MOVES))
     assert "glass-lid" not in got and "bench-shelf" not in got
     assert len(got) == 8
-
-
-def test_a_lid_that_moves_on_its_glass_is_paired_with_it():
     assert "glass-lid" in named(chosen_pairs(SCENE, NAMES, {**MOVES, "lid": True}))
 
 
@@ -62,12 +53,8 @@ def test_a_pair_of_nobody_is_refused(pair, words):
         chosen_pairs(SCENE, NAMES, MOVES, [pair])
 
 
-def test_held_pairs_are_those_of_child_and_parent():
-    pairs = np.array([[0, 1], [1, 2], [0, 2]])
-    assert held_pairs(SCENE, NAMES, pairs).tolist() == [False, True, False]
-
-
-def test_held_pairs_are_those_of_a_hand_and_a_thing_of_its_group():
+def test_held_pairs_are_those_of_a_child_and_its_parent_and_of_a_hand_and_a_thing_of_its_group():
+    assert held_pairs(SCENE, NAMES, np.array([[0, 1], [1, 2], [0, 2]])).tolist() == [False, True, False]
     hand, other = SceneBody("hand", group="g", tags=("hand",)), SceneBody("ghand", group="g", tags=("hand",))
     scene = Scene(bodies=(hand, SceneBody("rod", group="g"), SceneBody("cup"), SceneBody("lid", group="g"), other))
     pairs = np.array([[0, 1], [0, 2], [1, 3], [2, 5], [0, 4], [3, 4]])

@@ -6,7 +6,6 @@ from support.mcap_samples import assert_same_frames
 from support.planted_faults import FAULTS, clean
 from support.small_worlds import cube
 
-from cdcore.errors import InvalidPoseError
 from replay.errors import RefusedError
 from replay.pipeline.engine import compute
 from replay.prepare.policy import parse_policy
@@ -14,13 +13,6 @@ from replay.prepare.repair import RepairedFrames, repair_session, replacements
 from sessions import Frames, MeshData, Session, Status
 from sessions.doctor.pose_pass import look_through
 from sessions.doctor.pose_spans import pose_spans
-
-
-def test_a_clean_session_goes_on_as_it_is():
-    session = clean().session()
-    treatment = repair_session(session, parse_policy())
-    assert treatment.session is session and treatment.spans == ()
-    assert treatment.findings == ()
 
 
 def test_losses_that_the_tracker_flagged_need_no_treatment():
@@ -40,13 +32,6 @@ def test_what_was_done_is_told_per_span():
     span = next(one for one in treatment.spans if one.kind == "identity-while-lost")
     assert (span.samples, span.held, span.dropped, span.action) == (20, 9, 11, "hold:0.1")
     assert json.loads(json.dumps(treatment.as_json(), allow_nan=False))["policy"]["identity-while-lost"] == "hold:0.1"
-
-
-def test_a_sample_that_is_no_pose_is_refused_by_default_with_its_frame():
-    draft = clean()
-    FAULTS["nan position"](draft, 1, 400)
-    with pytest.raises(InvalidPoseError, match=r"frame 400 .*body hand-left.*--policy"):
-        compute(draft.session(), detectors="sphere", oracle="none")
 
 
 @pytest.mark.parametrize("name", ["frozen pose", "1 s gap", "time backwards", "mirrored mesh", "millimetres"])
@@ -78,16 +63,6 @@ def test_what_the_doctor_calls_a_teleport_is_no_contact_between_frames():
     result = compute(draft.session(), detectors="exact", oracle="continuous", pairs=[("hand-left", "tray")])
     assert "teleport" in {one.code for one in result.treatment.findings}
     assert result.episodes == {"exact": (), "continuous": ()} and result.misses == {"exact": ()}
-
-
-def test_a_position_that_no_room_holds_is_dropped_and_the_rest_is_answered():
-    draft = clean()
-    FAULTS["out of space"](draft, 1, 400)
-    result = compute(draft.session(), detectors="sphere", oracle="none")
-    assert np.flatnonzero(~result.assembly.motion.valid[:, 1]).tolist() == [400, 401]
-    (told,) = (one for one in result.summary["flagged"] if one["kind"] == "out-of-space")
-    assert (told["action"], told["dropped"]) == ("drop", 2)
-    assert np.flatnonzero(~result.assembly.motion.linked[:, 1]).tolist() == [0, 400, 401, 402]
 
 
 def repaired(draft, *words):

@@ -62,11 +62,6 @@ def test_a_norm_slightly_off_is_noted_with_the_furthest_of_all_bodies(worst):
     assert seen.notes() == (f"2 quaternions renormalised; the furthest had norm {worst:.6f}",)
 
 
-def test_a_session_without_frames_has_an_empty_survey():
-    seen = scan(framed(np.zeros(0), np.zeros((0, 2))))
-    assert (len(seen.stamp_ns), seen.duration, seen.median_step_ns, seen.notes()) == (0, 0.0, 0, ())
-
-
 @given(st.lists(st.integers(0, 30), min_size=1, max_size=40), st.integers(1, 9))
 def test_the_frames_kept_are_the_running_maxima_and_every_other_is_counted(stamps, block):
     session = framed(stamps, np.ones((len(stamps), 1)))

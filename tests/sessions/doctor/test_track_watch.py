@@ -4,7 +4,7 @@ from support.planted_faults import FAULTS, FRAMES, STEP_NS, clean
 
 from sessions import Severity, Status
 from sessions.doctor.pose_pass import look_through
-from sessions.doctor.timing import out_of_order, time_findings
+from sessions.doctor.timing import time_findings
 
 
 def findings(draft):
@@ -14,11 +14,6 @@ def findings(draft):
 def shifted(draft, start, stop, by):
     for name in ("stamp_ns", "log_ns", "sample_ns"):
         draft.arrays[name][start:stop] += by
-
-
-def test_a_frame_is_out_of_order_against_the_latest_one_before():
-    backwards, repeated = out_of_order(np.array([0, 10, 5, 10, 8, 11]))
-    assert np.flatnonzero(backwards).tolist() == [2, 4] and np.flatnonzero(repeated).tolist() == [3]
 
 
 @pytest.mark.parametrize(("name", "count"), [("time backwards", 4), ("duplicate stamps", 2)])

@@ -6,7 +6,6 @@ from support.mcap_samples import assert_same_frames, random_frames, session_of
 
 from sessions.errors import MeshFileError, SessionError
 from sessions.model.frames import Frames, Status
-from sessions.model.scene import Scene, SceneBody, absent_bodies, wanted_pairs
 from sessions.model.session import Session
 from sessions.model.track import HandTrack, Track
 
@@ -100,16 +99,3 @@ def test_a_repeated_device_stamp_gives_one_sample_the_first():
 def test_what_is_no_hand_is_one_sentence(values, words):
     with pytest.raises(SessionError, match=words):
         HandTrack(*values)
-
-
-def test_bodies_of_one_group_and_ignored_pairs_are_left_out_in_either_order():
-    bodies = (SceneBody("a", group="g"), SceneBody("b", group="g"), SceneBody("c"), SceneBody("d"))
-    scene = Scene(bodies=bodies, ignore=(("d", "c"),))
-    assert wanted_pairs(scene, ["a", "b", "c", "d"]) == [("a", "c"), ("a", "d"), ("b", "c"), ("b", "d")]
-
-
-def test_declared_pairs_win_and_those_of_absent_bodies_are_named():
-    scene = Scene(pairs=(("c", "a"), ("a", "x"), ("y", "x")))
-    assert wanted_pairs(scene, ["a", "b", "c"]) == [("c", "a")]
-    assert absent_bodies(scene, ["a", "b", "c"]) == ["x", "y"]
-    assert wanted_pairs(Scene(pairs=()), ["a", "b"]) == []
