@@ -174,18 +174,15 @@ def read_stream(prefix: str, payloads: Iterable[bytes]) -> Any:
 
 def _read_batches(prefix: str, payloads: Iterable[bytes]) -> Any:
     made, columns = _STREAMS[prefix]
-    message = schemas.channel_spec(prefix).message
-    batches = [message.FromString(payload) for payload in payloads]
-    if any(len(getattr(one, name)) != n * len(one.sample_ns) for one in batches for name, (_, n) in columns.items()):
-        kind = message.DESCRIPTOR.name
-        raise SessionFileError(f"a message of {kind} has samples of unequal length; run `replay doctor` on it")
-
-    def column(name: str, kind: Any) -> Any:
-        return np.concatenate([np.zeros(0, kind), *(np.array(getattr(one, name), kind) for one in batches)])
-
-    stamps, rows = np.unique(column("sample_ns", np.int64), return_index=True)
-    given: dict[str, Any] = {"unit": batches[0].unit if batches else ""} if made is ScalarTrack else {}
+    whole = schemas.channel_spec(prefix).message()
+    for payload in payloads:
+        whole.MergeFromString(payload)
+        if any(len(getattr(whole, name)) != width * len(whole.sample_ns) for name, (_, width) in columns.items()):
+            kind = whole.DESCRIPTOR.name
+            raise SessionFileError(f"a message of {kind} has samples of unequal length; run `replay doctor` on it")
+    stamps, rows = np.unique(np.array(whole.sample_ns, dtype=np.int64), return_index=True)
+    given: dict[str, Any] = {"unit": whole.unit} if made is ScalarTrack else {}
     for name, (attribute, width) in columns.items():
-        values = column(name, _KINDS.get(name, np.float64))
+        values = np.array(getattr(whole, name), dtype=_KINDS.get(name, np.float64))
         given[attribute] = values.reshape(-1, width)[rows] if width > 1 else values[rows]
     return made(stamps, **given)
