@@ -10,13 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
-_KINDS = (
-    (stat.S_ISDIR, "a folder"),
-    (stat.S_ISFIFO, "a FIFO (named pipe)"),
-    (stat.S_ISSOCK, "a socket"),
-    (stat.S_ISCHR, "a device"),
-    (stat.S_ISBLK, "a device"),
-)
+_KINDS = {"d": "a folder", "p": "a FIFO (named pipe)", "s": "a socket", "c": "a device", "b": "a device"}
+"""First letter of a file's mode, as `ls -l` prints it -> what stands there."""
 
 
 def _as_path(path: str | Path) -> Path:
@@ -29,9 +24,8 @@ def special_kind(path: str | Path) -> str:
         mode = _as_path(path).stat().st_mode
     except (OSError, ValueError):
         return ""
-    if stat.S_ISREG(mode):
-        return ""
-    return next((kind for holds, kind in _KINDS if holds(mode)), "no regular file")
+    letter = stat.filemode(mode)[0]
+    return "" if letter == "-" else _KINDS.get(letter, "no regular file")
 
 
 def check_regular(path: str | Path, what: str, error: type[Exception]) -> None:

@@ -129,9 +129,6 @@ def _sweep(target: Path, listed: Listed | None) -> None:
     """Remove what killed writers of the target left beside it."""
     for partial in target.parent.glob(f".{escape(target.name)}.????????{PARTIAL}"):
         with suppress(OSError):
-            if partial.is_dir():  # of earlier versions
-                shutil.rmtree(partial)
-                continue
             if abandoned(partial, otherwise=False):
                 shutil.rmtree(partial.with_suffix(FOLDER), ignore_errors=True)
                 _settle(partial.with_suffix(OLD), target, listed)

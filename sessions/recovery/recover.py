@@ -6,6 +6,7 @@ metadata name what is lost.
 """
 
 import hashlib
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -33,6 +34,7 @@ from sessions.recovery.lost import LostChunk, Recovery
 from sessions.whole_files import whole_file
 
 OF_MESSAGES = (Opcode.CHUNK, Opcode.MESSAGE)
+WITH_SENTENCES = (*OF_MESSAGES, Opcode.ATTACHMENT)
 RECOVERED = "recovered"  # The fact that says what a recovered file lacks
 
 
@@ -99,14 +101,10 @@ def _written(declared: Catalogue, stream: BinaryIO, file: BinaryIO, target: Path
     listed: tuple[str, ...] = ()
     with suppress(SessionError):
         listed = metadata.names_of(records.get(metadata.BODIES_RECORD), declared.path)
-    unread = len({fault.start for fault in declared.faults if fault.opcode not in (*OF_MESSAGES, Opcode.ATTACHMENT)})
-    result = Recovery(
-        out=target, messages=kept.messages, frames=kept.frames, first_ns=kept.first_ns, last_ns=kept.last_ns,
-        chunks=tuple(kept.lost), bytes_skipped=0 if declared.tear is None else declared.size - declared.tear,
-        bodies=tuple(name for name in listed if name not in kept.names), attachments=lost, unknown=kept.unknown,
-        closed=declared.data_end is not None, left_out=kept.left_out,
-        notes=(f"{unread} records make no sense",) if unread else (),
-    )  # fmt: skip
+    bodies = tuple(name for name in listed if name not in kept.names)
+    words = tuple(_losses(declared, kept, bodies, lost))
+    span = kept.first_ns, kept.last_ns
+    result = Recovery(target, kept.messages, kept.frames, *span, tuple(kept.lost), bodies, lost, words)
     if own:
         facts = {**metadata.metadata_of(session)[0], RECOVERED: "; ".join(result.sentences())}
         meshes = {body: made.data for name, made in attachments.items() if (body := metadata.mesh_name(name))}
@@ -126,6 +124,29 @@ def _written(declared: Catalogue, stream: BinaryIO, file: BinaryIO, target: Path
     if why := refusal_of(Path(file.name)):
         raise _nothing(declared.path, why)
     return result
+
+
+def _losses(
+    declared: Catalogue, kept: "_KeptMessages", bodies: tuple[str, ...], attachments: tuple[str, ...]
+) -> Iterator[str]:
+    """What was lost of a file, a sentence each; times are seconds after the first frame kept."""
+    for chunk in kept.lost:
+        yield chunk.sentence(kept.first_ns if kept.frames else None)
+    if declared.tear is not None and (skipped := declared.size - declared.tear):
+        yield f"skipped {skipped:,} bytes that are no records"
+    if kept.unknown:
+        yield f"left out {kept.unknown:,} messages on channels that nothing declares"
+    if kept.left_out:
+        yield f"left out {kept.left_out:,} messages that are not what their schema says"
+    if unread := len({fault.start for fault in declared.faults if fault.opcode not in WITH_SENTENCES}):
+        yield f"{unread} records make no sense"
+    if bodies:
+        yield f"no pose is left of: {', '.join(bodies)}"
+    if attachments:
+        yield f"lost attachments: {', '.join(attachments)}"
+    if declared.data_end is None:
+        last = f" {(kept.last_ns - kept.first_ns) / 1e9:.3f} s, the last frame kept," if kept.frames else " this"
+        yield f"it was never closed: what was recorded after{last} may be missing"
 
 
 def _nothing(source: Path, why: str) -> SessionFileError:

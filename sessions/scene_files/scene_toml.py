@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
-from sessions.errors import SceneError, SessionError
+from sessions.errors import SceneError
 from sessions.geometry.shapes import DEFAULT_FACES, MOST_FACES, SIZES
 from sessions.input_files import read_text
 from sessions.meshes.conventions import quaternion_from_euler
@@ -16,9 +16,6 @@ from sessions.scene_files.toml_table import TomlTable, is_number, nearest, parse
 
 EXTRA_KEYS = ("mass", "cavity", "faces", "options", "properties")
 """Keys of a body that are kept as written: ``faces`` and ``options`` for its mesh, the others for effects."""
-
-MESH_UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254}
-"""Unit of a mesh file -> metres, a shorter way to write ``scale``. Source: one inch is 25.4 mm (ISO 80000-3)."""
 
 TAG = "tag:"
 Selected = Mapping[str, list[str]]
@@ -96,7 +93,7 @@ def _body(table: TomlTable) -> SceneBody:
         shape=shape,
         instrument=table.text("instrument"),
         size=_size(table, shape),
-        scale=_scale(table),
+        scale=table.number("scale", 1.0, above=0.0),
         group=table.text("group"),
         parent=table.text("parent"),
         offset=_pose(table.table("offset")) or Pose(),
@@ -120,15 +117,6 @@ def _body(table: TomlTable) -> SceneBody:
             options.done(instrument_options(body.instrument))
     table.done()
     return body
-
-
-def _scale(table: TomlTable) -> float:
-    if "units" not in table:
-        return table.number("scale", 1.0, above=0.0)
-    if "scale" in table:
-        table.refuse("it has units and scale; give one of them")
-        table.number("scale", 1.0)
-    return MESH_UNITS.get(table.text("units", None, MESH_UNITS), 1.0)
 
 
 def _size(table: TomlTable, shape: str) -> dict[str, float]:
@@ -168,11 +156,7 @@ def _pose(table: TomlTable | None) -> Pose | None:
             table.refuse("it has quaternion_xyzw and euler_deg; give one of them")
             table.vector("quaternion_xyzw", IDENTITY)
         angles = [math.radians(angle) for angle in table.vector("euler_deg", (0.0, 0.0, 0.0))]
-        turn = IDENTITY
-        try:
-            turn = tuple(quaternion_from_euler(angles, table.text("order", "xyz")).tolist())
-        except SessionError as error:
-            table.refuse(str(error))
+        turn = tuple(quaternion_from_euler(angles, "xyz").tolist())
     else:
         turn = table.vector("quaternion_xyzw", IDENTITY)
     norm = math.hypot(*turn)

@@ -64,10 +64,6 @@ def test_a_scene_is_read_as_written():
     assert scene.text == BENCH
 
 
-def test_units_are_another_word_for_scale():
-    assert parse_scene(BENCH.replace("scale = 0.01", 'units = "cm"')).bodies == parse_scene(BENCH).bodies
-
-
 def test_the_space_of_a_scene_has_a_radius():
     assert parse_scene(BENCH).space_radius == 1000.0
     scene = parse_scene("[space]\nradius_m = 5\n" + BENCH)
@@ -93,7 +89,7 @@ masss = 1
 mass = "heavy"
 [[body]]
 mesh = "a.glb"
-units = "feet"
+scale = "feet"
 [[pair]]
 between = ["beaker", "tabel"]
 [[ignore]]
@@ -113,7 +109,7 @@ def test_every_fault_of_a_scene_is_named_not_only_the_first():
         ("[[body]] 1 ('table')", "a box needs size"), ("[[body]] 1 ('table') offset", "'turn'"),
         ("[[body]] 2 ('beaker') options", "'wall_mm'"), ("[[body]] 2 ('beaker')", "'masss'; did you mean 'mass'"),
         ("[[body]] 2 ('beaker')", "mass is 'heavy'"), ("[[body]] 3", "id is missing"),
-        ("[[body]] 3 ('')", "units is 'feet'"), ("[[pair]] 1", "'tabel'; did you mean 'table'"),
+        ("[[body]] 3 ('')", "scale is 'feet'"), ("[[pair]] 1", "'tabel'; did you mean 'table'"),
         ("[[ignore]] 1", "'betwen'; did you mean 'between'"), ("[[effect]] 1", "kind is missing"),
         ("[[effect]] 1 ('')", "between has 1 entries"), ("", "'sapce'; did you mean 'space'"),
     ]:  # fmt: skip
