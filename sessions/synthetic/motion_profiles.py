@@ -63,57 +63,7 @@ class Polyline:
         return joined(spans, seconds)
 
 
-@dataclass(frozen=True)
-class Dips:
-    """floor_k + steepness (t - time_k)^2 about the nearest of the given times: it comes down, grazes, and leaves."""
-
-    times: tuple[float, ...]
-    floors: tuple[float, ...]
-    steepness: float
-
-    def __call__(self, times: Array) -> Array:
-        """Value at each time."""
-        centre = np.asarray(self.times)
-        nearest = np.abs(np.asarray(times)[..., None] - centre).argmin(axis=-1)
-        return np.asarray(self.floors)[nearest] + self.steepness * (times - centre[nearest]) ** 2
-
-    def between(self, low: float, high: float, seconds: float) -> list[Interval]:
-        """Intervals below ``high`` by the square root; no dip goes below ``low``."""
-        assert min(self.floors) >= low
-        spans = []
-        cells = [-math.inf, *((a + b) / 2.0 for a, b in itertools.pairwise(self.times)), math.inf]
-        for time, floor, (first, last) in zip(self.times, self.floors, itertools.pairwise(cells), strict=True):
-            if floor <= high:
-                half = math.sqrt((high - floor) / self.steepness)
-                spans.append((max(first, time - half), min(last, time + half)))
-        return joined(spans, seconds)
-
-
-@dataclass(frozen=True)
-class Turning:
-    """A coordinate that repeats every ``cycle``: speed * (t - start), folded into [-cycle/2, cycle/2)."""
-
-    speed: float
-    cycle: float
-    start: float = 0.0
-
-    def __call__(self, times: Array) -> Array:
-        """Value at each time, not folded: a turn is a turn."""
-        return self.speed * (times - self.start)
-
-    def between(self, low: float, high: float, seconds: float) -> list[Interval]:
-        """Intervals in which the folded value lies between."""
-        if low > high:
-            return []
-        turns = range(
-            math.floor(-self.start * self.speed / self.cycle) - 2,
-            math.ceil((seconds - self.start) * self.speed / self.cycle) + 2,
-        )
-        ends = [(k * self.cycle + low, k * self.cycle + high) for k in turns]
-        return joined([(self.start + a / self.speed, self.start + b / self.speed) for a, b in ends], seconds)
-
-
-MotionProfile = Swing | Polyline | Dips | Turning
+MotionProfile = Swing | Polyline
 """A coordinate over time: called with times (n,) it gives values (n,).
 
 ``between(low, high, seconds)`` gives the maximal intervals within [0, seconds] in which the value lies between.
@@ -132,14 +82,6 @@ def joined(spans: Iterable[Interval], seconds: float) -> list[Interval]:
         else:
             result.append((start, end))
     return result
-
-
-def outside(profile: MotionProfile, bound: float, far: float, seconds: float) -> list[Interval]:
-    """Intervals in which the value is between ``bound`` and ``far`` on either side of zero."""
-    return joined(
-        [*profile.between(bound, far, seconds), *profile.between(-far, -bound, seconds)] if bound <= far else [],
-        seconds,
-    )
 
 
 def passes(speeds: Sequence[float], rests: Sequence[float], reach: float) -> Polyline:

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from support.analytic_cases import ANALYTIC, make_analytic
 from support.planted_faults import BODIES, FAULTS, clean, teleport
 
 from sessions import Session, Severity, Track, examine
 from sessions.geometry.rotations import IDENTITY
-from sessions.synthetic import ANALYTIC, SCENES, make_analytic, make_scene_session
+from sessions.synthetic import SCENES, make_scene_session
 
 FIRST, *rest = SCENES
 OTHERS = [pytest.param(name, marks=pytest.mark.slow) for name in rest]

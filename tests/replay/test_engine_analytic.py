@@ -1,12 +1,12 @@
 """Detections and misses agree with formulas: sessions whose every contact is known in closed form."""
 
 import pytest
+from support.analytic_cases import ANALYTIC, make_analytic
 from support.looks import predicted
 
 from cdcore.protocol import counts_as_contact
 from replay.detection.detector_spec import TRUSTED as ORACLE
 from replay.pipeline.engine import compute
-from sessions.synthetic import ANALYTIC, make_analytic
 from sessions.synthetic.truth import CLEAR, PRESENT
 
 RATE_HZ = 22.5

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.analytic_cases import make_analytic
 from support.small_worlds import STILL, cube, cubes, verdict_column
 
 from cdcore import Verdict
@@ -18,7 +19,6 @@ from replay.prepare.assemble import RESIDUAL_FACT
 from replay.studies.synthetic_sessions import synthetic_session
 from sessions import Session
 from sessions.model.event import LiveContact
-from sessions.synthetic import make_analytic
 
 PLANTED = {
     Cause.SPHERE_STAGE: "support.planted_stages:SmallSpheres",

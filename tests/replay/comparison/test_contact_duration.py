@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from support.analytic_cases import make_analytic
 from support.small_worlds import cubes, verdict_column
 
 from cdcore import Motion, create_detector
@@ -15,7 +16,6 @@ from replay.comparison.look_phases import PHASES
 from replay.comparison.tolerance import Tolerance
 from replay.pipeline.engine import compute
 from replay.prepare.assemble import assemble
-from sessions.synthetic import make_analytic
 
 FRAME_NS = 11_111_111
 TOUCHED = {"a": [0.0] * 40, "b": [3, 0.9, 3, 0.9, 0.9, 3, 3, 0.9, 0.9, 0.9, 3, 0.9, 3, 3, *[0.9] * 12, *[3] * 8, 0.9, 3,

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+from support.prisms import prism
 
 from sessions.errors import SceneError
 from sessions.geometry.shapes import SIZES, make_shape
-from sessions.geometry.solids import box, pointed_ball, prism
+from sessions.geometry.solids import box, pointed_ball
 from sessions.mesh_data import is_closed
 
 CASES = {

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
+from support.analytic_cases import ANALYTIC, make_analytic
 
 from cdcore import Verdict
-from sessions.synthetic.analytic import ANALYTIC, make_analytic
 from sessions.synthetic.truth import CLEAR, OPEN, PRESENT
 
 

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from support.analytic_cases import Dips, Turning
 
 from sessions.geometry.rotations import quaternion_about
-from sessions.synthetic.motion_profiles import Dips, Polyline, Swing, Turning, passes
+from sessions.synthetic.motion_profiles import Polyline, Swing, passes
 
 TURN = tuple(quaternion_about((0.0, 1.0, 0.0), 1.0).tolist())
 

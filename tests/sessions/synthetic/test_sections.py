@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
+from support.prisms import prism
 
 from sessions.geometry.rotations import quaternion_about
-from sessions.geometry.solids import box, prism
+from sessions.geometry.solids import box
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.sections import approach, round_in_round
 
