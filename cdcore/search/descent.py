@@ -11,8 +11,8 @@ demand that balls overlap: 38.
 """
 
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
+from cdcore.search.evaluation import evaluate, is_new
 from cdcore.search.features import NEIGHBOURS, RADIUS
-from cdcore.search.pair_test import evaluate, is_new
 from cdcore.search.rng import draw
 from cdcore.search.state import DRAW, OPEN_ASKED, WALK, Faces, State
 

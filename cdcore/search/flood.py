@@ -10,8 +10,8 @@ Source: section 3.4 of the project's specification.
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.numerics import IntArray
+from cdcore.search.evaluation import faces_meet, is_new, leave_open
 from cdcore.search.features import NEIGHBOURS
-from cdcore.search.pair_test import faces_meet, is_new, leave_open
 from cdcore.search.state import FULL, OPEN_KEPT, SPENT, STALE, UNSURE, Faces, State, States
 
 

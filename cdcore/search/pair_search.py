@@ -12,9 +12,9 @@ import numpy as np
 from cdcore.kernels.memory import address_of
 from cdcore.numerics import FloatArray, IntArray
 from cdcore.search.advance import BEGIN, COLONY, LOCAL, RANDOM, SEARCH, SEARCH_ON, advance, follow
+from cdcore.search.evaluation import grow_table, meeting_pairs
 from cdcore.search.features import Features
 from cdcore.search.flood import flood, sow
-from cdcore.search.pair_test import grow_table, meeting_pairs
 from cdcore.search.printed import search_as_printed
 from cdcore.search.result import Pair, SearchResult
 from cdcore.search.rng import key_of, stream_of

@@ -17,7 +17,7 @@ from cdcore.search.equations import (
     place_of,
     wrapped,
 )
-from cdcore.search.pair_test import evaluate
+from cdcore.search.evaluation import evaluate
 from cdcore.search.rng import draw
 from cdcore.search.state import BY_ANT, TRACED, Faces, State, Swarm
 

@@ -3,10 +3,7 @@
 import numpy as np
 import pytest
 from support.search_scenes import I3, NO_SEEDS, ball_of, colliding_poses, exact_pairs, search_of, torus_mesh
-from support.shapes import ball_mesh, box_mesh, rod_mesh
-
-from cdcore import TriangleMesh
-from cdcore.search.features import CORNERS, NEIGHBOURS, RADIUS, features_of
+from support.shapes import box_mesh, rod_mesh
 
 HERE = (I3, np.zeros(3))
 
@@ -71,39 +68,3 @@ def test_arrays_grow_with_thousands_of_pairs():
     assert len(truth) > 10_000
     assert search.look(HERE, HERE, 0.0).hit is not None
     assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
-
-
-def test_the_ball_around_a_face_holds_its_corners():
-    features = features_of(ball_mesh(3.0, 12, 17))
-    corners = features.rows[:, CORNERS:].reshape(-1, 3, 3)
-    far = np.linalg.norm(corners - features.rows[:, None, :RADIUS], axis=2).max(axis=1)
-    assert (far <= features.rows[:, RADIUS]).all()
-    assert np.linalg.norm(corners, axis=2).max() <= features.size
-
-
-def test_edge_neighbours_come_first_and_share_two_corners_the_others_one():
-    mesh = torus_mesh()
-    features = features_of(mesh)
-    corners = [set(row) for row in mesh.merged_faces[features.face].tolist()]
-    for face, row in enumerate(features.near.tolist()):
-        shared = [len(corners[face] & corners[other]) for other in row[:NEIGHBOURS] if other >= 0]
-        edges = row[NEIGHBOURS]
-        assert shared[:edges] == [2] * edges == [2, 2, 2]
-        assert set(shared[edges:]) == {1}
-        assert len(set(row[:NEIGHBOURS]) - {-1}) == len(shared)
-
-
-def test_vertices_written_twice_are_one_and_a_fan_of_thousands_is_no_burden():
-    loose = TriangleMesh(torus_mesh().triangles.reshape(-1, 3), np.arange(4800).reshape(-1, 3))
-    assert np.array_equal(features_of(loose).near, features_of(torus_mesh()).near)
-    angle = np.linspace(0, 2 * np.pi, 3001)
-    rim = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(3001)])
-    fan = TriangleMesh(np.vstack([[0, 0, 0], rim]), [[0, k, k + 1] for k in range(1, 3001)])
-    assert (features_of(fan).near[:, 0] >= 0).all()
-
-
-@pytest.mark.parametrize("scale", [1e-300, 1.0, 1e300])
-def test_extreme_sizes_neither_overflow_nor_vanish(scale):
-    features = features_of(TriangleMesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) * scale, [[0, 1, 2]]))
-    assert np.isfinite(features.rows).all()
-    assert 0.5 * scale < features.mean_radius < scale

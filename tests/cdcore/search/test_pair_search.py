@@ -8,8 +8,8 @@ from support.search_scenes import I3, NO_SEEDS, ball_of, colliding_poses, exact_
 from support.shapes import box_mesh, random_rotations
 
 from cdcore import TriangleMesh, intersecting_faces
+from cdcore.search.evaluation import meeting_pairs
 from cdcore.search.features import features_of
-from cdcore.search.pair_test import meeting_pairs
 from cdcore.search.state import STATE
 
 VARIANTS = ["memetic", "corrected", "local", "random"]

@@ -1,0 +1,74 @@
+"""Neighbours of a face are those that trimesh finds: across its edges first, then at its corners."""
+
+import numpy as np
+import pytest
+import trimesh
+from support.search_scenes import ball_of, torus_mesh
+from support.shapes import ball_mesh, box_mesh
+
+from cdcore import TriangleMesh
+from cdcore.search.features import CORNERS, NEIGHBOURS, RADIUS, features_of
+
+
+def neighbours(mesh):
+    """Face -> its neighbours across edges, and all its neighbours, by the numbers of the mesh."""
+    features = features_of(mesh)
+    by_edge, every = {}, {}
+    for place, row in enumerate(features.near.tolist()):
+        known = [int(features.face[other]) for other in row[:NEIGHBOURS] if other >= 0]
+        face = int(features.face[place])
+        by_edge[face], every[face] = set(known[: row[NEIGHBOURS]]), set(known)
+        assert len(every[face]) == len(known)
+    return by_edge, every
+
+
+@pytest.mark.parametrize("mesh", [ball_of(320), torus_mesh(1.0, 0.3, 20, 12), box_mesh()], ids=["ball", "torus", "box"])
+def test_neighbours_across_edges_are_the_adjacent_faces_and_the_others_share_a_corner(mesh):
+    plain = trimesh.Trimesh(mesh.vertices, mesh.faces, process=True, validate=False)
+    adjacent = {face: set() for face in range(len(mesh.faces))}
+    for first, second in plain.face_adjacency.tolist():
+        adjacent[first].add(second)
+        adjacent[second].add(first)
+    by_edge, every = neighbours(mesh)
+    assert by_edge == adjacent
+    for face, found in every.items():
+        around = {other for vertex in plain.faces[face] for other in plain.vertex_faces[vertex].tolist()} - {face, -1}
+        assert found <= around
+        assert len(found) == min(len(around), NEIGHBOURS)
+
+
+def test_all_faces_at_an_edge_of_five_are_neighbours_across_it():
+    angle = 0.4 * np.pi * np.arange(5)
+    vertices = [[0, 0, 0], [0, 0, 1], *np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)]
+    by_edge, _ = neighbours(TriangleMesh(vertices, [[0, 1, 2 + k] for k in range(5)]))
+    assert by_edge == {face: set(range(5)) - {face} for face in range(5)}
+
+
+def test_a_corner_written_twice_in_a_face_is_no_edge():
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    by_edge, _ = neighbours(TriangleMesh(corners, [[0, 0, 1], [0, 0, 2], [0, 1, 3]]))
+    assert by_edge == {0: {2}, 1: set(), 2: {0}}
+
+
+def test_the_ball_around_a_face_holds_its_corners():
+    features = features_of(ball_mesh(3.0, 12, 17))
+    corners = features.rows[:, CORNERS:].reshape(-1, 3, 3)
+    far = np.linalg.norm(corners - features.rows[:, None, :RADIUS], axis=2).max(axis=1)
+    assert (far <= features.rows[:, RADIUS]).all()
+    assert np.linalg.norm(corners, axis=2).max() <= features.size
+
+
+def test_vertices_written_twice_are_one_and_a_fan_of_thousands_is_no_burden():
+    loose = TriangleMesh(torus_mesh().triangles.reshape(-1, 3), np.arange(4800).reshape(-1, 3))
+    assert np.array_equal(features_of(loose).near, features_of(torus_mesh()).near)
+    angle = np.linspace(0, 2 * np.pi, 3001)
+    rim = np.column_stack([np.cos(angle), np.sin(angle), np.zeros(3001)])
+    fan = TriangleMesh(np.vstack([[0, 0, 0], rim]), [[0, k, k + 1] for k in range(1, 3001)])
+    assert (features_of(fan).near[:, 0] >= 0).all()
+
+
+@pytest.mark.parametrize("scale", [1e-300, 1.0, 1e300])
+def test_extreme_sizes_neither_overflow_nor_vanish(scale):
+    features = features_of(TriangleMesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]]) * scale, [[0, 1, 2]]))
+    assert np.isfinite(features.rows).all()
+    assert 0.5 * scale < features.mean_radius < scale
