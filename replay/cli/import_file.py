@@ -133,7 +133,6 @@ def _dressed(
 
 def _meshes(given: tuple[str, ...], units: str | None) -> "tuple[dict[str, MeshData], list[str]]":
     """Body -> mesh in metres, and what was assumed."""
-    from sessions.input_files import special_kind
     from sessions.mesh_data import MeshData
     from sessions.meshes.mesh_files import load_mesh
     from sessions.meshes.mesh_match import UNITS, guessed
@@ -143,11 +142,10 @@ def _meshes(given: tuple[str, ...], units: str | None) -> "tuple[dict[str, MeshD
         body, equals, file = text.partition("=")
         if not equals or not body or not file:
             raise click.BadParameter(f"{text!r} is not BODY=FILE, for example left=wand.glb", param_hint="--mesh")
-        kind = special_kind(file)
-        if kind:
-            raise click.BadParameter(f"{file} is {kind}; name a mesh file", param_hint="--mesh")
-        if not Path(file).is_file():
-            raise click.BadParameter(f"{file!r} does not exist or is no file", param_hint="--mesh")
+        try:
+            SESSION_FILE.convert(file, None, None)
+        except click.BadParameter as error:
+            raise click.BadParameter(error.message, param_hint="--mesh") from None
         mesh = load_mesh(file)
         scale, words = (UNITS[units], "") if units else guessed(mesh, f"{body}: {Path(file).name}")
         meshes[body] = mesh if scale == 1.0 else MeshData(mesh.vertices * scale, mesh.faces)

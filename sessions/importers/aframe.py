@@ -16,7 +16,7 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.importers.finish import Imported, side_of
-from sessions.importers.pose_table import PoseTable, SourceFrame, imported
+from sessions.importers.pose_table import PoseTable, SourceFrame, imported, number
 from sessions.meshes.conventions import Convention, quaternion_from_euler
 from sessions.model.event import Event
 from sessions.model.track import HandTrack
@@ -38,7 +38,7 @@ def read_aframe(source: Path) -> Imported:
     events: list[Event] = []
     hands: dict[str, HandTrack] = {}
     for name, device in devices.items():
-        rows = [_row(pose, f"{source}: {name}: pose {number}") for number, pose in enumerate(device["poses"])]
+        rows = [_row(pose, f"{source}: {name}: pose {place}") for place, pose in enumerate(device["poses"])]
         numbers = np.array(rows, dtype=np.float64).reshape(-1, 7)
         turns = quaternion_from_euler(np.radians(numbers[:, [5, 4, 6]]), "YXZ")
         tables[name] = PoseTable(np.rint(numbers[:, 0] * 1e6).astype(np.int64), numbers[:, 1:4], turns)
@@ -66,19 +66,21 @@ def _devices(source: Path) -> dict[str, dict[str, Any]]:
     return devices
 
 
-def _row(pose: object, place: str) -> list[float]:
+def _row(pose: Any, where: str) -> list[float]:
     """Time, position and Euler angles of one pose; what is missing is NaN, but a stamp must be there."""
-    if not isinstance(pose, dict) or not _is_stamp(pose.get("timestamp")):
-        raise ImportFileError(f"{place}: it has no timestamp in milliseconds; remove it or repair the file")
-    numbers = [pose["timestamp"]]
+    numbers = [_stamp(pose, where)]
     for key in ("position", "rotation"):
         part = pose.get(key)
-        numbers += [part.get(axis) if isinstance(part, dict) else None for axis in "xyz"]
-    return [float(one) if isinstance(one, int | float) and abs(one) < 1e300 else math.nan for one in numbers]
+        numbers += [number(part.get(axis)) if isinstance(part, dict) else math.nan for axis in "xyz"]
+    return numbers
 
 
-def _is_stamp(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST_MS
+def _stamp(record: Any, where: str) -> float:
+    """Milliseconds of a pose or an event."""
+    stamp = number(record.get("timestamp")) if isinstance(record, dict) else math.nan
+    if not abs(stamp) < LARGEST_MS:
+        raise ImportFileError(f"{where}: it has no timestamp in milliseconds; remove it or repair the file")
+    return stamp
 
 
 def _events(name: str, events: object, source: Path) -> list[tuple[Event, object]]:
@@ -88,13 +90,11 @@ def _events(name: str, events: object, source: Path) -> list[tuple[Event, object
     if not isinstance(events, list):
         raise ImportFileError(f"{source}: {name}: events are no list; repair or remove them")
     found = []
-    for number, event in enumerate(events):
-        if not isinstance(event, dict) or not _is_stamp(event.get("timestamp")):
-            raise ImportFileError(f"{source}: {name}: event {number} has no timestamp in milliseconds; remove it")
+    for place, event in enumerate(events):
+        stamp = _stamp(event, f"{source}: {name}: event {place}")
         detail = event.get("detail")
         message = json.dumps(detail, ensure_ascii=False, sort_keys=True) if detail else ""
-        made = Event(round(event["timestamp"] * 1e6), str(event.get("name", "event")), message, name)
-        found.append((made, detail))
+        found.append((Event(round(stamp * 1e6), str(event.get("name", "event")), message, name), detail))
     return found
 
 
@@ -112,7 +112,7 @@ def _hand(name: str, device: dict[str, Any], happened: list[tuple[Event, object]
     is_vive = isinstance(gamepad, dict) and str(gamepad.get("id", "")).startswith(OPENVR_GAMEPAD)
     labels = OPENVR_BUTTONS if is_vive else ()
     count = max(len(labels), 1 + max(button for _, button, _ in presses))
-    names = (*labels, *(f"button{number}" for number in range(len(labels), count)))
+    names = (*labels, *(f"button{button}" for button in range(len(labels), count)))
     state, states = np.zeros(count, dtype=np.bool_), {}
     for stamp, button, down in sorted(presses, key=lambda press: press[0]):
         state[button] = down

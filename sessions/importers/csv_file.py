@@ -21,10 +21,7 @@ from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event, LiveContact
 from sessions.model.track import GazeTrack, HandTrack
 
-MESH_AXES = {
-    "same": "mesh files have the axes of the converted session",
-    "x-flipped": "mesh files were exported from Unity as glTF, which flips X instead of Z",
-}
+MESH_AXES = ("same", "x-flipped")
 
 HALF_TURN = np.diag([-1.0, 1.0, -1.0, 1.0])
 
@@ -71,8 +68,8 @@ def read_csv(
     )
     if mesh_axes == "same":
         return samples
-    done = (*samples.conversions, f"{MESH_AXES[mesh_axes]}: turned by 180 degrees")
-    return replace(samples, conversions=done, mesh_turn=HALF_TURN)
+    words = "mesh files were exported from Unity as glTF, which flips X instead of Z: turned by 180 degrees"
+    return replace(samples, conversions=(*samples.conversions, words), mesh_turn=HALF_TURN)
 
 
 def _check_columns(table: CsvTable, plan: CsvMapping) -> None:

@@ -12,6 +12,9 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+from pyarrow import csv as arrow_csv
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import CLOCK_NS, ROW_TIME, TEXT, CsvLayout, PoseColumns
@@ -39,9 +42,6 @@ class CsvTable:
     """
 
     def __init__(self, source: Path, layout: CsvLayout | None = None, *, mapped: bool = False) -> None:
-        import pyarrow as pa
-        from pyarrow import csv as arrow_csv
-
         self.source, self.skipped, self._mapped, self._widest = source, 0, mapped, 0
         self._layout = layout = layout or _layout_of(source)
         header_lines = 0 if layout.columns else layout.header_lines
@@ -89,8 +89,6 @@ class CsvTable:
 
     def _cells(self, column: str, rows: Rows | None = None) -> Any:
         """The cells of a column as Arrow text."""
-        import pyarrow as pa
-
         if column not in self.columns:
             where = f"{self.source}: line {self._above}: no column {column!r}"
             if len(self.columns) == 1 and (other := [letter for letter in ",;\t|" if letter in self.columns[0]]):
@@ -108,8 +106,6 @@ class CsvTable:
 
     def words(self, column: str, rows: Rows | None = None) -> dict[str, Rows]:
         """The different texts of a column, in the order they come in, and the rows of each, (n,)."""
-        import pyarrow.compute as pc
-
         every = self._cells(column)
         found = {}
         for word in self._cells(column, rows).unique().to_pylist():
@@ -129,9 +125,6 @@ class CsvTable:
             return False
 
     def _floats(self, column: str, rows: Rows | None = None) -> Numbers:
-        import pyarrow as pa
-        import pyarrow.compute as pc
-
         cells = pc.utf8_trim_whitespace(self._cells(column, rows))
         if self._layout.decimal != ".":
             cells = pc.replace_substring(cells, self._layout.decimal, ".")
@@ -206,9 +199,6 @@ class CsvTable:
 
     def flags(self, column: str, rows: Rows | None = None) -> Rows:
         """Whether each cell says yes, (n,); without a column all do."""
-        import pyarrow as pa
-        import pyarrow.compute as pc
-
         if not column:
             return np.ones(len(self) if rows is None else int(rows.sum()), dtype=np.bool_)
         cells = pc.utf8_trim_whitespace(self._cells(column, rows))

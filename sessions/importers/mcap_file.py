@@ -4,19 +4,18 @@ Source: Foxglove schemas, https://docs.foxglove.dev/docs/sdk/schemas; ROS 2 comm
 """
 
 import json
-import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from sessions.errors import ImportFileError, SessionFileError
 from sessions.importers.finish import Imported
 from sessions.importers.frame_tree import FrameTree
-from sessions.importers.pose_table import SourceFrame, imported
+from sessions.importers.pose_table import SourceFrame, imported, number
 from sessions.mcap_format.catalogue import ChannelInfo
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.refusals import brief
@@ -57,53 +56,29 @@ def read_mcap(
     return replace(imported(tables, frame, words), of_people=False)
 
 
-class _Layout(NamedTuple):
-    """Where a message keeps its poses: attributes, with dots between them."""
-
-    rows: str  # the list of poses; "" where the message is one
-    parent: str
-    child: str  # "" where a body is named after its topic
-    stamp: str
-    place: str
-    turn: str
-
-
-_FOXGLOVE_FRAME = _Layout("", "parent_frame_id", "child_frame_id", "timestamp", "translation", "rotation")
-_FOXGLOVE_POSE = _Layout("", "frame_id", "", "timestamp", "pose.position", "pose.orientation")
-_TRANSFORM = _Layout(
-    "", "header.frame_id", "child_frame_id", "header.stamp", "transform.translation", "transform.rotation"
-)
-_POSE = _Layout("", "header.frame_id", "", "header.stamp", "pose.position", "pose.orientation")
-
-LAYOUTS: Final[Mapping[str, _Layout]] = {
-    "FrameTransform": _FOXGLOVE_FRAME,
-    "FrameTransforms": _FOXGLOVE_FRAME._replace(rows="transforms"),
-    "PoseInFrame": _FOXGLOVE_POSE,
-    "PosesInFrame": _FOXGLOVE_POSE._replace(rows="poses", place="position", turn="orientation"),
-    "TransformStamped": _TRANSFORM,
-    "TFMessage": _TRANSFORM._replace(rows="transforms"),
-    "PoseStamped": _POSE,
-    "PoseWithCovarianceStamped": _POSE._replace(place="pose.pose.position", turn="pose.pose.orientation"),
-    "PoseArray": _POSE._replace(rows="poses", place="position", turn="orientation"),
-}
-"""Last word of a schema's name -> where its poses are."""
+FRAMES: Final = ("FrameTransform", "FrameTransforms", "TransformStamped", "TFMessage")
+POSES: Final = ("PoseInFrame", "PosesInFrame", "PoseStamped", "PoseWithCovarianceStamped", "PoseArray")
+"""Last words of the names of schemas: frames that bear their own names, and poses that are named after their topic."""
 
 
 def _add(channel: ChannelInfo, log_ns: int, message: Any, tree: FrameTree) -> int:
     """Hang the poses of a message into the tree; how many bear no stamp of their own."""
-    layout, unstamped = LAYOUTS[_kind(channel)], 0
-    rows = _part(message, layout.rows) if layout.rows else [message]
+    are_frames, unstamped = _kind(channel) in FRAMES, 0
     topic, static = channel.topic.strip("/") or "pose", channel.topic.endswith("tf_static")
-    for place, row in enumerate(rows if hasattr(rows, "__len__") else ()):
-        head = row if layout.child else message
-        name = _part(row, layout.child) if layout.child else f"{topic}/{place}" if layout.rows else topic
-        stamp = _stamp_of(_part(head, layout.stamp))
+    rows = _part(message, "transforms", "poses")
+    for place, row in enumerate([message] if rows is None else rows if hasattr(rows, "__len__") else ()):
+        head = row if are_frames else message
+        head = _part(head, "header") or head  # of ROS
+        pose = _part(row, "transform", "pose") or row
+        pose = _part(pose, "pose") or pose  # with covariance
+        stamp = _stamp_of(_part(head, "timestamp", "stamp"))
         unstamped += stamp == 0
-        pose = (_part(row, layout.place), "xyz"), (_part(row, layout.turn), "xyzw")
-        numbers = [_number(getattr(part, axis, None)) for part, axes in pose for axis in axes]
-        parent = _part(head, layout.parent)
+        parts = (_part(pose, "translation", "position"), "xyz"), (_part(pose, "rotation", "orientation"), "xyzw")
+        numbers = [number(_part(part, axis)) for part, axes in parts for axis in axes]
+        name = _part(row, "child_frame_id") if are_frames else topic if rows is None else f"{topic}/{place}"
+        parent = _part(head, "parent_frame_id", "frame_id")
         parent, name = (value if isinstance(value, str) else "" for value in (parent, name))
-        if not layout.child and name == parent.strip("/"):
+        if not are_frames and name == parent.strip("/"):
             name = f"{name} pose"  # a topic may bear the name of the frame that its poses are in
         tree.add(parent, name, stamp or log_ns, numbers, static=static)
     return unstamped
@@ -114,24 +89,17 @@ def _kind(channel: ChannelInfo) -> str:
     return channel.schema_name.replace("/", ".").rsplit(".", 1)[-1]
 
 
-def _part(value: Any, path: str) -> Any:
-    """The attribute that dots lead to; ``None`` where it is absent."""
-    for name in path.split("."):
-        value = getattr(value, name, None)
-    return value
-
-
-def _number(value: Any) -> float:
-    fits = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
-    return float(value) if fits else math.nan
+def _part(value: Any, *names: str) -> Any:
+    """The first of these attributes that is there; ``None`` where none is."""
+    return next((part for name in names if (part := getattr(value, name, None)) is not None), None)
 
 
 def _stamp_of(time: Any) -> int:
     """Nanoseconds of a timestamp of protobuf, JSON or ROS; 0 where it is absent."""
     parts = []
     for names in (("seconds", "sec"), ("nanos", "nsec", "nanosec")):
-        values = (getattr(time, name, None) for name in names)
-        parts.append(next((value for value in values if type(value) is int), 0))
+        part = _part(time, *names)
+        parts.append(part if type(part) is int else 0)
     return parts[0] * 1_000_000_000 + parts[1]
 
 
@@ -147,20 +115,19 @@ def _messages(source: Path, topics: Sequence[str]) -> Iterator[tuple[ChannelInfo
         if file.catalogue.tear is not None:
             raise _unreadable(source, f"it is cut short at byte {file.catalogue.tear}")
         posed = [
-            number
-            for number, channel in channels.items()
-            if _kind(channel) in LAYOUTS and channel.topic in (topics or (channel.topic,))
+            key
+            for key, channel in channels.items()
+            if _kind(channel) in (*FRAMES, *POSES) and (not topics or channel.topic in topics)
         ]
-        for table in file.tables(*(channels[number].topic for number in posed)):
+        for table in file.tables(*(channels[key].topic for key in posed)):
             for row in table.of_channels({*posed}).tolist():
-                number, found = int(table.channel[row]), True
-                message = _decoded(source, channels[number], table.payload(row), decoders)
-                yield channels[number], int(table.log_ns[row]), message
+                channel, found = channels[int(table.channel[row])], True
+                yield channel, int(table.log_ns[row]), _decoded(source, channel, table.payload(row), decoders)
     except SessionFileError as error:
         raise _unreadable(source, brief(error)) from None
     seen = {channel.topic: channel.schema_name or "no schema" for channel in channels.values()}
     absent = [f"no topic {topic!r}" for topic in topics if topic not in seen]
-    absent += [] if found else [f"no message of poses ({', '.join(LAYOUTS)})"]
+    absent += [] if found else [f"no message of poses ({', '.join((*FRAMES, *POSES))})"]
     if absent:
         words = [f"{topic} ({name})" for topic, name in seen.items()]
         there = ", ".join(words[:NAMED_TOPICS]) + (", ..." if len(words) > NAMED_TOPICS else "")
@@ -172,11 +139,11 @@ def _unreadable(source: Path, why: str) -> ImportFileError:
 
 
 def _decoded(source: Path, channel: ChannelInfo, data: bytes, decoders: dict[int, Callable[[bytes], Any]]) -> Any:
-    number = channel.record.id
+    key = channel.record.id
     try:
-        if number not in decoders:
-            decoders[number] = _decoder(channel.record.message_encoding, channel.schema)
-        return decoders[number](data)
+        if key not in decoders:
+            decoders[key] = _decoder(channel.record.message_encoding, channel.schema)
+        return decoders[key](data)
     except ImportFileError as error:
         raise ImportFileError(f"{source}: {channel.topic}: {error}") from None
     except Exception as error:  # decoders of foreign bytes raise errors of any kind; each means: damaged

@@ -3,9 +3,10 @@
 Numbers beside them come along; what is dropped is counted.
 """
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,6 +120,12 @@ def _increasing(name: str, times_ns: Stamps) -> tuple[Rows, list[str]]:
     keep[1:] = times_ns[1:] > np.maximum.accumulate(times_ns)[:-1]
     dropped = int((~keep).sum())
     return keep, [f"{name}: {dropped} rows dropped whose stamp repeats or goes back"] if dropped else []
+
+
+def number(value: Any) -> float:
+    """A number of a decoded message as float64; NaN where it is none."""
+    fits = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+    return float(value) if fits else math.nan
 
 
 def stamps_of(seconds: Numbers, where: str) -> Stamps:
