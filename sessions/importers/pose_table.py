@@ -63,12 +63,14 @@ def imported(
 ) -> Imported:
     """Tables in the canonical frame and metres, and numbers by their names, with every conversion in the metadata."""
     axes = frame.axes
-    done = [
-        f"axes {axes.name} ({axes.words}) to right-handed, +Y up, -Z forward",
-        f"lengths in {frame.units} to m",
-        *([f"clock in {frame.clock_unit} to ns"] if frame.clock_unit != "ns" else []),
-        *notes,
-    ]
+    done = []
+    if (axes.axes, axes.signs) != ((0, 1, 2), (1, 1, 1)):
+        done.append(f"axes {axes.name} ({axes.words}) to right-handed, +Y up, -Z forward")
+    if METRES[frame.units] != 1.0:
+        done.append(f"lengths in {frame.units} to m")
+    if frame.clock_unit != "ns":
+        done.append(f"clock in {frame.clock_unit} to ns")
+    done += notes
     tracks: dict[str, Track] = {}
     for name, table in tables.items():
         tracks[name], words = track_of(name, table, frame)
