@@ -39,7 +39,7 @@ class Assembly:
     proxies : names of bodies whose mesh only stands in for the real one.
     left_out : names of tracked bodies without a mesh.
     live_contacts : what an engine reported, on the frames' clock; ``live_residual`` seconds it may be off.
-    notes : sentences about what was done to the poses (renormalised rotations, ...).
+    notes : sentences about frames that are left out and bodies that are not there.
     """
 
     bodies: tuple[Body, ...]

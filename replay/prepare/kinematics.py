@@ -17,7 +17,7 @@ from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.errors import AssemblyError
 from replay.prepare.assembly import PoseOrigin
 from replay.prepare.interpolation import FilledFrames
-from sessions.model.scene import Pose, Scene
+from sessions.model.scene import Pose, Scene, SceneBody
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,50 +103,41 @@ class Kinematics:
         translation, rotation = np.zeros((count, width, 3)), np.zeros((count, width, 3, 3))
         origin = np.zeros((count, width), dtype=np.uint8)
         for column, name in enumerate(self._bodies):
-            world = self._mesh_frame(name, frames, known)
+            world, offset = self._tracker(name, frames, known), self._declared(name).offset
+            if offset != Pose():
+                world = world.then(_at_rest(offset))
             translation[:, column], rotation[:, column] = world.translation, world.rotation
             origin[:, column] = world.origin
         none = origin == PoseOrigin.NONE
         translation[none], rotation[none] = 0.0, np.eye(3)
         return PlacedFrames(frames.stamp_ns, translation, rotation, origin)
 
-    def _mesh_frame(self, name: str, frames: FilledFrames, known: dict[str, _World]) -> _World:
-        world = self._body_frame(name, frames, known)
-        declared = self._scene.body(name)
-        if declared is None or declared.offset == Pose():
-            return world
-        return world.then(_at_rest(declared.offset))
+    def _declared(self, name: str) -> SceneBody:
+        return self._scene.body(name) or SceneBody(name)
 
-    def _body_frame(self, name: str, frames: FilledFrames, known: dict[str, _World]) -> _World:
+    def _tracker(self, name: str, frames: FilledFrames, known: dict[str, _World]) -> _World:
+        """The frame of a tracker, joint or fixed body in the world; ``known`` are those computed before."""
         if name not in known:
-            own = self._own_pose(name, frames)
-            declared = self._scene.body(name)
-            if declared is not None and declared.parent:
-                parent = self._body_frame(declared.parent, frames, known)
-                own = parent.then(own)
-            known[name] = own
+            declared = self._declared(name)
+            if name in self._column:
+                column = self._column[name]
+                rotation = rotation_from_quaternion(frames.quaternion_xyzw[:, column])
+                own = _World(frames.position[:, column], rotation, frames.origin[:, column])
+            else:
+                own = _at_rest(declared.fixed or Pose())
+            known[name] = self._tracker(declared.parent, frames, known).then(own) if declared.parent else own
         return known[name]
-
-    def _own_pose(self, name: str, frames: FilledFrames) -> _World:
-        """The pose as recorded or declared, relative to the parent or the world."""
-        if name in self._column:
-            column = self._column[name]
-            rotation = rotation_from_quaternion(frames.quaternion_xyzw[:, column])
-            return _World(frames.position[:, column], rotation, frames.origin[:, column])
-        declared = self._scene.body(name)
-        assert declared is not None and declared.fixed is not None
-        return _at_rest(declared.fixed)
 
     def _check_chain(self, name: str) -> None:
         chain = [name]
         while True:
-            declared = self._scene.body(chain[-1])
-            if chain[-1] not in self._column and (declared is None or declared.fixed is None):
+            declared = self._declared(chain[-1])
+            if chain[-1] not in self._column and declared.fixed is None:
                 raise AssemblyError(
                     f"body {chain[-1]!r}, parent of {chain[-2]!r}, has neither a track nor a fixed pose; "
                     "record it, give it `fixed`, or take `parent` away"
                 )
-            if declared is None or not declared.parent:
+            if not declared.parent:
                 return
             if declared.parent in chain:
                 circle = " -> ".join([*chain, declared.parent])

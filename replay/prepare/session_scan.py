@@ -42,7 +42,6 @@ class SessionScan:
     repeated, backwards : frames left out because their stamp repeats the latest one, or lies before it.
     moves : (N,) bool, whether any two usable samples of a body differ.
     median_step_ns : median step between frames kept; 0 with fewer than two.
-    off_norm : usable samples whose quaternion's norm is further than 1e-6 off 1; ``worst_norm`` is the furthest.
     jumps : what the doctor calls a teleport.
     """
 
@@ -53,8 +52,6 @@ class SessionScan:
     backwards: int
     moves: BoolArray
     median_step_ns: int
-    off_norm: int
-    worst_norm: float
     jumps: Jumps
 
     @property
@@ -69,8 +66,6 @@ class SessionScan:
             notes.append(f"{_frames(self.repeated)} left out: the stamp repeats the one before")
         if self.backwards:
             notes.append(f"{_frames(self.backwards)} left out: the stamp lies before one already read")
-        if self.off_norm:
-            notes.append(f"{self.off_norm} quaternions renormalised; the furthest had norm {self.worst_norm:.6f}")
         return tuple(notes)
 
 
@@ -111,8 +106,6 @@ def scan_of(looked: PosePass, part: SessionPart | None, repeated: int = 0, backw
         backwards=backwards,
         moves=np.asarray(moves),
         median_step_ns=int(np.median(np.diff(stamps))) if len(stamps) > 1 else 0,
-        off_norm=int(looked.has(Mark.OFF_UNIT).sum()),
-        worst_norm=max(looked.worst_norm.tolist(), key=lambda norm: abs(norm - 1.0), default=1.0),
         jumps=teleports(looked),
     )
 

@@ -21,19 +21,22 @@ FLAT: Final = 1e-12
 """A face whose height is below this part of its longest edge has no area that float64 could tell from rounding."""
 
 
+Faces = NDArray[np.int64]
 Row = tuple[str, Severity, int, str]
 """Code, severity, how many faces or edges (0: nothing is found), message."""
 
 
 def mesh_findings(name: str, mesh: MeshData) -> Iterator[Finding]:
     """Everything about one mesh; ``count`` is in faces or edges."""
-    faces, flat, doubles = len(mesh.faces), int(degenerate_faces(mesh).sum()), duplicate_faces(mesh)
+    welded = _welded(mesh)
+    faces, flat = len(mesh.faces), int(degenerate_faces(mesh).sum())
+    doubles = faces - len(np.unique(np.sort(welded, axis=1), axis=0))
     size = float((mesh.bounds[1] - mesh.bounds[0]).max())
     is_odd = not SMALL_M <= size <= LARGE_M
     rows: list[Row] = [
         ("mesh-degenerate", Severity.WARNING, flat, f"{flat} of {faces} faces have no area"),
         ("mesh-duplicate", Severity.WARNING, doubles, f"{doubles} of {faces} faces repeat another"),
-        *_edges(mesh),
+        *_edges(mesh, welded),
         ("mesh-units", Severity.WARNING, is_odd, f"it is {size:.3g} m long: drawn in other units?"),
     ]
     for code, severity, count, message in rows:
@@ -50,17 +53,17 @@ def degenerate_faces(mesh: MeshData) -> NDArray[np.bool_]:
     return np.sqrt((normal * normal).sum(axis=1)) <= FLAT * longest * longest
 
 
-def duplicate_faces(mesh: MeshData) -> int:
-    """How many faces join the same three places as an earlier one, in any order."""
-    return len(mesh.faces) - len(np.unique(np.sort(_welded(mesh), axis=1), axis=0))
-
-
-def _edges(mesh: MeshData) -> list[Row]:
-    faces = _welded(mesh)
-    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
+def _edge_uses(faces: Faces) -> tuple[Faces, Faces, Faces, Faces]:
+    """Start and end of the edges along all faces, (3f,); the number of each edge, and how often each number is used."""
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    _, edge, uses = np.unique(low * len(mesh.vertices) + high, return_inverse=True, return_counts=True)
+    keys = np.minimum(start, end) * (faces.max(initial=0) + 1) + np.maximum(start, end)
+    _, edge, uses = np.unique(keys, return_inverse=True, return_counts=True)
+    return start, end, edge, uses
+
+
+def _edges(mesh: MeshData, faces: Faces) -> list[Row]:
+    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
+    start, end, edge, uses = _edge_uses(faces)
     many, one = int((uses > 2).sum()), int((uses == 1).sum())
     way = np.bincount(edge, weights=np.where(start < end, 1.0, -1.0))
     unlike = int((uses[way != 0] == 2).sum())
@@ -89,9 +92,6 @@ def all_mesh_findings(meshes: Mapping[str, MeshData], names: Iterable[str] | Non
             yield Finding("mesh-unreadable", Severity.ERROR, str(error), name)
         else:
             yield from mesh_findings(name, mesh)
-
-
-Faces = NDArray[np.int64]
 
 
 def repaired(mesh: MeshData) -> tuple[MeshData, list[str]]:
@@ -134,9 +134,8 @@ def _told(count: int, one: str, several: str, done: str) -> list[str]:
 
 def _holes(faces: Faces) -> Iterator[list[int]]:
     """Rims of holes, each as the vertices along it in the sense of the faces that it belongs to."""
-    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
-    _, edge, uses = np.unique(np.sort(np.stack([start, end], 1), 1), axis=0, return_inverse=True, return_counts=True)
-    rim = uses[edge.reshape(-1)] == 1
+    start, end, edge, uses = _edge_uses(faces)
+    rim = uses[edge] == 1
     after: dict[int, list[int]] = {}
     for a, b in zip(start[rim].tolist(), end[rim].tolist(), strict=True):
         after.setdefault(a, []).append(b)

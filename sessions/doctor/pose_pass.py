@@ -165,7 +165,6 @@ class _RunningPass:
                 Mark.IDENTITY: claims & still,
                 Mark.SAMPLE_SKEWED: skewed,
                 Mark.OUT_OF_SPACE: away,
-                Mark.HOLLOW: lost & ~(finite & (off <= NORM_REJECT)),
             }
         )
 
@@ -175,7 +174,6 @@ class _RunningPass:
         track = np.empty(len(rows), SAMPLE)
         track["row"] = rows + first
         track["time"] = (frames.stamp_ns[rows] - self.stamps[0][0]) / 1e9
-        track["sample_ns"] = frames.sample_ns[rows, column]
         track["position"] = frames.position[rows, column]
         track["quaternion"] = frames.quaternion_xyzw[rows, column]
         return track

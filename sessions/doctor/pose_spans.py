@@ -154,7 +154,7 @@ WORDS: Final = {
     "non-unit-quaternion": (Severity.ERROR, "{samples} with a quaternion of norm {norm:.6g}"),
     "out-of-space": (Severity.ERROR, "{samples} further from the origin than any room is large"),
     "identity-while-lost": (Severity.ERROR, "{samples} say the origin, unturned, {size:.3g} m from where the body was"),
-    "tracking-lost": (Severity.WARNING, "{samples} flagged as lost{hollow}"),
+    "tracking-lost": (Severity.WARNING, "{samples} flagged as lost"),
     "frozen": (Severity.WARNING, "the position repeats in {samples}, then steps {millimetres:.3g} mm"),
     "teleport": (Severity.WARNING, "{count} steps of up to {size:.3g} m within {seconds:.3g} s"),
 }
@@ -191,7 +191,6 @@ def _stretches(looked: PosePass, teleports: Sequence[PoseSpan]) -> list[PoseSpan
 def _listed(looked: PosePass, span: PoseSpan) -> Finding:
     seconds = (int(looked.stamp_ns[span.last]) - int(looked.stamp_ns[span.first])) / 1e9
     samples = "1 sample" if span.count == 1 else f"{span.count} samples ({seconds:.3g} s)"
-    hollow = int(marked(looked.marks[span.first : span.last + 1, span.column], Mark.HOLLOW).sum())
     severity, words = WORDS[span.code]
     message = words.format(
         samples=samples,
@@ -200,7 +199,6 @@ def _listed(looked: PosePass, span: PoseSpan) -> Finding:
         size=span.size,
         norm=looked.worst_norm[span.column],
         millimetres=1e3 * span.size,
-        hollow=f"; {hollow} hold no pose" if hollow else "",
     )
     if span.code == "teleport" and span.count == 1:
         message = f"{span.size:.3g} m in one step"

@@ -27,24 +27,20 @@ def time_findings(looked: PosePass) -> Iterator[Finding]:
     yield from _gaps(stamps, int(stamps[0]), "")
     yield from _skew(looked)
     backwards, repeated = out_of_order(stamps)
-    # Device stamps are judged where the frames' own stamps do not have the fault already.
     plain = ~(backwards | repeated | np.concatenate([[False], (backwards | repeated)[:-1]]))
     for column, name in enumerate(looked.names):
-        yield from _counted(looked, column, plain)
+        yield from _counted(looked, column)
         there = looked.has(Mark.PRESENT, column)
         if not there.all() and there.any():
             yield from _own_gaps(stamps, there & plain, name)
 
 
 COUNTED: Final = (
-    ("time-backwards", Mark.SAMPLE_BACKWARDS, Severity.ERROR, "device stamps go back"),
-    ("duplicate-stamps", Mark.SAMPLE_REPEATED, Severity.WARNING, "device stamps repeat with another pose"),
     ("clock-skew", Mark.SAMPLE_SKEWED, Severity.WARNING, "device stamps are over 0.5 s off their frames"),
     ("turn-outlier", Mark.TURN_OUTLIER, Severity.WARNING, "of the samples turned away and back in two steps"),
     ("off-unit-quaternion", Mark.OFF_UNIT, Severity.NOTE, "quaternions are off unit length by more than 1e-6"),
 )
 """Marks that are counted in one finding a body: its code, severity and words."""
-DEVICE_CLOCK: Final = Mark.SAMPLE_BACKWARDS | Mark.SAMPLE_REPEATED | Mark.SAMPLE_SKEWED
 
 
 def out_of_order(stamps: NDArray[np.int64]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -100,10 +96,9 @@ def _skew(looked: PosePass) -> Iterator[Finding]:
         yield span.finding("clock-skew", Severity.WARNING, message, count=last - first + 1)
 
 
-def _counted(looked: PosePass, column: int, plain: NDArray[np.bool_]) -> Iterator[Finding]:
+def _counted(looked: PosePass, column: int) -> Iterator[Finding]:
     for code, mark, severity, what in COUNTED:
-        odd = looked.has(mark, column)
-        rows = np.flatnonzero(odd & plain if mark in DEVICE_CLOCK else odd)
+        rows = np.flatnonzero(looked.has(mark, column))
         if len(rows):
             span = Span.of(looked.stamp_ns, rows[0], rows[-1])
             yield span.finding(code, severity, f"{len(rows)} {what}", looked.names[column], len(rows))

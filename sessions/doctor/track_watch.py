@@ -43,14 +43,11 @@ class Mark(IntFlag):
     LOST = 64
     SAME_PLACE = 128
     SAME_ROTATION = 256
-    SAMPLE_BACKWARDS = 1024
-    SAMPLE_REPEATED = 2048
     SAMPLE_SKEWED = 4096
     PRESENT = 8192
     OUT_OF_SPACE = 1 << 14
     NO_POSE = LOST | NOT_FINITE | OUT_OF_SPACE
     TURN_OUTLIER = 1 << 16
-    HOLLOW = 1 << 15  # lost, and its numbers are no pose: perhaps an export left it out, and no tracker lost it
 
 
 def marked(marks: NDArray[np.uint32], mark: Mark) -> NDArray[np.bool_]:
@@ -70,12 +67,11 @@ SAMPLE: Final = np.dtype(
     [
         ("row", np.int64),
         ("time", np.float64),
-        ("sample_ns", np.int64),
         ("position", np.float64, 3),
         ("quaternion", np.float64, 4),
     ]
 )
-"""A sample of one body that may be a pose: its frame number, seconds, the device's own stamp, and the pose."""
+"""A sample of one body that may be a pose: its frame number, seconds, and the pose."""
 
 
 class TrackWatch:
@@ -102,18 +98,13 @@ class TrackWatch:
         distance = np.sqrt((way * way).sum(axis=1))
         step = np.maximum(np.diff(window["time"]), self._least_step)
         turn = window["quaternion"]
-        same_place = (way == 0).all(axis=1)
-        same_rotation = (turn[1:] == turn[:-1]).all(axis=1)
-        since = np.diff(window["sample_ns"])
         with np.errstate(divide="ignore", invalid="ignore"):  # a clock that only runs backwards has no least step
             velocity = way / step[:, None]
         found = with_marks(
             {
                 Mark.TELEPORT: _no_motion(velocity),
-                Mark.SAME_PLACE: same_place,
-                Mark.SAME_ROTATION: same_rotation,
-                Mark.SAMPLE_BACKWARDS: since < 0,
-                Mark.SAMPLE_REPEATED: (since == 0) & ~(same_place & same_rotation),
+                Mark.SAME_PLACE: (way == 0).all(axis=1),
+                Mark.SAME_ROTATION: (turn[1:] == turn[:-1]).all(axis=1),
                 Mark.TURN_OUTLIER: undone_turns(turn, step),
             }
         )

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from support.shared_data import DATA
 from support.small_worlds import along_x, cube, cubes
 
 from cdcore import Motion
@@ -69,6 +70,18 @@ def test_only_stretches_at_rest_count_and_a_body_that_never_rests_is_refused():
     away[:, 0, 0] += np.arange(4000) * 0.01
     with pytest.raises(NoiseError, match=r"cup rests for 0\.0 s of 1 s .* give its size: cup=vive"):
         measured_noise("cup", Motion(rest.times, away, rest.rotations), 0)
+
+
+@pytest.mark.skipif(not (DATA / "vive-accuracy").is_dir(), reason="the recording is not here")
+def test_the_rest_of_a_real_tracker_agrees_with_an_estimate_of_its_own():
+    rows = np.loadtxt(DATA / "vive-accuracy" / "measurementPoint3.txt")
+    rows = rows[(rows[:, :3] != 0).any(axis=1)]
+    # From the middle of the differences at 0.2 s: another way to leave out drift, and jumps when it was found again.
+    away = rows[:-50, :3] - rows[50:, :3]
+    want = np.sqrt(((1.4826 * np.median(np.abs(away), axis=0)) ** 2).sum() / 2)
+    quaternions = rows[:, [4, 5, 6, 3]]
+    motion = Motion.from_quaternions(np.arange(len(rows)) / 250.0, rows[:, None, :3], quaternions[:, None])
+    assert measured_noise("tracker", motion, 0).position_rms_m == pytest.approx(want, rel=0.2)
 
 
 def one_tracker(size, copies=400, seed=1):

@@ -54,14 +54,6 @@ def test_a_sample_that_is_no_pose_is_refused_with_frame_time_and_body(position, 
     assert len(scan(framed(stamps, status, where, turn)).stamp_ns) == 3
 
 
-@pytest.mark.parametrize("worst", [1.0005, 0.9995])
-def test_a_norm_slightly_off_is_noted_with_the_furthest_of_all_bodies(worst):
-    turn = np.tile([0.0, 0.0, 0.0, 1.0], (3, 2, 1))
-    turn[1, 0, 3], turn[2, 1, 3] = worst, 1.0001
-    seen = scan(framed([0, 1, 2], np.full((3, 2), V), quaternion=turn))
-    assert seen.notes() == (f"2 quaternions renormalised; the furthest had norm {worst:.6f}",)
-
-
 @given(st.lists(st.integers(0, 30), min_size=1, max_size=40), st.integers(1, 9))
 def test_the_frames_kept_are_the_running_maxima_and_every_other_is_counted(stamps, block):
     session = framed(stamps, np.ones((len(stamps), 1)))

@@ -8,7 +8,7 @@ from support.mcap_samples import write_foreign
 from support.planted_faults import clean
 from support.small_worlds import cube
 
-from sessions import GazeTrack, ScalarTrack, Scene, Session, Severity, examine, import_session, write_session
+from sessions import GazeTrack, ScalarTrack, Scene, Session, Severity, examine, write_session
 from sessions.doctor.session_findings import scene_findings
 from sessions.meshes.glb import mesh_to_glb
 from sessions.model.scene import Pose, SceneBody
@@ -81,19 +81,6 @@ def test_a_ros_bag_is_not_to_be_recovered_but_brought_in_as_csv(tmp_path, topic,
     (older,) = examine(tmp_path / "first.bag")
     for one in (found, older):
         assert "recover" not in one.fix and "replay import csv" in one.fix
-
-
-def test_rows_that_an_import_found_no_rotation_in_are_not_blamed_on_the_tracker_alone(tmp_path):
-    rows = ["kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"]
-    for frame in range(90):
-        turn = "0,0,0,0" if frame >= 60 else "0,0,0,1"
-        rows += [f"pose,{frame / 90:.6f},cup,{0.001 * frame},1,0,{turn},1,,"]
-        rows += [f"pose,{frame / 90:.6f},hand,0,{1 + 0.001 * frame},0,0,0,0,1,{int(frame < 60)},,"]
-    (tmp_path / "s.csv").write_text("\n".join([*rows, ""]))
-    lost = {one.body: one for one in examine(import_session("csv", tmp_path / "s.csv")) if one.code == "tracking-lost"}
-    assert lost["cup"].message == "30 samples (0.322 s) flagged as lost; 30 hold no pose"
-    assert lost["hand"].message == "30 samples (0.322 s) flagged as lost"
-    assert "the tracker" not in lost["cup"].meaning and "at the export, where samples hold no pose" in lost["cup"].fix
 
 
 def test_gaze_and_scalars_that_say_nothing_or_lie_elsewhere_are_found_in_memory_and_in_the_file(tmp_path):
