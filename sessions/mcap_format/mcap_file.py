@@ -1,8 +1,8 @@
 """One MCAP file opened for reading: its messages by topic, its attachments, and its frames block by block."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import nullcontext, suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -94,52 +94,27 @@ class McapFile:
 
 @dataclass(frozen=True, eq=False)
 class McapFrames:
-    """Frames of a file, one column per name; each block is decoded when it is asked for.
-
-    ``window``: only frames whose stamps lie in it, ends included, are decoded; they are in ``kept``.
-    """
+    """Frames of a file, one column per name; each block is decoded when it is asked for."""
 
     file: McapFile
     names: tuple[str, ...]
-    window: tuple[int, int] | None = None
-    kept: Sequence[Region] | None = None
 
     @property
     def poses_at_most(self) -> int:
         """More frames times bodies than are in the file, told without reading any."""
-        return sum(region.size for region in self._regions()) // LEAST_POSE_BYTES
+        return sum(region.size for region in self.file.regions(TF, TRACKING)) // LEAST_POSE_BYTES
 
     def stamps(self) -> NDArray[np.int64]:
         """The stamps of all frames, (T,), in file order; nothing is decoded."""
-        return np.concatenate([np.zeros(0, np.int64), *(part for _, part in self._stamps())])
-
-    def between(self, low_ns: int, high_ns: int) -> "McapFrames":
-        """The frames whose stamps lie between two, both included; the regions of others are not read again."""
-        kept: list[Region] = []
-        before: Region | None = None
-        for region, stamps in self._stamps():
-            if ((stamps >= low_ns) & (stamps <= high_ns)).any():
-                # A note on the first frame of a region may stand at the end of the one before.
-                if before is not None and kept[-1:] != [before]:
-                    kept.append(before)
-                kept.append(region)
-            before = region
-        return replace(self, window=(low_ns, high_ns), kept=tuple(kept))
-
-    def _regions(self) -> Sequence[Region]:
-        return self.file.regions(TF, TRACKING) if self.kept is None else self.kept
-
-    def _stamps(self) -> Iterator[tuple[Region, NDArray[np.int64]]]:
-        decoder, regions = FrameDecoder(self.file.catalogue, self.names), self._regions()
-        for region, table in zip(regions, self.file.read(regions), strict=True):
-            yield region, table.publish_ns[decoder.frame_rows(table)]
+        decoder = FrameDecoder(self.file.catalogue, self.names)
+        parts = (table.publish_ns[decoder.frame_rows(table)] for table in self.file.tables(TF, TRACKING))
+        return np.concatenate([np.zeros(0, np.int64), *parts])
 
     def blocks(self, frames: int) -> Iterator[Frames]:
         """All frames in file order, in blocks of this many (the last may be shorter)."""
         held: list[Frames] = []
-        decoder = FrameDecoder(self.file.catalogue, self.names, self.window)
-        tables = together(self.file.read(self._regions()))
-        for part in (part for table in tables for part in decoder.decode(table)):
+        decoder = FrameDecoder(self.file.catalogue, self.names)
+        for part in (part for table in self.file.tables(TF, TRACKING) for part in decoder.decode(table)):
             held.append(part)
             while sum(map(len, held)) >= frames:
                 whole = Frames.join(held) if len(held) > 1 else held[0]

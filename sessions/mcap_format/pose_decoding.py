@@ -61,14 +61,10 @@ class FrameDecoder:
     """Decodes regions in file order; remembers layouts, and the validity note that waits for its frame.
 
     ``names`` are the bodies, one per column; ``None``: columns are added as bodies appear. More frames times bodies, or
-    more bodies that messages repeat or note, than the file has room for are refused. ``window``: frames whose stamps
-    lie outside are not decoded.
+    more bodies that messages repeat or note, than the file has room for are refused.
     """
 
-    def __init__(
-        self, catalogue: Catalogue, names: tuple[str, ...] | None, window: tuple[int, int] | None = None
-    ) -> None:
-        self._window = window
+    def __init__(self, catalogue: Catalogue, names: tuple[str, ...] | None) -> None:
         self._catalogue = catalogue
         self._grow = names is None
         self._columns = {name: column for column, name in enumerate(names or ())}
@@ -105,11 +101,6 @@ class FrameDecoder:
         if len(size) and size.max() > MESSAGE_BYTES:
             raise self._refused(f"a message on /tf takes {size.max()} bytes, more than the {MESSAGE_BYTES} allowed")
         pending = self._notes_of(table, rows, notes)
-        if self._window is not None:
-            stamps = table.publish_ns[rows]
-            inside = np.flatnonzero((stamps >= self._window[0]) & (stamps <= self._window[1]))
-            numbers = {row: number for number, row in enumerate(inside.tolist())}
-            rows, pending = rows[inside], {numbers[row]: note for row, note in pending.items() if row in numbers}
         at_once = max(1, CELLS_AT_ONCE // max(1, len(self._columns)))
         for start in range(0, len(rows), at_once):
             part = rows[start : start + at_once]

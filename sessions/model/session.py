@@ -159,14 +159,13 @@ class Session:
         return np.concatenate([np.zeros(0, np.int64), *(block.stamp_ns for block in self.blocks(BLOCK_FRAMES))])
 
     def between(self, low_ns: int, high_ns: int) -> "Session":
-        """The frames whose stamps lie between two, both included, as a session; of a file no other is decoded.
+        """The frames whose stamps lie between two, both included, as a session.
 
         All else of the session stays, and ``part`` says where the frames stand in the recording.
         """
         stamps = self.stamps()
         numbers = np.flatnonzero((stamps >= low_ns) & (stamps <= high_ns))
-        known = getattr(self.source, "between", None)
-        source = _Between(self.source, low_ns, high_ns) if known is None else known(low_ns, high_ns)
+        source = _Between(self.source, low_ns, high_ns)
         first_ns = int(stamps[0]) if len(stamps) else 0
         return replace(self, source=source, part=SessionPart(first_ns, numbers))
 
