@@ -66,7 +66,7 @@ def _samples(clock: dict[str, Any]) -> str:
     return f"{counted(clock['count'], 'sample')} at {clock['rate_hz']:.1f} Hz, {counted(clock['gaps'], 'gap')}"
 
 
-SHORT_FACTS = ("format", "vr_type", "source_file", "conversions", "assumed", "missing")
+SHORT_FACTS = ("format", "vr_type", "source_file", "conversions", "assumed", "recovered")
 
 
 def _bodies(bodies: list[dict[str, Any]]) -> Table:

@@ -24,8 +24,6 @@ from sessions.model.constants import SCENE_FACT
 from sessions.model.scene import Scene
 from sessions.model.session import Session
 
-MISSING = "missing"  # The metadata key that says what a truncated file lacks
-
 Value = TypeVar("Value")
 
 
@@ -35,24 +33,21 @@ def _require_path(given: object) -> None:
         raise WrongInputError(f"read_session takes the path of a file, not {kind}; arrays: Session.from_arrays(...)")
 
 
-def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | None = None) -> Session:
+def read_session(path: str | Path, *, scene: str | Path | None = None) -> Session:
     """Read a session file of profile ``vrlab/1``, or any MCAP with ``foxglove.FrameTransforms`` on ``/tf``.
 
     Meshes are checked against their hashes. Frames and streams are decoded when asked for.
     A file without the profile has the metadata ``format: foreign`` and ``profile: none`` (or what it calls its own).
 
-    ``path``: the file; ``torn``: what to do with a file that was cut short, for example by a crash of the recorder:
-    ``refuse``, or ``keep`` every whole chunk; the metadata key ``missing`` then says what is not there; ``scene``: a
-    scene file that stands in place of the session's own, which is not looked at (`with_scene`).
+    ``path``: the file; ``scene``: a scene file that stands in place of the session's own, which is not looked at
+    (`with_scene`).
 
     Raises ``SessionFileError``: the file is missing, empty, damaged, no MCAP, of an unknown version, or has no poses;
-    ``TornFileError`` when it was cut short and ``torn`` is ``refuse``.
+    ``TornFileError`` when it was cut short, for example by a crash of the recorder: `recover` saves what is there.
     """
     _require_path(path)
-    if torn not in ("refuse", "keep"):
-        raise SessionError(f"torn is {torn!r}; use 'refuse' or 'keep'")
     file = McapFile(Path(path))
-    if file.catalogue.tear is not None and torn == "refuse":
+    if file.catalogue.tear is not None:
         raise TornFileError(
             f"{path} is cut short at byte {file.catalogue.tear} and has no index; save what is there with "
             "`replay recover`"
@@ -62,8 +57,6 @@ def read_session(path: str | Path, *, torn: str = "refuse", scene: str | Path | 
     names = listed_names(file) if file.own else _scanned_names(file)
     session = session_of(file, names, None if scene is None else Scene())
     facts = {key: value for key, value in session.facts.items() if key != SCENE_FACT}
-    if file.catalogue.tear is not None:
-        facts[MISSING] = _missing(file)
     session = replace(session, facts=facts)
     if scene is None:
         return session
@@ -136,12 +129,6 @@ def _scanned_names(file: McapFile) -> tuple[str, ...]:
         for _ in decoder.decode(table):
             pass
     return decoder.names
-
-
-def _missing(file: McapFile) -> str:
-    last = file.last_stamp()
-    kept = "no frame is left" if last is None else f"the last frame kept is at {last} ns"
-    return f"everything after byte {file.catalogue.tear}; {kept}"
 
 
 def attached_mesh(file: McapFile, name: str, expected: str) -> MeshData:

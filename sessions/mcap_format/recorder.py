@@ -2,7 +2,7 @@
 
 While it records, the file is called ``<name>.partial``, and every message in it can be read. When the recorder is
 closed, the file is written again in compressed chunks, with an index, and gets its name. A program that is killed
-leaves the partial file: ``read_session(path, torn="keep")`` or ``replay recover`` read it. A power cut may also cost
+leaves the partial file: `recover` saves what is in it as a session file. A power cut may also cost
 what the operating system had not yet put on the disk.
 """
 

@@ -61,7 +61,7 @@ def hostile(word):
     times, still = np.arange(60) * 10_000_000, np.tile([0.0, 0.0, 0.0, 1.0], (60, 1))
     places = {f"{word} a": [0] * 60, f"{word} b": [3, 2, 0.9, 2, 3, 4] * 10}
     poses = {name: (np.outer(where, [1.0, 0.0, 0.0]), still) for name, where in places.items()}
-    facts = {"pseudonym": word, "consent": word, "vr_type": word, "missing": word, "assumed": word, word: word}
+    facts = {"pseudonym": word, "consent": word, "vr_type": word, "recovered": word, "assumed": word, word: word}
     made = Session.from_arrays(
         times, poses, {name: cube() for name in poses},
         parse_scene(SCENE.replace("{0}", "".join(f"\\u{ord(one):04x}" for one in word))),
