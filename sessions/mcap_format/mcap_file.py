@@ -5,9 +5,7 @@ from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from mcap.records import Attachment
-from numpy.typing import NDArray
 
 from sessions.errors import SessionFileError
 from sessions.input_files import opened
@@ -28,9 +26,6 @@ class McapFile:
         self.path = path
         with opened(path, "session file", SessionFileError) as stream:
             self.catalogue = read_catalogue(path, stream, strict=strict)
-        if self.catalogue.tear is not None and self.catalogue.regions:
-            # The message index of the last whole chunk may be cut short, so what it lists may not be all.
-            self.catalogue.regions[-1].channels = None
         # The regions that speak of channels which no record outside chunks has declared are unpacked now.
         with self.path.open("rb") as stream:
             for region in self.catalogue.regions:
@@ -103,12 +98,6 @@ class McapFrames:
     def poses_at_most(self) -> int:
         """More frames times bodies than are in the file, told without reading any."""
         return sum(region.size for region in self.file.regions(TF, TRACKING)) // LEAST_POSE_BYTES
-
-    def stamps(self) -> NDArray[np.int64]:
-        """The stamps of all frames, (T,), in file order; nothing is decoded."""
-        decoder = FrameDecoder(self.file.catalogue, self.names)
-        parts = (table.publish_ns[decoder.frame_rows(table)] for table in self.file.tables(TF, TRACKING))
-        return np.concatenate([np.zeros(0, np.int64), *parts])
 
     def blocks(self, frames: int) -> Iterator[Frames]:
         """All frames in file order, in blocks of this many (the last may be shorter)."""

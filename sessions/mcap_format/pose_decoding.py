@@ -85,10 +85,6 @@ class FrameDecoder:
         """The bodies, one per column."""
         return tuple(self._columns)
 
-    def frame_rows(self, table: MessageTable) -> NDArray[np.int64]:
-        """Numbers of the messages that are frames, with samples or without."""
-        return self._frames_and_notes(table)[0]
-
     def _frames_and_notes(self, table: MessageTable) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         notes = table.of_channels(self._catalogue.ids(TRACKING))
         empty = np.array([table.payload(row) == FRAME_WITHOUT_SAMPLES for row in notes.tolist()], dtype=np.bool_)

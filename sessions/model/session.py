@@ -152,10 +152,7 @@ class Session:
             yield from self.source.blocks(frames)
 
     def stamps(self) -> NDArray[np.int64]:
-        """The stamps of all frames, (T,) int64, in file order; of a file no pose is decoded for them."""
-        known = getattr(self.source, "stamps", None)
-        if known is not None and "frames" not in self.__dict__:
-            return np.asarray(known(), dtype=np.int64)
+        """The stamps of all frames, (T,) int64, in file order."""
         return np.concatenate([np.zeros(0, np.int64), *(block.stamp_ns for block in self.blocks(BLOCK_FRAMES))])
 
     def between(self, low_ns: int, high_ns: int) -> "Session":
