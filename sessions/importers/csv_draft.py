@@ -225,8 +225,12 @@ def _lines(source: Path, head: _Head, unknown: list[str]) -> Iterator[str]:
         else:
             yield from ("", f"[bodies.{json.dumps(name or source.stem)}]")
         kind, turn = body.turn
-        yield from (f"position = {json.dumps(body.place)}", f"{kind} = {json.dumps(turn)}")
-        if kind == ANGLES:
+        yield f"position = {json.dumps(body.place)}"
+        if kind == TURN:
+            yield f"{kind} = {json.dumps(turn)}"
+        else:  # by their axes, whatever order a person writes below
+            angles = ", ".join(f"{axis} = {json.dumps(column)}" for axis, column in zip("xyz", turn, strict=True))
+            yield f"{kind} = {{{angles}}}"
             unknown.append("the order of the angles (order)")
             yield '# order = "XYZ"   # the order of turning; capital letters turn about axes of the body'
             yield '# angle_unit = "deg"   # deg or rad'

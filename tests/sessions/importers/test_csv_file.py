@@ -76,58 +76,24 @@ def test_a_clock_keeps_its_last_digit(tmp_path, unit, cell, expected):
     assert import_session("csv", path, mapping=mapping).frames.stamp_ns.tolist() == [expected]
 
 
-def world_points(session, name):
-    frames = session.frames
-    turn = Rotation.from_quat(frames.quaternion_xyzw[0, session.names.index(name)])
-    return turn.apply(session.meshes[name].vertices.copy()) + frames.position[0, session.names.index(name)]
-
-
-def test_a_gltf_of_unity_and_a_raw_mesh_of_unity_land_on_the_same_points_of_the_world(tmp_path):
-    """The glTF exporter flips X, a raw dump for a right-handed program flips Z; both reverse the winding."""
+def test_meshes_of_a_gltf_of_unity_land_where_they_were_in_unity_and_shapes_of_a_scene_are_not_turned(tmp_path):
+    """The glTF exporter flips X, the poses flip Z; both reverse the winding."""
     inside_unity = np.array([[1.0, 2.0, 3.0], [0.5, 0.0, 0.0], [0.0, 1.0, 0.0]])
     turn, place = Rotation.from_euler("zxy", [20, 130, -50], degrees=True), np.array([0.3, 1.1, -0.7])
     path = written(tmp_path, [HEADER, unity_row(0.0, "tool", place, turn.as_quat())])
-    raw = MeshData(inside_unity * [1, 1, -1], [[0, 2, 1]])
     gltf = MeshData(inside_unity * [-1, 1, 1], [[0, 2, 1]])
-    one = import_session("csv", path, meshes={"tool": raw})
-    two = import_session("csv", path, meshes={"tool": gltf}, mesh_axes="x-flipped")
-    expected = (turn.apply(inside_unity) + place) * [1, 1, -1]
-    assert np.allclose(world_points(one, "tool"), expected, atol=1e-6)
-    assert np.allclose(world_points(two, "tool"), expected, atol=1e-6)
-    assert np.array_equal(one.meshes["tool"].faces, two.meshes["tool"].faces)
-    assert "turned by 180 degrees" in two.facts["conversions"]
-
-
-def test_mesh_files_of_a_scene_are_turned_too_and_its_shapes_are_not(tmp_path):
-    mesh = MeshData([[1, 2, 3], [0, 0, 0], [0, 1, 0]], [[0, 1, 2]])
-    (tmp_path / "tool.glb").write_bytes(mesh_to_glb(mesh, "tool"))
+    (tmp_path / "tool.glb").write_bytes(mesh_to_glb(gltf, "tool"))
     scene = parse_scene(
         '[[body]]\nid = "tool"\nmesh = "tool.glb"\nscale = 0.5\n[[body]]\nid = "box"\nshape = "box"\nsize = [1, 1, 1]\n'
     )
-    path = written(tmp_path, [HEADER, unity_row(0.0, "tool", (0, 0, 0), (0, 0, 0, 1))])
-    plain, turned = (
-        import_session("csv", path, scene=scene, scene_folder=tmp_path, mesh_axes=axes)
-        for axes in ("same", "x-flipped")
-    )
-    assert plain.meshes["tool"].vertices[0].tolist() == [0.5, 1.0, 1.5]
-    assert turned.meshes["tool"].vertices[0].tolist() == [-0.5, 1.0, -1.5]
-    assert np.array_equal(plain.meshes["box"].vertices, turned.meshes["box"].vertices)
-
-
-def test_a_last_line_that_may_be_cut_short_is_flagged_and_keeps_its_numbers(tmp_path):
-    mapping = tmp_path / "map.toml"
-    mapping.write_text(
-        'convention = "openxr"\n[time]\ncolumn = "t"\nunit = "s"\n[bodies.cup]\n'
-        'quaternion_xyzw = ["i", "j", "k", "w"]\nposition = ["x", "y", "z"]\n'
-    )
-    text = "t,i,j,k,w,x,y,z\n0,0,0,0,1,1,2,3.25\n1,0,0,0,1,1,2,3.25"
-    path = tmp_path / "take.csv"
-    for ending, valid in (("\n", [True, True]), ("", [True, False])):
-        path.write_bytes((text + ending).encode())
-        session = import_session("csv", path, mapping=mapping)
-        assert session.tracks["cup"].valid.tolist() == valid
-        assert session.tracks["cup"].positions[1].tolist() == [1, 2, 3.25]
-        assert ("may be cut short" in session.facts["conversions"]) is not valid[1]
+    box = import_session("csv", path, scene=scene, scene_folder=tmp_path).meshes["box"].vertices
+    for scale, meshes in ((1.0, {"meshes": {"tool": gltf}}), (0.5, {"scene": scene, "scene_folder": tmp_path})):
+        session = import_session("csv", path, mesh_axes="x-flipped", **meshes)
+        pose, mesh = session.tracks["tool"], session.meshes["tool"]
+        found = Rotation.from_quat(pose.quaternions_xyzw[0]).apply(mesh.vertices.copy()) + pose.positions[0]
+        assert np.allclose(found, (turn.apply(scale * inside_unity) + place) * [1, 1, -1], atol=1e-6)
+        assert mesh.faces.tolist() == [[0, 2, 1]] and "turned by 180 degrees" in session.facts["conversions"]
+    assert np.array_equal(session.meshes["box"].vertices, box)
 
 
 def test_a_column_of_numbers_taken_for_names_is_refused(tmp_path):

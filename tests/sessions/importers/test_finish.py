@@ -54,13 +54,6 @@ def test_a_recording_whose_every_pose_is_lost_is_refused_with_the_reason(tmp_pat
     assert import_session("csv", log).tracks["cup"].valid.tolist() == [True, False, False, False, False]
 
 
-def test_an_unknown_format_names_those_there_are(tmp_path):
-    with pytest.raises(
-        ImportFileError, match="no importer 'unity'; there are: aframe, csv, mcap, optitrack, ros2, uxf, xdf, auto"
-    ):
-        import_session("unity", tmp_path / "x")
-
-
 def read_outside(source, *, answer="read"):
     return answer
 

@@ -84,8 +84,8 @@ CASES = {
     ),
     "angles by name": (
         ["time_s", *head("Wand_{}", "XYZ"), "Wand_pitch", "Wand_yaw", "Wand_roll"],
-        rows_of(TIME, PLACE[0], Rotation.from_quat(TURN[0]).as_euler("XYZ", degrees=True)), ",", ("Wand",), TIME,
-        "order",
+        rows_of(TIME, PLACE[0], Rotation.from_quat(TURN[0]).as_euler("ZXY", degrees=True)[:, [1, 2, 0]]),
+        ",", ("Wand",), TIME, "order",
     ),
     "tabs and decimal commas": (
         ["t", *head("t{}", "xyz"), *head("q{}", VALUES)],
@@ -135,7 +135,7 @@ def test_a_draft_that_is_completed_gives_the_poses_that_were_written(tmp_path, c
     said = " ".join(capsys.readouterr().err.split())
     assert case[5] in said and "--mapping" in said and str(draft) in said and not out.exists()
     text = draft.read_text().replace('# convention = "unity"', 'convention = "openvr"').replace("# rate_hz", "rate_hz")
-    text = text.replace('# order = "XYZ"', 'order = "XYZ"').replace('# unit = "s"', 'unit = "s"')
+    text = text.replace('# order = "XYZ"', 'order = "ZXY"').replace('# unit = "s"', 'unit = "s"')
     draft.write_text(text)
     assert main(["import", "csv", str(path), "--mapping", str(draft), "-o", str(out)]) == 0, capsys.readouterr().err
     session = read_session(out)
