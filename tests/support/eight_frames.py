@@ -42,11 +42,14 @@ def row_of_pair(trees, turn, move):
 
 
 class EightFrames:
-    """``apart``: metres by which the first body is moved along x."""
+    """``apart``: metres by which the first body is moved along x; ``grains``: large faces against bunches of tiny ones."""
 
-    def __init__(self, seed, size=0.3, apart=0.0):
+    def __init__(self, seed, size=0.3, apart=0.0, grains=False):
         rng = np.random.default_rng(seed)
         self.meshes = [soup(rng, 40, size), soup(rng, 60, size)]
+        if grains:
+            bunches = np.repeat(rng.uniform(-0.5, 0.5, (80, 1, 3)), 4, axis=0)
+            self.meshes = [soup(rng, 4, 2.0), bunches + rng.normal(size=(320, 3, 3)) * 0.01]
         self.turn, self.move = motion_of("soup", rng, 24, 2)
         self.move[:, 0, 0] += apart
         self.trees = [build_box_tree(mesh) for mesh in self.meshes]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from oracles.brute_force import meeting_faces
 from support.eight_frames import EightFrames, row_of_pair
 from support.motions import rotations
 from support.slow_trees import faces_below
@@ -63,17 +64,22 @@ def survivors(row, a, b, chord, pad, scratch):
     return survivors_of_leaves(pair, a, b, pad, mask, scratch)
 
 
+def faces_left(scene, pad):
+    """Face pairs of all leaves that are not certainly apart: face, face, lanes to ask, lanes that certainly meet."""
+    a_tree, b_tree = scene.trees
+    for a in np.flatnonzero(a_tree.links[:, 1] >= 0):
+        for b in np.flatnonzero(b_tree.links[:, 1] >= 0):
+            count = survivors(scene.row, a, b, scene.chord, pad, scene.scratch)
+            for face_a, face_b, asked, meet in scene.found[: 4 * count].reshape(-1, 4).tolist():
+                yield a_tree.faces[face_a], b_tree.faces[face_b], asked, meet
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_every_meeting_face_pair_survives_in_its_lanes_and_few_others_do(seed):
     scene = EightFrames(seed, size=0.6)
-    a_tree, b_tree = scene.trees
     lanes, certain = np.zeros((2, *map(len, scene.meshes)), dtype=int)
-    for a in np.flatnonzero(a_tree.links[:, 1] >= 0):
-        for b in np.flatnonzero(b_tree.links[:, 1] >= 0):
-            count = survivors(scene.row, a, b, scene.chord, scene.pad, scene.scratch)
-            for face_a, face_b, left, meet in scene.found[: 4 * count].reshape(-1, 4):
-                lanes[a_tree.faces[face_a], b_tree.faces[face_b]] = left | meet
-                certain[a_tree.faces[face_a], b_tree.faces[face_b]] = meet
+    for face_a, face_b, asked, meet in faces_left(scene, scene.pad):
+        lanes[face_a, face_b], certain[face_a, face_b] = asked | meet, meet
     meeting = 0
     for lane in range(8):
         first, second = scene.world(lane)
@@ -85,6 +91,27 @@ def test_every_meeting_face_pair_survives_in_its_lanes_and_few_others_do(seed):
     survived = sum(bin(left).count("1") for left in lanes.ravel())
     assert meeting > 10
     assert survived < 4 * meeting
+
+
+@pytest.mark.parametrize(("pad", "grains"), [(1e-3, False), (0.03, False), (0.3, False), (3.0, False), (0.03, True)])
+def test_a_pad_is_kept_however_large_and_nothing_is_certain_that_it_could_change(pad, grains):
+    scene = EightFrames(1, size=0.6, grains=grains)
+    shape = [len(mesh) for mesh in scene.meshes]
+    lanes, certain = np.zeros((2, *shape), dtype=int)
+    for face_a, face_b, asked, meet in faces_left(scene, pad):
+        lanes[face_a, face_b], certain[face_a, face_b] = asked | meet, meet
+    signs = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)])
+    shifts = 0.999 * pad * signs / np.maximum(1.0, np.linalg.norm(signs, axis=1, keepdims=True))
+    for lane in (0, 7):
+        first, second = scene.world(lane)
+        some, every = np.zeros(shape, dtype=bool), np.ones(shape, dtype=bool)
+        for shift in shifts:
+            meets = np.zeros(shape, dtype=bool)
+            meets[tuple(meeting_faces(first + shift, second).T)] = True
+            some, every = some | meets, every & meets
+        assert (lanes[some] >> lane & 1).all()
+        assert every[certain >> lane & 1 == 1].all()
+        assert some.sum() > 10
 
 
 @kernel
