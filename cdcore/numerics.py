@@ -44,9 +44,6 @@ def row_length(count: Any) -> Any:
     return (count + 22) // 8 * 8
 
 
-ONE_POSE: Final[int] = row_length(1)
-
-
 def place_points(points: FloatArray, rotation: FloatArray, translation: FloatArray) -> FloatArray:
     """Place body points in the world: the *reference vertices* of all exact tests.
 

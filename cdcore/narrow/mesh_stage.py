@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.narrow.pair_frames import poses_to_ask, turned_faces
 from cdcore.numerics import BoolArray, FloatArray, IntArray
-from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, Verdict, ordered_by_name
+from cdcore.protocol import Body, FaceSets, Motion, Verdict, ordered_by_name
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,14 +57,6 @@ class MeshStage:
             sets += [turned_faces(one) for one in found] if self._turned[column] else found
         return MeshAnswer(hits, queries, len(frames) - queries, which, sets)
 
-    def look(self, motion: Motion, frame: int, column: int, *, faces: bool = False) -> tuple[bool, NDArray[np.int32]]:
-        """One pair in one frame, as a live engine asks: contact or not, and the faces if asked for."""
-        a, b = self._placed(motion, frame, column)
-        if not faces:
-            return self._meshes.touch(a, b), NO_FACES
-        found = self._meshes.faces(a, b)
-        return len(found) > 0, turned_faces(found) if self._turned[column] else found
-
     def gap(self, motion: Motion, frame: int, column: int) -> tuple[float, FloatArray]:
         """Metres between the surfaces of a pair that does not meet, and the nearest points (2, 3), world metres."""
         return self._meshes.gap(*self._placed(motion, frame, column))
@@ -77,7 +69,7 @@ class MeshStage:
 
     def decide_now(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:
         """CONTACT or CLEAR for one pair in a motion of one frame, and False: how far it is apart is not asked."""
-        return (CONTACT if self.look(now, 0, column)[0] else CLEAR), False
+        return (CONTACT if self._meshes.touch(*self._placed(now, 0, column)) else CLEAR), False
 
 
 CONTACT, CLEAR = int(Verdict.CONTACT), int(Verdict.CLEAR)

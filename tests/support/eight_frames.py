@@ -42,7 +42,7 @@ def row_of_pair(trees, turn, move):
 
 
 class EightFrames:
-    """``apart``: metres by which the first body is moved along x; ``grains``: large faces against bunches of tiny ones."""
+    """``apart``: metres by which the first body is moved along x; ``grains``: large faces, bunches of tiny ones."""
 
     def __init__(self, seed, size=0.3, apart=0.0, grains=False):
         rng = np.random.default_rng(seed)

@@ -41,7 +41,6 @@ ROOM_SLACK: Final = 1e-9
 PROBES_PER_PART: Final = 4
 """Vertices tried before the exact answer: from one of them a ray may run along an edge, hardly from four."""
 
-BOTH_WAYS: Final = np.array([[-1.0], [1.0]])
 FIRST_FRAME: Final = np.zeros(1, dtype=np.int64)
 
 Pose = tuple[FloatArray, FloatArray]
@@ -87,7 +86,7 @@ class ContainmentStage:
         """The same for one pair in a motion of one frame."""
         for inner, outer, parts in self.nestings[column]:
             for part in parts:
-                self._fill_may(now, inner, outer, part.extremes, 0.0, FIRST_FRAME, self._may_now)
+                self._fill_may(now, inner, outer, part.extremes, FIRST_FRAME, self._may_now)
                 if self._may_now[0] and self.inside(now, inner, outer, (part,), FIRST_FRAME)[0]:
                     return True
         return False
@@ -100,24 +99,19 @@ class ContainmentStage:
         return [[one for one in two if one[2]] for two in fitting]
 
     def _fill_may(
-        self, motion: Motion, inner: int, outer: int, points: FloatArray, reach: float, rows: IntArray, may: BoolArray
+        self, motion: Motion, inner: int, outer: int, points: FloatArray, rows: IntArray, may: BoolArray
     ) -> None:
-        """Fill ``may`` (K,): whether all these points of the inner body are within reach of a part of the outer."""
-        a, b = self.solids[inner], self.solids[outer]
-        boxes = b.boxes[:1] + reach * BOTH_WAYS if reach else b.boxes
-        turn, place = motion.rotations, motion.translations
-        may_be_inside(turn, place, rows, inner, outer, points, boxes, a.size + b.size, PAD, may)
+        """Fill ``may`` (K,): whether all these points of the inner body are in the box of a part of the outer."""
+        a, b, turn, place = self.solids[inner], self.solids[outer], motion.rotations, motion.translations
+        may_be_inside(turn, place, rows, inner, outer, points, b.boxes, a.size + b.size, PAD, may)
 
     def inside(self, motion: Motion, inner: int, outer: int, parts: Sequence[_Part], rows: IntArray) -> BoolArray:
         """Whether one of these parts of a body is inside the other, (K,) for K frames without contact."""
         turn, place, a, b = motion.rotations, motion.translations, self.solids[inner], self.solids[outer]
-        inside, may = np.zeros(len(rows), dtype=np.bool_), np.ones(len(rows), dtype=np.bool_)
-        if len(parts) > 1:  # a body of many parts is dismissed whole where it is far away
-            self._fill_may(motion, inner, outer, a.middle, a.reach, rows, may)
-        near = np.flatnonzero(may)
-        for part in parts if len(near) else ():
+        inside, near = np.zeros(len(rows), dtype=np.bool_), np.arange(len(rows))
+        for part in parts:
             may = np.empty(len(near), dtype=np.bool_)
-            self._fill_may(motion, inner, outer, part.extremes, 0.0, rows[near], may)
+            self._fill_may(motion, inner, outer, part.extremes, rows[near], may)
             left = near[may]
             if len(left):
                 states = np.empty(len(left), dtype=np.uint8)
@@ -193,16 +187,6 @@ class _Solid:
         """(B, 2, 3): the box of the body; of several parts their boxes too, one of which holds what lies inside."""
         parts = [part.extremes for part in self.parts] if len(self.parts) > 1 else []
         return np.array([[some.min(axis=0), some.max(axis=0)] for some in (self.mesh.referenced_vertices, *parts)])
-
-    @cached_property
-    def middle(self) -> FloatArray:
-        """Centre of the box, (1, 3)."""
-        return self.boxes[0].mean(axis=0, keepdims=True)
-
-    @cached_property
-    def reach(self) -> float:
-        """No vertex is farther from the middle."""
-        return float(np.linalg.norm(self.boxes[0, 1] - self.middle[0]))
 
     @cached_property
     def size(self) -> float:

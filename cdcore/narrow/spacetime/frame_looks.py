@@ -35,7 +35,7 @@ class FrameLooks:
             self._tracks.fill(now.rotations, now.translations)
             self._ready = now
             self._marks[:] = 0
-        self._workspace.decide(self._rows[column])
+        self._workspace.search(self._rows[column])
         hit, volumes, _ = self._marks[column, :, 0].tolist()
         if volumes == BEYOND:
             hit = decide_motion(self._trees, self._pairs[[column]], now).hits[0, 0]

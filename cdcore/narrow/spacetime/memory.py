@@ -168,14 +168,13 @@ MOST_AT_ONCE: Final = 512
 """Numbers that two leaves may add to a list: eight faces against eight in eight frames."""
 DOUBLES: Final = (96, 16, 24, 72, 24 * MOST_LEAF_CORNERS, 48, EDGE_ROOM)
 """Of each array of doubles, in the order of ``Scratch``."""
-PLACES: Final = [8 * sum(DOUBLES[:k]) for k in range(len(DOUBLES))]
-"""Bytes before each of them."""
-SCRATCH_WORDS: Final = len(DOUBLES) + 8
+LATER_END: Final = Scratch._fields.index("later_end")
+"""Place in the row of a ``Scratch`` of what the list of face pairs left open has room for."""
 
 
 @hot_kernel
 def scratch_memory(row: IntArray) -> Scratch:
-    """The memory that a row of ``SCRATCH_WORDS`` names."""
+    """The memory that the row of a ``Scratch`` names."""
     become_part_of_caller()
     return Scratch(
         doubles_at(row[0]), doubles_at(row[1]), doubles_at(row[2]), doubles_at(row[3]), doubles_at(row[4]),

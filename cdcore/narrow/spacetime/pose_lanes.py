@@ -30,7 +30,7 @@ from cdcore.kernels.simd import (
 from cdcore.narrow.spacetime.bounds import ROUNDOFF
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.memory import PoseMemory, pose_memory
-from cdcore.numerics import ONE_POSE, BoolArray, FloatArray, IntArray, readonly, row_length
+from cdcore.numerics import BoolArray, FloatArray, IntArray, readonly, row_length
 
 STEP_ULPS: Final = 16.0
 """Placing a centre rounds by at most 7 u of the body's size and distance; taken twice."""
@@ -40,24 +40,6 @@ ROWS, CENTRES = 12, 3
 """Rotation row by row, translation; world centre of the root box."""
 AHEAD: Final = 24
 """Frames by which memory is asked early: the poses of one body lie too far apart for the machine to guess the next."""
-STRIDE, STEP, COUNT = 1, 2, 3
-"""Places of numbers among the words of ``PoseMemory``."""
-
-
-@hot_kernel
-def stays_put(turns: Memory, places: Memory, bodies: int, body: int, frames: int) -> bool:
-    """Whether a body has one pose in all frames; ``turns`` and ``places``: of all bodies, frame after frame."""
-    stay_one_function()
-    for f in range(1, frames):
-        other = f * bodies + body
-        same = True
-        for k in range(9):
-            same &= turns[9 * other + k] == turns[9 * body + k]
-        for k in range(3):
-            same &= places[3 * other + k] == places[3 * body + k]
-        if not same:
-            return False
-    return True
 
 
 @hot_kernel
@@ -159,15 +141,12 @@ def fill_tracks(
 ) -> None:  # fmt: skip
     """Fill the memory that ``rows`` (n, POSE_WORDS) name for these bodies.
 
-    ``ends`` (n, 17): root box and reach; ``lanes`` (LANES,) is scratch. The row of a body that turns out to stay put
-    changes to one pose.
+    ``ends`` (n, 17): root box and reach; ``lanes`` (LANES,) is scratch.
     """
     turns, places, scratch = doubles_of(rotations), doubles_of(translations), doubles_of(lanes)
     frames, many = rotations.shape[0], rotations.shape[1]
     for k in range(len(bodies)):
         row, body = rows[k], bodies[k]
-        if row[STEP] == 1 and stays_put(turns, places, many, body, frames):
-            row[STRIDE], row[STEP], row[COUNT] = ONE_POSE, 0, 1
         pose = pose_memory(row, runtime_int(0))
         copy_poses(turns, places, many, body, pose.frames, pose.entries, pose.stride)
         pose.facts[0] = place_centres(pose, pose.stride, ends[k, 0], ends[k, 1], ends[k, 2], scratch)

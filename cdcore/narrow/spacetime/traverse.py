@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
-from cdcore.kernels.memory import Memory, address_of
+from cdcore.kernels.memory import Memory, row_of
 from cdcore.kernels.simd import LANES, dot, fused, load8, minus, splat8, store
 from cdcore.narrow.spacetime.block import BLOCKS, GAP_TESTS, REUSED, SKIPPED, search_block
 from cdcore.narrow.spacetime.bounds import (
@@ -34,9 +34,8 @@ from cdcore.narrow.spacetime.memory import (
     DOUBLES,
     EVERY,
     LANES_NOW,
+    LATER_END,
     MOST_AT_ONCE,
-    PLACES,
-    SCRATCH_WORDS,
     START,
     STATES,
     STOP,
@@ -215,23 +214,11 @@ class Workspace:
     def __init__(self, trees: Sequence[BoxTree], work: IntArray) -> None:
         self.work = work
         depth = 6 * (max((len(tree.links) for tree in trees), default=0) + 1)
-        self._state, self._keys = np.zeros(STATES, dtype=np.int64), np.zeros(LIST + MOST_AT_ONCE, dtype=np.int64)
-        self._later, self._room = np.zeros(LIST + MOST_AT_ONCE, dtype=np.int64), np.empty(SCRATCH_WORDS, dtype=np.int64)
-        doubles = np.empty(sum(DOUBLES))
-        stack, found = np.empty(depth, dtype=np.int64), np.empty(4 * 64, dtype=np.int64)
-        self._kept = doubles, stack, found
-        self._room[: len(DOUBLES)] = [address_of(doubles) + place for place in PLACES]
-        words = stack, found, self._state, self._keys
-        self._room[len(DOUBLES) :] = [
-            *map(address_of, words), len(self._keys), address_of(self._later), MOST_AT_ONCE + FEW, address_of(work),
-        ]  # fmt: skip
-
-    def decide(self, row: IntArray) -> None:
-        """Decide a question (1, PAIR_WORDS) about contact, from frame 0 on."""
-        self._state[:] = 0
-        if search_pairs(row, self._room, 0) == 0:  # rare: a tie that only exact arithmetic decides
-            self._keys[0] = self._later[0] = 0
-            self.search(row)
+        lengths = depth, 4 * 64, STATES, LIST + MOST_AT_ONCE, LIST + MOST_AT_ONCE
+        self._kept = [np.empty(length) for length in DOUBLES], [np.zeros(length, dtype=np.int64) for length in lengths]
+        stack, found, self._state, self._keys, self._later = self._kept[1]
+        lists = self._keys, len(self._keys), self._later, len(self._later)
+        self._room = row_of([*self._kept[0], stack, found, self._state, *lists, work])
 
     def search(self, rows: IntArray) -> list[tuple[int, IntArray]]:
         """Decide the questions of P rows (P, PAIR_WORDS), all of which ask for every face pair or none does.
@@ -239,7 +226,7 @@ class Workspace:
         Returns the numbers of rows with face pairs that meet, if these are asked for, and the pairs, packed.
         """
         every, parts = bool(rows[0, EVERY]), dict[int, list[IntArray]]()
-        self._room[len(DOUBLES) + 6] = MOST_AT_ONCE + (LIST if every else FEW)
+        self._room[LATER_END] = MOST_AT_ONCE + (LIST if every else FEW)
         row, done = 0, True
         while row < len(rows):
             if done:
