@@ -17,7 +17,6 @@ from __future__ import annotations
 from typing import Final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from cdcore.kernels.compiling import kernel, stay_one_function
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, LARGEST_SKEW, ROUNDOFF, position_pad
@@ -46,16 +45,41 @@ HALF_TURN_SLACK: Final = 1e-9
 
 
 def legs_of(rotations: FloatArray, places: FloatArray, frames: IntArray) -> FloatArray:
-    """Legs (K, 28) of a body from ``frames - 1`` to ``frames`` (K,), of its rotations (T, 3, 3) and places (T, 3)."""
-    before, after = rotations[frames - 1], rotations[frames]
-    # a rotation that is not exactly orthonormal would turn from itself to itself
-    moved = (before != after).any(axis=(1, 2))
-    turn = np.where(moved[:, None, None], np.einsum("kia,kib->kab", before, after), np.eye(3))
-    way = Rotation.from_matrix(turn).as_rotvec()
-    angle = np.linalg.norm(way, axis=1, keepdims=True)
-    axis = np.where(angle > 0.0, way / np.where(angle > 0.0, angle, 1.0), [1.0, 0.0, 0.0])
-    ends = before.reshape(-1, 9), places[frames - 1], after.reshape(-1, 9), places[frames]
-    return np.concatenate([*ends, axis, angle], axis=1)
+    """Legs (28, K) of a body from ``frames - 1`` to ``frames`` (K,), of its rotations (T, 3, 3) and places (T, 3).
+
+    Here and below legs stand side by side, so that a step is one pass over all of them.
+    """
+    before, after = (np.ascontiguousarray(rotations[k].reshape(-1, 9).T) for k in (frames - 1, frames))
+    way = quaternions_of(_turned_back(before, after))
+    length = _length(way[:3])
+    angle = 2.0 * np.arctan2(length, np.abs(way[3]))
+    # A rotation that is not exactly orthonormal would turn from itself to itself.
+    angle[(before == after).all(axis=0)] = 0.0
+    axis = way[:3] / np.copysign(np.where(length > 0.0, length, 1.0), way[3])
+    return np.concatenate([before, places[frames - 1].T, after, places[frames].T, axis, angle[None]])
+
+
+def quaternions_of(rotations: FloatArray) -> FloatArray:
+    """Quaternions xyzw (4, K), of any length, of rotations (3, 3, K).
+
+    Each is the row of ``4 q q^T`` with its largest component squared, so that nothing cancels (Shepperd 1978).
+    """
+    squares = np.empty((4, 4, rotations.shape[2]))
+    squares[:3, :3] = rotations + rotations.swapaxes(0, 1)
+    squares[:3, 3] = squares[3, :3] = rotations[[2, 0, 1], [1, 2, 0]] - rotations[[1, 2, 0], [2, 0, 1]]
+    diagonal, trace = np.einsum("iik->ik", squares), np.einsum("iik->k", rotations)
+    diagonal[:3] += 1.0 - trace
+    diagonal[3] = 1.0 + trace
+    return squares[diagonal.argmax(axis=0), :, np.arange(len(trace))].T
+
+
+def _turned_back(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Products R^T S (3, 3, K) of matrices (9, K)."""
+    return np.einsum("iak,ibk->abk", first.reshape(3, 3, -1), second.reshape(3, 3, -1))
+
+
+def _length(vectors: FloatArray) -> FloatArray:
+    return np.sqrt((vectors * vectors).sum(axis=0))
 
 
 @kernel
@@ -96,18 +120,18 @@ def seen_from(pose: FloatArray, other: FloatArray, relative: FloatArray) -> None
 
 
 def angular_velocities(legs: FloatArray) -> FloatArray:
-    """In the world, per unit of the leg, (K, 3)."""
-    return np.einsum("kij,kj->ki", legs[:, :9].reshape(-1, 3, 3), legs[:, 24:27]) * legs[:, ANGLE:]
+    """In the world, per unit of the leg, (3, K)."""
+    return np.einsum("ijk,jk->ik", legs[:9].reshape(3, 3, -1), legs[24:27]) * legs[ANGLE]
 
 
 def leg_bounds(legs_a: FloatArray, reach_a: float, legs_b: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Bounds (K,) of speed and acceleration, per unit of the leg, of any point of A seen from B."""
-    turn = np.linalg.norm(angular_velocities(legs_a) - angular_velocities(legs_b), axis=1)
-    # a turn of both by rounding alone must not vanish
-    turn += 8.0 * ROUNDOFF * (legs_a[:, ANGLE] + legs_b[:, ANGLE])
-    before, after = legs_a[:, 9:12] - legs_b[:, 9:12], legs_a[:, 21:24] - legs_b[:, 21:24]
-    apart = np.maximum(np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1))
-    speed, turn_b = np.linalg.norm(after - before, axis=1), legs_b[:, ANGLE]
+    turn = _length(angular_velocities(legs_a) - angular_velocities(legs_b))
+    # A turn of both by rounding alone must not vanish.
+    turn += 8.0 * ROUNDOFF * (legs_a[ANGLE] + legs_b[ANGLE])
+    before, after = legs_a[9:12] - legs_b[9:12], legs_a[21:24] - legs_b[21:24]
+    apart, speed = np.maximum(_length(before), _length(after)), _length(after - before)
+    turn_b = legs_b[ANGLE]
     first = turn * reach_a + speed + turn_b * apart
     second = (turn * turn + turn * turn_b) * reach_a + turn_b * turn_b * apart + 2.0 * turn_b * speed
     return first * BOUND_SLACK, second * BOUND_SLACK
@@ -115,13 +139,11 @@ def leg_bounds(legs_a: FloatArray, reach_a: float, legs_b: FloatArray) -> tuple[
 
 def leg_pads(legs_a: FloatArray, reach_a: float, legs_b: FloatArray, reach_b: float) -> FloatArray:
     """The distances, metres (K,), that proofs of *apart* keep for rounding; infinite where the bounds do not hold."""
-    size, skew = np.full(len(legs_a), reach_a + reach_b), np.zeros(len(legs_a))
+    size: FloatArray = np.full(legs_a.shape[1], reach_a + reach_b)
+    skew = np.zeros_like(size)
     for legs in (legs_a, legs_b):
-        ends = legs[:, :24].reshape(-1, 2, 12)
-        turns = ends[..., :9].reshape(-1, 2, 3, 3)
-        with np.errstate(over="ignore"):
-            size += np.linalg.norm(ends[..., 9:], axis=-1).max(axis=1)
-        error = np.einsum("keab,keac->kebc", turns, turns) - np.eye(3)
-        skew += np.linalg.norm(error, axis=(-2, -1)).max(axis=1)
+        turns = [_turned_back(turn, turn).reshape(9, -1) - np.eye(3).reshape(9, 1) for turn in (legs[:9], legs[12:21])]
+        size += np.maximum(_length(legs[9:12]), _length(legs[21:24]))
+        skew += np.maximum(*(_length(error) for error in turns))
     pad = position_pad(size, skew) + (LEG_ULPS * ROUNDOFF + LEG_SKEW_FACTOR * skew) * size
     return np.where((size <= LARGEST_SIZE) & (skew <= LARGEST_SKEW), pad, np.inf)

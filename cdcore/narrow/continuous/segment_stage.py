@@ -92,19 +92,20 @@ class SegmentStage:
             bodies = self._pairs[column]
             trees = [self._trees[body] for body in bodies]
             legs = [legs_of(rotations[:, body], places[:, body], frames[rows]) for body in bodies]
-            angles = np.stack([leg[:, ANGLE] for leg in legs])
+            angles = np.stack([leg[ANGLE] for leg in legs])
             pads = leg_pads(legs[0], trees[0].reach, legs[1], trees[1].reach)
             states[rows[angles.max(axis=0) > np.pi - HALF_TURN_SLACK]] = HALF_TURN
             states[rows[np.isinf(pads)]] = TOO_LARGE
             # Each leg is seen from the body that turns less.
             a_moves, searched, room = angles[0] >= angles[1], states[rows] == FREE, make_room(*trees)
             for a, b, chosen in ((0, 1, searched & a_moves), (1, 0, searched & ~a_moves)):
-                asked, legs_a, legs_b = rows[chosen], legs[a][chosen], legs[b][chosen]
+                asked, legs_a, legs_b = rows[chosen], legs[a][:, chosen], legs[b][:, chosen]
                 shortest = np.minimum(1.0, SHORTEST / steps[asked])
                 limits = np.column_stack([*leg_bounds(legs_a, trees[a].reach, legs_b), pads[chosen], shortest])
                 answers, found = states[asked], np.tile([0.0, 1.0, 0.0, 0.0], (len(asked), 1))
+                rows_a, rows_b = np.ascontiguousarray(legs_a.T), np.ascontiguousarray(legs_b.T)
                 search_legs(
-                    trees[a], legs_a, trees[b], legs_b, limits, self._tolerance, self._effort, room, answers, found
+                    trees[a], rows_a, trees[b], rows_b, limits, self._tolerance, self._effort, room, answers, found
                 )
                 states[asked], shares[asked], hit = answers, found[:, :2], answers == HIT
                 for side, meeting in ((a, found[hit, 2]), (b, found[hit, 3])):

@@ -56,13 +56,16 @@ def faces_stay_apart(c: FloatArray, margin: float, scratch: FloatArray) -> bool:
     """
     stay_one_function()
     # scratch: corners of A in the middle 9, edges of A 9, of B 9, a direction 3
+    o = runtime_int(0)
+    for k in range(3):
+        edge(c, 18, k, scratch, 18 + 3 * k)
+    if cross_separates(c, scratch, o + 18, o + 21, margin):
+        return True
     for k in range(9):
         scratch[k] = 0.5 * (c[k] + c[9 + k])
     for k in range(3):
         edge(scratch, 0, k, scratch, 9 + 3 * k)
-        edge(c, 18, k, scratch, 18 + 3 * k)
-    o = runtime_int(0)
-    if cross_separates(c, scratch, o + 18, o + 21, margin) or cross_separates(c, scratch, o + 9, o + 12, margin):
+    if cross_separates(c, scratch, o + 9, o + 12, margin):
         return True
     for i in range(9, 18, 3):
         for j in range(18, 27, 3):
@@ -75,6 +78,7 @@ def faces_stay_apart(c: FloatArray, margin: float, scratch: FloatArray) -> bool:
 @hot_kernel
 def cross_separates(c: FloatArray, e: FloatArray, i: int, j: int, margin: float) -> bool:
     """Whether the direction perpendicular to ``e[i:i + 3]`` and ``e[j:j + 3]`` separates the corners."""
+    become_part_of_caller()
     x, y = e[i + 1] * e[j + 2] - e[i + 2] * e[j + 1], e[i + 2] * e[j] - e[i] * e[j + 2]
     return bool(separates(c, x, y, e[i] * e[j + 1] - e[i + 1] * e[j], margin))
 

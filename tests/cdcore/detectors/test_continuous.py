@@ -107,7 +107,7 @@ def between(motion, parts):
     pose = np.empty(12)
     for k in range(bodies):
         legs = legs_of(motion.rotations[:, k], motion.translations[:, k], np.arange(1, frames))
-        for t, leg in enumerate(legs):
+        for t, leg in enumerate(legs.T):
             for n, share in enumerate(np.linspace(0, 1, parts)):
                 pose_at(leg, share, pose)
                 turn[t, n, k], place[t, n, k] = pose[:9].reshape(3, 3), pose[9:]

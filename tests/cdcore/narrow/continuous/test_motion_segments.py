@@ -11,7 +11,7 @@ from cdcore.narrow.continuous.motion_segments import ANGLE, leg_bounds, leg_pads
 
 def leg_between(turn, place, turn_after, place_after):
     places = np.array([place, place_after], dtype=float)
-    return legs_of(np.array([turn, turn_after]), places, np.array([1]))[0]
+    return legs_of(np.array([turn, turn_after]), places, np.array([1]))[:, 0]
 
 
 def pose_of(leg, share):
@@ -66,7 +66,7 @@ def test_seen_from_the_other_body_no_point_leaves_its_chord_further_than_the_bou
     point = rng.normal(size=3)
     point *= reach / np.linalg.norm(point)
     stop = min(1.0, start + width)
-    speed, acceleration = (bound[0] for bound in leg_bounds(segment_a[None], reach, segment_b[None]))
+    speed, acceleration = (bound[0] for bound in leg_bounds(segment_a[:, None], reach, segment_b[:, None]))
 
     def seen(share):
         pose_a, pose_b, relative = np.empty(12), np.empty(12), np.empty(12)
@@ -89,7 +89,7 @@ def test_the_pad_grows_with_size_and_is_infinite_where_nothing_is_known():
     rng = np.random.default_rng(1)
     near, far, skewed = random_segment(rng), random_segment(rng, size=1e6), random_segment(rng)
     skewed[0] += 1e-3
-    legs, other = np.array([near, far, skewed]), np.array([near, near, far])
+    legs, other = np.array([near, far, skewed]).T, np.array([near, near, far]).T
     small, large, unknown = leg_pads(legs, 0.1, other, 0.1)
     assert 1e-14 < small < 1e-11
     assert 1e4 * small < large < unknown == np.inf

@@ -104,7 +104,7 @@ def scene(seed, frames=120):
 
 def centre_at(sphere, turn, move, frame, body, share):
     pose = np.empty(12)
-    pose_at(legs_of(turn[:, body], move[:, body], np.array([frame]))[0], share, pose)
+    pose_at(legs_of(turn[:, body], move[:, body], np.array([frame]))[:, 0], share, pose)
     return pose[:9].reshape(3, 3) @ sphere.centre + pose[9:]
 
 
