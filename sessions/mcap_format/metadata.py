@@ -76,7 +76,7 @@ def collider_name(attachment: str) -> tuple[str, int] | None:
     return None if found is None else (found[2], int(found[1]))
 
 
-def names_of(record: Mapping[str, str] | None, where: Path | str = "a file") -> tuple[str, ...]:
+def names_of(record: Mapping[str, str] | None, where: Path) -> tuple[str, ...]:
     """The tracked bodies of a ``vrlab.bodies`` record; a refusal of the file when it is no list of different names."""
     if record is None:
         return ()
@@ -92,7 +92,7 @@ def names_of(record: Mapping[str, str] | None, where: Path | str = "a file") -> 
     return tuple(names)
 
 
-def check_version(profile: str, where: Path | str = "a file") -> None:
+def check_version(profile: str, where: Path) -> None:
     """Refuse a file of our profile that is of another version."""
     if profile != PROFILE:
         raise refused(where, "unknown-version", f"it is of profile {profile!r} and this program reads {PROFILE!r}")

@@ -143,14 +143,13 @@ class Recorder:
         trigger: float = 0.0,
         grip: float = 0.0,
         buttons: Mapping[str, bool] | None = None,
-        log_ns: int | None = None,
     ) -> None:
         """Record what a hand presses: trigger and grip from 0 to 1, button name -> pressed."""
         if "/" in participant or "/" in side:
             raise SessionError(f"participant {participant!r} or side {side!r} holds a slash; use another sign")
         names, pressed = tuple(buttons or {}), [*(buttons or {}).values()]
         hand = HandTrack([nanoseconds(stamp_ns)], [trigger], [grip], names, [pressed])
-        self._put_stream(HANDS_PREFIX, f"{participant}/{side}", hand, log_ns)
+        self._put_stream(HANDS_PREFIX, f"{participant}/{side}", hand)
 
     def event(
         self,
@@ -160,10 +159,9 @@ class Recorder:
         *,
         body: str = "",
         level: str = "info",
-        log_ns: int | None = None,
     ) -> None:
         """Record a moment; see `Event`."""
-        self._put(messages.event_message(Event(nanoseconds(stamp_ns), name, message, body, level)), log_ns)
+        self._put(messages.event_message(Event(nanoseconds(stamp_ns), name, message, body, level)))
 
     def contact(
         self,
@@ -172,17 +170,15 @@ class Recorder:
         body_b: str,
         phase: str,
         point: tuple[float, float, float] | None = None,
-        *,
-        log_ns: int | None = None,
     ) -> None:
         """Record what the live engine reports about a contact: ``enter``, ``stay`` or ``exit``."""
-        self._put(messages.contact_message(LiveContact(nanoseconds(stamp_ns), body_a, body_b, phase, point)), log_ns)
+        self._put(messages.contact_message(LiveContact(nanoseconds(stamp_ns), body_a, body_b, phase, point)))
 
     def begin(self, stamp_ns: int, kind: str, name: str, data: Mapping[str, str] | None = None) -> Interval:
         """Record that a task, stage or feature begins; it is in the file even if `end` is never reached."""
         start = nanoseconds(stamp_ns)
         begun = Interval(start, start, kind, name, dict(data or {}))
-        self._put(messages.interval_message(begun, closed=False), None)
+        self._put(messages.interval_message(begun, closed=False))
         return begun
 
     def end(self, begun: Interval, stamp_ns: int) -> None:
@@ -192,7 +188,7 @@ class Recorder:
     def interval(self, start_ns: int, end_ns: int, kind: str, name: str, data: Mapping[str, str] | None = None) -> None:
         """Record a span whose both ends are known; see `Interval`."""
         span = Interval(nanoseconds(start_ns), nanoseconds(end_ns), kind, name, dict(data or {}))
-        self._put(messages.interval_message(span), None)
+        self._put(messages.interval_message(span))
 
     def samples(
         self,
@@ -246,12 +242,12 @@ class Recorder:
     ) -> None:
         self.close()
 
-    def _put_stream(self, prefix: str, key: str, stream: Samples, log_ns: int | None = None) -> None:
+    def _put_stream(self, prefix: str, key: str, stream: Samples) -> None:
         for message in messages.stream_messages(prefix, key, stream):
-            self._put(message, log_ns)
+            self._put(message)
 
-    def _put(self, message: Message, log_ns: int | None) -> None:
-        log = time.time_ns() if log_ns is None else nanoseconds(log_ns)
+    def _put(self, message: Message) -> None:
+        log = time.time_ns()
         with self._changed:
             self._wait_while(lambda: len(self._messages) >= MESSAGES_WAITING)
             self._messages.append((log, message))
