@@ -5,7 +5,6 @@ Memory for ``Session.blocks`` is one chunk and one block, for a file of any leng
 
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import cache, partial
 from os import PathLike
 from pathlib import Path
@@ -56,8 +55,6 @@ def read_session(path: str | Path, *, scene: str | Path | None = None) -> Sessio
     file.catalogue.check_pose_channels()
     names = listed_names(file) if file.own else _scanned_names(file)
     session = session_of(file, names, None if scene is None else Scene())
-    facts = {key: value for key, value in session.facts.items() if key != SCENE_FACT}
-    session = replace(session, facts=facts)
     if scene is None:
         return session
     from sessions.scene_files.scene_meshes import with_scene
@@ -114,7 +111,9 @@ def session_facts(file: McapFile) -> tuple[dict[str, str], dict[str, str]]:
     """The facts of a session, and mesh name -> SHA-256."""
     if not file.own:
         return {"format": "foreign", "profile": file.catalogue.profile or "none", **metadata.DECLARED}, {}
-    return metadata.metadata_of(file.catalogue.metadata_record(metadata.SESSION_RECORD) or {})
+    facts, hashes = metadata.metadata_of(file.catalogue.metadata_record(metadata.SESSION_RECORD) or {})
+    facts.pop(SCENE_FACT, None)  # of the program that wrote it
+    return facts, hashes
 
 
 def listed_names(file: McapFile) -> tuple[str, ...]:

@@ -18,9 +18,9 @@ SHOWN_LETTERS = 80  # A wrong value is quoted up to here, so that a message stay
 
 def parse_toml(text: str, file: str, error: type[SessionError], faults: list[str] | None = None) -> "TomlTable":
     """The whole file as a table; the parser's own sentence names line and column. ``faults`` as in `TomlTable`."""
-    if _DEEP_KEY.search(text):
-        raise error(f"{file}: tables are nested too deeply; a scene needs three levels at most")
     try:
+        if _DEEP_KEY.search(text):
+            raise RecursionError
         return TomlTable(tomllib.loads(text), file, "", error, faults)
     except tomllib.TOMLDecodeError as reason:
         raise error(f"{file}: this is not TOML: {reason}") from None
