@@ -73,8 +73,7 @@ def _record(file: Path, *, scene: str, seed: int, noise: str | None) -> Path:
     """Write the session and, beside it, what was planted in it: for people and tests, never read by the tool."""
     from replay.studies.synthetic_sessions import synthetic_session
     from sessions import write_session
-    from sessions.synthetic import write_truth
-    from sessions.synthetic.truth import truth_path
+    from sessions.synthetic.truth import truth_path, write_truth
 
     session, truth = synthetic_session(scene, seed, noise)
     write_session(session, file)

@@ -7,7 +7,7 @@ from support.planted_faults import BODIES, FAULTS, clean, teleport
 
 from sessions import Session, Severity, Track, examine
 from sessions.geometry.rotations import IDENTITY
-from sessions.synthetic import SCENES, make_scene_session
+from sessions.synthetic.scenes import SCENES, make_scene_session
 
 FIRST, *rest = SCENES
 OTHERS = [pytest.param(name, marks=pytest.mark.slow) for name in rest]

@@ -11,7 +11,7 @@ from replay.cli.main import main
 from replay.outputs.results.run_folder import read_run_folder
 from replay.pipeline.ranking import range_words, ranking
 from sessions import read_session
-from sessions.synthetic import make_bench_bumps
+from sessions.synthetic.bench_bumps import make_bench_bumps
 
 
 def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkeypatch, capsys):

@@ -10,7 +10,7 @@ from replay.base.wilson import wilson
 from replay.cli.run_tables import run_tables
 from replay.pipeline.engine import compute
 from sessions.doctor.runs import runs
-from sessions.synthetic import make_analytic
+from sessions.synthetic.analytic import make_analytic
 from sessions.synthetic.truth import OPEN, PRESENT
 
 STEP = 1 / 90

@@ -16,7 +16,7 @@ from replay.pipeline.gates import Gates
 from replay.pipeline.headline import headlines
 from sessions.doctor.runs import runs
 from sessions.model.frames import Status
-from sessions.synthetic import make_analytic
+from sessions.synthetic.analytic import make_analytic
 from sessions.synthetic.truth import PRESENT
 
 AWAY = [3, 3.1, 3, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 0.9, 3, 3.1, 0.9, 3, 3]

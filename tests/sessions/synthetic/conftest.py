@@ -1,45 +1,109 @@
-"""A collision engine for checking synthetic truth: tests may join what the packages keep apart."""
+"""Made-up sessions, made once per test run, and what finds their truth again: an engine, and the recorded poses."""
 
-from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from support.analytic_cases import make_analytic
 
-from cdcore import Body, Motion, TriangleMesh, create_detector
-from sessions import Session, Status
-
-Answer = Callable[..., NDArray[np.uint8]]
-
-
-def _poses(session: Session, name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    frames = session.frames
-    if name in frames.names:
-        column = frames.names.index(name)
-        valid = frames.status[:, column] == Status.VALID
-        return frames.position[:, column], frames.quaternion_xyzw[:, column], valid
-    fixed = session.scene.body(name).fixed
-    count = len(frames)
-    position = np.tile(np.array(fixed.position), (count, 1))
-    return position, np.tile(np.array(fixed.quaternion_xyzw), (count, 1)), np.ones(count, dtype=bool)
+from cdcore import create_detector
+from replay.prepare.assemble import assemble
+from sessions.geometry.rotations import quaternion_inverse, rotated
+from sessions.glassware.catalogue import made_instrument
+from sessions.synthetic.scenes import SCENES, make_scene_session
 
 
-def _verdicts(session: Session, pairs: Sequence[tuple[str, str]], rows: slice = slice(None)) -> NDArray[np.uint8]:
+def _verdicts(session, pairs):
     """Verdicts (T, P) of the complete detector for the named pairs."""
-    names = sorted({name for pair in pairs for name in pair})
-    poses = [_poses(session, name) for name in names]
-    motion = Motion.from_quaternions(
-        (session.frames.stamp_ns - session.frames.stamp_ns[0])[rows] * 1e-9,
-        np.stack([p[0] for p in poses], axis=1)[rows], np.stack([p[1] for p in poses], axis=1)[rows],
-        np.stack([p[2] for p in poses], axis=1)[rows],
-    )  # fmt: skip
-    bodies = [Body(n, TriangleMesh(session.meshes[n].vertices, session.meshes[n].faces)) for n in names]
-    numbers = [(names.index(a), names.index(b)) for a, b in pairs]
-    detection = create_detector("hybrid", bodies, pairs=numbers).detect(motion)
+    assembly = assemble(session)
+    numbers = [(assembly.names.index(a), assembly.names.index(b)) for a, b in pairs]
+    detection = create_detector("hybrid", assembly.bodies, pairs=numbers).detect(assembly.motion)
     order = {tuple(sorted(pair)): k for k, pair in enumerate(detection.pairs.tolist())}
     return detection.verdict[:, [order[tuple(sorted(pair))] for pair in numbers]]
 
 
 @pytest.fixture(scope="session")
-def verdicts() -> Answer:
+def verdicts():
     return _verdicts
+
+
+class Made:
+    """One session, its truth, and its poses by name on the truth's clock."""
+
+    def __init__(self, name: str, noise: str, seed: int) -> None:
+        if name in SCENES:
+            self.session, self.truth = make_scene_session(name, seed=seed, noise=noise, faces=600)
+        else:
+            jitter = "even" if noise == "off" else "browser"
+            self.session, self.truth = make_analytic(name, seed=seed, seconds=8.0, noise=noise, jitter=jitter)
+        frames = self.session.frames
+        self.times = self.truth.seconds_of(frames.stamp_ns)
+        self.poses = {
+            body: (frames.position[:, column], frames.quaternion_xyzw[:, column])
+            for column, body in enumerate(frames.names)
+        }
+
+    def facts(self, kind: str):
+        return [fact for fact in self.truth.facts if fact.kind == kind]
+
+    def pose(self, body: str):
+        if body in self.poses:
+            return self.poses[body]
+        fixed = self.session.scene.body(body).fixed
+        count = len(self.times)
+        return np.tile(fixed.position, (count, 1)), np.tile(fixed.quaternion_xyzw, (count, 1))
+
+    def point(self, body: str, local):
+        """A point of a body's frame in the world, (n, 3)."""
+        position, quaternion = self.pose(body)
+        return position + rotated(quaternion, np.asarray(local))
+
+    def within(self, body: str, points):
+        """World points (n, 3) in a body's frame."""
+        position, quaternion = self.pose(body)
+        return rotated(quaternion_inverse(quaternion), points - position)
+
+    def cavity(self, body: str):
+        return self.vessel(body).table
+
+    def vessel(self, body: str):
+        """The cavity that a body's instrument brings."""
+        declared = self.session.scene.body(body)
+        return made_instrument(declared.instrument, declared.extra["faces"]).cavity
+
+    def near(self, start: float, end: float):
+        return (self.times >= start) & (self.times <= end)
+
+
+@lru_cache(maxsize=16)
+def _made(name: str, noise: str, seed: int) -> Made:
+    return Made(name, noise, seed)
+
+
+@pytest.fixture(scope="session")
+def made():
+    def make(name: str, noise: str = "off", seed: int = 0) -> Made:
+        return _made(name, noise, seed)
+
+    return make
+
+
+def kept_by_counting(cavity, down, count: int = 400):
+    """Millilitres (n,) kept with gravity along ``down`` (n, 3): points counted in the cones from a middle to each face.
+
+    No formula and no library in common with the code under test.
+    """
+    corners, middle = cavity.to_brim.vertices[cavity.to_brim.faces], np.array(cavity.opening.centre) / 2.0
+    sides = corners - middle
+    volume = np.linalg.det(sides) / 6.0 * 1e6
+    shift = np.random.default_rng(1).random((len(sides), 1, 3))
+    # An evenly spread sequence, shifted in each cone: Roberts, The unreasonable effectiveness of quasirandom sequences.
+    spread = (np.arange(count)[:, None] * np.array([0.8191725134, 0.6710436067, 0.5497004779]) + shift) % 1.0
+    points = middle + np.diff(np.sort(spread), prepend=0.0) @ sides
+    rim = cavity.to_brim.vertices[cavity.to_brim.vertices[:, 1] > cavity.opening.lip[1] - 1e-6]
+    return np.array([float(((points @ way > (rim @ way).max()).mean(axis=1) * volume).sum()) for way in down])
+
+
+@pytest.fixture(scope="session")
+def counted():
+    return kept_by_counting

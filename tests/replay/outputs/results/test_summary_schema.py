@@ -10,7 +10,7 @@ from support.small_worlds import cubes
 
 from replay.pipeline.engine import compute
 from replay.pipeline.summary import SCHEMA
-from sessions.synthetic import make_analytic
+from sessions.synthetic.analytic import make_analytic
 
 SCHEMA_FILE = json.loads(files("replay.outputs.results").joinpath("summary.schema.json").read_text(encoding="utf-8"))
 VALIDATOR = Draft202012Validator(SCHEMA_FILE)

@@ -23,7 +23,7 @@ from replay.studies.shrink.reduce import Shrinking, Size, fewest
 from replay.studies.shrink.well_posed import doubts_of
 from replay.studies.shrink.writing import sentence
 from sessions import MeshData, Session, write_session
-from sessions.synthetic import make_scene_session
+from sessions.synthetic.scenes import make_scene_session
 
 PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
 """Of a cube beside one at 0: contacts at the frames 2 and 3, and at 7."""

@@ -1,0 +1,150 @@
+"""What the facts of an experiment say follows from its recorded poses by another route."""
+
+import numpy as np
+import pytest
+
+from sessions import Session
+from sessions.geometry.rotations import quaternion_inverse, rotated
+from sessions.model.track import Track
+
+
+def delivered(run):
+    """Volume in mL at every frame, from the recorded angle of the key and what the scene says of the outlet."""
+    (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "burette")
+    cavity = run.cavity("burette")
+    section = cavity["capacity_ml"] * 1e-6 / (cavity["mark"] - cavity["floor"])
+    arm = rotated(run.poses["stopcock"][1], np.array([1.0, 0.0, 0.0]))
+    opened = np.arctan2(arm[:, 1], arm[:, 0]) / np.radians(effect.settings["full_angle_deg"])
+    area = effect.settings["full_area_m2"] * opened
+    head, volume = cavity["mark"], [0.0]
+    for k in range(1, len(run.times)):
+        step = (run.times[k] - run.times[k - 1]) * 0.5 * (area[k] + area[k - 1])
+        flow = effect.settings["discharge"] * np.sqrt(2.0 * 9.80665 * head) * step
+        head -= flow / section
+        volume.append(volume[-1] + flow)
+    return np.array(volume) * 1e6
+
+
+def test_the_end_point_is_when_the_recorded_key_has_let_25_ml_out(made):
+    run = made("titration")
+    volume = delivered(run)
+    (end_point,), (total,) = run.facts("end_point"), run.facts("delivered")
+    assert np.interp(end_point.start, run.times, volume) == pytest.approx(25.0, abs=0.02)
+    assert volume[-1] == pytest.approx(total.values["volume_ml"], abs=0.02)
+    assert 25.0 < total.values["volume_ml"] < 25.3
+
+
+def test_the_dropped_beaker_falls_freely_and_breaks_at_the_speed_it_lands_with(made):
+    run = made("acid-dilution")
+    (drop,), (broken,) = run.facts("drop"), run.facts("break")
+    height = run.pose("rinse")[0][:, 1]
+    falling = run.near(drop.start + 0.012, drop.end)
+    curve = np.polyfit(run.times[falling] - drop.end, height[falling], 2)
+    assert curve[0] == pytest.approx(-9.80665 / 2.0, rel=1e-3)
+    assert -curve[1] == pytest.approx(broken.values["speed_m_s"], rel=1e-3)
+    assert broken.start == drop.end and broken.values["speed_m_s"] > broken.values["threshold_m_s"]
+    assert height[run.times > drop.end + 0.02].max() < 0.9
+    assert drop.values["height_m"] == pytest.approx(height[run.near(drop.start - 0.05, drop.start)][0] - 0.9, abs=1e-6)
+
+
+def test_near_misses_keep_their_clearance(made, verdicts):
+    run = made("silver-chloride")
+    (fact,) = run.facts("near_miss")
+    still = run.near(fact.start + 0.1, fact.end - 0.1)
+    answers = []
+    for nearer in (fact.values["clearance_m"] - 0.0005, fact.values["clearance_m"] + 0.0005):
+        hand = run.session.tracks["hand-left"]
+        nearer_hand = Track(hand.times_ns, hand.positions - [0.0, 0.0, nearer], hand.quaternions_xyzw)
+        tracks = {**run.session.tracks, "hand-left": nearer_hand}
+        moved = Session.from_tracks(tracks, meshes=run.session.meshes, scene=run.session.scene)
+        answers.append(verdicts(moved, [("hand-left", "sodium-chloride")])[still].max())
+    assert answers == [0, 1]
+
+
+def check_pour(run, fact, before, counted) -> None:
+    """The recorded tilt lets the liquid out from the stated time on, as much as stated, into what is stated."""
+    source, cavity = fact.values["source"], run.cavity(fact.values["source"])
+    turn = run.pose(source)[1]
+    tilt = np.arccos(np.clip(rotated(turn, np.array([0.0, 1.0, 0.0]))[:, 1], -1.0, 1.0))
+    down = rotated(quaternion_inverse(turn), np.array([0.0, -1.0, 0.0]))
+    during = run.near(fact.start - 3.0, fact.end + 0.3)
+    kept = counted(run.vessel(source), down[during])
+    times = run.times[during]
+    step = np.diff(run.times).max()
+    assert abs(times[np.argmax(kept < before)] - fact.start) < 2.0 * step + 0.02
+    assert before - kept.min() == pytest.approx(fact.values["volume_ml"], rel=0.02)
+    assert times[np.argmax(tilt[during] > tilt[during].max() - 1e-4)] == pytest.approx(fact.end, abs=0.15)
+    if fact.kind == "pour":
+        target = fact.values["target"]
+        spot = run.within(target, run.point(source, cavity["lip"]))[run.near(fact.start, fact.end)]
+        assert np.hypot(spot[:, 0], spot[:, 2]).max() < run.cavity(target)["opening_radius"]
+        assert spot[:, 1].min() > run.cavity(target)["opening"][1]
+    else:
+        spot = run.within("water", run.point(source, cavity["lip"]))[run.near(fact.start, fact.end)]
+        assert np.hypot(spot[:, 0], spot[:, 2]).min() > run.cavity("water")["opening_radius"]
+
+
+POURS = {
+    "silver-chloride": ["pour"], "gas-collection": ["pour"], "acid-dilution": ["pour", "pour", "spill", "pour"],
+    "marble": ["pour"], "ammonia-calorimetry": ["pour"],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "kinds"), POURS.items(), ids=POURS)
+def test_pours_and_the_spill_agree_with_the_poses(name, kinds, made, counted):
+    run = made(name)
+    left = {
+        body.id: body.extra["properties"]["liquid"]["volume_ml"]
+        for body in run.session.scene.bodies
+        if "liquid" in body.extra.get("properties", {})
+    }
+    poured = sorted([*run.facts("pour"), *run.facts("spill")], key=lambda fact: fact.start)
+    assert [fact.kind for fact in poured] == kinds
+    for fact in poured:
+        source = fact.values["source"]
+        check_pour(run, fact, left[source], counted)
+        left[source] -= fact.values["volume_ml"]
+        assert fact.values["left_ml"] == pytest.approx(left[source])
+        if fact.kind == "pour":
+            left[fact.values["target"]] = left.get(fact.values["target"], 0.0) + fact.values["volume_ml"]
+
+
+def in_flame(run):
+    (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "flame-test")
+    lamp = np.array(run.session.scene.body("lamp").fixed.position)
+    wick = lamp + np.array([0.0, WICK, 0.0])
+    tip = run.pose("wire")[0] - wick
+    height, radius = effect.settings["flame_height"], effect.settings["flame_radius"]
+    inside = (tip[:, 1] >= 0.0) & (np.hypot(tip[:, 0], tip[:, 2]) <= radius * (1.0 - tip[:, 1] / height))
+    return inside, effect
+
+
+WICK = 0.0982
+
+
+def test_the_tip_is_in_the_flame_exactly_in_the_stated_visits(made):
+    run = made("flame-test")
+    inside, _ = in_flame(run)
+    edges = np.flatnonzero(np.diff(np.r_[0, inside.astype(int), 0]))
+    visits = list(zip(run.times[edges[::2]], run.times[edges[1::2] - 1], strict=True))
+    facts = run.facts("flame")
+    assert len(visits) == len(facts) == 3
+    step = np.diff(run.times).max()
+    for (first, last), fact in zip(visits, facts, strict=True):
+        assert first == pytest.approx(fact.start, abs=step)
+        assert last == pytest.approx(fact.end, abs=step)
+
+
+def test_gas_is_collected_while_the_tubes_end_is_inside_the_jar(made):
+    run = made("gas-collection")
+    (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "gas")
+    outlet = run.within("jar", run.point("tube", effect.settings["outlet"]))
+    cavity = run.cavity("jar")
+    inside = (np.hypot(outlet[:, 0], outlet[:, 2]) < cavity["opening_radius"]) & (outlet[:, 1] < cavity["opening"][1])
+    inside &= outlet[:, 1] > cavity["floor"]
+    (fact,) = run.facts("collect")
+    step = np.diff(run.times).max()
+    assert run.times[inside][0] == pytest.approx(fact.start, abs=step)
+    assert run.times[inside][-1] == pytest.approx(fact.end, abs=step)
+    between = run.near(fact.start + step, fact.end - step)
+    assert inside[between].all()

@@ -1,0 +1,57 @@
+"""An engine that knows no formula finds in every made-up session what was planted, and nothing else."""
+
+import itertools
+
+import numpy as np
+import pytest
+from support.analytic_cases import ANALYTIC
+
+from cdcore import Verdict
+from sessions.synthetic.scenes import SCENES
+from sessions.synthetic.truth import CLEAR, PRESENT
+
+FIRST, *REST = SCENES
+QUICK = [FIRST, *ANALYTIC]
+KINDS = {"contact": Verdict.CONTACT, "contained": Verdict.CONTAINED}
+
+
+def pairs_of(run):
+    """All pairs but of two fixed bodies, of a group held together, and of a stopcock that touches its burette."""
+    bodies = {body.id: body for body in run.session.scene.bodies}
+    names = sorted({*run.session.names, *bodies} - {"stopcock"})
+    pairs = itertools.combinations(names, 2)
+    if not bodies:
+        return list(pairs)
+    return [
+        (a, b)
+        for a, b in pairs
+        if (bodies[a].fixed is None or bodies[b].fixed is None)
+        and not (bodies[a].group and bodies[a].group == bodies[b].group)
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "noise"),
+    [
+        *((name, "off") for name in QUICK),
+        *((name, "vive") for name in ANALYTIC),
+        pytest.param(FIRST, "vive", marks=pytest.mark.slow),
+        *(pytest.param(name, noise, marks=pytest.mark.slow) for name in REST for noise in ("off", "vive")),
+    ],
+)
+def test_an_engine_finds_what_was_planted_when_it_was_planted_and_nothing_else(name, noise, made, verdicts):
+    run = made(name, noise)
+    pairs = pairs_of(run)
+    found = verdicts(run.session, pairs)
+    decided = found != Verdict.NO_POSE
+    step = np.diff(run.times).max()
+    for column, pair in enumerate(pairs):
+        for kind, verdict in KINDS.items():
+            expected = run.truth.expected(*pair, run.session.frames.stamp_ns, kind)
+            seen = found[:, column] == verdict
+            assert seen[(expected == PRESENT) & decided[:, column]].all(), (pair, kind)
+            assert not seen[expected == CLEAR].any(), (pair, kind, run.times[seen & (expected == CLEAR)][:3])
+            for episode in run.truth.of(*pair, kind) if noise == "off" else ():
+                times = run.times[seen & run.near(episode.possibly[0] - 0.1, episode.possibly[1] + 0.1)]
+                if episode.surely and len(times):
+                    assert times[[0, -1]] == pytest.approx(episode.nominal, abs=1.5 * step), (pair, kind)
