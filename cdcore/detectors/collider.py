@@ -52,7 +52,7 @@ class ColliderSettings(CheckedSettings):
     """
 
     shape: str = choice("hull", (*SHAPES, COMPOUND, SHIPPED))
-    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second", optional=True)
+    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second")
     pieces: int = whole(16, 1, 4096)
     skin_m: float = number(0.0, 0, MOST_METRES, unit="metres")
 

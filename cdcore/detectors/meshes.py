@@ -233,7 +233,7 @@ class DiscreteSettings(CheckedSettings):
     ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
     """
 
-    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second", optional=True)
+    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second")
     sphere: str = choice("best", SPHERES)
     containment: bool = flag(True)
 

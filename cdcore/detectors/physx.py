@@ -17,7 +17,7 @@ class PhysxSettings(ShapedSettings):
     distance; 0.01 is Unity's default; ``None``: what PhysX computes from gravity and step, 0.00545.
     """
 
-    contact_offset_m: float | None = number(None, 0, MOST_METRES, above=True, unit="metres", optional=True)
+    contact_offset_m: float | None = number(None, 0, MOST_METRES, above=True, unit="metres")
 
 
 class PhysxDetector(EngineDetector[PhysxSettings]):

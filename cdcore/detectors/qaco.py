@@ -94,7 +94,6 @@ class QacoDetector(PairDetector[Any]):
             containment=self._words,
             work=broad.work | found.work | work,
             seconds=dict(zip(self.stages, np.diff(broad.clock).tolist(), strict=True)),
-            reproducible=self.settings.budget_seconds is None,
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )
 

@@ -34,7 +34,7 @@ class EngineSettings(CheckedSettings):
     ``rate_hz``: looks per second of session time; ``None``: every frame.
     """
 
-    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second", optional=True)
+    rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second")
 
 
 @dataclass(frozen=True, kw_only=True)

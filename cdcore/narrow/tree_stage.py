@@ -46,7 +46,7 @@ class TreeSettings(CheckedSettings):
     """
 
     mode: str = choice("all", MODES)
-    budget: int | None = whole(None, 1, MOST_WORK, optional=True)
+    budget: int | None = whole(None, 1, MOST_WORK)
     containment: bool = flag(True)
 
 

@@ -46,7 +46,6 @@ class Detection:
     work : counters: a total, or (T, P) uint32 where asked for.
     seconds : time per stage: (T,) where frames are timed one by one, else one number for the call.
     approximate : whether the answer is an estimate by nature (``image-space``).
-    reproducible : False for a budget in seconds; such a result has no digest.
     reasons : why (frame, pair) is UNRESOLVED or INVALID.
     toi : {(frame, pair): (low, high)} seconds, interval of the time of impact where ``covers`` is intervals.
     """
@@ -62,7 +61,6 @@ class Detection:
     work: Mapping[str, int | NDArray[np.uint32]] = field(default_factory=dict)
     seconds: Mapping[str, float | FloatArray] = field(default_factory=dict)
     approximate: bool = False
-    reproducible: bool = True
     reasons: Mapping[tuple[int, int], str] = field(default_factory=dict)
     toi: Mapping[tuple[int, int], tuple[float, float]] = field(default_factory=dict)
     section_source: SectionSource | None = None
@@ -134,14 +132,14 @@ class Detection:
         )  # fmt: skip
 
     @cached_property
-    def digest(self) -> str | None:
-        """SHA-256 of the verdicts, sorted by stamp and body names; ``None`` if the result is not reproducible."""
-        return _verdict_digest(self) if self.reproducible else None
+    def digest(self) -> str:
+        """SHA-256 of the verdicts, sorted by stamp and body names."""
+        return _verdict_digest(self)
 
     @cached_property
-    def faces_digest(self) -> str | None:
-        """SHA-256 of all face pairs, sorted by stamp, body names and faces; ``None`` if not reproducible."""
-        return _faces_digest(self, self._faces_asked()) if self.reproducible else None
+    def faces_digest(self) -> str:
+        """SHA-256 of all face pairs, sorted by stamp, body names and faces."""
+        return _faces_digest(self, self._faces_asked())
 
     def _faces_asked(self) -> FaceSets:
         if self.face_sets is None:
@@ -182,7 +180,6 @@ def join(detections: Iterable[Detection]) -> Detection:
         face_sets=faces,
         work=_added([part.work for part in parts]),
         seconds=_added([part.seconds for part in parts]),
-        reproducible=all(part.reproducible for part in parts),
         reasons={(t + start, p): why for start, part in blocks for (t, p), why in part.reasons.items()},
         toi={(t + start, p): toi for start, part in blocks for (t, p), toi in part.toi.items()},
         section_source=_joined_sections(parts, first),

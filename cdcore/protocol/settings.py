@@ -61,42 +61,40 @@ def flag(default: bool) -> Any:
     return _field(default, IS_FLAG)
 
 
-def whole(
-    default: int | None, least: int, most: int, *, optional: bool = False, words: tuple[str, ...] = ()
-) -> Any:  # fmt: skip
-    """A field that is a whole number within bounds, or one of some words; ``None`` too where it is optional."""
+def whole(default: int | None, least: int, most: int, *, words: tuple[str, ...] = ()) -> Any:
+    """A field that is a whole number within bounds, or one of some words."""
     wanted = f"a whole number of {least} or more, at most {most}"
-    return _field(default, Allowed(lambda value: _is_whole(value, least, most), wanted), optional, words)
+    return _field(default, Allowed(lambda value: _is_whole(value, least, most), wanted), words)
 
 
-def number(
-    default: float | None, least: float, most: float, *, above: bool = False, unit: str = "", optional: bool = False
-) -> Any:
-    """A field that is a number within bounds, ``above`` the least or from it on; ``None`` too where it is optional."""
+def number(default: float | None, least: float, most: float, *, above: bool = False, unit: str = "") -> Any:
+    """A field that is a number within bounds, ``above`` the least or from it on."""
 
     def holds(value: object) -> bool:
         return _is_number(value) and least <= value <= most and not (above and value == least)  # type: ignore[operator]
 
     bounds = f"above {least:g}, at most {most:g}" if above else f"from {least:g} to {most:g}"
     wanted = f"{unit or 'a number'} {bounds}"
-    return _field(default, Allowed(holds, wanted), optional)
+    return _field(default, Allowed(holds, wanted))
 
 
-def choice(default: Any, among: Iterable[Any], *, optional: bool = False) -> Any:
-    """A field that is one of some values; ``None`` too where it is optional."""
+def choice(default: Any, among: Iterable[Any]) -> Any:
+    """A field that is one of some values."""
     known = tuple(among)
     allowed = Allowed(
         lambda value: isinstance(value, (str, int)) and value in known, f"one of: {', '.join(map(str, known))}"
     )
-    return _field(default, allowed, optional)
+    return _field(default, allowed)
 
 
-def _field(default: Any, allowed: Allowed, optional: bool = False, words: tuple[str, ...] = ()) -> Any:
+def _field(default: Any, allowed: Allowed, words: tuple[str, ...] = ()) -> Any:
+    """A field that may also be one of some words, or ``None`` where that is its default."""
+    others = [*words] if default is not None else [*words, None]
+
     def holds(value: object) -> bool:
-        return (optional and value is None) or (isinstance(value, str) and value in words) or allowed.holds(value)
+        return (isinstance(value, str | None) and value in others) or allowed.holds(value)
 
-    others = [repr(word) for word in words] + ["None"] * optional
-    return field(default=default, metadata={ALLOWED: Allowed(holds, " or ".join([allowed.wanted, *others]))})
+    return field(default=default, metadata={ALLOWED: Allowed(holds, " or ".join([allowed.wanted, *map(repr, others)]))})
 
 
 def _is_whole(value: object, least: int, most: int) -> bool:

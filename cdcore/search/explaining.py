@@ -35,7 +35,7 @@ class SearchExplainer:
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings) -> None:
         self._bodies, self._pairs = bodies, pairs
         more, whole_frame = settings.budget * TIMES_MORE, settings.frame_budget * TIMES_MORE
-        self._settings = replace(settings, budget=more, frame_budget=whole_frame, budget_seconds=None)
+        self._settings = replace(settings, budget=more, frame_budget=whole_frame)
         self._stages: dict[int, SearchStage] = {}
         self._drawn: dict[int, IntArray] = {}
         self._motion: Motion | None = None

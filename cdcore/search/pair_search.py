@@ -4,7 +4,6 @@ Whatever it finds has passed the exact triangle test at the reference vertices, 
 """
 
 from collections.abc import Callable
-from time import perf_counter
 from typing import Final
 
 import numpy as np
@@ -21,9 +20,6 @@ from cdcore.search.rng import key_of, stream_of
 from cdcore.search.samples import Sample, sample_of
 from cdcore.search.settings import SearchSettings
 from cdcore.search.state import ANT, FULL, KEYLESS, SPENT, STATE, TRACED, UNSURE, Faces
-
-SLICE: Final = 512
-"""Evaluations between two looks at the clock, some 30 microseconds."""
 
 TABLE: Final = 1024
 """First size of the table of tested pairs; it doubles when half full."""
@@ -62,7 +58,7 @@ class PairSearch:
         self._swarm = np.zeros(settings.ants, dtype=ANT)
         self._table = np.zeros((TABLE, 2), dtype=np.int64)
         self._found = np.zeros((256, 2), dtype=np.int64)
-        self._stamp = self._deadline = 0.0
+        self._stamp = 0.0
         self._set_constants()
         self.use(sample_of(first, None, 0, ""), sample_of(second, None, 0, ""))
 
@@ -144,18 +140,13 @@ class PairSearch:
         self._turns[1][:], self._moves[1][:] = turn_b, move_b
         np.matmul(turn_b.T, turn_a, out=self._turns[2])
         np.matmul(turn_b.T, move_a - move_b, out=self._moves[2])
-        self._stamp, self._deadline = stamp, perf_counter() + (self.settings.budget_seconds or 0.0)
+        self._stamp = stamp
 
     def _search(self, start: Pair | None, budget: int) -> SearchResult:
         """Begin at a pair or at ``NO_PAIR``; ``None``: go on with a search."""
         if self.settings.variant == "printed":
             return self._search_as_printed(start, budget)
-        if self.settings.budget_seconds is None:
-            self._run(start, budget)
-            return self._answer()
-        self._run(start, SLICE)
-        while self._state["hit_a"] < 0 and perf_counter() < self._deadline:
-            self._run(None, int(self._state["evaluations"]) + SLICE)
+        self._run(start, budget)
         return self._answer()
 
     def _search_as_printed(self, start: Pair | None, budget: int) -> SearchResult:

@@ -26,8 +26,7 @@ class SearchSettings(CheckedSettings):
     ``reward``: exponent of (19). ``pheromone_least``, ``pheromone_most``: clamp of tau. ``restart_after``: evaluations
     without a hit until the population is drawn anew. ``decode``: "angle" (uniform over the faces) or "amplitude" (the
     literature's linear map, which draws the end faces twenty times too often).
-    ``seed``: of all random streams. ``budget``: evaluations for one pair in one frame; an iteration of the colony is
-    begun only within it. ``budget_seconds``: a budget in time instead, whose answers differ from run to run.
+    ``seed``: of all random streams. ``budget``: evaluations for one pair in one frame.
     ``samples``: faces of each body that are searched, drawn by area; ``None``: all. "auto": as many as the session so
     far advises, within ``frame_budget`` evaluations for all pairs of a frame together (``budget`` is then not used; one
     frame in 25 may take four times as many) and such that ``target_recall`` of what that budget would find is found.
@@ -56,11 +55,10 @@ class SearchSettings(CheckedSettings):
     pheromone_most: float = number(10.0, 1e-300, 1e300)
     restart_after: int = whole(1500, 1, MOST_WORK)
     decode: str = choice("angle", DECODERS)
-    without_equation: int | None = choice(None, EQUATIONS, optional=True)
+    without_equation: int | None = choice(None, EQUATIONS)
     seed: int = whole(0, -(2**63), 2**63 - 1)
     budget: int = whole(2000, 1, MOST_WORK)
-    budget_seconds: float | None = number(None, 1e-9, 1e9, unit="seconds", optional=True)
-    samples: int | str | None = whole(None, 1, MOST_WORK, optional=True, words=("auto",))
+    samples: int | str | None = whole(None, 1, MOST_WORK, words=("auto",))
     frame_budget: int = whole(4000, 1, MOST_WORK)
     target_recall: float = number(0.99, 0, 1)
     stop_first: bool = flag(True)
@@ -69,8 +67,6 @@ class SearchSettings(CheckedSettings):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.samples == "auto" and self.budget_seconds is not None:
-            raise InvalidSettingError("samples='auto' has its budget in frame_budget; leave budget_seconds out")
         if self.samples == "auto" and not self.stop_first:
             raise InvalidSettingError("samples='auto' stops at the first hit; leave stop_first=False out")
         if self.pheromone_least > self.pheromone_most:

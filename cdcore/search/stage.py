@@ -112,8 +112,8 @@ class SearchStage:
         self._rests = [RestingContact(features[a], features[b], settings.rest) for a, b in self._ends]
         self._samples = self._draw(bodies, features)
         self._rank = {column: rank for rank, column in enumerate(sorted(range(len(names)), key=names.__getitem__))}
-        # A pair that rests is searched in brief only if it starts from where it was closest, within counted work.
-        self._rested = settings.rest > 0.0 and settings.warm_start and settings.budget_seconds is None
+        # A pair that rests is searched in brief only if it starts from where it was closest.
+        self._rested = settings.rest > 0.0 and settings.warm_start
         # What looks gave that found nothing: who asks the same again need not search.
         self.empty: dict[LookKey, SearchResult] = {}
 

@@ -73,7 +73,7 @@ def close_run(result: RunResult, people: People) -> int:
     """Say what people should know about a run, and return its exit code: 3 where poses or frames had to be left out."""
     for label, detector in result.summary["detectors"].items():
         settings = ", ".join(f"{name}={value}" for name, value in detector["settings"].items())
-        people.detail(f"{label}: {detector['name']}[{settings}], verdicts {detector['digest'] or 'not reproducible'}")
+        people.detail(f"{label}: {detector['name']}[{settings}], verdicts {detector['digest']}")
     notes = [*result.assembly.notes, *repair_sentences(result.summary)]
     if result.assembly.left_out:
         notes.append(f"no mesh, so not looked at: {', '.join(result.assembly.left_out)}")

@@ -145,13 +145,12 @@ def _at_once(detector: Detector, assembly: Assembly, faces: bool, advance: Advan
     return _joined(parts, detector, assembly) if len(motion) > HELD_FRAMES else join(parts)
 
 
-def watched_again(detector: object, detection: Detection, motion: Motion) -> Watched | None:
-    """What each stage of a search did, in a second search; ``None`` for other detectors, hours, a budget in seconds."""
+def watched_again(detector: object, motion: Motion) -> Watched | None:
+    """What each stage of a search did, in a second search; ``None`` for other detectors, and for hours."""
     # Here, since a run without a search loads no compiler.
     from cdcore.search.tracing import Watchable
 
-    known = detection.reproducible and len(motion) <= HELD_FRAMES
-    return detector.watch(motion) if known and isinstance(detector, Watchable) else None
+    return detector.watch(motion) if len(motion) <= HELD_FRAMES and isinstance(detector, Watchable) else None
 
 
 def _joined(parts: Iterator[Detection], detector: Detector, assembly: Assembly) -> Detection:

@@ -75,11 +75,11 @@ class WatchedRun:
 
 
 def watched_runs(result: RunResult) -> list[WatchedRun]:
-    """The audited detectors that can be watched, searched again; none of hours or of a budget in seconds."""
+    """The audited detectors that can be watched, searched again; none of hours."""
     found: list[WatchedRun] = []
     for label in result.comparisons:
         detection, motion = result.detections[label], result.assembly.motion
-        seen = watched_again(result.detectors.get(label), detection, motion)
+        seen = watched_again(result.detectors.get(label), motion)
         if seen is not None:
             moments = _moments(result, label, seen)
             found.append(WatchedRun(label, detection, motion, stage_counts(detection, seen), seen, moments))

@@ -71,15 +71,6 @@ def test_a_frame_budget_of_one_evaluation_is_enough_to_answer(variant):
     assert (create_detector("exact", bodies).detect(motion).verdict[hits] == Verdict.CONTACT).all()
 
 
-def test_a_budget_in_seconds_has_no_digest():
-    bodies = [Body("a", ball_of(300)), Body("b", ball_of(300))]
-    motion = still(bodies, [[1.5, 0, 0], [0, 0, 0]])
-    timed = create_detector("qaco", bodies, budget_seconds=0.01).detect(motion)
-    assert timed.digest is None
-    assert timed.verdict[0, 0] == Verdict.CONTACT
-    assert create_detector("qaco", bodies).detect(motion).digest is not None
-
-
 @cache
 def found(name, **settings):
     bodies, motion = lab(150)

@@ -115,10 +115,6 @@ def test_joined_blocks_are_the_whole():
     assert joined.section(0, 1).shape == (1, 2, 3)
 
 
-def test_a_joined_result_is_reproducible_only_if_all_blocks_are():
-    assert join([block(0, 1), block(1, 3, reproducible=False)]).digest is None
-
-
 def test_no_blocks_cannot_be_joined():
     with pytest.raises(ValueError, match="no block to join"):
         join([])

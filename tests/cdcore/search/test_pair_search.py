@@ -80,16 +80,6 @@ def test_sizes_beyond_the_compiled_predicate_are_decided_by_integers(scale):
     assert search.look((I3, np.array([1.5, 0, 0]) * scale), HERE, 0.0).hit is None
 
 
-def test_a_budget_in_seconds_ends_in_time_and_still_invents_nothing():
-    ball = ball_of(800)
-    search = search_of(ball, ball, budget_seconds=0.02)
-    look = search.look((I3, np.array([2.5, 0, 0])), HERE, 0.0)
-    assert (look.hit, look.reason) == (None, "budget")
-    assert look.evaluations > 1000
-    hit = search.look((I3, np.array([1.5, 0, 0])), HERE, 0.0).hit
-    assert hit in exact_pairs(search, ball, ball, (I3, np.array([1.5, 0, 0])), HERE)
-
-
 @pytest.mark.parametrize("variant", ["memetic", "corrected", "local", "random"])
 def test_a_start_at_a_pair_that_meets_is_a_hit_at_once(variant):
     ball = ball_of(800)

@@ -10,9 +10,7 @@ from cdcore.search.printed import printed_gate, probabilities
 from cdcore.search.settings import SearchSettings
 
 
-def test_auto_has_its_own_budget_and_stops_at_the_first_hit():
-    with pytest.raises(InvalidSettingError, match="leave budget_seconds out"):
-        SearchSettings(samples="auto", budget_seconds=0.1)
+def test_auto_stops_at_the_first_hit():
     with pytest.raises(InvalidSettingError, match="leave stop_first=False out"):
         SearchSettings(samples="auto", stop_first=False)
 
