@@ -24,7 +24,7 @@ KEEP: Final = "keep"
 LIMIT_S: Final = 0.05
 """Seconds that a pose is held or bridged when no limit is given: as long as one between two frames (`pose_filling`)."""
 
-_STAND_IN: Final = (DROP, HOLD, INTERPOLATE, REFUSE)
+_STAND_IN: Final = (DROP, HOLD, INTERPOLATE)
 
 
 @dataclass(frozen=True)
@@ -38,31 +38,23 @@ class PolicyRule:
         return f"{self.action}:{self.limit:g}" if self.action in (HOLD, INTERPOLATE) else self.action
 
 
-@dataclass(frozen=True)
-class KindSpec:
-    """The default action for one kind of finding, and all actions that make sense."""
-
-    default: str
-    allowed: tuple[str, ...]
-
-
-KINDS: Final[dict[str, KindSpec]] = {
+KINDS: Final[dict[str, tuple[str, ...]]] = {
     # Refused by default: a program that writes such a sample as a pose may have written other wrong ones.
-    "not-finite": KindSpec(REFUSE, _STAND_IN),
-    "zero-quaternion": KindSpec(REFUSE, _STAND_IN),
-    "non-unit-quaternion": KindSpec(REFUSE, _STAND_IN),
-    "out-of-space": KindSpec(DROP, (*_STAND_IN, KEEP)),
-    "identity-while-lost": KindSpec(DROP, (*_STAND_IN, KEEP)),
-    "tracking-lost": KindSpec(DROP, _STAND_IN),
+    "not-finite": (REFUSE, *_STAND_IN),
+    "zero-quaternion": (REFUSE, *_STAND_IN),
+    "non-unit-quaternion": (REFUSE, *_STAND_IN),
+    "out-of-space": (*_STAND_IN, REFUSE, KEEP),
+    "identity-while-lost": (*_STAND_IN, REFUSE, KEEP),
+    "tracking-lost": (*_STAND_IN, REFUSE),
     # Kept by default: the position may be right, and only a person can tell.
-    "frozen": KindSpec(KEEP, (*_STAND_IN, KEEP)),
-    "teleport": KindSpec(KEEP, (DROP, REFUSE, KEEP)),
-    "gap": KindSpec(KEEP, (REFUSE, KEEP)),
+    "frozen": (KEEP, *_STAND_IN, REFUSE),
+    "teleport": (KEEP, DROP, REFUSE),
+    "gap": (KEEP, REFUSE),
     # A motion needs stamps that increase, so these frames cannot be kept.
-    "time-backwards": KindSpec(DROP, (DROP, REFUSE)),
-    "duplicate-stamps": KindSpec(DROP, (DROP, REFUSE)),
+    "time-backwards": (DROP, REFUSE),
+    "duplicate-stamps": (DROP, REFUSE),
 }
-"""Kinds with a choice of their own; every other code of the doctor can be kept (the default) or refused."""
+"""Kinds with a choice of their own: their actions, the default first. Every other code is kept unless it is refused."""
 
 PolicyLike = Mapping[str, str] | Sequence[str] | str
 
@@ -99,7 +91,7 @@ def parse_policy(words: PolicyLike | Policy | None = None) -> Policy:
         return words
     if isinstance(words, str):
         words = words.split(",")
-    rules = {kind: PolicyRule(spec.default) for kind, spec in KINDS.items()}
+    rules = {kind: PolicyRule(actions[0]) for kind, actions in KINDS.items()}
     pairs = words.items() if isinstance(words, Mapping) else [_split(word) for word in words or ()]
     for kind, action in pairs:
         rules[kind] = _rule(kind, action)
@@ -120,7 +112,7 @@ def _rule(kind: str, words: str) -> PolicyRule:
     if kind not in CODES:
         raise PolicyError(f"no kind of finding {kind!r}; there are: {', '.join(KINDS)}, and every code of the doctor")
     action, colon, limit = words.partition(":")
-    allowed = KINDS[kind].allowed if kind in KINDS else (KEEP, REFUSE)
+    allowed = KINDS.get(kind, (KEEP, REFUSE))
     if action not in allowed:
         raise PolicyError(f"{kind} cannot be met with {action!r}; it can with: {', '.join(allowed)}")
     if not colon:

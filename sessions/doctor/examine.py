@@ -98,22 +98,6 @@ def _scene_file(path: Path, planned: "Planned") -> Iterator[Finding]:
             yield finding
 
 
-class _Tried:
-    """Loads the parts of a file that a reader needs; what a reader refuses becomes a finding."""
-
-    def __init__(self) -> None:
-        self.findings: list[Finding] = []
-
-    def __call__(self, load: Callable[[], Any], otherwise: Any, body: str = "") -> Any:
-        try:
-            return load()
-        except SessionFileError as error:
-            # Damaged attachments are found by their checksums.
-            if error.code != "damaged-attachment":
-                self.findings.append(refusal(error, body))
-            return otherwise
-
-
 def refusal(error: SessionFileError, body: str = "") -> Finding:
     """A refusal of a file as a finding, without its file and its cure."""
     return Finding(error.code, Severity.ERROR, brief(error), body)
@@ -125,23 +109,34 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
     except SessionFileError as error:
         yield refusal(error)
         return
-    tried = _Tried()
+    findings: list[Finding] = []
+
+    def tried(load: Callable[[], Any], otherwise: Any, body: str = "") -> Any:
+        """A part of the file that a reader needs; what a reader refuses becomes a finding."""
+        try:
+            return load()
+        except SessionFileError as error:
+            # Damaged attachments are found by their checksums.
+            if error.code != "damaged-attachment":
+                findings.append(refusal(error, body))
+            return otherwise
+
     tried(partial(reader.check_version, file), None)
     look = partial(_attached, file, planned) if replaced is None else partial(_checked, Path(replaced), planned)
     scene, declared, faults = tried(look, (Scene(), {}, []))
-    tried.findings += [*_file_findings(file), *_bad_scene(faults)]
+    findings += [*_file_findings(file), *_bad_scene(faults)]
     names = tried(partial(reader.listed_names, file), ()) if file.own else ()
     session = reader.session_of(file, names, scene, tried)
     reader.load_parts(session)
     frames = TolerantFrames(file, names)
     looked = look_through(frames.blocks(), scene.space_radius)
-    known = len(tried.findings)
+    known = len(findings)
     tried(file.catalogue.check_pose_channels, None)
-    if len(tried.findings) > known:
+    if len(findings) > known:
         frames.noted.unread.clear()
     elif not len(looked.stamp_ns):
         yield Finding("no-poses", Severity.ERROR, "it holds no pose that can be read")
-    yield from tried.findings
+    yield from findings
     yield from _noted(frames.noted, looked, names if file.own else looked.names)
     yield from examine_session(replace(session, meshes={**session.meshes, **declared}), looked)
 

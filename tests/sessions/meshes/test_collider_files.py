@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from support.import_mutants import MUTANTS, tried
 from support.small_worlds import cubes
 
 from sessions import read_session, recover, write_session
@@ -142,10 +141,3 @@ def test_a_file_without_colliders_is_one_sentence(name, said, tmp_path):
     (tmp_path / "torn.glb").write_bytes(whole[:200])
     with pytest.raises(MeshFileError, match=said):
         read_colliders(tmp_path / name, ["a", "b"])
-
-
-@pytest.mark.parametrize("count", MUTANTS)
-def test_mutants_end_in_colliders_or_one_sentence(tmp_path, count):
-    nodes = (("UBX_a_00", BOX, moved(0.5, 0, 0)), ("rim", BOX, moved(0, 0, 1)))
-    path = write(tmp_path / "c.glb", *nodes, body=moved(3, 2, 1))
-    tried(path, count, lambda _: read_colliders(path, ["a", "b"]))
