@@ -7,6 +7,7 @@ recorded pose.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from cdcore.numerics import ByteArray, FloatArray, IntArray
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.errors import AssemblyError
 from replay.prepare.assembly import PoseOrigin
+from replay.prepare.flags import chain_of
 from replay.prepare.interpolation import FilledFrames
 from sessions.model.scene import Pose, Scene, SceneBody
 
@@ -129,20 +131,17 @@ class Kinematics:
         return known[name]
 
     def _check_chain(self, name: str) -> None:
-        chain = [name]
-        while True:
-            declared = self._declared(chain[-1])
-            if chain[-1] not in self._column and declared.fixed is None:
+        chain = chain_of(name, self._scene)
+        for child, body in pairwise([name, *chain]):
+            if body not in self._column and self._declared(body).fixed is None:
                 raise AssemblyError(
-                    f"body {chain[-1]!r}, parent of {chain[-2]!r}, has neither a track nor a fixed pose; "
+                    f"body {body!r}, parent of {child!r}, has neither a track nor a fixed pose; "
                     "record it, give it `fixed`, or take `parent` away"
                 )
-            if not declared.parent:
-                return
-            if declared.parent in chain:
-                circle = " -> ".join([*chain, declared.parent])
-                raise AssemblyError(f"the parents of body {name!r} run in a circle: {circle}; break it")
-            chain.append(declared.parent)
+        again = self._declared(chain[-1]).parent
+        if again:
+            circle = " -> ".join([*chain, again])
+            raise AssemblyError(f"the parents of body {name!r} run in a circle: {circle}; break it")
 
 
 def _at_rest(pose: Pose) -> _World:

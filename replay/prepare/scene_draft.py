@@ -1,9 +1,10 @@
 """A first scene of a recording, to edit: its bodies, the pairs that come near, and what is held."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
+import networkx as nx
 import numpy as np
 
 from cdcore import Motion, create_detector
@@ -57,7 +58,7 @@ def drafted(session: Session) -> Draft:
     names = [body.name for body in layout.bodies]
     pairs = [(names[i], names[j]) for i, j in layout.pairs[near].tolist()]
     rigid = [pair for pair, fixed in zip(pairs, _rigid(samples, layout, near), strict=True) if fixed]
-    held = _joined(rigid)
+    held = tuple(tuple(sorted(group)) for group in nx.connected_components(nx.Graph(rigid)))
     loose = tuple(pair for pair in pairs if not any({*pair} <= {*group} for group in held))
     seen = "" if beginning.part is None else f"its first {layout.scan.duration / 3600:.1f} h, which fit into memory"
     return Draft(loose, held, seen)
@@ -93,16 +94,6 @@ def _rigid(samples: Motion, layout: AssemblyLayout, near: BoolArray) -> list[boo
         still = np.ptp(place, axis=0).max() <= RIGID_M and _turned(angle, angle[:1]).max() <= RIGID_DEG
         found.append(bool(still and np.ptp(at[:, i], axis=0).max() > MOVES_M))
     return found
-
-
-def _joined(pairs: Sequence[Pair]) -> tuple[tuple[str, ...], ...]:
-    """Sets of names that pairs connect."""
-    groups: list[dict[str, None]] = []
-    for pair in pairs:
-        touched = [group for group in groups if group.keys() & set(pair)]
-        groups = [group for group in groups if group not in touched]
-        groups.append(dict.fromkeys([*(name for group in touched for name in group), *pair]))
-    return tuple(tuple(group) for group in groups)
 
 
 def draft_text(session: Session, draft: Draft, files: Mapping[str, tuple[str, str, float]], heading: str) -> str:

@@ -40,7 +40,7 @@ class PosePass:
     marks : (T, N) uint32, unions of `Mark`.
     steps : (T, N) float32, metres from the sample before; NaN where there is none.
     position (S, N, 3), quaternion (S, N, 4) : poses of some frames spread over the session; NaN where there is none.
-    worst_norm : (N,) the norm furthest off 1 among samples marked non-unit or off unit.
+    worst_norm : (N,) the norm furthest off 1 among samples marked non-unit.
     pose_digest : SHA-256 over names, stamps and every usable pose; equal for two copies of one recording alone.
     """
 
@@ -152,7 +152,7 @@ class _RunningPass:
         rounded = claims & finite & (off > NORM_NOTE) & (off <= NORM_REJECT)
         still = (frames.position == 0).all(axis=-1) & (q[..., :3] == 0).all(axis=-1) & (np.abs(q[..., 3]) == 1)
         skewed = present & (np.abs(frames.sample_ns - frames.stamp_ns[:, None]) > SKEW_NS)
-        norms = np.vstack([self.worst, np.where(rejected | rounded, norm, 1.0)])
+        norms = np.vstack([self.worst, np.where(rejected, norm, 1.0)])
         self.worst = norms[np.abs(norms - 1.0).argmax(axis=0), np.arange(len(self.worst))]
         return with_marks(
             {
