@@ -69,7 +69,6 @@ def command(
     from replay.cli.run_report import answer_cited
     from replay.cli.terminal import terminal
     from replay.detection.compile_notice import compiling_announced
-    from replay.outputs.report.tradeoff import tradeoff_files
     from replay.outputs.results.run_folder import check_target
     from replay.outputs.tradeoff_table import tradeoff_list
     from replay.pipeline.citations import sources_behind
@@ -86,8 +85,8 @@ def command(
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")
         progress = TerminalProgress(people)
         run = replace(compute(held, progress=progress, **asked | {"detectors": None}), tradeoff=done)
-        with progress.stage(WRITING, WRITING_STEPS) as advance, tradeoff_files(done) as files:
-            write(run, out, force=force, picture=not no_picture, files=files, advance=advance)
+        with progress.stage(WRITING, WRITING_STEPS) as advance:
+            write(run, out, force=force, picture=not no_picture, advance=advance)
     behind = sources_behind(row["detector"] for row in done.rows) if people.verbose else {}
     shown = tradeoff_list(done, everything=people.verbose)
     answer_cited(as_json, done.as_json(), lambda: terminal(shown), behind, done.advice)

@@ -11,7 +11,6 @@ import numpy as np
 from cdcore import Detection, Motion, Verdict
 from cdcore.numerics import IntArray
 from cdcore.protocol import counts_as_contact
-from replay.comparison.episodes import column_runs
 from replay.comparison.misses import by_depth
 from replay.detection.run_detector import watched_again
 from replay.effects.output import Vector
@@ -22,17 +21,14 @@ if TYPE_CHECKING:
     from cdcore.search.tracing import LookTrace, Watched
 
 DRAWN_EVALUATIONS: Final = 40_000
-"""Evaluations that the looks of one detector draw at most: some 4 MB. Misses come first, then contacts, near passes."""
+"""Evaluations that the looks of one detector draw at most: some 4 MB. Misses come first."""
 
 LOOKS: Final = 60
 """Looks drawn of one detector at most: beyond it nobody steps through them."""
 
-NEAR_PASSES: Final = 8
-"""Near passes among them: those that came closest."""
-
 ALL, SPHERES, BOXES, SEARCHED, CONFIRMED = "all pairs", "spheres meet", "boxes meet", "searched", "confirmed"
 
-LOST, CONTACT, NEAR = "missed", "contact", "near pass"
+LOST, CONTACT = "missed", "contact"
 
 
 @dataclass(frozen=True)
@@ -42,7 +38,7 @@ class Moment:
     frame: int  # row of the verdict
     pair: int  # its column
     looked: int  # frame of the look; earlier where the pair was not searched again since
-    kind: str  # ``LOST``, ``CONTACT`` or ``NEAR``
+    kind: str  # ``LOST`` or ``CONTACT``
     first: int  # frames in which it is shown: of a miss all of it, else this frame alone
     last: int
     meets: Vector | None = None  # where the surfaces of a missed contact meet, world metres
@@ -61,9 +57,8 @@ class WatchedRun:
 
     @property
     def worked(self) -> Moment:
-        """The moment to begin with: of misses that with the most evaluations, else of contacts, else of near passes."""
-        kinds = (LOST, CONTACT, NEAR)
-        return min(self.moments, key=lambda one: (kinds.index(one.kind), -self.look(one).evaluations))
+        """The moment to begin with: of misses that with the most evaluations, else of contacts."""
+        return min(self.moments, key=lambda one: (one.kind != LOST, -self.look(one).evaluations))
 
     def look(self, moment: Moment) -> SearchResult:
         """What the look of a moment gave."""
@@ -98,8 +93,7 @@ def stage_counts(detection: Detection, seen: Watched) -> dict[str, IntArray]:
 def _moments(result: RunResult, label: str, seen: Watched) -> list[Moment]:
     chosen: dict[int, Moment] = {}
     spent = 0
-    matter = [*_missed(result, label, seen), *_begun(result, label, seen), *_near(result, label, seen)]
-    for moment in matter:
+    for moment in [*_missed(result, label, seen), *_begun(result, label, seen)]:
         evaluations = seen.search.noted[moment.looked, moment.pair].result.evaluations
         room = len(chosen) < LOOKS and spent + evaluations <= DRAWN_EVALUATIONS
         if moment.frame not in chosen and room:
@@ -125,17 +119,3 @@ def _begun(result: RunResult, label: str, seen: Watched) -> Iterator[Moment]:
     ]
     for part in range(stride := max(1, -(-len(found) // LOOKS))):
         yield from found[part::stride]
-
-
-def _near(result: RunResult, label: str, seen: Watched) -> list[Moment]:
-    """Where pairs came closest without contact, closest first."""
-    said = counts_as_contact(result.detections[label].verdict)
-    touched = said | counts_as_contact(result.detections[result.oracle].verdict)
-    passes: list[tuple[float, Moment]] = []
-    for pair, first, last in column_runs(seen.boxes.T).tolist():
-        frames = np.flatnonzero(seen.searched[first : last + 1, pair]) + first
-        if len(frames) and not touched[first : last + 1, pair].any():
-            distance = {frame: seen.search.noted[frame, pair].result.distance for frame in frames.tolist()}
-            frame = min(distance, key=distance.__getitem__)
-            passes.append((distance[frame], Moment(frame, pair, frame, NEAR, frame, frame)))
-    return [moment for _, moment in sorted(passes, key=lambda one: one[0])[:NEAR_PASSES]]

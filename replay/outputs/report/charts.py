@@ -30,7 +30,11 @@ def drawn(plot: Plot) -> Markup:
     for words in plot.words:
         kind = "lb" if words.dot >= 0 else "t"
         x, y = words.at
-        parts.append(element("text", words.text, class_=f"{kind} {words.side}", x=f"{x:.1f}", y=f"{y:.1f}"))
+        parts.append(
+            element(
+                "text", words.text, class_=f"{kind} {words.side}".removesuffix(" start"), x=f"{x:.1f}", y=f"{y:.1f}"
+            )
+        )
     box = f"0 0 {plot.size[0]:g} {plot.size[1]:g}"
     return element("svg", *parts, class_="sc", viewBox=box, role="img", aria_label=plot.said)
 

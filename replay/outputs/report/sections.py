@@ -8,7 +8,7 @@ from typing import Any, Final
 from replay.effects.effect_summary import EVENT_ROWS
 from replay.outputs import run_tables
 from replay.outputs.report.charts import KIND_WORDS, lane
-from replay.outputs.report.first_screen import command_of
+from replay.outputs.report.first_screen import RANK_COLUMNS, command_of
 from replay.outputs.report.markup import Fold, Markup, Part, Section, element, joined
 from replay.outputs.report.run_view import (
     FALSE,
@@ -21,7 +21,7 @@ from replay.outputs.report.run_view import (
     findings_of,
     spans,
 )
-from replay.outputs.run_tables import effect_table
+from replay.outputs.run_tables import RANKING, effect_table
 from replay.outputs.tables import Table, table
 from replay.outputs.words import NOTHING_SUSPICIOUS
 from replay.pipeline.answer import Answer
@@ -47,13 +47,10 @@ FRAME_WORDS: Final = (
     "one of them could not decide, or a pose was lost. Between frames: only the way from frame to frame shows it."
 )
 GLOSSARY: Final = {
-    "missed": "the reference sees a contact, the detector never reports it",
-    "late or cut short": "the detector reports a part of the contact",
-    "false contact": "share of the time in which the detector says contact and the reference does not",
+    **{column.name: column.meaning for column in RANKING if column.name in RANK_COLUMNS},
     "wrong contacts": "missed, late or cut short, and false contacts, at the sampling offset of this run",
     "reference": "the detector that the others are compared with",
     "0-2": "smallest to largest count over 16 sampling offsets: where the first sample falls is chance",
-    "mean ms, p99 ms": "time of a frame over all frames, and the time within which 99 of 100 frames were decided",
 }
 
 

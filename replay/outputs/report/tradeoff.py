@@ -1,38 +1,16 @@
-"""A tradeoff in page and folder: the advice, wrong contacts against time, and a row per setting."""
+"""A tradeoff on the page: the advice, wrong contacts against time, and a row per setting."""
 
-import json
 from collections.abc import Iterator
-from contextlib import contextmanager
-from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Final
 
 from replay.outputs.plots import Axis, Dot, scatter
 from replay.outputs.report.charts import drawn
 from replay.outputs.report.markup import Part, element, listed
-from replay.outputs.results.parquet import write_rows
 from replay.outputs.tradeoff_table import how_measured, slow_frames, tradeoff_table
 from replay.outputs.words import counted
 from replay.pipeline.run_result import Tradeoff
 
-TABLE: Final = "tradeoff.parquet"
-JSON: Final = "tradeoff.json"
 CHART: Final = (960.0, 420.0)
-
-
-def write_tradeoff(done: Tradeoff, folder: Path) -> None:
-    """Write the table into a folder; counters as a JSON text: every algorithm counts something else."""
-    write_rows(({**row, "work": json.dumps(row["work"], sort_keys=True)} for row in done.rows), folder / TABLE)
-    text = json.dumps(done.as_json(), indent=1, allow_nan=False)
-    (folder / JSON).write_text(text + "\n", encoding="utf-8", newline="\n")
-
-
-@contextmanager
-def tradeoff_files(done: Tradeoff) -> Iterator[dict[str, Path]]:
-    """Name -> file, as ``write_run_folder`` takes further files; they are gone when the block ends."""
-    with TemporaryDirectory() as folder:
-        write_tradeoff(done, Path(folder))
-        yield {path.name: path for path in sorted(Path(folder).iterdir())}
 
 
 def tradeoff_parts(done: Tradeoff) -> Iterator[Part]:

@@ -97,11 +97,6 @@ class RecordingClock:
         """First frame at or after a time, the last one if there is none."""
         return min(int(np.searchsorted(self.ns, round(seconds * 1e9))), len(self.ns) - 1)
 
-    def index(self, frames: ArrayLike) -> list[rr.TimeColumn]:
-        """Both timelines for rows at these frames."""
-        rows = np.asarray(frames, dtype=np.int64)
-        return [on_session(self.ns[rows]), rr.TimeColumn(FRAME, sequence=rows)]
-
 
 def on_session(ns: NDArray[np.int64]) -> rr.TimeColumn:
     """The session timeline at these nanoseconds."""
@@ -160,17 +155,18 @@ class RecordingWriter:
         self, path: str, frames: ArrayLike, columns: rr.ComponentColumnList, counts: ArrayLike | None = None
     ) -> None:
         """Send one row per frame on both timelines; with ``counts`` a row holds several values."""
-        self._send(path, self.clock.index(frames), columns, counts)
+        rows = np.asarray(frames, dtype=np.int64)
+        self.rows_later(path, np.stack([rows, np.zeros_like(rows)], axis=1), columns, counts)
 
     def rows_later(
         self,
         path: str,
-        moments: Iterable[tuple[int, int]],
+        moments: ArrayLike,
         columns: rr.ComponentColumnList,
         counts: ArrayLike | None = None,
     ) -> None:
         """Send one row per moment: a frame, and nanoseconds after it on the session timeline."""
-        rows, later = np.array(list(moments), dtype=np.int64).reshape(-1, 2).T
+        rows, later = np.asarray(moments, dtype=np.int64).reshape(-1, 2).T
         ns = self.clock.ns[rows] + later
         self._send(path, [on_session(ns), rr.TimeColumn(FRAME, sequence=rows)], columns, counts)
 
@@ -196,13 +192,12 @@ class RecordingWriter:
 
     def steps(
         self, path: str, steps: Steps, things: Callable[[Any], Sequence[Any]],
-        columns: Callable[[list[Any]], rr.ComponentColumnList], each: int = 1,
+        columns: Callable[[list[Any]], rr.ComponentColumnList],
     ) -> None:  # fmt: skip
-        """Send what stands from each step on: ``things`` of what is shown then, each of ``each`` values."""
+        """Send what stands from each step on: ``things`` of what is shown then."""
         rows = [things(shown) for *_, shown in steps]
         flat = [thing for row in rows for thing in row]
-        counts = [each * len(row) for row in rows]
-        self.rows_later(path, [(frame, later) for frame, later, _ in steps], columns(flat), counts)
+        self.rows_later(path, [(frame, later) for frame, later, _ in steps], columns(flat), [*map(len, rows)])
 
     def _send(
         self, path: str, index: Sequence[rr.TimeColumn], columns: rr.ComponentColumnList, counts: ArrayLike | None

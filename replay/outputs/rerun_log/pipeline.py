@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import rerun as rr
@@ -29,7 +29,6 @@ from replay.outputs.rerun_log.stage import (
     log_standing,
 )
 from replay.outputs.rerun_log.timing import ceiling, stage_ms, total_ms
-from replay.outputs.shapes import face_normals
 from replay.outputs.tables import markdown, table
 from replay.outputs.watched_run import ALL, BOXES, CONFIRMED, CONTACT, LOST, SEARCHED, SPHERES, Moment, WatchedRun
 from replay.outputs.words import counted
@@ -45,13 +44,7 @@ STAGE_COLOURS: Final[Mapping[str, Rgba]] = {
 """Colours of what a stage leaves."""
 
 ENDS: Final[Mapping[str, Rgba]] = {CONTACT: SERIES[2], LOST: MISSED}
-"""Colour of how a look ended; of a near pass white."""
-
-STAND_OFF: Final = 0.00025
-"""Metres that sampled faces stand off their body."""
-
-WALKED: Final[Rgba] = (184, 192, 206, 255)
-"""Faces of the local search: pale, for they have no pheromone."""
+"""Colour of how a look ended."""
 
 FARTHER: Final = 1.25
 """How much farther an eye stands than boxes need: spheres reach beyond them."""
@@ -71,7 +64,7 @@ def pipeline_path(label: str, *parts: str) -> str:
 
 def moment_words(run: WatchedRun, moment: Moment) -> str:
     """When it is, and what: the name of a moment."""
-    what = {LOST: "a miss of the search", CONTACT: "a contact that the search finds"}.get(moment.kind, "a near pass")
+    what = "a miss of the search" if moment.kind == LOST else "a contact that the search finds"
     return f"At {run.motion.times[moment.frame]:.3f} s: {what}"
 
 
@@ -94,7 +87,7 @@ def log_pipeline(writer: RecordingWriter, run: WatchedRun, result: RunResult) ->
     for part, top in (("pairs", float(run.counts[SPHERES].max())), ("mark", ceiling([total_ms(run.detection)]))):
         path = f"{root}/{part}/moment"
         writer.session_rows(path, np.maximum(marks, 0), rr.Scalars.columns(scalars=[0.0, top, 0.0]))
-        colour = packed([ENDS.get(run.worked.kind, WHITE)])
+        colour = packed([ENDS[run.worked.kind]])
         writer.static(path, rr.SeriesLines.from_fields(names=[f"this moment, {ns * 1e-9:.3f} s"], colors=colour))
 
 
@@ -155,7 +148,7 @@ def _turn(axes: FloatArray) -> FloatArray:
 def _log_search(writer: RecordingWriter, run: WatchedRun, result: RunResult, steps: Steps) -> None:
     """Faces that a look evaluated, the way of its best pair, its end, and where the surfaces of a miss meet."""
     root = pipeline_path(run.label, "search")
-    eyes, labels, dots, ways, ends, faces = {}, {}, {}, {}, {}, {}
+    eyes, labels, dots, ways, ends = {}, {}, {}, {}, {}
     for one in run.moments:
         trace, eye = run.trace(one), _eye(run, result, one)
         eyes[one] = eye
@@ -163,8 +156,7 @@ def _log_search(writer: RecordingWriter, run: WatchedRun, result: RunResult, ste
         labels[one] = _labels(run, one, trace, path, eye)
         ways[one] = [(line, WHITE) for line in np.stack([path[:-1], path[1:]], axis=1)]
         dots[one] = _ant_dots(trace, result, one)
-        faces[one] = _walked_faces(trace, result, one)
-        last = [(path[-1], ENDS.get(one.kind, WHITE) if one.meets is None else WHITE)]
+        last = [(path[-1], ENDS[one.kind] if one.meets is None else WHITE)]
         last += [(np.asarray(one.meets), MISSED)] if one.meets is not None else []
         ends[one] = last
     log_eyes(writer, f"{root}/eye", [(frame, later, eyes[one]) for frame, later, one in steps])
@@ -172,13 +164,6 @@ def _log_search(writer: RecordingWriter, run: WatchedRun, result: RunResult, ste
     log_dots(writer, f"{root}/ants", steps, dots, 2.6)
     log_dots(writer, f"{root}/ends", steps, ends, 8.0)
     log_lines(writer, f"{root}/best", steps, ways, 2.0)
-
-    def columns(some: list[Any]) -> rr.ComponentColumnList:
-        return rr.Mesh3D.columns(vertex_positions=np.array(some, dtype=np.float32).reshape(-1, 3))
-
-    writer.steps(f"{root}/walked", steps, lambda shown: [*faces[shown]], columns, each=3)
-    both = rr.components.MeshFaceRendering.DoubleSided
-    writer.static(f"{root}/walked", rr.Mesh3D.from_fields(face_rendering=both, albedo_factor=WALKED))
 
 
 def _labels(run: WatchedRun, moment: Moment, trace: LookTrace, path: FloatArray, eye: Eye) -> list[Label]:
@@ -246,20 +231,6 @@ def _ant_dots(trace: LookTrace, result: RunResult, moment: Moment) -> list[tuple
     return dots
 
 
-def _walked_faces(trace: LookTrace, result: RunResult, moment: Moment) -> FloatArray:
-    """Corners (f, 3, 3) of the faces that local search evaluated, a little off their bodies, world metres."""
-    walked = ~np.isfinite(trace.pheromone)
-    corners = []
-    for side, body in enumerate(result.assembly.pairs[moment.pair].tolist()):
-        triangles = result.assembly.bodies[body].mesh.triangles[np.unique(trace.faces[walked, side])]
-        corners.append(
-            placed(
-                result.assembly.motion, moment.frame, body, triangles + STAND_OFF * face_normals(triangles)[1][:, None]
-            )
-        )
-    return np.concatenate(corners)
-
-
 def _log_counts(writer: RecordingWriter, run: WatchedRun) -> None:
     """A step where a count changes; what was searched is wider, so that it shows where all of it is confirmed."""
     for rank, (stage, count) in enumerate(run.counts.items()):
@@ -303,6 +274,6 @@ def _log_list(writer: RecordingWriter, run: WatchedRun, result: RunResult) -> No
         samples = counted(run.look(one).evaluations, "sample")
         texts.append(f"{run.motion.times[one.frame]:8.3f} s  {one.kind:<9}  {name:<{width}}  {samples:>13}")
     levels = [one.kind.replace(" ", "_") for one in run.moments]
-    colours = packed(ENDS.get(one.kind, WHITE) for one in run.moments)
+    colours = packed(ENDS[one.kind] for one in run.moments)
     columns = rr.TextLog.columns(text=texts, level=levels, color=colours)
     writer.rows(pipeline_path(run.label, "moments"), [one.frame for one in run.moments], columns)

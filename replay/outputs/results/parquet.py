@@ -1,5 +1,6 @@
 """The one door to Parquet: plain rows in and out, with a type for every column, and the columns that join runs."""
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
@@ -59,14 +60,16 @@ def _require_dense(about: pq.FileMetaData, size: int, path: Path) -> None:
         raise RunFolderError(f"{path} claims {about.num_rows:,} rows that it does not hold; run its session again")
 
 
-def read_rows(path: Path) -> list[dict[str, Any]]:
-    """Every row of a file, column -> value; raises as ``read_table``."""
-    return read_table(path).to_pylist()
-
-
 def write_rows(rows: Iterable[Mapping[str, Any]], path: Path) -> None:
-    """Write rows whose types follow from their values."""
-    pq.write_table(pa.Table.from_pylist([dict(row) for row in rows]), path)
+    """Write rows whose types follow from their values; a mapping among these as JSON."""
+    plain = (
+        {
+            name: json.dumps(value, sort_keys=True) if isinstance(value, Mapping) else value
+            for name, value in row.items()
+        }
+        for row in rows
+    )
+    pq.write_table(pa.Table.from_pylist([*plain]), path)
 
 
 KEYS: Final[dict[str, type]] = dict.fromkeys(("session", "student", *DOING), str)

@@ -19,10 +19,8 @@ from replay.errors import OutputError, RunFolderError
 from replay.metrics.row import METRICS as METRIC_COLUMNS
 from replay.outputs import contact_tables
 from replay.outputs.report.page import write_report
-from replay.outputs.report.tradeoff import JSON as TRADEOFF_JSON
-from replay.outputs.report.tradeoff import TABLE as TRADEOFF_TABLE
 from replay.outputs.results import parquet_tables
-from replay.outputs.results.parquet import KEYS, read_table, with_keys
+from replay.outputs.results.parquet import KEYS, read_table, with_keys, write_rows
 from replay.outputs.results.reading import checked_contacts, checked_summary, checked_table, read_json
 from replay.outputs.tables import types_of
 from replay.pipeline.ranking import Rank, ranking
@@ -41,6 +39,7 @@ EVENTS: Final = "events.parquet"
 SERIES: Final = "series.parquet"
 TIMING: Final = "timing.parquet"
 METRICS: Final = "metrics.parquet"
+TRADEOFF: Final = "tradeoff.parquet"
 PICTURE: Final = "run.rrd"
 REPORT: Final = "report.html"
 
@@ -78,7 +77,6 @@ class FolderKind:
     what: str  # its name in sentences
     mark: str  # the file that says what the folder is; its key ``files`` lists what was written
     schema: str  # what its key ``schema`` holds, up to the version
-    known: tuple[str, ...]  # files of a folder whose mark has no key ``files``
 
     def listed(self, folder: Path) -> tuple[str, ...]:
         """The files that a command wrote into a folder, the mark last; ``OutputError``: it is none of this kind."""
@@ -86,7 +84,7 @@ class FolderKind:
             return ()
         try:
             mark = read_json(folder / self.mark)
-            family, names = self.schema.rpartition("/")[0], list(mark.get("files", self.known))
+            family, names = self.schema.rpartition("/")[0], list(mark["files"])
             right = str(mark["schema"]).rpartition("/")[0] == family and all(is_plain_name(name) for name in names)
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             right = False
@@ -100,10 +98,7 @@ def is_plain_name(name: Any) -> bool:
     return isinstance(name, str) and Path(name).name == name and name not in ("", ".", "..") and "\0" not in name
 
 
-RUN: Final = FolderKind(
-    "run", SUMMARY, SCHEMA,
-    (FRAMES, *TABLES, PICTURE, REPORT, "session.mcap", "session.truth.json", TRADEOFF_TABLE, TRADEOFF_JSON),
-)  # fmt: skip
+RUN: Final = FolderKind("run", SUMMARY, SCHEMA)
 
 
 def check_target(out: Path, *, force: bool = False, kind: FolderKind = RUN) -> None:
@@ -166,8 +161,11 @@ def write_run_folder(
         advance(5)
         for name, file in (files or {}).items():
             shutil.copyfile(file, folder / name)
-        priced = {} if result.tradeoff is None else {"tradeoff": result.tradeoff.as_json()}
-        write_summary(folder, RUN, {**result.summary, **priced})
+        summary = dict(result.summary)
+        if result.tradeoff is not None:
+            write_rows(result.tradeoff.rows, folder / TRADEOFF)
+            summary["tradeoff"] = result.tradeoff.as_json()
+        write_summary(folder, RUN, summary)
     return out
 
 

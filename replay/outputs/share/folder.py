@@ -35,11 +35,10 @@ from replay.outputs.tables import Marked, table
 from replay.outputs.words import NOT_LOOKED_FOR
 from replay.pipeline.answer import Answer, Fix, KeyMoment
 from replay.pipeline.headline import doubts_of, held
-from replay.pipeline.ranking import fault_words
 from replay.pipeline.sentences import plural
 from sessions.mcap_format.metadata import NOT_STATED, SHARE
 
-SHARED: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1", ())
+SHARED: Final = FolderKind("shared", "share.json", "vrlab-replay/share/1")
 INDEX: Final = "index.html"
 
 WITH_PICTURE: Final = f"{ALLOWED}; script-src 'self' file: 'wasm-unsafe-eval'"
@@ -185,15 +184,10 @@ def _hero(run: RunFolder, answers: tuple[Answer, ...]) -> Hero | None:
 
 
 def _answers(run: RunFolder) -> tuple[Answer, ...]:
-    """What a summary says first of each detector; one from before there were answers has its ranking."""
-    told = {answer["label"]: answer for answer in run.summary.get("answers", ())}
+    """What a summary says first of each detector."""
     made = []
-    for rank in run.ranking[:-1]:
-        answer = told.get(rank.label)
-        if answer is None:
-            made.append(Answer(rank.label, f"{rank.label}: {fault_words(rank)}.", "", None, None))
-            continue
+    for answer in run.summary["answers"]:
         moment = answer["moment"] and KeyMoment(**{**answer["moment"], "pair": tuple(answer["moment"]["pair"])})
         fix = answer["fix"] and Fix(**answer["fix"])
-        made.append(Answer(rank.label, answer["sentence"], answer["why"], fix, moment))
+        made.append(Answer(answer["label"], answer["sentence"], answer["why"], fix, moment))
     return tuple(made)

@@ -20,7 +20,7 @@ ASSOCIATIONS: Final = "associations.csv"
 RELIABILITY: Final = "reliability.csv"
 SENSITIVITY: Final = "sensitivity.csv"
 
-STUDY: Final = FolderKind("study", SUMMARY, SCHEMA, (PAGE, ASSOCIATIONS, RELIABILITY, SENSITIVITY))
+STUDY: Final = FolderKind("study", SUMMARY, SCHEMA)
 
 
 def write_study(

@@ -15,7 +15,7 @@ from replay.studies.shrink.fault import Fault
 from replay.studies.shrink.reduce import Size
 from replay.studies.shrink.well_posed import doubts_of
 
-CASE: Final = FolderKind("case", "case.json", "vrlab-replay/case/1", ())
+CASE: Final = FolderKind("case", "case.json", "vrlab-replay/case/1")
 POSES: Final = "poses.csv"
 TEST: Final = '''"""Fails while the detector of case.json answers wrongly about the last frame of poses.csv.
 
