@@ -17,15 +17,24 @@ from replay.outputs.moments import FocusMoment
 from replay.outputs.palette import BACKGROUND, tags_of
 from replay.outputs.plots import SIZE
 from replay.outputs.rerun_log import flat_plots
-from replay.outputs.rerun_log.answer import ANSWER, EYE, MOMENTS, ON_POLES, SPACE, details_path
-from replay.outputs.rerun_log.close_up import CloseUp, solid_path, with_solids
-from replay.outputs.rerun_log.columns import FRAME, SESSION, drawable, entity
 from replay.outputs.rerun_log.effects import HAPPENED, curve_path, effect_views, tab_name
 from replay.outputs.rerun_log.lanes import pair_lanes, session_lanes
+from replay.outputs.rerun_log.moment_views import (
+    ANSWER,
+    EYE,
+    MOMENTS,
+    ON_POLES,
+    SPACE,
+    CloseUp,
+    details_path,
+    solid_path,
+    with_solids,
+)
 from replay.outputs.rerun_log.pipeline import moment_words, pipeline_path
+from replay.outputs.rerun_log.recording_file import FRAME, SESSION, drawable, entity
+from replay.outputs.rerun_log.scene import body_path
 from replay.outputs.rerun_log.texts import ACCURACY, SESSION_TEXT
 from replay.outputs.rerun_log.timing import BUDGET_LINE, budget_share, ceiling, total_ms, total_path
-from replay.outputs.rerun_log.world import body_path
 from replay.outputs.watched_run import ALL, BOXES, WatchedRun
 from replay.outputs.words import lane_legend
 from replay.pipeline.run_result import RunResult

@@ -17,11 +17,11 @@ from replay.effects.output import QUANTITIES, EffectEvent, FloatArray, LaneSpan,
 from replay.effects.recorded import SCALARS
 from replay.outputs.palette import SERIES, Rgba
 from replay.outputs.plots import curve
-from replay.outputs.rerun_log.columns import RecordingWriter, entity, packed
 from replay.outputs.rerun_log.flat_plots import log_plot, placed
 from replay.outputs.rerun_log.lanes import lane_name, send_spans
-from replay.outputs.rerun_log.moment_table import MomentPlace, log_moment_table
-from replay.outputs.rerun_log.world import body_path
+from replay.outputs.rerun_log.moment_views import MomentPlace, log_moment_table
+from replay.outputs.rerun_log.recording_file import RecordingWriter, entity, packed
+from replay.outputs.rerun_log.scene import body_path
 from replay.outputs.words import counted
 
 ROOT: Final = "effects"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from replay.outputs.palette import FAINT, SERIES, TICKS, WHITE, Rgba
 from replay.outputs.plots import LETTER, Axis, Dot, Plot, scatter, ticks_of
-from replay.outputs.rerun_log.columns import RecordingWriter, packed
+from replay.outputs.rerun_log.recording_file import RecordingWriter, packed
 from replay.pipeline.gates import figure
 
 ACCURACY: Final = "accuracy/plot"

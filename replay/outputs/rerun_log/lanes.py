@@ -25,7 +25,7 @@ from replay.outputs.palette import (
     Looks,
     Rgba,
 )
-from replay.outputs.rerun_log.columns import RecordingWriter, drawable, entity, packed
+from replay.outputs.rerun_log.recording_file import RecordingWriter, drawable, entity, packed
 from replay.pipeline.run_result import RunResult
 
 Span = tuple[str, int, int]

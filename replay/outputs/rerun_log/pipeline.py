@@ -15,8 +15,8 @@ from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.effects.output import vector_of
 from replay.outputs.camera import Eye, across, framing, placed, towards_user
 from replay.outputs.palette import MISSED, SERIES, WHITE, Rgba
-from replay.outputs.rerun_log.close_up import ROOM
-from replay.outputs.rerun_log.columns import RecordingWriter, Steps, entity, packed, steps_of
+from replay.outputs.rerun_log.moment_views import ROOM
+from replay.outputs.rerun_log.recording_file import RecordingWriter, Steps, entity, packed, steps_of
 from replay.outputs.rerun_log.stage import (
     Label,
     Standing,
@@ -104,8 +104,7 @@ def _log_volumes(writer: RecordingWriter, run: WatchedRun, result: RunResult, st
     for body in (body for body, sphere in spheres.items() if sphere.radius <= ROOM):
         path = f"{root}/bodies/{entity(assembly.names[body])}"
 
-        def here(moment: Moment, body: int = body) -> list[int]:
-            return [body] if body in pairs[moment] else []
+        here = {moment: [body] for moment, pair in pairs.items() if body in pair}
 
         def round_ones(some: list[int]) -> rr.ComponentColumnList:
             sizes = [[spheres[one].radius] * 3 for one in some]

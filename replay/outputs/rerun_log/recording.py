@@ -14,15 +14,13 @@ from replay.effects.effect_summary import happened
 from replay.outputs.camera import ASPECT, Eye, overview
 from replay.outputs.moments import FocusMoment, key_moments, worst_first
 from replay.outputs.rerun_log import lanes
-from replay.outputs.rerun_log.answer import ANSWER, focus_colours, log_answer, log_details
 from replay.outputs.rerun_log.blueprint import Picture, build_blueprint
-from replay.outputs.rerun_log.close_up import close_ups
-from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter
-from replay.outputs.rerun_log.contacts import log_contacts, log_missed_faces
 from replay.outputs.rerun_log.effects import log_effects, log_happened
 from replay.outputs.rerun_log.flat_plots import log_accuracy
+from replay.outputs.rerun_log.moment_views import ANSWER, close_ups, focus_colours, log_answer, log_details
 from replay.outputs.rerun_log.pipeline import log_pipeline
-from replay.outputs.rerun_log.recording_file import recording_file
+from replay.outputs.rerun_log.recording_file import RecordingClock, RecordingWriter, recording_file
+from replay.outputs.rerun_log.scene import log_contacts, log_missed_faces, log_touches, log_world
 from replay.outputs.rerun_log.texts import (
     ACCURACY,
     SESSION_TEXT,
@@ -33,7 +31,6 @@ from replay.outputs.rerun_log.texts import (
     session_text,
 )
 from replay.outputs.rerun_log.timing import log_timing
-from replay.outputs.rerun_log.world import log_touches, log_world
 from replay.outputs.watched_run import watched_runs
 from replay.pipeline.run_result import RunResult
 

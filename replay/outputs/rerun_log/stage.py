@@ -16,8 +16,8 @@ import rerun as rr
 from cdcore.numerics import FloatArray
 from replay.outputs.camera import Eye, look_rotation
 from replay.outputs.palette import Rgba, albedo, tags_of
-from replay.outputs.rerun_log.columns import RecordingWriter, Steps, entity, packed, pose_columns
-from replay.outputs.rerun_log.world import log_shape
+from replay.outputs.rerun_log.recording_file import RecordingWriter, Steps, entity, packed, pose_columns
+from replay.outputs.rerun_log.scene import log_shape
 from replay.prepare.assembly import Assembly
 from sessions.model.scene import Scene
 
@@ -109,7 +109,7 @@ def log_labels(writer: RecordingWriter, root: str, steps: Steps, labels: Mapping
         colours = packed(one.colour for one in some)
         return rr.Points3D.columns(positions=places, labels=[one.text for one in some], colors=colours)
 
-    writer.steps(f"{root}/words", steps, lambda shown: labels.get(shown, ()), columns)
+    writer.steps(f"{root}/words", steps, labels, columns)
     dot = rr.Radius.ui_points(0.01)
     writer.static(f"{root}/words", rr.Points3D.from_fields(radii=dot, show_labels=True))
     log_lines(writer, f"{root}/leaders", steps, {
@@ -127,7 +127,7 @@ def log_lines(
         strips = np.array([line for line, _ in some], dtype=np.float32).reshape(-1, 2, 3)
         return rr.LineStrips3D.columns(strips=strips, colors=packed(colour for _, colour in some))
 
-    writer.steps(path, steps, lambda shown: lines.get(shown, ()), columns)
+    writer.steps(path, steps, lines, columns)
     writer.static(path, rr.LineStrips3D.from_fields(radii=rr.Radius.ui_points(width)))
 
 
@@ -140,7 +140,7 @@ def log_dots(
         places = np.array([place for place, _ in some], dtype=np.float32).reshape(-1, 3)
         return rr.Points3D.columns(positions=places, colors=packed(colour for _, colour in some))
 
-    writer.steps(path, steps, lambda shown: dots.get(shown, ()), columns)
+    writer.steps(path, steps, dots, columns)
     writer.static(path, rr.Points3D.from_fields(radii=rr.Radius.ui_points(size)))
 
 
@@ -150,7 +150,7 @@ def log_notes(writer: RecordingWriter, path: str, steps: Steps, notes: Mapping[A
     def columns(some: list[str]) -> rr.ComponentColumnList:
         return rr.TextDocument.columns(text=some, media_type=[rr.MediaType.MARKDOWN] * len(some))
 
-    writer.steps(path, steps, lambda shown: [notes[shown]], columns)
+    writer.steps(path, steps, {moment: [note] for moment, note in notes.items()}, columns)
 
 
 def log_eyes(writer: RecordingWriter, path: str, steps: Sequence[tuple[int, int, Eye]]) -> None:

@@ -11,7 +11,7 @@ from cdcore import Detection
 from cdcore.numerics import FloatArray, IntArray
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.outputs.palette import BUDGET, SERIES, Rgba
-from replay.outputs.rerun_log.columns import RecordingWriter, entity
+from replay.outputs.rerun_log.recording_file import RecordingWriter, entity
 
 BUDGET_LINE: Final = "timing/budget"
 CUT_PERCENTILE: Final = 99.9

@@ -25,9 +25,8 @@ from rerun.chunk import RrdReader
 from rerun.experimental import View, ViewerClient, ViewerState
 
 from replay.errors import OutputError, ReplayError, RunFolderError
-from replay.outputs.rerun_log.columns import SESSION
-from replay.outputs.rerun_log.moment_table import read_moments
-from replay.outputs.rerun_log.recording_file import name_layer
+from replay.outputs.rerun_log.moment_views import read_moments
+from replay.outputs.rerun_log.recording_file import SESSION, name_layer
 
 LOOPBACK: Final = "127.0.0.1"
 """A recording shows people at work: it is never served to the network."""

@@ -14,8 +14,8 @@ from typing import Final
 from urllib.request import urlopen
 
 from replay.outputs.rerun_log import viewer
-from replay.outputs.rerun_log.columns import SESSION
-from replay.outputs.rerun_log.moment_table import read_moments
+from replay.outputs.rerun_log.moment_views import read_moments
+from replay.outputs.rerun_log.recording_file import SESSION
 from replay.outputs.words import address
 
 SCRIPT: Final = "re_viewer.js"

@@ -32,7 +32,7 @@ from replay.prepare.session_input import require_folder
 RUN: Final[dict[str, type]] = {"run": str}
 
 SAID: Final = ("oracle", "vr_type")
-"""Columns of metrics from the summary of a run, which has them at any age."""
+"""Columns of metrics from the summary of a run."""
 
 TIMES: Final[dict[str, type]] = dict.fromkeys(("mean_ms", "p99_ms", "worst_ms"), float)
 """Columns of metrics from the summary too: milliseconds of a frame in the mean, at the 99th percentile and at
@@ -40,9 +40,6 @@ most."""
 
 ADDED: Final = ("run", *SAID, *TIMES)
 """Columns that reading adds; a file that has one of them was written by nobody's run."""
-
-YOUNGER: Final = frozenset(("cause",))
-"""Columns that readers of one run need and older versions did not write."""
 
 DATA_SET: Final[dict[str, tuple[str, Mapping[str, type]]]] = {
     "episodes": (EPISODES, RUN | types_of(contact_tables.EPISODES) | KEYS),
@@ -55,13 +52,13 @@ DATA_SET: Final[dict[str, tuple[str, Mapping[str, type]]]] = {
 
 
 def read(folder: Path | str) -> dict[str, pa.Table]:
-    """Read all run folders at or below a folder, of any age, as tables to ask questions of.
+    """Read all run folders at or below a folder as tables to ask questions of.
 
     The tables are ``episodes`` (contacts), ``misses``, ``false_contacts``, ``events`` and ``metrics``. Every row has
     ``run`` (the run folder below ``folder``, with ``/``), ``session`` (16 hex digits over every pose), ``student``
     (the pseudonym, ``""``: none stated), ``task`` and ``stage``; those of metrics have ``oracle`` and ``vr_type`` too,
     and what the detector took (milliseconds of a frame: ``mean_ms``, ``p99_ms``, ``worst_ms``; null: not timed so).
-    What an older version did not write is null. A session that was run twice is there twice. Raises
+    A session that was run twice is there twice. Raises
     ``RunFolderError``: there is no run folder, a table cannot be read, or a newer version wrote it.
     """
     found = find_runs(require_folder(folder))
@@ -215,7 +212,7 @@ def _plain(path: Path, name: str, added: Sequence[str] = (), columns: Sequence[s
     if not version.isdecimal() or int(version[:9]) > int(SCHEMA.rpartition("/")[2]):
         raise RunFolderError(f"{path} has schema {schema!r}, this version reads up to {SCHEMA!r}; update it")
     file, kinds = DATA_SET[name]
-    needed = (READ_TABLES[file][1] - YOUNGER) | {"run"} if added else READ_TABLES[file][1] - YOUNGER
+    needed = READ_TABLES[file][1] | ({"run"} if added else set())
     if columns is not None:
         needed &= frozenset(columns)
     dropped = [column for column in ADDED if column in table.column_names and column not in added]

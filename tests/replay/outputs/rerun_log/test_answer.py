@@ -12,9 +12,8 @@ from replay.errors import RunFolderError
 from replay.outputs.camera import CLOSE_UP
 from replay.outputs.moments import KINDS, key_moments
 from replay.outputs.palette import FREE, INVENTED
-from replay.outputs.rerun_log.close_up import close_ups, sharp_edges
-from replay.outputs.rerun_log.columns import packed
-from replay.outputs.rerun_log.moment_table import read_moments
+from replay.outputs.rerun_log.moment_views import close_ups, read_moments, sharp_edges
+from replay.outputs.rerun_log.recording_file import packed
 from replay.outputs.rerun_log.viewer import _target
 
 SUBJECT, HULL = "22.5Hz", "hull"

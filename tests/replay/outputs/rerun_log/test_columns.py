@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import rerun as rr
 
-from replay.outputs.rerun_log.columns import RecordingClock, RecordingWriter, ragged
+from replay.outputs.rerun_log.recording_file import RecordingClock, RecordingWriter, ragged
 
 
 @pytest.mark.parametrize("counts", [[1, 1], [1, 3], [3, 1]])

@@ -7,9 +7,9 @@ import numpy as np
 from cdcore import Verdict
 from replay.comparison.outcome import Outcome
 from replay.outputs.palette import FOUND, MISSED
-from replay.outputs.rerun_log import contacts
-from replay.outputs.rerun_log.columns import RecordingClock, packed
-from replay.outputs.rerun_log.contacts import drawn_contacts
+from replay.outputs.rerun_log import scene
+from replay.outputs.rerun_log.recording_file import RecordingClock, packed
+from replay.outputs.rerun_log.scene import drawn_contacts
 
 ORACLE, SUBJECT = "hybrid", "22.5Hz"
 
@@ -57,7 +57,7 @@ def test_beyond_the_budget_frames_are_strided_but_misses_stay(demo, monkeypatch)
     missed = comparison.outcome[sets.frame, sets.pair] == Outcome.MISSED
     whole, _ = drawn_contacts(clock, sets, comparison)
     wrong = np.isin(comparison.outcome, (Outcome.MISSED, Outcome.INVENTED)).any(axis=1)
-    monkeypatch.setattr(contacts, "DRAWN_CONTACTS", int(wrong[sets.frame[whole]].sum()) + 1)
-    monkeypatch.setattr(contacts, "DRAWN_FACES", 10**9)
+    monkeypatch.setattr(scene, "DRAWN_CONTACTS", int(wrong[sets.frame[whole]].sum()) + 1)
+    monkeypatch.setattr(scene, "DRAWN_FACES", 10**9)
     part, _ = drawn_contacts(clock, sets, comparison)
     assert len(part) < len(whole) == len(sets.frame) and missed[part].sum() == missed.sum() > 0

@@ -9,14 +9,14 @@ from rerun.chunk import RrdReader
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
-from replay.outputs.rerun_log.columns import RecordingWriter
 from replay.outputs.rerun_log.effects import (
     drawn_rows,
     log_effects,
     log_happened,
 )
 from replay.outputs.rerun_log.lanes import COLON
-from replay.outputs.rerun_log.moment_table import read_moments
+from replay.outputs.rerun_log.moment_views import read_moments
+from replay.outputs.rerun_log.recording_file import RecordingWriter
 
 TIMES = np.array([0.0, 0.5, 1.0])
 OUTPUT = EffectOutput(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.small_worlds import jumping
 
-from replay.outputs.rerun_log.contacts import LARGE_FACE, PUSHED_OUT, face_areas
+from replay.outputs.rerun_log.scene import LARGE_FACE, PUSHED_OUT, face_areas
 from replay.pipeline.engine import compute
 
 SUBJECT, ORACLE = "22.5Hz", "hybrid"

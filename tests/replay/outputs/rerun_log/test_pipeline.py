@@ -8,8 +8,8 @@ import pytest
 from cdcore.bounding.box import box_best
 from cdcore.bounding.sphere import sphere_best
 from replay.outputs.palette import MISSED, SERIES
-from replay.outputs.rerun_log.columns import packed
 from replay.outputs.rerun_log.recording import write_recording
+from replay.outputs.rerun_log.recording_file import packed
 from replay.outputs.watched_run import CONTACT, LOST, watched_runs
 
 LABEL = "paper"

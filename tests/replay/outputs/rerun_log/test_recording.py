@@ -7,8 +7,8 @@ import pytest
 from rerun.chunk import RrdReader
 
 from replay.comparison.outcome import Outcome
-from replay.outputs.rerun_log import columns
 from replay.outputs.rerun_log import recording as module
+from replay.outputs.rerun_log import recording_file
 from replay.outputs.rerun_log.lanes import pair_lanes
 from replay.outputs.rerun_log.recording import write_recording
 
@@ -52,7 +52,7 @@ def test_bodies_without_a_pose_give_no_pose_lanes_and_no_contact(demo, read):
 
 
 def test_above_an_hour_poses_are_strided_and_lanes_are_not(demo, write, monkeypatch):
-    monkeypatch.setattr(columns.RecordingClock.of.__func__, "__defaults__", ((), 90))
+    monkeypatch.setattr(recording_file.RecordingClock.of.__func__, "__defaults__", ((), 90))
     few = replace(demo, misses={SUBJECT: demo.misses[SUBJECT][:1]})
     seen = write(few)
     rows = seen.column("world/rod", "Transform3D:translation")

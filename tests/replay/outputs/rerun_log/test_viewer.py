@@ -9,7 +9,7 @@ from support.headless import pixels, viewer_or_skip
 
 from replay.errors import RunFolderError
 from replay.outputs.rerun_log import viewer as module
-from replay.outputs.rerun_log.moment_table import read_moments
+from replay.outputs.rerun_log.moment_views import read_moments
 from replay.outputs.rerun_log.viewer import ViewerError, open_viewer, start_viewer
 
 

@@ -4,7 +4,7 @@ import pytest
 from rerun.chunk import RrdReader
 
 import replay
-from replay.outputs.rerun_log.moment_table import read_moments
+from replay.outputs.rerun_log.moment_views import read_moments
 
 OVER_TIME = {"TimeSeries", "StateTimeline", "TextLog"}
 """Classes of views that show rows of all times; any other shows what is latest at the cursor."""

@@ -5,7 +5,7 @@ import pytest
 from support.shapes import box_mesh
 
 from cdcore.transforms.rigid import rotation_from_quaternion
-from replay.outputs.rerun_log.world import body_path
+from replay.outputs.rerun_log.scene import body_path
 from replay.outputs.shapes import shaded
 
 

@@ -21,8 +21,7 @@ from replay import read
 from replay.errors import RunFolderError
 from replay.guide.pages import page
 from replay.metrics.row import metric_rows
-from replay.outputs.results.data_set import DATA_SET
-from replay.outputs.results.parquet import KEYS, SCHEMA, read_table
+from replay.outputs.results.parquet import SCHEMA, read_table
 from replay.outputs.results.run_folder import write_run_folder
 from replay.pipeline.engine import compute
 from sessions import Event, Interval
@@ -209,33 +208,6 @@ def test_every_row_says_its_run_session_student_task_and_stage(tables, results):
                 every = None if name == "four" else {"task": "stir + pour", "stage": "first + second"}[span]
                 assert row[span] == (every if kind == "metrics" else doing(name, span, frame)), row
     assert len(set(digests.values())) == len(PLACES) and all(re.fullmatch("[0-9a-f]{16}", d) for d in digests.values())
-
-
-def older(folder):
-    """Make of a run folder one of version 1: no keys, no versions, nothing of false contacts, no causes."""
-    for file, _ in DATA_SET.values():
-        table = pq.read_table(folder / file, partitioning=None).replace_schema_metadata(None)
-        drop = ("task", "stage", *(() if file.startswith("metrics") else KEYS), "cause")
-        pq.write_table(table.select([name for name in table.column_names if name not in drop]), folder / file)
-    (folder / "false.parquet").unlink()
-
-
-def test_run_folders_of_an_older_version_are_read_and_miss_columns_are_null(results, tmp_path):
-    for name in ("one", "two"):
-        write_run_folder(results[name], tmp_path / name)
-    before = read(tmp_path)
-    older(tmp_path / "one")
-    after = read(tmp_path)
-    for kind in ("episodes", "misses", "events", "metrics"):
-        assert after[kind].schema == before[kind].schema and after[kind].num_rows == before[kind].num_rows
-        for row, whole in zip(after[kind].to_pylist(), before[kind].to_pylist(), strict=True):
-            lost = {name for name in row if row[name] != whole[name]}
-            wanted = {"task", "stage"} if kind == "metrics" else {*KEYS, "cause"}
-            assert lost <= wanted and all(row[name] is None for name in lost)
-            assert ("task" in lost or whole["task"] is None) if row["run"] == "one" else not lost
-    assert set(after["false_contacts"]["run"].to_pylist()) == {"two"}
-    older(tmp_path / "two")
-    assert read(tmp_path)["false_contacts"].schema == before["false_contacts"].schema
 
 
 def test_what_a_newer_version_wrote_is_refused_and_a_broken_table_named(results, tmp_path):
