@@ -14,7 +14,7 @@ import numpy as np
 
 from sessions.errors import ImportFileError, SessionError
 from sessions.geometry.rotations import quaternion_from_matrix
-from sessions.importers.pose_table import QUATERNION_TOLERANCE, Numbers
+from sessions.importers.pose_table import LARGEST_SECONDS, QUATERNION_TOLERANCE, Numbers
 from sessions.input_files import read_text
 from sessions.meshes.conventions import CONVENTIONS, quaternion_from_euler
 from sessions.scene_files.toml_table import TomlTable, parse_toml
@@ -160,7 +160,10 @@ def read_mapping(path: str | Path) -> CsvMapping:
         column, unit = ROW_TIME, "s"
         if rate <= 0.0:
             column, unit = clock.text("column", None), clock.text("unit", None, (*CLOCK_NS, TEXT))
-        form, offset = clock.text("format"), clock.number("offset", 0.0)
+        form, offset_ns = clock.text("format"), clock.number("offset", 0.0) * CLOCK_NS.get(unit, 1e9)
+        if abs(offset_ns) > LARGEST_SECONDS * 1e9:
+            clock.refuse("offset is beyond the years that nanoseconds reach; check its unit")
+            offset_ns = 0.0
         clock.done()
         scalars = {}
         for name, table in whole.named_tables("scalars").items():
@@ -183,7 +186,7 @@ def read_mapping(path: str | Path) -> CsvMapping:
                 columns=whole.texts("columns"),
                 rate_hz=rate,
                 format=form,
-                offset_ns=round(offset * CLOCK_NS.get(unit, 1e9)),
+                offset_ns=round(offset_ns),
             ),
             name=long.text("name", None) if long is not None else "",
             body=pose_columns(long) if long is not None else None,
