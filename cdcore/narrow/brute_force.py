@@ -15,6 +15,8 @@ def meeting_faces_exhaustive(first: FloatArray, second: FloatArray) -> IntArray:
     Choose it for tests and for coordinates so large that the bounds of the trees no longer hold.
     """
     boxes_a, boxes_b = _boxes(first), _boxes(second)
+    if not _overlapping(_whole(boxes_a), _whole(boxes_b)):
+        return np.zeros((0, 2), dtype=np.int64)
     rows = max(1, PAIRS_AT_ONCE // max(1, len(second)))
     found = [np.zeros((0, 2), dtype=np.int64)]
     for start in range(0, len(first), rows):
@@ -29,6 +31,11 @@ def meeting_faces_exhaustive(first: FloatArray, second: FloatArray) -> IntArray:
 def _boxes(triangles: FloatArray) -> FloatArray:
     """Lowest and highest coordinates (2, 3, f), an axis a row, so that each comparison runs along the memory."""
     return np.ascontiguousarray(np.stack([triangles.min(axis=1).T, triangles.max(axis=1).T]))
+
+
+def _whole(boxes: FloatArray) -> FloatArray:
+    """The box (2, 3, 1) of boxes (2, 3, f), of which some may be no numbers."""
+    return np.stack([np.fmin.reduce(boxes[0], axis=1), np.fmax.reduce(boxes[1], axis=1)])[:, :, None]
 
 
 def _overlapping(first: FloatArray, second: FloatArray) -> BoolArray:

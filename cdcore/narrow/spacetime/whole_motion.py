@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from cdcore.kernels.memory import address_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.spacetime.block import COUNTERS
-from cdcore.narrow.spacetime.bounds import ROUNDOFF, SMALLEST_SIZE
 from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.spacetime.memory import (
     BEYOND,
@@ -54,8 +53,6 @@ FRAMES_AT_ONCE: Final = 16384
 KEY_BITS: Final = 62
 FRAMES_PER_TASK: Final = 4096
 """With threads: short enough to share the work, long enough for skips along the path."""
-ROUNDING_ULPS: Final = 64.0
-"""Placing two corners rounds each by at most 7 u of its coordinates; taken four times."""
 
 Faces = NDArray[np.int32]
 NO_FACES: Faces = np.zeros((0, 2), dtype=np.int32)
@@ -210,8 +207,6 @@ def _beyond(
     marks[:, 1][beyond] = NEAR
     for column, frame in np.argwhere(beyond).tolist():
         ends = pairs[column].tolist()
-        if _certainly_apart(places[frame, ends[0]], places[frame, ends[1]], sum(trees[body].reach for body in ends)):
-            continue
         first, second = (
             place_points(_triangles(trees[body]), turns[frame, body], places[frame, body]) for body in ends
         )
@@ -226,17 +221,6 @@ def _triangles(tree: BoxTree) -> FloatArray:
     triangles = np.empty((len(tree.faces), 3, 3))
     triangles[tree.faces] = tree.placed.reshape(-1, 3, 4)[:, :, :3].transpose(0, 2, 1)
     return triangles
-
-
-def _certainly_apart(first: FloatArray, second: FloatArray, reach: float) -> bool:
-    """For origins of two bodies that together reach so far: whether no placed corner can meet the other body.
-
-    Rotations may be off orthonormal by 1e-3, and the reach of a very small body may have underflowed to 0: it counts
-    twice, and with the smallest size of the kernels.
-    """
-    with np.errstate(over="ignore"):
-        rounding = ROUNDING_ULPS * ROUNDOFF * (np.abs(first).max() + np.abs(second).max() + reach)
-        return bool(np.abs(first - second).max() > 2.0 * (reach + SMALLEST_SIZE) + rounding)
 
 
 def _entries(
