@@ -113,17 +113,13 @@ def make_analytic(
     seen = recorded(case.paths, how)
     facts = {"synthetic": name, "seed": str(seed), "noise": noise, "jitter": jitter, **MADE_UP}
     session = Session.from_tracks(seen.tracks(), meshes=case.meshes, facts=facts)
-    truth = Truth(name, seed, START_NS, seconds, noise, sorted_episodes(_episodes(case, how)), sorted_facts(seen.facts))
-    return session, truth
-
-
-def _episodes(case: AnalyticCase, how: Recording) -> list[PlantedEpisode]:
     blur = ROUNDING_M + (how.tracker.margin(case.lever, len(case.meshes)) if how.tracker else 0.0)
-    found: list[PlantedEpisode] = []
+    episodes: list[PlantedEpisode] = []
     for kind, table in (("contact", case.contact), ("contained", case.contained)):
         for pair, level in table.items():
-            found += levelled(pair, kind, level, blur, case.tessellation, (how.latency_s, how.seconds))
-    return found
+            episodes += levelled(pair, kind, level, blur, case.tessellation, (how.latency_s, seconds))
+    truth = Truth(name, seed, START_NS, seconds, noise, sorted_episodes(episodes), sorted_facts(seen.facts))
+    return session, truth
 
 
 def within(profile: MotionProfile, reach: float, seconds: float) -> Level:

@@ -77,11 +77,6 @@ class Recording:
         """How much older a pose is than its stamp."""
         return self.tracker.latency_s if self.tracker else 0.0
 
-    def stamps(self) -> NDArray[np.int64]:
-        """Stamps in nanoseconds after the start."""
-        rng = random_stream(self.seed, "clock")
-        return stamps(self.seconds, self.rate_hz, CLOCKS[self.jitter], rng)
-
 
 @dataclass(frozen=True, eq=False)
 class Recorded:
@@ -106,7 +101,7 @@ def recorded(
 
     ``keep`` names windows in which a body must not be lost (recorded time).
     """
-    clock = how.stamps()
+    clock = stamps(how.seconds, how.rate_hz, CLOCKS[how.jitter], random_stream(how.seed, "clock"))
     times = clock.astype(np.float64) * 1e-9
     poses: dict[str, Poses] = {}
     valid: dict[str, NDArray[np.bool_]] = {}

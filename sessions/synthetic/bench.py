@@ -134,13 +134,13 @@ def made_session(
     return replace(session, hands=buttons.tracks(seen.stamps + START_NS))
 
 
-def with_text(scene: Scene, remarks: Sequence[str] = ()) -> Scene:
+def with_text(scene: Scene, remarks: Sequence[str]) -> Scene:
     """The scene as read from its own TOML, headed by remarks: as an author would have written it.
 
     SceneError where it names a body, tag or instrument that it does not have.
     """
     head = "".join(f"# {line}\n" for line in remarks)
-    return parse_scene(f"{head}\n{scene_to_toml(scene)}" if head else scene_to_toml(scene), f"{scene.name}.toml")
+    return parse_scene(f"{head}\n{scene_to_toml(scene)}", f"{scene.name}.toml")
 
 
 def declared_bench(file: Path) -> dict[str, Any]:

@@ -89,9 +89,9 @@ class Lab(Planting):
 
     def wait(self, seconds: float) -> None:
         """Both hands rest."""
-        now = self.together()
+        self.together()
         for script in self.hands.values():
-            script.wait_until(now + seconds)
+            script.wait(seconds)
 
     def pause(self, side: str, seconds: float) -> None:
         """One hand rests."""
@@ -211,21 +211,22 @@ class Lab(Planting):
         for windows in self.keep.values():
             windows.append((start - 0.2, end + 0.2))
 
-    def note_task(self, name: str, start: float) -> None:
-        """Write down a task that began at ``start`` and ends when both hands are done."""
-        self._interval("task", name, start, self.together())
+    def note_interval(self, kind: str, name: str, start: float, end: float) -> None:
+        """Write down a task, stage or feature of the session, in seconds of the recording."""
+        a, b = (START_NS + round(time * 1e9) for time in (start, end))
+        self.intervals.append(Interval(a, b, kind, name))
 
     def finish(self, seconds: float) -> None:
         """Close stages and features at the end of the session."""
         ends = [start for start, _ in self.stages[1:]] + [seconds]
         for (start, name), end in zip(self.stages, ends, strict=True):
-            self._interval("stage", name, start, end)
-        self._interval("feature", "immersion", 0.0, seconds)
+            self.note_interval("stage", name, start, end)
+        self.note_interval("feature", "immersion", 0.0, seconds)
         holds = sorted((fact.start, fact.end) for fact in self.facts if fact.kind == "hold")
         if holds:
-            self._interval("feature", "interactivity", holds[0][0], min(seconds, max(end for _, end in holds)))
+            self.note_interval("feature", "interactivity", holds[0][0], min(seconds, max(end for _, end in holds)))
         if self.stages:
-            self._interval("feature", "conception", self.stages[0][0], ends[0])
+            self.note_interval("feature", "conception", self.stages[0][0], ends[0])
 
     def _let_go(self, side: str) -> float:
         thing = self.held.pop(side)
@@ -247,10 +248,6 @@ class Lab(Planting):
     def _settle(self, thing: str, time: float, position: Point, quaternion: Quaternion) -> None:
         self.things.setdefault(thing, []).append((time, Standing(position, quaternion)))
         self.where[thing] = (position, quaternion)
-
-    def _interval(self, kind: str, name: str, start: float, end: float) -> None:
-        a, b = (START_NS + round(time * 1e9) for time in (start, end))
-        self.intervals.append(Interval(a, b, kind, name))
 
 
 def layout_of(placed: Mapping[str, Placed], grips: tuple[float, float], faces: int) -> Instruments:

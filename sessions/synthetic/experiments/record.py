@@ -124,7 +124,7 @@ def _perform(lab: Lab, name: str, steps: Sequence[Mapping[str, Any]], stage: str
     for step in steps:
         settings = dict(step)
         VERBS[settings.pop("do")](lab, **settings)
-    lab.note_task(name, start)
+    lab.note_interval("task", name, start, lab.together())
 
 
 def _until(episodes: Sequence[PlantedEpisode], seconds: float) -> list[PlantedEpisode]:
