@@ -4,10 +4,32 @@ An edge belongs to one of its two faces: its side is computed from its ends in o
 alike, and a ray through it counts once.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.numerics import FloatArray, IntArray
+
+
+class Window(NamedTuple):
+    """Corner, size of a pixel, number of pixels along each axis, (3,) each; ``shift`` (2,) of the rays, in pixels."""
+
+    low: FloatArray
+    size: FloatArray
+    pixels: IntArray
+    shift: FloatArray
+
+
+class Layers(NamedTuple):
+    """Where each pixel's layers start (n + 1,), their depths, ascending within a pixel, and their turns.
+
+    A turn is -1 where a ray enters a mesh whose normals point out.
+    """
+
+    start: IntArray
+    depths: FloatArray
+    turns: IntArray
 
 
 @hot_kernel
@@ -48,10 +70,10 @@ def pixels_of_face(low: float, high: float, start: float, size: float, count: in
 
 @kernel
 def visit_layers(
-    world: FloatArray, axis: int, low: FloatArray, size: FloatArray, count: IntArray, shift: FloatArray,
-    cursor: IntArray, depths: FloatArray, turns: IntArray, keep: bool,
-) -> None:  # fmt: skip
+    world: FloatArray, axis: int, window: Window, cursor: IntArray, depths: FloatArray, turns: IntArray, keep: bool
+) -> None:
     """Raise ``cursor`` of a pixel (n,) for each layer over it, and where asked keep depth and turn at the cursor."""
+    low, size, count, shift = window
     u, v, w = (axis + 1) % 3, (axis + 2) % 3, axis
     depth = np.empty(1)
     for f in range(len(world)):
@@ -83,38 +105,31 @@ def sort_layers(depths: FloatArray, turns: IntArray, start: int, stop: int) -> N
 
 
 @kernel
-def layers_of(
-    world: FloatArray, axis: int, low: FloatArray, size: FloatArray, count: IntArray, shift: FloatArray
-) -> tuple[IntArray, FloatArray, IntArray]:
-    """The layers of placed faces ``world`` (f, 3, 3) over a window of pixels, seen along ``axis``.
-
-    ``low``, ``size``, ``count`` (3,): corner of the window, pixel and number of pixels along each axis. Returns where
-    each pixel's layers start (n + 1,), their depths, ascending within a pixel, and their turns: -1 where a ray enters
-    a mesh whose normals point out.
-    """
-    start = np.zeros(count[(axis + 1) % 3] * count[(axis + 2) % 3] + 1, dtype=np.int64)
+def layers_of(world: FloatArray, axis: int, window: Window) -> Layers:
+    """The layers of placed faces ``world`` (f, 3, 3) over a window, seen along ``axis``; turns of their own normals."""
+    start = np.zeros(window.pixels[(axis + 1) % 3] * window.pixels[(axis + 2) % 3] + 1, dtype=np.int64)
     depths, turns = np.empty(0), np.empty(0, dtype=np.int64)
-    visit_layers(world, axis, low, size, count, shift, start[1:], depths, turns, False)
+    visit_layers(world, axis, window, start[1:], depths, turns, False)
     for pixel in range(len(start) - 1):
         start[pixel + 1] += start[pixel]
     depths, turns = np.empty(start[-1]), np.empty(start[-1], dtype=np.int64)
-    visit_layers(world, axis, low, size, count, shift, start[:-1].copy(), depths, turns, True)
+    visit_layers(world, axis, window, start[:-1].copy(), depths, turns, True)
     for pixel in range(len(start) - 1):
         sort_layers(depths, turns, start[pixel], start[pixel + 1])
-    return start, depths, turns
+    return Layers(start, depths, turns)
 
 
 @kernel
 def shared_length(
-    depths_a: FloatArray, turns_a: IntArray, first_a: int, stop_a: int, flip_a: int, depths_b: FloatArray,
-    turns_b: IntArray, first_b: int, stop_b: int, flip_b: int, least: float, lengths: FloatArray,
-) -> bool:  # fmt: skip
+    a: Layers, flip_a: int, b: Layers, flip_b: int, pixel: int, least: float, lengths: FloatArray
+) -> bool:
     """Add to ``lengths`` (3,) how long a ray is in A, B, both for more than ``least``; whether it ends outside."""
-    i, j, in_a, in_b = first_a, first_b, 0, 0
+    i, j, in_a, in_b = a.start[pixel], b.start[pixel], 0, 0
+    stop_a, stop_b = a.start[pixel + 1], b.start[pixel + 1]
     last = 0.0
     while i < stop_a or j < stop_b:
-        from_a = j >= stop_b or (i < stop_a and depths_a[i] <= depths_b[j])
-        depth = depths_a[i] if from_a else depths_b[j]
+        from_a = j >= stop_b or (i < stop_a and a.depths[i] <= b.depths[j])
+        depth = a.depths[i] if from_a else b.depths[j]
         if in_a > 0:
             lengths[0] += depth - last
         if in_b > 0:
@@ -123,10 +138,10 @@ def shared_length(
             lengths[2] += depth - last
         last = depth
         if from_a:
-            in_a -= turns_a[i] * flip_a
+            in_a -= a.turns[i] * flip_a
             i += 1
         else:
-            in_b -= turns_b[j] * flip_b
+            in_b -= b.turns[j] * flip_b
             j += 1
         if in_a < 0 or in_b < 0:
             return False
@@ -135,17 +150,13 @@ def shared_length(
 
 @kernel
 def overlap_along(
-    world_a: FloatArray, flip_a: int, world_b: FloatArray, flip_b: int, axis: int, low: FloatArray, size: FloatArray,
-    count: IntArray, shift: FloatArray, least: float, lengths: FloatArray,
+    world_a: FloatArray, flip_a: int, world_b: FloatArray, flip_b: int, axis: int, window: Window, least: float,
+    lengths: FloatArray,
 ) -> tuple[int, int]:  # fmt: skip
     """Lengths (3,) of all rays of a window together; returns how many rays do not balance, and layers met."""
-    start_a, depths_a, turns_a = layers_of(world_a, axis, low, size, count, shift)
-    start_b, depths_b, turns_b = layers_of(world_b, axis, low, size, count, shift)
+    a, b = layers_of(world_a, axis, window), layers_of(world_b, axis, window)
     unbalanced = 0
-    for pixel in range(len(start_a) - 1):
-        if not shared_length(
-            depths_a, turns_a, start_a[pixel], start_a[pixel + 1], flip_a, depths_b, turns_b, start_b[pixel],
-            start_b[pixel + 1], flip_b, least, lengths,
-        ):  # fmt: skip
+    for pixel in range(len(a.start) - 1):
+        if not shared_length(a, flip_a, b, flip_b, pixel, least, lengths):
             unbalanced += 1
-    return unbalanced, len(depths_a) + len(depths_b)
+    return unbalanced, len(a.depths) + len(b.depths)

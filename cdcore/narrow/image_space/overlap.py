@@ -11,7 +11,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.mesh import TriangleMesh
-from cdcore.narrow.image_space.layers import overlap_along
+from cdcore.narrow.image_space.layers import Window, overlap_along
 from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray
 
 SHIFT: Final = (1e-4, 2e-4)
@@ -68,12 +68,10 @@ def overlap_of_placed(world_a: FloatArray, flip_a: int, world_b: FloatArray, fli
     count = np.maximum(1, np.ceil((high - low) / pixel - 1e-9)).astype(np.int64)
     size = (high - low) / count
     least = DEPTH_ULPS * EPS * float(max(np.abs(world_a).max(), np.abs(world_b).max())) + UNDERFLOW_PAD
-    lengths = np.zeros((3, 3))
+    window, lengths = Window(low, size, count, np.array(SHIFT)), np.zeros((3, 3))
     rays = layers = unbalanced = 0
     for axis in range(3):
-        bad, met = overlap_along(
-            world_a, flip_a, world_b, flip_b, axis, low, size, count, np.array(SHIFT), least, lengths[axis]
-        )
+        bad, met = overlap_along(world_a, flip_a, world_b, flip_b, axis, window, least, lengths[axis])
         rays += int(count[(axis + 1) % 3] * count[(axis + 2) % 3])
         unbalanced, layers = unbalanced + bad, layers + met
     areas = np.array([size[1] * size[2], size[2] * size[0], size[0] * size[1]])

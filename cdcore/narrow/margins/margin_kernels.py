@@ -128,7 +128,7 @@ def certainly_apart(
     """
     links_a, leaves_a, links_b, leaves_b = tree_a.links, tree_a.leaves, tree_b.links, tree_b.leaves
     stack = np.empty((len(links_a) + len(links_b) + 2, 2), dtype=np.int64)
-    axes, points, pair, m, d = np.empty((11, 4)), np.empty((6, 3)), np.empty((6, 3)), np.empty((3, 3)), np.empty(3)
+    room, m, d = (np.empty((11, 4)), np.empty((6, 3)), np.empty((6, 3))), np.empty((3, 3)), np.empty(3)
     for row in range(len(turns)):
         turn, move, far = turns[row], moves[row], reach[row]
         stack[0, 0], stack[0, 1] = 0, 0
@@ -142,9 +142,7 @@ def certainly_apart(
                 continue
             if links_a[a, 0] < 0 and links_b[b, 0] < 0:
                 leaf_a, leaf_b = leaves_a[links_a[a, 1]], leaves_b[links_b[b, 1]]
-                apart[row] = _faces_apart(
-                    tree_a.placed, leaf_a, tree_b.placed, leaf_b, turn, move, far, measured, axes, points, pair
-                )
+                apart[row] = _faces_apart(tree_a.placed, leaf_a, tree_b.placed, leaf_b, turn, move, far, measured, room)
                 continue
             split_a = links_b[b, 0] < 0 or (links_a[a, 0] >= 0 and boxes_a.size[a] >= boxes_b.size[b])
             for child in range(2):
@@ -156,11 +154,14 @@ def certainly_apart(
 @hot_kernel
 def _faces_apart(
     placed_a: FloatArray, leaf_a: NDArray[np.int32], placed_b: FloatArray, leaf_b: NDArray[np.int32],
-    turn: FloatArray, move: FloatArray, far: float, measured: bool, axes: FloatArray, points: FloatArray,
-    pair: FloatArray,
+    turn: FloatArray, move: FloatArray, far: float, measured: bool, room: tuple[FloatArray, FloatArray, FloatArray],
 ) -> bool:  # fmt: skip
-    """Whether every face of one leaf keeps more than ``far`` from every face of the other, as ``certainly_apart``."""
+    """Whether every face of one leaf keeps more than ``far`` from every face of the other, as ``certainly_apart``.
+
+    ``room``: axes (11, 4), points (6, 3) and a pair of faces (6, 3) to compute with.
+    """
     stay_one_function()
+    axes, points, pair = room
     for i in range(leaf_a[0], leaf_a[0] + leaf_a[1]):
         _place_face(placed_a[i], turn, move, pair)
         for m in range(leaf_b[0], leaf_b[0] + leaf_b[1]):

@@ -1,115 +1,134 @@
-"""The box trees of four published searches: where boxes lie, how faces are cut in two, how many stand in a leaf."""
+"""One builder for the box trees of four published searches: rows say where boxes lie and how faces are cut in two."""
 
-from collections.abc import Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.level_tree import Topology, extents, grow_tree
-from cdcore.narrow.trees.descent import BoxNodes
+from cdcore.narrow.level_tree import extents, grow_tree
+from cdcore.narrow.trees.descent import OBB, RAPID, SOLID, WORLD, BoxNodes
 from cdcore.numerics import FloatArray, IntArray
 
-LEAF_FACES: Final = 4
-"""Of an OBB tree: a box test costs about as much as three face tests that planes dismiss."""
+Boxes = tuple[FloatArray, FloatArray, FloatArray]
+"""Of the n nodes of a level: axes (n, 3, 3), one a row, and the least and largest coordinates along them (n, 3)."""
 
-Built = tuple[BoxNodes, int]
-"""A tree and its depth, of corners (f, 3, 3)."""
+Level = Callable[[IntArray, IntArray, IntArray], tuple[Boxes, FloatArray]]
+"""The boxes of a level, and the place of each face along the cut; given what ``level_tree.Keys`` is given."""
 
 
-def build_world_box_tree(corners: FloatArray) -> Built:
+@dataclass(frozen=True)
+class TreeKind:
+    """A hierarchy: how a level of its tree is cut, of corners (f, 3, 3), and how two trees are searched.
+
+    ``balanced``: cut at the median, else at 0. ``scaled``: corners come divided by their size, so that the covariance
+    of a mesh of 1e-200 m neither vanishes nor overflows. ``undismissed``: the counter of face pairs that no volume kept
+    apart by the pad.
+    """
+
+    level: Callable[[FloatArray], Level]
+    search: int
+    balanced: bool
+    scaled: bool
+    leaf_faces: int = 1
+    more_counters: tuple[str, ...] = ()
+    undismissed: int = 1
+
+
+def build_tree(corners: FloatArray, kind: TreeKind) -> tuple[BoxNodes, int]:
+    """A tree over faces (f, 3, 3), and its depth."""
+    unit = float(np.abs(corners).max()) if kind.scaled else 1.0
+    unit = unit if unit > 0 else 1.0
+    level, boxes = kind.level(corners / unit), list[Boxes]()
+
+    def keys(faces: IntArray, node: IntArray, first: IntArray) -> FloatArray:
+        box, key = level(faces, node, first)
+        boxes.append(box)
+        return key
+
+    shape = grow_tree(len(corners), kind.leaf_faces, keys, balanced=kind.balanced)
+    axes, low, high = (np.concatenate(part) for part in zip(*boxes, strict=True))
+    centre, half = np.einsum("nki,nk->ni", axes, low / 2 + high / 2) * unit, (high / 2 - low / 2) * unit
+    nodes = shape.child, shape.start, shape.stop, centre, axes, half, half.max(axis=1)
+    return BoxNodes(np.ascontiguousarray(corners[shape.order]), shape.order, *nodes), shape.depth
+
+
+def along_body_axes(corners: FloatArray) -> Level:
     """Boxes along the body's axes, cut at the median of the centroids along the longest side of their box."""
     centroids = corners[:, 0] / 3 + corners[:, 1] / 3 + corners[:, 2] / 3
-    boxes: list[tuple[FloatArray, FloatArray]] = []
 
-    def along_longest_side(faces: IntArray, node: IntArray, first: IntArray) -> FloatArray:
-        boxes.append(extents(corners[faces], first))
+    def level(faces: IntArray, node: IntArray, first: IntArray) -> tuple[Boxes, FloatArray]:
         low, high = extents(centroids[faces, None], first)
-        return centroids[faces, np.argmax(high / 2 - low / 2, axis=1)[node]]
+        return _straight(corners[faces], first), centroids[faces, np.argmax(high / 2 - low / 2, axis=1)[node]]
 
-    return _straight(corners, grow_tree(len(corners), 1, along_longest_side, balanced=True), boxes)
+    return level
 
 
-def build_solid_tree(corners: FloatArray) -> Built:
+def solid_boxes(corners: FloatArray) -> Level:
     """Boxes along the body's axes, cut at the middle of their longest side.
 
     A face lies where the middle of its own box lies. A node whose faces all lie on one side is cut into halves of their
     number.
     """
     middles = corners.min(axis=1) / 2 + corners.max(axis=1) / 2
-    boxes: list[tuple[FloatArray, FloatArray]] = []
 
-    def from_middle(faces: IntArray, node: IntArray, first: IntArray) -> FloatArray:
-        low, high = extents(corners[faces], first)
-        boxes.append((low, high))
-        longest = np.argmax(high / 2 - low / 2, axis=1)
-        return middles[faces, longest[node]] - (low / 2 + high / 2)[np.arange(len(first)), longest][node]
+    def level(faces: IntArray, node: IntArray, first: IntArray) -> tuple[Boxes, FloatArray]:
+        boxes = _straight(corners[faces], first)
+        longest, middle = np.argmax(boxes[2] / 2 - boxes[1] / 2, axis=1), boxes[1] / 2 + boxes[2] / 2
+        return boxes, middles[faces, longest[node]] - middle[np.arange(len(first)), longest][node]
 
-    return _straight(corners, grow_tree(len(corners), 1, from_middle, balanced=False), boxes)
+    return level
 
 
-def build_obb_tree(corners: FloatArray) -> Built:
+def oriented_boxes(corners: FloatArray) -> Level:
     """Boxes along the principal axes of their faces or the body's axes, whichever box has the smaller surface.
 
     Cut at the median of the centroids along the longest side of the box.
     """
-    scaled, unit = _scaled(corners)
-    boxes: list[tuple[FloatArray, FloatArray, FloatArray]] = []
 
-    def along_longest_side(faces: IntArray, node: IntArray, first: IntArray) -> FloatArray:
-        axes, low, high = _tighter_boxes(scaled[faces], node, first)
-        boxes.append((axes, low, high))
+    def level(faces: IntArray, node: IntArray, first: IntArray) -> tuple[Boxes, FloatArray]:
+        axes, low, high = _tighter_boxes(corners[faces], node, first)
         longest = axes[np.arange(len(first)), np.argmax(high - low, axis=1)]
-        return np.einsum("eci,ei->e", scaled[faces], longest[node])
+        return (axes, low, high), np.einsum("eci,ei->e", corners[faces], longest[node])
 
-    return _turned(corners, grow_tree(len(corners), LEAF_FACES, along_longest_side, balanced=True), boxes, unit)
+    return level
 
 
-def build_rapid_tree(corners: FloatArray) -> Built:
+def rapid_boxes(corners: FloatArray) -> Level:
     """Boxes along the principal axes of the surface, the longest first, cut through its mean.
 
     Differs: the covariance is that of the triangles themselves, as in the library, not of their convex hull.
     """
-    scaled, unit = _scaled(corners)
-    area, centroid, second = _moments(scaled)
-    boxes: list[tuple[FloatArray, FloatArray, FloatArray]] = []
+    area, centroid, second = _moments(corners)
 
-    def from_mean(faces: IntArray, node: IntArray, first: IntArray) -> FloatArray:
+    def level(faces: IntArray, node: IntArray, first: IntArray) -> tuple[Boxes, FloatArray]:
         mean, covariance = _statistics(area[faces], centroid[faces], second[faces], first)
         axes = np.ascontiguousarray(np.linalg.eigh(covariance)[1].transpose(0, 2, 1)[:, ::-1])
-        boxes.append((axes, *extents(np.einsum("eci,eki->eck", scaled[faces], axes[node]), first)))
-        return np.einsum("ei,ei->e", centroid[faces] - mean[node], axes[node, 0])
+        low, high = extents(np.einsum("eci,eki->eck", corners[faces], axes[node]), first)
+        return (axes, low, high), np.einsum("ei,ei->e", centroid[faces] - mean[node], axes[node, 0])
 
-    return _turned(corners, grow_tree(len(corners), 1, from_mean, balanced=False), boxes, unit)
-
-
-def _straight(corners: FloatArray, shape: Topology, boxes: Sequence[tuple[FloatArray, FloatArray]]) -> Built:
-    """A tree whose boxes, low and high of each level, lie along the body's axes."""
-    low, high = (np.concatenate(part) for part in zip(*boxes, strict=True))
-    return _tree(corners, shape, low / 2 + high / 2, np.tile(np.eye(3), (len(low), 1, 1)), high / 2 - low / 2)
+    return level
 
 
-def _turned(
-    corners: FloatArray, shape: Topology, boxes: Sequence[tuple[FloatArray, FloatArray, FloatArray]], unit: float
-) -> Built:
-    """A tree of boxes along axes of their own; extents are in units."""
-    axes, low, high = (np.concatenate(part) for part in zip(*boxes, strict=True))
-    centre = np.einsum("nki,nk->ni", axes, low / 2 + high / 2) * unit
-    return _tree(corners, shape, centre, axes, (high / 2 - low / 2) * unit)
+TREE_KINDS: Final = {
+    "rapid-style": TreeKind(rapid_boxes, RAPID, balanced=False, scaled=True),
+    "solid-style": TreeKind(
+        solid_boxes, SOLID, balanced=False, scaled=False, more_counters=("cache_hits", "gjk_steps", "exact_tests"),
+        undismissed=4,
+    ),
+    "aabb": TreeKind(along_body_axes, WORLD, balanced=True, scaled=False),
+    # A box test of fifteen axes costs about as much as three face tests that planes dismiss.
+    "obb": TreeKind(oriented_boxes, OBB, balanced=True, scaled=True, leaf_faces=4),
+}  # fmt: skip
+"""Detector -> its hierarchy."""
 
 
-def _tree(corners: FloatArray, shape: Topology, centre: FloatArray, axes: FloatArray, half: FloatArray) -> Built:
-    faces = np.ascontiguousarray(corners[shape.order])
-    nodes = shape.child, shape.start, shape.stop, centre, axes, half, half.max(axis=1)
-    return BoxNodes(faces, shape.order, *nodes), shape.depth
+def _straight(corners: FloatArray, first: IntArray) -> Boxes:
+    """Boxes along the body's axes; ``corners`` (E, 3, 3) of the faces of n nodes, node by node."""
+    return np.tile(np.eye(3), (len(first), 1, 1)), *extents(corners, first)
 
 
-def _scaled(corners: FloatArray) -> tuple[FloatArray, float]:
-    """Corners over their size, so that the covariance of a mesh of 1e-200 m neither vanishes nor overflows."""
-    size = float(np.abs(corners).max())
-    return (corners / size, size) if size > 0 else (corners, 1.0)
-
-
-def _tighter_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _tighter_boxes(corners: FloatArray, node: IntArray, first: IntArray) -> Boxes:
     """Axes (n, 3, 3) and extents along them (n, 3) of n nodes; ``corners`` (E, 3, 3) of their faces, node by node."""
     sizes = np.diff(first, append=len(node))[:, None]
     mean = np.add.reduceat(corners.mean(axis=1), first) / sizes

@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Final, NamedTuple
 
 import numpy as np
 
-from cdcore.narrow.trees.box_trees import (
-    Built,
-    build_obb_tree,
-    build_rapid_tree,
-    build_solid_tree,
-    build_world_box_tree,
-)
-from cdcore.narrow.trees.descent import OBB, RAPID, SOLID, WORLD, PairPoses, search_rows
+from cdcore.narrow.trees.box_trees import TREE_KINDS, build_tree
+from cdcore.narrow.trees.descent import PairPoses, search_rows
 from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 
@@ -36,28 +29,6 @@ class Searched(NamedTuple):
     truncated: BoolArray
 
 
-@dataclass(frozen=True)
-class TreeKind:
-    """A hierarchy: ``build`` makes a tree of corners (f, 3, 3), ``kind`` says how two of them are searched.
-
-    ``undismissed``: the counter of face pairs that no volume kept apart by the pad.
-    """
-
-    build: Callable[[FloatArray], Built]
-    kind: int
-    more_counters: tuple[str, ...] = ()
-    undismissed: int = 1
-
-
-TREE_KINDS: Final = {
-    "rapid-style": TreeKind(build_rapid_tree, RAPID),
-    "solid-style": TreeKind(build_solid_tree, SOLID, ("cache_hits", "gjk_steps", "exact_tests"), 4),
-    "aabb": TreeKind(build_world_box_tree, WORLD),
-    "obb": TreeKind(build_obb_tree, OBB),
-}
-"""Detector -> its hierarchy."""
-
-
 class TreeSearch:
     """A tree of one kind, a row of ``TREE_KINDS``, over each body, and the way through two of them.
 
@@ -68,7 +39,7 @@ class TreeSearch:
         self._kind = TREE_KINDS[kind]
         self.undismissed = self._kind.undismissed
         self.counters = ("node_tests", "leaf_tests", *self._kind.more_counters)
-        built = [self._kind.build(one) for one in corners]
+        built = [build_tree(faces, self._kind) for faces in corners]
         self.trees = [tree for tree, _ in built]
         # A step takes one pair from the stack and puts two, or four where both boxes are opened at once.
         self._stack = np.empty((3 * max(depth for _, depth in built) + 4, 2), dtype=np.int64)
@@ -79,7 +50,7 @@ class TreeSearch:
         counts = np.zeros((len(poses.pad), len(self.counters)), dtype=np.int64)
         truncated = np.zeros(len(poses.pad), dtype=np.uint8)
         found = search_rows(
-            self._kind.kind, self.trees[a], self.trees[b], poses, every, budget, self._stack, self._digits, counts,
+            self._kind.search, self.trees[a], self.trees[b], poses, every, budget, self._stack, self._digits, counts,
             truncated,
         )  # fmt: skip
         return Searched(found, counts, truncated.view(np.bool_))

@@ -6,7 +6,7 @@ from manifold3d import Manifold, Mesh64
 from support.shapes import ball_mesh, box_mesh, random_rotations, revolved_mesh
 
 from cdcore import TriangleMesh
-from cdcore.narrow.image_space.layers import layers_of, overlap_along, shared_length
+from cdcore.narrow.image_space.layers import Layers, Window, layers_of, overlap_along, shared_length
 from cdcore.narrow.image_space.overlap import overlap_of_placed, turn_of_normals
 from cdcore.numerics import place_points
 
@@ -98,7 +98,7 @@ def test_rays_that_run_through_edges_and_corners_of_a_box_meet_it_twice():
     world = box_mesh((2, 2, 2)).triangles
     low, size, count = np.full(3, -1.5), np.ones(3), np.full(3, 3, dtype=np.int64)
     for axis in range(3):
-        start, depths, turns = layers_of(world, axis, low, size, count, NO_SHIFT)
+        start, depths, turns = layers_of(world, axis, Window(low, size, count, NO_SHIFT))
         middle = slice(start[4], start[5])
         assert depths[middle].tolist() == [-1, 1] and turns[middle].tolist() == [-1, 1]
         assert (np.diff(start) % 2 == 0).all()
@@ -106,11 +106,12 @@ def test_rays_that_run_through_edges_and_corners_of_a_box_meet_it_twice():
 
 def lengths_of(a, b, least=0.0, flips=(1, 1)):
     lengths = np.zeros(3)
-    depths = [np.array(one, dtype=float) for one in (a, b)]
     turns = [np.tile([-1, 1], len(one) // 2 + 1)[: len(one)] * flip for one, flip in zip((a, b), flips, strict=True)]
-    sane = shared_length(
-        depths[0], turns[0], 0, len(a), flips[0], depths[1], turns[1], 0, len(b), flips[1], least, lengths
+    first, second = (
+        Layers(np.array([0, len(one)]), np.array(one, dtype=float), turn)
+        for one, turn in zip((a, b), turns, strict=True)
     )
+    sane = shared_length(first, flips[0], second, flips[1], 0, least, lengths)
     return sane, lengths.tolist()
 
 
@@ -128,6 +129,6 @@ def test_a_ray_that_does_not_leave_again_is_told():
 
 def test_an_open_mesh_leaves_rays_unbalanced():
     world, whole = ball_mesh(1.0).triangles[:-20], ball_mesh(1.0).triangles
-    low, size, count = window(whole, 16)
-    bad, layers = overlap_along(world, 1, whole, 1, 2, low, size, count, NO_SHIFT + 1e-4, 0.0, np.zeros(3))
+    looked_through = Window(*window(whole, 16), NO_SHIFT + 1e-4)
+    bad, layers = overlap_along(world, 1, whole, 1, 2, looked_through, 0.0, np.zeros(3))
     assert bad > 0 and layers > 100

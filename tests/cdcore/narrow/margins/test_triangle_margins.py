@@ -4,7 +4,6 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 from support.shapes import box_mesh, merged, random_rotations
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
@@ -52,23 +51,6 @@ def test_touching_and_coplanar_overlap_have_no_depth():
 )
 def test_clearance_is_the_distance_of_the_nearest_features(second, distance):
     assert one(FLOOR, second) == (False, pytest.approx(distance, rel=1e-15))
-
-
-def test_a_minimiser_comes_as_near_as_the_clearance():
-    rng = np.random.default_rng(0)
-    for _ in range(20):
-        pair = rng.normal(size=(1, 2, 3, 3)) + np.array([0, 2.5])[:, None, None]
-        meets, clearance = triangle_margins(pair)
-        if meets[0]:
-            continue
-
-        def apart(w, pair=pair):
-            p, q = (np.array([1 - w[k] - w[k + 1], w[k], w[k + 1]]) @ pair[0, k // 2] for k in (0, 2))
-            return ((p - q) ** 2).sum()
-
-        sums = [{"type": "ineq", "fun": lambda w, k=k: 1 - w[k] - w[k + 1]} for k in (0, 2)]
-        best = minimize(apart, [0.3] * 4, bounds=[(0, 1)] * 4, constraints=sums, tol=1e-14)
-        assert sqrt(best.fun) == pytest.approx(clearance[0], rel=1e-5)
 
 
 def test_moving_by_the_penetration_along_some_axis_separates_and_by_less_does_not():

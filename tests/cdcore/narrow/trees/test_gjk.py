@@ -47,14 +47,6 @@ def test_faces_that_do_not_meet_are_nearly_always_separated():
     assert 0.1 < meet.mean() < 0.9
 
 
-def test_the_axis_of_the_last_search_ends_the_next_at_once():
-    rng = np.random.default_rng(1)
-    points = rng.normal(size=(6, 3)) + np.repeat([[0, 0, 0], [1.0, 2, 3]], 3, axis=0) * 2
-    axis = np.array([-3.0, 1.0, 0.0])
-    assert steps(points, axis, 0.0) > 0
-    assert steps(points + 1e-3 * rng.normal(size=(6, 3)), axis, 0.0) == 0
-
-
 def test_numbers_that_overflow_or_vanish_are_left_to_the_exact_test():
     points = np.random.default_rng(2).normal(size=(6, 3)) + np.repeat([[0, 0, 0], [9.0, 0, 0]], 3, axis=0)
     for scale in (1e200, 1e-200):

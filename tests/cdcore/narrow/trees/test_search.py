@@ -15,9 +15,9 @@ from support.slow_trees import (
 )  # fmt: skip
 
 from cdcore.kernels.compiling import kernel
-from cdcore.narrow.trees.box_trees import LEAF_FACES
+from cdcore.narrow.trees.box_trees import TREE_KINDS, build_tree
 from cdcore.narrow.trees.descent import place_box
-from cdcore.narrow.trees.search import TREE_KINDS, UNLIMITED, TreeSearch
+from cdcore.narrow.trees.search import UNLIMITED, TreeSearch
 from cdcore.numerics import place_points
 
 MESHES = {name: make(np.random.default_rng(5)) for name, make in KINDS.items()} | {"rod": rod_mesh().triangles}
@@ -137,9 +137,9 @@ def faces_below(tree, node):
 @pytest.mark.parametrize("scale", [1.0, 1e-200, 1e70])
 def test_every_face_stands_in_one_leaf_and_every_box_holds_the_faces_below_it(kind, name, scale):
     corners = MESHES[name] * scale
-    tree, depth = TREE_KINDS[kind].build(corners)
+    tree, depth = build_tree(corners, TREE_KINDS[kind])
     leaves = [faces_below(tree, node) for node in np.flatnonzero(tree.child < 0)]
-    most = LEAF_FACES if kind == "obb" else 1
+    most = TREE_KINDS[kind].leaf_faces
     assert sorted(np.concatenate(leaves)) == list(range(len(corners))) and max(map(len, leaves)) <= most
     assert most * 2 ** (depth - 1) >= len(corners) >= depth
     assert np.array_equal(tree.corners, corners[tree.number])
@@ -153,7 +153,7 @@ def test_every_face_stands_in_one_leaf_and_every_box_holds_the_faces_below_it(ki
 
 def test_a_slanted_rod_gets_a_slanted_box():
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
-    tree, _ = TREE_KINDS["obb"].build(rod_mesh(0.003, 0.1).triangles @ turn.T)
+    tree, _ = build_tree(rod_mesh(0.003, 0.1).triangles @ turn.T, TREE_KINDS["obb"])
     assert sorted(tree.half[0].tolist())[2] < 0.06
     assert sorted(tree.half[0].tolist())[1] < 0.004
 
@@ -162,7 +162,7 @@ def test_the_axes_of_rapid_do_not_depend_on_how_finely_a_surface_is_cut():
     """The covariance is of the surface: a plate of 2 faces, and the same plate cut into many, give one box."""
     coarse = np.array([[[0.0, 0, 0], [6, 0, 0], [6, 6, 0]], [[0, 0, 0], [6, 6, 0], [0, 6, 0]]])
     stretched = np.array([3.0, 1.0, 1.0])
-    first, second = (TREE_KINDS["rapid-style"].build(plate * stretched)[0] for plate in (coarse, grid_plate(6)))
+    first, second = (build_tree(plate * stretched, TREE_KINDS["rapid-style"])[0] for plate in (coarse, grid_plate(6)))
     assert np.allclose(np.abs(first.axes[0]), np.abs(second.axes[0]), atol=1e-9)
     assert np.allclose(first.half[0], [9.0, 3.0, 0.0], atol=1e-9)
     assert np.allclose(second.half[0], [9.0, 3.0, 0.0], atol=1e-9)
@@ -171,7 +171,7 @@ def test_the_axes_of_rapid_do_not_depend_on_how_finely_a_surface_is_cut():
 def test_a_node_of_solid_is_cut_at_the_middle_of_its_longest_side_not_at_its_median_face():
     along = np.array([0.0, 0.1, 0.2, 0.3, 10.0])[:, None, None]
     faces = np.array([[[0.0, 0, 0], [0.01, 0, 0], [0, 0.01, 0]]]) + along * np.array([1.0, 0, 0])
-    tree, _ = TREE_KINDS["solid-style"].build(faces)
+    tree, _ = build_tree(faces, TREE_KINDS["solid-style"])
     assert sorted(tree.number[faces_below(tree, tree.child[0])]) == [0, 1, 2, 3]
 
 
@@ -191,7 +191,7 @@ def placed_by_kernel(tree, node, turn, move, box):
 
 def test_the_box_of_every_node_holds_its_placed_faces_and_touches_them_where_nothing_is_turned():
     rng = np.random.default_rng(3)
-    tree, _ = TREE_KINDS["aabb"].build(ball_mesh(1.0, 6, 9).triangles)
+    tree, _ = build_tree(ball_mesh(1.0, 6, 9).triangles, TREE_KINDS["aabb"])
     for turn in (np.eye(3), random_rotations(rng)):
         move, box = rng.normal(size=3), np.empty(6)
         for node in range(len(tree.child)):

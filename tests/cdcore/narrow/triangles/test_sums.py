@@ -139,14 +139,6 @@ def test_sign_of_four_nearly_coplanar_points_is_exact(step):
         assert orientation_filtered(p, 0, 1, 2, 3) in (want, 2)
 
 
-def test_filter_leaves_nearly_coplanar_points_open_and_decides_others():
-    rng = np.random.default_rng(4)
-    flat = [orientation_filtered(nearly_flat(rng, 2.0**-53), 0, 1, 2, 3) for _ in range(200)]
-    wide = [orientation_filtered(rng.random((4, 3)), 0, 1, 2, 3) for _ in range(200)]
-    assert flat.count(2) > 40
-    assert wide.count(2) == 0
-
-
 @pytest.mark.parametrize("axis", [0, 1, 2])
 def test_cross_sign_is_exact_for_nearly_parallel_segments(axis):
     rng, w = np.random.default_rng(5), new_digits()
