@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Final
 
-import numpy as np
-
 from replay.base.constants import CAVEAT
 from replay.comparison.misses import MANY
 from replay.effects.effect_summary import happened_words
 from replay.outputs.palette import Rgba
 from replay.outputs.plots import Dot
-from replay.outputs.rerun_log.timing import colour_of, stage_ms, total_ms
+from replay.outputs.rerun_log.timing import colour_of, stage_ms
 from replay.outputs.run_tables import FALSE_CONTACT, RANKING, sampling_notes
 from replay.outputs.tables import Column, Table, markdown, table
 from replay.outputs.words import FRAME_ROWS, NOT_LOOKED_FOR, OUTCOME_WORDS, counted
@@ -85,9 +83,10 @@ def accuracy_text(result: RunResult) -> str:
         answer = next(one for one in result.answers if one.label == rank.label)
         lines.append(f"- {answer.sentence}")
     slow = [f"{rank.label} {milliseconds(rank.p99)} ms" for rank in result.ranking if rank.p99 is not None]
-    longest = {label: float(total_ms(result.detections[label]).max(initial=0.0)) for label in result.detections}
-    label = max(longest, key=longest.__getitem__)
-    lines.append(f"Slow frames (p99): {', '.join(slow)}. Longest frame: {label}, {longest[label]:.3g} ms.")
+    if slow:
+        timed = {label: figures["seconds"].get("per_frame") for label, figures in result.summary["detectors"].items()}
+        longest, label = max((frame["max"], label) for label, frame in timed.items() if frame)
+        lines.append(f"Slow frames (p99): {', '.join(slow)}. Longest frame: {label}, {1e3 * longest:.3g} ms.")
     notes = " ".join(price(result)[1:])
     return "\n\n".join([*lines, f"*{notes}*"]) if reference.mean is not None else lines[0]
 
@@ -111,14 +110,11 @@ def dots_of(result: RunResult) -> list[tuple[Dot, float, Rgba]]:
 
 def series_names(result: RunResult) -> dict[str, str]:
     """Label -> what a legend says of its times."""
-    means = {rank.label: rank for rank in result.ranking}
     names = {}
-    for label, detection in result.detections.items():
-        total, rank = total_ms(detection), means.get(label)
-        mean = rank.mean if rank is not None and rank.mean is not None else 1e-3 * float(np.mean(total))
-        slow = f", p99 {milliseconds(rank.p99)}" if rank is not None and rank.p99 is not None else ""
-        longest = f", longest {total.max():.3g}" if len(total) else ""
-        names[label] = f"{label}: mean {milliseconds(mean)}{slow}{longest}"
+    for label, figures in result.summary["detectors"].items():
+        seconds, frame = figures["seconds"], figures["seconds"].get("per_frame")
+        slow = f", p99 {milliseconds(frame['p99'])}, longest {1e3 * frame['max']:.3g}" if frame else ""
+        names[label] = f"{label}: mean {milliseconds(seconds['per_frame_mean'])}{slow}"
     return names
 
 

@@ -99,6 +99,13 @@ def test_a_page_without_an_audit_counts_what_each_detector_found():
     assert f"<h1>{contacts} contacts found by exact, 1 contact found by sphere</h1>" in text
 
 
+def test_frames_that_were_not_timed_one_by_one_have_no_slow_and_no_longest_one():
+    session = run("several").session
+    told = [accuracy_text(compute(session, detectors="hybrid", offline=offline)) for offline in (False, True)]
+    assert ["Slow frames" in text and "Longest frame" in text for text in told] == [True, False]
+    assert "Slow" not in told[1] and "Longest" not in told[1]
+
+
 @pytest.mark.parametrize(
     ("rows", "cut", "front"),
     [
