@@ -119,11 +119,12 @@ def layers_of(world: FloatArray, axis: int, window: Window) -> Layers:
     return Layers(start, depths, turns)
 
 
-@kernel
+@hot_kernel
 def shared_length(
     a: Layers, flip_a: int, b: Layers, flip_b: int, pixel: int, least: float, lengths: FloatArray
 ) -> bool:
     """Add to ``lengths`` (3,) how long a ray is in A, B, both for more than ``least``; whether it ends outside."""
+    stay_one_function()
     i, j, in_a, in_b = a.start[pixel], b.start[pixel], 0, 0
     stop_a, stop_b = a.start[pixel + 1], b.start[pixel + 1]
     last = 0.0

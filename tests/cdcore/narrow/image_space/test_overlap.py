@@ -6,7 +6,9 @@ from manifold3d import Manifold, Mesh64
 from support.shapes import ball_mesh, box_mesh, random_rotations, revolved_mesh
 
 from cdcore import TriangleMesh
-from cdcore.narrow.image_space.layers import Layers, Window, layers_of, overlap_along, shared_length
+from cdcore.kernels.compiling import kernel
+from cdcore.narrow.image_space import layers as rays
+from cdcore.narrow.image_space.layers import Layers, Window, layers_of, overlap_along
 from cdcore.narrow.image_space.overlap import overlap_of_placed, turn_of_normals
 from cdcore.numerics import place_points
 
@@ -104,6 +106,11 @@ def test_rays_that_run_through_edges_and_corners_of_a_box_meet_it_twice():
         assert (np.diff(start) % 2 == 0).all()
 
 
+@kernel
+def shared_length(a, flip_a, b, flip_b, least, lengths):
+    return rays.shared_length(a, flip_a, b, flip_b, 0, least, lengths)
+
+
 def lengths_of(a, b, least=0.0, flips=(1, 1)):
     lengths = np.zeros(3)
     turns = [np.tile([-1, 1], len(one) // 2 + 1)[: len(one)] * flip for one, flip in zip((a, b), flips, strict=True)]
@@ -111,7 +118,7 @@ def lengths_of(a, b, least=0.0, flips=(1, 1)):
         Layers(np.array([0, len(one)]), np.array(one, dtype=float), turn)
         for one, turn in zip((a, b), turns, strict=True)
     )
-    sane = shared_length(first, flips[0], second, flips[1], 0, least, lengths)
+    sane = shared_length(first, flips[0], second, flips[1], least, lengths)
     return sane, lengths.tolist()
 
 
