@@ -55,7 +55,7 @@ def test_the_stopcock_shuts_the_bore_and_opens_it_at_a_quarter_turn(quarter_turn
 
 @pytest.mark.parametrize("quarter_turns", SHARES)
 def test_the_key_turns_without_touching_the_glass(quarter_turns):
-    glass, key = placed("burette", 3000), placed("burette_stopcock", 3000, 0.1, quarter_turns)
+    glass, key = placed("burette", 500), placed("burette_stopcock", 500, 0.1, quarter_turns)
     edges = np.concatenate([key.faces[:, [0, 1]], key.faces[:, [1, 2]], key.faces[:, [2, 0]]])
     edges = edges[edges[:, 0] < edges[:, 1]]
     start, end = key.vertices[edges[:, 0]], key.vertices[edges[:, 1]]

@@ -25,13 +25,15 @@ def delivered(run):
     return np.array(volume) * 1e6
 
 
-def test_the_end_point_is_when_the_recorded_key_has_let_25_ml_out(made):
-    run = made("titration")
+@pytest.mark.parametrize(("name", "ends_ml"), [("titration", [25.0]), ("carbonate-titration", [10.0, 20.0])])
+def test_end_points_are_when_the_recorded_key_has_let_so_much_out(name, ends_ml, made):
+    run = made(name)
     volume = delivered(run)
-    (end_point,), (total,) = run.facts("end_point"), run.facts("delivered")
-    assert np.interp(end_point.start, run.times, volume) == pytest.approx(25.0, abs=0.02)
+    ends, (total,) = run.facts("end_point"), run.facts("delivered")
+    assert [fact.values["volume_ml"] for fact in ends] == pytest.approx(ends_ml)
+    assert [np.interp(fact.start, run.times, volume) for fact in ends] == pytest.approx(ends_ml, abs=0.02)
     assert volume[-1] == pytest.approx(total.values["volume_ml"], abs=0.02)
-    assert 25.0 < total.values["volume_ml"] < 25.3
+    assert 0.0 < total.values["volume_ml"] - ends_ml[-1] < 0.3
 
 
 def test_the_dropped_beaker_falls_freely_and_breaks_at_the_speed_it_lands_with(made):
