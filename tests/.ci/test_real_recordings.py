@@ -66,3 +66,26 @@ def test_the_words_of_the_page_are_those_of_its_text(command):
     text = page("real-recordings")
     for part in re.split(r"\{[^}]+\}", command.TEXT.read_text("utf-8")):
         assert part.rstrip("\n") in text
+
+
+@pytest.mark.parametrize("yaw", [0.0, 35.0])
+def test_two_posts_stand_five_centimetres_beside_a_headset_at_rest_whichever_way_it_looks(command, tmp_path, yaw):
+    turn = Rotation.from_euler("y", yaw, degrees=True)
+    x, y, z, w = turn.as_quat()
+    file, mapping = tmp_path / "subject.txt", tmp_path / "columns.toml"
+    cells = f"1.0,1.2,0.5,{x},{y},{z},{w}"
+    lines = [f"09:30:{k / 90:09.6f},{device},{cells}" for k in range(300) for device in ("H", "T")]
+    file.write_text("\n".join(["Time,Device,X,Y,Z,qX,qY,qZ,qW", *lines]), encoding="utf-8")
+    mapping.write_text(command.CLASS_MAPPING, encoding="utf-8")
+    session = command.participant_session(file, "P99", mapping)
+    assert session.facts["pseudonym"] == "P99" and set(session.tracks) == {"headset", "left post", "right post"}
+    placed = {}
+    for name, track in session.tracks.items():
+        vertices = session.meshes[name].vertices
+        placed[name] = vertices @ Rotation.from_quat(track.quaternions_xyzw[0]).as_matrix().T + track.positions[0]
+    # A post's wall is a plane: as far from the headset as its farthest corner on that side.
+    (left, right), head = (placed[f"{side} post"] for side in ("left", "right")), placed["headset"]
+    across = right.mean(axis=0) - left.mean(axis=0)
+    across /= np.linalg.norm(across)
+    gaps = [(right @ across).min() - (head @ across).max(), (head @ across).min() - (left @ across).max()]
+    assert np.allclose(gaps, 0.05, atol=2e-3)
