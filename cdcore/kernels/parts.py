@@ -90,9 +90,11 @@ class KnownFunctions:
 
     def resolve_function_type(self, function: Any, arguments: Any, keywords: Any) -> Any:
         """The signature that fits, as numba finds it."""
-        if keywords or not isinstance(function, types.Function):
+        # Operators come as the functions of Python that they are.
+        kind = function if isinstance(function, types.Type) else self._rules.resolve_value_type(function)
+        if keywords or not isinstance(kind, types.Function):
             return self._rules.resolve_function_type(function, arguments, keywords)
-        return _signature_of(self._rules, function, arguments)
+        return _signature_of(self._rules, kind, arguments)
 
 
 @cache
