@@ -41,13 +41,14 @@ def test_a_finished_session_is_kept_and_a_missing_or_half_written_one_is_run(fil
 
     shutil.rmtree(out / "s2")
     (out / "kept.json").unlink()
-    (out / ".s2.deadbeef.partial").mkdir()
+    (out / ".s2.deadbeef.partial").touch()
+    (out / ".s2.deadbeef.folder").mkdir()
     on_done = []
     again = run_batch(files, out, settings=SETTINGS, on_done=lambda *one: on_done.append(one))
     assert again.digest == first.digest and again.kept == ("s0", "s1")
     assert on_done[-1] == ("s2", "done") and ("s0", "kept") in on_done
     assert (out / "s0" / "summary.json").stat().st_mtime_ns == when
-    assert not list(out.glob(".*.partial"))
+    assert not list(out.glob(".s2.*"))
 
 
 def test_pictures_can_be_added_later_and_run_folders_that_have_one_are_kept(files, tmp_path):
