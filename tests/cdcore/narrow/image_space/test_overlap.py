@@ -128,6 +128,7 @@ def test_a_ray_adds_what_both_bodies_hold_of_it():
     assert lengths_of([0, 1], [1, 2]) == (True, [1, 1, 0])
     assert lengths_of([0, 4], [1, 2], least=1.5) == (True, [4, 1, 0])
     assert lengths_of([0, 4], [1, 2], flips=(-1, 1)) == (True, [4, 1, 1])
+    assert lengths_of([0, 4], [1, 2], flips=(1, -1)) == (True, [4, 1, 1])
 
 
 def test_a_ray_that_does_not_leave_again_is_told():

@@ -73,6 +73,14 @@ def test_exact_decision_equals_integers_on_a_lattice(high):
         assert pair_intersects_exact(pair, w) == pair_intersects_integers(pair.reshape(2, 3, 3).tolist())
 
 
+def test_edges_on_one_line_that_lie_apart_do_not_make_triangles_of_one_plane_meet():
+    first, second = [[0, 0, 0], [0, 1, 0], [-4, 9, 0]], [[0, 2, 0], [0, 3, 0], [4, -5, 0]]
+    for turn in range(3):
+        pair = np.roll(np.array([first, second], dtype=float), turn, axis=2)
+        assert not pair_intersects_exact(pair.reshape(6, 3), new_digits())
+        assert not pair_intersects_exact(np.ascontiguousarray(pair[:, :, ::-1]).reshape(6, 3), new_digits())
+
+
 FLOOR_integers = [[0, 0, 0], [4, 0, 0], [0, 4, 0]]
 CASES = [
     ("corner on face", [[1, 1, 0], [1, 2, 4], [2, 1, 4]], True),
