@@ -10,7 +10,8 @@ from cdcore.detectors import create_detector
 from cdcore.mesh import TriangleMesh
 from cdcore.narrow.ill_posed import MarginStage
 from cdcore.narrow.sections.section_source import section_of_faces
-from cdcore.protocol import Body, Motion, detect_live
+from cdcore.protocol import Body, Motion
+from cdcore.search.stage import SearchStage
 
 FACES = ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3))
 
@@ -25,8 +26,9 @@ def compile_kernels() -> None:
     places[:, 1] = [[0.1, 0.1, -0.05], [0.6, 0.6, 0.6], [0.2, 0.2, 0.2]]
     turns = np.tile(np.eye(3), (3, 2, 1, 1))
     motion = Motion([0.0, 1.0, 2.0], places, turns)
-    detect_live(create_detector("hybrid-qaco", [large, small]), motion)
-    create_detector("hybrid-qaco", [large, small]).detect(motion, faces=True)
+    # The volumes before the search are not: they are compiled by who searches, meanwhile.
+    search = SearchStage([large, small], np.array([[0, 1]]), create_detector("hybrid-qaco", [large, small]).settings)
+    search.decide(motion, np.ones((3, 1), dtype=np.bool_), search.fresh_memory(), faces=True)
     (at_large, at_small), faces = zip(turns[0], places[0], strict=True), np.array([[0, 1]])
     margins = MarginStage((large, small), 1e-6)
     margins.near((0, 1), turns[1:2], places[1:2])

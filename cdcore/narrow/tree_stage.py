@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.face_pair import decided_by_integers
+from cdcore.narrow.face_pair import decided_by_integers, faces_meet
 from cdcore.narrow.pair_frames import Poses, poses_to_ask, turned_faces
 from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.trees.descent import PairPoses
 from cdcore.narrow.trees.search import UNLIMITED, TreeSearch
+from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Body, Motion, Verdict, ordered_by_name
 from cdcore.protocol.settings import MOST_WORK, CheckedSettings, choice, flag, whole
@@ -76,6 +77,9 @@ class TreeStage:
         # writable: the kernels are compiled for such arrays
         self._now = PairPoses(np.empty((1, 3, 3)), np.empty((1, 3)), np.empty((1, 3, 3)), np.empty((1, 3)), np.empty(1))
         self._reach = [_reach(body.mesh.triangles) for body in bodies]
+        # Pair -> faces that met when it was last asked: in a contact that lasts they meet again, and are asked first.
+        self._met: dict[int, tuple[int, int]] = {}
+        self._corners, self._digits = np.empty((6, 3)), new_digits()
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, every: bool) -> TreeAnswer:
         """Answer for K pair-frames at which both bodies have a pose, sorted by column, then frame."""
@@ -122,9 +126,14 @@ class TreeStage:
         if not size <= LARGEST_SIZE:
             hit = self.decide(now, FIRST_FRAME, np.array([column]), every=False).hits[0]
             return (CONTACT if hit else CLEAR), False
+        corners, met = (self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles), self._met.pop(column, None)
+        if met is not None and self._meet_again(corners, met):
+            self._met[column] = met
+            return CONTACT, False
         tight, left = position_pad(size, SKEW) + UNDERFLOW_PAD, self._search.undismissed
         # With a margin some hundred tests only: where surfaces are near each other, most faces lie within it.
-        reaches = ((margin, MARGIN_TESTS), (0.0, UNLIMITED)) if margin > SMALLEST_MARGIN else ((0.0, UNLIMITED),)
+        tried = margin > SMALLEST_MARGIN and met is None
+        reaches = ((margin, MARGIN_TESTS), (0.0, UNLIMITED)) if tried else ((0.0, UNLIMITED),)
         for extra, budget in reaches:
             poses.pad[0] = tight + extra
             found, counts, truncated = self._search.search(a, b, poses, every=False, budget=budget)
@@ -132,9 +141,20 @@ class TreeStage:
                 break
         if not len(found):
             return CLEAR, bool(extra > 0.0 and counts[0, left] == 0)
-        corners = self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles
-        met = decided_by_integers(found, corners, (poses.turn_a, poses.turn_b), (poses.move_a, poses.move_b))
-        return (CONTACT if len(met) else CLEAR), False
+        found = decided_by_integers(found, corners, (poses.turn_a, poses.turn_b), (poses.move_a, poses.move_b))
+        if not len(found):
+            return CLEAR, False
+        self._met[column] = found[0, 1], found[0, 2]
+        return CONTACT, False
+
+    def _meet_again(self, corners: tuple[FloatArray, FloatArray], faces: tuple[int, int]) -> bool:
+        """Whether two faces meet in the pose of now; False too where only integers can tell."""
+        now = self._now
+        answer = faces_meet(
+            corners[0], faces[0], now.turn_a[0], now.move_a[0], corners[1], faces[1], now.turn_b[0], now.move_b[0],
+            self._corners, self._digits,
+        )  # fmt: skip
+        return answer == 1
 
     def _poses(self, a: int, b: int, pose_a: Poses, pose_b: Poses) -> tuple[PairPoses, BoolArray]:
         """The poses to ask about, and which of them lie so far out that the pads no longer hold."""

@@ -162,18 +162,30 @@ class Motion:
 
     def frames(self, start: int, stop: int) -> Motion:
         """The frames ``start <= t < stop`` as a motion; nothing is checked or rounded again."""
-        return self._rows(slice(start, stop), self.linked[start:stop])
+        rows = slice(start, stop)
+        # A slice of what refuses writing refuses it too.
+        return self._part(
+            self.times[rows], self.translations[rows], self.rotations[rows], self.valid[rows], self.linked[rows]
+        )
 
     def take(self, frames: IntArray) -> Motion:
         """The frames of these numbers, increasing, as a motion; paths across left-out frames are not linked."""
         linked = self.linked[frames].copy()
         linked[1:][np.diff(frames) != 1] = False
-        return self._rows(frames, linked)
+        times, translations, rotations, valid = (
+            readonly(self.times[frames]), readonly(self.translations[frames]), readonly(self.rotations[frames]),
+            readonly(self.valid[frames]),
+        )  # fmt: skip
+        return self._part(times, translations, rotations, valid, readonly(linked))
 
-    def _rows(self, rows: slice | IntArray, linked: BoolArray) -> Motion:
-        part, whole = object.__new__(Motion), (self.times, self.translations, self.rotations, self.valid)
-        own = [*(readonly(one[rows]) for one in whole), readonly(linked), self.renormalised, self.worst_orthonormality]
-        part.__dict__.update(zip(self.__dataclass_fields__, (*own, self.still), strict=True))
+    def _part(
+        self, times: FloatArray, translations: FloatArray, rotations: FloatArray, valid: BoolArray, linked: BoolArray
+    ) -> Motion:  # fmt: skip
+        part = object.__new__(Motion)
+        part.__dict__.update(
+            times=times, translations=translations, rotations=rotations, valid=valid, linked=linked,
+            renormalised=self.renormalised, worst_orthonormality=self.worst_orthonormality, still=self.still,
+        )  # fmt: skip
         return part
 
     def blocks(self, frames: int) -> Iterator[Motion]:

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cdcore.kernels.box_axes import apart_on_all_axes, apart_on_face_axes, box_seen_from, pose_seen_from
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
 from cdcore.narrow.face_pair import faces_meet, keep_found
 from cdcore.narrow.trees.gjk import MEETING, steps_to_separate
 from cdcore.numerics import ByteArray, FloatArray, IntArray
@@ -55,23 +55,26 @@ class PairPoses(NamedTuple):
 
 
 @hot_kernel
-def place_box(tree: BoxNodes, node: int, turn: FloatArray, move: FloatArray, box: FloatArray) -> None:
-    """Fill ``box`` (6,), least and largest x, y, z, with the world box around that of a node."""
-    stay_one_function()
-    for k in range(3):
-        middle, reach = move[k], 0.0
-        for i in range(3):
-            middle += turn[k, i] * tree.centre[node, i]
-            reach += abs(turn[k, i]) * tree.half[node, i]
-        box[k], box[3 + k] = middle - reach, middle + reach
+def place_side(tree: BoxNodes, node: int, turn: FloatArray, move: FloatArray, k: int, box: FloatArray) -> None:
+    """Fill entries ``k`` and ``3 + k`` of ``box`` (6,), least and largest x, y, z of the world box around a node's."""
+    become_part_of_caller()
+    middle, reach = move[k], 0.0
+    for i in range(3):
+        middle += turn[k, i] * tree.centre[node, i]
+        reach += abs(turn[k, i]) * tree.half[node, i]
+    box[k], box[3 + k] = middle - reach, middle + reach
 
 
 @hot_kernel
-def boxes_apart(a: FloatArray, b: FloatArray, pad: float) -> bool:
-    """Whether two boxes (6,) are further apart than the pad along an axis."""
+def world_boxes_apart(
+    tree_a: BoxNodes, a: int, tree_b: BoxNodes, b: int, poses: PairPoses, row: int, box_a: FloatArray, box_b: FloatArray
+) -> bool:  # fmt: skip
+    """Whether the world boxes of two nodes are further apart than the pad along an axis; if not, both are filled."""
     stay_one_function()
-    for k in range(3):  # noqa: SIM110 - kernels have no any()
-        if a[k] > b[3 + k] + pad or b[k] > a[3 + k] + pad:
+    for k in range(3):
+        place_side(tree_a, a, poses.turn_a[row], poses.move_a[row], k, box_a)
+        place_side(tree_b, b, poses.turn_b[row], poses.move_b[row], k, box_b)
+        if box_a[k] > box_b[3 + k] + poses.pad[row] or box_b[k] > box_a[3 + k] + poses.pad[row]:
             return True
     return False
 
@@ -150,9 +153,7 @@ def search_rows(  # noqa: C901 - one loop with its stack
             tests += 1
             counts[row, 0] += 1
             if kind == WORLD:
-                place_box(tree_a, a, turn_a[row], move_a[row], box_a)
-                place_box(tree_b, b, turn_b[row], move_b[row], box_b)
-                apart = boxes_apart(box_a, box_b, pad[row])
+                apart = world_boxes_apart(tree_a, a, tree_b, b, poses, row, box_a, box_b)
             elif kind == SOLID:
                 offset_of_centres(tree_a.centre[a], tree_b.centre[b], turn, move, d)
                 apart = apart_on_face_axes(turn, d, tree_a.half[a], tree_b.half[b], pad[row])

@@ -16,7 +16,7 @@ from support.slow_trees import (
 
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.trees.box_trees import TREE_KINDS, build_tree
-from cdcore.narrow.trees.descent import place_box
+from cdcore.narrow.trees.descent import place_side
 from cdcore.narrow.trees.search import UNLIMITED, TreeSearch
 from cdcore.numerics import place_points
 
@@ -186,7 +186,8 @@ def test_faces_whose_world_boxes_only_touch_are_still_asked_and_meet():
 
 @kernel
 def placed_by_kernel(tree, node, turn, move, box):
-    place_box(tree, node, turn, move, box)
+    for k in range(3):
+        place_side(tree, node, turn, move, k, box)
 
 
 def test_the_box_of_every_node_holds_its_placed_faces_and_touches_them_where_nothing_is_turned():
