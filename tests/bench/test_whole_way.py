@@ -1,4 +1,4 @@
-"""The whole way of an audit, all outputs written: processor time beside python-fcl's loop, today and before."""
+"""The whole way of an audit, all outputs written: processor time beside python-fcl's loop."""
 
 import json
 import subprocess
@@ -66,28 +66,28 @@ shares = {name: took / spent[-1] for name, took in stages[-1].seconds.items()}
 print(json.dumps({"shares": shares, "seconds": min(spent), "loops": min(spent) / min(yard), "peak": peak_bytes()}))
 """
 
-BEFORE = {
-    ("ten minutes", "discrete"): 282.0,
-    ("ten minutes", "hybrid-qaco"): 416.0,
-    ("demo", "22.5Hz=discrete[rate_hz=22.5]"): 56.0,
+AT_MOST = {
+    ("ten minutes", "discrete"): 95.0,
+    ("ten minutes", "hybrid-qaco"): 150.0,
+    ("demo", "22.5Hz=discrete[rate_hz=22.5]"): 40.0,
 }
-"""How often the loop runs over a minute (booleans, 5,000 faces) in the time of an audit, at 118ceed, 2026-11-22."""
+"""How often the loop may run over a minute (booleans, 5,000 faces) in the time of an audit."""
 SESSIONS = {"ten minutes": ten_minutes, "demo": lambda: make_bench_bumps()[0]}
-GIBIBYTE = 2**30
+MOST_BYTES = 900 * 2**20
 
 
-@pytest.mark.parametrize(("name", "detectors"), BEFORE)
-def test_an_audit_with_all_its_outputs_takes_no_longer_than_before(name, detectors, tmp_path):
+@pytest.mark.parametrize(("name", "detectors"), AT_MOST)
+def test_an_audit_with_all_its_outputs_takes_at_most_so_many_times_the_loop(name, detectors, tmp_path):
     write_session(SESSIONS[name](), tmp_path / "session.mcap")
     command = [sys.executable, "-c", MEASURED, str(tmp_path / "session.mcap"), detectors, str(tmp_path)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment())
     assert done.returncode == 0, done.stderr
-    found, before = json.loads(done.stdout.splitlines()[-1]), BEFORE[name, detectors]
+    found, most = json.loads(done.stdout.splitlines()[-1]), AT_MOST[name, detectors]
     print(
         f"\n{name}, {detectors}: {found['seconds']:.1f} s of processor time, {found['loops']:.0f} times the loop "
-        f"(before {before:.0f}), {found['peak'] / 2**20:.0f} MiB"
+        f"(at most {most:.0f}), {found['peak'] / 2**20:.0f} MiB"
     )
     for stage, share in sorted(found["shares"].items(), key=lambda row: -row[1]):
         print(f"  {100 * share:4.0f} %  {stage}")
-    assert found["loops"] < before
-    assert found["peak"] < GIBIBYTE
+    assert found["loops"] <= most
+    assert found["peak"] < MOST_BYTES
