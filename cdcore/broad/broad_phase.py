@@ -6,8 +6,8 @@ from time import perf_counter
 
 import numpy as np
 
+from cdcore.bounding.bounding_sphere import sphere_in_mode
 from cdcore.bounding.box import box_best
-from cdcore.bounding.sphere import sphere_in_mode
 from cdcore.broad.box_stage import BoxStage
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.numerics import BoolArray, ByteArray, IntArray

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cdcore.bounding.sphere import Sphere
+from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.numerics import EPS, PAD_ULPS, UNDERFLOW_PAD, BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import Motion, Verdict

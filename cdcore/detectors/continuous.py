@@ -7,14 +7,14 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from cdcore.bounding.sphere import sphere_best
+from cdcore.bounding.bounding_sphere import sphere_best
+from cdcore.narrow.bvh.box_tree import build_box_tree
+from cdcore.narrow.bvh.whole_motion import decide_motion
 from cdcore.narrow.containment.containment_stage import ContainmentStage
-from cdcore.narrow.continuous.search import FREE, HIT
+from cdcore.narrow.continuous.interval_search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import SegmentAnswer, SegmentStage
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
 from cdcore.narrow.continuous.time_of_impact import ImpactSettings
-from cdcore.narrow.spacetime.box_tree import build_box_tree
-from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict, ordered_by_name, pair_has_pose
 from cdcore.protocol.settings import flag

@@ -8,11 +8,11 @@ from typing import ClassVar
 from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.detectors import OBB_TREE
+from cdcore.narrow.bvh.box_tree import build_box_tree
+from cdcore.narrow.bvh.frame_looks import FrameLooks
+from cdcore.narrow.bvh.whole_motion import decide_motion
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
-from cdcore.narrow.spacetime.box_tree import build_box_tree
-from cdcore.narrow.spacetime.frame_looks import FrameLooks
-from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, FaceSets, Live, Motion, PairDetector, contact_or_clear
 from cdcore.protocol.settings import CheckedSettings, flag, whole
@@ -37,7 +37,7 @@ class ExactDetector(PairDetector[ExactSettings]):
     degenerate faces and resting contact included, and the fastest detector here over a motion. It decides instants
     only; ``continuous`` looks between frames.
 
-    Source: section 7 of the project's specification for the predicate; ``cdcore.narrow.spacetime.bounds`` for the
+    Source: section 7 of the project's specification for the predicate; ``cdcore.narrow.bvh.bounds`` for the
     bounds. Cost: some 35 ns a pair-frame on a laboratory bench, for any number of faces; face sets 0.5
     microseconds a face pair.
     """

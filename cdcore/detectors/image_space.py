@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from cdcore.bounding.sphere import sphere_best
+from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.narrow.image_space.overlap import MOST_PIXELS, NOTHING, Overlap, overlap_of_placed, turn_of_normals
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from cdcore.bounding.sphere import SPHERES
+from cdcore.bounding.bounding_sphere import SPHERES
 from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.detectors import FCL, PAPER

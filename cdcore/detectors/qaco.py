@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from cdcore.bounding.sphere import SPHERES
+from cdcore.bounding.bounding_sphere import SPHERES
 from cdcore.broad.broad_phase import BroadAnswer, BroadPhase
 from cdcore.detectors import COLONY, FCL, PAPER
 from cdcore.narrow.containment.containment_stage import ContainmentStage
@@ -20,7 +20,7 @@ from cdcore.protocol import NO_FACES, Body, Detection, Explanation, FaceSets, Li
 from cdcore.protocol.settings import choice, flag, number
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.live_search import LiveSearch
-from cdcore.search.settings import MOST_WEIGHT, SearchSettings
+from cdcore.search.search_settings import MOST_WEIGHT, SearchSettings
 from cdcore.search.stage import CONTAINMENT_REFUSED, SearchAnswer, SearchMemory, SearchStage
 from cdcore.search.tracing import Watched, watched
 

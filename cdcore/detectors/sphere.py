@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from time import perf_counter
 from typing import ClassVar
 
-from cdcore.bounding.sphere import SPHERES, sphere_in_mode
+from cdcore.bounding.bounding_sphere import SPHERES, sphere_in_mode
 from cdcore.broad.sphere_stage import SphereStage
 from cdcore.detectors import PAPER
 from cdcore.numerics import IntArray

@@ -1,7 +1,7 @@
 """The detectors that search two trees of boxes: ``aabb``, ``obb``, ``rapid-style`` and ``solid-style``.
 
-Each is a row of ``cdcore.narrow.trees.search.TREE_KINDS``, the words that say when to choose it, and its broad phase.
-Run to completion, none of them loses a face.
+Each is a row of ``TREE_KINDS`` (``cdcore.narrow.published_trees``), the words that say when to choose it, and its broad
+phase. Run to completion, none of them loses a face.
 """
 
 from collections.abc import Sequence
@@ -10,15 +10,15 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from cdcore.bounding.sphere import sphere_best
+from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import SphereStage, VolumeAnswer
 from cdcore.detectors import OBB_TREE
 from cdcore.narrow.containment.containment_stage import ContainmentStage
+from cdcore.narrow.published_trees.tree_search import TreeSearch
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
-from cdcore.narrow.trees.search import TreeSearch
 from cdcore.numerics import IntArray
 from cdcore.protocol import Body, Detection, FaceSets, Live, Motion, PairDetector, Verdict, pair_has_pose
 

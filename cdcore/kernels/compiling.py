@@ -34,10 +34,9 @@ FAMILIES: Final = {
     "cdcore.broad.": "spheres and boxes",
     "cdcore.narrow.containment.containment_stage": "containment",
     "cdcore.narrow.sections.triangle_sections": "intersection segments",
-    "cdcore.narrow.spacetime.box_": "box trees",
-    "cdcore.narrow.spacetime.leaf_data": "box trees",
-    "cdcore.narrow.spacetime.undecided": "exact arithmetic",
-    "cdcore.narrow.spacetime.": "the search over the whole motion",
+    "cdcore.narrow.bvh.box_": "box trees",
+    "cdcore.narrow.bvh.undecided": "exact arithmetic",
+    "cdcore.narrow.bvh.": "the search over the whole motion",
     "cdcore.narrow.": "exact arithmetic",
     "cdcore.": "kernels",
 }

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cdcore.narrow.bvh.box_tree import BoxTree
 from cdcore.narrow.margins.margin_kernels import boxes_of, certainly_apart
 from cdcore.narrow.pair_frames import poses_to_ask
-from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.numerics import BoolArray, IntArray
 from cdcore.protocol import Motion
 

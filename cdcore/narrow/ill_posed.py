@@ -11,10 +11,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from cdcore.narrow.bvh.box_tree import build_box_tree
 from cdcore.narrow.margins.margin_kernels import POSE_ULPS, boxes_of, certainly_apart, overlap_bounds
 from cdcore.narrow.margins.separating_moves import come_apart, shell_vectors
 from cdcore.narrow.margins.triangle_margins import near_faces, triangle_margins
-from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import EPS, BoolArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Body

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdcore.mesh import TriangleMesh
-from cdcore.narrow.spacetime.box_tree import build_box_tree
-from cdcore.narrow.spacetime.whole_motion import decide_motion
+from cdcore.narrow.bvh.box_tree import build_box_tree
+from cdcore.narrow.bvh.whole_motion import decide_motion
 from cdcore.numerics import IntArray
 from cdcore.protocol import Motion
 

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
+from cdcore.narrow.bvh.bounds import LARGEST_SIZE, position_pad
 from cdcore.narrow.face_pair import decided_by_integers, faces_meet
 from cdcore.narrow.pair_frames import Poses, poses_to_ask, turned_faces
-from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, position_pad
-from cdcore.narrow.trees.descent import PairPoses
-from cdcore.narrow.trees.search import UNLIMITED, TreeSearch
+from cdcore.narrow.published_trees.tree_descent import PairPoses
+from cdcore.narrow.published_trees.tree_search import UNLIMITED, TreeSearch
 from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import ORTHONORMAL_KEEP, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Body, Motion, Verdict, ordered_by_name

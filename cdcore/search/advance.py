@@ -2,8 +2,8 @@
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
 from cdcore.numerics import EPS, UNDERFLOW_PAD, IntArray
-from cdcore.search.descent import descend, drawn_pair, is_over, local_round
 from cdcore.search.evaluation import evaluate
+from cdcore.search.local_descent import descend, drawn_pair, is_over, local_round
 from cdcore.search.rng import seed_stream
 from cdcore.search.state import DRAW, FOUND, FULL, KEYLESS, SPENT, START, UNSURE, Faces, State, States, Swarm
 from cdcore.search.swarm import iterate, populate

@@ -10,7 +10,7 @@ from cdcore.numerics import BoolArray, IntArray
 from cdcore.protocol import Body, Explanation, Motion, pair_has_pose
 from cdcore.search.features import features_of
 from cdcore.search.samples import sample_of
-from cdcore.search.settings import SearchSettings
+from cdcore.search.search_settings import SearchSettings
 from cdcore.search.stage import SearchStage
 
 TIMES_MORE: Final = 10

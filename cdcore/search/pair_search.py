@@ -18,7 +18,7 @@ from cdcore.search.printed import search_as_printed
 from cdcore.search.result import Pair, SearchResult
 from cdcore.search.rng import key_of, stream_of
 from cdcore.search.samples import Sample, sample_of
-from cdcore.search.settings import SearchSettings
+from cdcore.search.search_settings import SearchSettings
 from cdcore.search.state import ANT, FULL, KEYLESS, SPENT, STATE, TRACED, UNSURE, Faces
 
 TABLE: Final = 1024

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from cdcore.numerics import FloatArray
-from cdcore.search.settings import SearchSettings
+from cdcore.search.search_settings import SearchSettings
 
 
 def printed_gate(theta: FloatArray, qubits: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ from cdcore.search.resting_contact import RestingContact, relative_pose
 from cdcore.search.result import Pair, SearchResult
 from cdcore.search.sample_control import LEAST_SAMPLE, LEVELS, PROBE, SampleControl, band_of
 from cdcore.search.samples import Sample, sample_of
-from cdcore.search.settings import SearchSettings
+from cdcore.search.search_settings import SearchSettings
 
 SEEDS = 64
 """Pairs of the frame before from which the flood fill starts as well: a second curve then is found again."""

@@ -4,7 +4,6 @@ import numpy as np
 
 from cdcore.kernels.compiling import hot_kernel, stay_one_function
 from cdcore.kernels.memory import doubles_at
-from cdcore.search.descent import descend, is_over
 from cdcore.search.equations import (
     PI,
     TWO_PI,
@@ -18,6 +17,7 @@ from cdcore.search.equations import (
     wrapped,
 )
 from cdcore.search.evaluation import evaluate
+from cdcore.search.local_descent import descend, is_over
 from cdcore.search.rng import draw
 from cdcore.search.state import BY_ANT, TRACED, Faces, State, Swarm
 

@@ -18,7 +18,7 @@ from cdcore.protocol import Body, FaceSets, Motion
 from cdcore.search.pair_search import PairSearch, Pose
 from cdcore.search.result import Pair, SearchResult
 from cdcore.search.samples import Sample
-from cdcore.search.settings import SearchSettings
+from cdcore.search.search_settings import SearchSettings
 from cdcore.search.stage import LookKey, PairMemory, SearchAnswer, SearchStage
 from cdcore.search.state import ASKED_BY
 

@@ -110,8 +110,8 @@ def noisy_contacts(
     threads, which share nothing that changes.
     """
     # Here, since a run without noise and contacts loads no compiler.
+    from cdcore.narrow.bvh.box_tree import build_box_tree
     from cdcore.narrow.contact_offset import ContactOffset
-    from cdcore.narrow.spacetime.box_tree import build_box_tree
 
     motion, drawn = assembly.motion, NoisyCopies(noise, copies, seed)
     trees = [build_box_tree(body.mesh.triangles) for body in assembly.bodies]

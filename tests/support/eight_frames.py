@@ -4,9 +4,11 @@ import numpy as np
 from support.motions import motion_of, placed, soup
 
 from cdcore.kernels.compiling import kernel
-from cdcore.narrow.spacetime.bounds import position_pad
-from cdcore.narrow.spacetime.box_tree import build_box_tree
-from cdcore.narrow.spacetime.memory import (
+from cdcore.narrow.bvh.bounds import position_pad
+from cdcore.narrow.bvh.box_tree import build_box_tree
+from cdcore.narrow.bvh.pose_lanes import Tracks
+from cdcore.narrow.bvh.traverse import fill_relative, largest_chord
+from cdcore.narrow.bvh.tree_memory import (
     EDGE_ROOM,
     MARKS,
     PAIR_WORDS,
@@ -17,8 +19,6 @@ from cdcore.narrow.spacetime.memory import (
     Scratch,
     pair_memory,
 )
-from cdcore.narrow.spacetime.pose_lanes import Tracks
-from cdcore.narrow.spacetime.traverse import fill_relative, largest_chord
 
 SIZES = (96, 9, 24, 72, 768, 48, EDGE_ROOM)
 ROOM = 4096

@@ -6,7 +6,7 @@ from support.shapes import ball_mesh, random_rotations
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
 from cdcore.search.features import features_of
 from cdcore.search.pair_search import PairSearch
-from cdcore.search.settings import SearchSettings
+from cdcore.search.search_settings import SearchSettings
 
 I3 = np.eye(3)
 NO_SEEDS = np.zeros((0, 2), dtype=np.int64)

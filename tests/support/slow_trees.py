@@ -8,8 +8,8 @@ import pytest
 from support.shapes import ball_mesh, beaker_mesh, random_rotations, rod_mesh
 
 from cdcore import triangles_intersect
-from cdcore.narrow.trees.descent import PairPoses
-from cdcore.narrow.trees.search import TreeSearch
+from cdcore.narrow.published_trees.tree_descent import PairPoses
+from cdcore.narrow.published_trees.tree_search import TreeSearch
 from cdcore.numerics import place_points
 
 

@@ -39,8 +39,8 @@ def connected_parts(mesh: TriangleMesh) -> list[FloatArray]:
 
 def _any_meet(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> bool:
     # Here, since most meshes have one part: whoever asks only for parity compiles no more than that.
-    from cdcore.narrow.spacetime.box_tree import build_box_tree
-    from cdcore.narrow.spacetime.whole_motion import decide_motion
+    from cdcore.narrow.bvh.box_tree import build_box_tree
+    from cdcore.narrow.bvh.whole_motion import decide_motion
 
     used, renumbered = np.unique(pairs, return_inverse=True)
     count = len(used)

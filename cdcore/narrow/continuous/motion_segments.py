@@ -19,7 +19,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.kernels.compiling import kernel, stay_one_function
-from cdcore.narrow.spacetime.bounds import LARGEST_SIZE, LARGEST_SKEW, ROUNDOFF, position_pad
+from cdcore.narrow.bvh.bounds import LARGEST_SIZE, LARGEST_SKEW, ROUNDOFF, position_pad
 from cdcore.numerics import FloatArray, IntArray
 
 LEG_WIDTH: Final = 28

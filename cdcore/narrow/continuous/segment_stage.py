@@ -8,8 +8,8 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.narrow.continuous.motion_segments import ANGLE, HALF_TURN_SLACK, leg_bounds, leg_pads, legs_of
-from cdcore.narrow.continuous.search import (
+from cdcore.narrow.bvh.box_tree import BoxTree
+from cdcore.narrow.continuous.interval_search import (
     BOX_TESTS,
     FACE_TESTS,
     FREE,
@@ -21,8 +21,8 @@ from cdcore.narrow.continuous.search import (
     make_room,
     search_legs,
 )
+from cdcore.narrow.continuous.motion_segments import ANGLE, HALF_TURN_SLACK, leg_bounds, leg_pads, legs_of
 from cdcore.narrow.pair_frames import rows_of_columns
-from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.numerics import ByteArray, FloatArray, IntArray
 
 DEFAULT_TOLERANCE: Final = 1e-4

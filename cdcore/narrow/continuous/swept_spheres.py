@@ -11,7 +11,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.bounding.sphere import Sphere
+from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.kernels.compiling import kernel
 from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray, place_points
 

@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 
 from cdcore.errors import InvalidPoseError
 from cdcore.mesh import TriangleMesh
+from cdcore.narrow.bvh.box_tree import BoxTree, build_box_tree
+from cdcore.narrow.bvh.whole_motion import decide_motion
 from cdcore.narrow.containment.closed_parts import parity_is_inside
 from cdcore.narrow.containment.containment_stage import any_part_inside
-from cdcore.narrow.continuous.search import FREE, HIT
+from cdcore.narrow.continuous.interval_search import FREE, HIT
 from cdcore.narrow.continuous.segment_stage import DEFAULT_EFFORT, DEFAULT_TOLERANCE, SegmentStage
-from cdcore.narrow.spacetime.box_tree import BoxTree, build_box_tree
-from cdcore.narrow.spacetime.whole_motion import decide_motion
 from cdcore.protocol import Motion
 from cdcore.protocol.settings import MOST_METRES, MOST_WORK, CheckedSettings, number, whole
 

@@ -16,7 +16,7 @@ from cdcore.kernels.memory import Memory, doubles_of
 from cdcore.numerics import EPS, BoolArray, FloatArray
 
 if TYPE_CHECKING:
-    from cdcore.narrow.spacetime.box_tree import BoxTree
+    from cdcore.narrow.bvh.box_tree import BoxTree
 
 PROJECTION_ULPS = 16.0
 """Rounding of a difference, a dot product and a division, in eps of the triangles' extent."""

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory
 from cdcore.kernels.simd import Lanes, above, corners4, first3, first4, following4, minus, size, triple
-from cdcore.narrow.triangles.exact import boxes_apart, pair_intersects_exact
+from cdcore.narrow.triangles.exact_pairs import boxes_apart, pair_intersects_exact
 from cdcore.narrow.triangles.sums import exponents_are_moderate
 
 UNDECIDED: Final = 2

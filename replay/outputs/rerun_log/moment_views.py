@@ -17,7 +17,7 @@ import rerun as rr
 from rerun.chunk import RrdReader
 
 from cdcore import TriangleMesh
-from cdcore.bounding.sphere import sphere_in_mode
+from cdcore.bounding.bounding_sphere import sphere_in_mode
 from cdcore.numerics import FloatArray
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Miss, Outcome

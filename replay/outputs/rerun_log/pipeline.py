@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import rerun as rr
 
+from cdcore.bounding.bounding_sphere import sphere_in_mode
 from cdcore.bounding.box import box_best
-from cdcore.bounding.sphere import sphere_in_mode
 from cdcore.numerics import FloatArray
 from replay.base.constants import BUDGET_MS, HEADSET_HZ
 from replay.effects.output import vector_of

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore import Body, Motion, Verdict, create_detector
-from cdcore.bounding.sphere import sphere_by_box_centre
-from cdcore.search.settings import EQUATIONS
+from cdcore.bounding.bounding_sphere import sphere_by_box_centre
+from cdcore.search.search_settings import EQUATIONS
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.base.constants import HEADSET_HZ
 from replay.base.wilson import wilson

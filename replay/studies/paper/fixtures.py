@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore import Body, Detector, Motion, TriangleMesh, create_detector
-from cdcore.bounding.sphere import sphere_by_box_centre
+from cdcore.bounding.bounding_sphere import sphere_by_box_centre
 from cdcore.numerics import FloatArray
 from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.base.constants import HEADSET_HZ

@@ -6,8 +6,8 @@ from scipy.optimize import linprog
 from support.shapes import box_mesh, lab, random_rotations
 
 from cdcore import Motion, Verdict, create_detector
+from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.bounding.box import Box, box_best
-from cdcore.bounding.sphere import sphere_best
 from cdcore.broad.box_stage import BoxStage
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import SphereStage

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from support.shapes import random_rotations
 
 from cdcore import Motion, Verdict
-from cdcore.bounding.sphere import Sphere
+from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.broad.sphere_stage import SphereStage, last_certain_frame, place_centres
 from cdcore.kernels.compiling import kernel
 from cdcore.numerics import place_points

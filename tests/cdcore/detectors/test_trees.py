@@ -5,7 +5,7 @@ import pytest
 from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, rod_mesh, still, without_faces
 
 from cdcore import Body, Verdict, create_detector
-from cdcore.bounding.sphere import sphere_best, sphere_by_triangle_mean
+from cdcore.bounding.bounding_sphere import sphere_best, sphere_by_triangle_mean
 from cdcore.narrow.fcl_meshes import FclMeshes
 from cdcore.protocol import counts_as_contact
 

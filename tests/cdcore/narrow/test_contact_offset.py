@@ -5,9 +5,9 @@ from support.shapes import beaker_mesh, random_rotations, rod_mesh
 from support.small_worlds import along_x, cube
 
 from cdcore import Body, Motion, TriangleMesh
+from cdcore.narrow.bvh.box_tree import build_box_tree
 from cdcore.narrow.contact_offset import ContactOffset
 from cdcore.narrow.fcl_meshes import _tree
-from cdcore.narrow.spacetime.box_tree import build_box_tree
 
 FRAMES = 200
 PLACES = [3.0, 1.25, 1.25, 1.125, 1.0625, 3.0]

@@ -6,10 +6,10 @@ from support.motions import KINDS, exhaustive, motion_of
 from support.shapes import ball_mesh, box_mesh, lab, still
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
+from cdcore.narrow.bvh.bounds import LARGEST_SIZE
 from cdcore.narrow.level_tree import grow_tree
-from cdcore.narrow.spacetime.bounds import LARGEST_SIZE
+from cdcore.narrow.published_trees.tree_search import TreeSearch
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
-from cdcore.narrow.trees.search import TreeSearch
 
 TREES = ["aabb", "obb", "rapid-style", "solid-style"]
 FRAMES = 24

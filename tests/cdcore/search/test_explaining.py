@@ -10,7 +10,7 @@ from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.protocol import Explains
 from cdcore.search.features import features_of
 from cdcore.search.samples import sample_of
-from cdcore.search.settings import SearchSettings
+from cdcore.search.search_settings import SearchSettings
 from cdcore.search.stage import SearchStage
 
 NOTHING = np.zeros((0, 2), dtype=np.int64)

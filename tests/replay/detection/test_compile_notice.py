@@ -47,8 +47,8 @@ def fresh_kernel(module):
 def test_compiling_is_announced_once_and_the_end_says_what_it_took(started):
     heard = Heard()
     with compiling_announced(heard):
-        assert fresh_kernel("cdcore.narrow.spacetime.traverse")(1) == 2
-        assert fresh_kernel("cdcore.narrow.spacetime.block")(1) == 2
+        assert fresh_kernel("cdcore.narrow.bvh.traverse")(1) == 2
+        assert fresh_kernel("cdcore.narrow.bvh.block")(1) == 2
         assert fresh_kernel("cdcore.narrow.sections.triangle_sections")(1) == 2
         assert fresh_kernel("elsewhere")(1) == 2
     first, end = heard.sentences
@@ -68,7 +68,7 @@ def test_nothing_is_said_when_nothing_compiles_or_afterwards(started):
 
 def test_beside_who_compares_clocks_no_process_compiles(started):
     with compiling_announced(Heard(), alone=True):
-        fresh_kernel("cdcore.narrow.spacetime.traverse")(1)
+        fresh_kernel("cdcore.narrow.bvh.traverse")(1)
     assert started == []
 
 

@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 from support.motions import KINDS
 from support.shapes import ball_mesh, box_mesh
 
+from cdcore.narrow.bvh.box_tree import build_box_tree
 from cdcore.narrow.continuous import search, segment_stage
-from cdcore.narrow.continuous.motion_segments import leg_bounds, leg_pads, legs_of
-from cdcore.narrow.continuous.search import (
+from cdcore.narrow.continuous.interval_search import (
     FREE,
     HIT,
     TOO_CLOSE,
@@ -20,6 +20,7 @@ from cdcore.narrow.continuous.search import (
     first_contact,
     make_room,
 )
+from cdcore.narrow.continuous.motion_segments import leg_bounds, leg_pads, legs_of
 from cdcore.narrow.continuous.segment_stage import (
     DEFAULT_EFFORT,
     DEFAULT_TOLERANCE,
@@ -27,7 +28,6 @@ from cdcore.narrow.continuous.segment_stage import (
     TOO_LARGE,
     SegmentStage,
 )
-from cdcore.narrow.spacetime.box_tree import build_box_tree
 from cdcore.narrow.triangles.predicates import triangles_intersect
 
 PAIR = np.array([[0, 1]])

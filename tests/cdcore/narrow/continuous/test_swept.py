@@ -5,7 +5,7 @@ import pytest
 from support.motions import KINDS, turned_by
 from support.shapes import ball_mesh, moved, random_rotations
 
-from cdcore.bounding.sphere import sphere_best
+from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.continuous.motion_segments import legs_of, pose_at
 from cdcore.narrow.continuous.swept import boxes_stay_apart, faces_stay_apart, turned_between

@@ -9,7 +9,7 @@ from support.predicate_work import filtered, left_open
 from cdcore.errors import InvalidTrianglesError
 from cdcore.kernels.compiling import kernel
 from cdcore.kernels.memory import doubles_of, words_of
-from cdcore.narrow.triangles import exact as triangle_exact
+from cdcore.narrow.triangles import exact_pairs as triangle_exact
 from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.narrow.triangles.integers import integers_on_one_scale, pair_intersects_integers
 from cdcore.narrow.triangles.predicates import triangles_intersect

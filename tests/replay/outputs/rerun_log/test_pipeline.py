@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.bounding.box import box_best
-from cdcore.bounding.sphere import sphere_best
 from replay.outputs.palette import MISSED, SERIES
 from replay.outputs.rerun_log.recording import write_recording
 from replay.outputs.rerun_log.recording_file import packed

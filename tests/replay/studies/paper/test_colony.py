@@ -5,7 +5,7 @@ import pytest
 from support.shapes import beaker_mesh, box_mesh, still
 
 from cdcore import Body, Verdict, create_detector
-from cdcore.search.settings import EQUATIONS
+from cdcore.search.search_settings import EQUATIONS
 from replay.studies.paper import colony
 from replay.studies.paper.colony import NearPoses, detected, near_poses
 

@@ -5,7 +5,7 @@ import pytest
 from support.motions import KINDS, grid_plate, rotations
 from support.slow_trees import faces_below
 
-from cdcore.narrow.spacetime.box_tree import LEAF_FACES, build_box_tree
+from cdcore.narrow.bvh.box_tree import LEAF_FACES, build_box_tree
 
 MESHES = {name: make(np.random.default_rng(2)) for name, make in KINDS.items()}
 MESHES["plate"] = grid_plate(8)

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.narrow.level_tree import extents, grow_tree
-from cdcore.narrow.trees.descent import OBB, RAPID, SOLID, WORLD, BoxNodes
+from cdcore.narrow.published_trees.tree_descent import OBB, RAPID, SOLID, WORLD, BoxNodes
 from cdcore.numerics import FloatArray, IntArray
 
 Boxes = tuple[FloatArray, FloatArray, FloatArray]

@@ -18,9 +18,11 @@ from numpy.typing import NDArray
 
 from cdcore.kernels.memory import address_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.spacetime.block import COUNTERS
-from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.memory import (
+from cdcore.narrow.bvh.block import COUNTERS
+from cdcore.narrow.bvh.box_tree import BoxTree
+from cdcore.narrow.bvh.pose_lanes import Tracks
+from cdcore.narrow.bvh.traverse import Workspace
+from cdcore.narrow.bvh.tree_memory import (
     BEYOND,
     BITS_A,
     BITS_B,
@@ -36,8 +38,6 @@ from cdcore.narrow.spacetime.memory import (
     STOP,
     TREE_B,
 )
-from cdcore.narrow.spacetime.pose_lanes import Tracks
-from cdcore.narrow.spacetime.traverse import Workspace
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
 from cdcore.protocol import Motion, pair_has_pose
 

@@ -10,8 +10,8 @@ import numpy as np
 from cdcore.kernels.compiling import hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, address_of, doubles_at, words_of
 from cdcore.kernels.simd import first3
-from cdcore.narrow.spacetime.block import EXACT_TESTS, INTEGER_TESTS, place_face
-from cdcore.narrow.spacetime.memory import pair_memory, question_memory
+from cdcore.narrow.bvh.block import EXACT_TESTS, INTEGER_TESTS, place_face
+from cdcore.narrow.bvh.tree_memory import pair_memory, question_memory
 from cdcore.narrow.triangles.filter import UNDECIDED, Corners, pair_intersects
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.narrow.triangles.sums import new_digits

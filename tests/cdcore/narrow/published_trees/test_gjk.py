@@ -8,7 +8,7 @@ from scipy.optimize import minimize
 
 from cdcore import triangles_intersect
 from cdcore.kernels.compiling import kernel
-from cdcore.narrow.trees import gjk
+from cdcore.narrow.published_trees import gjk
 
 
 @kernel

@@ -25,7 +25,7 @@ from cdcore.kernels.simd import (
     store,
     turn,
 )
-from cdcore.narrow.spacetime.memory import Scratch
+from cdcore.narrow.bvh.tree_memory import Scratch
 
 
 @hot_kernel

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from support.shapes import beaker_mesh, box_mesh, moved
 
 from cdcore import TriangleMesh
-from cdcore.bounding.sphere import (
+from cdcore.bounding.bounding_sphere import (
     SPHERES,
     sphere_best,
     sphere_by_box_centre,

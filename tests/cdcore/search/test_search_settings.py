@@ -7,7 +7,7 @@ from support.shapes import box_mesh
 
 from cdcore.errors import InvalidSettingError
 from cdcore.search.printed import printed_gate, probabilities
-from cdcore.search.settings import SearchSettings
+from cdcore.search.search_settings import SearchSettings
 
 
 def test_auto_stops_at_the_first_hit():

@@ -9,7 +9,7 @@ from __future__ import annotations
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
 from cdcore.kernels.memory import Memory
 from cdcore.kernels.simd import Lanes, above, dot, load8, minus, moved, plus, store, turn
-from cdcore.narrow.spacetime.bounds import ROUNDOFF, SIGN_PADS, SIGN_ULPS, TINY
+from cdcore.narrow.bvh.bounds import ROUNDOFF, SIGN_PADS, SIGN_ULPS, TINY
 
 MOVED_EDGES = 176
 """Doubles of a moved face, eight of each: its edges and their moments about the origin, its plane and where that is;

@@ -19,7 +19,7 @@ import numpy as np
 from cdcore.kernels.box_axes import apart_on_all_axes, apart_on_face_axes, box_seen_from, pose_seen_from
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, stay_one_function
 from cdcore.narrow.face_pair import faces_meet, keep_found
-from cdcore.narrow.trees.gjk import MEETING, steps_to_separate
+from cdcore.narrow.published_trees.gjk import MEETING, steps_to_separate
 from cdcore.numerics import ByteArray, FloatArray, IntArray
 
 WORLD, OBB, RAPID, SOLID = range(4)

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.narrow.bvh.box_tree import BoxTree
 from cdcore.narrow.continuous.motion_segments import pose_at, seen_from
 from cdcore.narrow.continuous.swept import CORNERS, boxes_stay_apart, faces_stay_apart, turned_between
 from cdcore.narrow.face_pair import placed_pair_meets
-from cdcore.narrow.spacetime.box_tree import BoxTree
 from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import ByteArray, FloatArray, IntArray
 

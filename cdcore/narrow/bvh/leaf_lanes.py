@@ -5,9 +5,9 @@ from __future__ import annotations
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int
 from cdcore.kernels.memory import Memory
 from cdcore.kernels.simd import above, dot, least3, load8, most3, moved, store
-from cdcore.narrow.spacetime.bounds import EDGE_SLACK
-from cdcore.narrow.spacetime.face_lanes import certain_lanes, move_edges
-from cdcore.narrow.spacetime.memory import Pair, Scratch
+from cdcore.narrow.bvh.bounds import EDGE_SLACK
+from cdcore.narrow.bvh.face_lanes import certain_lanes, move_edges
+from cdcore.narrow.bvh.tree_memory import Pair, Scratch
 
 
 @hot_kernel

@@ -7,8 +7,8 @@ from typing import Final, NamedTuple
 
 import numpy as np
 
-from cdcore.narrow.trees.box_trees import TREE_KINDS, build_tree
-from cdcore.narrow.trees.descent import PairPoses, search_rows
+from cdcore.narrow.published_trees.box_trees import TREE_KINDS, build_tree
+from cdcore.narrow.published_trees.tree_descent import PairPoses, search_rows
 from cdcore.narrow.triangles.sums import new_digits
 from cdcore.numerics import BoolArray, FloatArray, IntArray
 

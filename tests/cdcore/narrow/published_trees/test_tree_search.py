@@ -15,9 +15,9 @@ from support.slow_trees import (
 )  # fmt: skip
 
 from cdcore.kernels.compiling import kernel
-from cdcore.narrow.trees.box_trees import TREE_KINDS, build_tree
-from cdcore.narrow.trees.descent import place_side
-from cdcore.narrow.trees.search import UNLIMITED, TreeSearch
+from cdcore.narrow.published_trees.box_trees import TREE_KINDS, build_tree
+from cdcore.narrow.published_trees.tree_descent import place_side
+from cdcore.narrow.published_trees.tree_search import UNLIMITED, TreeSearch
 from cdcore.numerics import place_points
 
 MESHES = {name: make(np.random.default_rng(5)) for name, make in KINDS.items()} | {"rod": rod_mesh().triangles}

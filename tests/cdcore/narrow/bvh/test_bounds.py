@@ -8,9 +8,9 @@ from support.eight_frames import EightFrames
 from support.motions import rotations
 
 from cdcore.kernels.compiling import kernel
-from cdcore.narrow.spacetime.bounds import position_pad
-from cdcore.narrow.spacetime.memory import pair_memory
-from cdcore.narrow.spacetime.motion_bounds import root_gap
+from cdcore.narrow.bvh.bounds import position_pad
+from cdcore.narrow.bvh.motion_bounds import root_gap
+from cdcore.narrow.bvh.tree_memory import pair_memory
 from cdcore.numerics import place_points
 
 

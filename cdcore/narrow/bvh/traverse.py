@@ -15,8 +15,8 @@ import numpy as np
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, row_of
 from cdcore.kernels.simd import LANES, dot, fused, load8, minus, splat8, store
-from cdcore.narrow.spacetime.block import BLOCKS, GAP_TESTS, REUSED, SKIPPED, search_block
-from cdcore.narrow.spacetime.bounds import (
+from cdcore.narrow.bvh.block import BLOCKS, GAP_TESTS, REUSED, SKIPPED, search_block
+from cdcore.narrow.bvh.bounds import (
     CHORD_SLACK,
     LARGEST_SIZE,
     LARGEST_SKEW,
@@ -25,8 +25,9 @@ from cdcore.narrow.spacetime.bounds import (
     SKEW_FACTOR,
     SMALLEST_SIZE,
 )
-from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.memory import (
+from cdcore.narrow.bvh.box_tree import BoxTree
+from cdcore.narrow.bvh.motion_bounds import first_unsafe, root_gap
+from cdcore.narrow.bvh.tree_memory import (
     ALIVE,
     AT_FRAME,
     BEYOND,
@@ -47,8 +48,7 @@ from cdcore.narrow.spacetime.memory import (
     question_memory,
     scratch_memory,
 )
-from cdcore.narrow.spacetime.motion_bounds import first_unsafe, root_gap
-from cdcore.narrow.spacetime.undecided import settled
+from cdcore.narrow.bvh.undecided import settled
 from cdcore.numerics import IntArray
 
 SHORTEST_SKIP: Final = 4
@@ -63,7 +63,7 @@ FEW: Final = 16
 
 @hot_kernel
 def size_at(pair: Pair, frame: int) -> float:
-    """The size S of ``cdcore.narrow.spacetime.bounds`` in a frame."""
+    """The size S of ``cdcore.narrow.bvh.bounds`` in a frame."""
     become_part_of_caller()
     a, b = pair.pose_a, pair.pose_b
     size: float = a.facts[1] + b.facts[1] + a.away[frame * a.step] + b.away[frame * b.step]

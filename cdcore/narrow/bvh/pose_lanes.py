@@ -27,9 +27,9 @@ from cdcore.kernels.simd import (
     store,
     times,
 )
-from cdcore.narrow.spacetime.bounds import ROUNDOFF
-from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.memory import PoseMemory, pose_memory
+from cdcore.narrow.bvh.bounds import ROUNDOFF
+from cdcore.narrow.bvh.box_tree import BoxTree
+from cdcore.narrow.bvh.tree_memory import PoseMemory, pose_memory
 from cdcore.numerics import BoolArray, FloatArray, IntArray, readonly, row_length
 
 STEP_ULPS: Final = 16.0

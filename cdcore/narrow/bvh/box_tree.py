@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, doubles_of, integers_of, row_of, words_of
-from cdcore.narrow.spacetime.box_fit import BuildMemory, fit_box
+from cdcore.narrow.bvh.box_fit import BuildMemory, fit_box
 from cdcore.numerics import FloatArray, IntArray
 
 BINS = 16

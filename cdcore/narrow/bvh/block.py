@@ -5,9 +5,9 @@ from __future__ import annotations
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int, stay_one_function
 from cdcore.kernels.memory import Memory, fetch_early
 from cdcore.kernels.simd import load4, plus, times
-from cdcore.narrow.spacetime.box_lanes import lanes_that_may_meet
-from cdcore.narrow.spacetime.leaf_lanes import survivors_of_leaves
-from cdcore.narrow.spacetime.memory import ALIVE, DEPTH, MOST_AT_ONCE, Pair, PoseMemory, Question, Scratch, TreeMemory
+from cdcore.narrow.bvh.box_lanes import lanes_that_may_meet
+from cdcore.narrow.bvh.leaf_lanes import survivors_of_leaves
+from cdcore.narrow.bvh.tree_memory import ALIVE, DEPTH, MOST_AT_ONCE, Pair, PoseMemory, Question, Scratch, TreeMemory
 from cdcore.narrow.triangles.filter import UNDECIDED, Corners, faces_meet_filtered
 
 NODE_TESTS, LEAF_PAIRS, FACE_PAIRS, WORLD_TESTS, EXACT_TESTS, INTEGER_TESTS, BLOCKS, SKIPPED = range(8)

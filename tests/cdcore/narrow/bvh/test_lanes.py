@@ -10,12 +10,12 @@ from support.slow_trees import faces_below
 from cdcore.kernels.compiling import kernel, runtime_int
 from cdcore.kernels.memory import doubles_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.spacetime.block import faces_meet
-from cdcore.narrow.spacetime.box_lanes import lanes_that_may_meet
-from cdcore.narrow.spacetime.box_tree import build_box_tree
-from cdcore.narrow.spacetime.face_lanes import certain_lanes, move_edges
-from cdcore.narrow.spacetime.leaf_lanes import survivors_of_leaves
-from cdcore.narrow.spacetime.memory import EDGE_ROOM, pair_memory
+from cdcore.narrow.bvh.block import faces_meet
+from cdcore.narrow.bvh.box_lanes import lanes_that_may_meet
+from cdcore.narrow.bvh.box_tree import build_box_tree
+from cdcore.narrow.bvh.face_lanes import certain_lanes, move_edges
+from cdcore.narrow.bvh.leaf_lanes import survivors_of_leaves
+from cdcore.narrow.bvh.tree_memory import EDGE_ROOM, pair_memory
 from cdcore.narrow.triangles.filter import UNDECIDED
 from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.narrow.triangles.predicates import triangles_intersect

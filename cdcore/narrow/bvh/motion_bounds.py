@@ -6,7 +6,7 @@ import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, stay_one_function
 from cdcore.kernels.memory import Memory
-from cdcore.narrow.spacetime.memory import PoseMemory
+from cdcore.narrow.bvh.tree_memory import PoseMemory
 
 GAP_SHARE = 1.0 - 1e-12
 """Share of a gap that two paths may use up: covers the rounding of what each moved, and of the sum."""

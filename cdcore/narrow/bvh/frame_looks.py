@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from cdcore.narrow.spacetime.block import COUNTERS
-from cdcore.narrow.spacetime.box_tree import BoxTree
-from cdcore.narrow.spacetime.memory import BEYOND
-from cdcore.narrow.spacetime.pose_lanes import Tracks
-from cdcore.narrow.spacetime.traverse import Workspace
-from cdcore.narrow.spacetime.whole_motion import decide_motion, rows_of_pairs
+from cdcore.narrow.bvh.block import COUNTERS
+from cdcore.narrow.bvh.box_tree import BoxTree
+from cdcore.narrow.bvh.pose_lanes import Tracks
+from cdcore.narrow.bvh.traverse import Workspace
+from cdcore.narrow.bvh.tree_memory import BEYOND
+from cdcore.narrow.bvh.whole_motion import decide_motion, rows_of_pairs
 from cdcore.numerics import IntArray
 from cdcore.protocol import Motion, Verdict
 
