@@ -74,6 +74,8 @@ def checked_summary(path: Path, summary: Mapping[str, Any]) -> dict[str, Any]:
     if unknown or (summary["audit"] and summary["oracle"] not in labels):
         name = next(iter(unknown), summary["oracle"])
         raise RunFolderError(f"{path} speaks of {name!r}, which is none of its detectors; {AGAIN}")
+    if {answer["label"] for answer in summary["answers"]} != summary["audit"].keys():
+        raise RunFolderError(f"{path}: answers are told of other detectors than those audited; {AGAIN}")
     if dwell and len({len(dwell[name]) for name in ("rates_hz", "missed_at_this_phase", "expected_misses")}) > 1:
         raise RunFolderError(f"{path}: dwell has lists of different lengths; {AGAIN}")
     return dict(summary)
