@@ -10,7 +10,8 @@ from support.motions import KINDS
 from support.shapes import ball_mesh, box_mesh
 
 from cdcore.narrow.bvh.box_tree import build_box_tree
-from cdcore.narrow.continuous import search, segment_stage
+from cdcore.narrow.continuous import interval_search as search
+from cdcore.narrow.continuous import segment_stage
 from cdcore.narrow.continuous.interval_search import (
     FREE,
     HIT,
