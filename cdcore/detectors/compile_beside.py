@@ -1,7 +1,8 @@
 """Compiles the kernels of the paper's search, of ``exact`` and of what examines its contacts, those needed last first.
 
-A first run starts this in a process of its own (``python -m cdcore.detectors.compile_beside``) and compiles what it
-needs first meanwhile: the search over the whole motion. What one process has compiled the other loads.
+A first run starts this in a process of its own (``python -m cdcore.detectors.compile_beside``). Meanwhile the run
+itself compiles what it needs first: the traversal of ``exact``, and the volumes. What one process has compiled the
+other loads.
 """
 
 import numpy as np
@@ -26,7 +27,7 @@ def compile_kernels() -> None:
     places[:, 1] = [[0.1, 0.1, -0.05], [0.6, 0.6, 0.6], [0.2, 0.2, 0.2]]
     turns = np.tile(np.eye(3), (3, 2, 1, 1))
     motion = Motion([0.0, 1.0, 2.0], places, turns)
-    # The volumes before the search are not: they are compiled by who searches, meanwhile.
+    # Only the search: a whole detector would compile the volumes before it, as the run does at the same time.
     search = SearchStage([large, small], np.array([[0, 1]]), create_detector("hybrid-qaco", [large, small]).settings)
     search.decide(motion, np.ones((3, 1), dtype=np.bool_), search.fresh_memory(), faces=True)
     (at_large, at_small), faces = zip(turns[0], places[0], strict=True), np.array([[0, 1]])

@@ -5,6 +5,7 @@ phase. Run to completion, none of them loses a face.
 """
 
 from collections.abc import Sequence
+from functools import partial
 from time import perf_counter
 from typing import ClassVar, Final
 
@@ -50,7 +51,8 @@ class TreeDetector(PairDetector[TreeSettings]):
         """
         if self.settings.budget is not None:
             return super().live()
-        return LivePairs(BroadPhase(self.bodies, self.pairs), self._trees.decide_now, self._containment.question)
+        decide = partial(self._trees.decide_now, {})
+        return LivePairs(BroadPhase(self.bodies, self.pairs), decide, self._containment.question)
 
     def _near(self, motion: Motion) -> VolumeAnswer:
         """CANDIDATE where the trees are to be asked."""

@@ -77,8 +77,6 @@ class TreeStage:
         # writable: the kernels are compiled for such arrays
         self._now = PairPoses(np.empty((1, 3, 3)), np.empty((1, 3)), np.empty((1, 3, 3)), np.empty((1, 3)), np.empty(1))
         self._reach = [_reach(body.mesh.triangles) for body in bodies]
-        # Pair -> faces that met when it was last asked: in a contact that lasts they meet again, and are asked first.
-        self._met: dict[int, tuple[int, int]] = {}
         self._corners, self._digits = np.empty((6, 3)), new_digits()
 
     def decide(self, motion: Motion, frames: IntArray, columns: IntArray, *, every: bool) -> TreeAnswer:
@@ -112,10 +110,13 @@ class TreeStage:
         work |= {"tree_queries": queries, "reused": len(frames) - queries, "exhaustive": exhaustive}
         return TreeAnswer(hits, truncated & ~hits, which, sets, work)
 
-    def decide_now(self, now: Motion, column: int, margin: float) -> tuple[int, bool]:
+    def decide_now(
+        self, last_met: dict[int, tuple[int, int]], now: Motion, column: int, margin: float
+    ) -> tuple[int, bool]:
         """CONTACT or CLEAR for one pair in a motion of one frame, without a budget.
 
-        Also whether the surfaces are known to be more than ``margin`` apart.
+        Also whether the surfaces are known to be more than ``margin`` apart. ``last_met``, of one session: pair -> the
+        faces that met when it was last asked. In a contact that lasts they meet again, and so are asked first.
         """
         a, b = self._ends[column]
         poses = self._now
@@ -126,9 +127,9 @@ class TreeStage:
         if not size <= LARGEST_SIZE:
             hit = self.decide(now, FIRST_FRAME, np.array([column]), every=False).hits[0]
             return (CONTACT if hit else CLEAR), False
-        corners, met = (self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles), self._met.pop(column, None)
+        corners, met = (self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles), last_met.pop(column, None)
         if met is not None and self._meet_again(corners, met):
-            self._met[column] = met
+            last_met[column] = met
             return CONTACT, False
         tight, left = position_pad(size, SKEW) + UNDERFLOW_PAD, self._search.undismissed
         # With a margin some hundred tests only: where surfaces are near each other, most faces lie within it.
@@ -144,7 +145,7 @@ class TreeStage:
         found = decided_by_integers(found, corners, (poses.turn_a, poses.turn_b), (poses.move_a, poses.move_b))
         if not len(found):
             return CLEAR, False
-        self._met[column] = found[0, 1], found[0, 2]
+        last_met[column] = found[0, 1], found[0, 2]
         return CONTACT, False
 
     def _meet_again(self, corners: tuple[FloatArray, FloatArray], faces: tuple[int, int]) -> bool:

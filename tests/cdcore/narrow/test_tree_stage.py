@@ -124,4 +124,4 @@ def test_a_pair_is_as_large_as_both_reaches_and_both_places_together(share, beyo
     motion = Motion([0.0], [[[far, 0, 0], [far, 0, far / 100]]], np.tile(np.eye(3), (1, 2, 1, 1)))
     first = np.zeros(1, dtype=np.int64)
     assert stage.decide(motion, first, first, every=True).work["exhaustive"] == beyond
-    assert stage.decide_now(motion, 0, far / 1000) == (Verdict.CLEAR, not beyond)
+    assert stage.decide_now({}, motion, 0, far / 1000) == (Verdict.CLEAR, not beyond)
