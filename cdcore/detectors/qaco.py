@@ -21,7 +21,7 @@ from cdcore.protocol.settings import choice, flag, number
 from cdcore.search.explaining import SearchExplainer
 from cdcore.search.live_search import LiveSearch
 from cdcore.search.search_settings import MOST_WEIGHT, SearchSettings
-from cdcore.search.stage import CONTAINMENT_REFUSED, SearchAnswer, SearchMemory, SearchStage
+from cdcore.search.stage import CONTAINMENT_REFUSED, PairMemory, SearchAnswer, SearchStage
 from cdcore.search.tracing import Watched, watched
 
 
@@ -75,10 +75,10 @@ class QacoDetector(PairDetector[Any]):
         near = self._broad.by_stage(motion)
         return watched(self.bodies, self.pairs, self.settings, motion, near, self._search.empty)
 
-    def _fresh_memory(self) -> SearchMemory:
+    def _fresh_memory(self) -> list[PairMemory]:
         return self._search.fresh_memory()
 
-    def _run(self, motion: Motion, memory: SearchMemory, faces: bool) -> Detection:
+    def _run(self, motion: Motion, memory: list[PairMemory], faces: bool) -> Detection:
         broad = self._broad.candidates(motion)
         near = np.zeros(broad.verdict.shape, dtype=np.bool_)
         near[broad.frames, broad.columns] = True

@@ -61,10 +61,10 @@ def flag(default: bool) -> Any:
     return _field(default, IS_FLAG)
 
 
-def whole(default: int | None, least: int, most: int, *, words: tuple[str, ...] = ()) -> Any:
-    """A field that is a whole number within bounds, or one of some words."""
+def whole(default: int | None, least: int, most: int) -> Any:
+    """A field that is a whole number within bounds."""
     wanted = f"a whole number of {least} or more, at most {most}"
-    return _field(default, Allowed(lambda value: _is_whole(value, least, most), wanted), words)
+    return _field(default, Allowed(lambda value: _is_whole(value, least, most), wanted))
 
 
 def number(default: float | None, least: float, most: float, *, above: bool = False, unit: str = "") -> Any:
@@ -87,14 +87,14 @@ def choice(default: Any, among: Iterable[Any]) -> Any:
     return _field(default, allowed)
 
 
-def _field(default: Any, allowed: Allowed, words: tuple[str, ...] = ()) -> Any:
-    """A field that may also be one of some words, or ``None`` where that is its default."""
-    others = [*words] if default is not None else [*words, None]
-
-    def holds(value: object) -> bool:
-        return (isinstance(value, str | None) and value in others) or allowed.holds(value)
-
-    return field(default=default, metadata={ALLOWED: Allowed(holds, " or ".join([allowed.wanted, *map(repr, others)]))})
+def _field(default: Any, allowed: Allowed) -> Any:
+    """A field that may also be ``None`` where that is its default."""
+    if default is None:
+        number_or_word = allowed
+        allowed = Allowed(
+            lambda value: value is None or number_or_word.holds(value), f"{number_or_word.wanted} or None"
+        )
+    return field(default=default, metadata={ALLOWED: allowed})
 
 
 def _is_whole(value: object, least: int, most: int) -> bool:

@@ -34,8 +34,7 @@ class SearchExplainer:
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings) -> None:
         self._bodies, self._pairs = bodies, pairs
-        more, whole_frame = settings.budget * TIMES_MORE, settings.frame_budget * TIMES_MORE
-        self._settings = replace(settings, budget=more, frame_budget=whole_frame)
+        self._settings = replace(settings, budget=settings.budget * TIMES_MORE)
         self._stages: dict[int, SearchStage] = {}
         self._drawn: dict[int, IntArray] = {}
         self._motion: Motion | None = None
@@ -46,8 +45,8 @@ class SearchExplainer:
 
         Parameters
         ----------
-        faces : (k, 2) the face pairs that meet, in the order of the pair. With ``samples`` a number they are looked
-            up in the sample; without it, and with "auto", which probes them all, every face can be drawn.
+        faces : (k, 2) the face pairs that meet, in the order of the pair. With ``samples`` they are looked up
+            in the sample; without, every face can be drawn.
         volumes_meet : whether spheres and boxes let the pair through.
         """
         sampled = self._sample_meets(pair, faces) if len(faces) else None
@@ -56,9 +55,10 @@ class SearchExplainer:
 
     def _sample_meets(self, pair: int, faces: IntArray) -> bool:
         """Whether a pair of faces that meets has both its faces in the sample."""
-        if not isinstance(self._settings.samples, int):
+        size = self._settings.samples
+        if size is None:
             return True
-        first, second = (self._sample(body, self._settings.samples) for body in self._pairs[pair].tolist())
+        first, second = (self._sample(body, size) for body in self._pairs[pair].tolist())
         return bool((np.isin(faces[:, 0], first) & np.isin(faces[:, 1], second)).any())
 
     def _sample(self, body: int, size: int) -> IntArray:

@@ -85,10 +85,6 @@ class PairSearch:
         self._take_poses(pose_a, pose_b, stamp)
         return self._search(start or NO_PAIR, self.settings.budget if budget is None else budget)
 
-    def look_longer(self, budget: int) -> SearchResult:
-        """Search on without a hit, up to a larger budget; the same as a look with that budget from the start."""
-        return self._search(None, budget)
-
     def look_on(self) -> SearchResult:
         """Search on from a hit for one outside what was found so far, within the same budget; counts go on too."""
         self._state["hit_a"] = -1

@@ -11,7 +11,9 @@ from cdcore.kernels.box_axes import pose_seen_from
 from cdcore.kernels.compiling import kernel
 from cdcore.numerics import EPS, FloatArray
 from cdcore.search.features import Features
-from cdcore.search.sample_control import PROBE
+
+PROBE: Final = 192
+"""Evaluations in which a warm start has found its valley: a few steps to 28 neighbours each."""
 
 ROUNDING_ULPS: Final = 4096.0
 """In eps of sizes and distances: a thing that a hand carries seems to move by this much against the hand. Two poses are

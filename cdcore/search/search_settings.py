@@ -27,9 +27,7 @@ class SearchSettings(CheckedSettings):
     without a hit until the population is drawn anew. ``decode``: "angle" (uniform over the faces) or "amplitude" (the
     literature's linear map, which draws the end faces twenty times too often).
     ``seed``: of all random streams. ``budget``: evaluations for one pair in one frame.
-    ``samples``: faces of each body that are searched, drawn by area; ``None``: all. "auto": as many as the session so
-    far advises, within ``frame_budget`` evaluations for all pairs of a frame together (``budget`` is then not used; one
-    frame in 25 may take four times as many) and such that ``target_recall`` of what that budget would find is found.
+    ``samples``: faces of each body that are searched, drawn by area; ``None``: all.
     ``stop_first``: whether to stop at the first hit; else, where faces are asked for, the rest of the budget looks for
     further curves. ``warm_start``: whether a search starts at the closest pair of the frame before.
     ``rest``: in diameters of the mean face of the finer mesh, how far two bodies must have moved against each other
@@ -58,16 +56,12 @@ class SearchSettings(CheckedSettings):
     without_equation: int | None = choice(None, EQUATIONS)
     seed: int = whole(0, -(2**63), 2**63 - 1)
     budget: int = whole(2000, 1, MOST_WORK)
-    samples: int | str | None = whole(None, 1, MOST_WORK, words=("auto",))
-    frame_budget: int = whole(4000, 1, MOST_WORK)
-    target_recall: float = number(0.99, 0, 1)
+    samples: int | None = whole(None, 1, MOST_WORK)
     stop_first: bool = flag(True)
     warm_start: bool = flag(True)
     rest: float = number(0.0, 0, MOST_WEIGHT)
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.samples == "auto" and not self.stop_first:
-            raise InvalidSettingError("samples='auto' stops at the first hit; leave stop_first=False out")
         if self.pheromone_least > self.pheromone_most:
             raise InvalidSettingError(f"pheromone_least={self.pheromone_least} is too much; give up to pheromone_most")

@@ -6,18 +6,16 @@ whole budget found nothing, it gets less (``rest``).
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cache
 
 import numpy as np
 
 from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, readonly
 from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, ordered_by_name
-from cdcore.search.features import RADIUS, Features, features_of
+from cdcore.search.features import Features, features_of
 from cdcore.search.pair_search import PairSearch, Pose
 from cdcore.search.resting_contact import RestingContact, relative_pose
 from cdcore.search.result import Pair, SearchResult
-from cdcore.search.sample_control import LEAST_SAMPLE, LEVELS, PROBE, SampleControl, band_of
-from cdcore.search.samples import Sample, sample_of
+from cdcore.search.samples import sample_of
 from cdcore.search.search_settings import SearchSettings
 
 SEEDS = 64
@@ -55,14 +53,6 @@ class PairMemory:
     """Of the face set, in this block; -1: none yet."""
 
 
-@dataclass(eq=False)
-class SearchMemory:
-    """What passes from block to block: what is known of each pair, and with ``samples="auto"`` of all searches."""
-
-    pairs: list[PairMemory]
-    control: SampleControl | None
-
-
 class SearchAnswer:
     """What the searches of one block gave.
 
@@ -96,102 +86,47 @@ class SearchAnswer:
 class SearchStage:
     """Searches candidate pair-frames of ``pairs`` (P, 2) for contact, with the constants, seed and budget of settings.
 
-    Each pair is searched in the order of its names; its order here does not matter. ``search``: what searches a pair.
+    Each pair is searched in the order of its names; its order here does not matter.
     """
 
-    def __init__(
-        self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings, search: type[PairSearch] = PairSearch
-    ) -> None:
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings) -> None:
         self._settings = settings
         ordered, self._turned = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in ordered.tolist()]
         features: dict[int, Features] = {k: features_of(bodies[k].mesh) for k in np.unique(pairs).tolist()}
-        names = [(bodies[a].name, bodies[b].name) for a, b in self._ends]
-        ends = zip(self._ends, names, strict=True)
-        self._searches = [search(features[a], features[b], name, settings) for (a, b), name in ends]
+        self._searches = [
+            PairSearch(features[a], features[b], (bodies[a].name, bodies[b].name), settings) for a, b in self._ends
+        ]
         self._rests = [RestingContact(features[a], features[b], settings.rest) for a, b in self._ends]
-        self._samples = self._draw(bodies, features)
-        self._rank = {column: rank for rank, column in enumerate(sorted(range(len(names)), key=names.__getitem__))}
+        if settings.samples is not None:
+            self._draw(bodies, features, settings.samples)
         # A pair that rests is searched in brief only if it starts from where it was closest.
         self._rested = settings.rest > 0.0 and settings.warm_start
         # What looks gave that found nothing: who asks the same again need not search.
         self.empty: dict[LookKey, SearchResult] = {}
 
-    def fresh_memory(self) -> SearchMemory:
-        """What is known before the first frame: nothing."""
-        control = None
-        if self._settings.samples == "auto":
-            control = SampleControl(self._settings.frame_budget, self._settings.target_recall)
-        return SearchMemory([PairMemory() for _ in self._ends], control)
+    def fresh_memory(self) -> list[PairMemory]:
+        """What is known of each pair before the first frame: nothing; it passes from block to block."""
+        return [PairMemory() for _ in self._ends]
 
-    def decide(self, motion: Motion, near: BoolArray, memory: SearchMemory, *, faces: bool = False) -> SearchAnswer:
+    def decide(self, motion: Motion, near: BoolArray, memory: list[PairMemory], *, faces: bool = False) -> SearchAnswer:
         """Search where ``near`` (T, P) says so; what is learned stays in ``memory`` for the block after."""
         found = SearchAnswer(near.shape, faces)
-        for known in memory.pairs:
+        for known in memory:
             known.number = -1
         for frame in np.flatnonzero(near.any(axis=1)).tolist():
             self.decide_frame(motion, frame, np.flatnonzero(near[frame]).tolist(), memory, found)
         return found
 
     def decide_frame(
-        self, motion: Motion, frame: int, columns: list[int], memory: SearchMemory, found: SearchAnswer
+        self, motion: Motion, frame: int, columns: list[int], memory: list[PairMemory], found: SearchAnswer
     ) -> None:
         """Search some pairs in one frame."""
-        columns.sort(key=self._rank.__getitem__)
-        if memory.control is not None:
-            self._decide_within(motion, frame, columns, memory, found)
-            return
         search = self._look_rested if self._rested else self._look
         for column in columns:
-            known = memory.pairs[column]
+            known = memory[column]
             look = search(motion, frame, column, known, self._settings.budget, found)
             self._finish(frame, column, look, known, found)
-
-    def _decide_within(
-        self, motion: Motion, frame: int, columns: list[int], memory: SearchMemory, found: SearchAnswer
-    ) -> None:
-        """One frame within its budget: a probe of every pair, then what is left to those that came closest."""
-        control = memory.control
-        assert control is not None
-        left = control.begin()
-        looks: dict[int, SearchResult | None] = {}
-        apart: list[tuple[float, int]] = []
-        for done, column in enumerate(columns):
-            share = left // (len(columns) - done)
-            if share == 0:
-                continue
-            search = self._searches[column]
-            search.use(*self._samples[column][0])
-            looks[column] = look = self._look(motion, frame, column, memory.pairs[column], min(PROBE, share), found)
-            left -= look.evaluations if look else 0
-            if look is not None and look.hit is None:
-                apart.append((_gap(search, look), column))
-        for done, (gap, column) in enumerate(sorted(apart)):
-            before, band = looks[column], band_of(gap)
-            extra = control.allowance(band, left, len(apart) - done)
-            if before is None or extra <= 0:
-                continue
-            level = control.level()
-            self._searches[column].use(*self._samples[column][level])
-            look = self._searches[column].look_longer(before.evaluations + extra)
-            spent = look.evaluations - before.evaluations
-            left -= spent
-            control.learn(level, band, spent, look.hit is not None)
-            looks[column] = look
-        self._run_on(control, [column for _, column in sorted(apart) if memory.pairs[column].hit], looks)
-        for column, one in looks.items():
-            self._finish(frame, column, one, memory.pairs[column], found)
-
-    def _run_on(self, control: SampleControl, lost: list[int], looks: dict[int, SearchResult | None]) -> None:
-        """Search beyond the frame's budget for the nearest of the pairs that met in the frame before, if it may."""
-        for column in lost:
-            before = looks[column]
-            if before is not None and before.hit is None:
-                more = control.run_on()
-                if more > 0:
-                    self._searches[column].use(*self._samples[column][0])
-                    looks[column] = self._searches[column].look_longer(before.evaluations + more)
-                return
 
     def _look_rested(
         self, motion: Motion, frame: int, column: int, known: PairMemory, whole: int, found: SearchAnswer
@@ -255,24 +190,12 @@ class SearchStage:
                 found.sets.append(known.faces)
             found.entries.append((frame, column, known.number))
 
-    def _draw(self, bodies: Sequence[Body], features: dict[int, Features]) -> list[list[tuple[Sample, Sample]]]:
-        """Samples of both bodies of every pair at every level; a fixed size is used at once."""
-        wanted = self._settings.samples
-
-        @cache
-        def sample(body: int, size: int | None) -> Sample:
-            return sample_of(features[body], size, self._settings.seed, bodies[body].name)
-
-        def thinned(body: int, part: int) -> Sample:
-            faces = len(features[body])
-            return sample(body, max(faces // part, min(LEAST_SAMPLE, faces)))
-
-        if wanted == "auto":
-            return [[(thinned(a, part), thinned(b, part)) for part in LEVELS] for a, b in self._ends]
-        if wanted is not None:
-            for (a, b), search in zip(self._ends, self._searches, strict=True):
-                search.use(sample(a, int(wanted)), sample(b, int(wanted)))
-        return []
+    def _draw(self, bodies: Sequence[Body], features: dict[int, Features], size: int) -> None:
+        """Let every search use samples of so many faces of both bodies."""
+        seed = self._settings.seed
+        samples = {body: sample_of(some, size, seed, bodies[body].name) for body, some in features.items()}
+        for (a, b), search in zip(self._ends, self._searches, strict=True):
+            search.use(samples[a], samples[b])
 
     def _collect(self, column: int, look: SearchResult, known: PairMemory) -> SearchResult:
         """Fill the curve of a hit and, if asked to, search on for others."""
@@ -295,11 +218,3 @@ class SearchStage:
         faces = np.stack([search.first.face[pairs[:, 0]], search.second.face[pairs[:, 1]]], axis=1)
         faces = faces[:, ::-1] if self._turned[column] else faces
         return faces[np.lexsort((faces[:, 1], faces[:, 0]))].astype(np.int32)
-
-
-def _gap(search: PairSearch, look: SearchResult) -> float:
-    """Distance of the balls of the closest faces of a look, in units of the mean size of the faces of both."""
-    (i, j), first, second = look.closest, search.first, search.second
-    size = first.mean_radius + second.mean_radius
-    gap = look.distance - float(first.rows[i, RADIUS] + second.rows[j, RADIUS])
-    return gap / size if size > 0.0 else gap

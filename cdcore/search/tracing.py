@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, cast, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,26 +17,17 @@ from cdcore.numerics import BoolArray, FloatArray, IntArray
 from cdcore.protocol import Body, FaceSets, Motion
 from cdcore.search.pair_search import PairSearch, Pose
 from cdcore.search.result import Pair, SearchResult
-from cdcore.search.samples import Sample
 from cdcore.search.search_settings import SearchSettings
 from cdcore.search.stage import LookKey, PairMemory, SearchAnswer, SearchStage
 from cdcore.search.state import ASKED_BY
 
 
 @dataclass(frozen=True)
-class Step:
-    """How a look began or went on: the samples in use, the pair to start at, the budget."""
-
-    samples: tuple[Sample, Sample]
-    start: Pair | None
-    budget: int | None
-
-
-@dataclass(frozen=True)
 class NotedLook:
-    """A look of a run: its steps, and what it gave."""
+    """A look of a run: the pair it started at, its budget, and what it gave."""
 
-    steps: tuple[Step, ...]
+    start: Pair | None
+    budget: int
     result: SearchResult
 
 
@@ -59,32 +50,15 @@ class LookTrace:
         return rows if self.result.hit is None or rows[-1] == last else np.append(rows, last)
 
 
-class NotedSearch(PairSearch):
-    """A search that remembers the steps of its last look."""
-
-    steps: list[Step]
-
-    def look_longer(self, budget: int) -> SearchResult:
-        """Search on, and remember that."""
-        self.steps.append(Step(self.samples, None, budget))
-        return super().look_longer(budget)
-
-
 def trace_look(search: PairSearch, noted: NotedLook, *poses: Any, turned: bool) -> LookTrace:
     """Look again as ``noted``; ``poses`` as for ``look``; ``turned``: the pair was asked for in the other order."""
-    trace = search.trace(noted.result.evaluations)
-    head, *more = noted.steps
-    search.use(*head.samples)
-    result = search.look(*poses, start=head.start, budget=head.budget)
-    for step in more:
-        assert step.budget is not None
-        search.use(*step.samples)
-        result = search.look_longer(step.budget)
-    trace = trace[: result.evaluations]
-    i, j, iteration, by = trace[:, [0, 1, 3, 4]].astype(np.int64).T
+    rows = search.trace(noted.result.evaluations)
+    result = search.look(*poses, start=noted.start, budget=noted.budget)
+    i, j, iteration, by = rows[:, [0, 1, 3, 4]].astype(np.int64).T
     faces = np.stack([search.first.face[i], search.second.face[j]], axis=1)
-    asked_by = np.array(ASKED_BY)[by]
-    return LookTrace(faces[:, ::-1] if turned else faces, trace[:, 2], iteration, asked_by, trace[:, 5], result)
+    if turned:
+        faces = faces[:, ::-1]
+    return LookTrace(faces, rows[:, 2], iteration, np.array(ASKED_BY)[by], rows[:, 5], result)
 
 
 class NotingStage(SearchStage):
@@ -96,10 +70,9 @@ class NotingStage(SearchStage):
     def __init__(
         self, bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings, known: Mapping[LookKey, SearchResult]
     ) -> None:
-        super().__init__(bodies, pairs, settings, search=NotedSearch)
-        self._noting = cast(list[NotedSearch], self._searches)
-        # With samples that change a search goes on from a look that found nothing.
-        self._known = {} if settings.samples == "auto" else known
+        super().__init__(bodies, pairs, settings)
+        self._known = known
+        self._asked: dict[int, tuple[Pair | None, int]] = {}
         self.noted: dict[tuple[int, int], NotedLook] = {}
         self._traced: dict[int, PairSearch] = {}
 
@@ -108,6 +81,7 @@ class NotingStage(SearchStage):
         if column not in self._traced:
             one = self._searches[column]
             self._traced[column] = PairSearch(one.first, one.second, one.names, self._settings)
+            self._traced[column].use(*one.samples)
         poses = self._poses(motion, frame, column)
         noted, turned = self.noted[frame, column], bool(self._turned[column])
         return trace_look(self._traced[column], noted, *poses, float(motion.times[frame]), turned=turned)
@@ -119,15 +93,15 @@ class NotingStage(SearchStage):
         return np.array([turn @ side.rows[place, :3] + move for side, place, (turn, move) in sides])
 
     def _search(self, key: LookKey, pose_a: Pose, pose_b: Pose) -> SearchResult:
-        search = self._noting[key[0]]
-        search.steps = [Step(search.samples, *key[3:])]
+        column, _, _, start, budget = key
+        self._asked[column] = start, budget
         return self._known.get(key) or super()._search(key, pose_a, pose_b)
 
     def _finish(
         self, frame: int, column: int, look: SearchResult | None, known: PairMemory, found: SearchAnswer
     ) -> None:
         if look is not None:
-            self.noted[frame, column] = NotedLook(tuple(self._noting[column].steps), look)
+            self.noted[frame, column] = NotedLook(*self._asked[column], look)
         super()._finish(frame, column, look, known, found)
 
 

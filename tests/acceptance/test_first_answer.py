@@ -52,7 +52,6 @@ with compiling_reported(lambda family, _: families.append(family)):
         nested = create_detector("exact", inside).detect(Motion([0.0], np.zeros((1, 2, 3)), turn[:1]))
         assert nested.verdict[0, 0] == Verdict.CONTAINED
         Motion.from_matrices([0.0], np.tile(np.eye(4), (1, 2, 1, 1)))
-        Motion.from_quaternions([0.0], np.zeros((1, 2, 3)), np.tile([0, 0, 0, 1.0], (1, 2, 1)))
 print(first, time.process_time() - start, len(families))
 from numba.core.dispatcher import Dispatcher
 print(*sorted({f"{name}:{value.py_func.__qualname__}" for name, module in sys.modules.items()

@@ -11,6 +11,7 @@ from support.shapes import box_mesh
 
 from cdcore import Body, Motion, Verdict, create_detector
 from cdcore.protocol import counts_as_contact
+from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.studies.stress.scenes import crossing
 
 CUBE, PLATE = Body("cube", box_mesh((0.005,) * 3)), Body("plate", box_mesh((0.2, 0.2, 0.001)))
@@ -70,7 +71,7 @@ def test_of_intervals_that_survive_the_spheres_fewer_than_one_in_a_hundred_stay_
         place[:, body] += rng.normal(scale=1.4e-4, size=(frames, 3))
         q = np.column_stack([np.sin(time[:, None] * rate[0] + phase[0]), 1 + 0 * time])
         q /= np.linalg.norm(q, axis=1, keepdims=True)
-        turn[:, body] = Motion.from_quaternions(time, place[:, :1], q[:, None]).rotations[:, 0]
+        turn[:, body] = rotation_from_quaternion(q)
     detection = create_detector("continuous", bodies).detect(Motion(time, place, turn))
     verdict = detection.verdict
     assert detection.work["searched"] > 10_000

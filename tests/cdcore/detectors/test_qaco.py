@@ -62,15 +62,6 @@ def test_the_equations_as_printed_are_counted_as_broken():
     assert searched("memetic").work["broken"] == 0
 
 
-@pytest.mark.parametrize("variant", VARIANTS)
-def test_a_frame_budget_of_one_evaluation_is_enough_to_answer(variant):
-    bodies, motion = lab(40)
-    found = create_detector("qaco", bodies, variant=variant, samples="auto", frame_budget=1).detect(motion)
-    hits = found.verdict == Verdict.CONTACT
-    assert found.work["evaluations"] > 0
-    assert (create_detector("exact", bodies).detect(motion).verdict[hits] == Verdict.CONTACT).all()
-
-
 @cache
 def found(name, **settings):
     bodies, motion = lab(150)

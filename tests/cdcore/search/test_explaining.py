@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from support.crossing_paths import crossing_paths
 from support.search_scenes import ball_of
 from support.shapes import box_mesh, lab
 
-from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
+from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.protocol import Explains
 from cdcore.search.features import features_of
 from cdcore.search.samples import sample_of
@@ -69,7 +68,6 @@ def test_no_pair_in_the_sample_is_said_exactly_where_the_sampled_faces_alone_do_
     [
         ({"budget": 20, "warm_start": False}, {"budget": 200}),
         ({"variant": "local", "budget": 5, "warm_start": False}, {"budget": 50}),
-        ({"samples": "auto", "frame_budget": 20}, {"frame_budget": 200}),
         ({"budget": 10}, {"budget": 100}),
     ],
 )
@@ -112,15 +110,3 @@ def test_without_stopping_at_the_first_hit_the_budget_is_spent_on_further_curves
     assert np.array_equal(first.hits, more.hits)
     assert more.work["evaluations"] == 3000 * 60
     assert first.work["evaluations"] < more.work["evaluations"]
-
-
-def test_auto_exceeds_the_budget_in_one_frame_of_25_at_most_and_is_the_same_for_any_block():
-    bodies, motion = crossing_paths(5, 120)
-    detector = create_detector("qaco", bodies, samples="auto", frame_budget=900)
-    parts = list(detector.stream(motion.blocks(1)))
-    spent = np.array([part.work["evaluations"] for part in parts])
-    assert 0 < spent.max() <= 4 * 900
-    assert (spent > 900).mean() <= 0.04
-    whole = detector.detect(motion)
-    assert join(parts).digest == whole.digest == detector.detect(motion, faces=True).digest
-    assert (whole.verdict == Verdict.CONTACT).any()

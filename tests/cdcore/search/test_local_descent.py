@@ -8,8 +8,7 @@ from support.shapes import box_mesh, random_rotations
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.search.advance import follow
 from cdcore.search.features import NEIGHBOURS, RADIUS, features_of
-from cdcore.search.resting_contact import RestingContact, distance_moved
-from cdcore.search.sample_control import PROBE
+from cdcore.search.resting_contact import PROBE, RestingContact, distance_moved
 
 HERE = (I3, np.zeros(3))
 

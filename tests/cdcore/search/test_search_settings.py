@@ -1,18 +1,11 @@
-"""Settings are checked by name; the equations as printed break, their gate is no rotation and their gain no gain."""
+"""The equations as printed break, their gate is no rotation and their gain no gain."""
 
 import numpy as np
 import pytest
 from support.search_scenes import I3, ball_of, search_of
 from support.shapes import box_mesh
 
-from cdcore.errors import InvalidSettingError
 from cdcore.search.printed import printed_gate, probabilities
-from cdcore.search.search_settings import SearchSettings
-
-
-def test_auto_stops_at_the_first_hit():
-    with pytest.raises(InvalidSettingError, match="leave stop_first=False out"):
-        SearchSettings(samples="auto", stop_first=False)
 
 
 def test_the_printed_gate_shrinks_its_vector_a_hundred_turns_by_nine_tenths():

@@ -6,11 +6,12 @@ from support.shapes import lab
 
 from cdcore import create_detector, intersecting_faces
 from cdcore.protocol import detect_live
-from cdcore.search.tracing import NotedSearch, Watchable
+from cdcore.search.pair_search import PairSearch
+from cdcore.search.tracing import Watchable
 
 SETTINGS = [
     {}, {"variant": "corrected"}, {"variant": "local"}, {"variant": "random"}, {"variant": "printed", "budget": 200},
-    {"samples": "auto"}, {"samples": 50}, {"rest": 0.1}, {"without_equation": 15},
+    {"samples": 50}, {"rest": 0.1}, {"without_equation": 15},
 ]  # fmt: skip
 
 
@@ -45,22 +46,22 @@ def test_a_traced_look_counts_the_same_and_ends_as_the_run_did(settings):
 
 
 @pytest.mark.parametrize("name", ["qaco", "hybrid-qaco"])
-@pytest.mark.parametrize("settings", [{}, {"samples": "auto"}, {"rest": 0.1}, {"stop_first": False}], ids=str)
+@pytest.mark.parametrize("settings", [{}, {"samples": 50}, {"rest": 0.1}, {"stop_first": False}], ids=str)
 def test_what_a_live_run_looked_at_in_vain_is_noted_alike_without_a_second_search(name, settings, monkeypatch):
     detector, motion, alone = watch(name, **settings)
     detect_live(detector, motion)
-    searched, look = [], NotedSearch.look
-    monkeypatch.setattr(NotedSearch, "look", lambda *asked, **more: searched.append(1) or look(*asked, **more))
+    searched, look = [], PairSearch.look
+    monkeypatch.setattr(PairSearch, "look", lambda *asked, **more: searched.append(1) or look(*asked, **more))
     again = detector.watch(motion)
     notes = [
-        {place: (look.result, [(step.start, step.budget) for step in look.steps]) for place, look in noted.items()}
+        {place: (look.result, look.start, look.budget) for place, look in noted.items()}
         for noted in (alone.search.noted, again.search.noted)
     ]
     assert notes[0] == notes[1]
     for field in ("frame", "pair", "start", "stop", "faces"):
         assert np.array_equal(getattr(alone.face_sets, field), getattr(again.face_sets, field))
     hits = sum(look.result.hit is not None for look in again.search.noted.values())
-    assert 0 < hits < len(notes[0]) == len(searched) + ("samples" not in settings) * (len(notes[0]) - hits)
+    assert 0 < hits < len(notes[0]) == len(searched) + len(notes[0]) - hits
 
 
 def test_distances_are_those_of_the_faces_and_the_last_pair_of_a_hit_meets():

@@ -6,6 +6,7 @@ from support.shared_data import DATA
 from support.small_worlds import along_x, cube, cubes
 
 from cdcore import Motion
+from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.errors import NoiseError
 from replay.prepare.assemble import assemble
 from replay.prepare.noise import BodyNoise, NoisyCopies, measured_noise, noise_of, parse_noise
@@ -49,7 +50,7 @@ def still(noise, frames=4000, seed=3):
     times = np.arange(frames) / 90.0
     poses = np.zeros((frames, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (frames, 1))
     place, turn = disturbed(poses, times, noise, np.random.default_rng(seed))
-    return Motion.from_quaternions(times, place[:, None], turn[:, None])
+    return Motion(times, place[:, None], rotation_from_quaternion(turn[:, None]))
 
 
 @pytest.mark.parametrize("size", [VIVE, TrackerNoise(position_rms_m=1e-4, rotation_rms_deg=0.1, correlation_s=0.02)])
@@ -80,7 +81,7 @@ def test_the_rest_of_a_real_tracker_agrees_with_an_estimate_of_its_own():
     away = rows[:-50, :3] - rows[50:, :3]
     want = np.sqrt(((1.4826 * np.median(np.abs(away), axis=0)) ** 2).sum() / 2)
     quaternions = rows[:, [4, 5, 6, 3]]
-    motion = Motion.from_quaternions(np.arange(len(rows)) / 250.0, rows[:, None, :3], quaternions[:, None])
+    motion = Motion(np.arange(len(rows)) / 250.0, rows[:, None, :3], rotation_from_quaternion(quaternions[:, None]))
     assert measured_noise("tracker", motion, 0).position_rms_m == pytest.approx(want, rel=0.2)
 
 
