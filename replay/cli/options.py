@@ -171,7 +171,7 @@ scheduler = click.option("--scheduler", metavar="ADDRESS", help="Let the workers
 
 workers = together(jobs, scheduler)
 """Who works, where there are several sessions."""
-NOISE_WORDS = 'Ask noisy copies: [BODY=]vive, measured or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
+NOISE_WORDS = 'Ask noisy copies: [BODY=]vive or "0.3 mm, 0.05 deg, 0.1 s"; repeat it.'
 noise = click.option("--noise", multiple=True, metavar="SIZE", help=NOISE_WORDS)
 """The tracker noise in spite of which contacts are to hold."""
 

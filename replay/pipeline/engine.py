@@ -35,7 +35,7 @@ from replay.pipeline.run_result import Measured, RunResult
 from replay.pipeline.sentences import plural
 from replay.pipeline.settings import NO_ORACLE, Lineup, RunSettings, line_up
 from replay.pipeline.summary import summarise
-from replay.prepare.assemble import AssemblyLayout, Pairs, assemble, lay_out
+from replay.prepare.assemble import Pairs, assemble
 from replay.prepare.assembly import Assembly
 from replay.prepare.flags import Flags
 from replay.prepare.holding_poses import held
@@ -54,13 +54,11 @@ EXAMINING: Final = 8
 class Prepared:
     """What every verb that asks detectors about a session starts from: the same poses, the same pairs.
 
-    ``plan`` is the scene's; ``treatment`` holds the session as the policy leaves it; ``layout`` is that of
-    ``assembly``.
+    ``plan`` is the scene's; ``treatment`` holds the session as the policy leaves it.
     """
 
     plan: Plan
     treatment: Repair
-    layout: AssemblyLayout
     assembly: Assembly
 
 
@@ -77,15 +75,13 @@ def prepared(
     rules = parse_policy(policy)
     # What a scene's effects do not name is not looked at, unless somebody asks for pairs.
     alone = session.scene.effects is not None and pairs is None and (planned.pairs or not looking)
-    with progress.stage("Examining the recording", 3) as advance:
+    with progress.stage("Examining the recording", 2) as advance:
         treatment = repair_session(held(session, start, end), rules, planned.bodies if alone else None)
         advance(1)
         wanted = _wanted(planned, pairs, treatment.session, looking)
-        layout = lay_out(treatment.session, pairs=wanted, looking=looking, seen=treatment.scan)
+        assembly = assemble(treatment.session, pairs=wanted, start=start, end=end, looking=looking, seen=treatment.scan)
         advance(1)
-        assembly = assemble(treatment.session, start=start, end=end, layout=layout)
-        advance(1)
-    return Prepared(planned, treatment, layout, assembly)
+    return Prepared(planned, treatment, assembly)
 
 
 def compute(
@@ -122,7 +118,7 @@ def compute(
         with progress.stage(f"Simulating {plural(len(planned.effects), 'effect')}"):
             effects |= _effects(ready, runs, lineup.oracle)
     measured = replace(measured, effects=effects)
-    summary = summarise(measured, runs, ready.layout.scan, planned, settings=settings, lineup=lineup, began=began)
+    summary = summarise(measured, runs, ready.treatment.scan, planned, settings=settings, lineup=lineup, began=began)
     tidy()
     ranks = ranking(summary)
     told = answers(measured, summary, ranks)

@@ -1,10 +1,10 @@
-"""How far recorded poses may be from the truth: asked for in words, measured at rest, and copies drawn from it."""
+"""How far recorded poses may be from the truth: asked for in words, and copies drawn from it."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, Final
 
 import numpy as np
@@ -24,19 +24,6 @@ COPIES: Final = 64
 
 MOST_COPIES: Final = 100_000
 
-STILL_S: Final = 0.5
-"""Least length of a stretch at rest; the rest of a VIVE tracker correlates over 0.07 s."""
-
-WINDOW_S: Final = 0.5
-"""What is slower than this is drift, not noise: a tracker that found itself again went 2 mm in three seconds."""
-
-STILL_M: Final = 0.005
-STILL_DEG: Final = 1.0
-"""A body at rest stays within this of where the stretch began: ten times the noise of a VIVE tracker."""
-
-LEAST_STRETCHES: Final = 1.0
-"""Seconds at rest from which the noise of a body is measured."""
-
 _PART = re.compile(r"\s*([0-9.eE+-]+)\s*(um|mm|cm|m|deg|rad|ms|s)\s*")
 _UNITS: Final = {
     "um": ("position_rms_m", 1e-6), "mm": ("position_rms_m", 1e-3), "cm": ("position_rms_m", 1e-2),
@@ -45,23 +32,20 @@ _UNITS: Final = {
 }  # fmt: skip
 MOST: Final = {"position_rms_m": 1e3, "rotation_rms_deg": 360.0, "correlation_s": 86_400.0}
 """No tracker is worse; numbers that overflow when they are drawn are refused with these."""
-_HOW: Final = 'write vive, measured or "0.3 mm, 0.05 deg, 0.1 s", or one of them for a body: beaker=vive'
+_HOW: Final = 'write vive or "0.3 mm, 0.05 deg, 0.1 s", or one of them for a body: beaker=vive'
 
 
 @dataclass(frozen=True)
 class NoiseSpec:
-    """The noise asked for: of every tracker, and of some bodies their own; ``None`` is to be measured.
-
-    ``usual`` is of all bodies that ``own`` does not name; without it they have none. ``copies`` are drawn.
-    """
+    """The noise asked for: ``usual`` of all trackers but those that ``own`` names; ``copies`` are drawn."""
 
     copies: int
-    usual: TrackerNoise | str = ""
-    own: tuple[tuple[str, TrackerNoise | str], ...] = ()
+    usual: TrackerNoise | None = None
+    own: Mapping[str, TrackerNoise] = field(default_factory=dict)
 
 
 def parse_noise(words: Sequence[str], copies: int = COPIES) -> NoiseSpec | None:
-    """Read ``[BODY=]vive``, ``[BODY=]measured`` or ``[BODY=]0.3 mm, 0.05 deg, 0.1 s``; ``None`` of no words.
+    """Read ``[BODY=]vive`` or ``[BODY=]0.3 mm, 0.05 deg, 0.1 s``; ``None`` of no words.
 
     Sizes are root mean squares: of the length of the position error and of the angle of the rotation error; the time is
     that in which the correlation falls by 1/e. What is left out is that of ``vive``. Raises ``NoiseError``.
@@ -73,21 +57,17 @@ def parse_noise(words: Sequence[str], copies: int = COPIES) -> NoiseSpec | None:
     """
     if not 1 <= copies <= MOST_COPIES:
         raise NoiseError(f"{copies} noisy copies cannot be drawn; give 1 to {MOST_COPIES}")
-    usual: TrackerNoise | str = ""
-    own: dict[str, TrackerNoise | str] = {}
+    sizes: dict[str, TrackerNoise] = {}
     for text in words:
-        body, there, size = text.rpartition("=")
-        if there:
-            own[body.strip()] = _size(size)
-        else:
-            usual = _size(size)
-    return NoiseSpec(copies, usual, tuple(own.items())) if words else None
+        body, _, size = text.rpartition("=")
+        sizes[body.strip()] = _size(size)
+    return NoiseSpec(copies, sizes.pop("", None), sizes) if words else None
 
 
-def _size(text: str) -> TrackerNoise | str:
-    if text.strip() in ("measured", "vive"):
-        return VIVE if text.strip() == "vive" else "measured"
-    found: dict[str, Any] = {}
+def _size(text: str) -> TrackerNoise:
+    if text.strip() == "vive":
+        return VIVE
+    sizes: dict[str, Any] = {}
     for part in text.split(","):
         match = _PART.fullmatch(part)
         name, unit = _UNITS[match[2]] if match else ("", 0.0)
@@ -95,10 +75,10 @@ def _size(text: str) -> TrackerNoise | str:
             value = float(match[1]) * unit if match else -1.0
         except ValueError:
             value = -1.0
-        if name in found or not 0.0 <= value <= MOST.get(name, 0.0) or (name == "correlation_s" and not value):
+        if name in sizes or not 0.0 <= value <= MOST.get(name, 0.0) or (name == "correlation_s" and not value):
             raise NoiseError(f"{text!r} is no noise; {_HOW}")
-        found[name] = value
-    return TrackerNoise(**found)
+        sizes[name] = value
+    return TrackerNoise(**sizes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,90 +113,18 @@ def noise_of(spec: NoiseSpec, assembly: Assembly, scene: Scene) -> BodyNoise:
     """The noise of every tracker of an assembly.
 
     Bodies that one tracker carries share its error. What the scene fixes has none. Raises ``NoiseError``: a body that
-    is not there, or one to be measured that never rests.
+    is not there.
     """
     names = assembly.names
     roots = tuple(chain_of(name, scene)[-1] for name in names)
-    unknown = [name for name, _ in spec.own if name not in {*names, *roots}]
+    unknown = [name for name in spec.own if name not in {*names, *roots}]
     if unknown:
         raise NoiseError(f"there is no body {unknown[0]!r} to be noisy; there are: {', '.join(names)}")
     fixed = {body.id for body in scene.bodies if body.fixed is not None}
-    asked = {root: dict(spec.own).get(root, spec.usual) for root in dict.fromkeys(roots) if root not in fixed}
-    asked |= {root: size for name, size in spec.own for root in roots if name == root}
-    noise: dict[str, TrackerNoise] = {}
-    for root, size in asked.items():
-        if isinstance(size, TrackerNoise):
-            noise[root] = size
-        elif size:
-            body = names.index(root) if root in names else roots.index(root)
-            noise[root] = measured_noise(names[body], assembly.motion, body)
+    usual = {root: spec.usual for root in roots if root not in fixed}
+    sizes = {**usual, **{root: spec.own[root] for root in roots if root in spec.own}}
     anchors = tuple(names.index(root) if root in names else body for body, root in enumerate(roots))
-    return BodyNoise(roots, anchors, noise)
-
-
-def measured_noise(name: str, motion: Motion, body: int) -> TrackerNoise:
-    """Noise of a body from its own stretches at rest: what is left when the mean of each half second is taken away.
-
-    The correlation time is where the product of two samples falls to 1/e, from neighbours. Raises ``NoiseError`` where
-    the body rests for less than a second in all.
-    """
-    times, place, turn = motion.times, motion.translations[:, body], motion.rotations[:, body]
-    errors, steps = [], []
-    for rows in _windows(times, still_stretches(times, place, turn, motion.valid[:, body])):
-        turned = Rotation.from_matrix(turn[rows])
-        vectors = (turned * turned.mean().inv()).as_rotvec()
-        errors.append(np.hstack([place[rows] - place[rows].mean(axis=0), vectors]))
-        steps.append(np.diff(times[rows]))
-    seconds = float(sum(step.sum() for step in steps))
-    if seconds < LEAST_STRETCHES:
-        raise NoiseError(
-            f"{name} rests for {seconds:.1f} s of {LEAST_STRETCHES:g} s that measuring its noise takes; "
-            f"give its size: {name}=vive"
-        )
-    # The median over the parts: where a tracker finds itself again, it jumps by millimetres for a moment.
-    square = np.median([(one**2).sum(axis=0) / max(1, len(one) - 1) for one in errors], axis=0)
-    stepped = float(np.median([(np.diff(one[:, :3], axis=0) ** 2).sum(axis=1).mean() for one in errors]))
-    step, time, kept = float(np.median(np.concatenate(steps))), 0.0, 1.0
-    for _ in range(8):
-        # A step of errors that correlate by r has 2 (1 - r) of the variance; and the mean of a part takes a share of
-        # the variance with it, as errors close in time are alike: by the time, which follows from r.
-        alike = float(np.clip(1.0 - stepped * kept / (2.0 * max(square[:3].sum(), 1e-300)), 1e-3, 0.999))
-        time = min(-step / float(np.log(alike)), WINDOW_S / 4)
-        kept = 1.0 - 2.0 * time / WINDOW_S * (1.0 - time / WINDOW_S)
-    return TrackerNoise(
-        position_rms_m=float(np.sqrt(square[:3].sum() / kept)),
-        rotation_rms_deg=float(np.degrees(np.sqrt(square[3:].sum() / kept))),
-        correlation_s=time,
-    )
-
-
-def _windows(times: FloatArray, stretches: Iterator[tuple[int, int]]) -> Iterator[slice]:
-    """Parts of about half a second: slower drift is no noise."""
-    for first, last in stretches:
-        count = max(1, int((times[last] - times[first]) / WINDOW_S))
-        for part in np.array_split(np.arange(first, last + 1), count):
-            yield slice(int(part[0]), int(part[-1]) + 1)
-
-
-def still_stretches(
-    times: FloatArray, place: FloatArray, turn: FloatArray, valid: BoolArray
-) -> Iterator[tuple[int, int]]:
-    """First and last frame of stretches of half a second and more in which a body stays where it is, (T,) frames."""
-    first = 0
-    while first < len(times):
-        reach = np.searchsorted(times, times[first] + STILL_S)
-        while first < len(times):
-            rows = slice(first, min(int(reach), len(times)))
-            away = np.linalg.norm(place[rows] - place[first], axis=1)
-            angle = Rotation.from_matrix(turn[rows] @ turn[first].T).magnitude()
-            out = np.flatnonzero((away > STILL_M) | (np.degrees(angle) > STILL_DEG) | ~valid[rows])
-            if len(out) or rows.stop == len(times):
-                last = first + int(out[0]) - 1 if len(out) else rows.stop - 1
-                break
-            reach = 2 * reach - first
-        if last > first and times[last] - times[first] >= STILL_S:
-            yield first, last
-        first = max(last, first) + 1
+    return BodyNoise(roots, anchors, {root: size for root, size in sizes.items() if size is not None})
 
 
 class NoisyCopies:

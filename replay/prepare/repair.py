@@ -15,7 +15,7 @@ from replay.errors import RefusedError
 from replay.prepare.flags import FlagSpan
 from replay.prepare.interpolation import blended
 from replay.prepare.policy import DROP, HOLD, INTERPOLATE, REFUSE, Policy
-from replay.prepare.session_scan import NO_ROTATION, SessionScan, scan_of
+from replay.prepare.session_scan import NO_ROTATION, SessionScan, scan, scan_of
 from sessions import Finding, Frames, Session, Status
 from sessions.doctor.finding import in_order
 from sessions.doctor.pose_pass import PosePass, look_through
@@ -141,7 +141,7 @@ class Repair:
     findings : everything the doctor says of it, the worst first.
     spans : what was in doubt, and what was done about it.
     digest, pose_digest : of the recording, before any repair, as ``PosePass`` has them.
-    scan : the pass over ``session``; ``None`` where it is not as recorded, or holds what is no pose.
+    scan : the pass over ``session``.
     """
 
     session: Session
@@ -150,7 +150,7 @@ class Repair:
     spans: tuple[FlagSpan, ...]
     digest: str
     pose_digest: str
-    scan: SessionScan | None = None
+    scan: SessionScan
 
     def as_json(self) -> dict[str, Any]:
         """What the summary of a run says of it."""
@@ -164,8 +164,7 @@ class Repair:
 def repair_session(session: Session, policy: Policy, needed: Collection[str] | None = None) -> Repair:
     """Examine a session and apply the policy to it; ``needed`` is as for ``examine_session``.
 
-    Raises ``RefusedError``: the session has a fault that the policy refuses. Invalid samples are left to the session
-    scan, which names them.
+    Raises ``RefusedError``: the session has a fault that the policy refuses; ``InvalidPoseError``: as ``scan``.
     """
     looked = look_through(session.blocks(BLOCK_FRAMES), session.scene.space_radius)
     findings = tuple(in_order([*_in_recording(session, examine_session(session, looked, needed))]))
@@ -183,7 +182,7 @@ def repair_session(session: Session, policy: Policy, needed: Collection[str] | N
     gaps = [PoseSpan("gap", ALL_BODIES, row, row, 1) for row in (gap_rows(looked.stamp_ns) + 1).tolist()]
     flagged = tuple(_flagged(looked, span, policy, replaced.get(span.column), zero) for span in (*spans, *gaps))
     as_recorded = not replaced and bool((np.diff(looked.stamp_ns) > 0).all()) and not looked.has(NO_ROTATION).any()
-    seen = scan_of(looked, session.part) if as_recorded else None
+    seen = scan_of(looked, session.part) if as_recorded else scan(repaired)
     return Repair(repaired, policy, findings, flagged, looked.digest, looked.pose_digest, seen)
 
 

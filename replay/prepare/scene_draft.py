@@ -6,12 +6,14 @@ from typing import Final
 
 import networkx as nx
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from cdcore import Motion, create_detector
-from cdcore.numerics import BoolArray, FloatArray
+from cdcore.numerics import BoolArray
 from cdcore.protocol import Verdict, counts_as_contact
 from replay.base.constants import BLOCK_FRAMES
-from replay.prepare.assemble import AssemblyLayout, assemble, lay_out
+from replay.prepare.assemble import assemble
+from replay.prepare.assembly import Assembly
 from replay.prepare.holding_poses import begun
 from replay.prepare.policy import parse_policy
 from replay.prepare.repair import repair_session
@@ -21,7 +23,7 @@ from sessions.model.scene import Scene, SceneBody
 from sessions.scene_files.scene_toml import body_keys, table_lines, value_text
 
 NEAR_M: Final = 0.05  # A pair whose boxes never come as near as this cannot have touched between two frames either
-RIGID_M, RIGID_DEG = 0.005, 3.0  # Throughout: what is mounted or held without a slip
+RIGID_M, RIGID_RAD = 0.005, np.radians(3.0)  # Throughout: what is mounted or held without a slip
 MOVES_M: Final = 0.05
 SAMPLE_S: Final = 0.2
 
@@ -50,50 +52,41 @@ def drafted(session: Session) -> Draft:
     if not session.meshes:
         return Draft()
     beginning = begun(bare)
-    session = repair_session(beginning, parse_policy(None)).session
-    layout = lay_out(session, looking=False)
-    if not len(layout.pairs):
+    repair = repair_session(beginning, parse_policy(None))
+    assembly = assemble(repair.session, looking=False, seen=repair.scan)
+    if not len(assembly.pairs):
         return Draft()
-    near, samples = _near(session, layout)
-    names = [body.name for body in layout.bodies]
-    pairs = [(names[i], names[j]) for i, j in layout.pairs[near].tolist()]
-    rigid = [pair for pair, fixed in zip(pairs, _rigid(samples, layout, near), strict=True) if fixed]
-    held = tuple(tuple(sorted(group)) for group in nx.connected_components(nx.Graph(rigid)))
-    loose = tuple(pair for pair in pairs if not any({*pair} <= {*group} for group in held))
-    seen = "" if beginning.part is None else f"its first {layout.scan.duration / 3600:.1f} h, which fit into memory"
-    return Draft(loose, held, seen)
+    near = assembly.pairs[_near(assembly)].tolist()
+    times = assembly.motion.times
+    samples = assembly.motion.take(np.flatnonzero(np.diff(np.floor(times / SAMPLE_S), prepend=-1.0)))
+    rigid = [pair for pair in near if _rigid(samples, *pair)]
+    groups = [*nx.connected_components(nx.Graph(rigid))]
+    loose = [pair for pair in near if not any({*pair} <= group for group in groups)]
+    names = assembly.names
+    held = tuple(tuple(sorted(names[body] for body in group)) for group in groups)
+    seen = "" if beginning.part is None else f"its first {repair.scan.duration / 3600:.1f} h, which fit into memory"
+    return Draft(tuple((names[i], names[j]) for i, j in loose), held, seen)
 
 
-def _near(session: Session, layout: AssemblyLayout) -> tuple[BoolArray, Motion]:
-    """(P,) which pairs come near, and the motion at a sample every ``SAMPLE_S``."""
-    boxes = create_detector("collider", layout.bodies, pairs=layout.pairs, shape="box", skin_m=NEAR_M / 2)
-    motion = assemble(session, layout=layout).motion
-    near = np.zeros(len(layout.pairs), dtype=np.bool_)
-    for found in boxes.stream(motion.blocks(BLOCK_FRAMES)):
+def _near(assembly: Assembly) -> BoolArray:
+    """(P,) which pairs come near."""
+    boxes = create_detector("collider", assembly.bodies, pairs=assembly.pairs, shape="box", skin_m=NEAR_M / 2)
+    near = np.zeros(len(assembly.pairs), dtype=np.bool_)
+    for found in boxes.stream(assembly.motion.blocks(BLOCK_FRAMES)):
         near |= (counts_as_contact(found.verdict) | (found.verdict == Verdict.UNRESOLVED)).any(axis=0)
-    return near, motion.take(np.flatnonzero(np.diff(np.floor(motion.times / SAMPLE_S), prepend=-1.0)))
+    return near
 
 
-def _turned(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Degrees between rotations (..., 3, 3)."""
-    trace = np.einsum("...ij,...ij->...", first, second)
-    return np.degrees(np.arccos(np.clip((trace - 1) / 2, -1.0, 1.0)))
-
-
-def _rigid(samples: Motion, layout: AssemblyLayout, near: BoolArray) -> list[bool]:
-    """Which near pairs move and never move against each other."""
-    found = []
-    for i, j in layout.pairs[near].tolist():
-        seen = samples.valid[:, i] & samples.valid[:, j]
-        if not seen.any():
-            found.append(False)
-            continue
-        at, turn = samples.translations[seen], samples.rotations[seen]
-        place = np.einsum("tji,tj->ti", turn[:, i], at[:, j] - at[:, i])
-        angle = np.einsum("tji,tjk->tik", turn[:, i], turn[:, j])
-        still = np.ptp(place, axis=0).max() <= RIGID_M and _turned(angle, angle[:1]).max() <= RIGID_DEG
-        found.append(bool(still and np.ptp(at[:, i], axis=0).max() > MOVES_M))
-    return found
+def _rigid(samples: Motion, i: int, j: int) -> bool:
+    """Whether two bodies move and never move against each other."""
+    seen = samples.valid[:, i] & samples.valid[:, j]
+    if not seen.any():
+        return False
+    at, turn = samples.translations[seen], samples.rotations[seen]
+    back = Rotation.from_matrix(turn[:, i]).inv()
+    place, between = back.apply(at[:, j] - at[:, i]), back * Rotation.from_matrix(turn[:, j])
+    still = np.ptp(place, axis=0).max() <= RIGID_M and (between[0].inv() * between).magnitude().max() <= RIGID_RAD
+    return bool(still and np.ptp(at[:, i], axis=0).max() > MOVES_M)
 
 
 def draft_text(session: Session, draft: Draft, files: Mapping[str, tuple[str, str, float]], heading: str) -> str:

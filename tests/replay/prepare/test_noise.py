@@ -1,18 +1,15 @@
-"""Noise in words, measured at rest, and drawn: sizes and correlations are those planted."""
+"""Noise in words, and drawn: sizes and correlations are those planted."""
 
 import numpy as np
 import pytest
-from support.shared_data import DATA
 from support.small_worlds import along_x, cube, cubes
 
-from cdcore import Motion
-from cdcore.transforms.rigid import rotation_from_quaternion
 from replay.errors import NoiseError
 from replay.prepare.assemble import assemble
-from replay.prepare.noise import BodyNoise, NoisyCopies, measured_noise, noise_of, parse_noise
+from replay.prepare.noise import BodyNoise, NoisyCopies, noise_of, parse_noise
 from sessions import Session
 from sessions.model.scene import Pose, Scene, SceneBody
-from sessions.synthetic.tracker import VIVE, TrackerNoise, disturbed
+from sessions.synthetic.tracker import VIVE, TrackerNoise
 
 
 @pytest.mark.parametrize(
@@ -22,12 +19,11 @@ from sessions.synthetic.tracker import VIVE, TrackerNoise, disturbed
         (["0.3 mm, 0.05 deg, 0.1 s"], TrackerNoise(position_rms_m=3e-4, rotation_rms_deg=0.05, correlation_s=0.1)),
         (["0.5m,0deg"], TrackerNoise(position_rms_m=0.5, rotation_rms_deg=0.0)),
         (["50 ms, 1 cm"], TrackerNoise(position_rms_m=0.01, correlation_s=0.05)),
-        (["measured"], "measured"),
     ],
 )
 def test_a_size_is_read_in_its_units_and_what_is_left_out_is_that_of_vive(words, size):
     assert parse_noise(words).usual == size
-    assert parse_noise([f"cup={words[0]}"]).own == (("cup", size),)
+    assert parse_noise([f"cup={words[0]}"]).own == {"cup": size}
 
 
 @pytest.mark.parametrize(
@@ -35,7 +31,7 @@ def test_a_size_is_read_in_its_units_and_what_is_left_out_is_that_of_vive(words,
     ["", "loud", "3", "3 furlongs", "-1 mm", "nan mm", "1e308 m", "1e9 deg", "1 mm, 2 mm", "0 s", "inf m", "1e mm"],
 )
 def test_what_is_no_size_is_one_sentence_with_the_forms_there_are(words):
-    with pytest.raises(NoiseError, match="is no noise; write vive, measured or"):
+    with pytest.raises(NoiseError, match="is no noise; write vive or"):
         parse_noise([words])
 
 
@@ -43,46 +39,6 @@ def test_no_words_are_no_noise_and_no_copies_are_refused():
     assert parse_noise([]) is None
     with pytest.raises(NoiseError, match="0 noisy copies cannot be drawn"):
         parse_noise(["vive"], 0)
-
-
-def still(noise, frames=4000, seed=3):
-    """A body at rest as a tracker sees it, with the numbers of the synthetic recordings, not of the copies."""
-    times = np.arange(frames) / 90.0
-    poses = np.zeros((frames, 3)), np.tile([0.0, 0.0, 0.0, 1.0], (frames, 1))
-    place, turn = disturbed(poses, times, noise, np.random.default_rng(seed))
-    return Motion(times, place[:, None], rotation_from_quaternion(turn[:, None]))
-
-
-@pytest.mark.parametrize("size", [VIVE, TrackerNoise(position_rms_m=1e-4, rotation_rms_deg=0.1, correlation_s=0.02)])
-def test_what_was_planted_in_a_body_at_rest_is_measured(size):
-    found = measured_noise("cup", still(size), 0)
-    assert found.position_rms_m == pytest.approx(size.position_rms_m, rel=0.15)
-    assert found.rotation_rms_deg == pytest.approx(size.rotation_rms_deg, rel=0.15)
-    assert found.correlation_s == pytest.approx(size.correlation_s, rel=0.35)
-
-
-def test_only_stretches_at_rest_count_and_a_body_that_never_rests_is_refused():
-    rest = still(VIVE)
-    away = rest.translations.copy()
-    away[1000:3000, 0, 0] += np.cumsum(np.full(2000, 0.01))
-    away[3000:, 0, 0] += 20.0
-    part = measured_noise("cup", Motion(rest.times, away, rest.rotations), 0)
-    assert part.position_rms_m == pytest.approx(VIVE.position_rms_m, rel=0.15)
-    away[:, 0, 0] += np.arange(4000) * 0.01
-    with pytest.raises(NoiseError, match=r"cup rests for 0\.0 s of 1 s .* give its size: cup=vive"):
-        measured_noise("cup", Motion(rest.times, away, rest.rotations), 0)
-
-
-@pytest.mark.skipif(not (DATA / "vive-accuracy").is_dir(), reason="the recording is not here")
-def test_the_rest_of_a_real_tracker_agrees_with_an_estimate_of_its_own():
-    rows = np.loadtxt(DATA / "vive-accuracy" / "measurementPoint3.txt")
-    rows = rows[(rows[:, :3] != 0).any(axis=1)]
-    # From the middle of the differences at 0.2 s: another way to leave out drift, and jumps when it was found again.
-    away = rows[:-50, :3] - rows[50:, :3]
-    want = np.sqrt(((1.4826 * np.median(np.abs(away), axis=0)) ** 2).sum() / 2)
-    quaternions = rows[:, [4, 5, 6, 3]]
-    motion = Motion(np.arange(len(rows)) / 250.0, rows[:, None, :3], rotation_from_quaternion(quaternions[:, None]))
-    assert measured_noise("tracker", motion, 0).position_rms_m == pytest.approx(want, rel=0.2)
 
 
 def one_tracker(size, copies=400, seed=1):

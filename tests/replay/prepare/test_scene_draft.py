@@ -1,12 +1,10 @@
 """What a recording tells about its scene: who comes near, who is held."""
 
 import numpy as np
-import pytest
-from scipy.spatial.transform import Rotation
 from support.small_worlds import cube
 
 from replay.prepare import holding_poses
-from replay.prepare.scene_draft import _turned, draft_text, drafted
+from replay.prepare.scene_draft import draft_text, drafted
 from sessions import Session
 from sessions.mesh_data import MeshData
 from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
@@ -41,8 +39,14 @@ def test_near_pairs_and_what_is_held_are_found():
     draft = drafted(bench())
     assert {*map(frozenset, draft.near)} == {frozenset(p) for p in (("cup", "top"), ("cup", "lamp"))}
     assert draft.held == (("hand-right", "rod"),)
-    turns = Rotation.from_rotvec([[0.3, 0.0, 0.0], [0.0, 0.0, 2.5]]).as_matrix()
-    assert _turned(turns, np.eye(3)) == pytest.approx(np.degrees([0.3, 2.5]))
+
+
+def test_what_moves_with_a_hand_and_turns_in_it_is_not_held():
+    places, upright = path((0.5, 0.51, 0), (0.3, 0.51, 0), (0.9, 0.51, 0))
+    half = np.linspace(0, np.pi / 8, COUNT)
+    turning = upright * np.cos(half)[:, None] + [0, 1, 0, 0] * np.sin(half)[:, None]
+    draft = drafted(bench(knob=(places, turning)))
+    assert draft.held == (("hand-right", "rod"),) and ("hand-right", "knob") in draft.near
 
 
 def test_the_text_is_a_scene_that_says_the_same():
