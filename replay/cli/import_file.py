@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 @click.option("--mapping", type=SESSION_FILE, metavar="FILE", help="csv, xdf: which column or channel is what.")
 @click.option("--convention", metavar="NAME", help="Axes of the source, for example unity.")
 @click.option("--topic", "topics", multiple=True, metavar="TOPIC", help="mcap, ros2: read this alone. Repeatable.")
-@click.option("--mesh-axes", metavar="NAME", help="csv: axes of the mesh files, same or x-flipped.")
+@click.option("--mesh-axes", metavar="NAME", help="Axes of the mesh files, same or x-flipped.")
 @click.option("--session", type=SESSION_FILE, metavar="FILE.mcap", help="contacts: the session they belong to.")
 @click.option(
     "--offset", type=Number(), metavar="SECONDS", help="contacts: what to add to their clock. Default: estimated."
@@ -119,7 +119,7 @@ def _dressed(
     session: "Session", place: Path | None, units: str | None, guesses: list[str], axes: str | None
 ) -> "Session":
     """The session with the meshes of a folder or GLB, and with what was assumed of all of them."""
-    from sessions.importers.csv_file import HALF_TURN
+    from sessions.importers.finish import HALF_TURN
     from sessions.meshes.mesh_match import UNITS, matched
     from sessions.scene_files.scene_meshes import with_meshes
 

@@ -21,8 +21,7 @@ IMPORTERS: Final[dict[str, str]] = {
     "uxf": "sessions.importers.uxf:read_uxf",
     "xdf": "sessions.importers.xdf:read_xdf",
 }
-"""Format -> ``module:function`` that reads a path as ``Imported``; rows from outside, as ``Session``, come in through
-the entry-point group below."""
+"""Format -> ``module:function`` that reads a path as a ``Session``; those of other packages are entry points."""
 
 AUTO: Final = "auto"
 """The format that looks at the source first; why it took it for what it did is the fact ``taken_for``."""
@@ -30,7 +29,10 @@ AUTO: Final = "auto"
 FOLDERS: Final = ("uxf", AUTO)
 """Formats whose source may be a folder."""
 
-COMMON: Final = ("meshes", "scene", "scene_folder", "proxies")
+ROBOTS: Final = ("mcap", "ros2")
+"""Formats in which names like ``left_wheel`` mean no headset or controller."""
+
+COMMON: Final = ("meshes", "scene", "scene_folder", "mesh_axes")
 """Options of every importer above; see ``sessions.importers.finish.finished``."""
 
 ENTRY_POINT_GROUP: Final = "vrlab_replay.importers"
@@ -60,41 +62,46 @@ def import_session(format: str, source: str | Path | Sequence[str | Path], **opt
     paths = [Path(source)] if isinstance(source, str | Path) else [Path(path) for path in source]
     if not paths:
         raise ImportFileError("name a source")
-    if format not in (*IMPORTERS, AUTO):
-        session = _read(format, paths[0], options)
-        if len(paths) > 1:
-            raise ImportFileError(f"importer {format!r} is of another package; name one source")
-        return session
     common = {name: options.pop(name) for name in COMMON if name in options}
-    parts = {path: _read(format, path, options) for path in paths}
-    return finished(joined(parts), paths[0], **common)
+    formats, parts = set[str](), {}
+    for path in paths:
+        name, why = _taken_for(format, path)
+        formats.add(name)
+        parts[path] = _read(name, path, options)
+        if why:
+            parts[path] = replace(parts[path], facts={**parts[path].facts, "taken_for": f"{name}, because {why}"})
+    return finished(joined(parts), paths[0], stand_ins=formats.isdisjoint(ROBOTS), **common)
 
 
-def _read(format: str, path: Path, options: dict[str, Any]) -> Any:
-    """What a format's importer reads of a source: ``Imported``, or of another package's format a session."""
-    read = _importer(format) if format != AUTO else None
-    known = [*signature(read).parameters][1:] if read else [*options]
-    for option in options:
-        if option not in known:
-            known += COMMON if format in IMPORTERS else ()
-            raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {', '.join(known)}")
+def _taken_for(format: str, path: Path) -> tuple[str, str]:
+    """The format to read a source in, and why where it is looked for; an error where there is no such source."""
     if not (path.is_file() or (path.is_dir() and format in FOLDERS)):
         if not path.is_dir():
             check_regular(path, "recording", ImportFileError)
         raise ImportFileError(f"{path} does not exist or is no file; check the path")
-    if read is None:
-        from sessions.importers.recognition import recognised
+    if format != AUTO:
+        return format, ""
+    from sessions.importers.recognition import recognised
 
-        name, why = recognised(path)
-        samples = _read(name, path, options)
-        return replace(samples, facts={**samples.facts, "taken_for": f"{name}, because {why}"})
+    return recognised(path)
+
+
+def _read(format: str, path: Path, options: dict[str, Any]) -> Session:
+    """The poses of a source, and what else is in it."""
+    read = _importer(format)
+    known = [*signature(read).parameters][1:]
+    for option in options:
+        if option not in known:
+            there = ", ".join([*known, *COMMON])
+            raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {there}")
     try:
-        return read(path, **options)
+        session: Session = read(path, **options)
     except (SessionError, OSError):
         raise
     except Exception as error:  # of another package; ours raise what they refuse
         where = f"importer {format!r} ({read.__module__})"
         raise ImportFileError(f"{where} failed: {type(error).__name__}: {error}; report it to its package") from error
+    return session
 
 
 def _importer(name: str) -> Any:

@@ -15,10 +15,11 @@ from typing import Any, Final
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.importers.finish import Imported, side_of
+from sessions.importers.finish import side_of
 from sessions.importers.pose_table import PoseTable, SourceFrame, imported, number
 from sessions.meshes.conventions import Convention, quaternion_from_euler
 from sessions.model.event import Event
+from sessions.model.session import Session
 from sessions.model.track import HandTrack
 
 OPENVR_GAMEPAD: Final = "OpenVR Gamepad"
@@ -31,7 +32,7 @@ MOST_BUTTONS: Final = 32
 LARGEST_MS: Final = 9.0e12  # About 9 million seconds short of what int64 nanoseconds hold
 
 
-def read_aframe(source: Path) -> Imported:
+def read_aframe(source: Path) -> Session:
     """Poses, events and buttons of an A-Frame motion capture."""
     devices = _devices(source)
     tables: dict[str, PoseTable] = {}
@@ -47,7 +48,7 @@ def read_aframe(source: Path) -> Imported:
         events += [event for event, _ in happened]
     frame = SourceFrame(AXES, "m", "performance clock of the browser, ms", "ms")
     samples = imported(tables, frame, ["rotations from Euler angles YXZ in degrees to unit quaternions"])
-    return replace(samples, events=sorted(events, key=lambda event: event.time_ns), hands=hands)
+    return replace(samples, events=tuple(events), hands=hands)
 
 
 def _devices(source: Path) -> dict[str, dict[str, Any]]:

@@ -15,15 +15,12 @@ from sessions.geometry.rotations import rotated
 from sessions.importers.csv_draft import draft_of, has_header
 from sessions.importers.csv_mapping import KINDS, OTHER, PRESETS, UNITY, VALUE, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.finish import Imported, side_of
+from sessions.importers.finish import side_of
 from sessions.importers.pose_table import Rows, SourceFrame, Stamps, Stream, imported, track_of
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event, LiveContact
+from sessions.model.session import Session
 from sessions.model.track import GazeTrack, HandTrack
-
-MESH_AXES = ("same", "x-flipped")
-
-HALF_TURN = np.diag([-1.0, 1.0, -1.0, 1.0])
 
 NAMED_KINDS = 5  # Unknown kinds of rows that are named before the sentence ends in dots
 
@@ -35,22 +32,16 @@ def read_csv(
     *,
     mapping: str | Path | CsvMapping | None = None,
     convention: str | None = None,
-    mesh_axes: str = "same",
-) -> Imported:
+) -> Session:
     """Everything in a CSV file.
 
     Parameters
     ----------
     mapping : a mapping file or ``CsvMapping``; ``None``: that of ``PRESETS`` whose columns are there.
     convention : a name in ``CONVENTIONS``; wins over the mapping's.
-    mesh_axes : ``same``, or ``x-flipped`` for meshes that a glTF exporter of Unity wrote (it flips X, the poses flip Z:
-        without this every mesh is turned by 180 degrees about Y). Source: F_z F_m^-1 with F_m = diag(-1, 1, 1) is
-        this half turn.
 
     Raises ``ImportFileError``: names file, line and column.
     """
-    if mesh_axes not in MESH_AXES:
-        raise ImportFileError(f"no mesh_axes {mesh_axes!r}; there are: {', '.join(MESH_AXES)}")
     if mapping is not None:
         plan = mapping if isinstance(mapping, CsvMapping) else read_mapping(mapping)
         table = CsvTable(source, plan.layout, mapped=True)
@@ -63,13 +54,7 @@ def read_csv(
     if not (convention or plan.convention):
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
     axes = convention_named(convention or plan.convention)
-    samples = _CsvLog(table, plan).imported(
-        SourceFrame(axes, plan.units, f"column {plan.time}, {plan.unit}", plan.unit)
-    )
-    if mesh_axes == "same":
-        return samples
-    words = "mesh files were exported from Unity as glTF, which flips X instead of Z: turned by 180 degrees"
-    return replace(samples, conversions=(*samples.conversions, words), mesh_turn=HALF_TURN)
+    return _CsvLog(table, plan).imported(SourceFrame(axes, plan.units, f"column {plan.time}, {plan.unit}", plan.unit))
 
 
 def _check_columns(table: CsvTable, plan: CsvMapping) -> None:
@@ -105,7 +90,7 @@ class _CsvLog:
         self._table, self._plan = table, plan
         self._kinds = table.words(plan.kind) if plan.kind else {"pose": np.ones(len(table), dtype=np.bool_)}
 
-    def imported(self, frame: SourceFrame) -> Imported:
+    def imported(self, frame: SourceFrame) -> Session:
         """Everything that the rows hold."""
         table, notes = self._table, []
         if table.skipped:
@@ -127,7 +112,7 @@ class _CsvLog:
             notes += words
         tables = {name: table.poses(columns, self._stamps(rows), rows) for name, columns, rows in self._bodies()}
         samples = imported(tables, frame, notes, self._numbers())
-        events = sorted([*self._events(), *self._event_columns()], key=lambda event: event.time_ns)
+        events = (*self._events(), *self._event_columns())
         return replace(samples, events=events, hands=self._hands(), live_contacts=contacts, gaze=gaze)
 
     def _by_name(self, kind: str, column: str = "") -> Iterator[tuple[str, Rows]]:
@@ -182,14 +167,14 @@ class _CsvLog:
             yield Stream(name or "scalar", *self._first_numbers(rows, VALUE))
 
     def _contacts(self) -> tuple[tuple[LiveContact, ...], int]:
-        """The engine's contacts by time, and how many were left out because both bodies reported them."""
+        """The engine's contacts, and how many were left out because both bodies reported them."""
         found: dict[tuple[int, frozenset[str], str], LiveContact] = {}
         reported = 0
         for phase in ("enter", "exit"):
             for stamp, first, second in self._cells(self._kinds.get(phase), self._plan.name, OTHER):
                 reported += 1
                 found.setdefault((stamp, frozenset((first, second)), phase), LiveContact(stamp, first, second, phase))
-        return tuple(sorted(found.values(), key=lambda contact: contact.time_ns)), reported - len(found)
+        return tuple(found.values()), reported - len(found)
 
     def _hands(self) -> dict[str, HandTrack]:
         """``student/<side>`` -> trigger, from the rows that hold one."""

@@ -1,19 +1,17 @@
-"""Makes a session of converted samples: adds meshes and stand-ins, and records what was converted."""
+"""Makes an imported session complete: adds meshes and stand-ins, and records which file it is of."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
 from sessions.mesh_data import MeshData
-from sessions.model.event import Event, Interval, LiveContact
+from sessions.model.event import Event, LiveContact
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
-from sessions.model.track import GazeTrack, HandTrack, ScalarTrack, Track
 from sessions.scene_files.scene_meshes import scene_meshes, with_colliders
 from sessions.scene_files.scene_toml import scene_to_toml
 from sessions.scene_files.toml_table import nearest
@@ -30,99 +28,66 @@ SIDES = ("left", "right")
 
 PROXY_FACES = 2000
 
+MESH_AXES = ("same", "x-flipped")
 
-@dataclass(frozen=True)
-class Imported:
-    """What an importer read, already in the canonical frame and in metres; ``finished`` makes a session of it.
-
-    ``conversions``: sentences about what was done to the numbers.
-    ``mesh_turn``: (4, 4), what mesh files are turned by before they are in the frame of the poses.
-    """
-
-    tracks: Mapping[str, Track]
-    conversions: tuple[str, ...]
-    facts: Mapping[str, str] = field(default_factory=dict)
-    events: Sequence[Event] = ()
-    hands: Mapping[str, HandTrack] = field(default_factory=dict)
-    live_contacts: Sequence[LiveContact] = ()
-    intervals: Sequence[Interval] = ()
-    gaze: Mapping[str, GazeTrack] = field(default_factory=dict)
-    scalars: Mapping[str, ScalarTrack] = field(default_factory=dict)
-    mesh_turn: NDArray[np.float64] | None = None
-    of_people: bool = True
-    """Whether names like ``head`` and ``left`` mean a headset and controllers; of a robot they do not."""
-
-
-def check_poses(samples: Imported, source: Path) -> None:
-    """Refuse a recording without a pose, or with none that is not lost."""
-    if not any(len(track) for track in samples.tracks.values()):
-        raise ImportFileError(f"{source}: there is no pose in it; check that this is the recording")
-    if not any(track.valid.any() for track in samples.tracks.values()):
-        why = "; ".join(words for words in together(samples.conversions) if "lost" in words) or "the source flags them"
-        raise ImportFileError(f"{source}: every pose in it is lost ({why}); record it again, or choose other columns")
+HALF_TURN = np.diag([-1.0, 1.0, -1.0, 1.0])
+"""From a glTF that Unity wrote to the frame of its poses: F_z F_m^-1 with F_m = diag(-1, 1, 1)."""
 
 
 def finished(
-    samples: Imported,
+    session: Session,
     source: Path,
     *,
     meshes: Mapping[str, MeshSource] | None = None,
     scene: Scene | None = None,
     scene_folder: str | Path = ".",
-    proxies: bool | None = None,
+    mesh_axes: str = "same",
+    stand_ins: bool = False,
 ) -> Session:
-    """A session from samples; these keywords are options of every importer.
+    """The session of a source with its meshes; all keywords but ``stand_ins`` are options of every importer.
 
     Parameters
     ----------
     meshes : body name -> mesh file or mesh; they win over the scene's.
     scene : declared bodies, pairs and effects; its mesh paths are relative to ``scene_folder``.
-    proxies : whether headset and controllers without a mesh get a stand-in; ``None``: only if no mesh is given at all,
-        and not in recordings of robots.
+    mesh_axes : ``same``, or ``x-flipped`` for meshes that a glTF exporter of Unity wrote (it flips X, the poses flip Z:
+        without this every mesh is turned by 180 degrees about Y).
+    stand_ins : whether headset and controllers get a mesh where none is given at all.
 
-    Raises ``ImportFileError``: a mesh for a body that is not there.
+    Raises ``ImportFileError``: a mesh for a body that is not there, an unknown ``mesh_axes``.
     """
     from sessions.meshes.mesh_files import load_mesh
 
-    declared = scene or Scene()
-    ids = [body.id for body in declared.bodies]
-    given = scene_meshes(declared, scene_folder)
-    known = [*samples.tracks, *ids]
+    if mesh_axes not in MESH_AXES:
+        raise ImportFileError(f"no mesh_axes {mesh_axes!r}; there are: {', '.join(MESH_AXES)}")
+    declared = scene or session.scene
+    given = {**session.meshes, **(scene_meshes(scene, scene_folder) if scene else {})}
+    known = [*session.names, *(body.id for body in declared.bodies)]
     for name, mesh in (meshes or {}).items():
         if name not in known:
             raise ImportFileError(f"{source}: there is no body {name!r} to put a mesh on{nearest(name, known)}")
         given[name] = mesh if isinstance(mesh, MeshData) else load_mesh(mesh)
-    if samples.mesh_turn is not None:
+    facts = {"source_file": source.name, "conversions": "none", **session.facts}
+    if mesh_axes != "same":
         files = {*(meshes or ()), *(body.id for body in declared.bodies if body.mesh)}
-        given |= {name: given[name].transformed(samples.mesh_turn) for name in files}
-    if proxies or (proxies is None and not given and samples.of_people):
-        declared = _with_proxies(declared, samples.tracks, given)
-    conversions = "; ".join(together(samples.conversions)) or "none"
-    session = Session.from_tracks(
-        samples.tracks,
-        given,
-        declared,
-        events=samples.events,
-        intervals=samples.intervals,
-        facts={"source_file": source.name, "conversions": conversions, **samples.facts},
-    )
-    held = replace(
+        given |= {name: given[name].transformed(HALF_TURN) for name in files}
+        words = "mesh files were exported from Unity as glTF, which flips X instead of Z: turned by 180 degrees"
+        facts["conversions"] = f"{facts['conversions']}; {words}".removeprefix("none; ")
+    if stand_ins and not given:
+        declared = _with_proxies(declared, session.names, given)
+    complete = replace(
         session,
-        live_contacts=tuple(samples.live_contacts),
-        hands=dict(samples.hands),
-        gaze=dict(samples.gaze),
-        scalars=dict(samples.scalars),
+        meshes=given,
+        scene=declared,
+        facts=facts,
+        events=tuple(sorted(session.events, key=_by_time)),
+        live_contacts=tuple(sorted(session.live_contacts, key=_by_time)),
     )
-    return with_colliders(held, scene_folder)
+    return with_colliders(complete, scene_folder)
 
 
-def together(notes: Iterable[str]) -> list[str]:
-    """Notes of the same words about several things as one: ``a, b: 3 rows dropped``."""
-    about: dict[str, list[str]] = {}
-    for note in notes:
-        what, colon, words = note.partition(": ")
-        about.setdefault(colon + words or note, []).append(what if colon else "")
-    return [", ".join(filter(None, dict.fromkeys(names))) + words for words, names in about.items()]
+def _by_time(happening: Event | LiveContact) -> int:
+    return happening.time_ns
 
 
 def name_words(name: str) -> list[str]:
@@ -144,13 +109,13 @@ def side_of(name: str) -> str:
     return next((side for side in SIDES if any(word.startswith(side) for word in words)), name)
 
 
-def _with_proxies(scene: Scene, names: Mapping[str, Track], given: dict[str, MeshData]) -> Scene:
+def _with_proxies(scene: Scene, names: Iterable[str], given: dict[str, MeshData]) -> Scene:
     from sessions.glassware.catalogue import make_instrument
 
     bodies = {body.id: body for body in scene.bodies}
     for name in names:
         row = proxy_for(name)
-        if row and name not in given:
+        if row:
             given[name] = make_instrument(row, PROXY_FACES).mesh
             body = bodies.get(name, SceneBody(id=name))
             bodies[name] = replace(body, instrument=row, proxy=True, extra={**body.extra, "faces": PROXY_FACES})

@@ -6,20 +6,19 @@ Source: Foxglove schemas, https://docs.foxglove.dev/docs/sdk/schemas; ROS 2 comm
 import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import redirect_stderr, redirect_stdout
-from dataclasses import replace
 from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, Final
 
 from sessions.errors import ImportFileError, SessionFileError
-from sessions.importers.finish import Imported
 from sessions.importers.frame_tree import FrameTree
 from sessions.importers.pose_table import SourceFrame, imported, number
 from sessions.mcap_format.catalogue import ChannelInfo
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.refusals import brief
 from sessions.meshes.conventions import convention as convention_named
+from sessions.model.session import Session
 
 ASSUMED: Final = "ros"
 """Axes where none are named: Foxglove and ROS both follow REP 103."""
@@ -31,7 +30,7 @@ def read_mcap(
     *,
     convention: str | None = None,
     topics: Sequence[str] = (),
-) -> Imported:
+) -> Session:
     """Every pose in an MCAP file of another program.
 
     A frame is a body of its name, a pose one of its topic. Stamps are those of the messages.
@@ -53,7 +52,7 @@ def read_mcap(
         words.append(f"{unstamped} poses without a stamp have the time they were logged at")
     assumed = [] if convention else [f"axes {ASSUMED} ({axes.words})"]
     frame = SourceFrame(axes, "m", "stamps of the messages, ns", "ns", (*assumed, "lengths in m", *joined))
-    return replace(imported(tables, frame, words), of_people=False)
+    return imported(tables, frame, words)
 
 
 FRAMES: Final = ("FrameTransform", "FrameTransforms", "TransformStamped", "TFMessage")

@@ -14,9 +14,9 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import CsvLayout, PoseColumns
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
-from sessions.importers.finish import Imported
 from sessions.importers.pose_table import SourceFrame, Stamps, imported
 from sessions.meshes.conventions import convention as convention_named
+from sessions.model.session import Session
 
 LENGTHS: Final = ("meters", "centimeters", "millimeters", "inches", "feet")
 BODIES: Final = ("Rigid Body", "Bone")
@@ -26,7 +26,7 @@ MILLISECOND: Final = 1_000_000
 FIRST, TIMES = "Format Version", ("Time (Seconds)", "Time")
 
 
-def read_optitrack(source: Path, *, convention: str | None = None) -> Imported:
+def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
     """Rigid bodies and bones of a Motive CSV export.
 
     Parameters

@@ -5,15 +5,15 @@ Numbers beside them come along; what is dropped is counted.
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
-from sessions.importers.finish import Imported
 from sessions.meshes.conventions import Convention
+from sessions.model.session import Session
 from sessions.model.track import ScalarTrack, Track
 
 LARGEST_SECONDS: Final = 9.0e9  # Just below what int64 nanoseconds hold
@@ -60,8 +60,8 @@ class SourceFrame:
 
 def imported(
     tables: Mapping[str, PoseTable], frame: SourceFrame, notes: Sequence[str] = (), streams: Iterable[Stream] = ()
-) -> Imported:
-    """Tables in the canonical frame and metres, and numbers by their names, with every conversion in the metadata."""
+) -> Session:
+    """Tables in the canonical frame and metres, and numbers by their names; every conversion is among the facts."""
     axes = frame.axes
     done = []
     if (axes.axes, axes.signs) != ((0, 1, 2), (1, 1, 1)):
@@ -83,6 +83,7 @@ def imported(
         free = next(free for free in names if free not in scalars)
         scalars[free] = ScalarTrack(times_ns[keep], values[keep], unit)
     facts = {
+        "conversions": "; ".join(_grouped(done)) or "none",
         "source_units": frame.units,
         "source_convention": axes.name,
         "handedness": axes.handedness,
@@ -90,7 +91,16 @@ def imported(
     }
     if frame.assumed:
         facts["assumed"] = "; ".join(frame.assumed)
-    return Imported(tracks, tuple(done), facts, scalars=scalars)
+    return replace(Session.from_tracks(tracks, facts=facts), scalars=scalars)
+
+
+def _grouped(notes: Iterable[str]) -> list[str]:
+    """Notes of the same words about several things as one: ``a, b: 3 rows dropped``."""
+    about: dict[str, list[str]] = {}
+    for note in notes:
+        what, colon, words = note.partition(": ")
+        about.setdefault(colon + words or note, []).append(what if colon else "")
+    return [", ".join(filter(None, dict.fromkeys(names))) + words for words, names in about.items()]
 
 
 def track_of(name: str, table: PoseTable, frame: SourceFrame) -> tuple[Track, list[str]]:

@@ -18,11 +18,11 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import PoseColumns
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.finish import Imported
 from sessions.importers.pose_table import LARGEST_SECONDS, PoseTable, SourceFrame, Stream, imported
 from sessions.input_files import check_regular
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Interval
+from sessions.model.session import Session
 
 TRACKER: Final = re.compile(r"(?P<body>.+?)_(?P<what>[^_]+)_T(?P<trial>\d+)\.csv")
 PLACE: Final = ("pos_x", "pos_y", "pos_z")
@@ -32,7 +32,7 @@ TRIALS: Final = "trial_results.csv"
 LONGEST_HEADER: Final = 10_000
 
 
-def read_uxf(source: Path, *, convention: str = "unity") -> Imported:
+def read_uxf(source: Path, *, convention: str = "unity") -> Session:
     """Everything in a UXF session folder such as ``experiment/participant/S001``.
 
     Every trial of ``trial_results.csv`` is an interval of kind ``task``; its other columns are data of it. Every other
@@ -72,7 +72,7 @@ def read_uxf(source: Path, *, convention: str = "unity") -> Imported:
     assumed = ("lengths in m", "clock in s since the start of the program (Unity's Time.time)")
     frame = SourceFrame(convention_named(convention), "m", "Unity's Time.time, s", assumed=assumed)
     samples = imported(tables, frame, notes, streams)
-    return replace(samples, intervals=trials, facts={"source_file": folder.name, **samples.facts})
+    return replace(samples, intervals=tuple(trials), facts={"source_file": folder.name, **samples.facts})
 
 
 def _trackers(folder: Path) -> Iterator[tuple[Path, str]]:

@@ -19,11 +19,11 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import LENGTHS, PoseColumns, mapping_table, pose_columns
-from sessions.importers.finish import Imported
 from sessions.importers.pose_table import Numbers, PoseTable, SourceFrame, Stamps, Stream, imported, stamps_of
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event
+from sessions.model.session import Session
 from sessions.scene_files.toml_table import nearest
 
 MAGIC: Final = b"XDF:"
@@ -46,7 +46,7 @@ EULER: Final = ("orientationp", "orientationh", "orientationr")
 UNITS: Final = {"meters": "m", "meter": "m", "metres": "m", "centimeters": "cm", "millimeters": "mm", "": "m"}
 
 
-def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path | None = None) -> Imported:
+def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path | None = None) -> Session:
     """Everything in an XDF file.
 
     Parameters
@@ -96,9 +96,8 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
         (notes if stream.data["clock_times"] else assumed).append(stream.clock)
     frame = SourceFrame(axes, min(lengths), "LSL clock of the recording computer, s", assumed=tuple(assumed))
     numbers = [number for stream in streams if stream not in posed for number in stream.numbers()]
-    events = [event for stream in streams for event in stream.events()]
-    samples = imported(tables, frame, notes, numbers)
-    return replace(samples, events=sorted(events, key=lambda event: event.time_ns))
+    events = tuple(event for stream in streams for event in stream.events())
+    return replace(imported(tables, frame, notes, numbers), events=events)
 
 
 class _LslStream:

@@ -173,7 +173,7 @@ def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
     path = tmp_path / "session.csv"
     path.write_text("\r\n".join(lines) + "\r\n", encoding="utf-8")
 
-    session = import_session("csv", path, proxies=False)
+    session = import_session("csv", path)
     assert session.names == ("LeftHand",) and session.facts["handedness"] == "left"
     assert "axes unity" in session.facts["conversions"]
     assert session.frames.stamp_ns.tolist() == [round(round(k / 90, 6) * 1e9) for k in range(count)]

@@ -4,10 +4,10 @@ from importlib.metadata import EntryPoint, EntryPoints
 import numpy as np
 import pytest
 
-from sessions import MeshData, Track, importers
+from sessions import MeshData, Session, Track, importers
 from sessions.errors import ImportFileError
 from sessions.importers import ENTRY_POINT_GROUP, IMPORTERS, import_session, importer_names
-from sessions.importers.finish import Imported, finished
+from sessions.importers.finish import finished
 from sessions.importers.pose_table import PoseTable, SourceFrame, imported
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.scene_files.scene_toml import parse_scene
@@ -17,7 +17,7 @@ TRIANGLE = MeshData([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
 
 def samples(*names):
     track = Track([0, 10], np.zeros((2, 3)), np.tile([0, 0, 0, 1.0], (2, 1)))
-    return Imported(dict.fromkeys(names, track), ("done",))
+    return Session.from_tracks(dict.fromkeys(names, track))
 
 
 def test_a_stamp_that_goes_back_costs_its_rows_and_a_row_without_a_rotation_is_flagged_and_keeps_its_numbers():
@@ -29,18 +29,17 @@ def test_a_stamp_that_goes_back_costs_its_rows_and_a_row_without_a_rotation_is_f
     assert track.times_ns.tolist() == [0, 10, 11, 12, 13]
     assert track.valid.tolist() == [True, True, False, False, True]
     assert track.quaternions_xyzw[2].tolist() == [0, 0, 0, 1.1]
-    assert [words.split(" that ")[0] for words in found.conversions[-2:]] == [
-        "cup: 3 rows dropped whose stamp repeats or goes back",
-        "cup: 2 rows flagged as lost",
-    ]
+    assert "; cup: 3 rows dropped whose stamp repeats or goes back; cup: 2 rows flagged" in found.facts["conversions"]
 
 
-def test_given_meshes_win_over_the_scene_and_proxies_can_be_asked_for(tmp_path):
+def test_given_meshes_win_over_the_scene_and_stand_ins_come_where_there_is_none_at_all(tmp_path):
     scene = parse_scene('[[body]]\nid = "left"\nshape = "sphere"\nradius = 0.1\n')
-    session = finished(samples("left", "camera"), tmp_path / "x", meshes={"left": TRIANGLE}, scene=scene, proxies=True)
-    assert len(session.meshes["left"].faces) == 1
-    assert session.scene.body("camera").proxy
-    assert not session.scene.body("left").proxy
+    session = finished(
+        samples("left", "camera"), tmp_path / "x", meshes={"left": TRIANGLE}, scene=scene, stand_ins=True
+    )
+    assert list(session.meshes) == ["left"] and len(session.meshes["left"].faces) == 1
+    session = finished(samples("table", "camera"), tmp_path / "x", stand_ins=True)
+    assert list(session.meshes) == ["camera"] and session.scene.body("camera").proxy
     assert parse_scene(session.scene.text).body("camera").proxy
 
 
@@ -54,8 +53,8 @@ def test_a_recording_whose_every_pose_is_lost_is_refused_with_the_reason(tmp_pat
     assert import_session("csv", log).tracks["cup"].valid.tolist() == [True, False, False, False, False]
 
 
-def read_outside(source, *, answer="read"):
-    return answer
+def read_outside(source, *, number=1):
+    return samples(*("cup", "plate")[:number])
 
 
 def falls(path):
@@ -82,16 +81,17 @@ def outside(monkeypatch):
 def test_an_importer_of_another_package_is_a_row_like_any_other(outside, tmp_path):
     (tmp_path / "x").touch()
     assert importer_names() == [*IMPORTERS, "auto", "broken", "falls", "outside"]
-    assert import_session("outside", tmp_path / "x", answer="found") == "found"
-    with pytest.raises(ImportFileError, match="has no option 'colour'; it has: answer"):
+    session = import_session("outside", tmp_path / "x", number=2, meshes={"cup": TRIANGLE})
+    assert session.names == ("cup", "plate") and list(session.meshes) == ["cup"]
+    with pytest.raises(ImportFileError, match="has no option 'colour'; it has: number, meshes"):
         import_session("outside", tmp_path / "x", colour=1)
 
 
 def test_an_importer_that_cannot_be_loaded_is_one_sentence_and_hides_no_built_in(outside, tmp_path):
+    (tmp_path / "x").touch()
     with pytest.raises(ImportFileError, match=r"importer 'broken' \(sessions.importers.absent:read\) cannot be loaded"):
         import_session("broken", tmp_path / "x")
     with pytest.raises(ImportFileError, match="does not exist or is no file"):
-        import_session("csv", tmp_path / "x")
-    (tmp_path / "x").touch()
+        import_session("csv", tmp_path / "none")
     with pytest.raises(ImportFileError, match=r"importer 'falls' \(.*test_finish\) failed: KeyError: 'colour'; report"):
         import_session("falls", tmp_path / "x")
