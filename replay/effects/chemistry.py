@@ -45,18 +45,15 @@ class Recipe:
     processes: tuple[Process, ...]
     contents: Mapping[str, Contents]  # vessel -> what is in it at first
     chemistry: Chemistry  # all acids and bases of all tables
-    speciation: Speciation | None  # ``None``: nothing reacts
+    speciation: Speciation
 
-    def ledger(self, along: float, warmth: Warmth | None) -> Ledger:
+    def ledger(self, along: float, warmth: Warmth) -> Ledger:
         """A ledger with everything in its vessels."""
-        fills = {name: (one.volume_ml, self._columns(one)) for name, one in self.contents.items()}
-        tables = [there for _, there in fills.values()] + [process.changes for process in self.processes]
-        if self.speciation is not None:
-            tables += [*self.speciation.changes, dict.fromkeys(self.speciation.mixture.parts, 0.0)]
-        columns = tuple(dict.fromkeys(column for table in tables for column in table))
+        fills = {name: self._columns(one) for name, one in self.contents.items()}
+        columns = tuple(column for there in fills.values() for column in there)
         made = Ledger(tuple(fills), columns, self.processes, self.speciation, along, warmth)
-        for name, (volume, there) in fills.items():
-            made.fill(name, volume, there)
+        for name, there in fills.items():
+            made.fill(name, self.contents[name].volume_ml, there)
         return made
 
     def _columns(self, contents: Contents) -> dict[str, float]:
@@ -111,14 +108,13 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
         if changes and place == len(processes):
             processes.append(process)
         reactions.append(Reaction(one, equation, phase, place if changes else -1, asks_ph))
-    speciation = None
-    if declared or products:
-        formulas = [*products, *(formula for one in contents.values() for formula in one.amounts)]
-        columns = {part for formula in formulas for part in chemistry.dissolved(formula)}
-        columns |= {column for process in processes for column in process.changes if not column.endswith((SOLID, GAS))}
-        columns |= {HENRY[formula][0] for formula in bubbling}
-        speciation = speciation_of(chemistry, sorted(columns), products, bubbling, open_air=_open_air(tables))
-        _note_heats(reactions, chemistry, speciation)
+    formulas = [*products, *(formula for one in contents.values() for formula in one.amounts)]
+    columns = {part for formula in formulas for part in chemistry.dissolved(formula)}
+    columns |= {column for process in processes for column in process.changes if not column.endswith((SOLID, GAS))}
+    columns |= {HENRY[formula][0] for formula in bubbling}
+    open_air = _open_air(tables) and bool(declared or products)
+    speciation = speciation_of(chemistry, sorted(columns), products, bubbling, open_air=open_air)
+    _note_heats(reactions, chemistry, speciation)
     return Recipe(tuple(reactions), tuple(processes), contents, chemistry, speciation)
 
 
@@ -227,7 +223,6 @@ def _check_heat(declared: Declaration, recipe: Recipe) -> None:
                 "heat_kj_mol is missing: no table knows the enthalpies of formation of its formulas"
             )
     speciation = recipe.speciation
-    assert speciation is not None
     for name, joule in zip((*speciation.mixture.species, *speciation.mixture.phases), speciation.joule, strict=True):
         if np.isnan(joule):
             raise declared.fail(
@@ -301,7 +296,7 @@ def _check_brought(one: Reaction, recipe: Recipe) -> None:
 
 
 def _check_made(tables: Tables, recipe: Recipe) -> None:
-    phases = () if recipe.speciation is None else recipe.speciation.mixture.phases
+    phases = recipe.speciation.mixture.phases
     made = {
         formula for one in recipe.reactions for formula in one.equation.formulas
         if formula in one.equation.products or formula + SOLID in phases
@@ -322,9 +317,8 @@ def _check_decided(recipe: Recipe) -> None:
         if one.process >= 0 and one.declared["rate_per_s"] is None
     ]  # fmt: skip
     rivals = [(process.text, process.changes) for _, process in at_once]
-    if recipe.speciation is not None:
-        names = [name.removesuffix(SOLID).removesuffix(GAS) for name in recipe.speciation.mixture.phases]
-        rivals += [(repr(name), changes) for name, changes in zip(names, recipe.speciation.changes, strict=True)]
+    names = [name.removesuffix(SOLID).removesuffix(GAS) for name in recipe.speciation.mixture.phases]
+    rivals += [(repr(name), changes) for name, changes in zip(names, recipe.speciation.changes, strict=True)]
     for one, process in at_once:
         solid = next((column for column, many in process.changes.items() if column.endswith(SOLID) and many > 0.0), "")
         missing = f"the ksp of {solid.removesuffix(SOLID)!r} is" if solid else "rate_per_s is"

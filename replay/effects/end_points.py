@@ -57,8 +57,8 @@ def end_points(matter: Matter, vessel: str) -> list[EffectEvent]:
 
     The volume is that which came from where the flow came from that did it: the titrant, rinses left out.
     """
-    history, speciation = matter.histories[vessel], matter.recipe.speciation
-    if speciation is None or not history.added_ml[-1].any():
+    history = matter.histories[vessel]
+    if not history.added_ml[-1].any():
         return []
     kinds = chain(_of_protons(matter, vessel, matter.totals(history.amounts)), _of_electrons(matter, vessel))
     found = sorted(kinds, key=lambda row: (row[0].before, row[0].share))

@@ -35,7 +35,7 @@ def mixed(inputs: EffectInputs, declared: Declaration, found: Findings) -> None:
         first = int(history.frames[changed[0]]) if len(changed) else 0
         found.ran[first:] = True
         times = inputs.times[[0, *range(max(1, first - 1), len(inputs))]]
-        celsius = declared["ambient_c"] + matter.kelvin(name, times, declared["loss_w_per_k"])
+        celsius = declared["ambient_c"] + matter.kelvin(name, times)
         # What boils is told so, whatever its heat over its capacity is rounded to.
         celsius[celsius > boils(declared) - BOILING] = boils(declared)
         note_temperature(declared, found, name, Series(times, celsius, "degC"))

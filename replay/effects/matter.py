@@ -9,11 +9,10 @@ import numpy as np
 from cdcore.numerics import FloatArray, IntArray
 from replay.effects.chemistry import Recipe, recipe_of
 from replay.effects.contents import WATER, contents_of
-from replay.effects.declaring import Declaration
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.equilibrium import Equilibrium, Mixture, equilibrium
-from replay.effects.models.history import History, Warmth
-from replay.effects.models.ledger import BROUGHT, LUMPS, Ledger
+from replay.effects.models.history import UNFOLLOWED, History, Warmth
+from replay.effects.models.ledger import BROUGHT, LUMPS, Ledger, lumps
 from replay.effects.models.outflow import GAP_S, Stream
 from replay.effects.models.reacting import HEAT
 from replay.effects.models.warming import WATER_BOILS_C
@@ -58,14 +57,14 @@ class Matter:
             amounts += more[:, None] * ledger.reactor.changes[row]
         return amounts, extents, history.volume_ml[rows]
 
-    def kelvin(self, vessel: str, times: FloatArray, loss: float) -> FloatArray:
-        """Above the room (n,) at times; between two rows it falls by Newton's law, with ``loss`` in W/K."""
+    def kelvin(self, vessel: str, times: FloatArray) -> FloatArray:
+        """Above the room (n,) at times; between two rows it falls by Newton's law."""
         history, ledger = self.histories[vessel], self.ledger
         rows = history.rows(times)
         capacity = ledger.capacity(ledger.at[vessel], history.volume_ml[rows])
         filled = np.where(capacity > 0.0, capacity, 1.0)
         since = np.maximum(0.0, times - history.times[rows])
-        return self.amount(vessel, HEAT)[rows] / filled * np.exp(-loss * since / filled)
+        return self.amount(vessel, HEAT)[rows] / filled * np.exp(-ledger.warmth.loss * since / filled)
 
     def solved(self, vessel: str, times: FloatArray) -> tuple[IntArray, Equilibrium]:
         """Rows (k,) of the times at which there is a liquid, and its equilibrium there."""
@@ -110,12 +109,11 @@ def _matter(inputs: EffectInputs) -> Matter:
     return Matter(recipe, ledger, vessels, {name: ledger.history(name) for name in vessels if len(times)})
 
 
-def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel]) -> Warmth | None:
-    """How the liquids' heat is followed; ``None``: nobody asks."""
-    asked = [one for one in inputs.tables.get("heat", ()) if one["of"] != "flame"]
-    if not asked:
-        return None
-    declared: Declaration = asked[0]
+def _warmth(inputs: EffectInputs, vessels: Mapping[str, Vessel]) -> Warmth:
+    """How the liquids' heat is followed."""
+    declared = next((one for one in inputs.tables.get("heat", ()) if one["of"] != "flame"), None)
+    if declared is None:
+        return UNFOLLOWED
     room = declared["ambient_c"]
     acid = declared["solute"] or ""
     return Warmth(
@@ -159,9 +157,7 @@ def _carry_out(
         return
     # What flows through a vessel goes step by step; what only runs over, in as many steps as are told apart.
     chained = {a for (a, _), brim in zip(pairs, over, strict=True) if not brim} & {b for _, b in pairs}
-    count = len(frames) if chained else min(len(frames), LUMPS)
-    cuts = np.unique(np.linspace(0, len(frames), count + 1).astype(np.int64))
-    for first, stop in pairwise(cuts.tolist()):
+    for first, stop in lumps(len(frames), len(frames) if chained else LUMPS):
         part, last = volume_ml[first:stop].sum(axis=0), slice(stop - 1, stop)
         for wanted in (False, True):
             moving = np.flatnonzero((over == wanted) & (part > 0.0))

@@ -62,3 +62,8 @@ class Warmth:
     water: str = ""
     a: float = 0.0
     b: float = 1.0
+    followed: bool = True  # whether anybody asks
+
+
+UNFOLLOWED = Warmth(0.0, {}, {}, 0.0, np.inf, reacting=False, followed=False)
+"""Where nobody asks how warm anything is."""

@@ -5,17 +5,17 @@ gas that left (``H2(g)``), what was brought under a formula, followed for the re
 brought``), or energy in J. Row -1 of the state is everything outside the vessels.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any, Final
+from typing import Final
 
 import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
-from replay.effects.models.history import History, Process, Warmth
+from replay.effects.models.history import UNFOLLOWED, History, Process, Warmth
 from replay.effects.models.reacting import HEAT, STORED, Reactor
-from replay.effects.models.speciation import GAS, SOLID, Speciation
+from replay.effects.models.speciation import GAS, NOTHING, SOLID, Speciation
 
 BROUGHT: Final = " as brought"
 SPENT: Final = 1e-12
@@ -37,30 +37,30 @@ class Ledger:
     vessels: Sequence[str]
     columns: Sequence[str]
     processes: Sequence[Process] = ()
-    speciation: Speciation | None = None  # ``None``: nothing is at equilibrium
+    speciation: Speciation = NOTHING
     along: float = 0.0  # share of a solid that goes along with the liquid
-    warmth: Warmth | None = None  # ``None``: nobody asks how warm anything is
-    volume_ml: FloatArray = field(init=False)
-    amounts: FloatArray = field(init=False)
+    warmth: Warmth = UNFOLLOWED
+    state: FloatArray = field(init=False)  # (places, 1 + columns + processes + places), as ``_parts`` names them
 
     def __post_init__(self) -> None:
-        if self.warmth is not None:
-            self.columns = (*self.columns, HEAT, STORED)
-        count, width = len(self.vessels) + 1, len(self.columns)
-        self.volume_ml, self.amounts = np.zeros(count), np.zeros((count, width))
-        self.extents = np.zeros((count, len(self.processes)))
-        self.added_ml = np.zeros((count, count))
-        self.clock = np.zeros(count)
-        self.at = {name: place for place, name in enumerate(self.vessels)} | {"": len(self.vessels)}
+        tables = [*(process.changes for process in self.processes), *self.speciation.changes]
+        named = [column for table in tables for column in table]
+        self.columns = tuple(dict.fromkeys((*self.columns, *named, *self.speciation.mixture.parts, HEAT, STORED)))
+        self.at = {name: place for place, name in enumerate((*self.vessels, ""))}
         self.column = {name: place for place, name in enumerate(self.columns)}
+        count = len(self.at)
+        self._cuts = np.cumsum([1, len(self.columns), len(self.processes)])
+        self.state = np.zeros((count, int(self._cuts[-1]) + count))
+        volume, self.amounts, self.extents, _ = self._parts(self.state)
+        self.volume_ml = volume[:, 0]
+        self.clock = np.zeros(count)
         self.reactor = Reactor(self.column, self.processes, self.speciation, self.warmth)
         shares = {GAS: 0.0, SOLID: self.along}
         self.moving = np.array([shares.get(column[-3:], 1.0) for column in self.columns])
-        glass = {} if self.warmth is None else self.warmth.glass
-        self.glass = np.array([glass.get(name, 0.0) for name in self.at])
+        self.glass = np.array([self.warmth.glass.get(name, 0.0) for name in self.at])
         # A slow process that nothing else touches is in closed form from one event to the next.
-        self._alone = len(self.processes) == 1 and not len(self.reactor.phases) and self.warmth is None
-        self._blocks: list[list[tuple[Any, ...]]] = [[] for _ in range(count)]
+        self._alone = len(self.processes) == 1 and not len(self.reactor.phases) and not self.warmth.followed
+        self._blocks: list[list[tuple[FloatArray, IntArray, FloatArray]]] = [[] for _ in range(count)]
 
     def fill(self, vessel: str, volume_ml: float, amounts: Mapping[str, float]) -> None:
         """Put something into a vessel at the begin."""
@@ -73,16 +73,14 @@ class Ledger:
         """React what stands together at the first frame, and note it; what heat that gave is gone."""
         self.clock[:] = time
         for place, name in enumerate(self.vessels):
-            self._react_here(place)
-            if self.warmth is not None:
-                excess = self.warmth.excess.get(name, 0.0)
-                self.amounts[place, self.column[HEAT]] = excess * float(self.capacity(place, self.volume_ml[place]))
+            self._react(place, self.state[place : place + 1])
+            excess = self.warmth.excess.get(name, 0.0)
+            self.amounts[place, self.column[HEAT]] = excess * float(self.capacity(place, self.volume_ml[place]))
             self._note(place, 0, time)
 
     def capacity(self, place: int, volume_ml: FloatArray | float) -> FloatArray:
         """Heat capacity, J/K, of a vessel with so much in it."""
-        per_ml = 0.0 if self.warmth is None else self.warmth.per_ml
-        return per_ml * volume_ml + self.glass[place]
+        return self.warmth.per_ml * volume_ml + self.glass[place]
 
     def advance(self, place: int, frame: int, time: float) -> None:
         """Let slow processes and the loss of heat of a vessel go on to a time."""
@@ -97,7 +95,7 @@ class Ledger:
             part = min(step, since - done)
             self._cool(place, part)
             self.extents[place] += self.reactor.slowly(self.amounts[place], part)
-            self._react_here(place)
+            self._react(place, self.state[place : place + 1])
             done += part
             step *= GROWTH
             if not self._alone:
@@ -112,41 +110,34 @@ class Ledger:
         In more than one frame no source may be a target. Where something reacts slowly or grows warm it goes in `LUMPS`
         steps.
         """
-        cuts = np.unique(np.linspace(0, len(frames), min(len(frames), LUMPS) + 1).astype(np.int64)).tolist()
         ends = [(self.at[source], self.at[target]) for source, target in pairs]
         places = sorted({place for both in ends for place in both})
         # Row 0 of everything below is the state before.
         total = np.concatenate([np.zeros((1, len(pairs))), np.cumsum(volume_ml, axis=0)])
-        in_steps = self.warmth is not None or any(self._reacts_slowly(place, ends) for place in places)
+        in_steps = self.warmth.followed or any(self._reacts_slowly(place, ends) for place in places)
         if len(frames) > 1 and in_steps:
-            for first, stop in pairwise(cuts):
+            for first, stop in lumps(len(frames)):
                 last = slice(stop - 1, stop)
                 self.flow(frames[last], times[last], pairs, total[stop : stop + 1] - total[first : first + 1])
             return
         for place in places:
             self.advance(place, int(frames[-1]), float(times[-1]))
-        volume, amounts, added, extents = state = [
-            {place: np.repeat(one[place : place + 1], len(total), axis=0) for place in places}
-            for one in (self.volume_ml, self.amounts, self.added_ml, self.extents)
-        ]
-        for both, gone in zip(ends, total.T, strict=True):
-            self._move(*both, gone, state)
-        for place in places:
+        states = {place: np.repeat(self.state[place : place + 1], len(total), axis=0) for place in places}
+        for (source, target), gone in zip(ends, total.T, strict=True):
+            self._move(source, states[source], states[target], gone)
+        for place, rows in states.items():
             if place != self.at[""]:
-                rows = [one[place][1:] for one in (volume, amounts, extents, added)]
-                rows[2] += self.reactor.react(rows[1], rows[0] * 1e-3)
-                self._boil(place, rows[0], rows[1])
-                self._blocks[place].append((times, frames, *rows[:3], self.reactor.pending(rows[1]), rows[3]))
-            self.volume_ml[place], self.amounts[place] = volume[place][-1], amounts[place][-1]
-            self.extents[place], self.added_ml[place] = extents[place][-1], added[place][-1]
+                self._react(place, rows[1:])
+                self._blocks[place].append((times, frames, rows[1:]))
+            self.state[place] = rows[-1]
 
     def history(self, vessel: str) -> History:
         """All that became of a vessel; of several rows of one time the last."""
-        blocks = self._blocks[self.at[vessel]]
-        whole = [np.concatenate([block[k] for block in blocks]) for k in range(7)]
-        last = np.append(np.diff(whole[0]) > 0.0, True)
-        times, frames, volume, amounts, extents, pending, added = (column[last] for column in whole)
-        return History(times, frames.astype(np.int64), volume, amounts, extents, pending, added)
+        times, frames, rows = (np.concatenate(column) for column in zip(*self._blocks[self.at[vessel]], strict=True))
+        last = np.append(np.diff(times) > 0.0, True)
+        volume, amounts, extents, added = self._parts(rows[last])
+        pending = self.reactor.pending(amounts)
+        return History(times[last], frames[last].astype(np.int64), volume[:, 0], amounts, extents, pending, added)
 
     def end(self, frame: int, time: float) -> None:
         """Note every vessel at the last frame."""
@@ -154,40 +145,44 @@ class Ledger:
             self.advance(place, frame, time)
             self._note(place, frame, time)
 
-    def _move(self, a: int, b: int, gone: FloatArray, state: list[dict[int, FloatArray]]) -> None:
-        """Take from one place what is gone (m + 1,) mL, with its share of everything, and give it to another."""
-        volume, amounts, added, _ = state
-        share = np.minimum(1.0, gone / self.volume_ml[a]) if self.volume_ml[a] > 0.0 else np.zeros(len(gone))
-        moving = self.moving
-        if self.warmth is not None and self.glass[a] > 0.0:
-            # The vessel's own heat stays with it.
-            liquid = self.warmth.per_ml * self.volume_ml[a]
-            moving = np.where(np.arange(len(moving)) == self.column[HEAT], liquid / (liquid + self.glass[a]), moving)
-        part = share[:, None] * (moving * self.amounts[a])
-        # Amounts fall to exactly nothing with the last drop: no share of a rounded rest stays behind.
-        last = (gone > 0.0) & (volume[a] - gone <= SPENT * self.volume_ml[a])
-        part = np.where(last[:, None] & (moving == 1.0), amounts[a], part)
-        moved = np.where(last, volume[a], gone)
-        for place, sign in ((a, -1.0), (b, 1.0)):
-            volume[place] += sign * moved
-            amounts[place] += sign * part
-        added[b][:, a] += moved
+    def _parts(self, rows: FloatArray) -> list[FloatArray]:
+        """Of rows of the state: millilitres (n, 1), amounts, extents, and millilitres that came from each place."""
+        return np.split(rows, self._cuts, axis=1)
 
-    def _react_here(self, place: int) -> None:
-        amounts = self.amounts[place : place + 1]
-        self.extents[place] += self.reactor.react(amounts, self.volume_ml[place : place + 1] * 1e-3)[0]
-        self._boil(place, self.volume_ml[place : place + 1], amounts)
+    def _move(self, source: int, giving: FloatArray, taking: FloatArray, gone: FloatArray) -> None:
+        """Take from one place what is gone (m + 1,) mL, with its share of everything, and give it to another."""
+        (volume, amounts, *_), held = self._parts(giving), self.volume_ml[source]
+        share = np.minimum(1.0, gone / held) if held > 0.0 else np.zeros(len(gone))
+        moving = self.moving
+        if self.glass[source] > 0.0:
+            # The vessel's own heat stays with it.
+            liquid = self.warmth.per_ml * held
+            moving = np.where(
+                np.arange(len(moving)) == self.column[HEAT], liquid / (liquid + self.glass[source]), moving
+            )
+        part = share[:, None] * (moving * self.amounts[source])
+        # Amounts fall to exactly nothing with the last drop: no share of a rounded rest stays behind.
+        last = (gone > 0.0) & (volume[:, 0] - gone <= SPENT * held)
+        part = np.where(last[:, None] & (moving == 1.0), amounts, part)
+        moved = np.where(last, volume[:, 0], gone)
+        for rows, sign in ((giving, -1.0), (taking, 1.0)):
+            volume, amounts, _, added = self._parts(rows)
+            volume[:, 0] += sign * moved
+            amounts += sign * part
+        added[:, source] += moved
+
+    def _react(self, place: int, rows: FloatArray) -> None:
+        """React rows of the state of a place, in place; what would heat it beyond boiling leaves it."""
+        volume, amounts, extents, _ = self._parts(rows)
+        extents += self.reactor.react(amounts, volume[:, 0] * 1e-3)
+        if self.warmth.most < np.inf:
+            heat = amounts[:, self.column[HEAT]]
+            amounts[:, self.column[HEAT]] = np.minimum(heat, self.warmth.most * self.capacity(place, volume[:, 0]))
 
     def _cool(self, place: int, seconds: float) -> None:
         capacity = float(self.capacity(place, self.volume_ml[place]))
-        if self.warmth is not None and seconds > 0.0 and capacity > 0.0:
+        if capacity > 0.0:
             self.amounts[place, self.column[HEAT]] *= np.exp(-self.warmth.loss * seconds / capacity)
-
-    def _boil(self, place: int, volume_ml: FloatArray, amounts: FloatArray) -> None:
-        """Let go of what would heat it beyond boiling."""
-        if self.warmth is not None and self.warmth.most < np.inf:
-            heat = amounts[:, self.column[HEAT]]
-            amounts[:, self.column[HEAT]] = np.minimum(heat, self.warmth.most * self.capacity(place, volume_ml))
 
     def _reacts_slowly(self, place: int, ends: Sequence[tuple[int, int]]) -> bool:
         """Whether a slow process goes on in a vessel, or could with what comes."""
@@ -195,9 +190,9 @@ class Ledger:
         return bool(self.reactor.slow) and place != self.at[""] and bool(self.reactor.pending(together).any())
 
     def _note(self, place: int, frame: int, time: float) -> None:
-        amounts = self.amounts[place : place + 1].copy()
-        self._blocks[place].append((
-            np.array([time]), np.array([frame]), self.volume_ml[place : place + 1].copy(), amounts,
-            self.extents[place : place + 1].copy(), self.reactor.pending(amounts),
-            self.added_ml[place : place + 1].copy(),
-        ))  # fmt: skip
+        self._blocks[place].append((np.array([time]), np.array([frame]), self.state[place : place + 1].copy()))
+
+
+def lumps(count: int, most: int = LUMPS) -> Iterator[tuple[int, int]]:
+    """First and stop of each of at most so many parts of ``count`` frames."""
+    return pairwise(np.unique(np.linspace(0, count, min(count, most) + 1).astype(np.int64)).tolist())

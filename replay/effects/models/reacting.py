@@ -31,20 +31,19 @@ FEWER: Final = 1e-9
 class Reactor:
     """Processes and an equilibrium over the columns of a ledger; amounts are rows (n, columns) of it.
 
-    ``column``: name -> place. Without a speciation nothing is at equilibrium, without a warmth nothing grows warm.
+    ``column``: name -> place.
     """
 
     def __init__(
-        self, column: Mapping[str, int], processes: Sequence[Process], speciation: Speciation | None,
-        warmth: Warmth | None,
+        self, column: Mapping[str, int], processes: Sequence[Process], speciation: Speciation,
+        warmth: Warmth,
     ) -> None:  # fmt: skip
         self.column, self.processes, self.speciation, self.warmth = column, processes, speciation, warmth
         self.changes = self._table([process.changes for process in processes])
         self.slow = [row for row, process in enumerate(processes) if process.rate is not None]
         self.quick = [row for row, process in enumerate(processes) if process.rate is None]
-        mixture = _NOTHING if speciation is None else speciation.mixture
-        self.mixture = mixture
-        self.formation = self._table([] if speciation is None else speciation.changes)
+        self.mixture = mixture = speciation.mixture
+        self.formation = self._table(speciation.changes)
         self.parts = self._places(mixture.parts)
         self.phases = self._places(mixture.phases)
         # A gas that bubbles does not come back; one that the air holds does.
@@ -53,7 +52,6 @@ class Reactor:
         self.bound = np.zeros(len(column))
         for part, protons in _held_at(mixture, NEUTRAL_PH).items():
             self.bound[column[part]] = protons
-        self.heats = warmth is not None and warmth.reacting and speciation is not None
 
     def pending(self, amounts: FloatArray) -> FloatArray:
         """Mol (..., processes) that slow processes would go on for; 0 for the others."""
@@ -75,7 +73,7 @@ class Reactor:
         short = float(np.max(need / np.where(need > 0.0, np.maximum(amounts, 1e-300), 1.0), initial=0.0))
         extents /= max(1.0, short)
         self._apply(amounts, extents)
-        self._warm(amounts, -float(sum(extents[row] * self._joule(row) for row in self.slow)))
+        amounts[self.column[HEAT]] -= float(sum(extents[row] * self._joule(row) for row in self.slow))
         return extents
 
     def react(self, amounts: FloatArray, litres: FloatArray) -> FloatArray:
@@ -85,7 +83,7 @@ class Reactor:
         """
         extents = np.zeros((len(amounts), len(self.processes)))
         wet = np.flatnonzero(litres > 0.0)
-        at_rest = not self.quick and not len(self.phases) and self.warmth is None
+        at_rest = not self.quick and not len(self.phases) and not self.warmth.followed
         if at_rest or not len(wet):
             return extents
         rows = amounts[wet]
@@ -98,16 +96,15 @@ class Reactor:
                 extent = self._limit(row, rows)
                 self._apply(rows, extent[:, None] * np.eye(len(self.processes))[row])
                 extents[wet, row] += extent
-        if self.speciation is not None and (len(self.phases) or self.heats):
+        if len(self.phases) or self.warmth.reacting:
             found = self._settle(rows, litres[wet])
-            if self.heats:
+            if self.warmth.reacting:
                 rows[:, self.column[STORED]] = found.species @ self.speciation.joule[: found.species.shape[1]]
-        if self.warmth is not None:
-            rows[:, self.column[STORED]] = rows[:, self.column[STORED]] * self.heats - self._diluted(rows)
-            given = before - self._stored(rows)
-            for row in self.quick:
-                given -= extents[wet, row] * self._joule(row)
-            self._warm(rows, given)
+        rows[:, self.column[STORED]] = rows[:, self.column[STORED]] * self.warmth.reacting - self._diluted(rows)
+        given = before - self._stored(rows)
+        for row in self.quick:
+            given -= extents[wet, row] * self._joule(row)
+        rows[:, self.column[HEAT]] += given
         amounts[wet] = rows
         return extents
 
@@ -160,28 +157,21 @@ class Reactor:
         amounts[...] = np.where(used_up, 0.0, whole)
 
     def _joule(self, row: int) -> float:
-        return self.processes[row].joule if self.heats else 0.0
-
-    def _warm(self, rows: FloatArray, joule: FloatArray | float) -> None:
-        if self.warmth is not None:
-            rows[..., self.column[HEAT]] += joule
+        return self.processes[row].joule if self.warmth.reacting else 0.0
 
     def _stored(self, rows: FloatArray) -> FloatArray:
         """J (n,) of what is dissolved, of solids and of gases that left, above the parts they are made of."""
-        if self.warmth is None:
-            return np.zeros(len(rows))
-        stored = rows[:, self.column[STORED]]
-        if self.heats and self.speciation is not None:
-            stored = stored + rows[:, self.phases] @ self.speciation.joule[len(self.mixture.species) :]
-        return np.array(stored)
+        stored = rows[:, self.column[STORED]].copy()
+        if self.warmth.reacting:
+            stored += rows[:, self.phases] @ self.speciation.joule[len(self.mixture.species) :]
+        return stored
 
     def _diluted(self, rows: FloatArray) -> FloatArray:
         """J (n,) that the solute has given off to the water it is in."""
-        warmth = self.warmth
-        if warmth is None or warmth.solute not in self.column or warmth.water not in self.column:
+        if not self.column.keys() >= {self.warmth.solute, self.warmth.water}:
             return np.zeros(len(rows))
-        acid, water = (rows[:, self.column[name]] for name in (warmth.solute, warmth.water))
-        return heat_given_off(acid, water, warmth.a, warmth.b)
+        acid, water = (rows[:, self.column[name]] for name in (self.warmth.solute, self.warmth.water))
+        return heat_given_off(acid, water, self.warmth.a, self.warmth.b)
 
     def _places(self, names: Sequence[str]) -> IntArray:
         return np.array([self.column[name] for name in names], dtype=np.int64)
@@ -192,11 +182,6 @@ class Reactor:
             for name, many in changes.items():
                 table[row, self.column[name]] = many
         return table
-
-
-_NOTHING: Final = Mixture(
-    (), (), np.zeros((0, 0)), np.zeros(0), (), np.zeros((0, 0)), np.zeros(0), np.zeros(0, dtype=np.bool_)
-)
 
 
 def _held_at(mixture: Mixture, ph: float) -> dict[str, float]:

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import FloatArray
-from replay.effects.models.equilibrium import Mixture, equilibrium
+from replay.effects.models.equilibrium import Mixture
 from replay.effects.models.species import (
     AIR_CO2,
     ATMOSPHERE_PA,
@@ -113,18 +113,6 @@ def gas_parts(formula: str) -> Mapping[str, int]:
     return {part: 1, PROTON: protons} if part == formula else {part: 1, PROTON: protons, WATER: -1}
 
 
-def ph_of(chemistry: Chemistry, molar: Mapping[str, FloatArray]) -> FloatArray:
-    """pH (n,) of solutions with so much (n,) mol/L of each formula; what stays whole is a spectator."""
-    count = max((len(one) for one in molar.values()), default=0)
-    there: dict[str, FloatArray] = {PROTON: np.zeros(count)}
-    for formula, amount in molar.items():
-        for part, many in chemistry.dissolved(formula).items():
-            there[part] = there.get(part, np.zeros(count)) + many * amount
-    mixture = speciation_of(chemistry, there, {}, (), open_air=False).mixture
-    totals = np.stack([there[part] for part in mixture.parts], axis=1)
-    return equilibrium(mixture, totals, np.ones(count)).ph
-
-
 def enthalpy_j(changes: Mapping[str, float]) -> float:
     """Enthalpy in J of so many mol made and used; NaN where no table knows a column."""
     total = 0.0
@@ -151,3 +139,7 @@ def _protonation(pka: Iterable[float], protons: int) -> float:
 def _table(rows: Sequence[Mapping[str, int]], parts: list[str]) -> FloatArray:
     table = [[float(row.get(part, 0.0)) for part in parts] for row in rows]
     return np.array(table, dtype=np.float64).reshape(len(rows), len(parts))
+
+
+NOTHING: Final = speciation_of(Chemistry(), (), {}, (), open_air=False)
+"""Where nothing is at equilibrium."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from replay.effects.models.equation import atoms, charge_of
-from replay.effects.models.history import Process, Warmth
+from replay.effects.models.history import UNFOLLOWED, Process, Warmth
 from replay.effects.models.ledger import BROUGHT, Ledger
 from replay.effects.models.reacting import HEAT, STORED
 from replay.effects.models.speciation import speciation_of
@@ -64,7 +64,7 @@ def a_world(seed, warm=True, order=None):
     columns |= {name for changes in speciation.changes for name in changes}
     glasses = {name: float(rng.choice([0.0, 30.0])) for name in names}
     starts = {name: float(rng.uniform(-10.0, 40.0)) for name in names}
-    warmth = Warmth(4.18, glasses, starts, 0.0, np.inf, reacting=True) if warm else None
+    warmth = Warmth(4.18, glasses, starts, 0.0, np.inf, reacting=True) if warm else UNFOLLOWED
     shown = names if order is None else [names[k] for k in order(count)]
     listed = sorted(columns) if order is None else sorted(columns, reverse=True)
     book = Ledger(shown, listed, processes, speciation, float(rng.choice([0.0, 0.3, 1.0])), warmth)
@@ -142,13 +142,12 @@ def test_the_order_of_names_and_columns_changes_no_printed_digit(seed):
 
 
 def test_what_is_brought_is_followed_and_never_changed():
-    speciation = speciation_of(CHEMISTRY, ["H+"], {}, (), open_air=False)
-    book = Ledger(["a", "b"], ["H+", "H2O", "HCl" + BROUGHT], (), speciation)
+    book = Ledger(["a", "b"], ["H+", "H2O", "HCl" + BROUGHT])
     book.fill("a", 10.0, {"H+": 1.0, "HCl" + BROUGHT: 1.0})
     book.fill("b", 10.0, {"H+": -2.0, "H2O": 2.0})
     book.begin(0.0)
     step(book, 1, 0.1, [("a", "b", 5.0)])
-    assert book.history("b").amounts[-1].tolist() == [-1.5, 2.0, 0.5]
+    assert book.history("b").amounts[-1].tolist() == [-1.5, 2.0, 0.5, 0.0, 0.0]
 
 
 def test_heat_goes_with_the_liquid_whichever_vessel_is_named_first():
