@@ -19,16 +19,7 @@ from sessions.synthetic.assembly import MADE_UP, START_NS, Recording, recorded
 from sessions.synthetic.motion_profiles import MotionProfile, Swing, passes
 from sessions.synthetic.paths import Path, Poses, still
 from sessions.synthetic.rng import random_stream
-from sessions.synthetic.truth import (
-    Level,
-    Pair,
-    PlantedEpisode,
-    Truth,
-    levelled,
-    ordered,
-    sorted_episodes,
-    sorted_facts,
-)
+from sessions.synthetic.truth import Level, Pair, PlantedEpisode, Truth, levelled, ordered
 
 # Poses near 1 m and vertices near 0.1 m are rounded to 1e-16 m; ten thousand times that also covers the rounding of
 # stamps to nanoseconds at 4 m/s (4e-9 m).
@@ -118,7 +109,7 @@ def make_analytic(
     for kind, table in (("contact", case.contact), ("contained", case.contained)):
         for pair, level in table.items():
             episodes += levelled(pair, kind, level, blur, case.tessellation, (how.latency_s, seconds))
-    truth = Truth(name, seed, START_NS, seconds, noise, sorted_episodes(episodes), sorted_facts(seen.facts))
+    truth = Truth(name, seed, START_NS, seconds, noise, episodes, seen.facts)
     return session, truth
 
 

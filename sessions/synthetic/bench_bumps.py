@@ -20,7 +20,7 @@ from sessions.synthetic.bump_scripts import BumpPlan, left_hand, right_hand, wat
 from sessions.synthetic.paths import Poses, point
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.things import Held, PosesAt, Standing, placed_by
-from sessions.synthetic.truth import Fact, Truth, sorted_episodes, sorted_facts
+from sessions.synthetic.truth import Fact, Truth
 
 NAME = "bench-bumps"
 VERSION = 2
@@ -55,10 +55,10 @@ def make_bench_bumps(
     scripts = {"hand-right": right_hand(plan), "hand-left": left_hand(plan)}  # in this order: both draw from one stream
     hands = {name: script.path(random_stream(seed, "tremor", name)) for name, script in scripts.items()}
     seen = recorded({**hands, "headset": watching(plan)}, how, keep=plan.keep)
-    facts = sorted_facts([*plan.facts, *(_with_held(fact) for fact in seen.facts)])
-    truth = Truth(NAME, seed, START_NS, SECONDS, noise, sorted_episodes(plan.episodes), facts)
+    facts = [*plan.facts, *(_with_held(fact) for fact in seen.facts)]
+    truth = Truth(NAME, seed, START_NS, SECONDS, noise, plan.episodes, facts)
     scene = with_text(Scene(NAME, layout.bodies(), effects=DECLARED["effects"]), DECLARED["remarks"])
-    happened = {"events": _events(plan), "intervals": _intervals()}
+    happened = {"events": _events(truth), "intervals": _intervals()}
     return made_session(
         truth, seen, _things(plan, seen), layout, plan.buttons, scene, version=VERSION, **happened
     ), truth
@@ -83,11 +83,11 @@ def _with_held(fact: Fact) -> Fact:
     return replace(fact, bodies=("hand-right", "rod")) if fact.bodies == ("hand-right",) else fact
 
 
-def _events(plan: BumpPlan) -> list[Event]:
+def _events(truth: Truth) -> list[Event]:
     words = {"grasp": "takes the cylinder", "release": "lets the cylinder go"}
     return [
         Event(START_NS + round(fact.start * 1e9), fact.kind, words[fact.kind], "cylinder")
-        for fact in sorted_facts(plan.facts)
+        for fact in truth.facts
         if fact.kind in words
     ]
 

@@ -18,7 +18,7 @@ from sessions.synthetic.assembly import MADE_UP, START_NS, Recording, recorded
 from sessions.synthetic.bench import BENCH_TOP, STAND_M, Instruments, Placed, with_text
 from sessions.synthetic.paths import Path, Poses, carried
 from sessions.synthetic.rng import random_stream
-from sessions.synthetic.truth import Truth, sorted_facts
+from sessions.synthetic.truth import Truth
 
 NAME: Final = "crowded-lab"
 SECONDS: Final = 20.0
@@ -67,7 +67,7 @@ def make_crowded_lab(
     scene = with_text(Scene(NAME, (*layout.bodies(), *hands)), ("A shaker full of glasses, and two hands of fingers.",))
     facts = {"synthetic": NAME, "seed": str(seed), "noise": noise, **MADE_UP, "vr_type": "immersive"}
     session = Session.from_tracks(seen.tracks(things), meshes=meshes, scene=scene, facts=facts)
-    return session, Truth(NAME, seed, START_NS, seconds, noise, (), sorted_facts(seen.facts))
+    return session, Truth(NAME, seed, START_NS, seconds, noise, (), seen.facts)
 
 
 def _glasses() -> dict[str, Placed]:

@@ -4,7 +4,7 @@ A truth file lies beside its session for those who check the tool. The tool itse
 """
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -75,8 +75,8 @@ class Truth:
     start_ns : stamp of the first frame; all times here are seconds after it.
     seconds : length of the session.
     noise : ``off`` or ``vive``.
-    episodes : sorted by pair, kind and time.
-    facts : sorted by time.
+    episodes : in any order; kept by pair, kind and time.
+    facts : in any order; kept by time.
     """
 
     name: str
@@ -84,8 +84,14 @@ class Truth:
     start_ns: int
     seconds: float
     noise: str
-    episodes: tuple[PlantedEpisode, ...]
-    facts: tuple[Fact, ...] = ()
+    episodes: Sequence[PlantedEpisode]
+    facts: Sequence[Fact] = ()
+
+    def __post_init__(self) -> None:
+        episodes = sorted(self.episodes, key=lambda episode: (episode.pair, episode.kind, episode.possibly))
+        facts = sorted(self.facts, key=lambda fact: (fact.start, fact.kind, fact.bodies))
+        object.__setattr__(self, "episodes", tuple(episodes))
+        object.__setattr__(self, "facts", tuple(facts))
 
     @property
     def pairs(self) -> tuple[Pair, ...]:
@@ -125,16 +131,6 @@ def ordered(a: str, b: str) -> Pair:
 def inside(times: NDArray[np.float64], span: Interval) -> NDArray[np.bool_]:
     """Which times (n,) lie in a closed interval."""
     return (times >= span[0]) & (times <= span[1])
-
-
-def sorted_episodes(episodes: Iterable[PlantedEpisode]) -> tuple[PlantedEpisode, ...]:
-    """Episodes by pair, kind and time."""
-    return tuple(sorted(episodes, key=lambda episode: (episode.pair, episode.kind, episode.possibly)))
-
-
-def sorted_facts(facts: Iterable[Fact]) -> tuple[Fact, ...]:
-    """Facts by time, kind and bodies."""
-    return tuple(sorted(facts, key=lambda fact: (fact.start, fact.kind, fact.bodies)))
 
 
 def truth_path(session_path: str | Path) -> Path:

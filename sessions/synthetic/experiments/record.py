@@ -1,6 +1,6 @@
 """From a finished procedure to a session with its scene, and the truth to put beside it."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -14,25 +14,13 @@ from sessions.model.scene import Scene, SceneEffect
 from sessions.model.session import Session
 from sessions.synthetic.assembly import START_NS, Recording, recorded
 from sessions.synthetic.bench import Instruments, Placed, declared_bench, made_session, with_text
-from sessions.synthetic.experiments.flame_test import dip, hold_in_flame
-from sessions.synthetic.experiments.gas_collection import collect_gas, set_tube
+from sessions.synthetic.experiments import steps
 from sessions.synthetic.experiments.lab import Lab, layout_of
-from sessions.synthetic.experiments.outcomes import (
-    note_burn,
-    note_dissolved,
-    note_heated,
-    note_precipitate,
-    note_warmed,
-    note_white,
-    note_wrong_order,
-)
-from sessions.synthetic.experiments.steps import come_close, pour, rap, stir
-from sessions.synthetic.experiments.titration import run_in
 from sessions.synthetic.paths import Key, KeyPath, Poses, point, quaternion_of
 from sessions.synthetic.planting import SIDES
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.things import placed_by
-from sessions.synthetic.truth import Fact, PlantedEpisode, Truth, sorted_episodes, sorted_facts
+from sessions.synthetic.truth import Fact, PlantedEpisode, Truth
 from sessions.synthetic.truth import Interval as Span
 
 FACES = 3000
@@ -42,16 +30,6 @@ EYES = (0.0, 1.55, 0.62)
 EVENT_WORDS = {
     "grasp": "takes", "release": "lets go of", "drop": "drops", "break": "breaks", "end_point": "sees the end point in",
 }  # fmt: skip
-
-VERBS: Mapping[str, Callable[..., None]] = {
-    verb.__name__: verb
-    for verb in (
-        Lab.look, Lab.wait, Lab.pause, Lab.grasp, Lab.carry, Lab.place, Lab.put_back, Lab.leave, Lab.rest, Lab.drop,
-        pour, stir, rap, come_close, run_in, dip, hold_in_flame, set_tube, collect_gas, note_burn, note_dissolved,
-        note_heated, note_precipitate, note_warmed, note_white, note_wrong_order,
-    )
-}  # fmt: skip
-"""What a step may ``do``: functions of a `Lab` and of the step's other keys."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +43,8 @@ class Experiment:
     grips: tuple[float, float]
     """Radii of what the left and the right hand hold."""
     tasks: Sequence[Mapping[str, Any]]
-    """What is done: each has a ``name``, ``steps``, and a ``stage`` where a stage of learning begins with it."""
+    """What is done: each has a ``name``, a ``stage`` where a stage of learning begins with it, and ``steps``, which
+    ``do`` what a method of `Lab` or a function of `steps` does with the step's other keys."""
     effects: tuple[SceneEffect, ...]
     """Of the scene, in the words of the catalogue of effects."""
     travel: float = 1.25
@@ -92,7 +71,7 @@ class Experiment:
         how = Recording(seed=seed, rate_hz=rate_hz, seconds=LONGEST_S, noise=noise, jitter=jitter)
         lab = Lab(self.name, layout, how, travel=self.travel, effects=self.effects)
         for task in self.tasks:
-            _perform(lab, **task)
+            _perform(lab, task)
         seconds = float(np.ceil(lab.together() + 1.0))
         lab.finish(seconds)
         hands = {f"hand-{side}": lab.hands[side].path(random_stream(seed, "tremor", side)) for side in SIDES}
@@ -100,11 +79,11 @@ class Experiment:
         times = seen.stamps.astype(np.float64) * 1e-9
         things: dict[str, Poses] = {name: placed_by(phases, times, seen.poses) for name, phases in lab.things.items()}
         things.update({name: path(times) for name, path in lab.joints.items()})
-        episodes, facts = sorted_episodes(_until(lab.episodes, seconds)), sorted_facts([*lab.facts, *seen.facts])
-        truth = Truth(self.name, seed, START_NS, seconds, noise, episodes, facts)
+        facts = [*lab.facts, *seen.facts]
+        truth = Truth(self.name, seed, START_NS, seconds, noise, _until(lab.episodes, seconds), facts)
         intervals = sorted(lab.intervals, key=lambda span: (span.start_ns, span.kind, span.name))
         scene = self._scene(layout)
-        happened: dict[str, Any] = {"events": _events(lab.facts), "intervals": intervals}
+        happened: dict[str, Any] = {"events": _events(truth.facts), "intervals": intervals}
         return made_session(truth, seen, things, layout, lab.buttons, scene, self.version, **happened), truth
 
     def _scene(self, layout: Instruments) -> Scene:
@@ -117,14 +96,16 @@ def experiment(name: str) -> Experiment:
     return Experiment(name=name, **declared_bench(Path(__file__).with_name(f"{name}.toml")))
 
 
-def _perform(lab: Lab, name: str, steps: Sequence[Mapping[str, Any]], stage: str = "") -> None:
+def _perform(lab: Lab, task: Mapping[str, Any]) -> None:
     start = lab.together()
-    if stage:
-        lab.stages.append((start, stage))
-    for step in steps:
+    if "stage" in task:
+        lab.stages.append((start, task["stage"]))
+    for step in task["steps"]:
         settings = dict(step)
-        VERBS[settings.pop("do")](lab, **settings)
-    lab.note_interval("task", name, start, lab.together())
+        verb = settings.pop("do")
+        # What a `Lab` does itself, or a function of `steps`.
+        (getattr(Lab, verb, None) or getattr(steps, verb))(lab, **settings)
+    lab.note_interval("task", task["name"], start, lab.together())
 
 
 def _until(episodes: Sequence[PlantedEpisode], seconds: float) -> list[PlantedEpisode]:
@@ -157,7 +138,7 @@ def _events(facts: Sequence[Fact]) -> list[Event]:
     """What a program would log: it knows what was taken, let go and broken, not what was poured."""
     return [
         Event(START_NS + round(fact.start * 1e9), fact.kind, f"{EVENT_WORDS[fact.kind]} {_thing(fact)}", _thing(fact))
-        for fact in sorted_facts(facts)
+        for fact in facts
         if fact.kind in EVENT_WORDS
     ]
 

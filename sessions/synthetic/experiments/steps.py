@@ -1,13 +1,21 @@
-"""Steps of a procedure that have a truth: pour, stir, swirl, rap, come close."""
+"""What can be done at the bench besides what a `Lab` does itself, step by step, each with its truth.
 
+Pour, stir, swirl, rap, come close; a titration; the flame test; collecting a gas over its delivery tube; and what the
+chemistry makes of it all, from formulas, written down as facts.
+"""
+
+import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from sessions.geometry.rotations import Array, quaternion_about, quaternion_product, rotated
+from sessions.geometry.rotations import Array, quaternion_about, quaternion_product, rotated, turned_about
+from sessions.synthetic.bench import BENCH_TOP
+from sessions.synthetic.choreography import Script
 from sessions.synthetic.experiments.lab import UP, Lab
-from sessions.synthetic.experiments.pouring import tilt_keeping
-from sessions.synthetic.paths import Stir, Tap, minimum_jerk, minimum_jerk_inverse
+from sessions.synthetic.experiments.pouring import Outlet, Turn, tilt_keeping
+from sessions.synthetic.paths import Path, Poses, Stir, Tap, minimum_jerk, minimum_jerk_inverse
 from sessions.synthetic.planting import AWAY, Dent
 from sessions.synthetic.sections import round_in_round
 
@@ -138,3 +146,236 @@ def come_close(lab: Lab, side: str, target: str, height: float, clearance: float
 def _plant(lab: Lab, a: str, b: str, dent: Dent, tap: Tap, slack: float, note: str) -> None:
     lab.tapped(a, b, dent, tap, slack, note)
     lab.secure(tap.start, tap.start + tap.period + 0.1)
+
+
+AXIS = (0.0, 0.0, 1.0)
+FAST, SLOW = np.radians(40.0), np.radians(7.0)
+# Nobody runs in for longer.
+LATEST_S = 600.0
+
+
+def run_in(lab: Lab, end_points: int) -> None:
+    """Run in quickly, throttle, close just past the last of ``end_points``, each as far from the one before it."""
+    flask, held = (lab.held_by(body)["liquid"] for body in ("flask", "burette"))
+    # What of the burette's solution brings as much as the flask holds.
+    first_ml = float(flask["volume_ml"] * flask["molar"] / held["molar"])
+    last = end_points * first_ml * 1e-6
+    left = lab.hands["left"]
+    knob = lab.layout.at("burette") + lab.layout.site("burette", "stopcock")
+    left.go(knob + np.array([-0.012, -0.01, 0.15]))
+    left.go(knob + np.array([-0.012, -0.01, 0.09]), 0.6)
+    lab.together()
+    left.wait(0.4)
+    turns = [_turn(left, lab.late, 0.0, FAST, 0.9)]
+    cavity, declared = lab.layout.cavity("burette"), lab.declared("burette")
+    section = float(cavity.capacity_m3 / (cavity.mark_height - cavity.floor_height))
+    outlet = Outlet(declared["full_area_m2"], declared["discharge"], section, float(cavity.mark_height), turns)
+    nearly = outlet.time_of(0.88 * last, LATEST_S)
+    swirl(lab, "right", nearly - lab.hands["right"].now)
+    left.wait_until(nearly)
+    turns.append(_turn(left, lab.late, FAST, SLOW, 0.9))
+    end_point = outlet.time_of(last, LATEST_S)
+    swirl(lab, "right", end_point + 1.5 - lab.hands["right"].now)
+    left.wait_until(end_point + 0.8)
+    turns.append(_turn(left, lab.late, SLOW, 0.0, 0.5))
+    lab.together()
+    left.go((-0.2, 1.1, 0.28))
+    for turn in turns:
+        angles = {"from_deg": float(np.degrees(turn.start_angle)), "to_deg": float(np.degrees(turn.end_angle))}
+        lab.fact("stopcock", turn.start, turn.end, ("stopcock",), **angles)
+    for number in range(1, end_points + 1):
+        end_point = outlet.time_of(number * first_ml * 1e-6, LATEST_S)
+        lab.fact("end_point", end_point, end_point, ("burette", "flask"), volume_ml=number * first_ml)
+    delivered = outlet.volume(turns[-1].end) * 1e6
+    lab.fact("delivered", turns[0].start, turns[-1].end, ("burette", "flask"), volume_ml=delivered)
+    lab.joints["stopcock"] = _stopcock(lab, outlet)
+
+
+def _turn(hand: Script, late: float, start: float, end: float, seconds: float) -> Turn:
+    """Turn the key with the hand; it turns with what the hand is seen to do."""
+    began = hand.now + late
+    hand.go(hand.position, seconds, quaternion=turned_about(AXIS, 0.6 * end))
+    return Turn(began, began + seconds, start, end)
+
+
+def _stopcock(lab: Lab, outlet: Outlet) -> Path:
+    """Pose of the key relative to the burette."""
+    place = lab.layout.site("burette", "stopcock")
+
+    def path(times: Array) -> Poses:
+        angle = np.zeros_like(times)
+        for turn in outlet.turns:
+            after = times >= turn.start
+            angle[after] = [turn.angle(time) for time in times[after]]
+        return np.tile(place, (len(times), 1)), quaternion_about(AXIS, angle)
+
+    return path
+
+
+TIP_IN_FLAME = 0.015
+ENTER_FROM, ENTER_S = 0.08, 0.7
+SIDEWAYS = turned_about((0.0, 0.0, 1.0), -0.5 * np.pi)
+
+
+def dip(lab: Lab, vessel: str) -> None:
+    """Lower the wire's tip into a beaker and lift it out."""
+    place = np.array(lab.where[vessel][0])
+    lab.carry("right", place + 0.11 * UP, high=BENCH_TOP + 0.21, quaternion=(0.0, 0.0, 0.0, 1.0))
+    lab.carry("right", place + 0.014 * UP)
+    start = lab.hands["right"].now
+    lab.hands["right"].wait(float(lab.rng.uniform(0.8, 1.4)))
+    lab.fact("dip", start + lab.late, lab.hands["right"].now + lab.late, ("wire", vessel))
+    lab.carry("right", place + 0.11 * UP)
+
+
+def hold_in_flame(lab: Lab, salt: str, rest: float) -> None:
+    """Bring the tip level into the cone and out again; when it crosses the cone follows from the reach's formula."""
+    wick = lab.layout.at("lamp") + lab.layout.site("lamp", "flame")
+    middle = wick + TIP_IN_FLAME * UP
+    before = middle + np.array([ENTER_FROM, 0.0, 0.0])
+    above = before + 0.14 * UP + np.array([0.05, 0.0, 0.0])
+    lab.carry("right", above, quaternion=SIDEWAYS)
+    lab.carry("right", before)
+    script = lab.hands["right"]
+    script.wait(0.2)
+    start = script.now
+    lab.carry("right", middle, ENTER_S)
+    script.wait(rest)
+    out = script.now
+    script.quiet.append((start, out + ENTER_S))
+    lab.carry("right", before, ENTER_S)
+    flame = lab.declared("flame-test")
+    share = 1.0 - flame["flame_radius"] * (1.0 - TIP_IN_FLAME / flame["flame_height"]) / ENTER_FROM
+    entered = start + ENTER_S * minimum_jerk_inverse(share)
+    left = out + ENTER_S * minimum_jerk_inverse(1.0 - share)
+    lab.fact(
+        "flame", entered + lab.late, left + lab.late, ("lamp", "wire"),
+        salt=salt, seen=flame["colours"][salt] if left - entered >= flame["seconds"] else "",
+    )  # fmt: skip
+    lab.carry("right", above)
+
+
+ZINC_MOLAR_MASS = 65.38  # IUPAC abridged atomic weights 2021
+JAR_HEIGHT = 0.1991
+# The tube ends this far inside the jar, and is lowered over from this far above.
+TUBE_LENGTH, TUBE_IN_FLASK = 0.45, 0.11
+LOWER_BY, LOWER_S, INSIDE_BY = 0.12, 1.8, 0.09
+
+
+def set_tube(lab: Lab) -> None:
+    """Put the tube on the flask, its lower end inside."""
+    flask = np.array(lab.where["flask"][0])
+    mouth = float(lab.layout.mesh("flask").bounds[1, 1])
+    lab.grasp("left", "tube", (0.0, 0.3, 0.0))
+    seat = flask + (mouth - TUBE_IN_FLASK) * UP
+    lab.carry("left", seat + 0.16 * UP, high=BENCH_TOP + 0.28)
+    lab.place("left", seat)
+    lab.leave("left", 0.22)
+    x, y, z = lab.hands["left"].position
+    lab.hands["left"].go((x - 0.2, y, z + 0.1))
+    lab.hands["left"].go((-0.28, 1.12, 0.28))
+
+
+def collect_gas(lab: Lab) -> None:
+    """Lower the jar over the tube, wait, lift it off; what is collected follows from the reaction's rate."""
+    top = np.array(lab.where["tube"][0]) + TUBE_LENGTH * UP
+    lab.grasp("right", "jar", (0.0, 0.12, 0.0))
+    over = top + (JAR_HEIGHT + LOWER_BY - INSIDE_BY) * UP
+    lab.carry("right", over, high=float(over[1]))
+    script = lab.hands["right"]
+    start = script.now
+    lab.carry("right", over - LOWER_BY * UP, LOWER_S)
+    share = 1.0 - INSIDE_BY / LOWER_BY
+    entered = start + LOWER_S * minimum_jerk_inverse(share) + lab.late
+    script.wait(22.0)
+    out = script.now
+    script.quiet.append((start, out + LOWER_S))
+    lab.carry("right", over, LOWER_S)
+    left = out + LOWER_S * minimum_jerk_inverse(1.0 - share) + lab.late
+    begun = lab.last("pour").start
+    moles, rate = lab.held_by("flask")["solid"]["mass_g"] / ZINC_MOLAR_MASS, lab.declared("reaction")["rate_per_s"]
+    evolved = [moles * (1.0 - float(np.exp(-rate * (time - begun)))) for time in (entered, left)]
+    lab.fact(
+        "collect", entered, left, ("jar", "tube"),
+        collected_mol=evolved[1] - evolved[0], leaked_before_mol=evolved[0], begun=begun, zinc_mol=moles,
+    )  # fmt: skip
+    lab.put_back("right", float(over[1]), rest=True)
+
+
+# g/mol, from Ag 107.868, Cl 35.45, Ca 40.078, C 12.011, O 15.999 (IUPAC standard atomic weights, abridged, 2021).
+SILVER_CHLORIDE_G_MOL = 143.32
+MARBLE_G_MOL = 100.086
+# NH3(aq) + H+ -> NH4+: -132.51 + 80.29 kJ/mol (NBS tables, 1982).
+AMMONIA_J_MOL = 52.22e3
+
+
+def note_precipitate(lab: Lab, vessel: str) -> None:
+    """All silver that was poured falls out as chloride."""
+    _, moles = _poured(lab)
+    _since_poured(lab, "precipitate", vessel, formula="AgCl", moles=moles, mass_g=moles * SILVER_CHLORIDE_G_MOL)
+
+
+def note_dissolved(lab: Lab, vessel: str) -> None:
+    """Acid in excess takes all of the marble, two protons for each carbonate; what is left over gives the pH."""
+    marble_g, (poured_ml, moles) = lab.held_by(vessel)["solid"]["mass_g"], _poured(lab)
+    left = moles - 2.0 * marble_g / MARBLE_G_MOL
+    ph = -math.log10(left / (poured_ml * 1e-3))
+    _since_poured(lab, "dissolve", vessel, formula="CaCO3", mass_g=marble_g, ph=ph)
+
+
+def note_warmed(lab: Lab, vessel: str) -> None:
+    """Ammonia is in excess: each proton of the acid gives its heat to liquids and vessel."""
+    heat, held, (poured_ml, moles) = lab.declared("heat"), lab.held_by(vessel), _poured(lab)
+    given = moles * AMMONIA_J_MOL
+    liquids = heat["heat_capacity_j_per_ml_k"] * (held["liquid"]["volume_ml"] + poured_ml)
+    warmest = heat["ambient_c"] + given / (liquids + held["heat_capacity_j_per_k"])
+    _since_poured(lab, "temperature", vessel, from_c=heat["ambient_c"], to_c=warmest)
+
+
+def note_wrong_order(lab: Lab) -> None:
+    """The last pour brought water into acid."""
+    pour = lab.last("pour")
+    lab.fact("wrong_order", pour.start, pour.end, pour.bodies, water_ml=pour.values["volume_ml"])
+
+
+def note_white(lab: Lab, vessel: str) -> None:
+    """When the salt has lost its water: m c dT/dt = P - k (T - Ta) since it was set over the flame."""
+    heat, capacity, set_down = _over_flame(lab, vessel)
+    loss = heat["loss_w_per_k"]
+    dried = set_down - capacity / loss * np.log1p(-(heat["turns_c"] - heat["ambient_c"]) * loss / heat["power_w"])
+    lab.fact("white", float(dried), float(dried), (vessel,), celsius=heat["turns_c"])
+
+
+def note_burn(lab: Lab, vessel: str, hand: str) -> None:
+    """The latest touch burns the hand, by the temperature that the vessel has by then."""
+    touch = max(lab.episodes, key=lambda episode: episode.possibly).nominal
+    assert touch is not None
+    heat, capacity, set_down = _over_flame(lab, vessel)
+    loss = heat["loss_w_per_k"]
+    warmed = 1.0 - float(np.exp(-(touch[0] - set_down) * loss / capacity))
+    hot = float(heat["ambient_c"] + heat["power_w"] / loss * warmed)
+    lab.fact("burn", *touch, (vessel, hand), surface_c=hot, seconds=touch[1] - touch[0])
+
+
+def note_heated(lab: Lab, vessel: str, lamp: str) -> None:
+    """The vessel was over the flame until now."""
+    _, _, set_down = _over_flame(lab, vessel)
+    mass = lab.held_by(vessel)["solid"]["mass_g"]
+    lab.fact("heat", set_down, lab.last("grasp").start, (vessel, lamp), salt_g=mass)
+
+
+def _poured(lab: Lab) -> tuple[float, float]:
+    """Millilitres and moles of the last pour."""
+    values = lab.last("pour").values
+    millilitres, source = float(values["volume_ml"]), str(values["source"])
+    return millilitres, millilitres * 1e-3 * lab.held_by(source)["liquid"]["molar"]
+
+
+def _since_poured(lab: Lab, kind: str, vessel: str, **values: float | str) -> None:
+    lab.fact(kind, lab.last("pour").start, lab.now, (vessel,), **values)
+
+
+def _over_flame(lab: Lab, vessel: str) -> tuple[Any, float, float]:
+    """The declared heating, the vessel's heat capacity (J/K), and when it was set down over the flame."""
+    capacity = lab.held_by(vessel)["heat_capacity_j_per_k"]
+    return lab.declared("heat"), capacity, lab.last("release", vessel).start

@@ -10,7 +10,6 @@ from sessions.synthetic.truth import (
     PlantedEpisode,
     Truth,
     levelled,
-    sorted_facts,
     truth_path,
     write_truth,
 )  # fmt: skip
@@ -21,7 +20,7 @@ POUR = Fact("pour", 3.0, 4.0, ("a",), {"volume_ml": 0.1 + 0.2, "into": "b"})
 
 
 def truth(*facts):
-    return Truth("made up", 7, 10**18, 6.0, "off", (TOUCH, NEAR), sorted_facts(facts))
+    return Truth("made up", 7, 10**18, 6.0, "off", (TOUCH, NEAR), facts)
 
 
 def test_a_written_truth_is_plain_json_that_says_the_same(tmp_path):
