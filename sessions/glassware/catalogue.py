@@ -16,12 +16,11 @@ _MODULES = {
     "vessels": (
         "beaker_50 beaker_100 beaker_250 beaker_400 beaker_600 test_tube graduated_cylinder funnel pipette "
         "volumetric_flask reagent_bottle reagent_bottle_stopper gas_jar alcohol_lamp wick_holder dropper "
-        "erlenmeyer_flask evaporating_dish watch_glass"
+        "erlenmeyer_flask evaporating_dish watch_glass stirring_rod"
     ),
-    "furniture": "bench stand test_tube_rack wire_gauze tripod burette_stopcock",
-    "burette": "burette",
+    "united": "bench stand test_tube_rack wire_gauze tripod tongs rubber_stopper burette_stopcock",
+    "glass": "burette delivery_tube gas_jar_cover",
     "devices": "hand_left hand_right proxy_wand proxy_headset",
-    "tools": "delivery_tube gas_jar_cover rubber_stopper stirring_rod tongs",
 }
 INSTRUMENTS: Mapping[str, str] = MappingProxyType(
     {name: module for module, names in _MODULES.items() for name in names.split()}

@@ -12,7 +12,7 @@ from typing import Final
 import numpy as np
 
 from sessions.glassware.instrument import Instrument, weighed
-from sessions.glassware.solid_parts import fitted
+from sessions.glassware.united import fitted
 from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_files import load_mesh, refined, simplified
 

@@ -120,6 +120,8 @@ def weighed(
     return Instrument(name=name, mesh=mesh, tags=tuple(tags.split()), mass=kilograms, cavity=cavity, sites=sites or {})
 
 
-def metres(millimetres: float) -> float:
-    """Return the length in metres, the same number as if it were written in metres."""
+def metres(millimetres: Any) -> Any:
+    """Return a length, or nested lists of lengths, in metres: the same numbers as if they were written in metres."""
+    if isinstance(millimetres, list):
+        return [metres(value) for value in millimetres]
     return float(f"{millimetres}e-3")

@@ -24,10 +24,14 @@ def from_row(faces: int, *, name: str) -> Instrument:
     """Return the instrument that a row of `turned.toml` describes."""
     row = turned_rows()[name]
     material = row.get("material", GLASS)
+    sites = {site: (0.0, metres(y), 0.0) for site, y in row.get("sites", {}).items()}
     if "outline" in row:
-        outline = sampled(_strokes(row["outline"]), round((faces / 4.0) ** 0.5 * row["points"]))
-        sections = max(row["least_sections"], round(faces / 2.0 / (len(outline) - 2)))
-        return weighed(name, turned_solid(outline, sections), row["tags"], material)
+        fewest = row["least_sections"]
+        outline = sampled(
+            _strokes(row["outline"]), round(min((faces / 4.0) ** 0.5 * row["points"], faces / 2.0 / fewest))
+        )
+        sections = max(fewest, round(faces / 2.0 / (len(outline) - 2)))
+        return weighed(name, turned_solid(outline, sections), row["tags"], material, sites=sites)
     capacity = row["millilitres"] * MILLILITRE
     shape = _shape(row)
     if "mark" in row:
@@ -50,7 +54,6 @@ def from_row(faces: int, *, name: str) -> Instrument:
         to_brim=turned.brimful(),
         opening=Opening.upwards(radius, height, turned.reach),
     )
-    sites = {site: (0.0, metres(y), 0.0) for site, y in row.get("sites", {}).items()}
     return weighed(name, turned.mesh, row["tags"], material, cavity=cavity, sites=sites)
 
 
@@ -81,12 +84,7 @@ def _shape(row: dict[str, Any], bulb: float = 1.0) -> Shape:
             height=metres(spout["height"]),
             half_angle=np.radians(spout["half_angle_deg"]),
         ),
-        foot=foot
-        and Foot(
-            top=metres(foot["top"]),
-            outline=[(metres(r), metres(y)) for r, y in foot["outline"]],
-            hexagonal_beyond=metres(foot["hexagonal_beyond"]),
-        ),
+        foot=foot and Foot(**{key: metres(value) for key, value in foot.items()}),
         open_below=row.get("open_below", False),
     )
 

@@ -6,8 +6,8 @@ from support.surface_rays import distances_along_rays, points_on_faces
 
 from sessions.glassware.catalogue import made_instrument
 from sessions.glassware.devices import GRIPS
-from sessions.glassware.furniture import from_row
-from sessions.glassware.tools import delivery_tube
+from sessions.glassware.glass import delivery_tube
+from sessions.glassware.united import from_row
 from sessions.synthetic.bench_bumps import PLACED
 from sessions.synthetic.scenes import SCENES, scene_maker
 

@@ -1,15 +1,15 @@
-"""A 50 mL burette; the key of its stopcock turns in the barrel about Z."""
+"""Glass that no row of a table describes: a burette, a gas delivery tube, the cover of a gas jar."""
 
 import numpy as np
 
 from sessions.geometry.profile import rounded, sampled
-from sessions.geometry.rings import turned_solid
+from sessions.geometry.rings import sewn, turned_solid
 from sessions.glassware.instrument import MILLILITRE, Cavity, Instrument, Opening, weighed
-from sessions.glassware.solid_parts import across_flats, cylinder, fitted, sections_for
+from sessions.glassware.united import across_flats, bent, cylinder, divided, fitted, sections_for, swept
 from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_files import refined, subtracted, united
 
-# In metres: bore and wall, heights of its parts, radius of the hole for the key. Barrel of 13 mm:
+# The burette, in metres: bore and wall, heights of its parts, radius of the hole for the key. Barrel of 13 mm:
 # DURAN tubing of borosilicate glass 3.3, product list (SCHOTT); bore and capacity give 526 mm of scale. Length and
 # stopcock are our own choice; burettes are the subject of ISO 385.
 BORE, WALL = 5.5e-3, 1.0e-3
@@ -49,7 +49,40 @@ def _barrel(spacing: float) -> MeshData:
     narrow = [(0.0, -1e-3), (0.5e-3, -1e-3), (0.5e-3, 2e-3), (1.2e-3, 40e-3), (1.2e-3, STOPCOCK + 12e-3)]
     bore = np.array([*narrow, (BORE, BARREL_FROM + 2e-3), (BORE, TOP + 1e-3), (0.0, TOP + 1e-3)])
     around = sections_for(8e-3, spacing, 8)
-    housing = cylinder((0.0, STOPCOCK, -13e-3), (0.0, STOPCOCK, 13e-3), 8.0e-3, around)
+    housing = cylinder((0.0, STOPCOCK, -13e-3), (0.0, STOPCOCK, 13e-3), (8.0e-3, 8.0e-3), around)
     body = united([turned_solid(outline, sections), housing])
-    hole = cylinder((0.0, STOPCOCK, -20e-3), (0.0, STOPCOCK, 20e-3), across_flats(KEY_RADIUS, around), around)
+    key = across_flats(KEY_RADIUS, around)
+    hole = cylinder((0.0, STOPCOCK, -20e-3), (0.0, STOPCOCK, 20e-3), (key, key), around)
     return refined(subtracted(body, [turned_solid(bore, sections), hole]), spacing * 2.0)
+
+
+def delivery_tube(faces: int) -> Instrument:
+    """Return a gas delivery tube with two right bends; a rubber stopper with its lower face at the origin holds it.
+
+    Outer diameter 8 mm and wall 1 mm: DURAN tubing of borosilicate glass 3.3, product list (SCHOTT).
+    """
+    outer, wall, bend = 4.0e-3, 1.0e-3, 0.02
+    corners = [(0.0, -0.012, 0.0), (0.0, 0.075, 0.0), (0.17, 0.075, 0.0), (0.17, -0.11, 0.0)]
+
+    def build(spacing: float) -> MeshData:
+        path = divided(bent(corners, bend, spacing, least=4), spacing)
+        sections = sections_for(outer, spacing * 0.6)
+        walls = [swept(path, [radius] * len(path), sections) for radius in (outer - wall, outer)]
+        ends = [
+            0.5 * (walls[0][i] + walls[1][i]) + 0.5 * wall * step / np.linalg.norm(step)
+            for i, step in ((-1, path[-1] - path[-2]), (0, path[0] - path[1]))
+        ]
+        return sewn([*walls[0], ends[0], *walls[1][::-1], ends[1]], around=True, falling_from=len(path) + 1)
+
+    return weighed("delivery_tube", fitted(build, faces, 0.02)[0], "glass tube delivery_tube")
+
+
+def gas_jar_cover(faces: int) -> Instrument:
+    """Return the round glass plate, 84 mm wide and 3 mm thick, that closes a gas jar."""
+    radius, thickness, bevel = 42.0e-3, 3.0e-3, 0.5e-3
+    sections = max(12, round((faces / 10.0) ** 0.5 * 1.8))
+    bands = max(2, round(faces / 2.0 / sections))
+    across = np.linspace(radius - bevel, 0.0, max(2, (bands - 3) // 2 + 1))
+    edge = [(radius, bevel), (radius, thickness - bevel)]
+    outline = [*((r, 0.0) for r in across[::-1]), *edge, *((r, thickness) for r in across)]
+    return weighed("gas_jar_cover", turned_solid(np.array(outline), sections), "glass plate")

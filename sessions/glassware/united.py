@@ -1,15 +1,96 @@
-"""Rods, boxes, rings and tubes along bent paths: the closed solids of unions, and the search for a face count."""
+"""Rods, boxes, rings and tubes along bent paths, the things that rows of `united.toml` join of them, and the search
+for a face count."""
 
+import tomllib
 from collections.abc import Callable, Sequence
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from sessions.geometry.rings import Ring, area_factor, even_angles, sewn, turned
+from sessions.geometry.solids import box
+from sessions.glassware.instrument import Instrument, metres, weighed
 from sessions.mesh_data import MeshData
+from sessions.meshes.mesh_files import refined, subtracted, united
 
 FACE_COUNT_TOLERANCE = 0.08
 SEARCH_STEPS = 9
+
+
+@cache
+def united_rows() -> dict[str, dict[str, Any]]:
+    """The rows of `united.toml`."""
+    return tomllib.loads(Path(__file__).with_name("united.toml").read_text(encoding="utf-8"))
+
+
+def from_row(faces: int, *, name: str) -> Instrument:
+    """Return the instrument that a row of `united.toml` describes."""
+    row = united_rows()[name]
+
+    def build(spacing: float) -> MeshData:
+        solids = [_solid(part, spacing) for part in row["parts"]]
+        if len(solids) == 1:
+            return solids[0]
+        whole = united(solids)
+        if "holes" in row:
+            whole = subtracted(whole, [_solid(hole, spacing) for hole in row["holes"]])
+        return refined(whole, spacing * row.get("coarser", 1.0))
+
+    mesh = fitted(build, faces, metres(row["spacing"]))[0]
+    if row.get("grounded"):
+        mesh = MeshData(mesh.vertices - np.array([0.0, mesh.bounds[0, 1], 0.0]), mesh.faces)
+    return weighed(name, mesh, row["tags"], row["material"])
+
+
+def _solid(part: dict[str, Any], spacing: float) -> MeshData:
+    if "box" in part:
+        return box(metres(part["box"]), metres(part["at"]))
+    around = sections_for(metres(part.get("round", part.get("radius"))), spacing, part.get("least", 8))
+    if "ring" in part:
+        outline = np.array(metres(part["ring"]))
+        if part.get("divided"):
+            outline = divided(outline, spacing)
+        return sewn(turned(outline[:-1], even_angles(around)), around=True)
+    radius = metres(part["radius"])
+    if "path" in part:
+        pose = _pose(part)
+        path = bent(
+            metres(part["path"]) @ pose[:3, :3].T + pose[:3, 3],
+            metres(part["bend"]),
+            spacing,
+            least=part.get("bends", 3),
+        )
+        return rod(path, radius, around)
+    if "loop" in part:
+        reach = metres(part["loop"])
+        angles = np.linspace(0.0, 2.0 * np.pi, max(8, round(2.0 * np.pi * reach / spacing)), endpoint=False)
+        circle = reach * np.column_stack([np.cos(angles), np.zeros_like(angles), np.sin(angles)])
+        loop = metres(part["about"]) + circle
+        rings = swept(np.concatenate([loop[-1:], loop, loop[:1]]), [radius] * (len(loop) + 2), around)[1:-1]
+        return sewn(rings, around=True).transformed(_pose(part))
+    if "arc" in part:
+        reach, (x, y, z) = metres(part["arc"]), metres(part["at"])
+        count = max(9, round(4.9 * reach / spacing))
+        angles = np.radians(np.linspace(part["from_deg"], part["to_deg"], count))
+        path = np.column_stack([x + reach * np.cos(angles), np.full_like(angles, y), z - reach * np.sin(angles)])
+        return rod(path, radius, around)
+    if part.get("across") == "corners":
+        radius = across_corners(radius, around)
+    end_radius = metres(part["end_radius"]) if "end_radius" in part else radius
+    return cylinder(metres(part["from"]), metres(part["to"]), (radius, end_radius), around)
+
+
+def _pose(part: dict[str, Any]) -> NDArray[np.float64]:
+    """Matrix (4, 4) that turns a part about Y, mirrors it in X if it says so, and moves it to where it is."""
+    angle, mirror = np.radians(part["turned_deg"]), -1.0 if part.get("mirrored") else 1.0
+    pose = np.eye(4)
+    pose[[0, 0, 2, 2], [0, 2, 0, 2]] = mirror * np.cos(angle), mirror * np.sin(angle), -np.sin(angle), np.cos(angle)
+    pose[:3, 3] = metres(part.get("at", [0, 0, 0]))
+    return pose
 
 
 def fitted(build: Callable[[float], MeshData], faces: int, start: float) -> tuple[MeshData, float]:
@@ -48,12 +129,9 @@ def across_flats(radius: float, sections: int) -> float:
     return across_corners(radius / float(np.cos(np.pi / sections)), sections)
 
 
-def cylinder(
-    start: ArrayLike, end: ArrayLike, radius: float, sections: int, end_radius: float | None = None
-) -> MeshData:
-    """Return a cylinder (or cone stump) between two points with flat ends and the round one's cross-section area."""
-    path = np.array([start, end], dtype=np.float64)
-    rings = swept(path, [radius, radius if end_radius is None else end_radius], sections)
+def cylinder(start: ArrayLike, end: ArrayLike, radii: Sequence[float], sections: int) -> MeshData:
+    """Return a cone stump with flat ends, as large in section as the round one, of these radii at its two ends."""
+    rings = swept(np.array([start, end], dtype=np.float64), radii, sections)
     return sewn([rings[0].mean(axis=0, keepdims=True), *rings, rings[-1].mean(axis=0, keepdims=True)])
 
 
@@ -72,11 +150,6 @@ def rod(path: ArrayLike, radius: float, sections: int) -> MeshData:
     low = points[:1] + radius * first / np.linalg.norm(first)
     high = points[-1:] + radius * last / np.linalg.norm(last)
     return sewn([low, *rings, high])
-
-
-def ring(outline: ArrayLike, sections: int) -> MeshData:
-    """Return the solid that a closed outline (n, 2) of points (r, y) off the axis sweeps around it."""
-    return sewn(turned(np.asarray(outline, dtype=np.float64), even_angles(sections)), around=True)
 
 
 def swept(path: NDArray[np.float64], radii: Sequence[float], sections: int) -> list[Ring]:
@@ -114,6 +187,10 @@ def bent(corners: ArrayLike, radius: float, spacing: float, *, least: int = 3) -
     return np.concatenate([*path, points[-1:]])
 
 
-def grounded(mesh: MeshData) -> MeshData:
-    """Return the mesh moved along y so that its lowest vertex stands at y = 0."""
-    return MeshData(mesh.vertices - np.array([0.0, mesh.bounds[0, 1], 0.0]), mesh.faces)
+def divided(path: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
+    """Return the points (n, 3) or (n, 2) of a path, and as many between them that all are about ``spacing`` apart."""
+    pieces = [
+        np.linspace(start, end, max(1, round(float(np.linalg.norm(end - start)) / spacing)), endpoint=False)
+        for start, end in pairwise(path)
+    ]
+    return np.concatenate([*pieces, path[-1:]])
