@@ -1,8 +1,6 @@
 """``replay tradeoff``: what accuracy costs in time, over many detectors and settings; and which one to take."""
 
-import sys
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +11,7 @@ from replay.cli.console import People, TerminalProgress
 from replay.cli.options import ANY_PATH, SESSION_FILE, SHARE, lineup, replaying, reporting
 
 if TYPE_CHECKING:
+    from replay.base.progress import Advance
     from replay.tradeoffs.sweep import Watch
 
 
@@ -79,11 +78,11 @@ def command(
     if out is not None:
         check_target(out, force=force)
     held = read_session(session, scene=scene)
-    with compiling_announced(people, alone=True), tradeoff_bar(people) as watch:
-        done = tradeoff(held, time_limit=time_limit, watch=watch, **asked)
+    progress = TerminalProgress(people)
+    with compiling_announced(people, alone=True), progress.stage("Trying settings", 100) as advance:
+        done = tradeoff(held, time_limit=time_limit, watch=percent_of_settings(advance), **asked)
     if out is not None:
         people.say("outside the time limit: one audit of the session, for the report and the picture ...")
-        progress = TerminalProgress(people)
         run = replace(compute(held, progress=progress, **asked | {"detectors": None}), tradeoff=done)
         with progress.stage(WRITING, WRITING_STEPS) as advance:
             write(run, out, force=force, picture=not no_picture, advance=advance)
@@ -98,27 +97,15 @@ def command(
     return 0
 
 
-@contextmanager
-def tradeoff_bar(people: People) -> "Iterator[Watch]":
-    """A bar on a terminal with what runs and how long the front is; elsewhere nothing."""
-    if not sys.stderr.isatty() or people.quiet:
-        yield lambda *_: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-    from rich.table import Column
+def percent_of_settings(advance: "Advance") -> "Watch":
+    """Advances a stage by percents of the settings begun; how many there are grows while the front is refined."""
+    reached = 0
 
-    from replay.tradeoffs.pareto import front_of
+    def watch(begun: int, total: int, label: str, rows: Sequence[dict[str, Any]]) -> None:
+        nonlocal reached
+        del label, rows
+        more = max(0, 100 * begun // total - reached)
+        advance(more)
+        reached += more
 
-    # Counts and time keep their room in a narrow terminal; the words give way.
-    words = TextColumn("{task.description}", table_column=Column(no_wrap=True, ratio=1))
-    count = MofNCompleteColumn(table_column=Column(no_wrap=True, min_width=8))
-    columns = (BarColumn(bar_width=12), count, TimeElapsedColumn(Column(no_wrap=True, min_width=7)), words)
-    with Progress(*columns, console=Console(stderr=True), expand=True) as bars:
-        task = bars.add_task("", total=None)
-
-        def watch(done: int, total: int, label: str, rows: Sequence[dict[str, Any]]) -> None:
-            said = f"{label:<26.26} front: {', '.join(front_of(rows))}"
-            bars.update(task, completed=done, total=total, description=said)
-
-        yield watch
+    return watch

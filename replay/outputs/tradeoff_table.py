@@ -9,7 +9,7 @@ from replay.outputs.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked
 from replay.pipeline.answer import busy_sentence
 from replay.pipeline.gates import figure
 from replay.pipeline.run_result import Tradeoff
-from replay.tradeoffs.pareto import BUSY, Row, count_words
+from replay.tradeoffs.pareto import Row, count_words
 
 SHOWN: Final = 8
 """Columns where there is little room."""
@@ -94,7 +94,6 @@ def slow_frames(rows: Sequence[Row]) -> list[str]:
 def how_measured(done: Tradeoff) -> tuple[str, ...]:
     """Which times these are, how often they were taken, and how far they hold."""
     about, made, check = done.about, done.about["machine"], done.about["clock"]
-    share = about["processor_share"]
     between = "" if check["low"] is None else f" [{check['low']:.3g}, {check['high']:.3g}]"
     tie = "a tie" if check["tie"] else f"no tie, so every interval is widened by {check['widened']:.3g}"
     ranges = any(row["offsets"] > 1 for row in done.rows)
@@ -110,5 +109,5 @@ def how_measured(done: Tradeoff) -> tuple[str, ...]:
         "compilation is in them. Times of this tool on this machine, not of your engine.",
         f"The clock's self-check: {about['reference']} timed twice gives {check['ratio']:.3g}{between}, {tie}.",
         f"Measured on {made['system']} {made['processor']}, {made['cores']} cores.",
-        *([busy_sentence(1 - share)] if share < BUSY else []),
+        *filter(None, [busy_sentence(1 - about["processor_share"])]),
     )

@@ -85,13 +85,12 @@ def cost(summary: Mapping[str, Any], oracle: str) -> str:
 def busy_words(summary: Mapping[str, Any]) -> str:
     """That other programs took the processor while detectors were timed; ``""``: they did not."""
     shares = [1.0 - figures["seconds"].get("processor_share", 1.0) for figures in summary["detectors"].values()]
-    most = max(shares, default=0.0)
-    return "" if most <= BUSY else busy_sentence(most)
+    return busy_sentence(max(shares, default=0.0))
 
 
 def busy_sentence(share: float) -> str:
-    """That other programs had this share of the clock."""
-    return f"The machine was busy ({figure(100 * share)} %): run again for reliable times."
+    """That other programs had this share of the clock; ``""``: too little to matter."""
+    return "" if share <= BUSY else f"The machine was busy ({figure(100 * share)} %): run again for reliable times."
 
 
 def milliseconds(seconds: float) -> str:

@@ -21,9 +21,6 @@ AnyRow = TypeVar("AnyRow", bound=Row)
 FEWEST: Final = 3
 """Settings that advice needs."""
 
-BUSY: Final = 0.9
-"""A process that had less of the clock than this shared its core: a quiet machine gives 0.97 and more."""
-
 CHEAPER: Final = 0.95
 """A p99 above this share of another one is no cheaper."""
 
@@ -92,8 +89,8 @@ def advice_of(rows: Sequence[Row], *, processor_share: float = 1.0) -> list[str]
     if len(candidates) < FEWEST:
         were = f"{plural(len(candidates), 'setting')} {'was' if len(candidates) == 1 else 'were'}"
         return [f"No advice: {were} timed twice or more, and advice needs {FEWEST}."]
-    if processor_share < BUSY:
-        return [f"No advice. {busy_sentence(1 - processor_share)}"]
+    if busy := busy_sentence(1 - processor_share):
+        return [f"No advice. {busy}"]
     by_label = {row["label"]: row for row in candidates}
     front = front_of(candidates)
     best = by_label[front[-1]]

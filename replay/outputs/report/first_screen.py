@@ -7,7 +7,7 @@ from typing import Final
 from replay.outputs.plots import Axis, Dot, scatter
 from replay.outputs.report.charts import KIND_WORDS, drawn, lane, legend, ruler
 from replay.outputs.report.markup import Markup, Section, contents, element, joined
-from replay.outputs.report.run_view import FALSE, Fault, Hero, Look, RunView, Shown, Still, key_fault, spans
+from replay.outputs.report.run_view import FALSE, Fault, Hero, Look, RunView, Still, key_fault, spans
 from replay.outputs.run_tables import happened, ranking_table
 from replay.outputs.tables import Cell, text_of
 from replay.pipeline.answer import RUN, SESSION, TIMES_ARE, Answer, busy_words, cost
@@ -48,8 +48,7 @@ def first_screen(view: RunView, still: Still | None, look: Look) -> list[Markup]
     if view.hero is None:
         moment = view.answers[0].moment
         return [_answer(view, still, look), *all_detectors(view, None if moment is None else moment.seconds)]
-    shown = still(None, True) if still and not view.answers else None
-    top = [_hero(view.hero, shown)]
+    top = [_hero(view.hero)]
     if view.answers:
         return [*top, *all_detectors(view, None)]
     return [*top, timeline_part(view, None)] if view.contacts else top
@@ -64,29 +63,23 @@ def _answer(view: RunView, still: Still | None, look: Look) -> Markup:
     """The answer about the worst detector beside the picture of its worst fault."""
     answer = view.answers[0]
     fault = key_fault(view, answer)
-    shown = still(fault, True) if still else None
     parts = [element("h1", marked(answer.sentence))]
-    caption = ""
-    if fault is not None:
-        colour = "false" if fault.kind == FALSE else "missed"
-        key = element("span", class_=f"k {colour}")
+    figure = []
+    if fault is not None and answer.moment is not None:
+        key = element("span", class_=f"k {'false' if fault.kind == FALSE else 'missed'}")
         parts.append(element("p", key, _where(view, fault), class_="where"))
-        at = "" if answer.moment is None else f"{answer.moment.seconds:.3f} s"
-        caption = f"{fault.name} {fault.number}, {fault.span}, drawn at {at}: "
+        if still:
+            picture, colours = still(fault, True)
+            caption = f"{fault.name} {fault.number}, {fault.span}, drawn at {answer.moment.seconds:.3f} s: {colours}."
+            figure.append(element("figure", picture, element("figcaption", caption)))
     parts.append(_facts(view, answer, None if fault is None else look(fault)))
-    figure = [] if shown is None else [_figure(shown[0], f"{caption}{shown[1]}.")]
     return element("section", element("div", *parts, class_="say"), *figure, class_="hero")
 
 
-def _hero(hero: Hero, shown: Shown | None) -> Markup:
-    """A sentence and lines below it, beside a picture of the scene."""
+def _hero(hero: Hero) -> Markup:
+    """A sentence and lines below it."""
     words = [element("h1", hero.sentence), *(element("p", line) for line in hero.lines)]
-    figure = [] if shown is None else [_figure(shown[0], f"{shown[1]}.")]
-    return element("section", element("div", *words, class_="say"), *figure, class_="hero")
-
-
-def _figure(picture: Markup, words: str) -> Markup:
-    return element("figure", picture, element("figcaption", words))
+    return element("section", element("div", *words, class_="say"), class_="hero")
 
 
 def marked(sentence: str) -> Markup:

@@ -16,7 +16,7 @@ from replay.outputs.report.first_screen import first_screen, page_head
 from replay.outputs.report.markup import Markup, Section, element, page_html, section_html
 from replay.outputs.report.run_view import MISS, Fault, Hero, Look, RunView, Shown, Still, contacts_of, faults_of
 from replay.outputs.report.sections import effect_section, fault_sections, last_section, words_section
-from replay.outputs.report.still import CARD, FIRST, bench_still, fault_still
+from replay.outputs.report.still import CARD, FIRST, fault_still
 from replay.outputs.run_tables import contact_table
 from replay.outputs.words import NOT_LOOKED_FOR, tallied
 from replay.pipeline.headline import beside, doubts, undecided
@@ -88,10 +88,8 @@ def _hero(result: RunResult) -> Hero | None:
     return Hero(tallied(Counter(event.name for _, event in found)) or NOT_LOOKED_FOR, lines)
 
 
-def _still(result: RunResult, fault: Fault | None, first: bool) -> Shown:
-    """The picture of a fault, or of the bench."""
-    if fault is None:
-        return bench_still(result)
+def _still(result: RunResult, fault: Fault, first: bool) -> Shown:
+    """The picture of a fault."""
     things = result.misses[fault.label] if fault.kind == MISS else result.false[fault.label]
     thing = next(thing for thing in things if thing.number == fault.number)
     return fault_still(result, fault.label, thing, FIRST if first else CARD)

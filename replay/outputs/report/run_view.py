@@ -59,10 +59,9 @@ class Fault:
 Shown = tuple[Markup, str]
 """A picture, and what is seen on it."""
 
-Still = Callable[[Fault | None, bool], Shown]
+Still = Callable[[Fault, bool], Shown]
 Look = Callable[[Fault], Markup]
-"""Picture of a fault (of the bench where there is none), larger where it is the first of a page; and how to see it in
-motion."""
+"""Picture of a fault, larger where it is the first of a page; and how to see it in motion."""
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ from cdcore import TriangleMesh
 from cdcore.numerics import BoolArray, FloatArray, IntArray, place_points
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.outcome import Miss
-from replay.outputs.camera import across, overview, standing, towards_user
-from replay.outputs.palette import INVENTED, MISSED, Rgba, albedo, is_ghost, tags_of
+from replay.outputs.camera import across, standing, towards_user
+from replay.outputs.palette import INVENTED, MISSED, Rgba
 from replay.outputs.report.cage import cage
 from replay.outputs.report.markup import Markup, element
 from replay.outputs.report.rasteriser import Colour, Lines, Shape, View, drawn
@@ -102,26 +102,6 @@ def fault_still(result: RunResult, label: str, fault: Fault, size: tuple[int, in
     if sight.gap is None:
         colours.append("where they meet red")
     return svg, ", ".join(colours)
-
-
-def bench_still(result: RunResult) -> tuple[Markup, str]:
-    """All bodies in the middle of the session, where there is no fault to show."""
-    assembly, scene = result.assembly, result.session.scene
-    motion, frame = assembly.motion, len(assembly.motion) // 2
-    eye = overview(assembly, scene, np.zeros((0, 3)), frame)
-    shapes, near = [], [np.zeros((0, 3))]
-    for body in np.flatnonzero(motion.valid[frame]).tolist():
-        mesh, tags = assembly.bodies[body].mesh, tags_of(assembly.bodies[body].name, scene)
-        colour = albedo(tags)
-        alpha = 0.1 if is_ghost(tags) else GLASS_ALPHA if colour[3] < 255 else 1.0
-        points = place_points(mesh.vertices, motion.rotations[frame, body], motion.translations[frame, body])
-        shapes.append(Shape(points[mesh.faces], GLASS if alpha < 1 else _unit(colour), alpha))
-        near.append(points if np.ptp(points, axis=0).max() < 0.6 else points.mean(axis=0, keepdims=True))
-    shown = np.concatenate(near) if shapes else np.zeros((1, 3))
-    view = View.of(shown, np.subtract(eye.position, eye.target), _pixels(FIRST))
-    picture, _ = drawn(view, shapes, (), _background(_pixels(FIRST)))
-    words = f"The scene at {motion.times[frame]:.2f} s"
-    return _svg(picture, FIRST, words), words
 
 
 def _pixels(size: tuple[int, int]) -> tuple[int, int]:

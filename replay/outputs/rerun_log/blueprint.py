@@ -15,9 +15,8 @@ from rerun.blueprint.encodings import TextLogColumn, TimelineColumn
 from replay.outputs.camera import Eye
 from replay.outputs.moments import FocusMoment
 from replay.outputs.palette import BACKGROUND, tags_of
-from replay.outputs.plots import SIZE
 from replay.outputs.rerun_log import flat_plots
-from replay.outputs.rerun_log.effects import HAPPENED, curve_path, effect_views, tab_name
+from replay.outputs.rerun_log.effects import HAPPENED, effect_views, tab_name
 from replay.outputs.rerun_log.lanes import pair_lanes, session_lanes
 from replay.outputs.rerun_log.moment_views import (
     ANSWER,
@@ -133,7 +132,7 @@ def _answer(picture: Picture) -> Any:
     result = picture.result
     legend = "blue: right   yellow: false contact   red: missed or late   grey: contact"
     lanes = [*picture.lanes, *session_lanes(result)][:4]
-    below = [state_view("", f"When   {legend}", picture.whole, lanes)]
+    below = [state_view(f"When   {legend}", picture.whole, lanes)]
     room = spatial("Where", _without(picture, "eye", "words", "leaders", "measure"), picture.eye)
     top, widths = [text_view(ANSWER, "The answer"), room], [0.5, 0.5]
     if picture.views:
@@ -193,7 +192,11 @@ def _no_volumes(picture: Picture, root: str) -> list[str]:
 
 def _accuracy(picture: Picture) -> Any:
     """Both scatters over one axis of cost, what they mean, and the time of every frame."""
-    plots = flat(flat_plots.ACCURACY, "Accuracy against cost: one dot a detector", flat_plots.SIZE, 2)
+    bounds = rrb.VisualBounds2D(x_range=flat_plots.WIDE, y_range=flat_plots.HIGH)
+    plots = rrb.Spatial2DView(
+        origin=f"/{flat_plots.ACCURACY}", name="Accuracy against cost: one dot a detector", visual_bounds=bounds,
+        background=PLAIN,
+    )  # fmt: skip
     share = budget_share(picture.high)
     title = f"Time per frame, ms   cut at {picture.high:.2f}: 99.9 % of the slowest detector's frames"
     axis = rrb.ScalarAxis(range=(0.0, max(picture.high, 1.0001 * share)))
@@ -212,13 +215,10 @@ def _happened(picture: Picture) -> Any:
     if found.events:
         words.append(text_list(found.events[0], "Events: click a time", *found.events[1:]))
     top = [_room(picture), rrb.Vertical(*words, row_shares=[0.4, 0.6][: len(words)])]
-    if found.titrated:
-        vessel = found.titrated[0]
-        top.insert(1, flat(curve_path(vessel), "pH against what ran in; orange: the cursor", SIZE))
-    rows = [rrb.Horizontal(*top, column_shares=[0.36, *[0.36] * (len(top) - 2), 0.28])]
+    rows = [rrb.Horizontal(*top, column_shares=[0.36, 0.28])]
     shares = [1.0]
     if lanes := [*found.lanes, *session_lanes(result)]:
-        rows.append(state_view("", "When: what the effects found, and what people did", picture.whole, lanes))
+        rows.append(state_view("When: what the effects found, and what people did", picture.whole, lanes))
         shares.append(min(MOST_LANES, (RULER_POINTS + LANE_POINTS * len(lanes)) / LOW_POINTS))
     if found.plots:
         plots = [*found.plots.items()][:EFFECT_PLOTS]
@@ -259,7 +259,7 @@ def _details(picture: Picture, label: str) -> Any:
         widths = [0.3, 0.36, 0.34]
     stages = plot(picture.whole, f"/{entity('timing', label, 'stages')}", "Time per frame by stage, ms, added up")
     counters = plot(picture.whole, f"/{entity('counters', label)}", "Work per frame")
-    when = [state_view("", title, picture.whole, paths)] if paths else []
+    when = [state_view(title, picture.whole, paths)] if paths else []
     below = rrb.Horizontal(*when, rrb.Tabs(stages, counters, active_tab=0), column_shares=[0.6, 0.4][-1 - len(when) :])
     return rrb.Vertical(rrb.Horizontal(*top, column_shares=widths), below, row_shares=[0.6, 0.4], name=label)
 
@@ -308,13 +308,6 @@ def text_list(path: str, name: str, *more: str) -> Any:
     )
 
 
-def flat(path: str, name: str, size: tuple[float, float], stacked: int = 1) -> Any:
-    """A view of plots of this size, the one below the other."""
-    x_range, y_range = flat_plots.bounds_of(size, stacked)
-    bounds = rrb.VisualBounds2D(x_range=x_range, y_range=y_range)
-    return rrb.Spatial2DView(origin=f"/{path}", name=drawable(name), visual_bounds=bounds, background=PLAIN)
-
-
 def plot(axis: rrb.TimeAxis, origin: str, name: str, paths: Iterable[str] = (), **more: Any) -> Any:
     """Curves over time: of these entities, or of all below the origin."""
     contents = [f"/{path}" for path in paths] or "$origin/**"
@@ -324,7 +317,7 @@ def plot(axis: rrb.TimeAxis, origin: str, name: str, paths: Iterable[str] = (), 
     )
 
 
-def state_view(root: str, name: str, times: rrb.TimeAxis, lanes: Sequence[str] = ("**",)) -> Any:
-    """A view of lanes, of all below a root if none is named."""
-    contents = [f"/{root}/**" if lane == "**" else f"/{lane}" for lane in lanes]
-    return rrb.StateTimelineView(origin=f"/{root}", contents=contents, name=drawable(name), time_view=times)
+def state_view(name: str, times: rrb.TimeAxis, lanes: Iterable[str]) -> Any:
+    """A view of these lanes."""
+    contents = [f"/{lane}" for lane in lanes]
+    return rrb.StateTimelineView(origin="/", contents=contents, name=drawable(name), time_view=times)

@@ -11,13 +11,11 @@ import rerun as rr
 from numpy.typing import NDArray
 
 from replay.base.shown import shown
-from replay.effects.effect_summary import happened, leading, titration_curves
+from replay.effects.effect_summary import happened, leading
 from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import QUANTITIES, EffectEvent, FloatArray, LaneSpan, Liquid, Series
 from replay.effects.recorded import SCALARS
 from replay.outputs.palette import SERIES, Rgba
-from replay.outputs.plots import curve
-from replay.outputs.rerun_log.flat_plots import log_plot, placed
 from replay.outputs.rerun_log.lanes import lane_name, send_spans
 from replay.outputs.rerun_log.moment_views import MomentPlace, log_moment_table
 from replay.outputs.rerun_log.recording_file import RecordingWriter, entity, packed
@@ -52,7 +50,6 @@ class EffectViews:
     plots: Mapping[str, tuple[str, ...]]
     lanes: tuple[str, ...]
     events: tuple[str, ...]
-    titrated: Sequence[str]  # vessels with an end point: of these there is a curve of pH
 
 
 def effect_views(effects: Mapping[str, EffectRun]) -> EffectViews:
@@ -65,10 +62,9 @@ def effect_views(effects: Mapping[str, EffectRun]) -> EffectViews:
             axis = QUANTITIES.get(series.unit, series.unit) or "numbers"
             plots[axis] = (*plots.get(axis, ()), _path(kind, *name.split("/")))
     events = tuple(_path(kind, "events") for kind, run in effects.items() if run.events)
-    titrated = [vessel for vessel, (_, _, ends) in titration_curves(effects).items() if ends]
     # How far a reaction went says less than what it did.
     plots = dict(sorted(plots.items(), key=lambda one: one[0] == QUANTITIES["mol"]))
-    return EffectViews(plots, tuple(effect_lanes(effects)), events, titrated)
+    return EffectViews(plots, tuple(effect_lanes(effects)), events)
 
 
 def effect_lanes(effects: Mapping[str, EffectRun]) -> dict[str, Sequence[LaneSpan]]:
@@ -95,26 +91,6 @@ def log_happened(writer: RecordingWriter, effects: Mapping[str, EffectRun], *, l
         log_moment_table(writer, [MomentPlace("", "event", len(found), ns, True)])
 
 
-def log_curves(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> None:
-    """Send pH against what ran in, and where it is at the cursor."""
-    for vessel, (added, values, ends) in titration_curves(effects).items():
-        if not ends:
-            continue
-        root, rows = curve_path(vessel), drawn_rows(values)
-        points = np.stack([added[rows], values[rows]], axis=1).tolist()
-        plot = curve(points, ends, "", f"mL run into {vessel}", "pH")
-        log_plot(writer, root, plot)
-        times, places = effects["reaction"].series[f"{vessel}/pH"].times, dict(plot.lines)["curve"]
-        writer.session_rows(f"{root}/now", _ns(times[rows]), rr.Points2D.columns(positions=placed(places)))
-        radius = rr.Radius.ui_points(7.0)
-        writer.static(f"{root}/now", rr.Points2D.from_fields(radii=radius, colors=packed([SERIES[1]])))
-
-
-def curve_path(vessel: str) -> str:
-    """Entity of the curve of a vessel."""
-    return entity(ROOT, "curve", vessel)
-
-
 def tab_name(effects: Mapping[str, EffectRun]) -> str:
     """What the tab is called: effects are declared, signals were recorded."""
     if SCALARS not in effects:
@@ -130,7 +106,6 @@ def _path(kind: str, *parts: str) -> str:
 def log_effects(writer: RecordingWriter, effects: Mapping[str, EffectRun]) -> None:
     """Send everything of every effect of the plan; an effect that did not run has no entity."""
     number = 0
-    log_curves(writer, effects)
     for path, spans in effect_lanes(effects).items():
         _log_lane(writer, path, spans)
     for kind, run in effects.items():

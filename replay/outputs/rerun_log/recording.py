@@ -99,8 +99,7 @@ def _log_tabs(writer: RecordingWriter, picture: Picture) -> None:
         log_pipeline(writer, run, result)
     log_timing(writer, result.detections, series_names(result))
     if picture.order:
-        dots = dots_of(result)
-        log_accuracy(writer, [(dot, false) for dot, false, _ in dots], [colour for *_, colour in dots])
+        log_accuracy(writer, dots_of(result))
         writer.markdown(ACCURACY, accuracy_text(result))
     else:
         writer.markdown(SESSION_TEXT, session_text(result))

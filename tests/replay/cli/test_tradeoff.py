@@ -1,14 +1,12 @@
 import json
-import sys
 
 import pyarrow.parquet as pq
 import pytest
 from support.price_rows import ABOUT, price_row
 from support.small_worlds import cubes
 
-from replay.cli.console import People
 from replay.cli.main import main
-from replay.cli.tradeoff import tradeoff_bar
+from replay.cli.tradeoff import percent_of_settings
 from replay.outputs.results.run_folder import read_run_folder
 from replay.outputs.tradeoff_table import tradeoff_list
 from replay.pipeline.run_result import Tradeoff
@@ -80,14 +78,9 @@ def test_a_slow_frame_and_a_busy_machine_are_explained():
     assert "the search, 140 ms in the median pass" in said
 
 
-def test_a_bar_is_shown_on_a_terminal_only(monkeypatch, capsys):
-    rows = [price_row("exact", 1.0, 0)]
-    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
-    monkeypatch.setenv("COLUMNS", "80")
-    monkeypatch.setenv("TERM", "xterm-256color")
-    with tradeoff_bar(People()) as watch:
-        watch(123, 212, "paper, 1920 samples", rows)
-    assert "123/212" in (said := capsys.readouterr().err) and "0:00:00" in said and "paper, 1920 samples" in said
-    with tradeoff_bar(People(quiet=True)) as watch:
-        watch(1, 4, "discrete", rows)
-    assert capsys.readouterr().err == ""
+def test_a_stage_of_settings_never_goes_back_and_ends_whole():
+    steps = []
+    watch = percent_of_settings(steps.append)
+    for begun, total in ((3, 6), (6, 20), (14, 20), (20, 20)):
+        watch(begun, total, "exact", ())
+    assert min(steps) >= 0 and sum(steps) == 100

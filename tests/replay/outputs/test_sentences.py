@@ -23,7 +23,6 @@ from replay.tradeoffs.pareto import advice_of, front_of
 def without_drawings():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(page, "fault_still", lambda *_: (Markup(""), ""))
-        patch.setattr(page, "bench_still", lambda *_: (Markup(""), ""))
         yield
 
 

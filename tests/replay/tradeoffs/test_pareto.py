@@ -49,6 +49,7 @@ def test_what_saves_time_by_chance_only_is_not_on_the_front():
         ([], 1.0, "0 settings were"),
         ([price_row(name, 1.0, 0, spread=None) for name in "abcd"], 1.0, "0 settings were"),
         ([price_row(name, 1.0, 0) for name in "abc"], 0.5, "The machine was busy (50 %)"),
+        ([price_row(name, 1.0, 0) for name in "abc"], 0.93, "The machine was busy (7 %)"),
     ],
 )
 def test_without_three_prices_or_on_a_busy_machine_there_is_no_advice_and_it_says_why(found, share, why):
