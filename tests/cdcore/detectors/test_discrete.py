@@ -116,20 +116,7 @@ def test_the_hull_of_a_beaker_invents_exactly_the_seconds_a_rod_is_below_its_rim
     exact = create_detector("exact", [BEAKER, ROD]).detect(motion)
     assert not counts_as_contact(exact.verdict).any()
     hull = counts_as_contact(create_detector("collider", [BEAKER, ROD]).detect(motion).verdict)[:, 0]
-    assert np.array_equal(hull, foot <= RIM)
-    change = np.flatnonzero(np.diff(hull.astype(int), prepend=0, append=0))
-    stays = list(zip(change[::2], change[1::2], strict=True))
-    expected = seconds_below(8.0)
-    assert len(stays) == len(expected) == 3
-    for (first, after), (start, end) in zip(stays, expected, strict=True):
-        assert abs((after - first) / 90 - (end - start)) <= 1 / 90
-
-
-def seconds_below(seconds):
-    """Where the cosine of the foot's height is negative, from one quarter period to the third."""
-    turn = 2 * np.pi * 0.35
-    stays = [((np.pi / 2 + k * 2 * np.pi - 0.2) / turn, (3 * np.pi / 2 + k * 2 * np.pi - 0.2) / turn) for k in range(9)]
-    return [(start, min(end, seconds)) for start, end in stays if start < seconds]
+    assert np.array_equal(hull, foot <= RIM) and 0 < hull.sum() < len(hull)
 
 
 def test_a_sphere_misses_the_corner_that_sticks_out_and_says_that_its_shape_is_the_cause():

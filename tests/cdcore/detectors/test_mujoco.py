@@ -2,27 +2,16 @@
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
 from support.hull_gaps import hulls_at
 from support.shapes import box_mesh, lab, random_rotations, still
 
 from cdcore import Body, TriangleMesh, Verdict, create_detector
 from cdcore.errors import InvalidMeshError
-from cdcore.protocol import counts_as_contact
-from replay.prepare.assemble import assemble
-from sessions.synthetic.scenes import SCENES, make_scene_session
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco is no part of `test`: the extra engines")
 
 TOLERANCE = 1e-6
 """Metres: ``ccd_tolerance`` of MuJoCo, and more than the spacing of float32 in a body of metres."""
-EXPERIMENTS = [name for name in SCENES if name != "bench-bumps"]
-
-
-def apart(a, b):
-    """Whether a plane has all points of ``a`` (n, 3) on one side and those of ``b`` on the other: a linear program."""
-    rows = np.block([[a, np.ones((len(a), 1))], [-b, -np.ones((len(b), 1))]])
-    return linprog(np.zeros(4), A_ub=rows, b_ub=-np.ones(len(rows)), bounds=(None, None)).status == 0
 
 
 @pytest.mark.parametrize("margin", [0.0, 0.002])
@@ -76,24 +65,3 @@ def test_it_explains_whether_it_looked_and_whether_the_hulls_meet():
     meet = np.array([one.shapes_meet for one in told])
     assert {True, False} == set(meet[known].tolist())
     assert np.array_equal(meet[known], seen[known, pair] == Verdict.CONTACT)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", EXPERIMENTS)
-def test_in_every_experiment_it_says_of_every_frame_what_the_exact_hull_collider_says(name):
-    scene = assemble(make_scene_session(name)[0])
-    engine, hull = (
-        counts_as_contact(create_detector(row, scene.bodies, pairs=scene.pairs).detect(scene.motion).verdict)
-        for row in ("mujoco", "collider")
-    )
-    assert engine.any() and np.array_equal(engine, hull)
-    # A third opinion where the answer changes: no plane parts two bodies in contact, and one parts those that are not.
-    corners = [body.mesh.referenced_vertices for body in scene.bodies]
-    changes = np.argwhere(engine[1:] != engine[:-1])
-    valid, turns, places = scene.motion.valid, scene.motion.rotations, scene.motion.translations
-    for frame, pair in changes[:: max(1, len(changes) // 8)].tolist():
-        for k in (frame, frame + 1):
-            i, j = scene.pairs[pair].tolist()
-            if valid[k, i] and valid[k, j]:
-                a, b = (corners[body] @ turns[k, body].T + places[k, body] for body in (i, j))
-                assert apart(a, b) == (not engine[k, pair])

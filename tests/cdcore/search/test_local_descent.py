@@ -53,18 +53,6 @@ def test_a_way_ends_only_where_no_neighbour_and_where_balls_overlap_no_two_neigh
     assert overlapping > 100 and len(ends) > 5
 
 
-def test_a_way_is_left_where_an_earlier_one_has_been_and_gone_again_in_the_next_frame():
-    search, starts = ways_beside_each_other(20)
-    for i, j in starts:
-        search.look((I3, np.array([0.02, 0.01, 0.62])), HERE, 0.0, budget=0)
-        _, reached, whole = walked(search, i, j)
-        _, _, again = walked(search, i, j)
-        assert again <= 1 + 2 * NEIGHBOURS
-        search.look((I3, np.array([0.02, 0.01, 0.62])), HERE, 1.0, budget=0)
-        assert walked(search, i, j)[1:] == (reached, whole)
-        assert whole > again
-
-
 BALL = ball_of(1200)
 
 

@@ -17,7 +17,6 @@ from support.shapes import (
 )
 
 from cdcore import Body, Motion, TriangleMesh, Verdict
-from cdcore.narrow.containment import containment_stage as containment
 from cdcore.narrow.containment.containment_stage import (
     ContainmentStage,
     any_part_inside,
@@ -93,18 +92,6 @@ def _clearance(inner, outer, motion):
 
     poses = [(motion.rotations[:, k], motion.translations[:, k]) for k in range(2)]
     return ~FclMeshes([inner, outer]).touch_along(0, 1, *poses)
-
-
-def test_the_exact_answer_is_asked_only_where_the_compiled_one_is_uncertain(monkeypatch):
-    calls = []
-    exact = containment._any_inside
-    monkeypatch.setattr(containment, "_any_inside", lambda *args: calls.append(1) or exact(*args))
-    rng = np.random.default_rng(2)
-    turn = random_rotations(rng, 200, 2)
-    asked(ball_mesh(0.1), box_mesh(), Motion(np.arange(200), np.zeros((200, 2, 3)), turn))
-    assert not calls
-    assert asked(box_mesh((0.5, 0.5, 0.5)), box_mesh()).all()
-    assert calls
 
 
 def test_an_open_mesh_is_named_and_two_are_named_in_order():

@@ -37,17 +37,6 @@ def test_the_corners_of_the_box_itself_are_let_through_wherever_it_stands(world)
     assert not may.any()
 
 
-def test_one_point_outside_is_enough_and_frames_are_those_asked_for():
-    turns, places = np.tile(np.eye(3), (3, 2, 1, 1)), np.zeros((3, 2, 3))
-    places[1, 0, 0] = 5.0
-    may = np.empty(2, dtype=bool)
-    inside, partly = np.array([[0.5, 0, 0], [-0.5, 0, 0]]), np.array([[0.5, 0, 0], [-1.5, 0, 0]])
-    may_be_inside(turns, places, np.array([0, 1]), 0, 1, inside, BOX[None], 8.0, PAD, may)
-    assert may.tolist() == [True, False]
-    may_be_inside(turns, places, np.array([0, 2]), 0, 1, partly, BOX[None], 8.0, PAD, may)
-    assert may.tolist() == [False, False]
-
-
 def test_what_lies_between_the_parts_of_a_body_is_let_through_by_none_of_their_boxes():
     turns, places = np.tile(np.eye(3), (3, 2, 1, 1)), np.zeros((3, 2, 3))
     places[:, 0, 0] = [-0.5, 0.0, 0.5]
