@@ -32,10 +32,10 @@ DETECTORS: Final[dict[str, str]] = {
 """Name -> ``module:Class``. Rows from outside come in through the entry-point group below."""
 
 OPTIONAL: Final[dict[str, str]] = {
-    "mujoco": "cdcore.detectors.mujoco:MujocoDetector",
-    "rapier": "cdcore.detectors.rapier:RapierDetector",
-    "bullet": "cdcore.detectors.bullet:BulletDetector",
-    "physx": "cdcore.detectors.physx:PhysxDetector",
+    "mujoco": "cdcore.detectors.engines:MujocoDetector",
+    "rapier": "cdcore.detectors.engines:RapierDetector",
+    "bullet": "cdcore.detectors.engines:BulletDetector",
+    "physx": "cdcore.detectors.engines:PhysxDetector",
 }
 """Rows that need an engine of an extra; without it they are refused when they are made."""
 

@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from cdcore.bounding.bounding_sphere import SPHERES
 from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.detectors import FCL, PAPER
@@ -34,7 +33,7 @@ from cdcore.protocol import (
 )
 from cdcore.protocol.blocks import looks_at, looks_of
 from cdcore.protocol.detection import SectionSource
-from cdcore.protocol.settings import MOST_HERTZ, MOST_METRES, CheckedSettings, choice, flag, number
+from cdcore.protocol.settings import MOST_HERTZ, MOST_METRES, CheckedSettings, flag, number
 
 
 @dataclass(eq=False)
@@ -67,10 +66,7 @@ class MeshDetector(PairDetector[Any]):
         super().__init__(bodies, pairs, settings)
         self._rate_hz: float | None = getattr(settings, "rate_hz", None)
         self._epsilon: float | None = getattr(settings, "epsilon", None)
-        self._broad = BroadPhase(
-            bodies, pairs, sphere=getattr(settings, "sphere", "best"), skip=getattr(settings, "skip", self.leaps),
-            boxes="boxes" in self.stages,
-        )  # fmt: skip
+        self._broad = BroadPhase(bodies, pairs, skip=self.leaps, boxes="boxes" in self.stages)
         self._meshes = MeshStage(bodies, pairs)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
         # How far one body moved as seen from the other depends on which is which.
@@ -229,12 +225,10 @@ class DiscreteSettings(CheckedSettings):
     """Settings of ``discrete``.
 
     ``rate_hz``: looks per second of session time; ``None``: every frame.
-    ``sphere``: "paper" for equation (21), "best" for the smallest ball known; the verdicts are the same.
     ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
     """
 
     rate_hz: float | None = number(None, 0, MOST_HERTZ, above=True, unit="looks per second")
-    sphere: str = choice("best", SPHERES)
     containment: bool = flag(True)
 
 
@@ -267,16 +261,9 @@ class DiscreteDetector(MeshDetector):
 
 @dataclass(frozen=True, kw_only=True)
 class HybridSettings(CheckedSettings):
-    """Settings of ``hybrid``.
+    """``containment``: whether to ask, where surfaces do not meet, if one body is inside the other."""
 
-    ``sphere``: "paper" for equation (21), "best" for the smallest ball known; the verdicts are the same.
-    ``containment``: whether to ask, where surfaces do not meet, if one body is inside the other.
-    ``skip``: whether the sphere stage leaps over frames in which the recorded paths are too short to close the gap.
-    """
-
-    sphere: str = choice("best", SPHERES)
     containment: bool = flag(True)
-    skip: bool = flag(True)
 
 
 class HybridDetector(MeshDetector):

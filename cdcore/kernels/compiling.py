@@ -29,19 +29,6 @@ OLDEST_TRIED: Final = (0, 61)
 NEWEST_TRIED: Final = (0, 68)
 """Versions of numba with which the tests of ``cdcore.kernels.parts`` pass."""
 
-FAMILIES: Final = {
-    "cdcore.transforms.": "poses",
-    "cdcore.broad.": "spheres and boxes",
-    "cdcore.narrow.containment.containment_stage": "containment",
-    "cdcore.narrow.sections.triangle_sections": "intersection segments",
-    "cdcore.narrow.bvh.box_": "box trees",
-    "cdcore.narrow.bvh.undecided": "exact arithmetic",
-    "cdcore.narrow.bvh.": "the search over the whole motion",
-    "cdcore.narrow.": "exact arithmetic",
-    "cdcore.": "kernels",
-}
-"""The name of a family in reports of progress, by how the name of the module starts."""
-
 
 @cache
 def quick_compilers() -> tuple[dict[str, Any], dict[str, Any]]:
@@ -118,15 +105,15 @@ def _jit(**options: Any) -> Any:
 
 
 class Compiled(event.Listener):
-    """Listens to numba: which families of kernels were compiled, and how long that took.
+    """Listens to numba: how many kernels were compiled, and how long that took.
 
-    ``tell`` is called with a family and the seconds spent so far, when the first kernel of that family is about to
-    compile. Meanwhile the garbage collector rests: a compiler makes many objects that live and few cycles, and the
-    search for cycles took a tenth of its time (2026-11).
+    ``tell`` is called with the seconds spent so far, when a kernel is about to compile. Meanwhile the garbage
+    collector rests: a compiler makes many objects that live and few cycles, and the search for cycles took a tenth of
+    its time (2026-11).
     """
 
-    def __init__(self, tell: Callable[[str, float], None]) -> None:
-        self.families: list[str] = []
+    def __init__(self, tell: Callable[[float], None]) -> None:
+        self.kernels = 0
         self.seconds = 0.0
         self.folder: str | None = None
         """Where later starts find the machine code; ``None`` if nothing could be written."""
@@ -137,13 +124,11 @@ class Compiled(event.Listener):
         self._depth += 1
         if self._depth > 1:
             return
-        kernel_ = event.data["dispatcher"]
-        module = kernel_.py_func.__module__
-        family = next((name for start, name in FAMILIES.items() if module.startswith(start)), None)
-        if family is not None and family not in self.families:
-            self.families.append(family)
-            self.folder = kernel_.stats.cache_path
-            self._tell(family, self.seconds)
+        compiled = event.data["dispatcher"]
+        if compiled.py_func.__module__.startswith("cdcore."):
+            self.kernels += 1
+            self.folder = compiled.stats.cache_path
+            self._tell(self.seconds)
         self._collects = gc.isenabled()
         gc.disable()
         self._since = perf_counter()
@@ -158,8 +143,8 @@ class Compiled(event.Listener):
 
 
 @contextmanager
-def compiling_reported(tell: Callable[[str, float], None]) -> Iterator[Compiled]:
-    """Inside this context ``tell`` is called for each family of kernels that is compiled because no disk has it yet."""
+def compiling_reported(tell: Callable[[float], None]) -> Iterator[Compiled]:
+    """Inside this context ``tell`` is called for each kernel that is compiled because no disk has it yet."""
     heard = Compiled(tell)
     listen: Any = event.register
     forget: Any = event.unregister

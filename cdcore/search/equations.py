@@ -13,15 +13,13 @@ TWO_PI = 2.0 * PI
 
 
 @hot_kernel
-def equation_15(angle: float, chain: int, features: int, amplitude: bool) -> int:
+def equation_15(angle: float, chain: int, features: int) -> int:
     """Place of the feature that an angle stands for, by its cosine (chain 0) or its sine (chain 1).
 
     ``arccos(cos t) / pi`` is the distance of t to the nearest multiple of 2 pi, over pi; so written it needs no cosine.
-    Differs: printed linear in the ``amplitude``, which draws the end faces twenty times too often.
+    Differs: printed linear in the amplitude, which draws the end faces twenty times too often.
     """
     stay_one_function()
-    if amplitude:
-        return place_of(0.5 + 0.5 * (np.cos(angle) if chain == 0 else np.sin(angle)), features)
     return place_of(abs(wrapped(angle - 0.5 * PI * chain)) / PI, features)
 
 

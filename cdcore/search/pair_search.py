@@ -125,7 +125,7 @@ class PairSearch:
             fresh[name] = getattr(settings, name)
         fresh["fresh"], fresh["without"] = 1, settings.without_equation or 0
         fresh["who"], fresh["walk"] = SEARCHERS.get(settings.variant, COLONY), settings.variant in ("memetic", "local")
-        fresh["daemon"], fresh["amplitude"] = settings.variant == "memetic", settings.decode == "amplitude"
+        fresh["daemon"] = settings.variant == "memetic"
         fresh["scale"] = self.first.mean_radius + self.second.mean_radius or 1.0
         fresh["closest"], fresh["size"] = np.inf, self.first.size + self.second.size
 

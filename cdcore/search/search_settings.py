@@ -9,7 +9,6 @@ from cdcore.protocol.settings import MOST_WORK, CheckedSettings, choice, flag, n
 VARIANTS: Final = ("memetic", "corrected", "local", "random", "printed")
 """What may search: the colony with local search, the colony alone, two controls, and the equations as printed."""
 
-DECODERS: Final = ("angle", "amplitude")
 EQUATIONS: Final = (15, 16, 17, 18, 19, 20)
 MOST_WEIGHT: Final = 1000.0
 """Bound of angles, exponents and diameters."""
@@ -24,8 +23,7 @@ class SearchSettings(CheckedSettings):
     ``ants``: population m. ``turn``: largest step theta0 of a rotation, radians. ``mutation``: probability of a NOT
     gate per qubit. ``alpha``, ``beta``: weights of pheromone and heuristic in (16). ``evaporation``: rho of (20).
     ``reward``: exponent of (19). ``pheromone_least``, ``pheromone_most``: clamp of tau. ``restart_after``: evaluations
-    without a hit until the population is drawn anew. ``decode``: "angle" (uniform over the faces) or "amplitude" (the
-    literature's linear map, which draws the end faces twenty times too often).
+    without a hit until the population is drawn anew.
     ``seed``: of all random streams. ``budget``: evaluations for one pair in one frame.
     ``samples``: faces of each body that are searched, drawn by area; ``None``: all.
     ``stop_first``: whether to stop at the first hit; else, where faces are asked for, the rest of the budget looks for
@@ -52,7 +50,6 @@ class SearchSettings(CheckedSettings):
     pheromone_least: float = number(1e-3, 1e-300, 1e300)
     pheromone_most: float = number(10.0, 1e-300, 1e300)
     restart_after: int = whole(1500, 1, MOST_WORK)
-    decode: str = choice("angle", DECODERS)
     without_equation: int | None = choice(None, EQUATIONS)
     seed: int = whole(0, -(2**63), 2**63 - 1)
     budget: int = whole(2000, 1, MOST_WORK)

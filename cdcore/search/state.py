@@ -22,9 +22,8 @@ COUNTS = (
     # now.
     "generation", "entries", "undecided", "open",
     # Limits and choices: who searches, whether a start is walked down from, whether the best ant is improved by local
-    # search, the equation left out (0: none), whether angles are decoded by amplitudes, whether the population is still
-    # to be drawn.
-    "budget", "restart_after", "ants", "who", "walk", "daemon", "without", "amplitude", "fresh",
+    # search, the equation left out (0: none), whether the population is still to be drawn.
+    "budget", "restart_after", "ants", "who", "walk", "daemon", "without", "fresh",
     # Of the random numbers: whether ``key`` is that of this restart, and whether its stream has begun.
     "keyed", "seeded",
     # Of the flood fill: next pair to look around, pairs found, whether it goes over corners, tests done.

@@ -31,7 +31,7 @@ def decoded(angle: float, chain: int, features: int, state: State) -> int:
     stay_one_function()
     if state.without == 15:
         return place_of(wrapped(angle) / TWO_PI + 0.5, features)
-    return equation_15(angle, chain, features, state.amplitude != 0)
+    return equation_15(angle, chain, features)
 
 
 @hot_kernel

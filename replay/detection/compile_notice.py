@@ -46,7 +46,7 @@ def compile_beside() -> None:
 
 @contextmanager
 def compiling_announced(listener: object, *, alone: bool = False) -> Iterator[None]:
-    """Announce to a ``Speaker`` each family of kernels that is compiled meanwhile; other listeners hear nothing.
+    """Announce to a ``Speaker`` that kernels are compiled meanwhile; other listeners hear nothing.
 
     ``alone``: no second process compiles beside; for those who compare clocks.
     Loads the compiler: enter it only where kernels will run anyway.
@@ -58,18 +58,18 @@ def compiling_announced(listener: object, *, alone: bool = False) -> Iterator[No
 
     told = -TELL_EVERY
 
-    def tell(family: str, seconds: float) -> None:
+    def tell(seconds: float) -> None:
         nonlocal told
         if not alone:
             compile_beside()
         if seconds - told >= TELL_EVERY:
             told = seconds
             so_far = f" ({seconds:.0f} s so far)" if seconds >= 1 else ""
-            listener.say(f"Compiling kernels for this machine, once: {family}{so_far}")
+            listener.say(f"Compiling kernels for this machine, once{so_far}")
 
     with compiling_reported(tell) as compiled:
         yield
-    if compiled.families:
+    if compiled.kernels:
         kept = f"later starts load it from {compiled.folder}"
         where = kept if compiled.folder else "no folder to keep it could be written"
         listener.say(f"Compiled in {compiled.seconds:.0f} s; {where}")

@@ -35,9 +35,9 @@ turn, move = np.tile(np.eye(3), (frames, 2, 1, 1)), np.zeros((frames, 2, 3))
 move[:, 0, 0], move[:, 0, 2] = np.linspace(4, -0.5, frames), 0.25
 if "all" in sys.argv:
     move[-1], move[-2] = 0, [[0, 0, 1], [0, 0, 0]]
-families = []
+kernels = []
 start = time.process_time()
-with compiling_reported(lambda family, _: families.append(family)):
+with compiling_reported(kernels.append):
     detection = create_detector("exact", bodies).detect(Motion(np.arange(frames) / 90, move, turn), faces=True)
     first = time.process_time() - start
     if "all" in sys.argv:
@@ -52,7 +52,7 @@ with compiling_reported(lambda family, _: families.append(family)):
         nested = create_detector("exact", inside).detect(Motion([0.0], np.zeros((1, 2, 3)), turn[:1]))
         assert nested.verdict[0, 0] == Verdict.CONTAINED
         Motion.from_matrices([0.0], np.tile(np.eye(4), (1, 2, 1, 1)))
-print(first, time.process_time() - start, len(families))
+print(first, time.process_time() - start, len(kernels))
 from numba.core.dispatcher import Dispatcher
 print(*sorted({f"{name}:{value.py_func.__qualname__}" for name, module in sys.modules.items()
                if name.startswith("cdcore.") and not name.startswith("cdcore.broad.sweep")
@@ -66,8 +66,8 @@ def started(folder, *arguments):
         [sys.executable, "-c", FIRST, *arguments], env=environment, capture_output=True, text=True, check=True
     )
     figures, left = answer.stdout.split("\n")[:2]
-    first, everything, families = figures.split()
-    return float(first), float(everything), int(families), left.split()
+    first, everything, kernels = figures.split()
+    return float(first), float(everything), int(kernels), left.split()
 
 
 @pytest.mark.bench
@@ -76,19 +76,19 @@ def test_the_first_answer_and_all_kernels_compile_in_time_and_later_starts_load(
     for attempt in range(2):  # other work on the machine makes the same work take up to 1.4 times as long
         if first > 15:
             first = min(first, started(tmp_path / f"again{attempt}")[0])
-    tied, everything, families, left = started(tmp_path / "all", "all")
+    tied, everything, kernels, left = started(tmp_path / "all", "all")
     print(f"first answer {first:.1f} s, with a tie {tied:.1f} s, all kernels {everything:.1f} s")
     assert first <= 15
     assert everything <= 40
-    assert families >= 5
+    assert kernels >= 5
     assert left == [], "every kernel was compiled"
-    first, _, families, _ = started(tmp_path / "all")
+    first, _, kernels, _ = started(tmp_path / "all")
     assert first < 1
-    assert families == 0
+    assert kernels == 0
 
 
 @pytest.mark.slow
 def test_what_a_process_beside_a_first_run_compiles_is_what_exact_needs(tmp_path):
     environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-m", "cdcore.detectors.compile_beside"], env=environment, check=True)
-    assert started(tmp_path)[2] == 0, "families left to compile"
+    assert started(tmp_path)[2] == 0, "kernels left to compile"

@@ -18,7 +18,7 @@ from sessions.synthetic.scenes import SCENES, make_scene_session
 
 FRAMES = 40
 LIVE = [
-    ("exact", {}), ("exact", {"containment": False}), ("hybrid", {}), ("hybrid", {"sphere": "paper"}), ("obb", {}),
+    ("exact", {}), ("exact", {"containment": False}), ("hybrid", {}), ("obb", {}),
     ("obb", {"budget": 300}), ("rapid-style", {}), ("solid-style", {}), ("solid-style", {"budget": 40}), ("aabb", {}),
     ("collider", {"shape": "mesh"}), ("collider", {"shape": "hull", "rate_hz": 30}), ("collider", {"skin_m": 0.005}),
     ("collider", {"shape": "mesh", "skin_m": 0.01}), ("static", {}), ("sphere", {}),

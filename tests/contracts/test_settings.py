@@ -73,7 +73,7 @@ def test_a_flag_is_no_number_and_a_number_no_flag(name):
         ("sphere", {"sphere": "exact"}, "paper, best"), ("discrete", {"rate_hz": 0}, "above 0"),
         ("static", {"epsilon": -1.0}, "metres from 0"), ("exact", {"threads": 0}, "1 or more"),
         ("exact", {"containment": "off"}, "true or false"), ("qaco", {"variant": "quick"}, "memetic, corrected"),
-        ("qaco", {"decode": "sine"}, "angle, amplitude"), ("qaco", {"without_equation": 14}, "15, 16"),
+        ("qaco", {"without_equation": 14}, "15, 16"),
         ("qaco", {"ants": 2.5}, "whole number"), ("qaco", {"mutation": 1.5}, "from 0 to 1"),
         ("qaco", {"beta": 1001}, "from 0 to 1000"), ("qaco", {"samples": "many"}, "or None"),
         ("qaco", {"pheromone_least": 11.0}, "up to pheromone_most"), ("hybrid-qaco", {"rest": -0.1}, "from 0 to 1000"),

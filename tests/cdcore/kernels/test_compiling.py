@@ -71,7 +71,7 @@ def test_where_nothing_can_be_written_kernels_compile_at_every_start(tmp_path):
 
 
 def test_the_collector_rests_while_kernels_compile_and_only_then():
-    heard = Compiled(lambda family, seconds: None)
+    heard = Compiled(lambda seconds: None)
     kernel = Event("numba:compile", "START", {"dispatcher": doubled})
     for on in (True, False):
         gc.enable() if on else gc.disable()

@@ -17,7 +17,7 @@ from cdcore.search.equations import (
 @kernel
 def ask(number, a, b, c, d):
     if number == 15:
-        return float(equation_15(a, int(b), int(c), d != 0.0))
+        return float(equation_15(a, int(b), int(c)))
     if number == 16:
         return equation_16(a, b, c, d)
     if number == 17:
@@ -42,8 +42,6 @@ def test_the_feature_is_at_the_share_of_the_angle_between_amplitude_and_axis(dra
     angle, chain, features = draws.uniform(-20, 20), int(draws.integers(2)), int(draws.integers(1, 500))
     share = np.arccos(amplitudes(angle)[chain]) / np.pi
     assert abs(ask(15, angle, chain, features, 0.0) - min(share * features, features - 1)) <= 1.0
-    linear = 0.5 + 0.5 * amplitudes(angle)[chain]
-    assert abs(ask(15, angle, chain, features, 1.0) - min(linear * features, features - 1)) <= 1.0
 
 
 def test_the_weight_is_the_product_of_powers(draws):

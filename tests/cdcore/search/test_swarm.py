@@ -65,15 +65,6 @@ def test_the_angle_map_draws_every_face_about_equally_often(chain):
     assert 0.88 < often.min() < often.max() < 1.12
 
 
-def test_the_amplitude_map_draws_the_ends_twenty_times_too_often():
-    angles = np.random.default_rng(0).uniform(0, 2 * np.pi, 2_000_000)
-    places = np.zeros(len(angles), dtype=np.int64)
-    decode_all(angles, 0, 1000, state_of(amplitude=1), places)
-    often = np.bincount(places, minlength=1000) / 2000
-    assert often[[0, -1]].mean() == pytest.approx(20.1, rel=0.02)
-    assert often[450:550].mean() == pytest.approx(0.64, rel=0.02)
-
-
 def test_a_step_goes_the_short_way_and_without_17_either_way():
     start, target = np.full(2000, 3.0), np.full(2000, -3.0)
     ways = []

@@ -16,7 +16,7 @@ def assembly(frames=50):
 def test_settings_in_force_are_reported_with_the_answer_and_its_times():
     told = []
     run = run_detector(parse_detector("discrete[rate_hz=10]"), assembly(), seed=0, faces=False, advance=told.append)
-    assert run.settings["rate_hz"] == 10 and "sphere" in run.settings
+    assert run.settings["rate_hz"] == 10 and "containment" in run.settings
     assert sum(told) == 50 == len(run.detection.times)
     assert run.prepare > 0 and run.warm > 0 and run.detect > 0
     assert run.detection.face_sets is None

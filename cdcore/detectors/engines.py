@@ -1,0 +1,157 @@
+"""Rows that ask a real engine, which decides itself, at fixed steps; ``cdcore.engines`` puts the bodies into it."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from cdcore.engines import (
+    BulletWorld,
+    EngineDetector,
+    EngineSettings,
+    EngineSolid,
+    MujocoWorld,
+    PhysxWorld,
+    RapierWorld,
+    ShapedSettings,
+)
+from cdcore.protocol.settings import MOST_METRES, number
+
+
+@dataclass(frozen=True, kw_only=True)
+class MujocoSettings(EngineSettings):
+    """Settings of ``mujoco``.
+
+    ``rate_hz``: looks per second of session time, 500 is MuJoCo's own step; ``None``: every frame.
+    ``margin_m``: metres of distance at which MuJoCo already lists a contact.
+    """
+
+    margin_m: float = number(0.0, 0, MOST_METRES, unit="metres")
+
+
+class MujocoDetector(EngineDetector[MujocoSettings]):
+    """Asks MuJoCo for its list of contacts between convex hulls, and holds each answer until its next look.
+
+    Choose it to see a shipped engine's own answer, where ``collider`` re-creates one. A hull within a hull is CONTACT.
+    It lists no faces. A mesh thinner than 10 micrometres gets that thickness, because MuJoCo refuses flat ones.
+
+    Source: ``mj_collision`` with MuJoCo's own settings. Needs the extra ``engines``, else a MissingEngineError.
+    """
+
+    name: ClassVar[str] = "mujoco"
+    title: ClassVar[str] = "MuJoCo"
+    least_thickness: ClassVar[float] = 1e-5
+    Settings: ClassVar[type] = MujocoSettings
+    sources: ClassVar[tuple[str, ...]] = (
+        "E. Todorov, T. Erez, Y. Tassa, MuJoCo: a physics engine for model-based control, IROS 2012",
+    )
+    choose_when: ClassVar[str] = "you want the answer of a shipped engine, not of its re-creation"
+    cannot: ClassVar[str] = "see hollows, list faces, or tell distances below a micrometre"
+
+    def _make_world(self, solids: list[EngineSolid]) -> MujocoWorld:
+        return MujocoWorld(solids, self._columns, self.settings.margin_m)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RapierSettings(ShapedSettings):
+    """Settings of ``rapier``.
+
+    ``shape``: hull or mesh, the triangles of what is not convex. ``rate_hz``: looks per second of session time, 60 is
+    Rapier's own step; ``None``: every frame. ``prediction_m``: metres of distance below which two bodies are in
+    contact, Rapier's ``normalized_prediction_distance``; 0.02 is its default.
+    """
+
+    prediction_m: float = number(0.02, 0, MOST_METRES, unit="metres")
+
+
+class RapierDetector(EngineDetector[RapierSettings]):
+    """Asks Rapier, the engine of Bevy and of many pages on the web, for pairs with an active contact.
+
+    Choose it to see a shipped engine's own answer, where ``collider`` re-creates one. A hull within a hull is CONTACT;
+    of triangle meshes only surfaces count. It lists no faces.
+
+    Source: ``NarrowPhase`` of rapier3d. Needs the extra ``engines``, else a MissingEngineError.
+    """
+
+    name: ClassVar[str] = "rapier"
+    title: ClassVar[str] = "Rapier"
+    meshes_meet: ClassVar[bool] = True
+    Settings: ClassVar[type] = RapierSettings
+    sources: ClassVar[tuple[str, ...]] = ("Dimforge, Rapier 0.36, https://rapier.rs/docs: collision detection",)
+    choose_when: ClassVar[str] = "your engine is Rapier (Bevy, the web)"
+    cannot: ClassVar[str] = (
+        "list faces, or tell the distance between edges: it measures at corners, millimetres too far"
+    )
+
+    def _make_world(self, solids: list[EngineSolid]) -> RapierWorld:
+        return RapierWorld(solids, self.settings.prediction_m)
+
+
+@dataclass(frozen=True, kw_only=True)
+class BulletSettings(ShapedSettings):
+    """Settings of ``bullet``.
+
+    ``shape``: hull or mesh, the triangles of what is not convex. ``rate_hz``: looks per second of session time, 240 is
+    the step of pybullet; ``None``: every frame. ``margin_m``: metres around each body that Bullet adds to its surface
+    (``collisionMargin``); 0.001 is the default of pybullet. Bullet lists contacts a little farther than both margins:
+    by the contact breaking threshold, 2 % of the smaller body's size.
+    """
+
+    margin_m: float = number(0.001, 0, MOST_METRES, unit="metres")
+
+
+class BulletDetector(EngineDetector[BulletSettings]):
+    """Asks Bullet for its points of contact; two triangle meshes it does not test.
+
+    Choose it to see a shipped engine's own answer, where ``collider`` re-creates one. A hull within a hull is CONTACT.
+    It lists no faces.
+
+    Source: ``performCollisionDetection`` and ``getContactPoints`` of pybullet. Needs the extra ``engines``, else a
+    MissingEngineError.
+    """
+
+    name: ClassVar[str] = "bullet"
+    title: ClassVar[str] = "Bullet"
+    Settings: ClassVar[type] = BulletSettings
+    sources: ClassVar[tuple[str, ...]] = (
+        "E. Coumans, Y. Bai, PyBullet, a Python module for physics simulation, http://pybullet.org, 2016-2021",
+    )
+    choose_when: ClassVar[str] = "your engine is Bullet (PyBullet, Godot 3, Panda3D)"
+    cannot: ClassVar[str] = "test two triangle meshes, list faces, or tell a gap from a touch within its margins"
+
+    def _make_world(self, solids: list[EngineSolid]) -> BulletWorld:
+        return BulletWorld(solids, self.settings.margin_m)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PhysxSettings(ShapedSettings):
+    """Settings of ``physx``.
+
+    ``shape``: hull, which PhysX cuts to at most 64 corners; or mesh, the triangles of what is not convex.
+    ``rate_hz``: looks per second of session time, 50 is Unity's own step; ``None``: every frame. ``contact_offset_m``:
+    metres around each body within which PhysX reports contact, so that two bodies are in contact below twice that
+    distance; 0.01 is Unity's default; ``None``: what PhysX computes from gravity and step, 0.00545.
+    """
+
+    contact_offset_m: float | None = number(None, 0, MOST_METRES, above=True, unit="metres")
+
+
+class PhysxDetector(EngineDetector[PhysxSettings]):
+    """Asks PhysX 5, the engine inside Unity, for its reports of contact; two triangle meshes it does not test.
+
+    Choose it to see what Unity's engine says, where ``collider`` re-creates it. A hull within a hull is CONTACT. It
+    lists no faces. It runs on the processor; each look takes three milliseconds and more, most of them to hand over
+    poses.
+
+    Source: contact reports of ovphysx. Needs the extra ``physx``, else a MissingEngineError.
+    """
+
+    name: ClassVar[str] = "physx"
+    title: ClassVar[str] = "PhysX"
+    Settings: ClassVar[type] = PhysxSettings
+    sources: ClassVar[tuple[str, ...]] = (
+        "NVIDIA, PhysX 5 by way of ovphysx 0.7, https://nvidia-omniverse.github.io/PhysX/ovphysx/latest",
+    )
+    choose_when: ClassVar[str] = "your engine is Unity, Unreal 4 or Omniverse, which have PhysX inside"
+    cannot: ClassVar[str] = "test two triangle meshes, list faces, or be timed: handing over poses takes most of it"
+
+    def _make_world(self, solids: list[EngineSolid]) -> PhysxWorld:
+        return PhysxWorld(solids, self.settings.contact_offset_m)
