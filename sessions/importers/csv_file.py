@@ -54,7 +54,14 @@ def read_csv(
     if not (convention or plan.convention):
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
     axes = convention_named(convention or plan.convention)
-    return _CsvLog(table, plan).imported(SourceFrame(axes, plan.units, f"column {plan.time}, {plan.unit}", plan.unit))
+    return _CsvLog(table, plan).imported(
+        SourceFrame(
+            axes,
+            plan.units,
+            f"column {plan.time}, {plan.unit}" if plan.time else f"{plan.layout.rate_hz:g} rows a second",
+            plan.unit,
+        )
+    )
 
 
 def _check_columns(table: CsvTable, plan: CsvMapping) -> None:

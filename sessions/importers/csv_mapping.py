@@ -20,8 +20,6 @@ from sessions.meshes.conventions import CONVENTIONS, quaternion_from_euler
 from sessions.scene_files.toml_table import TomlTable, parse_toml
 
 MOST_LINES: Final = 1000
-ROW_TIME: Final = "time by rows"
-"""The column of time of a file that has none."""
 TEXT: Final = "text"
 """The unit of a clock that is written as a date and a time."""
 LENGTHS: Final = ("m", "cm", "mm")
@@ -89,7 +87,9 @@ class CsvLayout:
 
 @dataclass(frozen=True)
 class CsvMapping:
-    """A mapping; ``bodies`` is set for a wide table (columns per body), ``body`` for a long one (a row per body)."""
+    """A mapping; ``bodies`` is set for a wide table (columns per body), ``body`` for a long one (a row per body).
+
+    Without a column ``time`` the rows come at the layout's rate."""
 
     time: str
     unit: str
@@ -157,7 +157,7 @@ def read_mapping(path: str | Path) -> CsvMapping:
     with mapping_table(path) as whole:
         clock = whole.table("time") or whole.within({}, "[time]")
         rate = clock.number("rate_hz", 0.0)
-        column, unit = ROW_TIME, "s"
+        column, unit = "", "s"
         if rate <= 0.0:
             column, unit = clock.text("column", None), clock.text("unit", None, (*CLOCK_NS, TEXT))
         form, offset_ns = clock.text("format"), clock.number("offset", 0.0) * CLOCK_NS.get(unit, 1e9)

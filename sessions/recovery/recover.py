@@ -6,9 +6,9 @@ metadata name what is lost.
 """
 
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import BinaryIO
 
@@ -30,12 +30,42 @@ from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF, TRACKING, channel_spec
 from sessions.mcap_format.unpacking import MessageTable, read_region
 from sessions.mcap_format.writer import SCENE_FILE
-from sessions.recovery.lost import LostChunk, Recovery
 from sessions.whole_files import whole_file
 
 OF_MESSAGES = (Opcode.CHUNK, Opcode.MESSAGE)
 WITH_SENTENCES = (*OF_MESSAGES, Opcode.ATTACHMENT)
 RECOVERED = "recovered"  # The fact that says what a recovered file lacks
+
+
+@dataclass(frozen=True)
+class Recovery:
+    """What became of a file.
+
+    Parameters
+    ----------
+    out : the file written.
+    messages, frames : kept.
+    first_ns, last_ns : frame stamps kept, 0 without any.
+    lost : everything that was lost, a sentence each.
+    mended : what a reader refused before although nothing of it is lost.
+    """
+
+    out: Path
+    messages: int
+    frames: int
+    first_ns: int
+    last_ns: int
+    lost: tuple[str, ...]
+    mended: tuple[str, ...] = ()
+
+    @property
+    def whole(self) -> bool:
+        """Whether nothing was lost."""
+        return not self.lost
+
+    def sentences(self) -> list[str]:
+        """What was kept and lost, for a reader."""
+        return [f"kept {self.frames:,} frames and {self.messages:,} messages", *self.lost, *self.mended]
 
 
 def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Recovery:
@@ -87,35 +117,38 @@ def _written(declared: Catalogue, stream: BinaryIO, file: BinaryIO, target: Path
     if own and session.get(metadata.FORMAT) != PROFILE:
         metadata.check_version(declared.profile, declared.path)
     writer = started_writer(file, PROFILE if own else declared.profile)
-    attachments, lost = _attachments(declared, stream, session)
+    hashes = {metadata.mesh_file(name): stated for name, stated in metadata.metadata_of(session)[1].items()}
+    attachments = _attachments(declared, stream, hashes)
     for name, made in attachments.items():
         writer.add_attachment(made.create_time, made.log_time, name, made.media_type, made.data)
     kept = _KeptMessages(declared, writer)
     for region in declared.regions:
         kept.add(stream, region)
     if not kept.regions and not attachments:
-        first = f"its first chunk is {kept.lost[0].why}, and no other is whole" if kept.lost else ""
+        first = f"its first chunk is {kept.first_fault}, and no other is whole" if kept.first_fault else ""
         raise _nothing(declared.path, first or "there is no chunk in it")
     if not own:
         declared.check_pose_channels()
     listed: tuple[str, ...] = ()
     with suppress(SessionError):
         listed = metadata.names_of(records.get(metadata.BODIES_RECORD), declared.path)
-    bodies = tuple(name for name in listed if name not in kept.names)
-    words = tuple(_losses(declared, kept, bodies, lost))
-    span = kept.first_ns, kept.last_ns
-    result = Recovery(target, kept.messages, kept.frames, *span, tuple(kept.lost), bodies, lost, words)
+    faulty = [fault.name for fault in declared.faults if fault.opcode == Opcode.ATTACHMENT]
+    absent = dict.fromkeys(name for name in (*faulty, *declared.attachments, *hashes) if name not in attachments)
+    lost = tuple(_losses(declared, kept, [name for name in listed if name not in kept.names], [*absent]))
+    result = Recovery(target, kept.messages, kept.frames, kept.first_ns, kept.last_ns, lost)
+    rewritten = {}
     if own:
         facts = {**metadata.metadata_of(session)[0], RECOVERED: "; ".join(result.sentences())}
         meshes = {body: made.data for name, made in attachments.items() if (body := metadata.mesh_name(name))}
-        hashes = {body: hashlib.sha256(data).hexdigest() for body, data in meshes.items()}
-        writer.add_metadata(metadata.SESSION_RECORD, metadata.session_record(facts, hashes))
-        bodies = tuple(dict.fromkeys([*listed, *kept.names]))
-        bodies = bodies if len(bodies) <= metadata.MAX_BODIES else kept.names
-        writer.add_metadata(metadata.BODIES_RECORD, metadata.bodies_record(bodies))
-    for name, values in declared.metadata:
-        if name not in (metadata.SESSION_RECORD, metadata.BODIES_RECORD) or not own:
-            writer.add_metadata(name, values)
+        written = {body: hashlib.sha256(data).hexdigest() for body, data in meshes.items()}
+        names = tuple(dict.fromkeys([*listed, *kept.names]))
+        rewritten[metadata.SESSION_RECORD] = metadata.session_record(facts, written)
+        rewritten[metadata.BODIES_RECORD] = metadata.bodies_record(
+            names if len(names) <= metadata.MAX_BODIES else kept.names
+        )
+    others = [(name, values) for name, values in declared.metadata if name not in rewritten]
+    for name, values in (*rewritten.items(), *others):
+        writer.add_metadata(name, values)
     if not kept.frames and (own or declared.ids(TF)):
         spec = channel_spec(TF)  # without a channel of poses a reader refuses the file
         writer.register_channel(TF, "protobuf", writer.register_schema(spec.schema, "protobuf", spec.descriptor_set))
@@ -127,11 +160,10 @@ def _written(declared: Catalogue, stream: BinaryIO, file: BinaryIO, target: Path
 
 
 def _losses(
-    declared: Catalogue, kept: "_KeptMessages", bodies: tuple[str, ...], attachments: tuple[str, ...]
+    declared: Catalogue, kept: "_KeptMessages", bodies: Sequence[str], attachments: Sequence[str]
 ) -> Iterator[str]:
-    """What was lost of a file, a sentence each; times are seconds after the first frame kept."""
-    for chunk in kept.lost:
-        yield chunk.sentence(kept.first_ns if kept.frames else None)
+    """What was lost of a file, a sentence each."""
+    yield from kept.lost
     if declared.tear is not None and (skipped := declared.size - declared.tear):
         yield f"skipped {skipped:,} bytes that are no records"
     if kept.unknown:
@@ -163,7 +195,9 @@ class _KeptMessages:
         self._numbers: dict[int, int] = {}
         self.regions = self.messages = self.frames = self.unknown = self.left_out = 0
         self.first_ns = self.last_ns = 0
-        self.lost: list[LostChunk] = []
+        self._began_ns = min((region.first_ns for region in declared.regions if region.is_chunk), default=0)
+        self.lost: list[str] = []
+        self.first_fault = ""
         for fault in declared.faults:
             if fault.opcode in OF_MESSAGES:
                 self._lose(fault.start, fault.error)
@@ -187,9 +221,15 @@ class _KeptMessages:
         self._copy(kept)
 
     def _lose(self, start: int, error: SessionFileError, region: Region | None = None) -> None:
+        """Say what is lost of a region; times are seconds after the first message."""
         why = "damaged" if "is damaged" in str(error) else f"unreadable ({brief(error)})"
-        span = (region.first_ns, region.last_ns, region.indexed) if region else (0, 0, None)
-        self.lost.append(LostChunk(start, *span, why))
+        count = "an unknown number of" if region is None or region.indexed is None else f"{region.indexed:,}"
+        span = ""
+        if region is not None and region.last_ns:
+            first, last = ((stamp - self._began_ns) / 1e9 for stamp in (region.first_ns, region.last_ns))
+            span = f", {first:.3f} s to {last:.3f} s"
+        self.first_fault = self.first_fault or why
+        self.lost.append(f"lost {count} messages{span}: the chunk at byte {start} is {why}")
 
     def _count_frames(self, table: MessageTable) -> None:
         decoder = self._decoder.fork()
@@ -240,13 +280,9 @@ def _takes(path: Path, topic: str, publish_ns: int, payload: bytes) -> bool:
     return is_part(topic) or len(payload) <= MESSAGE_BYTES
 
 
-def _attachments(
-    declared: Catalogue, stream: BinaryIO, session: dict[str, str]
-) -> tuple[dict[str, Attachment], tuple[str, ...]]:
-    """Attachments to keep, and those that are lost: damaged, named by a hash and absent, or unreadable."""
-    keep: dict[str, Attachment] = {}
-    lost = [fault.name for fault in declared.faults if fault.opcode == Opcode.ATTACHMENT]
-    hashes = {metadata.mesh_file(name): stated for name, stated in metadata.metadata_of(session)[1].items()}
+def _attachments(declared: Catalogue, stream: BinaryIO, hashes: dict[str, str]) -> dict[str, Attachment]:
+    """Attachments to keep: none that is not what its checksum, or the hash of its name, says, or that is unreadable."""
+    keep = {}
     for name, place in declared.attachments.items():
         content = bytes_at(stream, place)
         made = parsed(content)
@@ -254,10 +290,7 @@ def _attachments(
         right = any(content[-4:]) or hashes.get(name) in (None, hashlib.sha256(made.data).hexdigest())
         if right and _reads(name, made.data):
             keep[name] = made
-        else:
-            lost.append(name)
-    lost += [name for name in hashes if name not in keep]
-    return keep, tuple(dict.fromkeys(lost))
+    return keep
 
 
 def _reads(name: str, data: bytes) -> bool:
