@@ -49,12 +49,6 @@ public class VrLabRecorder : MonoBehaviour
     public void Scalar(string name, float value) =>   // such as a heart rate
         Write(Invariant($"scalar,{Time.timeAsDouble:F6},,,,,,,,,,{Cell(name)},{value:R}"));
 
-    public void Gaze(string who, Transform eye)
-    {
-        Vector3 p = eye.position; Quaternion q = eye.rotation;   // what is looked at lies along +Z
-        Write(Invariant($"gaze,{Time.timeAsDouble:F6},{Cell(who)},{p.x:R},{p.y:R},{p.z:R},{q.x:R},{q.y:R},{q.z:R},{q.w:R},1,,"));
-    }
-
     static string Cell(string name) => name.Replace(',', ' ').Replace('"', ' ');
     void Write(string line) => writer?.WriteLine(line);
     void Flush() => writer?.Flush();

@@ -1,6 +1,6 @@
 """Imports a CSV of poses, wide or long, of any convention; doubtful rows are flagged as lost.
 
-Besides poses: collisions, triggers, events, gaze, numbers. Rows left out are counted.
+Besides poses: collisions, triggers, events, numbers. Rows left out are counted.
 """
 
 from collections.abc import Iterator
@@ -11,16 +11,15 @@ from typing import Any
 import numpy as np
 
 from sessions.errors import ImportFileError
-from sessions.geometry.rotations import rotated
 from sessions.importers.csv_draft import draft_of, has_header
 from sessions.importers.csv_mapping import KINDS, OTHER, PRESETS, UNITY, VALUE, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.finish import side_of
-from sessions.importers.pose_table import Rows, SourceFrame, Stamps, Stream, imported, track_of
+from sessions.importers.pose_table import Rows, SourceFrame, Stamps, Stream, imported
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event, LiveContact
 from sessions.model.session import Session
-from sessions.model.track import GazeTrack, HandTrack
+from sessions.model.track import HandTrack
 
 NAMED_KINDS = 5  # Unknown kinds of rows that are named before the sentence ends in dots
 
@@ -54,7 +53,7 @@ def read_csv(
     if not (convention or plan.convention):
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
     axes = convention_named(convention or plan.convention)
-    return _CsvLog(table, plan).imported(
+    return _CsvLog(table, plan).session(
         SourceFrame(
             axes,
             plan.units,
@@ -66,7 +65,7 @@ def read_csv(
 
 def _check_columns(table: CsvTable, plan: CsvMapping) -> None:
     """Refuse a mapping that names columns which are not there: all of them at once."""
-    wanted = [plan.time, plan.name, *plan.events]
+    wanted = [plan.time, plan.name]
     wanted += [column for pose in (plan.body, *plan.bodies.values()) if pose for column in (*pose.numbers, pose.valid)]
     wanted += [scalar.column for scalar in plan.scalars.values()]
     missing = [column for column in dict.fromkeys(wanted) if column and column not in table.columns]
@@ -97,7 +96,7 @@ class _CsvLog:
         self._table, self._plan = table, plan
         self._kinds = table.words(plan.kind) if plan.kind else {"pose": np.ones(len(table), dtype=np.bool_)}
 
-    def imported(self, frame: SourceFrame) -> Session:
+    def session(self, frame: SourceFrame) -> Session:
         """Everything that the rows hold."""
         table, notes = self._table, []
         if table.skipped:
@@ -113,34 +112,28 @@ class _CsvLog:
             names += ["..."] if len(others) > NAMED_KINDS else []
             count = sum(int(rows.sum()) for rows in others.values())
             notes.append(f"{count} rows left out of unknown kind {', '.join(names)}")
-        gaze = {}
-        for name, rows in self._by_name("gaze"):
-            gaze[name], words = self._gaze(name, rows, frame)
-            notes += words
         tables = {name: table.poses(columns, self._stamps(rows), rows) for name, columns, rows in self._bodies()}
-        samples = imported(tables, frame, notes, self._numbers())
-        events = (*self._events(), *self._event_columns())
-        return replace(samples, events=events, hands=self._hands(), live_contacts=contacts, gaze=gaze)
-
-    def _by_name(self, kind: str, column: str = "") -> Iterator[tuple[str, Rows]]:
-        """The names in a column of the rows of a kind, the bodies' by default, each with its rows."""
-        if kind in self._kinds:
-            yield from self._table.words(column or self._plan.name, self._kinds[kind]).items()
+        events = tuple(
+            Event(stamp, name or "event", message, body)
+            for stamp, name, message, body in self._cells("event", OTHER, VALUE, self._plan.name)
+        )
+        session = imported(tables, frame, notes, self._numbers())
+        return replace(session, events=events, hands=self._hands(), live_contacts=contacts)
 
     def _stamps(self, rows: Rows) -> Stamps:
         return self._table.stamps(self._plan.time, self._plan.unit, rows)
 
-    def _cells(self, rows: Rows | None, *columns: str) -> Iterator[tuple[Any, ...]]:
-        """The stamp of each of these rows and its texts in some columns."""
-        if rows is not None:
-            yield from zip(
-                self._stamps(rows).tolist(), *(self._table.texts(column, rows) for column in columns), strict=True
-            )
+    def _cells(self, kind: str, *columns: str) -> Iterator[tuple[Any, ...]]:
+        """The stamp of each row of a kind and its texts in some columns."""
+        if kind in self._kinds:
+            rows = self._kinds[kind]
+            texts = (self._table.texts(column, rows) for column in columns)
+            yield from zip(self._stamps(rows).tolist(), *texts, strict=True)
 
-    def _first_numbers(self, rows: Rows, column: str) -> tuple[Stamps, Any]:
-        """The numbers of a column by time; of rows with one stamp the first counts."""
-        stamps, first = np.unique(self._stamps(rows), return_index=True)
-        return stamps, self._table.numbers((column,), rows)[first, 0]
+    def _named(self, kind: str, column: str) -> Iterator[tuple[str, Rows]]:
+        """The names in a column of the rows of a kind, each with its rows."""
+        if kind in self._kinds:
+            yield from self._table.words(column, self._kinds[kind]).items()
 
     def _bodies(self) -> Iterator[tuple[str, PoseColumns, Rows]]:
         """Each body with its columns and its rows."""
@@ -149,7 +142,7 @@ class _CsvLog:
         if self._plan.body is None:
             return
         where = f"{self._table.source}: column {self._plan.name!r}"
-        named = dict(self._by_name("pose"))
+        named = dict(self._named("pose", self._plan.name))
         if len(named) > MOST_BODIES:
             raise ImportFileError(f"{where} names {len(named):,} bodies; is it the column of names?")
         for name, rows in named.items():
@@ -157,54 +150,28 @@ class _CsvLog:
                 raise ImportFileError(f"{where}: a pose has no body; fill in the cell")
             yield name, self._plan.body, rows
 
-    def _gaze(self, name: str, rows: Rows, frame: SourceFrame) -> tuple[GazeTrack, list[str]]:
-        """Where somebody looked: rows of their kind are poses of an eye."""
-        assert self._plan.body is not None  # only a long table has kinds of rows
-        eye, words = track_of(f"gaze of {name}", self._table.poses(self._plan.body, self._stamps(rows), rows), frame)
-        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            ahead = rotated(eye.quaternions_xyzw, (0.0, 0.0, -1.0))
-            ahead /= np.sqrt((ahead**2).sum(axis=1, keepdims=True))
-        return GazeTrack(eye.times_ns, eye.positions, ahead, eye.valid), words
-
     def _numbers(self) -> Iterator[Stream]:
         """Numbers over time, in columns of their own or in rows of their kind."""
-        for name, scalar in self._plan.scalars.items():
-            yield Stream(name, *self._first_numbers(self._kinds["pose"], scalar.column), scalar.unit)
-        for name, rows in self._by_name("scalar", OTHER):
-            yield Stream(name or "scalar", *self._first_numbers(rows, VALUE))
+        columns = [(name, self._kinds["pose"], *scalar) for name, scalar in self._plan.scalars.items()]
+        columns += [(name or "scalar", rows, VALUE, "") for name, rows in self._named("scalar", OTHER)]
+        for name, rows, column, unit in columns:
+            yield Stream(name, self._stamps(rows), self._table.numbers((column,), rows)[:, 0], unit)
 
     def _contacts(self) -> tuple[tuple[LiveContact, ...], int]:
         """The engine's contacts, and how many were left out because both bodies reported them."""
         found: dict[tuple[int, frozenset[str], str], LiveContact] = {}
         reported = 0
         for phase in ("enter", "exit"):
-            for stamp, first, second in self._cells(self._kinds.get(phase), self._plan.name, OTHER):
+            for stamp, first, second in self._cells(phase, self._plan.name, OTHER):
                 reported += 1
                 found.setdefault((stamp, frozenset((first, second)), phase), LiveContact(stamp, first, second, phase))
         return tuple(found.values()), reported - len(found)
 
     def _hands(self) -> dict[str, HandTrack]:
-        """``student/<side>`` -> trigger, from the rows that hold one."""
+        """``student/<side>`` -> trigger, from the rows that hold one; of rows with one stamp the first counts."""
         found = {}
-        for name, rows in self._by_name("trigger"):
-            stamps, value = self._first_numbers(rows, VALUE)
+        for name, rows in self._named("trigger", self._plan.name):
+            stamps, first = np.unique(self._stamps(rows), return_index=True)
+            value = self._table.numbers((VALUE,), rows)[first, 0]
             found[f"student/{side_of(name)}"] = HandTrack(stamps, np.clip(np.nan_to_num(value), 0.0, 1.0))
         return found
-
-    def _events(self) -> Iterator[Event]:
-        """Rows that are events."""
-        for stamp, name, message, body in self._cells(self._kinds.get("event"), OTHER, VALUE, self._plan.name):
-            yield Event(stamp, name or "event", message, body)
-
-    def _event_columns(self) -> Iterator[Event]:
-        """An event where a cell is not empty and differs from the row before (of the same body in a long table)."""
-        if not self._plan.events:
-            return
-        for body, rows in self._by_name("pose") if self._plan.name else [("", self._kinds["pose"])]:
-            for column in self._plan.events:
-                before = ""
-                for stamp, cell in self._cells(rows, column):
-                    word = cell.strip()
-                    if word and word != before:
-                        yield Event(stamp, column, word, body)
-                    before = word

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ MOST_LINES: Final = 1000
 TEXT: Final = "text"
 """The unit of a clock that is written as a date and a time."""
 LENGTHS: Final = ("m", "cm", "mm")
-KINDS: Final = ("pose", "enter", "exit", "trigger", "event", "scalar", "gaze")
+KINDS: Final = ("pose", "enter", "exit", "trigger", "event", "scalar")
 OTHER, VALUE = "other", "value"
 """Columns of rows that are no poses."""
 CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.0, "ticks": 100.0}
@@ -57,8 +57,7 @@ class PoseColumns:
         return _of_matrices(turns.reshape(-1, 3, 3)) if self.kind == "matrix" else turns
 
 
-@dataclass(frozen=True)
-class ScalarColumn:
+class ScalarColumn(NamedTuple):
     """A number over time."""
 
     column: str
@@ -102,8 +101,6 @@ class CsvMapping:
     kind: str = ""
     """The column that says what a row of a long table is, one of ``KINDS``; rows of other words are left out."""
     scalars: Mapping[str, ScalarColumn] = field(default_factory=dict)
-    events: tuple[str, ...] = ()
-    """Columns in which every new text is an event."""
 
 
 UNITY: Final = CsvMapping(
@@ -192,7 +189,6 @@ def read_mapping(path: str | Path) -> CsvMapping:
             body=pose_columns(long) if long is not None else None,
             bodies={name: pose_columns(table) for name, table in wide.items()},
             scalars=scalars,
-            events=whole.texts("event_columns"),
         )
 
 

@@ -127,7 +127,7 @@ SCRIPT = (ROOT / "replay/guide/VrLabRecorder.cs").read_text("utf-8")
 
 def templates():
     """The header and the kinds of lines as the script writes them."""
-    kinds = ("pose,", "trigger,", "{kind},", "scalar,", "gaze,")
+    kinds = ("pose,", "trigger,", "{kind},", "scalar,")
     (header,) = re.findall(r'WriteLine\("(kind,[^"]*)"\)', SCRIPT)
     lines = re.findall(r'Invariant\(\$"([^"]*)"\)', SCRIPT)
     return header, *(next(line for line in lines if line.startswith(start)) for start in kinds)
@@ -151,7 +151,7 @@ def pose_values(time, name, position, quaternion, tracked=1):
 
 
 def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
-    header, pose, trigger, contact, scalar, gaze = templates()
+    header, pose, trigger, contact, scalar = templates()
     rng = np.random.default_rng(8)
     count = 40
     turns, places = Rotation.random(count, random_state=8), rng.normal(size=(count, 3)) * [1, 1, 1e-5]
@@ -161,8 +161,6 @@ def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
         lines.append(filled(pose, pose_values(time, "LeftHand", places[k], turns[k].as_quat(), int(k != 3))))
         lines.append(filled(trigger, {"Time.timeAsDouble": time, "hand": "left", "value": k / count}))
         lines.append(filled(scalar, {"Time.timeAsDouble": time, "Cell(name)": "heart rate", "value": 70 + k}))
-        eye = pose_values(time, "", places[k], turns[k].as_quat()) | {"Cell(who)": "anna"}
-        lines.append(filled(gaze, eye))
         if k in (10, 20):
             kind = {10: "enter", 20: "exit"}[k]
             both = (("LeftHand", "Beaker"), ("Beaker", "LeftHand"))
@@ -190,9 +188,6 @@ def test_a_session_that_the_script_writes_is_imported_as_it_was(tmp_path):
     assert "left out" not in session.facts["conversions"]
     assert session.scalars["heart rate"].values.tolist() == [70.0 + k for k in range(count)]
     round_trips(session, tmp_path)
-    looked = session.gaze["anna"]
-    assert np.allclose(looked.origins, places @ mirror, rtol=1e-7, atol=1e-12)
-    assert np.allclose(looked.directions, turns.apply([0, 0, 1]) @ mirror, atol=1e-6)
 
 
 TAKE = [HEADER, *(f"pose,{0.011 * k:.6f},Cup{k % 2},{0.01 * k},1,0,0,0,0,1,1,," for k in range(60))]

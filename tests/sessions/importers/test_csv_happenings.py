@@ -3,7 +3,6 @@ from support.import_mutants import MUTANTS, tried
 
 from sessions.importers import import_session
 from sessions.importers.contacts_csv import read_contacts
-from sessions.importers.csv_mapping import CsvMapping, PoseColumns
 from sessions.model.event import Event, LiveContact
 
 HEADER = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value"
@@ -38,27 +37,6 @@ def test_rows_that_are_no_poses_are_triggers_events_and_kinds_that_nobody_knows(
     said = session.facts["conversions"]
     assert "1 rows left out that have too few" in said
     assert "8 rows left out of unknown kind 'a', 'b', 'c', 'd', 'e', ..." in said
-
-
-WIDE = CsvMapping("t", "ms", "gltf", bodies={"a": PoseColumns(tuple("xyz"), tuple("ijkw"))}, events=("stage", "mark"))
-LONG = CsvMapping("t", "ms", "gltf", name="b", body=PoseColumns(tuple("xyz"), tuple("ijkw")), events=("held",))
-POSE = "0,0,0,0,0,0,1"
-
-
-@pytest.mark.parametrize(
-    ("plan", "columns", "rows", "expected"),
-    [
-        (
-            WIDE, "t,stage,mark", ("1,,", "2,pour,!", "3,pour,", "4,stir,!", "5,,", "6,stir,"),
-            [(2, "stage", "pour"), (2, "mark", "!"), (4, "stage", "stir"), (4, "mark", "!"), (6, "stage", "stir")],
-        ),
-        (LONG, "t,b,held", ("1,l,cup", "1,r,", "2,l,cup", "2,r,rod"), [(1, "held", "cup"), (2, "held", "rod")]),
-    ],
-)  # fmt: skip
-def test_every_new_text_in_a_column_of_events_is_one_event_of_its_body(tmp_path, plan, columns, rows, expected):
-    path = written(tmp_path, f"{columns},x,y,z,i,j,k,w", *(f"{row},{POSE}" for row in rows))
-    events = import_session("csv", path, mapping=plan).events
-    assert [(event.time_ns // 10**6, event.name, event.message) for event in events] == expected
 
 
 def test_rows_become_reports_in_order_of_time_to_the_nanosecond(tmp_path):
