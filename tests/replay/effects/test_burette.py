@@ -3,10 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
-from support.liquid_worlds import COLUMN, MIX, RADIUS, glass, run_in
+from support.liquid_worlds import MIX, RADIUS, glass, run_in
 
 from replay.effects.models.outflow import volume_run_out
-from replay.errors import PlanError
 
 OPEN = [0.0, 0.0, *([90.0] * 200), 0.0, 0.0]
 
@@ -38,13 +37,6 @@ def test_a_tap_or_flask_lost_for_a_moment_stays_as_it_was():
         assert event.values["volume_ml"] == pytest.approx(whole, rel=1e-9)
 
 
-def test_an_axis_of_no_direction_and_a_column_without_a_mark_are_refused():
-    with pytest.raises(PlanError, match="axis is"):
-        run_in(OPEN, settings={"axis": [0, 0, 0]})
-    with pytest.raises(PlanError, match="mark that is not above"):
-        run_in(OPEN, base=glass("burette", 50.0, cavity={**COLUMN, "mark": 0.1}))
-
-
 OUTFLOW = {"discharge": 0.6, "section": 1e-4, "head": 0.5, "available": 4e-5}
 
 
@@ -74,13 +66,3 @@ def test_what_a_full_glass_cannot_hold_runs_over():
     assert run["mixing"].series["flask/volume"].values[-1] == pytest.approx(brim, rel=1e-9)
     (event,) = run["burette"].output.named("overflow")
     assert event.values["volume_ml"] == pytest.approx(120.0 - brim, rel=1e-9) and event.level == "warning"
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [({"joint": "burette"}, "joint is 'burette' and so is body; name two bodies"),
-     ({"into": ["flask", "burette"]}, "into: 'burette' runs into itself; name what stands below")],
-)  # fmt: skip
-def test_a_burette_that_is_its_own_tap_or_flask_is_refused(more, words):
-    with pytest.raises(PlanError, match=words):
-        run_in(OPEN, settings=more)

@@ -6,9 +6,7 @@ from support.small_worlds import cubes
 
 from replay.effects.burn_exposure import SPEC, surface
 from replay.effects.declaring import declare
-from replay.effects.effect_plan import plan
 from replay.effects.output import EffectOutput, Series
-from replay.errors import PlanError
 from replay.pipeline.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
@@ -46,8 +44,3 @@ def test_the_temperature_of_the_effect_heat_is_followed_through_the_contact():
     assert surface(inputs, declared, "pot", SimpleNamespace(first=2, stop=4)).tolist() == [40.0, 50.0]
     # A glass nothing has been mixed in yet is as warm as the room: what a student leaves out ends no run.
     assert surface(inputs, declared, "cup", SimpleNamespace(first=2, stop=4)).tolist() == [21.0, 21.0]
-
-
-def test_a_part_that_nothing_heats_is_refused_before_the_run():
-    with pytest.raises(PlanError, match="nothing says how hot 'pot' is; give surface_c or an effect heat"):
-        plan(scene())

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from support.liquid_worlds import glass, still, world
 
-from replay.errors import PlanError
 from replay.pipeline.engine import compute
 from sessions.model.scene import SceneBody
 
@@ -65,14 +64,3 @@ def test_over_the_level_or_beside_the_glass_the_wire_stays_dry():
     for place in ((0.5, level + 1e-4, 0.0), (0.53, 0.005, 0.0)):
         assert run([AWAY] * 3 + [place] * 5).events == ()
     assert len(run([AWAY] * 3 + [(0.5, level - 1e-4, 0.0)] * 5).events) == 1
-
-
-def test_salts_and_vessels_go_together():
-    with pytest.raises(PlanError, match="dips: 'c' is none of the vessels"):
-        run([AWAY] * 3, dips={"c": "NaCl"})
-    with pytest.raises(PlanError, match="which salt is in 'b'"):
-        run([AWAY] * 3, dips={})
-    with pytest.raises(PlanError, match="colours: no vessel of dips holds 'NaCL'"):
-        run([AWAY] * 3, colours={"NaCL": "yellow"})
-    with pytest.raises(PlanError, match=r"colours is \{'NaCl': 3\}; give a table of words"):
-        run([AWAY] * 3, colours={"NaCl": 3})

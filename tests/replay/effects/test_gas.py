@@ -4,9 +4,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import glass, still, tilted, world
 
-from replay.effects.effect_plan import plan
 from replay.effects.models.gas_laws import gas_ml_per_mol
-from replay.errors import PlanError
 from replay.pipeline.engine import compute
 from sessions.model.scene import SceneBody
 
@@ -60,34 +58,3 @@ def test_only_while_the_outlet_is_inside_is_anything_collected():
     assert event.values["moles"] == pytest.approx(moles, rel=1e-9) and event.end == pytest.approx(1.0)
     assert event.values["leaked_before_mol"] == pytest.approx(0.05 / 65.38 * -math.expm1(-2.0 * 0.38), rel=1e-6)
     assert [span.word for span in run_.output.lanes["jar"]] == ["leaks", "collected", "leaks"]
-
-
-@pytest.mark.parametrize(
-    ("antoine", "words"), [([9.0, 1.0, 233.0], "no gas is collected"), ([8.0, 1700.0, -20.0], "Antoine's formula")]
-)
-def test_vapour_that_leaves_no_room_for_gas_is_refused_when_planned(antoine, words):
-    with pytest.raises(PlanError, match=words):
-        run(antoine=antoine)
-
-
-@pytest.mark.parametrize(
-    ("more", "words"),
-    [({"jar": "b"}, "jar is 'b' and so is from; name two bodies"), ({"jar": "lamp"}, "body 'lamp' has no cavity"),
-     ({"from": "jar", "jar": "cup"}, "from: nothing is mixed in 'jar'; name it in an effect mixing")],
-)  # fmt: skip
-def test_a_flask_or_jar_that_cannot_be_is_refused_before_the_run(more, words):
-    flask = glass("b")
-    flask.extra["properties"]["solid"] = ZINC
-    bodies = (
-        glass("a", 60.0, solute="HCl", molar=5.0),
-        flask,
-        *map(SceneBody, ("tube", "lamp")),
-        glass("jar"),
-        glass("cup"),
-    )
-    effects = (
-        ("pour", {"from": ["a"], "into": ["b"]}), ("reaction", {"equation": "Zn + 2 HCl -> ZnCl2 + H2"}),
-        ("gas", {**GAS, **more}),
-    )  # fmt: skip
-    with pytest.raises(PlanError, match=words):
-        plan(world({"a": still(2)}, bodies, *effects).scene)

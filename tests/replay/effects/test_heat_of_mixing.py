@@ -107,11 +107,6 @@ def test_calorimetry_with_loss_follows_newtons_law_at_every_rate(hz):
     assert excess.max() == pytest.approx(3.322, rel=0.005)
 
 
-def test_heat_of_a_reaction_that_no_effect_declares_is_refused():
-    with pytest.raises(PlanError, match="of: no effect reaction says what gives the heat"):
-        poured([0.0, 0.0], (glass("a", 20.0), glass("b", 20.0)), MIX, ("heat", HEAT))
-
-
 def test_an_enthalpy_that_no_table_knows_is_asked_for_and_taken_as_declared():
     acid = {"acids": {"C3H6O2": [4.87]}}
     equation = "C3H6O2 + NaOH -> C3H5NaO2 + H2O"

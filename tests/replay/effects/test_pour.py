@@ -8,9 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.liquid_worlds import HEIGHT, RADIUS, glass, poured, still, tilt_of_onset, tilted, world
 
-from replay.effects.effect_plan import plan
 from replay.effects.models.sliced import volume_kept
-from replay.errors import PlanError
 from replay.pipeline.engine import compute
 
 ONSET = math.degrees(tilt_of_onset(60e-6, RADIUS, HEIGHT))
@@ -86,28 +84,6 @@ def test_a_full_receiver_runs_over_its_brim():
     run = poured([0.0, 60.0, 60.0], (glass("a", 60.0), glass("b", 70.0)))["pour"]
     brim = math.pi * RADIUS**2 * HEIGHT * 1e6
     assert run.series["b/volume"].values[-1] == pytest.approx(brim) and all_of(run) == pytest.approx(130.0)
-
-
-@pytest.mark.parametrize(
-    ("cavity", "words"),
-    [({"radius": -1.0}, "cavity.radius = -1.0"), ({"lip": [0, 1]}, "cavity.lip"), ({"mark": -1.0}, "mark")],
-)
-def test_a_cavity_that_cannot_be_is_named(cavity, words):
-    with pytest.raises(PlanError, match=f"body 'a' has.*{words}"):
-        poured([0.0, 60.0, 60.0], (glass("a", 60.0, cavity=cavity), glass("b")))
-
-
-def test_a_vessel_that_is_no_cylinder_is_refused_and_so_is_pouring_into_itself():
-    from dataclasses import replace
-
-    body = glass("a", 60.0)
-    round_one = replace(body, extra={**body.extra, "cavity": {**body.extra["cavity"]}})
-    del round_one.extra["cavity"]["radius"]
-    with pytest.raises(PlanError, match="'a' is poured from and its cavity has no radius"):
-        poured([0.0, 60.0], (round_one, glass("b")))
-    alone = world({"a": still(2)}, (glass("a"),), ("pour", {"from": ["a"], "into": ["a"]}))
-    with pytest.raises(PlanError, match="pours into itself"):
-        plan(alone.scene)
 
 
 def test_what_misses_is_spilled_where_it_lands_and_is_all_that_was_lost():

@@ -2,7 +2,6 @@ import pytest
 from support.liquid_worlds import RADIUS, glass, poured, still, tilted, world
 
 from replay.effects.vessels import COLOURS
-from replay.errors import PlanError
 from replay.pipeline.engine import compute
 
 MIX = ("mixing", {"in": ["b"]})
@@ -45,17 +44,3 @@ def test_a_solid_stays_when_its_liquid_is_decanted_and_a_declared_share_goes_alo
     assert stays == pytest.approx(2e-3 * 143.32, rel=1e-3) and goes == 0.0
     stays, goes = grams(0.25)
     assert goes == pytest.approx(0.25 * 2e-3 * 143.32, rel=1e-3) and stays + goes == pytest.approx(0.28664, rel=1e-3)
-
-
-def test_a_solid_that_no_reaction_makes_is_refused():
-    with pytest.raises(PlanError, match=r"\[\[effect\]\] 4 .*solid: no reaction makes 'AgI'; there are: AgCl, NaNO3"):
-        run(solid="AgI")
-
-
-def test_a_solid_has_one_solubility_product_and_a_table_that_stands_twice_counts_once():
-    bodies = (glass("a", 60.0, solute="AgNO3", molar=0.1), glass("b", 40.0, solute="NaCl", molar=0.1))
-    first = ("precipitation", FALLS)
-    once = poured([0.0, 60.0, 60.0], bodies, MIX, SILVER, first, first)["precipitation"]
-    assert len(once.events) == 1
-    with pytest.raises(PlanError, match=r"ksp is 1e-05 and \[\[effect\]\] 4 \('precipitation'\) says 1.77e-10"):
-        poured([0.0, 60.0], bodies, MIX, SILVER, first, ("precipitation", {**FALLS, "ksp": 1e-5}))

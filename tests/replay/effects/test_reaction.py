@@ -1,15 +1,12 @@
 import numpy as np
 import pytest
 from support.liquid_worlds import (
-    MIX,
     NEUTRAL,
     glass,
     poured,
-    run_in,
 )  # fmt: skip
 
 from replay.effects.effect_summary import leading
-from replay.errors import PlanError
 
 OPEN = [0.0, 0.0, *([90.0] * 100), 0.0, 0.0]
 
@@ -34,17 +31,6 @@ def test_a_reaction_with_a_rate_nears_the_end_of_its_limiting_reagent():
     )
 
 
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [({"equation": "HCl + NaOH -> NaCl"}, "not balanced"), ({"equation": "salt"}, "has no ->"),
-     ({"acids": {"HF": 3.2}}, "rising list"), ({"acids": {"HF": [5.0, 3.0]}}, "rising list"),
-     ({"bases": {"NH3": [9.25]}}, "conjugate acid")],
-)  # fmt: skip
-def test_chemistry_that_cannot_be_is_refused_when_planned(settings, words):
-    with pytest.raises(PlanError, match=words):
-        run_in([0.0, 0.0], MIX, ("reaction", {**NEUTRAL[1], **settings}))
-
-
 def test_acid_spent_on_magnesium_neutralises_nothing_more():
     """All HCl is spent on an excess of magnesium; poured into NaOH the pH is that of the NaOH alone."""
     spent, base = glass("a", 60.0, solute="HCl", molar=1.0), glass("b", 10.0, solute="NaOH", molar=0.5)
@@ -54,36 +40,6 @@ def test_acid_spent_on_magnesium_neutralises_nothing_more():
     volume = effects["mixing"].series["b/volume"].values[-1]
     assert not effects["reaction"].output.named("end-point")
     assert effects["reaction"].series["b/pH"].values[-1] == pytest.approx(14.0 + np.log10(5.0 / volume), abs=1e-6)
-
-
-@pytest.mark.parametrize(
-    ("settings", "acid", "words"),
-    [({}, {"solute": "HCL"}, "unknown element L; did you mean 'HCl'"),
-     ({"acids": {"HCI": [1.0]}}, {}, "acids: nobody brings 'HCI'; did you mean 'HCl'"),
-     ({"equation": "HCl + KOH -> KCl + H2O"}, {}, "equation: nobody brings 'KOH'; there are: HCl, NaOH"),
-     ({}, {"solutes": {"C4H8O2": 0.1}}, "the pH needs data of 'C4H8O2' in 'flask'"),
-     ({"equation": "NaCl + KNO3 -> KCl + NaNO3"}, {"solutes": {"NaCl": 1.0, "KNO3": 1.0}}, "nothing happens")],
-)  # fmt: skip
-def test_what_fits_nothing_is_refused_with_the_nearest_name(settings, acid, words):
-    told = {"solute": "HCl", "molar": 0.1, **acid}
-    with pytest.raises(PlanError, match=words):
-        run_in([0.0, 0.0], MIX, ("reaction", {**NEUTRAL[1], **settings}), acid=glass("flask", 0.5, **told))
-
-
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [({"equation": "HCl + NaOH -> NaCl + H2O"}, "acids and bases meet at once"),
-     ({"equation": "CH3COOH + NaOH -> CH3COONa + H2O"}, "acids and bases meet at once"),
-     ({"equation": "NH3 + HCl -> NH4Cl"}, "acids and bases meet at once"),
-     ({"equation": "AgNO3 + NaCl -> AgCl + NaNO3"}, "a solid with a solubility product falls out at once")],
-)  # fmt: skip
-def test_a_rate_that_would_change_nothing_is_refused(settings, words):
-    there = dict.fromkeys(("HCl", "NaOH", "CH3COOH", "NH3", "AgNO3", "NaCl"), 0.1)
-    silver = ("precipitation", {"solid": "AgCl", "ksp": 1.77e-10, "colour": "white"})
-    more = (silver,) if "Ag" in settings["equation"] else ()
-    reaction = ("reaction", {**settings, "rate_per_s": 0.5})
-    with pytest.raises(PlanError, match=f"rate_per_s: {words}; leave it out"):
-        run_in(OPEN, MIX, reaction, *more, acid=glass("flask", 5.0, solutes=there))
 
 
 def test_gas_that_leaves_is_told_of_every_vessel_without_a_jar_and_is_what_stays_dissolved_less():

@@ -7,7 +7,6 @@ from support.charge_balance import Solution
 from support.liquid_worlds import COLUMN, MIX, glass, run_in
 
 from replay.effects.effect_summary import titration_curves
-from replay.errors import PlanError
 
 BRINGS = {
     "HCl": (None, -1), "HNO3": (None, -1), "NaOH": (None, 1), "KOH": (None, 1), "Ba(OH)2": (None, 2),
@@ -129,49 +128,3 @@ def test_a_titration_by_oxidation_has_one_end_point(flask, burette, equation, en
 def test_ions_are_reagents_under_their_own_formulas(equation, flask, burette):
     (event, *_) = titrated(flask, burette, (equation,))["reaction"].output.named("end-point")
     assert event.values["volume_ml"] == pytest.approx(5.0, abs=0.01)
-
-
-@pytest.mark.parametrize(
-    ("flask", "tables", "words"),
-    [({"HCl": 50.0}, [{"equation": ACID}], "holds 50 mol/L of 'HCl'; the strongest solution"),
-     ({"HCl": 0.1}, [{"equation": ACID, "acids": {"HCl": [9.0]}}], r"acids.HCl is \[9.0\] and .* says strong"),
-     ({"CH3COOH": 0.1}, [{"equation": ACID, "acids": {"CH3COOH": [9.0]}}], "the handbook says 4.756"),
-     ({"HCl": 0.1}, [{"equation": ACID, "pkw": 14.0}, {"equation": BASE, "pkw": 13.0}], "pkw is 13 and another table"),
-     ({"HCl": 0.1}, [("precipitation", {"solid": "AgCl", "ksp": 1e10, "colour": "white"})], "at most 1000")],
-)  # fmt: skip
-def test_chemistry_that_cannot_be_is_refused(flask, tables, words):
-    more = [table if isinstance(table, tuple) else ("reaction", table) for table in tables]
-    with pytest.raises(PlanError, match=words):
-        titrated(flask, {"NaOH": 0.1}, (), more=more)
-
-
-def test_a_solute_twice_is_refused():
-    acid = glass("flask", 10.0, solute="HCl", molar=0.1, solutes={"HCl": 0.2})
-    with pytest.raises(PlanError, match="'flask' holds 'HCl' twice"):
-        run_in([0.0, 0.0], MIX, ("reaction", {"equation": ACID}), acid=acid)
-
-
-@pytest.mark.parametrize(
-    ("flask", "burette", "equations", "words"),
-    [({"K2CrO4": 0.1, "NaCl": 0.1}, {"Pb(NO3)2": 0.1},
-      ["Pb(NO3)2 + K2CrO4 -> PbCrO4(s) + 2 KNO3", "Pb(NO3)2 + 2 NaCl -> PbCl2(s) + 2 NaNO3"],
-      "the ksp of 'PbCrO4' is missing")],
-)  # fmt: skip
-def test_solids_that_want_the_same_ion_are_refused_without_their_constant(flask, burette, equations, words):
-    with pytest.raises(PlanError, match=words):
-        titrated(flask, burette, equations)
-
-
-def test_zinc_and_hydrogen_carbonate_that_want_the_same_acid_are_refused_without_a_rate():
-    soda = ("reaction", {"equation": "NaHCO3 + HCl -> NaCl + H2O + CO2"})
-    zinc = {"equation": "Zn + 2 HCl -> ZnCl2 + H2"}
-
-    def mixed(**more):
-        flask = glass("flask", 10.0, solute="NaHCO3", molar=0.1)
-        flask.extra["properties"]["solid"] = {"formula": "Zn", "mass_g": 0.1}
-        acid = glass("burette", 50.0, solute="HCl", molar=0.1, cavity=COLUMN)
-        return run_in([0.0, 0.0, *([90.0] * 50)], MIX, soda, ("reaction", {**zinc, **more}), acid=flask, base=acid)
-
-    with pytest.raises(PlanError, match=r"rate_per_s is missing: 'CO2' wants H\+ too"):
-        mixed()
-    assert mixed(rate_per_s=0.1)["reaction"].series["flask/pH"].values[0] == pytest.approx(8.3, abs=0.1)

@@ -4,22 +4,10 @@ import numpy as np
 import pytest
 from support.liquid_worlds import HEIGHT, RADIUS, glass
 
-from replay.effects.effect_plan import plan
 from replay.effects.vessels import Cylinder, Vessel
-from replay.errors import EffectError, PlanError
+from replay.errors import EffectError
 from sessions.glassware.catalogue import make_instrument
-from sessions.model.scene import Scene, SceneBody, SceneEffect
-
-
-def test_a_body_without_a_cavity_is_no_vessel():
-    with pytest.raises(EffectError, match="body 'bench' has no cavity; give capacity_ml"):
-        Vessel(SceneBody("bench"))
-
-
-@pytest.mark.parametrize("volume", [-1.0, math.nan, "full", True])
-def test_a_volume_that_cannot_be_is_named(volume):
-    with pytest.raises(EffectError, match="volume_ml"):
-        assert Vessel(glass("a", volume)).volume_ml
+from sessions.model.scene import SceneBody
 
 
 def test_the_brim_is_that_of_the_cylinder_and_unknown_for_any_other():
@@ -46,14 +34,6 @@ def test_the_level_in_an_instrument_is_that_of_its_cavity(name):
     cavity = make_instrument(name).cavity
     level = Vessel(SceneBody("a", instrument=name)).drawn(np.zeros(1), np.array([cavity.capacity_m3 * 1e6])).level
     assert level[0] == pytest.approx(cavity.mark_height, abs=5e-4)
-
-
-@pytest.mark.parametrize("key", ["from", "into"])
-def test_a_vessel_that_opens_downwards_is_neither_poured_from_nor_filled(key):
-    bodies = (glass("a"), SceneBody("b", instrument="dropper"))
-    told = {"from": ["a"], "into": ["a"], key: ["b"]}
-    with pytest.raises(PlanError, match="body 'b' opens downwards: its bulb holds the liquid"):
-        plan(Scene(bodies=bodies, effects=(SceneEffect("pour", told),)))
 
 
 def test_a_declared_cylinder_stays_one_until_its_shape_is_said_to_be_the_cavity():

@@ -1,0 +1,161 @@
+"""What cannot be is refused before the run in words that say what to give: one scene of every kind, one slip a row."""
+
+import re
+from copy import deepcopy
+
+import numpy as np
+import pytest
+from support.liquid_worlds import COLUMN, TAP, glass
+
+from replay.effects.effect_plan import plan
+from replay.errors import PlanError
+from sessions.model.scene import Scene, SceneBody, SceneEffect
+
+CELSIUS = {"ambient_c": 20.0, "loss_w_per_k": 0.4}
+TABLES = {
+    "pour": {"kind": "pour", "from": ["a"], "into": ["flask"]},
+    "drip": {"kind": "burette", **TAP},
+    "mixing": {"kind": "mixing", "in": ["flask"]},
+    "neutral": {"kind": "reaction", "equation": "HCl + NaOH -> NaCl + H2O"},
+    "silver": {"kind": "reaction", "equation": "AgNO3 + NaCl -> AgCl + NaNO3"},
+    "zinc": {"kind": "reaction", "equation": "Zn + 2 HCl -> ZnCl2 + H2", "rate_per_s": 2.0},
+    "falls": {"kind": "precipitation", "solid": "AgCl", "ksp": 1.77e-10, "colour": "white"},
+    "gas": {"kind": "gas", "gas": "H2", "from": "flask", "tube": "tube", "outlet": [0.0, 0.5, 0.0], "jar": "jar",
+            "temperature_c": 20.0, "pressure_pa": 101325.0},
+    "pink": {"kind": "colour", "in": "flask", "indicator": "phenolphthalein", "from_ph": 8.2, "to_ph": 10.0,
+             "acid_colour": "colourless", "base_colour": "pink"},
+    "warm": {"kind": "heat", "of": "neutralisation", **CELSIUS, "heat_capacity_j_per_ml_k": 4.2},
+    "flame": {"kind": "heat", "of": "flame", "heats": "dish", "source": "lamp", "base": [0.0, 0.1, 0.0], "within": 0.02,
+              "power_w": 160.0, **CELSIUS},
+    "test": {"kind": "flame-test", "flame": "lamp", "base": [0.0, 0.1, 0.0], "flame_radius": 0.01,
+             "flame_height": 0.05, "wire": "wire", "tip": [0.0, -0.1, 0.0], "seconds": 1.0,
+             "colours": {"NaCl": "yellow"}, "vessels": ["flask"], "dips": {"flask": "NaCl"}},
+    "burn": {"kind": "burn-exposure", "between": ["hand", "dish"], "threshold_c": 65.0, "seconds": 0.5},
+}  # fmt: skip
+HOLDS = {
+    "a": {"AgNO3": 0.1}, "cup": {}, "jar": {}, "burette": {"NaOH": 0.1},
+    "flask": {"HCl": 0.1, "NaCl": 0.1, "CH3COOH": 0.1, "NH3": 0.1, "KNO3": 0.1},
+}  # fmt: skip
+BODIES = {name: glass(name, 5.0, solutes=solutes).extra for name, solutes in HOLDS.items()}
+BODIES["burette"]["cavity"] |= COLUMN
+BODIES["flask"]["properties"]["solid"] = {"formula": "Zn", "mass_g": 0.5}
+SALT = {"formula": "CuSO4.5H2O", "mass_g": 5.0}
+BODIES["dish"] = {"properties": {"heat_capacity_j_per_k": 60.0, "solid": SALT}}
+BODIES |= {name: {} for name in ("tap", "tube", "lamp", "wire", "hand")}
+
+
+def scene(*changes):
+    """The scene after changes: where, as keys with dots between, and what stands there; ``None``: nothing does."""
+    bodies, tables = deepcopy(BODIES), deepcopy(TABLES)
+    for where, value in zip(changes[::2], changes[1::2], strict=True):
+        name, *keys = where.split(".")
+        table = tables if name in tables or not keys else bodies
+        for key in keys:
+            table, name = table[name], key
+        table[name] = value
+        if value is None:
+            del table[name]
+    made = {"dish": "evaporating_dish", "cup": "" if "cavity" in bodies["cup"] else "dropper"}
+    return Scene(
+        bodies=tuple(SceneBody(name, instrument=made.get(name, ""), extra=extra) for name, extra in bodies.items()),
+        effects=tuple(SceneEffect(told.pop("kind"), told) for told in tables.values()),
+    )
+
+
+def reaction(equation, **more):
+    return {"kind": "reaction", "equation": equation, **more}
+
+
+SOLUTES, LIQUID = "flask.properties.liquid.solutes", "flask.properties.liquid"
+TURNS = ("flame.turns_c", 23.0, "flame.from_colour", "blue", "flame.to_colour", "white")
+DILUTED = ("warm.solute", "HCl", "warm.heat_j_mol", 7e4, "warm.half_water")
+LEAD = (
+    "a.properties.liquid.solutes", {"Pb(NO3)2": 0.1}, SOLUTES, {"HCl": 0.1, "K2CrO4": 0.1, "NaCl": 0.1}, "falls", None,
+    "silver.equation", "Pb(NO3)2 + K2CrO4 -> PbCrO4(s) + 2 KNO3",
+    "lead", reaction("Pb(NO3)2 + 2 NaCl -> PbCl2(s) + 2 NaNO3"),
+)  # fmt: skip
+"""Two solids without a solubility product that want the same ion."""
+NO_REACTION = tuple(one for name in ("neutral", "silver", "zinc", "falls", "gas", "pink") for one in (name, None))
+
+REFUSED = [
+    ("not balanced", "neutral.equation", "HCl + NaOH -> NaCl"),
+    ("has no ->", "neutral.equation", "salt"),
+    ("equation: nobody brings 'KOH'; there are: ", "neutral.equation", "HCl + KOH -> KCl + H2O"),
+    ("nothing happens", "neutral.equation", "NaCl + KNO3 -> KCl + NaNO3"),
+    ("rate_per_s: acids and bases meet at once; leave it out", "neutral.rate_per_s", 0.5),
+    ("acids and bases meet", "weak", reaction("CH3COOH + NaOH -> CH3COONa + H2O", rate_per_s=0.5)),
+    ("acids and bases meet", "weak", reaction("NH3 + HCl -> NH4Cl", rate_per_s=0.5)),
+    ("rate_per_s: a solid with a solubility product falls out at once; leave it out", "silver.rate_per_s", 0.5),
+    ("the ksp of 'PbCrO4' is missing", *LEAD),
+    (r"rate_per_s is missing: 'CO2' wants H\+ too", f"{SOLUTES}.NaHCO3", 0.1, "zinc.rate_per_s", None,
+     "soda", reaction("NaHCO3 + HCl -> NaCl + H2O + CO2")),
+    ("rising list", "neutral.acids", {"HF": 3.2}),
+    ("rising list", "neutral.acids", {"HF": [5.0, 3.0]}),
+    ("conjugate acid", "neutral.bases", {"NH3": [9.25]}),
+    ("acids: nobody brings 'HCI'; did you mean 'HCl'", "neutral.acids", {"HCI": [1.0]}),
+    (r"acids.HCl is \[9.0\] and .* says strong", "neutral.acids", {"HCl": [9.0]}),
+    ("the handbook says 4.756", "neutral.acids", {"CH3COOH": [9.0]}),
+    ("pkw is 13 and another table", "neutral.pkw", 14.0, "zinc.pkw", 13.0),
+    ("at most 1000", "falls.ksp", 1e10),
+    ("ksp is 1e-05 and .* says 1.77e-10", "again", {**TABLES["falls"], "ksp": 1e-5}),
+    (r"\[\[effect\]\] 7 .*solid: no reaction makes 'AgI'; there are: AgCl", "falls.solid", "AgI"),
+    ("holds 50 mol/L of 'HCl'; the strongest solution", f"{SOLUTES}.HCl", 50.0),
+    ("'flask' holds 'HCl' twice", f"{LIQUID}.solute", "HCl", f"{LIQUID}.molar", 0.1),
+    ("unknown element L; did you mean 'HCl'", f"{SOLUTES}.HCL", 0.1),
+    ("the pH needs data of 'C4H8O2' in 'flask'", f"{SOLUTES}.C4H8O2", 0.1),
+    *(("'flask' has liquid.molar", f"{LIQUID}.solute", "HBr", f"{LIQUID}.molar", one) for one in (-1.0, "x", np.nan)),
+    *(("'flask' has liquid.volume_ml = ", f"{LIQUID}.volume_ml", one) for one in (None, -1.0, "full", True, np.nan)),
+    ("has liquid.volume_ml = 308 and a brim at 75 mL", f"{LIQUID}.volume_ml", 308.0),
+    ("'a' has.*cavity.radius = -1.0", "a.cavity.radius", -1.0),
+    ("'a' has.*cavity.lip", "a.cavity.lip", [0, 1]),
+    ("'a' is poured from and its cavity has no radius", "a.cavity.radius", None),
+    ("cavity.shape = 'cone'; the only shape to name is 'cavity'", "a.cavity.shape", "cone"),
+    ("'a' has no cavity", "a.cavity.shape", "cavity"),
+    ("mark that is not above", "burette.cavity.mark", 0.1),
+    ("body 'tap' has no cavity; give capacity_ml", "mixing.in", ["tap"]),
+    ("pours into itself", "pour.into", ["a"]),
+    ("axis is", "drip.axis", [0, 0, 0]),
+    ("joint is 'burette' and so is body; name two bodies", "drip.joint", "burette"),
+    ("into: 'burette' runs into itself; name what stands below", "drip.into", ["flask", "burette"]),
+    ("jar is 'flask' and so is from; name two bodies", "gas.jar", "flask"),
+    ("body 'lamp' has no cavity", "gas.jar", "lamp"),
+    ("from: nothing is mixed in 'cup'; name it in an effect mixing", "gas.from", "cup"),
+    ("no gas is collected", "gas.antoine", [9.0, 1.0, 233.0]),
+    ("Antoine's formula", "gas.antoine", [8.0, 1700.0, -20.0]),
+    ("from_ph is not below to_ph", "pink.from_ph", 10.0),
+    *((f"in: nothing is mixed in '{name}'; name it in an effect mixing", "pink.in", name) for name in ("tap", "cup")),
+    ("gives 'flask' a pH", "neutral", None, "zinc", None, "gas", None, "warm", None),
+    ("dips: 'c' is none of the vessels", "test.dips", {"c": "NaCl"}),
+    ("which salt is in 'flask'", "test.dips", {}),
+    ("colours: no vessel of dips holds 'NaCL'", "test.colours", {"NaCL": "yellow"}),
+    (r"colours is \{'NaCl': 3\}; give a table of words", "test.colours", {"NaCl": 3}),
+    ("of is 'fire'", "flame.of", "fire"),
+    ("power_w is missing", "flame.power_w", None),
+    ("solute belongs to heat of a dilution", "flame.solute", "HCl"),
+    ("ambient_c is missing", "flame.ambient_c", None),
+    ("half_water is 0.0; give above 0.0", *DILUTED, 0.0),
+    ("from_colour is missing: heat of a turning solid needs turns_c, from_colour, to_colour", *TURNS[:2]),
+    *(("'dish' has heat_capacity_j_per_k", "dish.properties.heat_capacity_j_per_k", one)
+      for one in (0.0, -1.0, None, "small")),
+    *(("'dish' holds nothing that turns; give it properties", "dish.properties.solid", one, *TURNS)
+      for one in (None, {"mass_g": 1.0})),
+    *(("'dish' has solid.density_g_ml = ", "dish.properties.solid.density_g_ml", one, *TURNS) for one in (0.0, "x")),
+    ("how much water is with the HCl", *DILUTED, 1.8),
+    ("nothing says how hot 'dish' is; give surface_c or an effect heat", "flame", None),
+    ("of: no effect reaction says what gives the heat", *NO_REACTION),
+    ("loss_w_per_k is 7.0 and .* says 0.4", "again", {**TABLES["warm"], "loss_w_per_k": 7.0}),
+    ("power_w is 7.0 and .* says .*; one heat has one", "again", {**TABLES["flame"], "power_w": 7.0}),
+    *(("'cup' opens downwards: its bulb holds the liquid", "cup.cavity", None, f"pour.{key}", ["cup"])
+      for key in ("from", "into")),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("words", "changes"), [(words, changes) for words, *changes in REFUSED])
+def test_a_slip_is_refused_before_the_run_in_words_that_say_what_to_give(words, changes):
+    with pytest.raises(PlanError) as refused:
+        plan(scene(*changes))
+    assert any(re.search(words, fault) for fault in refused.value.faults), refused.value.faults
+
+
+def test_the_scene_without_a_slip_is_planned():
+    assert plan(scene()).effects
