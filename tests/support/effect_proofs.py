@@ -2,12 +2,10 @@
 
 import subprocess
 import sys
-from collections import Counter
 from pathlib import Path
 
 from support.small_worlds import cubes
 
-from replay.effects import EFFECTS
 from replay.pipeline.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.model.track import HandTrack
@@ -90,29 +88,6 @@ def small_session(*effects):
 
 
 NEAR = SceneEffect("hazard-proximity", LAMP)
-MEET = SceneEffect("contact", {"between": ["hand-left", "lamp"]})
-
-
-def calls(run, *below):
-    """How often functions of files below these folders or files of the repository are entered while ``run`` runs."""
-    places = tuple(str(ROOT / part) for part in below)
-    found = Counter()
-
-    def note(frame, event, _argument):
-        code = frame.f_code
-        if event == "call" and code.co_name != "<module>" and code.co_filename.startswith(places):
-            found[f"{Path(code.co_filename).name}:{code.co_name}"] += 1
-
-    sys.setprofile(note)
-    try:
-        run()
-    finally:
-        sys.setprofile(None)
-    return found
-
-
-QUERIES = ("cdcore/narrow", "cdcore/broad", "cdcore/bounding")
-"""Files that are entered by whoever asks a detector anything."""
 
 
 def run_small(*effects):
@@ -125,8 +100,3 @@ def modules_after(code):
     program = f"import sys\nsys.path.insert(0, {str(ROOT / 'tests')!r})\n{code}\nprint('\\n'.join(sys.modules))"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
     return set(done.stdout.split())
-
-
-def files_of(kinds):
-    """Files of effects."""
-    return tuple(EFFECTS[kind].partition(":")[0].replace(".", "/") + ".py" for kind in kinds)

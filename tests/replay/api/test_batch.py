@@ -61,14 +61,6 @@ def test_pictures_can_be_added_later_and_run_folders_that_have_one_are_kept(file
     assert read(out)["metrics"]["run"].to_pylist() == ["s0", "s1"]
 
 
-def test_a_session_that_changed_is_run_again(files, tmp_path):
-    out = tmp_path / "runs"
-    first = run_batch(files, out, settings=SETTINGS)
-    write_session(cubes({"a": [0.0] * 20, "b": [0.5] * 20}), files[1])
-    again = run_batch(files, out, settings=SETTINGS)
-    assert again.kept == ("s0", "s2") and again.digest != first.digest
-
-
 def test_a_changed_session_is_run_again_though_the_batch_was_killed_before_it_came_to_it(files, tmp_path, monkeypatch):
     first = run_batch(files, tmp_path / "runs", settings=SETTINGS)
     write_session(cubes({"a": [0.0] * 20, "b": [0.5] * 20}), files[1])
@@ -106,12 +98,6 @@ def test_a_failure_is_told_and_ends_no_other(files, tmp_path):
     assert "s1.mcap" in batch.failed["s1"]
 
 
-def test_a_batch_of_other_settings_is_not_mixed_in(files, tmp_path):
-    run_batch(files[:1], tmp_path / "runs", settings=SETTINGS)
-    with pytest.raises(OutputError, match="other settings"):
-        run_batch(files, tmp_path / "runs", settings={**SETTINGS, "seed": 3})
-
-
 def test_a_folder_of_something_else_and_two_files_of_one_name_are_refused(files, tmp_path):
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.txt").write_text("x")
@@ -131,12 +117,6 @@ def test_the_digest_sees_every_answer(files, tmp_path):
     on_done["detectors"]["hybrid"]["digest"] = "0" * 64
     summary.write_text(json.dumps(on_done))
     assert batch_digest(tmp_path / "runs", ["s0", "s1"])[0] != before
-
-
-def test_one_session_that_fails_is_a_sentence_and_not_an_exception(tmp_path):
-    (tmp_path / "x.mcap").write_bytes(b"")
-    assert "x.mcap" in run_one(tmp_path / "x.mcap", tmp_path / "out", SETTINGS)
-    assert not (tmp_path / "out").exists()
 
 
 DEADLY = """

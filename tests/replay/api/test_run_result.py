@@ -123,12 +123,6 @@ def test_two_runs_are_compared_and_shared_from_python(result, tmp_path):
     assert (tmp_path / "shared" / "index.html").is_file()
 
 
-def test_the_version_is_that_of_the_package():
-    from importlib.metadata import version
-
-    assert replay.__version__ == version("vrlab-replay")
-
-
 def box():
     return Body("a", TriangleMesh(np.eye(4, 3), [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]))
 

@@ -15,17 +15,13 @@ FLAME = {
     "of": "flame", "source": "lamp", "heats": "dish", "within": 0.02, "base": [0.0, 0.1, 0.0], "power_w": 160.0,
     "loss_w_per_k": 0.4, "ambient_c": 20.0,
 }  # fmt: skip
-DISH = SceneBody("dish", extra={"properties": {"heat_capacity_j_per_k": 60.0}})
 
 
-POUR = ("pour", {"from": ["a"], "into": ["b"]})
-
-
-def run(xs, height=0.2, capacity=60.0, **more):
+def run(xs, height=0.2, **more):
     places = np.zeros((len(xs), 3))
     places[:, 0], places[:, 1] = xs, height
     poses = {"lamp": still(len(xs)), "dish": (places, still(len(xs))[1])}
-    dish = SceneBody("dish", extra={"properties": {"heat_capacity_j_per_k": capacity}})
+    dish = SceneBody("dish", extra={"properties": {"heat_capacity_j_per_k": 60.0}})
     session = world(poses, (SceneBody("lamp"), dish), ("heat", {**FLAME, **more}), step_ns=100_000_000)
     return compute(session).effects["heat"]
 

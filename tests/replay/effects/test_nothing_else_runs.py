@@ -1,4 +1,4 @@
-"""Undeclared effects cost nothing: structure, imports, counters, trace, outputs and log, and mutants that show it."""
+"""Undeclared effects cost nothing: neither plan nor imports, topics, meshes, entities or columns."""
 
 import json
 import random
@@ -6,13 +6,11 @@ from itertools import combinations
 
 import pytest
 from support import effect_proofs as proofs
-from support.effect_proofs import MEET, NEAR, QUERIES, files_of, run_small, scene_of, small_session
+from support.effect_proofs import NEAR, run_small, scene_of, small_session
 
 from replay.effects import EFFECTS, load_effect
 from replay.effects.effect_plan import plan
 from replay.effects.protocol import Need
-from replay.pipeline.engine import compute
-from sessions import read_session, write_session
 from sessions.model.scene import SceneEffect
 from sessions.synthetic.scenes import SCENES
 
@@ -89,56 +87,6 @@ def test_a_run_without_contacts_loads_no_compiler_no_engine_and_no_other_effect(
     assert "replay.effects.hazard_proximity" in loaded
     assert not loaded & {"numba", "fcl", "replay.effects.contact", "replay.effects.grasp", "cdcore.detectors.exact"}
     assert not {name for name in loaded if "kernels" in name}
-
-
-def test_topics_that_the_plan_does_not_read_are_never_decoded(tmp_path, monkeypatch):
-    from sessions.mcap_format.mcap_file import McapFile
-
-    asked = []
-    payloads = McapFile.payloads
-    monkeypatch.setattr(McapFile, "payloads", lambda self, topic: asked.append(topic) or payloads(self, topic))
-    grasp = SceneEffect("grasp", {"between": ["hand-left", "lamp"]})
-    for effects, hands in (((NEAR,), []), ((NEAR, grasp), ["/hands/ann/left"])):
-        write_session(small_session(*effects), tmp_path / "s.mcap")
-        session = read_session(tmp_path / "s.mcap")
-        asked.clear()
-        result = compute(session, detectors=())
-        assert [topic for topic in asked if topic.startswith("/hands")] == hands
-        decoded = [name for run in result.effects.values() for name in run.counters if name.startswith("decoded")]
-        assert decoded == [f"decoded {topic}" for topic in hands]
-        (tmp_path / "s.mcap").unlink()
-
-
-def test_no_function_of_an_undeclared_effect_or_of_a_detector_is_entered():
-    others = files_of(kind for kind in KINDS if kind != NEAR.kind)
-    assert proofs.calls(lambda: run_small(NEAR), *others, *QUERIES) == {}
-    assert proofs.calls(lambda: run_small(MEET), *files_of(["contact"]))["contact.py:compute"] == 1
-
-
-def test_what_declared_effects_say_is_the_same_to_the_byte_with_the_others_removed(monkeypatch):
-    breakage = SceneEffect("breakage", {"between": ["lamp", "hand-left"], "speed_m_s": 1.0})
-    declared = (NEAR, breakage)
-    whole = {kind: run.output.digest for kind, run in compute(small_session(*declared), detectors=()).effects.items()}
-    for kind in set(KINDS) - set(whole):
-        monkeypatch.delitem(EFFECTS, kind)
-    alone = {kind: run.output.digest for kind, run in compute(small_session(*declared), detectors=()).effects.items()}
-    assert alone == whole and set(whole) == {"contact", "breakage", "hazard-proximity"}
-
-
-def test_the_log_has_no_path_and_no_column_of_what_is_undeclared(tmp_path):
-    import pyarrow.parquet as pq
-    from rerun.chunk import RrdReader
-
-    from replay.api.runner import run
-
-    run(small_session(NEAR), out=tmp_path / "run")
-    paths = {str(chunk.entity_path) for chunk in RrdReader(str(tmp_path / "run" / "run.rrd")).stream()}
-    effects = {path.split("/")[2] for path in paths if path.startswith("/effects/")}
-    assert effects == {NEAR.kind} and not any(path.startswith(("/detectors", "/lanes")) for path in paths)
-    columns = pq.read_schema(tmp_path / "run" / "frames.parquet").names
-    assert not any("/" in name for name in columns)
-    sources = set(pq.read_table(tmp_path / "run" / "events.parquet")["source"].to_pylist())
-    assert sources == {f"effect/{NEAR.kind}"}
 
 
 SPIES = """

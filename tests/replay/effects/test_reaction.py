@@ -8,8 +8,6 @@ from support.liquid_worlds import (
 
 from replay.effects.effect_summary import leading
 
-OPEN = [0.0, 0.0, *([90.0] * 100), 0.0, 0.0]
-
 
 def test_a_reaction_with_a_rate_nears_the_end_of_its_limiting_reagent():
     zinc = glass("b", 0.0)

@@ -45,24 +45,3 @@ def test_a_declared_cylinder_stays_one_until_its_shape_is_said_to_be_the_cavity(
         assert Vessel(SceneBody("a", extra={"cavity": {**cavity, "shape": "cone"}})).shape
     with pytest.raises(EffectError, match="has no cavity"):
         Vessel(SceneBody("a", extra={"cavity": {**cavity, "shape": "cavity"}}))
-
-
-@pytest.mark.parametrize(
-    ("name", "fill", "onset"),
-    [
-        ("beaker_50", 40.0, 48.7),
-        ("beaker_100", 80.0, 40.2),
-        ("beaker_250", 120.0, 57.1),
-        ("gas_jar", 212.0, 70.0),
-        ("erlenmeyer_flask", 250.0, 69.2),
-        ("reagent_bottle", 250.0, 66.3),
-    ],
-)
-def test_an_instrument_pours_over_its_lip_from_the_tilt_at_which_its_own_cavity_runs_over(name, fill, onset):
-    """Onsets by slices of the cavity's mesh with another library."""
-    tilts = np.arange(onset - 1.0, onset + 1.0, 0.1)
-    angle = np.radians(tilts)
-    down = np.stack([np.sin(angle), -np.cos(angle), np.zeros_like(angle)], axis=1)
-    vessel = Vessel(SceneBody("a", instrument=name))
-    assert tilts[np.argmax(vessel.shape.kept_ml(down) <= fill)] == pytest.approx(onset, abs=0.25)
-    assert vessel.shape.exit(down) == pytest.approx(np.tile(vessel.place("lip"), (len(down), 1)), abs=1e-4)

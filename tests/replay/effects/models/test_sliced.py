@@ -54,13 +54,6 @@ def test_onset_and_volume_of_every_vessel_are_those_of_slices_by_another_library
             assert kept[first] == pytest.approx(truth(tilts[first], side), rel=0.02)
 
 
-def test_a_vessel_that_opens_downwards_keeps_nothing():
-    cavity = make_instrument("dropper", FACES).cavity
-    assert (
-        sliced(cavity.to_brim, cavity.opening.centre, cavity.opening.normal).kept_ml(np.array([down(0.0, 0.0)])) == 0.0
-    )
-
-
 def test_a_plane_in_any_direction_cuts_off_what_another_library_cuts_off():
     mesh = make_instrument("evaporating_dish", FACES).cavity.to_brim
     random = np.random.default_rng(4)
