@@ -3,10 +3,9 @@
 Source: Khronos glTF 2.0 specification, sections 3.5 (scenes and nodes), 3.6 (accessors), 3.7.3 (skins), 4.4 (GLB).
 """
 
-import base64
 import json
 import struct
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Final
 
@@ -23,7 +22,7 @@ EXACT: Final = "vrlab_positions_float64"
 
 _TYPES: Final = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _WIDTHS: Final = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-_STRIP, _FAN = 5, 6
+_TRIANGLES, _STRIP, _FAN = 4, 5, 6
 MOST_FACES: Final = 20_000_000  # Of all instances: nodes may repeat a mesh, so a small file can ask for any number
 
 
@@ -57,35 +56,40 @@ class GlbTree:
 
     def whole(self) -> MeshData:
         """All parts where their nodes put them; a skin lies as it was modelled."""
-        parts = sorted(self.parts, key=lambda part: (part.place, part.node))
-        return _joined([_posed(part.mesh, self.poses[part.node]) for part in parts])
+        mesh = _joined(part.mesh.transformed(self.poses[part.node]) for part in self._in_file_order())
+        if mesh is None:
+            raise MeshFileError("the file holds no triangle; export the surface as triangles")
+        return mesh
 
-    def split(self, names: Sequence[str]) -> dict[str, MeshData]:
-        """Name of a node -> all that hangs on it and on no named node below it, in its frame and in metres.
+    def below(self, name: str) -> MeshData | None:
+        """All that hangs on the node of this name, in its frame and in metres; ``None``: nothing does.
 
         A face of a skin hangs on the joint that moves it most, as it lies at rest: nothing is deformed.
         """
-        asked = {self.names.index(name): name for name in names if name in self.names}
-        found: dict[int, list[MeshData]] = {node: [] for node in asked}
-        for part in sorted(self.parts, key=lambda part: (part.place, part.node)):
-            for node, mesh in _cut(part):
-                home = node
-                while home >= 0 and home not in asked:
-                    home = self.parents[home]
-                if home >= 0:
-                    found[home].append(_posed(mesh, np.linalg.inv(rigid_of(self.poses[home])) @ self.poses[node]))
-        return {asked[node]: _joined(meshes) for node, meshes in found.items() if meshes}
+        if name not in self.names:
+            return None
+        home = self.names.index(name)
+        from_world = np.linalg.inv(rigid_of(self.poses[home]))
+        cut = (piece for part in self._in_file_order() for piece in _cut(part))
+        return _joined(
+            mesh.transformed(from_world @ self.poses[node]) for node, mesh in cut if home in self.above(node)
+        )
+
+    def above(self, node: int) -> list[int]:
+        """This node, its parent, the parent's parent and so on."""
+        chain = [node]
+        while self.parents[chain[-1]] >= 0:
+            chain.append(self.parents[chain[-1]])
+        return chain
+
+    def _in_file_order(self) -> list[Part]:
+        return sorted(self.parts, key=lambda part: (part.place, part.node))
 
     @property
     def owners(self) -> tuple[str, ...]:
         """Names of nodes that hold a mesh or move a part of a skin, in order."""
         nodes = {node for part in self.parts for node, _ in _cut(part)}
         return tuple(self.names[node] for node in sorted(nodes))
-
-    @property
-    def skinned(self) -> bool:
-        """Whether any mesh is moved by joints."""
-        return any(part.joint is not None for part in self.parts)
 
 
 def _cut(part: Part) -> list[tuple[int, MeshData]]:
@@ -103,14 +107,9 @@ def _used(vertices: Array, faces: NDArray[np.int64]) -> tuple[Array, NDArray[np.
     return vertices[kept], numbers.reshape(-1, 3)
 
 
-def _joined(meshes: list[MeshData]) -> MeshData:
-    if not meshes:
-        raise MeshFileError("the file holds no triangle; export the surface as triangles")
-    return concatenated(meshes)
-
-
-def _posed(mesh: MeshData, pose: Array) -> MeshData:
-    return mesh if np.array_equal(pose, np.eye(4)) else mesh.transformed(pose)
+def _joined(meshes: Iterable[MeshData]) -> MeshData | None:
+    parts = [*meshes]
+    return concatenated(parts) if parts else None
 
 
 def rigid_of(pose: Array) -> Array:
@@ -144,24 +143,20 @@ class _Reader:
         return self.json.get(key, [])
 
     def tree(self) -> GlbTree:
-        nodes = self.rows("nodes")
-        parents = [-1] * len(nodes)
-        for number, node in enumerate(nodes):
-            for child in node.get("children", ()):
-                parents[child] = number
-        scenes = self.rows("scenes")
-        roots = scenes[self.json.get("scene", 0)].get("nodes", []) if scenes else [
-            number for number, parent in enumerate(parents) if parent < 0
-        ]  # fmt: skip
-        poses = [np.eye(4) for _ in nodes]
-        waiting, reached = [(root, np.eye(4)) for root in roots], set[int]()
+        nodes, scenes = self.rows("nodes"), self.rows("scenes")
+        inner = {child for node in nodes for child in node.get("children", ())}
+        roots = [number for number in range(len(nodes)) if number not in inner]
+        if scenes:
+            roots = scenes[self.json.get("scene", 0)].get("nodes", [])
+        parents, poses = [-1] * len(nodes), [np.eye(4) for _ in nodes]
+        waiting, reached = [(root, -1, np.eye(4)) for root in roots], set[int]()
         while waiting:
-            number, above = waiting.pop()
+            number, parents[number], pose = waiting.pop()
             if number in reached:
                 raise MeshFileError("a node hangs on two others; export it again")
             reached.add(number)
-            poses[number] = above @ _local(nodes[number])
-            waiting += [(child, poses[number]) for child in nodes[number].get("children", ())]
+            poses[number] = pose @ _local(nodes[number])
+            waiting += [(child, number, poses[number]) for child in nodes[number].get("children", ())]
         if sum(self._corners(nodes[number]) for number in reached) > 3 * MOST_FACES:
             raise MeshFileError(f"its nodes hold more than {MOST_FACES:,} faces; export a coarser one")
         parts = [part for number in sorted(reached) for part in self._parts(number, nodes[number])]
@@ -190,19 +185,16 @@ class _Reader:
         return parts
 
     def _faces(self, primitive: dict[str, Any]) -> NDArray[np.int64]:
-        mode, attributes = primitive.get("mode", 4), primitive["attributes"]
-        if mode not in (4, _STRIP, _FAN) or "POSITION" not in attributes:
+        mode, attributes = primitive.get("mode", _TRIANGLES), primitive["attributes"]
+        if mode in (_STRIP, _FAN):
+            raise MeshFileError("it holds a strip or a fan; export the surface as triangles")
+        if mode != _TRIANGLES or "POSITION" not in attributes:
             return np.zeros((0, 3), dtype=np.int64)
-        count = self._count(self.rows("accessors")[attributes["POSITION"]])
-        given = self.array(primitive["indices"])[:, 0] if "indices" in primitive else np.arange(count)
-        corners = given.astype(np.int64)
-        if mode == 4:
-            return corners[: len(corners) // 3 * 3].reshape(-1, 3)
-        first = corners[:-2] if mode == _STRIP else np.full(max(0, len(corners) - 2), corners[:1])
-        faces = np.stack([first, corners[1:-1], corners[2:]], axis=1)
-        if mode == _STRIP:  # every other face of a strip winds the other way
-            faces[1::2] = faces[1::2, [0, 2, 1]]
-        return faces
+        if "indices" in primitive:
+            corners = self.array(primitive["indices"])[:, 0].astype(np.int64)
+        else:
+            corners = np.arange(self._count(self.rows("accessors")[attributes["POSITION"]]))
+        return corners[: len(corners) // 3 * 3].reshape(-1, 3)
 
     def _positions(self, primitive: dict[str, Any]) -> Array:
         exact = primitive.get("extras", {}).get(EXACT) if isinstance(primitive.get("extras"), dict) else None
@@ -219,21 +211,17 @@ class _Reader:
         joints = self.array(primitive["attributes"]["JOINTS_0"]).astype(np.int64)
         weights = self.array(primitive["attributes"]["WEIGHTS_0"])
         total = np.zeros((len(faces), len(nodes)))
-        for corner in faces.T:
-            for slot in range(4):
-                np.add.at(total, (np.arange(len(faces)), joints[corner, slot]), weights[corner, slot])
+        corners = np.repeat(np.arange(len(faces)), faces.shape[1] * joints.shape[1])
+        np.add.at(total, (corners, joints[faces].ravel()), weights[faces].ravel())
         inverse = [np.eye(4)] * len(nodes)
         if "inverseBindMatrices" in skin:
             inverse = [*self.array(skin["inverseBindMatrices"]).reshape(-1, 4, 4).transpose(0, 2, 1)]
         return nodes[total.argmax(axis=1)], dict(zip(nodes.tolist(), inverse, strict=True))
 
     def _buffer(self, view: dict[str, Any]) -> memoryview:
-        uri = self.rows("buffers")[view["buffer"]].get("uri")
-        if uri is None:
-            return self.binary
-        if not uri.startswith("data:"):
+        if "uri" in self.rows("buffers")[view["buffer"]]:
             raise MeshFileError("it keeps its data in another file; export it as one GLB")
-        return memoryview(base64.b64decode(uri.partition(",")[2]))
+        return self.binary
 
     def _count(self, accessor: dict[str, Any]) -> int:
         count = int(accessor["count"])
@@ -241,26 +229,19 @@ class _Reader:
             raise MeshFileError(f"an accessor claims {count:,} values; export it again")
         return count
 
-    def _values(self, source: dict[str, Any], kind: str, count: int, width: int, offset: int = 0) -> NDArray[Any]:
-        view = self.rows("bufferViews")[source["bufferView"]]
-        size = np.dtype(kind).itemsize
-        start = view.get("byteOffset", 0) + source.get("byteOffset", 0) + offset
-        stride = view.get("byteStride", size * width)
-        return np.ndarray((count, width), kind, self._buffer(view), start, (stride, size))
-
     def array(self, number: int) -> Array:
         """An accessor, (count, width) float64."""
-        made = self.rows("accessors")[number]
-        kind, width = _TYPES[made["componentType"]], _WIDTHS[made["type"]]
-        shape = (self._count(made), width)
-        values = self._values(made, kind, *shape).astype(np.float64) if "bufferView" in made else np.zeros(shape)
-        if "sparse" in made:
-            sparse = made["sparse"]
-            at = self._values(sparse["indices"], _TYPES[sparse["indices"]["componentType"]], sparse["count"], 1)[:, 0]
-            values[at] = self._values(sparse["values"], kind, sparse["count"], width)
-        if made.get("normalized"):
-            values = np.maximum(values / np.iinfo(np.dtype(kind)).max, -1.0)
-        return values
+        accessor = self.rows("accessors")[number]
+        if "sparse" in accessor:
+            raise MeshFileError("it holds a sparse accessor; export it without")
+        kind, shape = np.dtype(_TYPES[accessor["componentType"]]), (self._count(accessor), _WIDTHS[accessor["type"]])
+        if "bufferView" not in accessor:
+            return np.zeros(shape)
+        view = self.rows("bufferViews")[accessor["bufferView"]]
+        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        strides = view.get("byteStride", kind.itemsize * shape[1]), kind.itemsize
+        values = np.ndarray(shape, kind, self._buffer(view), start, strides).astype(np.float64)
+        return np.maximum(values / np.iinfo(kind).max, -1.0) if accessor.get("normalized") else values
 
 
 def _local(node: dict[str, Any]) -> Array:

@@ -173,7 +173,7 @@ def _read_with_trimesh(data: bytes, kind: str) -> tuple[NDArray[np.float64], NDA
 
 def _read_glb(data: bytes, node: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     tree = read_glb(data)
-    mesh = tree.split([node]).get(node) if node else tree.whole()
+    mesh = tree.below(node) if node else tree.whole()
     if mesh is None:
         near = get_close_matches(node, tree.owners, n=1) or tree.owners[:8]
         raise MeshFileError(f"no mesh hangs on a node {node!r}; there are: {', '.join(near)}")

@@ -70,9 +70,7 @@ def matched(place: Path, names: Sequence[str], scale: float | None = None) -> tu
         mesh = load_mesh(file, 1.0, node)
         what = f"{file.name}, node {node}" if node else file.name
         factor, assumed = (scale, "") if scale is not None else guessed(mesh, what)
-        skinned = bool(node) and read_glb(file.read_bytes()).skinned
-        parts = [f"{name}: {what}", "" if _plain(label) == _plain(name) else "a like name", assumed,
-                 "cut from a skin by dominant joint, as it lies at rest" if skinned else ""]  # fmt: skip
+        parts = [f"{name}: {what}", "" if _plain(label) == _plain(name) else "a like name", assumed]
         words = "; ".join(part for part in parts if part)
         found[name] = Match(MeshData(mesh.vertices * factor, mesh.faces), file, node, factor, words)
     bare = [name for name in names if name not in found]
@@ -154,7 +152,7 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> tuple[dict[str, t
     left = []
     for part in sorted(tree.parts, key=lambda part: (part.node, part.place)):
         named = NAMED.fullmatch(tree.names[part.node])
-        body, convex = (named[2], named[1] != "UTM") if named else (_above(tree, part.node, names or ()), False)
+        body, convex = (named[2], named[1] != "UTM") if named else (_body_above(tree, part.node, names or ()), False)
         if not body or (names is not None and body not in names):
             left.append(tree.names[part.node])
             continue
@@ -169,8 +167,6 @@ def read_colliders(path: Path, names: Sequence[str] | None) -> tuple[dict[str, t
     return {name: tuple(solids) for name, solids in found.items()}, words
 
 
-def _above(tree: GlbTree, node: int, names: Sequence[str]) -> str:
+def _body_above(tree: GlbTree, node: int, names: Sequence[str]) -> str:
     """The body on whose node this one hangs, or ``""``."""
-    while node >= 0 and tree.names[node] not in names:
-        node = tree.parents[node]
-    return tree.names[node] if node >= 0 else ""
+    return next((tree.names[number] for number in tree.above(node) if tree.names[number] in names), "")

@@ -56,14 +56,13 @@ def test_a_tree_is_split_by_node_in_frames_without_scale_and_joined_it_is_what_t
     world = {"a": local["a"], "b": local["a"] @ local["b"], "c": local["a"] @ local["b"] @ local["c"]}
     placed = [trimesh.transform_points(solids[name].vertices, world[name])[solids[name].faces] for name in "abc"]
     assert np.allclose(mesh_from_bytes(data, "glb").triangles, np.concatenate(placed), atol=1e-6)
-    found = read_glb(data).split(["a", "b"])
     # What a tracker reports of a node has no scale: its mesh carries the hundredth of the root. `c` hangs on `b`.
-    for name, parts in (("a", "a"), ("b", "bc")):
+    for name, parts in (("a", "abc"), ("b", "bc")):
         rigid = world[name].copy()
         rigid[:3, :3] /= np.cbrt(np.linalg.det(rigid[:3, :3]))
         back = np.linalg.inv(rigid)
         wanted = [trimesh.transform_points(solids[one].vertices, back @ world[one])[solids[one].faces] for one in parts]
-        assert np.allclose(found[name].triangles, np.concatenate(wanted), atol=1e-7)
+        assert np.allclose(read_glb(data).below(name).triangles, np.concatenate(wanted), atol=1e-7)
     assert mesh_from_bytes(data, "glb", node="c").bounds[1] == pytest.approx([0.002] * 3, rel=0.1)
     with pytest.raises(MeshFileError, match="no mesh hangs on a node 'd'; there are: a, b, c"):
         mesh_from_bytes(data, "glb", node="d")
@@ -88,29 +87,26 @@ def test_a_skin_is_cut_by_the_joint_that_moves_a_face_most_and_is_not_deformed()
     matrices = inverse.transpose(0, 2, 1).reshape(2, 16).astype("<f4")
     data = glb(tree, points, faces.reshape(-1), joints, weights, matrices)
     read = read_glb(data)
-    assert read.skinned and read.owners == ("palm", "tip")
-    found = read.split(["palm", "tip"])
-    assert len(found["palm"].faces) == 2 == len(found["tip"].faces)
-    assert found["palm"].bounds.tolist() == [[0, 0, 0], [2, 1, 0]]
-    assert found["tip"].bounds.tolist() == [[0, 0, 0], [2, 1, 0]]  # in the tip's own frame, as it was bound
+    assert read.owners == ("palm", "tip")
+    tip = read.below("tip")
+    assert len(tip.faces) == 2 and tip.bounds.tolist() == [[0, 0, 0], [2, 1, 0]]  # in its own frame, as it was bound
     assert len(read.whole().faces) == 4 and read.whole().bounds.tolist() == [[0, 0, 0], [4, 1, 0]]
-    # All that is not asked for hangs on the nearest named joint above.
-    assert len(read.split(["palm"])["palm"].faces) == 4
+    assert len(read.below("palm").faces) == 4  # and what hangs on its child
 
 
-def test_short_and_sparse_positions_are_what_they_stand_for():
+def test_short_positions_are_what_they_stand_for():
     short = np.array([[0, 0, 0], [32767, 0, 0], [0, -32768, 0]], dtype="<i2")
-    tree = one_mesh({"scale": [2, 2, 2]}, primitive())
-    data = glb(tree, short)
-    length = struct.unpack_from("<I", data, 12)[0]
-    text = json.loads(data[20 : 20 + length])
-    text["accessors"][0]["normalized"] = True
-    assert mesh_from_bytes(glb({**text}, short), "glb").vertices.tolist() == [[0, 0, 0], [2, 0, 0], [0, -2, 0]]
-    moved = {"count": 1, "indices": {"bufferView": 1, "componentType": 5123}, "values": {"bufferView": 2}}
-    base = {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "sparse": moved}
-    arrays = (TRIANGLE, np.array([2], dtype="<u2"), np.array([[0, 5, 0]], dtype="<f4"))
-    sparse = glb({**one_mesh({}, primitive()), "accessors": [base]}, *arrays)
-    assert mesh_from_bytes(sparse, "glb").vertices.tolist() == [[0, 0, 0], [1, 0, 0], [0, 5, 0]]
+    accessor = {"bufferView": 0, "componentType": 5122, "count": 3, "type": "VEC3", "normalized": True}
+    data = glb({**one_mesh({"scale": [2, 2, 2]}, primitive()), "accessors": [accessor]}, short)
+    assert mesh_from_bytes(data, "glb").vertices.tolist() == [[0, 0, 0], [2, 0, 0], [0, -2, 0]]
+
+
+def test_nodes_outside_the_scene_that_claim_each_other_and_a_body_stop_nothing():
+    nodes = [{"mesh": 0, "name": "cup"}, {"children": [0, 2]}, {"children": [1]}, {"name": "lamp"}]
+    data = glb({**one_mesh({}, primitive()), "nodes": nodes, "scenes": [{"nodes": [0, 3]}]}, TRIANGLE)
+    assert mesh_from_bytes(data, "glb", node="cup").vertices.tolist() == TRIANGLE.tolist()
+    with pytest.raises(MeshFileError, match="no mesh hangs on a node 'lamp'; there are: cup"):
+        mesh_from_bytes(data, "glb", node="lamp")
 
 
 @pytest.mark.parametrize(
@@ -122,6 +118,8 @@ def test_short_and_sparse_positions_are_what_they_stand_for():
         ({"nodes": [{"mesh": 0}, {"children": [0]}, {"children": [0]}], "scenes": [{"nodes": [1, 2]}]}, "hangs on two"),
         ({"buffers": [{"byteLength": 36, "uri": "other.bin"}]}, "keeps its data in another file"),
         ({"meshes": [{"primitives": [primitive(mode=1)]}]}, "no triangle"),
+        ({"meshes": [{"primitives": [primitive(mode=5)]}]}, "holds a strip or a fan"),
+        ({"accessors": [{"componentType": 5126, "count": 3, "type": "VEC3", "sparse": {}}]}, "sparse accessor"),
         ({"meshes": [{"primitives": [{"attributes": {"POSITION": 7}}]}]}, "no readable GLB"),
         ({"nodes": [{"mesh": 0}] * 4, "accessors": [{"componentType": 5126, "count": 18_000_000, "type": "VEC3"}]},
          "hold more than 20,000,000 faces"),
