@@ -102,7 +102,7 @@ def _session(result: Measured, seen: SessionScan) -> dict[str, Any]:
 
 def session_digest(result: Measured) -> str:
     """What tells this session from others without naming its file: 16 hex digits over every pose and the stretch."""
-    poses = "" if result.treatment is None else result.treatment.pose_digest
+    poses = "" if result.treatment is None else result.treatment.digest
     stretch = result.assembly.stamp_ns[[0, -1]].tolist()
     return hashlib.sha256(f"{poses} {stretch}".encode()).hexdigest()[:16]
 

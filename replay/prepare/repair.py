@@ -140,7 +140,7 @@ class Repair:
     policy : the rules.
     findings : everything the doctor says of it, the worst first.
     spans : what was in doubt, and what was done about it.
-    digest, pose_digest : of the recording, before any repair, as ``PosePass`` has them.
+    digest : of the recording, before any repair, as ``PosePass`` has it.
     scan : the pass over ``session``.
     """
 
@@ -149,7 +149,6 @@ class Repair:
     findings: tuple[Finding, ...]
     spans: tuple[FlagSpan, ...]
     digest: str
-    pose_digest: str
     scan: SessionScan
 
     def as_json(self) -> dict[str, Any]:
@@ -183,7 +182,7 @@ def repair_session(session: Session, policy: Policy, needed: Collection[str] | N
     flagged = tuple(_flagged(looked, span, policy, replaced.get(span.column), zero) for span in (*spans, *gaps))
     as_recorded = not replaced and bool((np.diff(looked.stamp_ns) > 0).all()) and not looked.has(NO_ROTATION).any()
     seen = scan_of(looked, session.part) if as_recorded else scan(repaired)
-    return Repair(repaired, policy, findings, flagged, looked.digest, looked.pose_digest, seen)
+    return Repair(repaired, policy, findings, flagged, looked.digest, seen)
 
 
 def _in_recording(session: Session, findings: Iterable[Finding]) -> Iterator[Finding]:

@@ -2,11 +2,11 @@
 
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 from mcap.records import DataEnd
 
@@ -109,34 +109,23 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
     except SessionFileError as error:
         yield refusal(error)
         return
-    findings: list[Finding] = []
-
-    def tried(load: Callable[[], Any], otherwise: Any, body: str = "") -> Any:
-        """A part of the file that a reader needs; what a reader refuses becomes a finding."""
-        try:
-            return load()
-        except SessionFileError as error:
-            # Damaged attachments are found by their checksums.
-            if error.code != "damaged-attachment":
-                findings.append(refusal(error, body))
-            return otherwise
-
-    tried(partial(reader.check_version, file), None)
+    file.attempt(partial(reader.check_version, file), None)
     look = partial(_attached, file, planned) if replaced is None else partial(_checked, Path(replaced), planned)
-    scene, declared, faults = tried(look, (Scene(), {}, []))
-    findings += [*_file_findings(file), *_bad_scene(faults)]
-    names = tried(partial(reader.listed_names, file), ()) if file.own else ()
-    session = reader.session_of(file, names, scene, tried)
+    scene, declared, faults = file.attempt(look, (Scene(), {}, []))
+    findings = [*_file_findings(file), *_bad_scene(faults)]
+    names = file.attempt(partial(reader.listed_names, file), ()) if file.own else ()
+    session = reader.session_of(file, names, scene)
     reader.load_parts(session)
     frames = TolerantFrames(file, names)
     looked = look_through(frames.blocks(), scene.space_radius)
-    known = len(findings)
-    tried(file.catalogue.check_pose_channels, None)
-    if len(findings) > known:
+    known = len(file.refused)
+    file.attempt(file.catalogue.check_pose_channels, None)
+    if len(file.refused) > known:
         frames.noted.unread.clear()
     elif not len(looked.stamp_ns):
         yield Finding("no-poses", Severity.ERROR, "it holds no pose that can be read")
     yield from findings
+    yield from (refusal(error, body) for error, body in file.refused)
     yield from _noted(frames.noted, looked, names if file.own else looked.names)
     yield from examine_session(replace(session, meshes={**session.meshes, **declared}), looked)
 

@@ -41,7 +41,7 @@ class PosePass:
     steps : (T, N) float32, metres from the sample before; NaN where there is none.
     position (S, N, 3), quaternion (S, N, 4) : poses of some frames spread over the session; NaN where there is none.
     worst_norm : (N,) the norm furthest off 1 among samples marked non-unit.
-    pose_digest : SHA-256 over names, stamps and every usable pose; equal for two copies of one recording alone.
+    digest : SHA-256 over names, stamps and every usable pose; equal for two copies of one recording alone.
     """
 
     names: tuple[str, ...]
@@ -52,7 +52,7 @@ class PosePass:
     position: NDArray[np.float64]
     quaternion: NDArray[np.float64]
     worst_norm: NDArray[np.float64]
-    pose_digest: str
+    digest: str
 
     def has(self, mark: Mark, column: int | slice = slice(None)) -> NDArray[np.bool_]:
         """Where any of these marks is set, (T,) of one body, (T, N) of all."""
@@ -61,14 +61,6 @@ class PosePass:
     def usable_rows(self, column: int) -> NDArray[np.int64]:
         """Frames in which a sample of this body claims to be a pose, is finite, and lies where a room may be."""
         return np.flatnonzero(self.has(Mark.PRESENT, column) & ~self.has(Mark.NO_POSE, column))
-
-    @property
-    def digest(self) -> str:
-        """The same for two copies of one recording: of its bodies, its stamps, and how far each body moved in a step.
-
-        It is not of the file: an import of contacts leaves it as it is.
-        """
-        return hashlib.sha256(repr(self.names).encode() + self.stamp_ns.tobytes() + self.steps.tobytes()).hexdigest()
 
 
 def look_through(blocks: Iterable[Frames], space_radius: float = SPACE_RADIUS) -> PosePass:

@@ -1,9 +1,10 @@
 """One MCAP file opened for reading: its messages by topic, its attachments, and its frames block by block."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from mcap.records import Attachment
 
@@ -20,10 +21,14 @@ LEAST_POSE_BYTES = 24  # Of a message: a body's name, a stamp and the heads of f
 
 
 class McapFile:
-    """A file whose records have been listed; it is closed between calls."""
+    """A file whose records have been listed; it is closed between calls.
+
+    ``refused``: what was wrong with parts of a file that is not read strictly, and the body that each was of.
+    """
 
     def __init__(self, path: Path, *, strict: bool = True) -> None:
         self.path = path
+        self.refused: list[tuple[SessionFileError, str]] = []
         with opened(path, "session file", SessionFileError) as stream:
             self.catalogue = read_catalogue(path, stream, strict=strict)
         # The regions that speak of channels which no record outside chunks has declared are unpacked now.
@@ -38,6 +43,18 @@ class McapFile:
     def own(self) -> bool:
         """Whether it is of our profile, of any version."""
         return self.catalogue.profile.startswith(PROFILE_FAMILY)
+
+    def attempt(self, load: Callable[[], Any], otherwise: Any, body: str = "") -> Any:
+        """Load a part; a strict reader refuses the file for it, any other notes why and takes ``otherwise``."""
+        try:
+            return load()
+        except SessionFileError as error:
+            if self.catalogue.strict:
+                raise
+            # Damaged attachments are among the faults of the catalogue already.
+            if error.code != "damaged-attachment":
+                self.refused.append((error, body))
+            return otherwise
 
     def regions(self, *topics: str) -> list[Region]:
         """The regions that may hold messages of these topics, in file order."""

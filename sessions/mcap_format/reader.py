@@ -62,37 +62,32 @@ def read_session(path: str | Path, *, scene: str | Path | None = None) -> Sessio
     return with_scene(session, scene)
 
 
-def at_once(load: Callable[[], Any], _otherwise: Any, _body: str = "") -> Any:
-    """Load a part of a file; whoever goes on behind a refusal takes the second argument, and notes the body."""
-    return load()
-
-
-def session_of(
-    file: McapFile, names: tuple[str, ...], scene: Scene | None = None, attempt: Callable[..., Any] = at_once
-) -> Session:
-    """The session in a file, of these bodies; what is read only when it is asked for is loaded by ``attempt`` too."""
+def session_of(file: McapFile, names: tuple[str, ...], scene: Scene | None = None) -> Session:
+    """The session in a file, of these bodies; a part that is refused is left out, unless the file is read strictly."""
     facts, hashes = session_facts(file)
-    meshes = {name: attempt(partial(attached_mesh, file, name, stated), None, name) for name, stated in hashes.items()}
+    meshes: dict[str, MeshData | None] = {}
+    for name, stated in hashes.items():
+        meshes[name] = file.attempt(partial(attached_mesh, file, name, stated), None, name)
     streams: dict[str, Any] = {
-        name: LazyMapping(file.topics_below(prefix), partial(_stream, file, prefix, attempt))
+        name: LazyMapping(file.topics_below(prefix), partial(_stream, file, prefix))
         for prefix, name in schemas.STREAMS.items()
     }
     return Session(
         McapFrames(file, names),
         {name: mesh for name, mesh in meshes.items() if mesh is not None},
-        attempt(partial(attached_scene, file), Scene()) if scene is None else scene,
-        events=attempt(partial(part, file, schemas.EVENTS), ()),
-        intervals=attempt(partial(part, file, schemas.INTERVALS), ()),
+        file.attempt(partial(attached_scene, file), Scene()) if scene is None else scene,
+        events=file.attempt(partial(part, file, schemas.EVENTS), ()),
+        intervals=file.attempt(partial(part, file, schemas.INTERVALS), ()),
         facts=facts,
         origin=str(file.path),
-        live_contacts=attempt(partial(part, file, schemas.LIVE_CONTACTS), ()),
-        colliders=attempt(partial(attached_colliders, file), {}),
+        live_contacts=file.attempt(partial(part, file, schemas.LIVE_CONTACTS), ()),
+        colliders=file.attempt(partial(attached_colliders, file), {}),
         **streams,
     )
 
 
-def _stream(file: McapFile, prefix: str, attempt: Callable[..., Any], key: str) -> Any:
-    return attempt(partial(part, file, prefix + key), None)
+def _stream(file: McapFile, prefix: str, key: str) -> Any:
+    return file.attempt(partial(part, file, prefix + key), None)
 
 
 def load_parts(session: Session) -> None:

@@ -29,7 +29,7 @@ def test_the_marks_do_not_depend_on_blocks(size):
     assert np.array_equal(whole.marks, parts.marks)
     assert np.array_equal(whole.steps, parts.steps, equal_nan=True)
     assert np.array_equal(whole.worst_norm, parts.worst_norm)
-    assert whole.pose_digest == parts.pose_digest
+    assert whole.digest == parts.digest
 
 
 def test_a_body_that_appears_later_gets_a_column():
