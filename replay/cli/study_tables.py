@@ -10,7 +10,7 @@ from replay.cli.terminal import line, terminal
 from replay.outputs.tables import FAINT, FOUND, STRONG, WARNING, Marked, table
 from replay.pipeline.sentences import plural
 from replay.studies.class_study import tables
-from replay.studies.class_study.analysis import Study, conclusion
+from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns
 from replay.studies.class_study.class_tables import class_counts
 from replay.studies.class_study.published import AGREES, INCONSISTENT, Remark
@@ -42,12 +42,13 @@ def study_tables(study: Study | None, runs: ClassRuns) -> Group:
 
 def _results(study: Study) -> Iterator[tuple[str, str, str]]:
     """A line per coefficient and per comparison of groups: what, how much, and what that says."""
-    for one, c in tables.coefficients(study):
-        held = "" if one.kind == "simple" else " *"
-        yield f"{tables.words(c.name)}, {tables.words(one.outcome)}{held}", f"{c.beta:+.2f}", _short(conclusion(c))
+    for fit in study.regressions:
+        held = "" if fit.kind == "simple" else " *"
+        for c in fit.coefficients:
+            yield f"{tables.words(c.name)}, {tables.words(fit.outcome)}{held}", f"{c.beta:+.2f}", _short(c.conclusion)
     for two in study.groups:
-        versus = " against ".join(reversed(two.groups))
-        yield f"{tables.words(two.outcome)}: {versus}", f"{two.difference:+.2f}", _short(conclusion(two))
+        effect = two.effect
+        yield f"{tables.words(two.outcome)}: {effect.name}", f"{effect.beta:+.2f}", _short(effect.conclusion)
 
 
 def _short(words: str) -> str:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from support.study_samples import metrics, names
 
-from replay.studies.class_study.analysis import analyse, associated
+from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.codebook import Codebook, Item, RegressionQuestion
 from replay.studies.class_study.joining import Questionnaire
 from replay.studies.class_study.regression import regress
@@ -81,7 +81,7 @@ def test_answers_that_mean_nothing_give_findings_in_five_classes_of_a_hundred_at
         answers = {item.name: random.integers(1, 6, STUDENTS).astype(float) for item in items}
         study = analyse(book, Questionnaire(tuple(names(STUDENTS)), answers), metrics(np.zeros(STUDENTS)), seed=k)
         assert sum(len(one.coefficients) for one in study.regressions) == 8
-        false += any(associated(c) for one in study.regressions for c in one.coefficients)
+        false += any(c.associated for one in study.regressions for c in one.coefficients)
     most = 0.05 + 2 * np.sqrt(0.05 * 0.95 / CLASSES)
     print(f"a finding in {false} of {CLASSES} classes of chance; at most {most:.1%} are allowed")
     assert false / CLASSES <= most

@@ -5,9 +5,9 @@ again with every other detector, to see whether its conclusion depends on what t
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Final, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -18,64 +18,55 @@ from replay.studies.class_study.codebook import Codebook, Item, RegressionQuesti
 from replay.studies.class_study.groups import GroupDifference, compare_groups
 from replay.studies.class_study.joining import DETECTOR, RECALL, STUDENT, Metrics, Questionnaire, rows_of_students
 from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError, few
-from replay.studies.class_study.regression import Coefficient, Regression, holm, regress, student_means
+from replay.studies.class_study.regression import Finding, Regression, holm, regress, student_means
 from replay.studies.class_study.reliability import Bartlett, Reliability, bartlett, kmo, reliability
 from sessions.scene_files.toml_table import nearest
 from sessions.synthetic.rng import random_stream
 
 Result = TypeVar("Result")
 
-LEVEL: Final = 0.05
-"""Associated: p after Holm's correction is below this, and the interval leaves out zero."""
-
-UNDECIDED: Final = "undecided"
-
-
-def associated(coefficient: Coefficient | GroupDifference) -> bool:
-    """Whether a coefficient differs from zero: by its p after Holm's correction, and by its interval.
-
-    The two come from different resamplings, permutations and the bootstrap, and among few students they can differ; a
-    page that claims an association and prints an interval around zero contradicts itself.
-    """
-    return coefficient.p_holm is not None and coefficient.p_holm < LEVEL and coefficient.apart
-
-
-def conclusion(coefficient: Coefficient | GroupDifference) -> str:
-    """What a coefficient says, in the words of every table."""
-    if associated(coefficient):
-        return "associated"
-    if coefficient.p is None:
-        return "not tested"
-    if coefficient.p >= LEVEL:
-        return "not told from chance"
-    return f"{UNDECIDED} after Holm" if coefficient.apart else f"{UNDECIDED}: interval holds zero"
-
 
 @dataclass(frozen=True)
 class Sensitivity:
     """One result about behaviour, as it is with another detector.
 
-    ``recall`` is what that detector finds of the contacts, ``students`` are those used; ``predictor`` is that of a
-    regression, or the groups compared; ``beta`` is the coefficient or the difference, ``None`` where none could be
-    computed. ``tested`` says whether both have a p-value, ``changes`` whether the conclusion differs (associated or
-    not, and its sign), ``undecided`` whether p and interval leave one of them open.
+    ``recall`` is what that detector finds of the contacts, ``students`` are those used; ``before`` is the result of the
+    study, ``after`` that with the other detector, ``None`` where none could be computed.
     """
 
     detector: str
     recall: float | None
     students: int
     outcome: str
-    predictor: str
-    beta: float | None
-    p_holm: float | None
-    changes: bool
-    tested: bool
-    undecided: bool = False
+    before: Finding
+    after: Finding | None
+
+    @property
+    def tested(self) -> bool:
+        """Whether both have a p-value."""
+        return self.after is not None and self.before.p is not None and self.after.p is not None
+
+    @property
+    def changes(self) -> bool:
+        """Whether the conclusion differs: associated or not, and its sign."""
+        if self.after is None:
+            return False
+        turned = self.after.associated and bool(np.sign(self.before.beta) != np.sign(self.after.beta))
+        return self.before.associated != self.after.associated or turned
 
     @property
     def conclusion(self) -> str:
         """Whether it is another, in the words of every table."""
         return "another conclusion" if self.changes else "the same" if self.tested else "not tested"
+
+
+class Judged(NamedTuple):
+    """A finding, its outcome, the students used, and the names of all variables of its regression or comparison."""
+
+    outcome: str
+    students: int
+    variables: tuple[str, ...]
+    finding: Finding
 
 
 @dataclass(frozen=True)
@@ -101,6 +92,11 @@ class Study:
     sensitivity: tuple[Sensitivity, ...]
     refusals: tuple[StudyRefusedError, ...]
     warnings: tuple[str, ...]
+
+    @property
+    def findings(self) -> list[Judged]:
+        """Every coefficient, then every difference of groups."""
+        return findings_of(self.regressions, self.groups)
 
 
 def analyse(
@@ -136,8 +132,8 @@ def analyse(
         for name in metrics.detectors:
             if name != chosen:
                 other = _Analysis(codebook, questionnaire, metrics.of(name), seed)
-                again = results(other.regressions(), other.groups())
-                sensitivity += compared(results(regressions, groups), again, other.metrics)
+                again = findings_of(other.regressions(), other.groups())
+                sensitivity += compared(findings_of(regressions, groups), again, other.metrics)
     return Study(
         students=len(questionnaire.students),
         rows=len(seen.metrics),
@@ -181,7 +177,8 @@ class _Analysis:
                 done.append(fitted)
                 if any(c.p is None for c in fitted.coefficients):
                     self.refusals.append(StudyRefusedError("few-students", f"p of {words}"))
-        return holm(done)
+        corrected = iter(holm([c for fitted in done for c in fitted.coefficients]))
+        return tuple(replace(fit, coefficients=tuple(next(corrected) for _ in fit.coefficients)) for fit in done)
 
     def _fit(self, question: RegressionQuestion) -> Regression:
         names = (question.outcome, *question.predictors)
@@ -260,34 +257,23 @@ def _check_names(codebook: Codebook, metrics: Metrics) -> None:
                 raise StudyError(f"{what}{nearest(name, known)}")
 
 
-Results = dict[tuple[tuple[str, ...], str], tuple[int, float, Coefficient | GroupDifference]]
-"""Names of the variables, and the predictor or the groups -> students used, the figure, and what it is judged by."""
-
-
-def results(regressions: Sequence[Regression], groups: Sequence[GroupDifference]) -> Results:
+def findings_of(regressions: Sequence[Regression], groups: Sequence[GroupDifference]) -> list[Judged]:
     """Every coefficient and every difference of groups."""
-    listed: Results = {}
-    for fit in regressions:
-        names = (fit.outcome, *(c.name for c in fit.coefficients))
-        listed |= {(names, c.name): (fit.students, c.beta, c) for c in fit.coefficients}
-    for two in groups:
-        listed[(two.outcome,), " against ".join(reversed(two.groups))] = (sum(two.students), two.difference, two)
-    return listed
+    findings = [
+        Judged(fit.outcome, fit.students, (fit.outcome, *(other.name for other in fit.coefficients)), finding)
+        for fit in regressions
+        for finding in fit.coefficients
+    ]
+    return findings + [Judged(two.outcome, sum(two.students), (two.outcome,), two.effect) for two in groups]
 
 
-def compared(before: Results, after: Results, metrics: Metrics) -> Iterator[Sensitivity]:
+def compared(before: Sequence[Judged], after: Sequence[Judged], metrics: Metrics) -> Iterator[Sensitivity]:
     """The results that use behaviour, beside those with another detector; each was fitted in its own family of p."""
-    for key, (students, was, judged) in before.items():
-        if not any(name in metrics.columns for name in key[0]):
-            continue
-        name, recall = str(metrics.columns[DETECTOR][0]), metrics.recall()
-        place = (key[0][0], key[1])
-        if key not in after:
-            yield Sensitivity(name, recall, students, *place, None, None, changes=False, tested=False)
-            continue
-        used, now, again = after[key]
-        turned = associated(again) and np.sign(was) != np.sign(now)
-        changed = associated(judged) != associated(again) or bool(turned)
-        tested = judged.p is not None and again.p is not None
-        unsure = any(conclusion(result).startswith(UNDECIDED) for result in (judged, again))
-        yield Sensitivity(name, recall, used, *place, now, again.p_holm, changed, tested, unsure)
+    detector, recall = str(metrics.columns[DETECTOR][0]), metrics.recall()
+    again = {(result.variables, result.finding.name): result for result in after}
+    for result in before:
+        if any(name in metrics.columns for name in result.variables):
+            other = again.get((result.variables, result.finding.name))
+            students = result.students if other is None else other.students
+            finding = None if other is None else other.finding
+            yield Sensitivity(detector, recall, students, result.outcome, result.finding, finding)

@@ -1,9 +1,8 @@
 """All sessions of a folder of runs as rows that know their student: what the tables of the class page count."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import compress
-from operator import itemgetter
 from pathlib import Path
 from typing import Any, Final
 
@@ -17,10 +16,9 @@ Row = Mapping[str, Any]
 HEADS: Final = ("run", "detector", "body_a", "body_b", "held")
 
 NEEDED: Final[dict[str, tuple[str, ...]]] = {
-    "episodes": (*HEADS, "missed_by", "start", "end", "flag", "task", "stage"),
+    "episodes": (*HEADS, "missed_by", "task", "stage"),
     "misses": (*HEADS, "number", "kind", "cause", "cut_length", "touch", "start"),
     "false_contacts": ("run", "detector", "held", "kind", "cause"),
-    "events": ("run", "source", "name", "task"),
 }
 """Table -> the columns of it that the page needs: of 4,000 sessions all of them would not fit into 300 MB."""
 
@@ -47,10 +45,10 @@ class Record(Mapping[str, Any]):
 class ClassRuns:
     """The sessions of a class, each once.
 
-    ``metrics`` are run -> detector -> row. ``tables`` are rows by table of the data set: what a hand holds is left out,
-    of ``episodes`` all but the trusted detector's, and of ``events`` all but the recorded ones. Every row has
-    ``student``, ``""`` where nobody states one. ``repeated`` counts runs of a session that is there already, and
-    ``unmeasured`` those without metrics.
+    ``metrics`` are run -> detector -> row. ``tables`` are rows by table of the data set: what a hand holds is left
+    out, and of ``episodes`` all but the trusted detector's. Every row has ``student``, ``""`` where nobody states one,
+    and ``vr_type``. ``repeated`` counts runs of a session that is there already, and ``unmeasured`` those without
+    metrics.
     """
 
     top: Path
@@ -122,20 +120,18 @@ def read_students(path: Path) -> dict[str, str]:
 
 def _rows(made: ClassRuns, name: str, pieces: Iterable[Any]) -> list[Row]:
     """The rows of a table, read some hundred runs at a time; every one knows its student."""
-    students = {run: made.of(run, "student") for run in made.metrics}
-    trusted = {run: made.of(run, "oracle") for run in made.metrics}
+    about = {run: (made.of(run, "student"), made.of(run, "vr_type"), made.of(run, "oracle")) for run in made.metrics}
     rows: list[Row] = []
     for piece in pieces:
         columns = {column: _values(piece, column) for column in NEEDED[name]}
-        held = columns.pop("held", [None] * len(piece))
-        counted = [run in students and not is_held for run, is_held in zip(columns["run"], held, strict=True)]
-        if name == "events":
-            counted = [there and source == "event" for there, source in zip(counted, columns["source"], strict=True)]
+        held = columns.pop("held")
+        counted = [run in about and not is_held for run, is_held in zip(columns["run"], held, strict=True)]
         if name == "episodes":
             labels = zip(columns["run"], columns["detector"], strict=True)
-            counted = [there and label == trusted[run] for there, (run, label) in zip(counted, labels, strict=True)]
+            counted = [there and label == about[run][2] for there, (run, label) in zip(counted, labels, strict=True)]
         columns = {column: list(compress(values, counted)) for column, values in columns.items()}
-        columns["student"] = [students[run] for run in columns["run"]]
+        columns["student"] = [about[run][0] for run in columns["run"]]
+        columns["vr_type"] = [about[run][1] for run in columns["run"]]
         rows += [Record(columns, place) for place in range(len(columns["run"]))]
     return rows
 
@@ -159,13 +155,7 @@ def missed_by(contact: Row, label: str) -> bool:
 
 def grouped(rows: Iterable[Row], *names: str) -> dict[tuple[Any, ...], list[Row]]:
     """Values of some columns -> their rows, those of most rows first."""
-    values = itemgetter(*names)
-    return grouped_by(rows, values if len(names) > 1 else lambda row: (values(row),))
-
-
-def grouped_by(rows: Iterable[Row], key: Callable[[Row], tuple[Any, ...]]) -> dict[tuple[Any, ...], list[Row]]:
-    """Keys -> their rows, those of most rows first."""
     found: dict[tuple[Any, ...], list[Row]] = {}
     for row in rows:
-        found.setdefault(key(row), []).append(row)
-    return dict(sorted(found.items(), key=lambda item: (-len(item[1]), [str(one) for one in item[0]])))
+        found.setdefault(tuple(row[name] for name in names), []).append(row)
+    return dict(sorted(found.items(), key=lambda item: (-len(item[1]), [str(value) for value in item[0]])))

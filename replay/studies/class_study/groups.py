@@ -5,12 +5,11 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore.numerics import FloatArray
 from replay.studies.class_study.published import adjusted_fit, p_of_correlation
 from replay.studies.class_study.refusals import LEAST_IN_CELL, LEAST_STUDENTS, StudyRefusedError
-from replay.studies.class_study.regression import PERMUTATIONS, holm_p
+from replay.studies.class_study.regression import PERMUTATIONS, Finding, holm
 from sessions.synthetic.rng import random_stream
 
 DRAWS: Final = 1999
@@ -22,9 +21,9 @@ class GroupDifference:
     """One outcome of two groups; a student counts once.
 
     ``students`` and ``means`` are of the first and the second group. ``pooled_beta``, ``pooled_fit`` and ``pooled_p``
-    are what the paper's way gives: the correlation with the group, its adjusted fit, and p of Student's t. ``beta`` is
-    the difference of the means, second less first, with its t-based interval (HC3, quantiles from permutations); ``p``
-    is of Welch's statistic, ``None`` where the rules give none, and ``p_holm`` after Holm's correction.
+    are what the paper's way gives: the correlation with the group, its adjusted fit, and p of Student's t. ``effect``
+    is the difference of the means, second less first, with its t-based interval (HC3, quantiles from permutations) and
+    p of Welch's statistic.
     """
 
     outcome: str
@@ -34,55 +33,54 @@ class GroupDifference:
     pooled_beta: float
     pooled_fit: float
     pooled_p: float
-    difference: float
-    low: float
-    high: float
-    p: float | None
-    p_holm: float | None = None
-
-    @property
-    def apart(self) -> bool:
-        """Whether the interval leaves out zero."""
-        return self.low > 0 or self.high < 0
+    effect: Finding
 
 
 def compare_groups(
-    variables: Mapping[str, FloatArray], group: Sequence[str], names: Sequence[str], seed: int,
+    variables: Mapping[str, FloatArray],
+    group: Sequence[str],
+    names: Sequence[str],
+    seed: int,
     refusals: list[StudyRefusedError],
-) -> tuple[GroupDifference, ...]:  # fmt: skip
+) -> tuple[GroupDifference, ...]:
     """Compare each variable (students,) of the first declared group with each other one; nan: no value."""
     member, done = np.array(group), []
     for outcome, values in variables.items():
         for other in names[1:]:
             pair = (names[0], other)
-            parts = [values[np.isfinite(values) & (member == name)] for name in pair]
+            first, second = (values[np.isfinite(values) & (member == name)] for name in pair)
             what = f"the comparison of {outcome} between {pair[0]} and {pair[1]}"
-            if min(map(len, parts)) < LEAST_IN_CELL:
+            if min(len(first), len(second)) < LEAST_IN_CELL:
                 refusals.append(StudyRefusedError("small-cell", what))
-            elif max(float(np.ptp(part)) for part in parts) == 0.0:
+            elif np.ptp(first) == np.ptp(second) == 0.0:
                 refusals.append(StudyRefusedError("no-variance", what))
             else:
                 random = random_stream(seed, "groups", outcome, *pair)
-                done.append(_compare(outcome, (pair[0], pair[1]), parts[0], parts[1], random))
-    corrected = holm_p([one.p for one in done])
-    return tuple(replace(one, p_holm=p) for one, p in zip(done, corrected, strict=True))
+                done.append(_compare(outcome, pair, first, second, random))
+    corrected = holm([difference.effect for difference in done])
+    return tuple(replace(difference, effect=effect) for difference, effect in zip(done, corrected, strict=True))
 
 
 def _compare(
     outcome: str, pair: tuple[str, str], first: FloatArray, second: FloatArray, random: np.random.Generator
 ) -> GroupDifference:
-    both, of_second = np.concatenate([first, second]), np.arange(len(first) + len(second)) >= len(first)
-    r = float(np.corrcoef(both, of_second)[0, 1])
-    found = float(second.mean() - first.mean())
-    sizes = (len(first), len(second))
-    low, high = _interval(both, of_second, random)
-    p = _p_value(both, of_second, random) if len(both) >= LEAST_STUDENTS else None
-    means = (float(first.mean()), float(second.mean()))
-    pooled = (r, adjusted_fit(r, len(both)), p_of_correlation(r, len(both)))
-    return GroupDifference(outcome, pair, sizes, means, *pooled, found, low, high, p)
+    both = np.concatenate([first, second])
+    r = float(np.corrcoef(both, np.arange(len(both)) >= len(first))[0, 1])
+    low, high = _interval(first, second, random)
+    p = _p_value(first, second, random) if len(both) >= LEAST_STUDENTS else None
+    return GroupDifference(
+        outcome=outcome,
+        groups=pair,
+        students=(len(first), len(second)),
+        means=(float(first.mean()), float(second.mean())),
+        pooled_beta=r,
+        pooled_fit=adjusted_fit(r, len(both)),
+        pooled_p=p_of_correlation(r, len(both)),
+        effect=Finding(f"{pair[1]} against {pair[0]}", float(second.mean() - first.mean()), low, high, p),
+    )
 
 
-def _interval(values: FloatArray, second: NDArray[np.bool_], random: np.random.Generator) -> tuple[float, float]:
+def _interval(first: FloatArray, second: FloatArray, random: np.random.Generator) -> tuple[float, float]:
     """95 % of the difference: Student's t with HC3 errors, its quantiles from permuted residuals.
 
     With 5 or 10 of 52 students in one group a bootstrap over students covers 85 to 90 %, and Welch's t of lognormal
@@ -91,39 +89,35 @@ def _interval(values: FloatArray, second: NDArray[np.bool_], random: np.random.G
     Source: MacKinnon and White (1985), J. Econometrics 29, 305-325, for HC3; ter Braak (1992) in: Bootstrapping and
     related techniques, 79-86, for permuting residuals.
     """
-    design = np.column_stack([np.ones(len(values)), second])
-    solver = np.linalg.pinv(design)
-    leverage = np.einsum("nk,kn->n", design, solver)
-    fit = solver @ values
-    residuals = values - design @ fit
-    # A student alone in a group is fitted exactly and says nothing of its spread.
-    weights = np.square(solver[1] / np.maximum(1.0 - leverage, 1e-6))
-    drawn = random.permuted(np.broadcast_to(residuals, (DRAWS, len(values))), axis=1)
-    again = drawn @ solver.T
-    spread = np.maximum(np.square(drawn - again @ design.T) @ weights, 1e-300)
-    least, most = np.quantile(again[:, 1] / np.sqrt(spread), [0.025, 0.975])
-    error = np.sqrt(weights @ np.square(residuals))
-    return float(fit[1] - most * error), float(fit[1] - least * error)
+
+    def difference_and_error(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Of (B, n) students, those of the first group first: the difference of the means, and its HC3 error."""
+        means, squares = [], np.full(len(values), 1e-300)
+        for part in np.split(values, [len(first)], axis=1):
+            means.append(part.mean(axis=1, keepdims=True))
+            squares += np.square((part - means[-1]) / (part.shape[1] - 1)).sum(axis=1)
+        return (means[1] - means[0])[:, 0], np.sqrt(squares)
+
+    residuals = np.concatenate([first - first.mean(), second - second.mean()])
+    drawn, spread = difference_and_error(random.permuted(np.tile(residuals, (DRAWS, 1)), axis=1))
+    least, most = np.quantile(drawn / spread, [0.025, 0.975])
+    (difference,), (error,) = difference_and_error(np.concatenate([first, second])[None])
+    return float(difference - most * error), float(difference - least * error)
 
 
-def _p_value(values: FloatArray, second: NDArray[np.bool_], random: np.random.Generator) -> float:
+def _p_value(first: FloatArray, second: FloatArray, random: np.random.Generator) -> float:
     """Two-sided p of Welch's statistic: groups exchanged at random.
 
     Source: Janssen (1997), Stat. Probab. Lett. 36, 9-21, for permuting a studentised difference.
     """
-    shuffled = random.permuted(np.broadcast_to(second, (PERMUTATIONS, len(second))), axis=1)
-    chance, size = _welch(values, shuffled), float(_welch(values, second[None])[0])
-    return (1 + int((chance >= size * (1.0 - 1e-12)).sum())) / (1 + PERMUTATIONS)
+    from scipy.stats import permutation_test
 
+    def welch(one: FloatArray, other: FloatArray, axis: int) -> FloatArray:
+        spread = sum(part.var(axis=axis, ddof=1) / part.shape[axis] for part in (one, other))
+        sizes: FloatArray = np.abs(one.mean(axis=axis) - other.mean(axis=axis)) / np.sqrt(np.maximum(spread, 1e-300))
+        return sizes
 
-def _welch(values: FloatArray, second: NDArray[np.bool_]) -> FloatArray:
-    """Size of Welch's statistic for each way (B, n) to choose the second group."""
-    apart, spread = np.zeros(len(second)), np.zeros(len(second))
-    for side, sign in ((second, 1.0), (~second, -1.0)):
-        count = side.sum(axis=1)
-        mean = side @ values / count
-        apart += sign * mean
-        spread += (side @ np.square(values) / count - np.square(mean)) / (count - 1)
-    # Rounding may leave a spread of equal values just below zero.
-    sizes: FloatArray = np.abs(apart) / np.sqrt(np.maximum(spread, 1e-300))
-    return sizes
+    found = permutation_test(
+        (first, second), welch, vectorized=True, n_resamples=PERMUTATIONS, alternative="greater", random_state=random
+    )
+    return float(found.pvalue)

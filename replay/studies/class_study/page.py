@@ -1,11 +1,9 @@
 """``study.html``: what a study found, in plain words that claim association and never cause."""
 
 import hashlib
-import re
 from base64 import b64encode
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from importlib.resources import files
-from typing import Final
 
 from replay.outputs.report.markup import (
     ALLOWED,
@@ -19,32 +17,25 @@ from replay.outputs.report.markup import (
     page_html,
     section_html,
 )
-from replay.outputs.tables import table
-from replay.studies.class_study.analysis import LEVEL, Study
+from replay.outputs.tables import Column, Table
+from replay.studies.class_study.analysis import Study
 from replay.studies.class_study.class_runs import ClassRuns
 from replay.studies.class_study.class_tables import ClassTables, Place, class_counts, sessions_table
-from replay.studies.class_study.refusals import StudyRefusedError
+from replay.studies.class_study.regression import LEVEL
 from replay.studies.class_study.reliability import kaiser_word
 from replay.studies.class_study.tables import (
     OBSERVED_ONLY,
     behind,
     coefficient_table,
-    coefficients,
     group_table,
     headlines,
+    on_page,
     opening,
     p_words,
     reliability_table,
-    retest_words,
     sample_table,
     sensitivity_table,
 )  # fmt: skip
-
-CAUSAL: Final = re.compile(
-    r"\b(caus\w*|because of|effects? of|impact of|improv\w*|increas\w*|decreas\w*|leads? to|influenc\w*|enhanc\w*)\b",
-    re.IGNORECASE,
-)
-"""Words that claim a cause: no text of a study may hold one, names from the codebook included."""
 
 
 def study_html(
@@ -52,17 +43,12 @@ def study_html(
 ) -> str:
     """The page as text: of the sessions of a class, and of a study where there is a questionnaire.
 
-    ``where`` is run -> name and address of its page. Raises ``StudyRefusedError`` where a name from the codebook or the
-    title claims a cause.
+    ``where`` is run -> name and address of its page.
     """
-    named = [title]
     tables = ClassTables(runs, seed)
     lines = tables.headlines()
     if study is not None:
-        named += [*study.reliabilities, *study.group_sizes, *(two.outcome for two in study.groups)]
-        named += [name for fit, c in coefficients(study) for name in (fit.outcome, c.name)]
-        lines = [*headlines(study)[:1], f"{behind(study)}.", *retest_words(study), *lines]
-    refuse_causal_words(named)
+        lines = [*headlines(study)[:1], f"{behind(study)}.", *lines]
     sections = [*_sections(study, tables, where)]
     top = [
         element("header", element("p", title), contents(sections), class_="top"),
@@ -84,27 +70,20 @@ def _with_script(page: str) -> str:
     return page.replace("</body>", f"<script>{script}</script></body>", 1)
 
 
-def refuse_causal_words(texts: Sequence[str]) -> None:
-    """Raise ``StudyRefusedError`` for a text that claims a cause."""
-    for text in texts:
-        if CAUSAL.search(text):
-            raise StudyRefusedError("causal-wording", f"the words {text!r}")
-
-
 def _sections(study: Study | None, tables: ClassTables, where: Mapping[str, Place]) -> Iterator[Section]:
     """Sessions to look at, then groups, associations and reliability; tables of the class and methods are folded."""
     yield Section("Sessions to look at first", "Sessions", [sessions_table(tables.runs, where)])
     if study is not None:
-        groups: Part = group_table(study) if study.groups else "There is no comparison of groups."
+        groups: Part = on_page(group_table(study)) if study.groups else "There is no comparison of groups."
         if not study.group_sizes:
             groups = "The codebook declares no groups, so none are compared."
         sample = Fold("The sample", [sample_table(study, tables.sample())])
         yield Section("Groups, as Table II", "Groups", [groups, sample])
         results: list[Part] = [listed(headlines(study))]
         if study.regressions:
-            results.append(coefficient_table(study))
+            results.append(on_page(coefficient_table(study)))
         if study.sensitivity:
-            results.append(sensitivity_table(study))
+            results.append(on_page(sensitivity_table(study)))
         yield Section("Associations", "Associations", results)
         yield Section("Reliability of the questionnaire", "Reliability", _questionnaire(study))
     yield Section("Contacts of the class", "Contacts", [*_contacts(tables)])
@@ -117,14 +96,13 @@ def _contacts(made: ClassTables) -> Iterator[Fold]:
     """The tables of the class; the first of them open."""
     for title, found in (
         ("How detectors differ", made.detectors()), ("Pairs missed most", made.pairs()),
-        ("Task, stage, VR type", made.doing()), ("Causes", made.causes()), ("Events", made.events()),
-        ("Data quality", made.quality()),
+        ("Task, stage, VR type", made.doing()), ("Causes", made.causes()),
     ):  # fmt: skip
         yield Fold(title, [found if found.rows else "There is none in the sessions with a pseudonym."])
 
 
 def _questionnaire(study: Study) -> list[Part]:
-    parts: list[Part] = [reliability_table(study)] if study.reliabilities else []
+    parts: list[Part] = [on_page(reliability_table(study))] if study.reliabilities else []
     if study.kmo is not None and study.bartlett is not None:
         b = study.bartlett
         said = (
@@ -138,8 +116,10 @@ def _questionnaire(study: Study) -> list[Part]:
 def _refusals(study: Study) -> Part:
     if not study.refusals:
         return "Nothing that was asked had to be refused."
-    rows = [(one.what, one.rule, one.reason, one.lift) for one in study.refusals]
-    return table("Results not given", ("result", "rule", "reason", "what lifts it"), rows, words=4)
+    columns = (
+        Column("result", of="what", whole=True), Column("rule"), Column("reason"), Column("what lifts it", of="lift"),
+    )  # fmt: skip
+    return Table.of(columns, study.refusals, "Results not given")
 
 
 def _methods(study: Study) -> Markup:

@@ -48,7 +48,6 @@ RULES: Final[dict[str, Rule]] = {
     "undeclared-groups": Rule(
         "a comparison chosen after the data were seen finds too much", "declare the groups in the codebook"
     ),
-    "causal-wording": Rule("these are associations; nothing here was assigned at random", "write 'is associated with'"),
     "provenance": Rule(
         "a figure without its n, its detector and what that detector misses cannot be judged",
         "collect metrics from runs that were audited",

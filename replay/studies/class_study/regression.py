@@ -21,12 +21,19 @@ LEAST_SPREAD: Final = 1e-10
 """Share of a predictor's variance that the others must leave unexplained; below it digits run out."""
 
 
-@dataclass(frozen=True)
-class Coefficient:
-    """One predictor of one regression: its standardised coefficient with a 95 % interval over students.
+LEVEL: Final = 0.05
+"""Associated: p after Holm's correction is below this, and the interval leaves out zero."""
 
-    ``p`` is two-sided, from permutations, ``None`` of fewer students than the rules ask for; ``p_holm`` is that after
-    ``holm``; ``vif`` is the variance inflation factor, ``None`` in a simple regression.
+UNDECIDED: Final = "undecided"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One figure to judge: the standardised coefficient of a predictor, or the difference of two groups' means.
+
+    ``name`` is the predictor, or the groups. ``low`` and ``high`` are its 95 % interval over students; ``p`` is
+    two-sided, from permutations, ``None`` of fewer students than the rules ask for, and ``p_holm`` is that after
+    ``holm``. ``vif`` is the variance inflation factor, ``None`` where there is one predictor.
     """
 
     name: str
@@ -38,7 +45,27 @@ class Coefficient:
     vif: float | None = None
 
     @property
-    def apart(self) -> bool:
+    def associated(self) -> bool:
+        """Whether it differs from zero: by its p after Holm's correction, and by its interval.
+
+        The two come from different resamplings, and among few students they can differ; a page that claims an
+        association and prints an interval around zero contradicts itself.
+        """
+        return self.p_holm is not None and self.p_holm < LEVEL and self._apart
+
+    @property
+    def conclusion(self) -> str:
+        """What it says, in the words of every table."""
+        if self.associated:
+            return "associated"
+        if self.p is None:
+            return "not tested"
+        if self.p >= LEVEL:
+            return "not told from chance"
+        return f"{UNDECIDED} after Holm" if self._apart else f"{UNDECIDED}: interval holds zero"
+
+    @property
+    def _apart(self) -> bool:
         """Whether the interval leaves out zero."""
         return self.low > 0 or self.high < 0
 
@@ -55,7 +82,7 @@ class Regression:
     rows: int
     students: int
     adjusted_r2: float
-    coefficients: tuple[Coefficient, ...]
+    coefficients: tuple[Finding, ...]
 
 
 def regress(
@@ -81,7 +108,7 @@ def regress(
     coefficients = []
     for k, name in enumerate(names):
         p = permutation_p(y, x, k, random) if len(y) >= LEAST_STUDENTS else None
-        coefficients.append(Coefficient(name, float(fitted.params[k + 1]), *ends[k], p, vif=factors[k]))
+        coefficients.append(Finding(name, float(fitted.params[k + 1]), *ends[k], p, vif=factors[k]))
     kind = "simple" if len(names) == 1 else "multiple"
     return Regression(outcome, kind, len(row), len(people), float(fitted.rsquared_adj), tuple(coefficients))
 
@@ -99,26 +126,16 @@ def student_means(values: FloatArray, students: IntArray) -> tuple[IntArray, Int
     return people, row, table / np.bincount(row)[:, None]
 
 
-def holm(regressions: Sequence[Regression]) -> tuple[Regression, ...]:
-    """The same regressions with p corrected across all of their coefficients.
+def holm(findings: Sequence[Finding]) -> list[Finding]:
+    """The same with p corrected across all that have one.
 
     Source: Holm (1979), Scand. J. Stat. 6, 65-70.
     """
-    corrected = iter(holm_p([one.p for regression in regressions for one in regression.coefficients]))
-    done = []
-    for regression in regressions:
-        parts = [replace(one, p_holm=next(corrected)) for one in regression.coefficients]
-        done.append(replace(regression, coefficients=tuple(parts)))
-    return tuple(done)
-
-
-def holm_p(given: Sequence[float | None]) -> list[float | None]:
-    """p-values after Holm's correction across all that are given; ``None`` stays."""
     from statsmodels.stats.multitest import multipletests
 
-    there = [p for p in given if p is not None]
-    corrected = iter(multipletests(there, method="holm")[1].tolist() if there else [])
-    return [None if p is None else next(corrected) for p in given]
+    tested = [finding.p for finding in findings if finding.p is not None]
+    corrected = iter(multipletests(tested, method="holm")[1].tolist() if tested else ())
+    return [finding if finding.p is None else replace(finding, p_holm=next(corrected)) for finding in findings]
 
 
 def _refuse(what: str, table: FloatArray) -> None:

@@ -79,27 +79,8 @@ class Resampling:
         if np.all(top == 0.0) or np.array_equal(top, base):
             # All or nothing looks alike in every draw; each student then counts as one who did or did not.
             return Estimate(found, *wilson(found * len(names), len(names)), len(names))
-        weights = self._of(names)
+        weights = self._weights[:, [self._place[name] for name in names]]
         with np.errstate(invalid="ignore", divide="ignore"):
             drawn = (weights @ top) / (weights @ base)
             left_out = (top.sum() - top) / (base.sum() - base)
         return Estimate(found, *interval(drawn, found, left_out), len(names))
-
-    def median(self, values: Mapping[str, float]) -> Estimate:
-        """The middle student."""
-        names = sorted(values, key=lambda name: (values[name], name))
-        if len(names) < 2:
-            alone = values[names[0]] if names else NO_FIGURE
-            return Estimate(alone, alone, alone, len(names))
-        ordered = np.array([values[name] for name in names], dtype=np.float64)
-        reached = np.cumsum(self._of(names), axis=1)
-        reached = reached[reached[:, -1] > 0.0]
-        half = reached[:, -1:] / 2.0
-        ends = [(reached >= half).argmax(axis=1), (reached > half).argmax(axis=1)]
-        drawn = np.mean([ordered[end] for end in ends], axis=0)
-        left_out = np.array([np.median(np.delete(ordered, k)) for k in range(len(ordered))])
-        return Estimate(float(np.median(ordered)), *interval(drawn, float(np.median(ordered)), left_out), len(names))
-
-    def _of(self, names: Sequence[str]) -> FloatArray:
-        chosen: FloatArray = self._weights[:, [self._place[name] for name in names]]
-        return chosen

@@ -1,16 +1,14 @@
-"""The sentences and tables of a study, for page and terminal; none of them claims a cause."""
+"""The sentences and tables of a study, for page, terminal and files; none of them claims a cause."""
 
 import re
-from collections.abc import Mapping
-from typing import Final
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Final
 
-from replay.outputs.tables import STRONG, Marked, Table, table
+from replay.outputs.tables import STRONG, Cell, Column, Marked, Table
 from replay.pipeline.gates import figure
-from replay.pipeline.sentences import plural
-from replay.studies.class_study.analysis import LEVEL, UNDECIDED, Sensitivity, Study, associated, conclusion
-from replay.studies.class_study.groups import GroupDifference
+from replay.studies.class_study.analysis import Sensitivity, Study
 from replay.studies.class_study.refusals import few
-from replay.studies.class_study.regression import Coefficient, Regression
+from replay.studies.class_study.regression import UNDECIDED, Finding
 
 OBSERVED_ONLY: Final = (
     "Associations in the students observed. Nothing was assigned at random, so no figure here says what would happen "
@@ -39,42 +37,44 @@ def p_words(p: float | None) -> str:
     return "none" if p is None else "< 0.001" if p < 0.001 else f"{p:.3f}"
 
 
-def coefficients(study: Study) -> list[tuple[Regression, Coefficient]]:
-    """Every coefficient beside its regression."""
-    return [(one, c) for one in study.regressions for c in one.coefficients]
-
-
 def headlines(study: Study) -> list[str]:
     """What a reader should know first: the associations found, most pronounced first, or that there are none."""
-    found = sorted((pair for pair in coefficients(study) if associated(pair[1])), key=lambda pair: -abs(pair[1].beta))
-    said = [*(_sentence(*pair) for pair in found), *(_apart(one) for one in study.groups if associated(one))]
-    if said:
-        return said
-    every: list[tuple[int, Coefficient | GroupDifference]] = [(one.students, c) for one, c in coefficients(study)]
-    every += [(sum(one.students), one) for one in study.groups]
-    tested = [students for students, c in every if c.p is not None]
+    found = [(fit, c) for fit in study.regressions for c in fit.coefficients if c.associated]
+    lines = []
+    for fit, c in sorted(found, key=lambda pair: -abs(pair[1].beta)):
+        held = "" if fit.kind == "simple" else ", the other predictors held equal"
+        sessions = f" students in {fit.rows} sessions" if fit.rows > fit.students else ""
+        lines.append(
+            f"{_capital(c.name)} is associated with {_more(c)} {words(fit.outcome)}{held}: "
+            f"{_between(c)}, n = {fit.students}{sessions}"
+        )
+    for two in study.groups:
+        if two.effect.associated:
+            (first, second), (n, of) = two.groups, two.students
+            lines.append(
+                f"{_capital(two.outcome)} is {_more(two.effect)} in group {second} than in {first}: "
+                f"{_between(two.effect)}, n = {n} and {of}"
+            )
+    if lines:
+        return lines
+    tested = [result.students for result in study.findings if result.finding.p is not None]
     if not tested:
         return ["No association was tested"]
-    least = "" if min(tested) == max(tested) else f"{min(tested)} to "
-    open_ = sum(conclusion(c).startswith(UNDECIDED) for _, c in every)
-    more = f"; {open_} of {len(every)} {UNDECIDED}" if open_ else ""
-    return [f"No association was told from chance in {least}{max(tested)} students{more}"]
+    open_ = sum(result.finding.conclusion.startswith(UNDECIDED) for result in study.findings)
+    more = f"; {open_} of {len(study.findings)} {UNDECIDED}" if open_ else ""
+    return [f"No association was told from chance in {_range(tested)} students{more}"]
 
 
-def _sentence(regression: Regression, c: Coefficient) -> str:
-    more = "higher" if c.beta > 0 else "lower"
-    held = "" if regression.kind == "simple" else ", the other predictors held equal"
-    more_rows = f" students in {regression.rows} sessions" if regression.rows > regression.students else ""
-    return (
-        f"{_capital(c.name)} is associated with {more} {words(regression.outcome)}{held}: "
-        f"{c.beta:+.2f} [{c.low:+.2f}, {c.high:+.2f}], n = {regression.students}{more_rows}"
-    )
+def _more(finding: Finding) -> str:
+    return "higher" if finding.beta > 0 else "lower"
 
 
-def _apart(one: GroupDifference) -> str:
-    more, (first, second), (n, of) = "higher" if one.difference > 0 else "lower", one.groups, one.students
-    between = f"{one.difference:+.2f} [{one.low:+.2f}, {one.high:+.2f}], n = {n} and {of}"
-    return f"{_capital(one.outcome)} is {more} in group {second} than in {first}: {between}"
+def _between(finding: Finding) -> str:
+    return f"{finding.beta:+.2f} [{finding.low:+.2f}, {finding.high:+.2f}]"
+
+
+def _range(counts: Sequence[int]) -> str:
+    return f"{min(counts)}" if min(counts) == max(counts) else f"{min(counts)} to {max(counts)}"
 
 
 def _capital(name: str) -> str:
@@ -91,50 +91,111 @@ def behind(study: Study) -> str:
     return f"{study.students} students, {study.rows} sessions, contacts as {study.detector} sees them, {recall}"
 
 
+def _conclusion(value: str) -> Cell:
+    return Marked(value, STRONG if value == "associated" else "")
+
+
+def _pair(value: tuple[float, float]) -> str:
+    return "{:.4g}, {:.4g}".format(*value)
+
+
+def _recall(value: float | None) -> str:
+    return "not measured" if value is None else f"{figure(100 * value)} %"
+
+
+WORDS: Final[dict[str, Callable[[Any], Cell]]] = {
+    "outcome": words, "predictor": words, "conclusion": _conclusion, "construct": str, "regression": str,
+    "detector": str, "groups": ", ".join, "means": _pair,
+}  # fmt: skip
+"""Column of words -> what people read of it."""
+
+NUMBERS: Final[dict[str, Callable[[Any], Cell] | str]] = {
+    "beta": "+.3f", "difference": "+.3f", "low": "+.3f", "high": "+.3f", "p": p_words, "p_holm": p_words, "vif": ".2f",
+    "adjusted_r2": ".3f", "recall": _recall, "alpha": ".3f", "least_item_total": ".2f", "pooled_beta": "+.3f",
+    "pooled_fit": ".3f", "pooled_p": ".3f",
+}  # fmt: skip
+"""Column of numbers -> its format."""
+
+HEADS: Final = {
+    "students": "n", "low": "95 % from", "high": "to", "p_holm": "p (Holm)", "adjusted_r2": "adj. R²", "vif": "VIF",
+    "alpha": "Cronbach's alpha", "least_item_total": "least item with the rest", "pooled_beta": "paper's coefficient",
+    "pooled_fit": "its fit", "pooled_p": "its p",
+}  # fmt: skip
+"""Column -> its heading on the page."""
+
+IN_FILES: Final = ("associated", "changes", "tested")
+"""Columns that a page does not show, since it says the same in other words."""
+
+
+def _table(title: str, rows: Sequence[Mapping[str, Any]], *notes: str) -> Table:
+    """Rows of raw values by the names of their columns."""
+    columns = (
+        Column(name, str if name in WORDS else float, show=(WORDS | NUMBERS).get(name, ""))
+        for name in (rows[0] if rows else ())
+    )
+    values = (tuple(None if value != value else value for value in row.values()) for row in rows)
+    return Table(tuple(columns), tuple(values), title, notes)
+
+
+def on_page(table: Table) -> Table:
+    """What a page shows of a table."""
+    return table.only(*(name for name in table.head if name not in IN_FILES), heads=HEADS)
+
+
+def _judged(finding: Finding) -> dict[str, Any]:
+    return {
+        "low": finding.low, "high": finding.high, "p": finding.p, "p_holm": finding.p_holm,
+        "conclusion": finding.conclusion,
+    }  # fmt: skip
+
+
 def coefficient_table(study: Study) -> Table:
-    """A row per coefficient; associated ones are strong."""
-    rows = []
-    for one, c in coefficients(study):
-        cells = (
-            words(one.outcome), words(c.name), one.kind, f"{one.students}", f"{one.rows}", f"{c.beta:+.3f}",
-            f"{c.low:+.3f} to {c.high:+.3f}", p_words(c.p), p_words(c.p_holm), conclusion(c),
-            f"{one.adjusted_r2:.3f}", "" if c.vif is None else f"{c.vif:.2f}",
-        )  # fmt: skip
-        rows.append([Marked(cell, STRONG if associated(c) else "") for cell in cells])
-    head = (
-        "outcome", "predictor", "regression", "n", "rows", "beta", "95 % interval", "p", "p (Holm)", "conclusion",
-        "adj. R²", "VIF",
-    )  # fmt: skip
-    note = "n counts students; several rows of a student are taken as their mean."
-    return table(behind(study), head, rows, words=3, notes=(note,))
+    """A row per coefficient."""
+    rows = [
+        {"outcome": fit.outcome, "predictor": c.name, "regression": fit.kind, "students": fit.students}
+        | {"rows": fit.rows, "beta": c.beta, **_judged(c), "adjusted_r2": fit.adjusted_r2, "vif": c.vif}
+        | {"associated": c.associated, "detector": study.detector, "recall": study.recall}
+        for fit in study.regressions
+        for c in fit.coefficients
+    ]
+    return _table(behind(study), rows, "n counts students; several rows of a student are taken as their mean.")
 
 
 def reliability_table(study: Study) -> Table:
     """A row per construct of the questionnaire."""
     rows = [
-        (
-            name, r.items, r.students, f"{r.alpha:.3f}", f"{r.low:.3f} to {r.high:.3f}",
-            f"{min(r.item_total):.2f} to {max(r.item_total):.2f}",
-        )
+        {"construct": name, "items": r.items, "students": r.students, "alpha": r.alpha, "low": r.low, "high": r.high}
+        | {"least_item_total": min(r.item_total)}
         for name, r in study.reliabilities.items()
-    ]  # fmt: skip
-    head = ("construct", "items", "n", "Cronbach's alpha", "95 % interval", "item with the rest")
-    return table("questionnaire", head, rows)
+    ]
+    return _table("questionnaire", rows)
 
 
 def sensitivity_table(study: Study) -> Table:
     """A row per result about behaviour, as another detector gives it."""
     rows = [
-        (
-            words(row.outcome), words(row.predictor), row.detector, row.students,
-            "not measured" if row.recall is None else f"{figure(100 * row.recall)} %",
-            "none" if row.beta is None else f"{row.beta:+.3f}", p_words(row.p_holm), row.conclusion,
-        )
+        {"outcome": row.outcome, "predictor": row.before.name, "detector": row.detector, "students": row.students}
+        | {"recall": row.recall, "beta": row.after and row.after.beta, "p_holm": row.after and row.after.p_holm}
+        | {"conclusion": row.conclusion, "changes": row.changes, "tested": row.tested}
         for row in study.sensitivity
-    ]  # fmt: skip
-    head = ("outcome", "predictor", "detector", "n", "recall", "beta", "p (Holm)", "conclusion")
-    note = "Of groups, beta is the difference of their means."
-    return table(f"compared with {study.detector} above", head, rows, words=3, notes=(note,) if study.groups else ())
+    ]
+    notes = ("Of groups, beta is the difference of their means.",) if study.groups else ()
+    return _table(f"compared with {study.detector} above", rows, *notes)
+
+
+def group_table(study: Study) -> Table:
+    """A row per outcome: as the paper computes, then what the data allow."""
+    rows = [
+        {name: value for name, value in vars(two).items() if name != "effect"}
+        | {"difference": two.effect.beta, **_judged(two.effect)}
+        for two in study.groups
+    ]
+    return _table(
+        "Groups compared",
+        rows,
+        "As the paper computes: coefficient, adjusted fit and significance, with one predictor, nothing corrected.",
+        "What the data allow: the second group's mean less the first's, p of Welch's statistic, Holm across the rows.",
+    )
 
 
 QUESTION: Final = "Does the detector change a conclusion?"
@@ -149,43 +210,21 @@ def _verdict(study: Study | None) -> str:
     """``No.``, or what changes, or why that is not known."""
     if study is None:
         return "Not known: there is no questionnaire."
-    tested = [row for row in study.sensitivity if row.tested]
     if not study.sensitivity:
         return "Not known: no result about contacts could be compared between detectors."
-    if not tested:
+    if not any(row.tested for row in study.sensitivity):
         return "Not known: no result could be tested with another detector."
-    changed = [row for row in tested if row.changes]
-    return f"Yes: {'; '.join(_changed(study, row) for row in changed)}." if changed else "No."
+    changed = [_changed(study, row) for row in study.sensitivity if row.tested and row.changes]
+    return f"Yes: {'; '.join(changed)}." if changed else "No."
 
 
 def _changed(study: Study, row: Sensitivity) -> str:
     """With which detector a conclusion holds, and with which it does not."""
-    what = f"{words(row.predictor)} with {words(row.outcome)}"
-    found = [c for one, c in coefficients(study) if (one.outcome, c.name) == (row.outcome, row.predictor)]
-    held = any(associated(c) for c in found) or any(
-        associated(one) for one in study.groups if one.outcome == row.outcome and not found
-    )
-    again = row.p_holm is not None and row.p_holm < LEVEL
-    if held and again:
+    what = f"{words(row.before.name)} with {words(row.outcome)}"
+    if row.after is not None and row.before.associated and row.after.associated:
         return f"{what} has another sign with {row.detector} than with {study.detector}"
-    first, second = (study.detector, row.detector) if held else (row.detector, study.detector)
-    return f"{what} holds with {first}, not with {second}"
-
-
-def retest_words(study: Study) -> list[str]:
-    """How many conclusions were tested with which other detectors; nothing where none was."""
-    tested = [row for row in study.sensitivity if row.tested]
-    if not tested:
-        return []
-    names = " and ".join(dict.fromkeys(row.detector for row in study.sensitivity))
-    least, most = (choose(row.students for row in tested) for choose in (min, max))
-    students = f"{most}" if least == most else f"{least} to {most}"
-    line = f"{plural(len(tested), 'conclusion')} tested again with {names}, n = {students}"
-    if unsure := sum(row.undecided for row in tested):
-        line += f"; {unsure} of them {UNDECIDED}"
-    if rest := len(study.sensitivity) - len(tested):
-        line += f"; {rest} could not be tested"
-    return [f"{line}."]
+    detectors = (study.detector, row.detector) if row.before.associated else (row.detector, study.detector)
+    return "{} holds with {}, not with {}".format(what, *detectors)
 
 
 def sample_table(study: Study, here: Mapping[str, str]) -> Table:
@@ -195,26 +234,6 @@ def sample_table(study: Study, here: Mapping[str, str]) -> Table:
         "students": few(study.students), "groups": sizes or "none declared", "answers": "questionnaire",
         "computed with": "this tool: permutations, bootstrap, Holm", **here,
     }  # fmt: skip
-    rows = [(name, printed, own.get(name, "not stated")) for name, printed in PRINTED.items()]
-    return table("Table II of the paper, beside this study", ("what", "printed", "here"), rows, words=3)
-
-
-def group_table(study: Study) -> Table:
-    """A row per outcome: as the paper computes, then what the data allow."""
-    rows = []
-    for one in study.groups:
-        mark = STRONG if associated(one) else ""
-        fit = f"fit {one.pooled_fit:.3f}, significance {one.pooled_p:.3f}"
-        rows.append([
-            Marked(words(one.outcome), mark),
-            Marked("{:.2f}, {:.2f}".format(*one.means), mark, f"{one.groups[0]}, {one.groups[1]}"),
-            "{}, {}".format(*one.students), Marked(f"{one.pooled_beta:+.3f}", "", fit),
-            Marked(f"{one.difference:+.2f}", mark, f"{one.low:+.2f} to {one.high:+.2f}"),
-            Marked(p_words(one.p_holm), mark, f"{p_words(one.p)} before Holm"), Marked(conclusion(one), mark),
-        ])  # fmt: skip
-    head = ("outcome", "means", "n", "as the paper", "difference", "p (Holm)", "conclusion")
-    notes = (
-        "As the paper computes: coefficient, adjusted fit and significance, with one predictor, nothing corrected.",
-        "What the data allow: the second group's mean less the first's, p of Welch's statistic, Holm across the rows.",
-    )
-    return table("Groups compared", head, rows, words=("outcome", "means", "conclusion"), notes=notes)
+    rows = tuple((name, printed, own[name]) for name, printed in PRINTED.items())
+    columns = Column("what"), Column("printed"), Column("here")
+    return Table(columns, rows, "Table II of the paper, beside this study")

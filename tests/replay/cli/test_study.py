@@ -58,7 +58,7 @@ def test_page_says_first_whether_the_detector_matters_with_or_without_a_question
     assert told["sessions"] == told["students"] == 30 and told["associations"][0]["predictor"] == "ease of use"
     assert {row["detector"] for row in told["sensitivity"]} == {"slow", "coarse"}
     page = (tmp_path / "study" / "study.html").read_text("utf-8")
-    assert page.index("tested again with slow and coarse") < page.index("Sessions to look at first")
+    assert page.index("Does the detector change a conclusion?") < page.index("Sessions to look at first")
     assert main([*words, str(tmp_path / "half"), *files[-2:]]) == 2
     assert "a questionnaire and its codebook go together" in capsys.readouterr().err
 

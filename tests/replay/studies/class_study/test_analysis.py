@@ -3,9 +3,9 @@ import pytest
 from support.study_samples import a_class, codebook, metrics, questionnaire
 
 from replay.errors import StudyError
-from replay.studies.class_study.analysis import analyse, associated
+from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.refusals import StudyRefusedError
-from replay.studies.class_study.regression import Coefficient
+from replay.studies.class_study.regression import Finding
 
 BEHAVIOUR = (("motivation", "ease of use"), ("motivation", "contacts_per_min"))
 
@@ -14,8 +14,8 @@ def test_a_planted_association_is_found_and_an_absent_one_is_not():
     answers, contacts = a_class(52, seed=3)
     study = analyse(codebook(BEHAVIOUR), questionnaire(answers), metrics(contacts))
     ease, moved = (one.coefficients[0] for one in study.regressions)
-    assert associated(ease) and ease.low < ease.beta < ease.high and ease.beta > 0.3
-    assert not associated(moved)
+    assert ease.associated and ease.low < ease.beta < ease.high and ease.beta > 0.3
+    assert not moved.associated
     assert (study.students, study.rows, study.detector, study.recall) == (52, 52, "exact", 1.0)
     assert not study.refusals
 
@@ -23,12 +23,12 @@ def test_a_planted_association_is_found_and_an_absent_one_is_not():
 @pytest.mark.parametrize("sign", [1, -1])
 def test_an_association_needs_both_its_p_and_its_interval(sign):
     def one(low, high, p):
-        return Coefficient("contacts_per_min", 0.8 * sign, *sorted((low * sign, high * sign)), p, p_holm=p)
+        return Finding("contacts_per_min", 0.8 * sign, *sorted((low * sign, high * sign)), p, p_holm=p).associated
 
-    assert associated(one(0.1, 1.2, 0.04))
-    assert not associated(one(-0.1, 1.2, 0.04))
-    assert not associated(one(0.1, 1.2, 0.06))
-    assert not associated(one(0.1, 1.2, None))
+    assert one(0.1, 1.2, 0.04)
+    assert not one(-0.1, 1.2, 0.04)
+    assert not one(0.1, 1.2, 0.06)
+    assert not one(0.1, 1.2, None)
 
 
 def test_a_conclusion_that_hangs_on_the_detector_is_shown():
@@ -39,9 +39,9 @@ def test_a_conclusion_that_hangs_on_the_detector_is_shown():
     for row, other in zip(blind, seen, strict=True):
         table.columns["contacts_per_min"][row] = contacts[other]
     study = analyse(codebook(BEHAVIOUR), questionnaire(answers), table)
-    (row,) = [one for one in study.sensitivity if one.predictor == "contacts_per_min"]
+    (row,) = [one for one in study.sensitivity if one.before.name == "contacts_per_min"]
     assert row.changes and row.detector == "blind" and row.recall == pytest.approx(0.4)
-    assert not any(one.predictor == "ease of use" for one in study.sensitivity)
+    assert not any(one.before.name == "ease of use" for one in study.sensitivity)
 
 
 def test_the_detector_that_misses_least_is_chosen_and_another_on_request():

@@ -75,21 +75,16 @@ QUESTIONS = {
         GROUP BY ALL ORDER BY count(*) DESC""",
     ),
     "how many contacts does a detector never find": (
-        ("how-detectors-differ", "contacts never found", {}), (0, 6),
+        ("how-detectors-differ", "contacts never found", {}), (0, 5),
         """SELECT m.detector, count(*) FILTER (list_contains(string_split(missed_by, ','), m.detector)) || ' of ' ||
         count(*) FROM episodes e JOIN metrics m USING (run) WHERE e.detector = 'exact' AND m.detector <> 'exact' AND NOT
         held AND e.student <> '' GROUP BY m.detector ORDER BY m.detector DESC""",
     ),
     "in which task are contacts missed": (
-        ("task-stage-vr-type", "contacts", {"what": "task"}), (1, 2, 4, 7),
+        ("task-stage-vr-type", "contacts", {"what": "task"}), (1, 2, 4, 5),
         f"""SELECT coalesce(task, 'none'), count(DISTINCT student)::VARCHAR, count(*)::VARCHAR, count(*) FILTER
         (missed_by <> '') || ' of ' || count(*) FROM episodes WHERE {KNOWN} AND detector = 'exact' GROUP BY task
         HAVING count(DISTINCT student) >= 5 ORDER BY count(*) DESC""",
-    ),
-    "how long do contacts last in each stage": (
-        ("task-stage-vr-type", "lasting s", {"what": "stage"}), (1, 5),
-        f"""SELECT stage, format('{{:.3g}}', median(own)) FROM (SELECT stage, student, median("end" - "start") AS own
-        FROM episodes WHERE {KNOWN} AND detector = 'exact' GROUP BY ALL) GROUP BY stage ORDER BY median(own) DESC""",
     ),
     "how do VR types differ": (
         ("task-stage-vr-type", "contacts", {"what": "VR type"}), (1, 3, 4),
@@ -111,11 +106,6 @@ QUESTIONS = {
         ("causes", "how many", {"what": "miss", "detector": "slow"}), (2, 3, 6),
         f"""SELECT kind, cause, count(*)::VARCHAR FROM misses WHERE {KNOWN} AND detector = 'slow' GROUP BY ALL
         ORDER BY count(*) DESC""",
-    ),
-    "what happens in each task": (
-        ("events", "times", {}), (0, 1, 4),
-        """SELECT coalesce(task, 'none'), name, count(*)::VARCHAR FROM events WHERE student <> '' GROUP BY ALL
-        HAVING count(DISTINCT student) >= 5 ORDER BY count(*) DESC""",
     ),
 }  # fmt: skip
 """Question -> part of the page, heading to sort by, choices; columns that answer it; the recount."""
@@ -139,7 +129,7 @@ def test_no_cell_of_fewer_than_five_students_says_more_than_that(page, db):
     few = {row[0] for row in db.sql(f"""SELECT task FROM episodes WHERE {KNOWN} AND detector = 'exact' GROUP BY task
                                     HAVING count(DISTINCT student) < 5""").fetchall()}  # fmt: skip
     shown = {row[1]: row for row in rows(page, "task-stage-vr-type", "contacts", what="task")}
-    assert few == {"clean"} and shown["clean"] == ["task", "clean", "fewer than 5", "", "", "", "", ""]
+    assert few == {"clean"} and shown["clean"] == ["task", "clean", "fewer than 5", "", "", ""]
     # Less all others, the total would tell what this row may not.
     assert (
         sum(row[2] == "not shown" for row in shown.values()) == 1 and sum(row[4] != "" for row in shown.values()) >= 1
@@ -148,7 +138,7 @@ def test_no_cell_of_fewer_than_five_students_says_more_than_that(page, db):
 
 def test_every_figure_has_its_interval_and_its_n(made):
     text = made[1].read_text("utf-8")
-    for part in ("how-detectors-differ", "pairs-missed-most", "task-stage-vr-type", "causes", "events", "data-quality"):
+    for part in ("how-detectors-differ", "pairs-missed-most", "task-stage-vr-type", "causes"):
         (found,) = re.findall(rf'<details class="fold" id="{part}">.*?</details>', text, re.S)
         assert re.search(r">n</th>", found)
         cells = re.findall(r'<td class="number">(.*?)</td>', found, re.S)

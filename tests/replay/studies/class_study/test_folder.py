@@ -7,13 +7,7 @@ from support.study_samples import a_class, codebook, metrics, questionnaire
 from replay.errors import OutputError
 from replay.studies.class_study.analysis import analyse
 from replay.studies.class_study.class_runs import read_class
-from replay.studies.class_study.folder import (
-    as_json,
-    association_rows,
-    reliability_rows,
-    write_study,
-)
-from replay.studies.class_study.refusals import StudyRefusedError
+from replay.studies.class_study.folder import as_json, write_study
 
 
 @pytest.fixture(scope="module")
@@ -39,12 +33,6 @@ def test_a_folder_is_not_replaced_unless_forced_and_only_if_it_is_a_study(runs, 
         write_study(runs, study, tmp_path / "thesis", inputs={}, force=True)
 
 
-def test_a_title_that_claims_a_cause_leaves_nothing_behind(runs, study, tmp_path):
-    with pytest.raises(StudyRefusedError):
-        write_study(runs, study, tmp_path / "study", title="The effect of VR", inputs={})
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_refusals_are_in_the_json_with_what_lifts_them(runs):
     answers, contacts = a_class(9)
     book = codebook((("motivation", "contacts_per_min"),))
@@ -57,8 +45,3 @@ def test_no_file_holds_a_pseudonym(runs, study, tmp_path):
     out = write_study(runs, study, tmp_path / "study", title="Class", inputs={})
     for file in out.iterdir():
         assert "S07" not in file.read_text("utf-8"), file.name
-
-
-def test_rows_have_one_construct_and_one_coefficient_each(study):
-    assert [row["construct"] for row in reliability_rows(study)] == ["ease of use", "motivation"]
-    assert [row["predictor"] for row in association_rows(study)] == ["ease of use", "contacts_per_min"]

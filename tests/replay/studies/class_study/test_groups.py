@@ -26,7 +26,8 @@ def test_the_paper_s_figures_are_those_of_one_pooled_predictor():
     fit = 1 - (1 - line.rvalue**2) * 51 / 50
     assert (one.pooled_beta, one.pooled_fit, one.pooled_p) == pytest.approx((line.rvalue, fit, line.pvalue))
     assert one.students == (26, 26) and one.means == pytest.approx((first.mean(), second.mean()))
-    assert one.difference == pytest.approx(line.slope) and one.low < one.difference < one.high
+    effect = one.effect
+    assert effect.beta == pytest.approx(line.slope) and effect.low < effect.beta < effect.high
 
 
 def test_p_is_that_of_permuting_welchs_statistic():
@@ -38,16 +39,16 @@ def test_p_is_that_of_permuting_welchs_statistic():
         return stats.ttest_ind(a, b, axis=axis, equal_var=False).statistic
 
     other = stats.permutation_test((second, first), welch, vectorized=True, n_resamples=20000, random_state=0).pvalue
-    assert one.p == pytest.approx(other, abs=0.02)
+    assert one.effect.p == pytest.approx(other, abs=0.02)
     first, second = two(60, 0.4, spread=2.0)
     ((one,), _) = compared(first, second)
-    assert one.p == pytest.approx(stats.ttest_ind(second, first, equal_var=False).pvalue, abs=0.02)
+    assert one.effect.p == pytest.approx(stats.ttest_ind(second, first, equal_var=False).pvalue, abs=0.02)
 
 
 def test_holm_is_across_all_outcomes_of_the_groups():
     random = np.random.default_rng(4)
     variables = {name: random.normal(size=40) for name in ("a", "b", "c")}
-    found = compare_groups(variables, NAMES * 20, NAMES, 0, [])
+    found = [two.effect for two in compare_groups(variables, NAMES * 20, NAMES, 0, [])]
     ordered = sorted(found, key=lambda one: one.p)
     expected = np.maximum.accumulate([min(1.0, one.p * (3 - k)) for k, one in enumerate(ordered)])
     assert [one.p_holm for one in ordered] == pytest.approx(expected.tolist())
@@ -61,7 +62,7 @@ def test_a_group_of_fewer_than_five_is_refused(first, second, rule):
     found, refusals = compared(*(np.arange(float(n)) for n in (first, second)))
     assert [one.rule for one in refusals] == ([rule] if rule else []) and len(found) == (not rule)
     if found:
-        assert found[0].p == pytest.approx(1.0, abs=0.01)
+        assert found[0].effect.p == pytest.approx(1.0, abs=0.01)
 
 
 def test_answers_that_are_all_equal_are_refused():
@@ -86,7 +87,7 @@ def covered(kind, second, effect, count):
         values = draw(random) + effect * spread * group
         names = np.where(group, "second", "first").tolist()
         (one,) = compare_groups({"y": values}, names, NAMES, int(random.integers(10**9)), [])
-        yield one.low <= effect * spread <= one.high
+        yield one.effect.low <= effect * spread <= one.effect.high
 
 
 @pytest.fixture

@@ -120,5 +120,5 @@ def test_holm_corrects_across_all_regressions_as_by_hand():
     for rank, k in enumerate(order):
         most = max(most, min(1.0, (3 - rank) * raw[k]))
         by_hand[k] = most
-    corrected = holm([first, second])
-    assert [c.p_holm for one in corrected for c in one.coefficients] == pytest.approx(by_hand, abs=1e-12)
+    corrected = holm([*first.coefficients, *second.coefficients])
+    assert [c.p_holm for c in corrected] == pytest.approx(by_hand, abs=1e-12)
