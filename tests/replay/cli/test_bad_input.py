@@ -123,33 +123,6 @@ def test_a_mesh_file_that_is_none_is_refused_and_named(name, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ('[[body]]\nid = "left"\nmash = "wand.glb"\n', ("scene.toml", "[[body]]", "mash")),
-        ('[[body]]\nid = "left"\nmesh = "nowhere.glb"\n', ("left", "nowhere.glb")),
-        ('[[body]]\nid = "left"\nparent = "ghost"\n', ("scene.toml", "[[body]]", "ghost")),
-        ("this is no TOML", ("scene.toml",)),
-        ("[[surprise]]\nx = 1\n", ("scene.toml", "surprise")),
-    ],
-)
-def test_a_scene_that_says_something_unknown_names_file_table_and_key(text, words, tmp_path, capsys):
-    (tmp_path / "scene.toml").write_text(text)
-    source = tmp_path / "poses.json"
-    pose = {"timestamp": 0.0, "position": {"x": 0, "y": 0, "z": 0}, "rotation": {"x": 0, "y": 0, "z": 0}}
-    source.write_text(json.dumps({"left": {"poses": [pose]}}))
-    arguments = [
-        "import",
-        "aframe",
-        str(source),
-        "-o",
-        str(tmp_path / "s.mcap"),
-        "--scene",
-        str(tmp_path / "scene.toml"),
-    ]
-    refused(capsys, main(arguments), FAILURE, *words)
-
-
-@pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (["--detectors", "hybird"], ("no detector 'hybird'", "hybrid")),
@@ -167,15 +140,6 @@ def test_what_a_run_cannot_do_is_one_sentence(arguments, words, tmp_path, capsys
     code = main(["run", str(file), "--out", str(tmp_path / "run"), "--no-picture", *arguments])
     refused(capsys, code, FAILURE, *words)
     assert not (tmp_path / "run").exists()
-
-
-def test_no_bad_input_brings_the_interpreter_down(tmp_path):
-    """In a process of its own, where a segmentation fault would show."""
-    file = session_file(tmp_path, with_pose(*POSES["NaN"][:2]))
-    command = [sys.executable, "-m", "replay", "run", str(file), "--out", str(tmp_path / "run")]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == FAILURE and "Traceback" not in done.stderr
-    assert done.stderr.splitlines()[-1].startswith("error: frame 2")
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="closed by `>&-`, and /dev/full, are POSIX")

@@ -5,7 +5,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay import run
-from replay.cli.console import People, TerminalProgress, counting, pace, stdout_console
+from replay.cli.console import People, TerminalProgress, counting, pace
 
 
 def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
@@ -20,11 +20,6 @@ def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
 def test_a_broken_gate_is_named_to_the_quiet_too(capsys):
     assert People(quiet=True).gate([]) == 0 and People(quiet=True).gate(["it missed 1"]) == 4
     assert capsys.readouterr().err == "gate: it missed 1\n"
-
-
-def test_tables_lose_nothing_where_there_is_no_terminal(capsys):
-    stdout_console().print("x" * 159)
-    assert capsys.readouterr().out == "x" * 159 + "\n"
 
 
 def test_a_stage_says_share_and_time_left_from_three_seconds_on_and_its_time_when_done():

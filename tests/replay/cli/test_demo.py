@@ -65,11 +65,6 @@ def test_a_titration_makes_no_collision_query_and_says_so(tmp_path, capsys):
     assert (tmp_path / "run" / "session.truth.json").is_file()
 
 
-def test_an_unknown_scene_is_answered_with_those_there_are(tmp_path, capsys):
-    assert main(["demo", "--scene", "kitchen", "-o", str(tmp_path / "x")]) == 1
-    assert "there are: bench-bumps" in capsys.readouterr().err and list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.slow
 def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
     session, truth = make_bench_bumps()

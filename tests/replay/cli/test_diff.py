@@ -21,8 +21,3 @@ def test_contacts_gained_and_lost_stand_before_the_largest_shifts_and_a_picture_
     printed = capsys.readouterr()
     kinds = [line.split()[1] for line in printed.out.splitlines() if line.startswith("it: ")]
     assert kinds == ["gained", "gained", "shifted"] and "replay view" not in printed.err
-
-
-def test_a_folder_that_is_none_ends_in_one_sentence(tmp_path, capsys):
-    assert main(["diff", str(tmp_path), str(tmp_path)]) == 1
-    assert "is not a run folder" in capsys.readouterr().err

@@ -44,11 +44,6 @@ def test_the_first_cut_on_a_machine_is_announced(there, kept, said, tmp_path, mo
     assert ("cutting meshes into convex pieces, once per machine" in capsys.readouterr().err) == said
 
 
-def test_an_unknown_engine_is_a_sentence(file, capsys):
-    assert main(["tradeoff", file, "--engine", "godot"]) == 1
-    assert "no engine 'godot'; there are: unity, unreal, mujoco" in capsys.readouterr().err
-
-
 def test_an_engine_has_settings_of_its_own(file, capsys):
     assert main(["tradeoff", file, "--engine", "unity", "--detectors", "exact"]) == 2
     assert "leave out --detectors" in capsys.readouterr().err

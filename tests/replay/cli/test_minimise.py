@@ -112,14 +112,3 @@ def test_poses_meshes_and_contacts_stay_and_the_clock_begins_in_2000(recording, 
     assert len(after.meshes) == 2 and len(after.colliders) == 1 and not (after.hands or after.gaze or after.scalars)
     runs = [compute(one, detectors="exact", oracle="none").detections["exact"] for one in (before, after)]
     assert runs[0].verdict.tobytes() == runs[1].verdict.tobytes() and runs[0].verdict.any()
-
-
-def test_a_file_is_replaced_only_with_force(recording, tmp_path, capsys):
-    call = ["minimise", str(recording), "-o", str(tmp_path / "small.mcap"), "-q"]
-    assert main(call) == 0
-    assert main(call) == 1 and "--force" in capsys.readouterr().err
-    assert main([*call, "--force"]) == 0
-
-
-def test_the_limit_is_the_published_one():
-    assert "94 % of 55,541 users" in LIMIT and "Nair et al., USENIX Security 2023" in LIMIT and "100 s" in LIMIT

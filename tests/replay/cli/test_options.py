@@ -5,7 +5,7 @@ from click.testing import CliRunner
 
 from replay.cli.commands import COMMANDS
 from replay.cli.main import cli
-from replay.cli.options import let_modules_here_be_found, lineup, reporting, window
+from replay.cli.options import let_modules_here_be_found, reporting, window
 
 
 @click.command()
@@ -20,11 +20,6 @@ def test_options_mean_the_same_on_every_verb():
     assert eval(got.output) == {"start": 1.0, "end": 2.5, "as_json": True, "quiet": True, "verbose": True}
 
 
-def test_nothing_asked_for_is_text_and_the_whole_session():
-    got = eval(CliRunner().invoke(command, []).output)
-    assert not got["as_json"] and got["start"] is None and got["end"] is None
-
-
 def test_the_tolerance_of_the_command_line_is_that_of_python():
     from replay.cli.options import tau
     from replay.comparison.tolerance import TAU
@@ -37,10 +32,6 @@ def test_the_tolerance_of_the_command_line_is_that_of_python():
     assert float(CliRunner().invoke(asked, []).output) == TAU
 
 
-def test_another_format_is_refused():
-    assert CliRunner().invoke(command, ["--format", "xml"]).exit_code == 2
-
-
 def test_modules_of_the_current_folder_are_found_only_for_a_detector_that_names_one(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.path", [path for path in sys.path if path])
@@ -51,29 +42,9 @@ def test_modules_of_the_current_folder_are_found_only_for_a_detector_that_names_
     assert sys.path.count(str(tmp_path)) == 1 and sys.path[-1] == str(tmp_path)
 
 
-def test_a_lineup_is_asked_for_in_the_same_words_on_every_verb():
-    @click.command()
-    @lineup
-    def alone(**given):
-        click.echo(repr(given))
-
-    got = CliRunner().invoke(alone, ["--detector", "hybrid", "--detectors", "static,qaco", "--oracle", "continuous"])
-    assert eval(got.output) == {"detectors": ["hybrid", "static,qaco"], "oracle": "continuous", "seed": 0}
-
-
-SHARED = ("--policy", "--start", "--end", "--tau", "--seed", "--oracle", "--force")
-"""What every verb that replays a session takes."""
-
-
 def options_of(verb):
     found = cli.get_command(click.Context(cli), verb).params
     return {flag: option for option in found for flag in option.opts if flag.startswith("--")}
-
-
-def test_run_and_tradeoff_share_their_options_and_what_is_said_of_them():
-    run, tradeoff = (options_of(verb) for verb in ("run", "tradeoff"))
-    for flag in SHARED:
-        assert run[flag].to_info_dict() == tradeoff[flag].to_info_dict(), flag
 
 
 def test_no_help_names_a_limit_that_is_none():

@@ -77,15 +77,6 @@ def test_frames_that_could_not_be_used_end_in_3_and_are_named(tmp_path, capsys):
     assert "note: 1 frame left out: the stamp repeats the one before" in capsys.readouterr().err
 
 
-def test_a_folder_in_the_way_is_refused_and_force_replaces_it(file, tmp_path, capsys):
-    where = ["run", file, "--out", str(tmp_path / "run"), "--no-picture", "--detectors", "hybrid"]
-    assert main(where) == 0
-    capsys.readouterr()
-    assert main(where) == 1
-    assert "replace it with --force" in capsys.readouterr().err
-    assert main([*where, "--force"]) == 0
-
-
 def test_audit_is_another_name_of_run_that_no_help_shows(file, capsys):
     words = [file, "--detectors", SLOW, "--max-missed", "0.01", "--format", "json"]
     told = []
@@ -95,13 +86,6 @@ def test_audit_is_another_name_of_run_that_no_help_shows(file, capsys):
     assert told[0]["audit"] == told[1]["audit"] and told[0]["broken"] == told[1]["broken"] != []
     assert main(["--help"]) == 0
     assert "audit" not in [line.split()[0] for line in capsys.readouterr().out.splitlines() if line.strip()]
-
-
-def test_what_is_false_is_gated_too(file, capsys):
-    words = ["run", file, "--detector", SLOW, "--max-invented"]
-    assert main([*words, "0.1"]) == 4
-    assert "gate: slow invented " in capsys.readouterr().err
-    assert main([*words, "1"]) == 0
 
 
 def test_a_broken_gate_ends_in_4_and_says_which(file, capsys):

@@ -1,20 +1,11 @@
 import json
 from dataclasses import replace
-from pathlib import Path
 
-from support.small_worlds import cubes, framed, jumping
+from support.small_worlds import cubes, jumping
 
 from replay.cli.console import People
-from replay.cli.run_report import lost_frames, report_run, run_json, where_to_look
+from replay.cli.run_report import report_run, run_json, where_to_look
 from replay.pipeline.engine import compute
-
-
-def test_a_run_without_loss_ends_in_0_and_one_with_loss_in_3(capsys):
-    whole = compute(cubes({"a": [0, 0], "b": [3, 0.9]}), detectors="hybrid", oracle="none")
-    torn = compute(framed([0, 10, 5], [[1, 1]] * 3), detectors="hybrid", oracle="none")
-    assert report_run(whole, People()) == 0
-    assert report_run(torn, People(), as_json=True) == 3
-    assert lost_frames(whole.summary) == 0 and lost_frames(torn.summary) == 1
 
 
 def test_bodies_without_a_mesh_are_named(capsys):
@@ -34,15 +25,6 @@ def test_json_lists_misses_with_the_columns_of_their_table():
     (miss,) = told["misses"]["slow"]
     assert (miss["body_a"], miss["body_b"], miss["number"], miss["detector"]) == ("a", "b", 1, "slow")
     assert miss["face_pairs"] == len(result.misses["slow"][0].faces) > 0 and told["false"] == {"slow": []}
-
-
-def test_json_says_where_the_run_lies():
-    import dataclasses
-
-    result = compute(cubes({"a": [0, 0], "b": [3, 0.9]}), detectors="hybrid", oracle="none")
-    assert run_json(result)["out"] is None
-    told = run_json(dataclasses.replace(result, out=Path("run")))
-    assert told["out"] == "run" and json.loads(json.dumps(told)) == told
 
 
 def test_a_miss_that_no_frame_shows_is_not_called_a_cut(tmp_path):

@@ -35,13 +35,6 @@ def screen(result, width=200):
     return printed(run_screen(result), width)
 
 
-def test_without_an_oracle_contacts_are_counted_per_detector():
-    shown = text(compute(cubes(PLACES), detectors="sphere,hybrid", oracle="none"))
-    assert "missed" not in shown
-    found = [line.split() for line in shown.splitlines() if "Contacts found by" in line or "a-b" in line]
-    assert [row[-1] if "by" in row else row[:2] for row in found] == ["sphere", ["a-b", "2"], "hybrid", ["a-b", "2"]]
-
-
 def test_proxies_and_the_limits_of_exactness_are_always_said():
     scene = Scene(bodies=(SceneBody("a", proxy=True),))
     shown = text(compute(cubes(PLACES, scene=scene), detectors="hybrid"), width=200)

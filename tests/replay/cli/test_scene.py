@@ -107,11 +107,6 @@ def test_a_check_names_every_fault_of_text_meshes_and_effects_once(files, capsys
     assert "this is not TOML" in capsys.readouterr().out
 
 
-def test_a_mesh_file_that_is_not_there_is_a_fault_beside_another_of_its_body(tmp_path):
-    said = checked_scene('[[body]]\nid = "a"\nmesh = "no.glb"\nmas = 1\n', "x.toml", plan_faults, tmp_path)[2]
-    assert len(said) == 2 and "unknown key 'mas'" in said[0] and "no.glb does not exist" in said[1]
-
-
 @pytest.mark.parametrize("count", MUTANTS)
 def test_mutants_end_in_a_scene_or_in_named_faults(tmp_path, count):
     path = tmp_path / "rich.toml"
@@ -133,19 +128,6 @@ def test_the_doctor_names_the_same_faults_and_a_run_the_first(files, capsys):
     assert sorted(said) == sorted(f"faulty.toml: {fault.format(folder=files)}" for fault in FAULTS)
     assert main(["run", str(files / "s.mcap"), "--scene", str(files / "faulty.toml")]) == 1
     assert f"faulty.toml: {FAULTS[0]}; and more: `replay scene check` lists every fault\n" in capsys.readouterr().err
-
-
-def test_a_key_deep_in_a_scene_that_a_recording_carries_is_found_by_doctor_and_check(files, capsys):
-    deep = OWN.replace('id = "b"', 'id = "b"\nproperties = { liquid = { volum_ml = 1.0 } }')
-    write_session(cubes(PLACES, scene=parse_scene(deep)), files / "deep.mcap")
-    fault = "[[body]] 2 ('b') properties liquid: unknown key 'volum_ml'; did you mean 'volume_ml'?"
-    assert main(["doctor", str(files / "deep.mcap"), "--format", "json"]) == 0
-    (found,) = json.loads(capsys.readouterr().out)
-    assert [one["message"] for one in found["findings"] if one["code"] == "bad-scene"] == [f"scene.toml: {fault}"]
-    assert main(["scene", "check", str(files / "deep.mcap")]) == 1
-    assert fault in capsys.readouterr().out
-    # Another scene in its place mends it.
-    assert main(["doctor", str(files / "deep.mcap"), "--scene", str(files / "other.toml"), "--fail-on", "error"]) == 0
 
 
 def test_a_scene_that_is_given_replaces_the_sessions_own_and_keeps_nothing_of_it(files):

@@ -1,6 +1,5 @@
 import json
 
-import pytest
 from support.small_worlds import cubes
 
 from replay.cli.main import main
@@ -23,48 +22,11 @@ between = ["tag:glass", "top"]
 """
 
 
-@pytest.fixture
-def scene(tmp_path):
-    path = tmp_path / "lab.toml"
-    path.write_text(TEXT, encoding="utf-8")
-    return path
-
-
-def test_the_plan_is_printed_with_reasons(scene, capsys):
-    assert main(["scene", "check", str(scene)]) == 0
-    assert "cup-top: because contact needs it" in capsys.readouterr().out
-
-
-def test_as_json_the_plan_can_be_read_by_a_program(scene, capsys):
-    assert main(["scene", "check", str(scene), "--format", "json"]) == 0
-    report = json.loads(capsys.readouterr().out)
-    assert report["effects"] == {"contact": ["the scene declares it"]} and "cup-top" in report["pairs"]
-
-
 def test_a_session_file_has_the_plan_of_the_scene_it_carries(tmp_path, capsys):
     session = cubes({"cup": [0, 0], "top": [3, 3]}, scene=parse_scene(TEXT))
     write_session(session, tmp_path / "s.mcap")
     assert main(["scene", "check", str(tmp_path / "s.mcap"), "--format", "json"]) == 0
     assert json.loads(capsys.readouterr().out)["bodies"] == {"cup": ["contact"], "top": ["contact"]}
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "said"),
-    [
-        (
-            'kind = "contact"',
-            'kind = "contat"',
-            "lab.toml: [[effect]] 1: no effect of kind 'contat'; did you mean 'contact'?",
-        ),
-        ("tag:glass", "tag:glas", "did you mean 'tag:glass'?"),
-        ('"top"]', '"tap"]', "did you mean 'top'?"),
-        ("between", "betwen", "lab.toml: [[effect]] 1 ('contact'): unknown key 'betwen'; did you mean 'between'?"),
-    ],
-)
-def test_a_mistake_is_one_sentence_with_file_table_key_and_nearest_name(scene, capsys, old, new, said):
-    scene.write_text(TEXT.replace(old, new), encoding="utf-8")
-    assert main(["scene", "check", str(scene)]) == 1
-    assert said in capsys.readouterr().out
 
 
 BODIES = (SceneBody("a"), SceneBody("b"))

@@ -29,20 +29,6 @@ def test_several_detectors_are_asked_with_commas_between_them(capsys):
     assert "names no detector; there are: " in capsys.readouterr().err
 
 
-def test_all_prints_a_row_per_detector_and_what_was_not_passed(capsys):
-    assert main(["stress", "--family", "10", "--pairs", "20"]) == 0
-    printed = capsys.readouterr().out
-    for name in ("exact", "discrete", "hybrid", "within tolerance"):
-        assert name in printed
-
-
-def test_json_holds_every_tally(capsys):
-    assert main(["stress", "--detector", "exact", "--family", "3-5", "--pairs", "9", "--format", "json"]) == 0
-    report = json.loads(capsys.readouterr().out)
-    assert [one["number"] for one in report["tallies"]] == [3, 4, 5]
-    assert (report["pairs"], report["seed"], report["broken"]) == (9, 100, [])
-
-
 def test_failing_pairs_are_written_to_files_that_load(capsys, tmp_path):
     assert main(["stress", "--detector", "hybrid", "--family", "16", "--pairs", "100", "--out", str(tmp_path)]) == 0
     (path,) = tmp_path.iterdir()

@@ -1,14 +1,10 @@
 import json
 
-import numpy as np
 import pytest
 from support.class_folders import made_class
-from support.small_worlds import cubes
 from support.study_samples import CODEBOOK, a_class, write_answers
 
-from replay import read
 from replay.cli.main import main
-from sessions import write_session
 
 
 @pytest.fixture
@@ -38,13 +34,6 @@ def test_a_refusal_of_the_whole_study_is_one_sentence_with_its_rule(files, tmp_p
     assert main(files) == 1
     error = [line for line in capsys.readouterr().err.splitlines() if line.startswith("error: ")]
     assert len(error) == 1 and "ids" in error[0] and "Ada" not in error[0]
-
-
-def test_an_existing_folder_is_refused_before_the_work(files, tmp_path, capsys):
-    (tmp_path / "study").mkdir()
-    (tmp_path / "study" / "mine.txt").write_text("x")
-    assert main(files) == 1
-    assert "--force" in capsys.readouterr().err
 
 
 def test_page_says_first_whether_the_detector_matters_with_or_without_a_questionnaire(files, tmp_path, capsys):
@@ -86,31 +75,3 @@ def test_without_the_extra_one_sentence_says_what_to_install(monkeypatch, capsys
     monkeypatch.setitem(sys.modules, "statsmodels", None)
     assert main(["study", "check"]) == 1
     assert 'pip install "vrlab-replay[study]"' in capsys.readouterr().err
-
-
-@pytest.fixture
-def recordings(tmp_path):
-    for k in range(3):
-        session = cubes({"a": [0.0] * 20, "b": list(np.linspace(3, 0.8 + 0.1 * k, 20))})
-        session = type(session)(session.source, session.meshes, facts={"pseudonym": f"S{k}"})
-        write_session(session, tmp_path / f"s{k}.mcap")
-    return [str(tmp_path / f"s{k}.mcap") for k in range(3)]
-
-
-def test_sessions_are_run_and_run_again_for_nothing(recordings, tmp_path, capsys):
-    out = str(tmp_path / "runs")
-    assert main(["run", "--no-picture", *recordings, "--out", out, "--detectors", "hybrid", "--format", "json"]) == 0
-    first = json.loads(capsys.readouterr().out)
-    assert first["done"] == ["s0", "s1", "s2"] and first["kept"] == []
-    assert main(["run", "--no-picture", *recordings, "--out", out, "--detectors", "hybrid"]) == 0
-    printed, said = capsys.readouterr()
-    assert f"digest: {first['digest']}" in printed and said.count("kept") == 3
-    assert set(read(out)["metrics"]["student"].to_pylist()) == {"S0", "S1", "S2"}
-
-
-def test_a_broken_session_is_listed_with_exit_code_three_and_the_rest_of_the_time_is_told(recordings, tmp_path, capsys):
-    (tmp_path / "s1.mcap").write_bytes(b"no session")
-    assert main(["run", "--no-picture", *recordings, "--out", str(tmp_path / "runs"), "--detectors", "hybrid"]) == 3
-    printed, said = capsys.readouterr()
-    assert "2 of 3 sessions" in printed and "failed: s1:" in printed and "digest: none" in printed
-    assert "1 of 3  s0: done, about" in said and "s left" in said

@@ -84,12 +84,6 @@ def test_at_every_width_every_word_and_number_of_a_verb_is_whole(shown, verb, wi
     assert words == all_words
 
 
-@pytest.mark.parametrize("verb", VERBS)
-def test_a_row_of_a_block_that_is_too_wide_goes_on_below_under_its_first_column(shown, verb):
-    lines, wide = (sum(map(bool, at_width(shown[verb], width))) for width in (60, 140))
-    assert lines >= wide
-
-
 PRIVATE = ("pair-frame", "invented", "episode", "outcome", "tau", "absorbed", "excused", "verdict", "candidate")
 
 
@@ -107,52 +101,6 @@ SNAPSHOT = table(
     [("hull50", "0.50 [0.075, 2.9]", "1.4 %", "colliders meet, surfaces do not"), ("exact", 0, "0.53 %", "")],
     words=("detector", "why"), notes=["Over 16 sampling offsets: hull50."],
 )  # fmt: skip
-SNAPSHOTS = {
-    100: """
-18 contacts
-detector             missed  of a 90 Hz frame  why
-──────────────────────────────────────────────────────────────────────────────
-hull50    0.50 [0.075, 2.9]             1.4 %  colliders meet, surfaces do not
-exact                     0            0.53 %
-Over 16 sampling offsets: hull50.""",
-    60: """
-18 contacts
-                                of a 90 Hz
-detector             missed          frame  why
-────────────────────────────────────────────────────────────
-hull50    0.50 [0.075, 2.9]          1.4 %  colliders meet,
-                                            surfaces do not
-exact                     0         0.53 %
-Over 16 sampling offsets: hull50.""",
-    30: """
-18 contacts
-detector             missed
-───────────────────────────
-hull50    0.50 [0.075, 2.9]
-exact                     0
-
-          of a 90
-               Hz
-detector    frame  why
-──────────────────────────────
-hull50      1.4 %  colliders
-                   meet,
-                   surfaces do
-                   not
-exact      0.53 %
-Over 16 sampling offsets:
-hull50.""",
-}
-
-
-@pytest.mark.parametrize("width", SNAPSHOTS)
-def test_a_table_looks_so(width):
-    assert "\n".join(at_width([terminal(SNAPSHOT)], width)) == SNAPSHOTS[width]
-
-
-def test_a_sentence_breaks_between_words_only():
-    text = "Looking 22.5 times a second missed 9 of 18 contacts here"
-    assert " ".join(at_width([line(text)], 20)) == text
 
 
 @pytest.mark.parametrize(("columns", "widest"), [(None, console_module.PIPED), ("60", 60), ("140", 140)])

@@ -80,19 +80,6 @@ def test_a_run_opens_its_own_picture_when_asked(tmp_path, monkeypatch, capsys):
     assert main([*asked, "--force"]) == 0 and len(Viewer.opened) == 3
 
 
-def test_a_miss_that_is_not_there_is_refused_before_a_window_opens(run_folder, monkeypatch, capsys):
-    monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
-    monkeypatch.setattr(Viewer, "opened", [])
-    assert main(["view", str(run_folder), "--miss", "99"]) == 1
-    assert "has no miss 99" in capsys.readouterr().err and Viewer.opened == []
-
-
-def test_a_folder_that_is_no_run_is_refused(tmp_path, capsys):
-    assert main(["view", str(tmp_path)]) == 1
-    assert "is not a run folder" in capsys.readouterr().err
-    assert main(["view", str(tmp_path / "nowhere")]) == 2
-
-
 def test_view_draws_a_session_that_was_never_run(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("replay.outputs.rerun_log.viewer.open_viewer", Viewer)
     monkeypatch.setattr(Viewer, "opened", [])

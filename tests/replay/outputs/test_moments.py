@@ -15,7 +15,3 @@ def test_focus_changes_half_way_and_leads_to_each_of_one_frame():
     rows = focus_rows(at((4, 0), (10, 0), (10, 1), (11, 0)))
     assert [(frame, later, one.pair) for frame, later, one in rows] == [(0, 0, 0), (7, 0, 1), (10, 1, 2), (11, 0, 3)]
     assert focus_rows([]) == []
-
-
-def test_a_contact_that_nobody_got_wrong_has_no_number():
-    assert [(one.number, one.size, one.words) for one in at((4, 0), (5, 0))] == [(0, 0.0, "contact")] * 2

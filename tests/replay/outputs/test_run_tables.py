@@ -9,8 +9,6 @@ import pytest
 from support.price_rows import price_row
 from support.small_worlds import cube, cubes, grazing, jumping
 
-from replay.comparison.misses import NEVER_FOUND
-from replay.comparison.outcome import Outcome
 from replay.outputs.contact_tables import miss_rows
 from replay.outputs.plots import Axis, Dot, scatter
 from replay.outputs.report.charts import drawn
@@ -50,16 +48,6 @@ def run():
 
 def column(made, name):
     return [row[0] for row in made.only(name).cells()]
-
-
-def test_pairs_have_their_contacts_and_frames(run):
-    made, misses, compared = pair_table(run, "slow"), run.misses["slow"], run.comparisons["slow"]
-    assert column(made, "pair") == ["a-b"] and column(made, "contacts") == [len(run.episodes["exact"])] == [2]
-    whole = sum(miss.kind == NEVER_FOUND for miss in misses)
-    assert (column(made, "missed"), column(made, "late or cut short")) == ([whole], [len(misses) - whole]) and whole
-    words = {"frames found": Outcome.BOTH, "frames missed": Outcome.MISSED, "false frames": Outcome.INVENTED}
-    assert all(column(made, word) == [compared.count(kind)] for word, kind in words.items())
-    assert "within tolerance" not in [one.name for one in made.columns]
 
 
 def test_a_pair_whose_containment_is_refused_says_why_beside_its_verdicts(run):

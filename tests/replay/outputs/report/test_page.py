@@ -1,7 +1,6 @@
 """What the page says is what the result and its tables say, in every state."""
 
 import re
-from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -140,13 +139,3 @@ def test_findings_say_what_was_done_and_which_verdicts_rest_on_them():
     assert ["frozen", "hand-left", "interpolate:2", "1", "60"] in [row[:5] for row in done]
     stated = result.summary["flagged_verdicts"]["sphere"]
     assert all(f"{count:,} {verdict}" in page for verdict, count in stated.items())
-
-
-def test_stand_ins_and_what_is_not_stated_are_told_apart(several):
-    session = several[0].summary["session"]
-    bodies = {name: body | {"proxy": name == "a"} for name, body in session["bodies"].items()}
-    told = {**session, "bodies": bodies, "facts": {"headset_model": "VIVE Pro", "room": "not stated"}}
-    page = report_html(replace(several[0], summary={**several[0].summary, "session": told}))
-    facts = dict(row for row in Cells(page).tables["Facts of the session"] if len(row) == 2)
-    assert facts["proxy meshes"] == "stand in for the real ones of a"
-    assert facts["headset model"] == "VIVE Pro" and "room" not in facts

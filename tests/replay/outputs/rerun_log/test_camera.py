@@ -1,11 +1,8 @@
 """The eye looks across a gap, and knows what stands before it."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from cdcore import Motion
 from replay.outputs import camera
 
 
@@ -31,13 +28,6 @@ def eye_beside(place, up):
     """An eye that looks level at a point above a place."""
     x, y, z = place.tolist()
     return camera.Eye((x + 0.2, y + up, z), (x, y + up, z))
-
-
-def test_a_body_without_a_pose_hides_nothing(demo):
-    assembly, lost = demo.assembly, np.zeros_like(demo.assembly.motion.valid)
-    motion = Motion(assembly.motion.times, assembly.motion.translations, assembly.motion.rotations, lost)
-    rod = assembly.motion.translations[0, assembly.names.index("rod")]
-    assert camera.Obstacles(replace(assembly, motion=motion)).hiding(0, eye_beside(rod, 0.05)) == set()
 
 
 def test_the_overview_holds_every_point_and_wastes_no_room(demo):

@@ -1,7 +1,5 @@
 """Points and curves are those of the detection, coloured by the audit."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from cdcore import Verdict
@@ -42,12 +40,6 @@ def test_missed_contacts_are_red_and_found_ones_blue(demo, read):
         assert read.at("world/contacts/hybrid", "Points3D:colors", frame) == wanted
         seen.update(wanted)
     assert len(seen) == 2
-
-
-def test_a_detection_without_faces_draws_nothing_and_breaks_nothing(demo, write):
-    bare = replace(demo.detections[ORACLE], face_sets=None)
-    seen = write(replace(demo, detections={**demo.detections, ORACLE: bare}))
-    assert not seen.column("world/contacts/hybrid", "Points3D:positions")
 
 
 def test_beyond_the_budget_frames_are_strided_but_misses_stay(demo, monkeypatch):

@@ -64,11 +64,6 @@ def test_pairs_are_ranked_by_missed_frames_and_held_ones_come_last():
     assert ranked_pairs(Comparison("s", "o", outcome), held) == [1, 0, 2, 3]
 
 
-def test_a_pair_that_was_only_left_out_has_no_lane():
-    outcome = np.full((4, 1), Outcome.LEFT_OUT, dtype=np.uint8)
-    assert ranked_pairs(Comparison("s", "o", outcome), np.array([False])) == []
-
-
 def test_the_last_state_lasts_one_frame(demo, write):
     whole = np.full_like(demo.comparisons[SUBJECT].outcome, Outcome.MISSED)
     missed = replace(demo, comparisons={SUBJECT: replace(demo.comparisons[SUBJECT], outcome=whole)})

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from rerun.chunk import RrdReader
 
-from replay.comparison.outcome import Outcome
 from replay.outputs.rerun_log import recording as module
 from replay.outputs.rerun_log import recording_file
 from replay.outputs.rerun_log.lanes import pair_lanes
@@ -42,13 +41,6 @@ def test_a_run_without_an_audit_shows_the_session_and_one_without_detectors_the_
     seen = write(replace(bare, detections={ORACLE: demo.detections[ORACLE]}))
     assert {"/world/beaker/mesh", "/lanes/hybrid/2_beaker-rod"} <= set(seen.entities)
     assert "CONTACT" in [state for _, state in seen.lane("lanes/hybrid/2_beaker-rod")]
-
-
-def test_bodies_without_a_pose_give_no_pose_lanes_and_no_contact(demo, read):
-    lost = np.flatnonzero(~demo.assembly.motion.valid[:, demo.assembly.names.index("hand")])
-    assert (demo.comparisons[SUBJECT].outcome[lost, 2] == Outcome.LEFT_OUT).all()
-    path = next(path for path in pair_lanes(demo, SUBJECT) if path.endswith("held"))
-    assert "left out" in [state for _, state in read.lane(path)]
 
 
 def test_above_an_hour_poses_are_strided_and_lanes_are_not(demo, write, monkeypatch):

@@ -18,12 +18,6 @@ def test_a_folder_without_a_recording_is_one_sentence(tmp_path):
         open_viewer(tmp_path)
 
 
-def test_a_miss_that_is_not_there_is_one_sentence_and_starts_nothing(recording):
-    count = sum(one.kind == "miss" for one in read_moments(recording))
-    with pytest.raises(RunFolderError, match=f"there is no miss 999 in .*; its misses are numbered 1 to {count}"):
-        open_viewer(recording.parent, miss=999)
-
-
 def test_a_missing_binary_is_one_sentence(monkeypatch, tmp_path):
     monkeypatch.setattr(module.rerun_cli, "__path__", [str(tmp_path)])
     with pytest.raises(ViewerError, match="came without its viewer"):
@@ -42,15 +36,6 @@ def test_usage_statistics_are_off_unless_the_user_turned_them_on(monkeypatch, tm
     assert module.quiet_environment()["CI"]
     monkeypatch.setenv("FORCE_RERUN_ANALYTICS", "1")
     assert "CI" not in module.quiet_environment()
-
-
-@pytest.mark.slow
-def test_a_viewer_writes_no_file_of_statistics(monkeypatch, tmp_path, recording):
-    monkeypatch.setenv("HOME", str(tmp_path))
-    monkeypatch.delenv("CI", raising=False)
-    with viewer_or_skip(open_viewer, recording.parent, headless=True):
-        time.sleep(2.0)
-    assert [path for path in tmp_path.rglob("*") if "analytics" in path.name] == []
 
 
 @pytest.fixture(scope="module")

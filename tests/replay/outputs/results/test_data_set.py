@@ -10,13 +10,11 @@ from statistics import mean
 from typing import ClassVar
 
 import duckdb
-import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from support.small_worlds import STEP_NS, cubes
 
-from cdcore.protocol import counts_as_contact
 from replay import read
 from replay.errors import RunFolderError
 from replay.guide.pages import page
@@ -79,23 +77,6 @@ def doing(name, kind, frame):
     return max(there)[1] if there and name != "four" else None
 
 
-def contacts(results):
-    """Contacts of the oracle, frame by frame from its verdicts: name, result, pair, first and last frame."""
-    for name, result in results.items():
-        touching = counts_as_contact(result.detections["exact"].verdict)
-        for pair in range(touching.shape[1]):
-            edges = np.flatnonzero(np.diff(np.concatenate([[0], touching[:, pair], [0]]).astype(int)))
-            for first, end in edges.reshape(-1, 2).tolist():
-                yield name, result, pair, first, end - 1
-
-
-def reports(result, label, pair, first, last):
-    return bool(counts_as_contact(result.detections[label].verdict[first : last + 1, pair]).any())
-
-
-AUDITED = ("slow", "sphere")
-
-
 def faults(results, kind):
     return [
         (name, label, one) for name, r in results.items() for label, some in getattr(r, kind).items() for one in some
@@ -128,19 +109,6 @@ def pairs_missed(results):
     return ranked(Counter(key for key, _ in found), {key: len(set(names)) for key, names in grouped(found).items()})
 
 
-def never_found(results):
-    seen = [(label, not reports(r, label, *where)) for _, r, *where in contacts(results) for label in AUDITED]
-    return [(label, len(missed), sum(missed)) for label, missed in grouped(seen).items()]
-
-
-def missed_by_task(results):
-    missed = [
-        (doing(name, "task", where[1]), not all(reports(r, label, *where) for label in AUDITED))
-        for name, r, *where in contacts(results)
-    ]
-    return [(task, len(some), sum(some)) for task, some in grouped(missed).items()]
-
-
 def minutes(results):
     """Name -> detector -> contacts per minute."""
     return {name: {row["detector"]: row["contacts_per_min"] for row in metric_rows(r)} for name, r in results.items()}
@@ -151,13 +119,7 @@ def students(results):
     return [(student, len(some), mean(some)) for student, some in found.items()]
 
 
-def presses(results):
-    found = [((doing(name, "task", frame), "press"), STUDENTS[name]) for name in results for frame in BUTTONS[name]]
-    counts = {key: (len(some), len(set(some))) for key, some in grouped((key[0], who) for key, who in found).items()}
-    return [(task, "press", *count) for task, count in counts.items()]
-
-
-RECOUNTS = {0: pairs_missed, 1: never_found, 2: missed_by_task, 4: students, 8: presses}
+RECOUNTS = {0: pairs_missed, 4: students}
 
 
 @pytest.mark.parametrize("number", range(len(QUESTIONS)))

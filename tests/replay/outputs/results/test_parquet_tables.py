@@ -7,7 +7,6 @@ from support.small_worlds import cubes
 from replay.outputs.contact_tables import EPISODES, FALSE_CONTACTS, MISSES, episode_rows, false_rows, miss_rows
 from replay.outputs.results import parquet_tables as tables
 from replay.outputs.results.parquet_tables import event_table, frame_table, timing_table
-from replay.outputs.run_tables import false_table
 from replay.pipeline.engine import compute
 from sessions import Event, Interval, Scene
 from sessions.model.scene import SceneBody
@@ -85,16 +84,6 @@ def test_episodes_of_the_oracle_say_who_never_found_them(result):
     assert found[1]["start"] == 0.08 and found[1]["end"] == 0.11
 
 
-def test_miss_rows_repeat_the_numbered_misses(result):
-    got = miss_rows(result).plain()
-    assert [row["number"] for row in got] == [miss.number for miss in result.misses["slow"]]
-    first = result.misses["slow"][0]
-    assert (got[0]["kind"], got[0]["episode"], got[0]["deepest"]) == (first.kind, first.episode, first.deepest)
-    assert (got[0]["point_x"], got[0]["normal_z"], got[0]["cut_length"]) == (
-        first.point[0], first.normal[2], first.cut_length,
-    )  # fmt: skip
-
-
 def test_events_and_spans_stand_on_the_sessions_clock(result):
     span, event = rows(event_table(result))
     assert (span["source"], span["name"], span["time"], span["end_time"]) == ("task", "stir", 0.02, 0.09)
@@ -119,11 +108,3 @@ def test_every_column_says_what_it_holds_and_all_are_written_with_their_types(re
         assert table.schema.names == [column.name for column in columns] and table.to_pylist() == made.plain()
         kinds = {str: "string", int: "int64", float: "double", bool: "bool"}
         assert [str(kind) for kind in table.schema.types] == [kinds[column.dtype] for column in columns]
-
-
-def test_a_screen_shows_the_values_of_the_table_in_the_units_of_people(result):
-    false = compute(
-        cubes({"a": [0.0] * 6, "b": [3.0, 1.02, 1.01, 1.02, 3.0, 3.0]}), detectors="c=collider[shape=box,skin_m=0.05]"
-    )
-    (row,), shown = false_rows(false).plain(), false_table(false_rows(false), "c").only("at s", "mm apart")
-    assert shown.cells() == [(f"{row['start']:.3f}", f"{1e3 * row['gap']:.1f}")]

@@ -104,15 +104,6 @@ def test_a_run_folder_reads_back(result, tmp_path):
         _ = folder.picture
 
 
-def test_a_miss_that_is_not_there_is_refused_with_those_that_are(result, tmp_path):
-    folder = read_run_folder(write_run_folder(result, tmp_path / "run"))
-    most = len(result.misses["slow"])
-    folder.require_miss(most)
-    folder.require_miss(None)
-    with pytest.raises(RunFolderError, match=f"has no miss {most + 1}; its misses are numbered 1 to {most}"):
-        folder.require_miss(most + 1)
-
-
 def test_other_folders_and_other_schemas_are_told_from_runs(tmp_path):
     with pytest.raises(RunFolderError, match="is not a run folder"):
         read_run_folder(tmp_path)

@@ -39,11 +39,6 @@ def test_every_kind_of_run_fits_it(asked):
     assert [error.message for error in VALIDATOR.iter_errors(as_json(compute(cubes(PLACES), **asked)))] == []
 
 
-def test_a_session_without_a_contact_fits_it():
-    quiet = compute(cubes({"a": [0] * 5, "b": [3, 4, 5, 6, 7]}), detectors="hybrid")
-    assert VALIDATOR.is_valid(as_json(quiet))
-
-
 def test_what_is_no_summary_does_not_fit():
     good = as_json(compute(make_analytic("fast-ball", seconds=1.0)[0], detectors="slow=discrete[rate_hz=20]"))
     for path, value in [

@@ -110,14 +110,6 @@ def test_every_miss_of_the_run_is_a_link_with_a_moment(run, shared):
     assert asked and asked <= links and asked <= sent.keys()
 
 
-def test_a_finding_whose_code_another_version_knew_is_left_out_of_the_page(run, tmp_path):
-    folder = read_run_folder(run)
-    old = {"code": "sign-flips", "severity": "error", "body": "a", "message": "two poses", "meaning": "", "fix": ""}
-    findings = [*folder.summary["findings"], old | dict.fromkeys(("start", "end", "start_ns", "end_ns")) | {"count": 2}]
-    write_shared_folder([replace(folder, summary={**folder.summary, "findings": findings})], tmp_path / "out")
-    assert "sign-flips" not in (tmp_path / "out" / "index.html").read_text()
-
-
 def texts_of(folder):
     """All that can be read in a folder: scripts are unpacked, recordings are taken apart."""
     for file in folder.iterdir():
@@ -151,15 +143,6 @@ def test_a_rerun_without_a_viewer_leaves_the_report_alone(run, tmp_path, monkeyp
     assert sorted(one.name for one in (tmp_path / "sent").iterdir()) == ["index.html", "share.json"]
     page = (tmp_path / "sent" / "index.html").read_text()
     assert "<script" not in page and "slow" in page
-
-
-def test_what_hands_out_no_viewer_is_one_sentence(tmp_path, monkeypatch):
-    binary = tmp_path / "rerun"
-    binary.write_text("#!/bin/sh\nexit 1\n")
-    binary.chmod(0o755)
-    monkeypatch.setattr(module.viewer, "viewer_binary", lambda: binary)
-    with pytest.raises(ViewerError, match="ships no viewer for a browser"):
-        module.web_viewer()
 
 
 REPLACED = """<!doctype html><html><head><!-- {policy} --><title>Nothing missed</title>
