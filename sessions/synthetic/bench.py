@@ -1,24 +1,17 @@
 """A bench with instruments: their meshes, their places, and the scene that declares them."""
 
-import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from pathlib import Path
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from sessions.geometry.rotations import IDENTITY, Array
 from sessions.glassware.catalogue import made_instrument
-from sessions.glassware.instrument import Cavity, Instrument
-from sessions.mesh_data import MeshData
-from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
-from sessions.model.session import Session
+from sessions.glassware.instrument import Cavity
+from sessions.model.scene import Pose, Scene, SceneBody
 from sessions.scene_files.scene_toml import parse_scene, scene_to_toml
-from sessions.synthetic.assembly import MADE_UP, START_NS, Recorded
-from sessions.synthetic.choreography import Buttons
-from sessions.synthetic.paths import Point, Poses, Quaternion
-from sessions.synthetic.truth import Truth
+from sessions.synthetic.paths import Point, Quaternion
 
 BENCH_TOP = 0.9
 
@@ -46,6 +39,8 @@ class Placed:
     tags: tuple[str, ...] = ()
     properties: Mapping[str, Any] = field(default_factory=dict)
     """Keys that effects read."""
+    parent: str = ""
+    """The body whose frame its pose is relative to."""
 
 
 class Instruments:
@@ -53,19 +48,11 @@ class Instruments:
 
     def __init__(self, placed: Mapping[str, Placed], faces: int) -> None:
         self.placed, self._faces = dict(placed), faces
-        self.instruments: dict[str, Instrument] = {
+        self.instruments = {
             name: made_instrument(item.instrument, item.faces or faces, tuple(sorted(item.options.items())))
             for name, item in placed.items()
         }
-
-    def mesh(self, name: str) -> MeshData:
-        """The body's mesh."""
-        return self.instruments[name].mesh
-
-    @property
-    def meshes(self) -> dict[str, MeshData]:
-        """All meshes by body name."""
-        return {name: instrument.mesh for name, instrument in self.instruments.items()}
+        self.meshes = {name: instrument.mesh for name, instrument in self.instruments.items()}
 
     def cavity(self, name: str) -> Cavity:
         """The space for liquid of a body that is a vessel."""
@@ -96,42 +83,11 @@ class Instruments:
             name,
             instrument=item.instrument,
             group=item.group,
+            parent=item.parent,
             fixed=None if item.moves else Pose(item.position, item.quaternion),
             tags=tuple(dict.fromkeys((*instrument.tags, *item.tags))),
             extra=extra,
         )
-
-
-def standing(x: float, z: float, height: float = 0.0) -> Point:
-    """A place on the bench, ``height`` above its top, lifted by `STAND_M`."""
-    return (x, BENCH_TOP + height + STAND_M, z)
-
-
-def made_session(
-    truth: Truth,
-    seen: Recorded,
-    things: Mapping[str, Poses],
-    layout: Instruments,
-    buttons: Buttons,
-    scene: Scene,
-    version: int = 1,
-    **more: Any,
-) -> Session:
-    """The session of a bench: what the trackers saw, the things that the program placed, and what the hands pressed.
-
-    ``version`` of the choreography: another one has other poses for the same seed.
-    """
-    tracks = seen.tracks(things)
-    facts = {"synthetic": truth.name, "seed": str(truth.seed), "noise": truth.noise, **MADE_UP}
-    facts["choreography"] = str(version)
-    session = Session.from_tracks(
-        {name: tracks[name] for name in layout.placed if name in tracks},
-        meshes=layout.meshes,
-        scene=scene,
-        facts={**facts, "vr_type": "immersive"},
-        **more,
-    )
-    return replace(session, hands=buttons.tracks(seen.stamps + START_NS))
 
 
 def with_text(scene: Scene, remarks: Sequence[str]) -> Scene:
@@ -141,16 +97,3 @@ def with_text(scene: Scene, remarks: Sequence[str]) -> Scene:
     """
     head = "".join(f"# {line}\n" for line in remarks)
     return parse_scene(f"{head}\n{scene_to_toml(scene)}", f"{scene.name}.toml")
-
-
-def declared_bench(file: Path) -> dict[str, Any]:
-    """What a TOML file declares: ``placed`` by body name, ``effects`` of the scene, ``tasks``, and all else."""
-    declared = tomllib.loads(file.read_text(encoding="utf-8"))
-    placed = {body: Placed(**_as_tuples(item)) for body, item in declared.pop("bodies").items()}
-    effects = tuple(SceneEffect(effect.pop("kind"), effect) for effect in declared.pop("effect"))
-    tasks = declared.pop("task", ())
-    return {"placed": placed, "effects": effects, "tasks": tasks, **_as_tuples(declared)}
-
-
-def _as_tuples(table: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}

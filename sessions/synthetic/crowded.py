@@ -79,7 +79,7 @@ def _packed(layout: Instruments) -> dict[str, Array]:
     places, depth = {}, -0.25
     for row, kind in enumerate(ROWS):
         names = [f"{kind.replace('_', '-')}-{k}" for k in range(COLUMNS)]
-        low, high = layout.mesh(names[0]).vertices.min(axis=0), layout.mesh(names[0]).vertices.max(axis=0)
+        low, high = layout.meshes[names[0]].vertices.min(axis=0), layout.meshes[names[0]].vertices.max(axis=0)
         depth += float(high[2] - low[2]) / 2 if row else 0.0
         for k, name in enumerate(names):
             along = (k - (COLUMNS - 1) / 2) * (float(high[0] - low[0]) + GAP_M)

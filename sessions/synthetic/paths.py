@@ -126,6 +126,38 @@ class Tap:
 
 
 @dataclass(frozen=True)
+class Dent:
+    """How a tap goes in: ``depth`` metres beyond first contact, in contact for ``seconds``.
+
+    ``amplitude`` is the whole way out, so ``amplitude - depth`` lies between the resting place and first contact.
+    """
+
+    depth: float
+    seconds: float
+    amplitude: float
+
+    @property
+    def period(self) -> float:
+        """Duration of the whole knock: sin^2 is beyond 1 - depth / amplitude for this share of it."""
+        share = 2.0 / math.pi * math.asin(math.sqrt(self.depth / self.amplitude))
+        return self.seconds / share
+
+    @property
+    def apart(self) -> float:
+        """How far from first contact the body rests before and after."""
+        return self.amplitude - self.depth
+
+    def intervals(self, tap: Tap, level: float) -> list[tuple[float, float]]:
+        """When the tapping body is at most ``level`` short of contact."""
+        share = knock_interval((self.apart - level) / self.amplitude)
+        return [] if share is None else [(tap.start + share[0] * tap.period, tap.start + share[1] * tap.period)]
+
+    def tap(self, deepest: float) -> Tap:
+        """The tap of a radius, farthest out at the time ``deepest``."""
+        return Tap(deepest - self.period / 2.0, self.period, (0.0, 0.0, 0.0), self.amplitude)
+
+
+@dataclass(frozen=True)
 class Stir:
     """Circles in the horizontal plane, with taps of the radius on top.
 

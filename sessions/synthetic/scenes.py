@@ -8,9 +8,8 @@ from sessions.model.constants import HEADSET_HZ
 from sessions.model.session import Session
 from sessions.synthetic.truth import Truth
 
-BENCH_BUMPS = "bench-bumps"
 SCENES = (
-    BENCH_BUMPS, "titration", "silver-chloride", "acid-dilution", "gas-collection", "copper-sulfate", "flame-test",
+    "bench-bumps", "titration", "silver-chloride", "acid-dilution", "gas-collection", "copper-sulfate", "flame-test",
     "carbonate-titration", "marble", "ammonia-calorimetry",
 )  # fmt: skip
 
@@ -35,10 +34,6 @@ def scene_maker(name: str) -> Callable[..., tuple[Session, Truth]]:
     """What makes a scene, imported on use; ``SessionError``: there is none of this name."""
     if name not in SCENES:
         raise SessionError(f"no scene {name!r}; there are: {', '.join(SCENES)}")
-    if name == BENCH_BUMPS:
-        from sessions.synthetic.bench_bumps import make_bench_bumps
-
-        return make_bench_bumps
     from sessions.synthetic.experiments.record import experiment
 
     return experiment(name)

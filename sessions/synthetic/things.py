@@ -22,8 +22,7 @@ class Standing:
 
     def __call__(self, times: Array, _hands: Mapping[str, Poses]) -> Poses:
         """Poses at these times."""
-        count = len(times)
-        return np.tile(np.array(self.position), (count, 1)), np.tile(np.array(self.quaternion), (count, 1))
+        return np.tile(self.position, (len(times), 1)), np.tile(self.quaternion, (len(times), 1))
 
 
 @dataclass(frozen=True)
@@ -58,17 +57,16 @@ class Falling:
 
     def __call__(self, times: Array, _hands: Mapping[str, Poses]) -> Poses:
         """Poses at these times."""
-        place = np.tile(np.array(self.position), (len(times), 1))
+        place, turn = Standing(self.position, self.quaternion)(times, _hands)
         place[:, 1] = np.maximum(self.floor, place[:, 1] - 0.5 * GRAVITY * (times - self.start) ** 2)
-        return place, np.tile(np.array(self.quaternion), (len(times), 1))
+        return place, turn
 
 
 def placed_by(phases: Sequence[tuple[float, PosesAt]], times: Array, hands: Mapping[str, Poses]) -> Poses:
     """Poses (n, 3) and (n, 4) of a thing at all frames; each phase (start, placing) lasts until the next one starts."""
-    position, quaternion = np.empty((len(times), 3)), np.empty((len(times), 4))
-    rows = np.searchsorted(times, [*(start for start, _ in phases), np.inf])
-    rows[0] = 0
-    for (_, placing), first, last in zip(phases, rows[:-1], rows[1:], strict=True):
-        part = {name: (poses[0][first:last], poses[1][first:last]) for name, poses in hands.items()}
-        position[first:last], quaternion[first:last] = placing(times[first:last], part)
+    position, quaternion = phases[0][1](times, hands)
+    for start, placing in phases[1:]:
+        begun = (times >= start)[:, None]
+        later = placing(times, hands)
+        position, quaternion = np.where(begun, later[0], position), np.where(begun, later[1], quaternion)
     return position, quaternion

@@ -8,7 +8,7 @@ from support.shapes import revolved_mesh
 
 import replay
 from cdcore import Verdict, create_detector
-from sessions.synthetic.bench_bumps import make_bench_bumps
+from sessions.synthetic.scenes import make_scene_session
 
 pytestmark = pytest.mark.slow
 HERE = (I3, np.zeros(3))
@@ -53,7 +53,7 @@ def test_the_default_finds_99_of_100_contacts_of_5000_faces_within_10000_evaluat
 
 def contact_frames():
     """The frames of a session in which pairs of 5,000 faces meet: bodies, pairs, motion, and where (T, P) they do."""
-    session, _ = make_bench_bumps(faces=5000)
+    session, _ = make_scene_session("bench-bumps", faces=5000)
     run = replay.run(session, detectors="exact", oracle="exact")
     bodies, motion = run.assembly.bodies, run.assembly.motion
     fine = [pair for pair in run.assembly.pairs if min(len(bodies[k].mesh.faces) for k in pair) > 4500]

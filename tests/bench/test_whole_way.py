@@ -9,7 +9,7 @@ from support.peak_memory import environment
 from support.ten_minutes import ten_minutes
 
 from sessions import write_session
-from sessions.synthetic.bench_bumps import make_bench_bumps
+from sessions.synthetic.scenes import make_scene_session
 
 pytestmark = pytest.mark.bench
 
@@ -72,7 +72,7 @@ AT_MOST = {
     ("demo", "22.5Hz=discrete[rate_hz=22.5]"): 40.0,
 }
 """How often the loop may run over a minute (booleans, 5,000 faces) in the time of an audit."""
-SESSIONS = {"ten minutes": ten_minutes, "demo": lambda: make_bench_bumps()[0]}
+SESSIONS = {"ten minutes": ten_minutes, "demo": lambda: make_scene_session("bench-bumps")[0]}
 MOST_BYTES = 900 * 2**20
 
 

@@ -31,10 +31,10 @@ def bodies():
     """All bodies of all experiments, each once, with all tags that any of them has there."""
     tags = {name: set(words) for name, words in PEOPLE.items()}
     for scene in EXPERIMENTS:
-        for name, placed in scene.placed.items():
+        for name, placed in scene.bodies.items():
             made = {"glass", "vessel", "open"} if "bench" not in placed.instrument else set()
             tags.setdefault(name, set()).update(made, placed.tags)
-    made = {name: placed.instrument for scene in EXPERIMENTS for name, placed in scene.placed.items()}
+    made = {name: placed.instrument for scene in EXPERIMENTS for name, placed in scene.bodies.items()}
     warm = {"dish": {"properties": {"heat_capacity_j_per_k": 60.0}}}
     there = [
         SceneBody(name, instrument=made.get(name, ""), tags=tuple(sorted(words)), extra=warm.get(name, {}))

@@ -3,18 +3,18 @@
 import numpy as np
 
 from sessions import Scene, Session, Track
-from sessions.synthetic.bench import Instruments, Placed, standing
-from sessions.synthetic.bench_bumps import make_bench_bumps
+from sessions.synthetic.bench import Instruments, Placed
+from sessions.synthetic.scenes import make_scene_session
 
 MINUTES, FACES = 10, 5000
 
 
 def ten_minutes():
     """The minute of bumps ten times over, two more glasses beside it, everything paired that moves."""
-    minute, _ = make_bench_bumps(faces=FACES)
+    minute, _ = make_scene_session("bench-bumps", faces=FACES)
     spare = {
-        "spare-beaker": Placed("beaker_250", standing(0.35, 0.15)),
-        "spare-flask": Placed("erlenmeyer_flask", standing(0.02, -0.20)),
+        "spare-beaker": Placed("beaker_250", (0.35, 0.9001, 0.15)),
+        "spare-flask": Placed("erlenmeyer_flask", (0.02, 0.9001, -0.20)),
     }
     layout = Instruments(spare, FACES)
     tracks = {name: repeated(track) for name, track in minute.tracks.items()}

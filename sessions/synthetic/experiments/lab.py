@@ -4,7 +4,8 @@ A `Lab` has a method for each step of a procedure. It turns steps into paths of 
 things, and keeps the truth: facts on the recorded clock, tasks, stages and features as intervals.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,18 +14,20 @@ from numpy.typing import ArrayLike
 from sessions.geometry.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated
 from sessions.model.event import Interval
 from sessions.model.scene import SceneEffect
+from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
 from sessions.synthetic.bench import BENCH_TOP, Instruments, Placed
-from sessions.synthetic.choreography import Script
-from sessions.synthetic.paths import Path, Point, Quaternion, point, quaternion_of, relative
-from sessions.synthetic.planting import SIDES, Planting
+from sessions.synthetic.choreography import Buttons, Script
+from sessions.synthetic.paths import Dent, KeyPath, Path, Point, Quaternion, Tap, point, quaternion_of, relative
 from sessions.synthetic.rng import random_stream
+from sessions.synthetic.sections import Approach, approach
 from sessions.synthetic.things import Falling, Held, PosesAt, Standing
-from sessions.synthetic.truth import Fact
+from sessions.synthetic.truth import Fact, Level, PlantedEpisode, levelled, ordered
+from sessions.synthetic.truth import Interval as Span
 
-LEVER_M = 0.25
+SIDES = ("left", "right")
 UP = np.array([0.0, 1.0, 0.0])
-REST = {"left": (-0.22, 1.12, 0.30), "right": (0.22, 1.12, 0.30)}
+AWAY = (0.0, 0.0, -1.0)
 
 # A grasped thing snaps to the hand's grip point, this far above where it stood, and is let go as far above where it
 # will stand: more than tremor and noise of a hand together, so that neither grasp nor release scrapes.
@@ -35,8 +38,12 @@ SNAP = 0.002
 LANDS_BELOW = 0.0005
 
 
-class Lab(Planting):
-    """The bench, the hands and the record of one session; hands cross the bench at least ``travel`` metres high."""
+class Lab:
+    """The bench, the hands and the record of one session; hands cross the bench at least ``travel`` metres high.
+
+    ``timed``: moments and pace are those of the steps, not of the seed. ``lever``: how far from its origin, in metres,
+    the surface of a hand or of what it holds may be.
+    """
 
     def __init__(
         self,
@@ -44,19 +51,27 @@ class Lab(Planting):
         layout: Instruments,
         how: Recording,
         *,
-        travel: float = 1.25,
-        effects: Sequence[SceneEffect] = (),
+        travel: float,
+        effects: Sequence[SceneEffect],
+        timed: bool,
+        lever: float,
     ) -> None:
-        super().__init__(layout, how, LEVER_M)
-        self.name, self.travel, self.effects = name, travel, effects
-        self.rng = random_stream(how.seed, "procedure", name)
-        pace = float(self.rng.uniform(0.9, 1.15))
-        self.hands = {side: Script(REST[side], pace=pace) for side in SIDES}
+        self.name, self.layout, self.how, self.travel, self.effects = name, layout, how, travel, effects
+        self.rng = random_stream(how.seed, name) if timed else random_stream(how.seed, "procedure", name)
+        pace = 1.0 if timed else float(self.rng.uniform(0.9, 1.15))
+        self.hands = {side: Script(layout.placed[f"hand-{side}"].position, pace=pace) for side in SIDES}
+        self.late = how.latency_s  # seconds from a motion to the stamp it is recorded at
+        self.noise_m = how.tracker.margin(lever, 1) if how.tracker else 0.0
+        self.episodes: list[PlantedEpisode] = []
+        self.facts: list[Fact] = []
+        self.buttons = Buttons()
+        self.keep: dict[str, list[Span]] = {f"hand-{side}": [] for side in SIDES}
         self.things: dict[str, list[tuple[float, PosesAt]]] = {}  # phases: begin, and where the thing is from then on
         self.where: dict[str, tuple[Point, Quaternion]] = {}
         self.held: dict[str, str] = {}
         self.intervals: list[Interval] = []
         self.attention: list[tuple[float, Point]] = [(0.0, (0.0, 1.0, 0.0))]
+        self.gaze: KeyPath | None = None  # of the headset, where it does not follow ``attention``
         self.stages: list[tuple[float, str]] = []
         self.joints: dict[str, Path] = {}  # parts that move on what they belong to, on the recorded clock
         self._since: dict[str, float] = {}
@@ -66,6 +81,27 @@ class Lab(Planting):
             self.where[body] = (item.position, item.quaternion)
             if item.moves and item.instrument.split("_")[0] not in ("hand", "proxy"):
                 self._settle(body, 0.0, item.position, item.quaternion)
+
+    def fact(self, kind: str, start: float, end: float, bodies: Iterable[str], **values: float | str) -> None:
+        """Write down a fact; times are those of the recording."""
+        self.facts.append(Fact(kind, start, end, tuple(sorted(bodies)), values))
+
+    def contact(self, a: str, b: str, level: Level, *, blur: float = 0.0, late: float = 0.0, note: str = "") -> None:
+        """Write down the contacts of two bodies; ``blur`` in metres beside rounding, ``late`` in seconds."""
+        clock = (late, self.how.seconds)
+        found = levelled(ordered(a, b), "contact", level, 10.0 * ROUNDING_M + blur, 0.0, clock)
+        self.episodes += [replace(episode, note=note) for episode in found]
+
+    def tapped(self, a: str, b: str, dent: Dent, tap: Tap, slack: float, note: str) -> None:
+        """Write down the contact of a tap; ``slack`` in metres is what the bounds of first contact leave open."""
+        blur = slack + self.noise_m
+        self.contact(a, b, lambda level: dent.intervals(tap, level), blur=blur, late=self.late, note=note)
+
+    def approach(
+        self, mover: str, target: str, height: float, direction: ArrayLike = AWAY, turn: ArrayLike = IDENTITY
+    ) -> Approach:
+        """Where ``mover``, ``height`` metres over the target's base, begins to touch ``target``."""
+        return approach(self.layout.meshes[mover], turn, self.layout.meshes[target], direction, height)
 
     def declared(self, kind: str) -> Mapping[str, Any]:
         """What the scene says of its first effect of a kind."""
@@ -92,10 +128,6 @@ class Lab(Planting):
         self.together()
         for script in self.hands.values():
             script.wait(seconds)
-
-    def pause(self, side: str, seconds: float) -> None:
-        """One hand rests."""
-        self.hands[side].wait(seconds)
 
     def last(self, kind: str, body: str = "") -> Fact:
         """The fact of this kind, and of this body if given, that was written down last."""
@@ -167,8 +199,8 @@ class Lab(Planting):
 
     def rest(self, side: str) -> None:
         """Bring a hand back to where it rests."""
-        script = self.hands[side]
-        script.over(REST[side], min(self.travel, max(script.position[1], REST[side][1] + 0.05)), quaternion=IDENTITY)
+        script, home = self.hands[side], self.layout.at(f"hand-{side}")
+        script.over(home, min(self.travel, max(script.position[1], home[1] + 0.05)), quaternion=IDENTITY)
 
     def drop(self, side: str) -> None:
         """Open the hand in mid-air: the thing falls on the bench, breaks if it is fast and lies there in contact.
@@ -218,6 +250,8 @@ class Lab(Planting):
 
     def finish(self, seconds: float) -> None:
         """Close stages and features at the end of the session."""
+        if not self.stages:
+            return
         ends = [start for start, _ in self.stages[1:]] + [seconds]
         for (start, name), end in zip(self.stages, ends, strict=True):
             self.note_interval("stage", name, start, end)
@@ -225,8 +259,7 @@ class Lab(Planting):
         holds = sorted((fact.start, fact.end) for fact in self.facts if fact.kind == "hold")
         if holds:
             self.note_interval("feature", "interactivity", holds[0][0], min(seconds, max(end for _, end in holds)))
-        if self.stages:
-            self.note_interval("feature", "conception", self.stages[0][0], ends[0])
+        self.note_interval("feature", "conception", self.stages[0][0], ends[0])
 
     def _let_go(self, side: str) -> float:
         thing = self.held.pop(side)
@@ -250,12 +283,14 @@ class Lab(Planting):
         self.where[thing] = (position, quaternion)
 
 
-def layout_of(placed: Mapping[str, Placed], grips: tuple[float, float], faces: int) -> Instruments:
-    """A layout with the two hands, made for grips of these radii, and the headset."""
-    left, right = grips
-    people = {
-        "hand-left": Placed("hand_left", options={"grip_radius": left}),
-        "hand-right": Placed("hand_right", options={"grip_radius": right}),
-        "headset": Placed("proxy_headset", faces=max(600, faces // 2)),
+def layout_of(placed: Mapping[str, Placed], grips: Sequence[float], faces: int) -> Instruments:
+    """A layout with the bench, two hands, made for ``grips`` of these radii, and the headset; without: as declared."""
+    if not grips:
+        return Instruments(placed, faces)
+    hands = {
+        f"hand-{side}": Placed(f"hand_{side}", (x, 1.12, 0.30), options={"grip_radius": grip})
+        for side, x, grip in zip(SIDES, (-0.22, 0.22), grips, strict=True)
     }
-    return Instruments({"bench": Placed("bench", faces=500, moves=False), **placed, **people}, faces)
+    headset = Placed("proxy_headset", faces=max(600, faces // 2))
+    bench = Placed("bench", faces=500, moves=False)
+    return Instruments({"bench": bench, **placed, **hands, "headset": headset}, faces)

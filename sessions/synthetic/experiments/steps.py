@@ -9,14 +9,32 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from sessions.geometry.rotations import Array, quaternion_about, quaternion_product, rotated, turned_about
+from sessions.geometry.rotations import (
+    Array,
+    quaternion_about,
+    quaternion_facing,
+    quaternion_product,
+    rotated,
+    turned_about,
+)
 from sessions.synthetic.bench import BENCH_TOP
 from sessions.synthetic.choreography import Script
-from sessions.synthetic.experiments.lab import UP, Lab
+from sessions.synthetic.experiments.lab import AWAY, UP, Lab
 from sessions.synthetic.experiments.pouring import Outlet, Turn, tilt_keeping
-from sessions.synthetic.paths import Path, Poses, Stir, Tap, minimum_jerk, minimum_jerk_inverse
-from sessions.synthetic.planting import AWAY, Dent
+from sessions.synthetic.paths import (
+    Dent,
+    Key,
+    Path,
+    Poses,
+    Stir,
+    Tap,
+    minimum_jerk,
+    minimum_jerk_inverse,
+    point,
+    quaternion_of,
+)
 from sessions.synthetic.sections import round_in_round
 
 STEP_S = 0.02
@@ -89,7 +107,7 @@ def stir(
     start, turns = script.now, float(lab.rng.uniform(1.0, 1.3))
     taps = []
     if touches:
-        sure, possible = round_in_round(lab.layout.mesh(rod), lab.layout.mesh(vessel), tip_height)
+        sure, possible = round_in_round(lab.layout.meshes[rod], lab.layout.meshes[vessel], tip_height)
         apart, slack = 0.5 * (sure + possible) - radius, 0.5 * (sure - possible)
         for number, length in enumerate(touches):
             dent = Dent(0.0026, length, apart + 0.0026)
@@ -265,7 +283,7 @@ LOWER_BY, LOWER_S, INSIDE_BY = 0.12, 1.8, 0.09
 def set_tube(lab: Lab) -> None:
     """Put the tube on the flask, its lower end inside."""
     flask = np.array(lab.where["flask"][0])
-    mouth = float(lab.layout.mesh("flask").bounds[1, 1])
+    mouth = float(lab.layout.meshes["flask"].bounds[1, 1])
     lab.grasp("left", "tube", (0.0, 0.3, 0.0))
     seat = flask + (mouth - TUBE_IN_FLASK) * UP
     lab.carry("left", seat + 0.16 * UP, high=BENCH_TOP + 0.28)
@@ -379,3 +397,8 @@ def _over_flame(lab: Lab, vessel: str) -> tuple[Any, float, float]:
     """The declared heating, the vessel's heat capacity (J/K), and when it was set down over the flame."""
     capacity = lab.held_by(vessel)["heat_capacity_j_per_k"]
     return lab.declared("heat"), capacity, lab.last("release", vessel).start
+
+
+def looking(time: float, eyes: Array, at: ArrayLike) -> Key:
+    """The head with its eyes (3,) turned to a place."""
+    return Key(time, point(eyes), quaternion_of(quaternion_facing(np.asarray(at) - eyes)))

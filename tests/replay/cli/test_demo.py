@@ -11,7 +11,7 @@ from replay.cli.main import main
 from replay.outputs.results.run_folder import read_run_folder
 from replay.pipeline.ranking import range_words, ranking
 from sessions import read_session
-from sessions.synthetic.bench_bumps import make_bench_bumps
+from sessions.synthetic.scenes import make_scene_session
 
 
 def test_a_small_demo_records_replays_and_names_what_was_missed(tmp_path, monkeypatch, capsys):
@@ -67,7 +67,7 @@ def test_a_titration_makes_no_collision_query_and_says_so(tmp_path, capsys):
 
 @pytest.mark.slow
 def test_the_demo_misses_the_bumps_that_the_closed_form_predicts(tmp_path):
-    session, truth = make_bench_bumps()
+    session, truth = make_scene_session("bench-bumps")
     expected = predicted(truth, session.frames.stamp_ns, 50.0)
     command = [sys.executable, "-m", "replay", "demo", "-o", str(tmp_path / "run"), "--format", "json"]
     start = time.monotonic()

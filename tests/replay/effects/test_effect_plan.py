@@ -8,7 +8,6 @@ from replay.effects.protocol import EffectOutput, EffectSpec, Need
 from replay.errors import PlanError
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 from sessions.scene_files.scene_toml import parse_scene
-from sessions.synthetic.experiments.lab import layout_of
 
 BODIES = tuple(SceneBody(name, tags=(tag,)) for name, tag in (("cup", "glass"), ("jar", "glass"), ("top", "bench")))
 GLASS_ON_BENCH = {"between": ["tag:glass", "top"]}
@@ -110,7 +109,7 @@ properties = { liqid = {}, liquid = { volum_ml = 1.0, molar = 1.0 }, solid = 3, 
 def mistakes(experiments):
     """Over two hundred scenes, each with one slip of the pen: every key of every table, and formulas."""
     for experiment in experiments:
-        scene = experiment._scene(layout_of(experiment.placed, experiment.grips, 600))
+        scene = experiment.scene(600)
         for row, effect in enumerate(scene.effects):
             for key in effect.settings:
                 typed = {k + "x" * (k == key): value for k, value in effect.settings.items()}

@@ -13,7 +13,7 @@ from replay.tradeoffs import sweep as trading
 from replay.tradeoffs.settings import Setting
 from replay.tradeoffs.sweep import PASSES, tradeoff
 from sessions.model.scene import Scene, SceneBody, SceneEffect
-from sessions.synthetic.bench_bumps import make_bench_bumps
+from sessions.synthetic.scenes import make_scene_session
 
 LIST = (
     Setting("FCL", "hybrid"), Setting("exact", "exact"), Setting("rare", "discrete", {"rate_hz": 20.0}),
@@ -59,7 +59,7 @@ def test_counts_of_every_setting_are_those_of_an_audit_of_the_same_session():
 
 @pytest.mark.slow
 def test_on_the_demo_twelve_settings_are_tried_in_twenty_seconds_and_counted_as_its_audit_counts():
-    session = make_bench_bumps()[0]
+    session = make_scene_session("bench-bumps")[0]
     done = tradeoff(session, time_limit=20.0)
     quiet = done.about["processor_share"] > 0.95
     assert len(done.rows) >= 12 or not quiet

@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from sessions.geometry.rotations import IDENTITY, quaternion_inverse, quaternion_product
-from sessions.synthetic.paths import Tap
-from sessions.synthetic.planting import Dent
+from sessions.synthetic.paths import Dent, Tap
 from sessions.synthetic.tracker import VIVE, Loss, disturbed, planned_losses, with_losses
 
 TIMES = np.arange(0.0, 120.0, 1.0 / 90.0)

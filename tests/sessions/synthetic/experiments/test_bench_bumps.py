@@ -3,12 +3,12 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from sessions.synthetic.bench_bumps import make_bench_bumps
+from sessions.synthetic.scenes import make_scene_session
 
 
 @lru_cache(maxsize=8)
 def bumps(seed):
-    return make_bench_bumps(seed=seed, faces=600)
+    return make_scene_session("bench-bumps", seed=seed, faces=600)
 
 
 @pytest.mark.parametrize("rate_hz", [10.0, 22.5, 45.0, 50.0, 60.0, 90.0])
