@@ -11,10 +11,10 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.broad.box_stage import BOX_PAD_ULPS, boxes_may_meet
+from cdcore.broad.box_stage import Arrays, box_room, boxes_may_meet
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.broad.sphere_stage import CANDIDATE, CLEAR, NO_POSE, place_centres, sphere_verdicts
-from cdcore.kernels.compiling import kernel
+from cdcore.kernels.compiling import hot_kernel, kernel
 from cdcore.numerics import EPS, PAD_ULPS, BoolArray, ByteArray, FloatArray, IntArray
 from cdcore.protocol import Motion, Verdict
 
@@ -37,15 +37,14 @@ Decide = Callable[[Motion, int, float], tuple[int, bool]]
 apart by the margin."""
 
 
-@kernel
-def note_moves(
-    rotation: FloatArray, translation: FloatArray, valid: BoolArray, centres: FloatArray, radii: FloatArray,
-    before: FloatArray, steps: FloatArray,
-) -> None:  # fmt: skip
+@hot_kernel
+def note_moves(poses: Arrays, valid: BoolArray, spheres: Arrays, before: FloatArray, steps: FloatArray) -> None:
     """Fill ``steps`` (N,): how far any point of a body may have moved since its last pose, ``before`` (N, 12).
 
     0 only of a pose that is bit for bit the last one; infinity of the first.
     """
+    rotation, translation = poses
+    centres, radii = spheres
     for body in range(len(steps)):
         steps[body] = 0.0
         if not valid[0, body]:
@@ -67,46 +66,36 @@ def note_moves(
 
 @kernel
 def look_at_volumes(
-    rotation: FloatArray, translation: FloatArray, valid: BoolArray, centres: FloatArray, radii: FloatArray,
-    box_centres: FloatArray, axes: FloatArray, halves: FloatArray, sizes: FloatArray, first: IntArray, second: IntArray,
-    before: FloatArray, steps: FloatArray, margins: FloatArray, spheres: ByteArray, near: IntArray,
-    verdict: ByteArray,
+    poses: Arrays, valid: BoolArray, spheres: Arrays, boxes: Arrays, ends: tuple[IntArray, IntArray],
+    memory: Arrays, near: IntArray, verdict: ByteArray,
 ) -> int:  # fmt: skip
     """Write to ``verdict`` (P,) what volumes decide about one frame; returns how many pairs are left, in ``near`` (P,).
 
-    A pair keeps its verdict if neither body moved, or as long as its steps leave anything of ``margins`` (P,): until
-    points have moved by the distance of two surfaces, they neither meet nor pass through each other. What is left
-    shrinks from frame to frame, since a sum of all steps would lose small ones after a long way. ``spheres`` (1, P)
-    is scratch.
+    A pair keeps its verdict if neither body moved, or as long as its steps leave anything of its margin: until points
+    have moved by the distance of two surfaces, they neither meet nor pass through each other. What is left shrinks
+    from frame to frame, since a sum of all steps would lose small ones after a long way. ``memory``: poses before,
+    steps and margins (P,).
     """
-    bodies, count = len(radii), 0
+    (rotation, translation), (centres, radii), (first, second) = poses, spheres, ends
+    before, steps, margins = memory
+    bodies, count, room = len(radii), 0, box_room()
     world, path, size = np.empty((bodies, 1, 3)), np.empty((bodies, 1)), np.empty((bodies, 1))
-    note_moves(rotation, translation, valid, centres, radii, before, steps)
+    seen = np.empty((1, len(first)), dtype=np.uint8)
+    note_moves(poses, valid, spheres, before, steps)
     place_centres(rotation, translation, valid, centres, radii, world, path, size)
-    sphere_verdicts(first, second, valid, radii, world, path, size, PAD_ULPS * EPS, False, spheres)
+    sphere_verdicts(first, second, valid, radii, world, path, size, PAD_ULPS * EPS, False, seen)
     for p in range(len(first)):
-        step = steps[first[p]] + steps[second[p]]
+        a, b = first[p], second[p]
+        step = steps[a] + steps[b]
         margins[p] -= step
-        if spheres[0, p] == NO_POSE:
+        if seen[0, p] == NO_POSE:
             verdict[p] = NO_POSE
         elif verdict[p] == NO_POSE or (step > 0.0 and not margins[p] > 0.0):
             verdict[p] = CLEAR
-            if spheres[0, p] == CANDIDATE:
+            if seen[0, p] == CANDIDATE and boxes_may_meet(0, a, b, poses, boxes, room):
                 near[count] = p
                 count += 1
-    a, b, meets = np.empty(count, dtype=np.int64), np.empty(count, dtype=np.int64), np.empty(count, dtype=np.bool_)
-    for k in range(count):
-        a[k], b[k] = first[near[k]], second[near[k]]
-    boxes_may_meet(
-        np.zeros(count, dtype=np.int64), a, b, rotation, translation, box_centres, axes, halves, sizes,
-        BOX_PAD_ULPS * EPS, meets,
-    )  # fmt: skip
-    left = 0
-    for k in range(count):
-        if meets[k]:
-            near[left] = near[k]
-            left += 1
-    return left
+    return count
 
 
 class BroadLooks:
@@ -116,22 +105,21 @@ class BroadLooks:
     """
 
     def __init__(self, broad: BroadPhase) -> None:
-        spheres, boxes = broad.spheres, broad.boxes
+        spheres = broad.spheres
         bodies, pairs = len(spheres.radii), len(spheres.first)
-        self._volumes = (spheres.centres, spheres.radii, boxes.centres, boxes.axes, boxes.halves, boxes.sizes)
-        self._pairs, self._ends = (spheres.first, spheres.second), list(zip(spheres.first, spheres.second, strict=True))
-        self._before, self._steps = np.full((bodies, 12), np.nan), np.zeros(bodies)
-        self._margins, self._spheres = np.zeros(pairs), np.empty((1, pairs), dtype=np.uint8)
+        first, second = spheres.first, spheres.second
+        self._volumes = (spheres.centres, spheres.radii), broad.boxes.boxes, (first, second)
+        self._ends = list(zip(first, second, strict=True))
+        self._steps, self._margins = np.zeros(bodies), np.zeros(pairs)
+        self._memory = np.full((bodies, 12), np.nan), self._steps, self._margins
         self._near = np.empty(pairs, dtype=np.int64)
         self._reach, self._waits = [FIRST_REACH] * pairs, [0] * pairs
         self.verdict: ByteArray = np.full(pairs, NO_POSE, dtype=np.uint8)
 
     def near(self, now: Motion) -> list[int]:
         """The pairs that may meet in a motion of one frame, by number; not those that keep their verdict."""
-        count = look_at_volumes(
-            now.rotations, now.translations, now.valid, *self._volumes, *self._pairs, self._before, self._steps,
-            self._margins, self._spheres, self._near, self.verdict,
-        )  # fmt: skip
+        poses = now.rotations, now.translations
+        count = look_at_volumes(poses, now.valid, *self._volumes, self._memory, self._near, self.verdict)
         near: list[int] = self._near[:count].tolist()
         return near
 
