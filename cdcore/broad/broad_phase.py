@@ -9,9 +9,9 @@ import numpy as np
 from cdcore.bounding.bounding_sphere import sphere_in_mode
 from cdcore.bounding.box import box_best
 from cdcore.broad.box_stage import BoxStage
-from cdcore.broad.sphere_stage import SphereStage
+from cdcore.broad.sphere_stage import CLEAR, NO_POSE, SphereStage
 from cdcore.numerics import BoolArray, ByteArray, IntArray
-from cdcore.protocol import Body, Motion, Verdict
+from cdcore.protocol import Body, Motion, Verdict, pair_has_pose
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class BroadPhase:
     ) -> None:
         self.spheres = SphereStage([sphere_in_mode(body.mesh, sphere) for body in bodies], pairs, skip=skip)
         self.boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
-        self._asks_boxes = boxes
+        self._asks_boxes, self._pairs = boxes, pairs
 
     def candidates(self, motion: Motion) -> BroadAnswer:
         """Answer for every frame and pair of the motion."""
@@ -55,6 +55,13 @@ class BroadPhase:
             frames, columns = frames[meet], columns[meet]
             clock.append(perf_counter())
         return BroadAnswer(spheres.verdict, frames, columns, work, clock)
+
+    def everywhere(self, motion: Motion) -> BroadAnswer:
+        """As if all volumes overlapped: every pair-frame with poses may meet."""
+        start, has_pose = perf_counter(), pair_has_pose(motion, self._pairs)
+        columns, frames = np.nonzero(has_pose.T)
+        verdict = np.where(has_pose, CLEAR, NO_POSE)
+        return BroadAnswer(verdict, frames, columns, {}, [start, perf_counter()])
 
     def by_stage(self, motion: Motion) -> tuple[BoolArray, BoolArray]:
         """(T, P) twice: where the spheres overlap, and where the boxes do too."""

@@ -7,11 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from cdcore.bounding.bounding_sphere import sphere_best
-from cdcore.broad.sphere_stage import SphereStage
+from cdcore.broad.broad_phase import BroadPhase
 from cdcore.narrow.image_space.overlap import MOST_PIXELS, NOTHING, Overlap, overlap_of_placed, turn_of_normals
 from cdcore.narrow.pair_frames import differs_from_before, rows_of_columns
-from cdcore.numerics import ByteArray, IntArray, place_points
+from cdcore.numerics import IntArray, place_points
 from cdcore.protocol import Body, Detection, Motion, PairDetector, Verdict
 from cdcore.protocol.settings import CheckedSettings, whole
 
@@ -46,23 +45,14 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ImageSpaceSettings) -> None:
         super().__init__(bodies, pairs, settings)
-        self._spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
+        self._broad = BroadPhase(bodies, pairs, boxes=False)
         self._turns = [turn_of_normals(body.mesh) if body.mesh.is_closed else 0 for body in bodies]
 
     def _run(self, motion: Motion, _memory: None, _faces: bool) -> Detection:
-        verdict, reasons, work, seconds = self._look(motion)
-        refused = ("refused: depth images are sampled",) * len(self.pairs)
-        return self._detection(
-            motion, verdict, containment=refused, work=work, seconds=seconds, approximate=True, reasons=reasons
-        )
-
-    def _look(self, motion: Motion) -> tuple[ByteArray, dict[tuple[int, int], str], dict[str, int], dict[str, float]]:
-        clock = [perf_counter()]
-        near = self._spheres.candidates(motion)
-        clock.append(perf_counter())
-        verdict, reasons = near.verdict.copy(), {}
+        near = self._broad.candidates(motion)
+        verdict, frames, columns, clock = near.verdict, near.frames, near.columns, near.clock
+        reasons: dict[tuple[int, int], str] = {}
         work = near.work | {"images": 0, "rays": 0, "layers": 0}
-        columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
         for column, rows in rows_of_columns(columns):
             pair = self.pairs[column].tolist()
             poses = [(motion.rotations[frames[rows], body], motion.translations[frames[rows], body]) for body in pair]
@@ -77,7 +67,15 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
                 if why:
                     reasons[frame, column] = why
         clock.append(perf_counter())
-        return verdict, reasons, work, dict(zip(("spheres", "images"), np.diff(clock).tolist(), strict=True))
+        return self._detection(
+            motion,
+            verdict,
+            containment=("refused: depth images are sampled",) * len(self.pairs),
+            work=work,
+            seconds=dict(zip(("spheres", "images"), np.diff(clock).tolist(), strict=True)),
+            approximate=True,
+            reasons=reasons,
+        )
 
     def _overlap(self, motion: Motion, frame: int, pair: list[int]) -> tuple[Overlap, Verdict, str]:
         """What the rays saw in one pose, the verdict, and why it is INVALID."""

@@ -11,17 +11,15 @@ from typing import ClassVar, Final
 
 import numpy as np
 
-from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
-from cdcore.broad.sphere_stage import SphereStage, VolumeAnswer
 from cdcore.detectors import OBB_TREE
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.published_trees.tree_search import TreeSearch
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 from cdcore.numerics import IntArray
-from cdcore.protocol import Body, Detection, FaceSets, Live, Motion, PairDetector, Verdict, pair_has_pose
+from cdcore.protocol import Body, Detection, FaceSets, Live, Motion, PairDetector, Verdict
 
 AABB_TREE: Final = (
     "G. van den Bergen, Efficient collision detection of complex deformable models using AABB trees, Journal of "
@@ -41,8 +39,7 @@ class TreeDetector(PairDetector[TreeSettings]):
         search = TreeSearch(self.name, [body.mesh.triangles for body in bodies])
         self._trees = TreeStage(bodies, pairs, search, settings)
         self._containment = ContainmentStage(bodies, pairs, asked=settings.containment)
-        if self.spheres_first:
-            self._spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs)
+        self._broad = BroadPhase(bodies, pairs, boxes=False)
 
     def live(self) -> Live:
         """A session that is asked one frame after the other; a budget is spent as over the whole motion.
@@ -52,21 +49,11 @@ class TreeDetector(PairDetector[TreeSettings]):
         if self.settings.budget is not None:
             return super().live()
         decide = partial(self._trees.decide_now, {})
-        return LivePairs(BroadPhase(self.bodies, self.pairs), decide, self._containment.question)
-
-    def _near(self, motion: Motion) -> VolumeAnswer:
-        """CANDIDATE where the trees are to be asked."""
-        if self.spheres_first:
-            return self._spheres.candidates(motion)
-        verdict = np.where(pair_has_pose(motion, self.pairs), Verdict.CANDIDATE, Verdict.NO_POSE)
-        return VolumeAnswer(verdict.astype(np.uint8), {})
+        return LivePairs(self._broad, decide, self._containment.question)
 
     def _run(self, motion: Motion, _memory: None, faces: bool) -> Detection:
-        clock = [perf_counter()]
-        near = self._near(motion)
-        verdict = near.verdict
-        columns, frames = np.nonzero(verdict.T == Verdict.CANDIDATE)
-        clock.append(perf_counter())
+        near = self._broad.candidates(motion) if self.spheres_first else self._broad.everywhere(motion)
+        verdict, frames, columns, clock = near.verdict, near.frames, near.columns, near.clock
         found = self._trees.decide(motion, frames, columns, every=faces and self.settings.mode == "all")
         verdict[frames, columns] = np.where(found.truncated, Verdict.NOT_FOUND, Verdict.CLEAR)
         verdict[frames[found.hits], columns[found.hits]] = Verdict.CONTACT

@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from support.bench_candidate import Candidate, OwnExact, run
+from support.bench_candidate import Candidate, run
 from support.bench_engines import ENGINES, YARDSTICK, FclLoop
 from support.bench_loads import make_workload
 from support.shared_data import BENCH, needs_bench
@@ -45,19 +45,6 @@ def test_other_poses_of_the_same_meshes_are_answered_anew(workload):
         workload.poses[:] = poses
 
 
-@needs_bench
-def test_a_pose_that_is_not_finite_is_refused_not_counted(workload):
-    from cdcore.errors import InvalidPoseError
-
-    poses = workload.poses.copy()
-    workload.poses[7, 4, 0, 3] = np.nan
-    try:
-        with pytest.raises(InvalidPoseError, match="frame 7"):
-            run(workload, "bool")
-    finally:
-        workload.poses[:] = poses
-
-
 @pytest.fixture(scope="module")
 def answers():
     part = make_workload(200, 900)
@@ -69,23 +56,3 @@ def test_all_engines_agree_on_which_pairs_touch_when(answers, name):
     assert answers[YARDSTICK, "bool"].any()
     assert np.array_equal(answers[name, "bool"], answers[YARDSTICK, "bool"])
     assert np.array_equal(answers[name, "faces"] > 0, answers[name, "bool"] > 0)
-
-
-def work_of(frames, *, distant):
-    """Counters of the search, all tests of them, and how many pair-frames were asked."""
-    _, found = OwnExact(make_workload(500, frames, distant=distant)).staged("bool")
-    work = {name: int(np.sum(count)) for name, count in found.work.items()}
-    tests = sum(work.get(name, 0) for name in ("gap_tests", "node_tests", "face_tests"))
-    return work, tests, found.verdict.size
-
-
-def test_distant_bodies_take_a_test_in_a_hundred_frames_and_no_block():
-    work, tests, pair_frames = work_of(2_700, distant=True)
-    assert work["skipped"] == pair_frames and tests < pair_frames / 100
-    assert work["blocks"] == work["node_tests"] == 0
-
-
-def test_near_bodies_take_tests_in_proportion_and_most_pair_frames_are_skipped_all_the_same():
-    _, short, _ = work_of(2_700, distant=False)
-    work, long, pair_frames = work_of(13_500, distant=False)
-    assert 4 < long / short < 6 and work["skipped"] > 0.85 * pair_frames

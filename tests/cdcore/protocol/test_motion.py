@@ -127,12 +127,6 @@ def test_arrays_that_do_not_fit_are_refused_by_shape(build, message):
         build()
 
 
-def test_a_row_convention_matrix_is_refused_for_its_last_row():
-    poses = matrices(*arrays()).transpose(0, 1, 3, 2)
-    with pytest.raises(InvalidPoseError, match="last row"):
-        Motion.from_matrices(TIMES, poses)
-
-
 @pytest.mark.parametrize(("entry", "value"), [(0, 1e-300), (1, np.nan), (2, -1.0), (3, 1.0 + 1e-15)])
 def test_each_entry_of_the_last_row_is_read_where_the_pose_is_valid(entry, value):
     poses, valid = matrices(*arrays()), np.ones((6, 2), dtype=bool)

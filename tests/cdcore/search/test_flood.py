@@ -55,12 +55,6 @@ def test_resting_faces_edges_and_corners_are_filled_over_corners(offset):
     assert {tuple(row) for row in search.curve(NO_SEEDS).tolist()} == truth
 
 
-def test_seeds_that_no_longer_meet_add_nothing():
-    ball = ball_of(600)
-    search = search_of(ball, ball)
-    assert curve_from(search, (I3, np.array([2.5, 0, 0])), [(k, k) for k in range(50)]) == set()
-
-
 def test_arrays_grow_with_thousands_of_pairs():
     ball = ball_of(1000)
     search = search_of(ball, ball)

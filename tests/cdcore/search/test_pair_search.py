@@ -8,9 +8,6 @@ from support.search_scenes import I3, NO_SEEDS, ball_of, colliding_poses, exact_
 from support.shapes import box_mesh, random_rotations
 
 from cdcore import TriangleMesh, intersecting_faces
-from cdcore.search.evaluation import meeting_pairs
-from cdcore.search.features import features_of
-from cdcore.search.state import STATE
 
 VARIANTS = ["memetic", "corrected", "local", "random"]
 HERE = (I3, np.zeros(3))
@@ -104,19 +101,3 @@ def test_touching_faces_are_never_skipped_wherever_they_lie(local, world):
         # the same pose for both, so that the shared corner stays shared to the bit
         pose = turn, rng.normal(size=3) * world
         assert search.look(pose, pose, 0.0).hit == (0, 0)
-
-
-@pytest.mark.parametrize("scale", [1.0, 2.0**-600, 2.0**500])
-def test_boxes_that_share_a_side_meet_in_exactly_the_exact_pairs(scale):
-    mesh = box_mesh((scale, scale, scale))
-    features = features_of(mesh)
-    state = np.zeros(1, dtype=STATE)[0]
-    for name, x in (("world_a", scale), ("world_b", 0.0)):
-        state[name][:9], state[name][9] = np.eye(3).ravel(), x
-    every = np.stack(np.divmod(np.arange(144), 12), axis=1)
-    found = meeting_pairs(features, features, state, every)
-    away = np.eye(4)
-    away[0, 3] = scale
-    faces = {(int(features.face[i]), int(features.face[j])) for i, j in found}
-    assert faces == {tuple(row) for row in intersecting_faces(mesh, mesh, away).tolist()}
-    assert 0 < len(found) < 144

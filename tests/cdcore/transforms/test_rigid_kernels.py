@@ -35,13 +35,6 @@ def test_the_error_of_a_matrix_is_that_of_its_product_with_itself(size):
         assert error_of(matrix) == pytest.approx(orthonormality_error(matrix), rel=1e-9, abs=2e-15)
 
 
-def test_nan_anywhere_gives_nan():
-    for place in range(9):
-        matrix = np.eye(3)
-        matrix.flat[place] = np.nan
-        assert np.isnan(error_of(matrix))
-
-
 @pytest.mark.parametrize("size", [1e-13, 1e-8, 1e-5, 5e-5])
 def test_repair_gives_the_nearest_rotation(size):
     turn = spoiled(size)
@@ -51,31 +44,6 @@ def test_repair_gives_the_nearest_rotation(size):
     assert 0 < worst < 20 * size
     assert np.abs(turn - expected).max() < 1e-14  # the decomposition itself rounds, by the machine, up to 5e-15
     assert orthonormality_error(turn).max() <= ORTHONORMAL_KEEP
-
-
-def test_the_first_bad_pose_is_named():
-    turn = spoiled(0)
-    turn[17], turn[40] = -turn[17], 0.0
-    valid = np.ones(COUNT, dtype=bool)
-    assert check(np.zeros((COUNT, 3)), turn, valid)[0] == 17
-    valid[17] = False
-    assert check(np.zeros((COUNT, 3)), turn, valid)[0] == 40
-
-
-@pytest.mark.parametrize("entry", [(0, 0), (1, 2), (2, 2)])
-@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e200, 0.5])
-def test_a_spoiled_entry_anywhere_makes_the_pose_bad(entry, value):
-    turn = spoiled(0)
-    turn[(23, *entry)] = value
-    assert check(np.zeros((COUNT, 3)), turn, np.ones(COUNT, dtype=bool))[0] == 23
-
-
-def test_a_translation_that_is_not_finite_is_bad():
-    for value in (np.nan, np.inf, -np.inf):
-        place, turn = np.zeros((COUNT, 3)), spoiled(0)
-        place[5, 1] = value
-        valid = np.ones(COUNT, dtype=bool)
-        assert check(place, turn, valid)[0] == 5
 
 
 def test_translations_as_large_as_doubles_go_are_good():
