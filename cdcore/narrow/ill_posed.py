@@ -12,15 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdcore.narrow.bvh.box_tree import build_box_tree
-from cdcore.narrow.margins.margin_kernels import POSE_ULPS, boxes_of, certainly_apart, overlap_bounds
+from cdcore.narrow.continuous.clearance import certainly_apart
+from cdcore.narrow.margins.overlap_bounds import overlap_bounds
 from cdcore.narrow.margins.separating_moves import come_apart, shell_vectors
 from cdcore.narrow.margins.triangle_margins import near_faces, triangle_margins
 from cdcore.narrow.triangles.predicates import triangles_intersect
-from cdcore.numerics import EPS, BoolArray, FloatArray, IntArray, place_points
+from cdcore.numerics import EPS, BoolArray, FloatArray, place_points
 from cdcore.protocol import Body
 
 SAMPLE = 8
 """Face pairs of a contact to test first: one deeper than tau decides, and most contacts are deeper everywhere."""
+POSE_ULPS = 256.0
+"""Rounding of a relative pose beside the reference vertices, in eps of the bodies' coordinates in the world."""
 
 
 class MarginStage:
@@ -47,7 +50,7 @@ class MarginStage:
             placed = np.stack(
                 [place_points(*one) for one in zip(corners, rotations, translations, strict=True)], axis=1
             )
-            low, high, _ = _bounds(placed)
+            low, high, _ = overlap_bounds(placed)
             if (low > self._tau).any():
                 return False
         return all(triangle_margins(placed[[row]])[1][0] <= self._tau for row in np.flatnonzero(high > self._tau))
@@ -62,7 +65,8 @@ class MarginStage:
 
     def near(self, pair: tuple[int, int], rotations: FloatArray, translations: FloatArray) -> BoolArray:
         """Whether two surfaces that do not meet are at most tau apart, at each of K poses (K, 2, 3, 3), (K, 2, 3)."""
-        same, which = _distinct(rotations, translations)
+        poses = np.concatenate([rotations.reshape(-1, 18), translations.reshape(-1, 6)], axis=1)
+        _, same, which = np.unique(poses, axis=0, return_index=True, return_inverse=True)
         rotations, translations = rotations[same], translations[same]
         answer = ~self._certainly_apart(pair, rotations, translations)
         for row in np.flatnonzero(answer):
@@ -77,35 +81,15 @@ class MarginStage:
         pairs = np.stack([first[close[:, 0]], second[close[:, 1]]], axis=1)
         if triangles_intersect(pairs).any():
             return False
-        apart = _bounds(pairs)[2]
+        apart = overlap_bounds(pairs)[2]
         nearest = np.argsort(apart, kind="stable")[: int((apart <= self._tau).sum())]
         return any(triangle_margins(pairs[[row]])[1][0] <= self._tau for row in nearest)
 
     def _certainly_apart(self, pair: tuple[int, int], rotations: FloatArray, translations: FloatArray) -> BoolArray:
-        a, b = (self._tree(body) for body in pair)
-        back = rotations[:, 1].transpose(0, 2, 1)
-        turns = np.ascontiguousarray(back @ rotations[:, 0])
-        moves = (back @ (translations[:, 0] - translations[:, 1])[..., None])[..., 0]
-        size = np.abs(translations).sum(axis=(1, 2)) + a.reach + b.reach
-        apart = np.zeros(len(turns), dtype=np.bool_)
-        reach = self._tau + POSE_ULPS * EPS * size
-        certainly_apart(boxes_of(a), a, boxes_of(b), b, turns, np.ascontiguousarray(moves), reach, False, apart)
-        return apart
+        trees = [self._tree(body) for body in pair]
+        size = np.abs(translations).sum(axis=(1, 2)) + trees[0].reach + trees[1].reach
+        pose_a, pose_b = ((rotations[:, side], translations[:, side]) for side in (0, 1))
+        return certainly_apart(trees, pose_a, pose_b, self._tau + POSE_ULPS * EPS * size)
 
     def _placed(self, body: int, rotation: FloatArray, translation: FloatArray) -> FloatArray:
-        return place_points(self._triangles[body].reshape(-1, 3), rotation, translation).reshape(-1, 3, 3)
-
-
-def _bounds(pairs: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Bounds of the least overlap of triangle pairs (n, 2, 3, 3), and distances they certainly keep."""
-    low, high, apart = np.empty(len(pairs)), np.empty(len(pairs)), np.empty(len(pairs))
-    overlap_bounds(np.ascontiguousarray(pairs).reshape(-1, 6, 3), low, high, apart)
-    return low, high, apart
-
-
-def _distinct(rotations: FloatArray, translations: FloatArray) -> tuple[IntArray, IntArray]:
-    """One row of all that have bit-equal poses, and which of these a row is."""
-    poses = np.concatenate([rotations.reshape(-1, 18), translations.reshape(-1, 6)], axis=1)
-    whole = np.ascontiguousarray(poses).view(np.dtype((np.void, poses.itemsize * 24)))[:, 0]
-    _, same, which = np.unique(whole, return_index=True, return_inverse=True)
-    return same, which
+        return place_points(self._triangles[body], rotation, translation)

@@ -60,7 +60,7 @@ class Bounds(NamedTuple):
 class Room(NamedTuple):
     """Memory that a search works in, made once for a pair.
 
-    ``items`` (MOST_ITEMS, 3) kind, A, B; ``waiting`` (n, 3) pairs of nodes still to be tested within a part;
+    ``items`` (n, 3) kind, A, B; ``waiting`` (n, 3) pairs of nodes still to be tested within a part;
     ``parts`` (MOST_PARTS, 2) start and end of parts still to be tested; ``spans`` (MOST_PARTS, 2) their items, first
     and count; ``poses`` (6, 12) A seen from B at start and end, A and B at the instant that is tested, two to build
     them; ``corners`` (27,), ``scratch`` (32,), ``pair`` (18,) and ``digits``: scratch; ``found`` (4,) lo, hi, and the
@@ -80,11 +80,11 @@ class Room(NamedTuple):
     work: IntArray
 
 
-def make_room(tree_a: BoxTree, tree_b: BoxTree) -> Room:
+def make_room(tree_a: BoxTree, tree_b: BoxTree, most_items: int = MOST_ITEMS) -> Room:
     """Memory for searches between two trees, either way round."""
     depth = len(tree_a.boxes) + len(tree_b.boxes) + 16
     return Room(
-        np.empty((MOST_ITEMS, 3), dtype=np.int32), np.empty((depth, 3), dtype=np.int32), np.empty((MOST_PARTS, 2)),
+        np.empty((most_items, 3), dtype=np.int32), np.empty((depth, 3), dtype=np.int32), np.empty((MOST_PARTS, 2)),
         np.empty((MOST_PARTS, 2), dtype=np.int64), np.empty((6, 12)), np.empty(CORNERS), np.empty(32),
         np.empty(18), new_digits(), np.zeros(4), np.zeros(COUNTERS, dtype=np.int64),
     )  # fmt: skip

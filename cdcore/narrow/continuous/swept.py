@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, runtime_int, stay_one_function
-from cdcore.narrow.margins.margin_kernels import nearest_between_edges
 from cdcore.numerics import FloatArray
 
 CORNERS = 27
@@ -71,8 +70,40 @@ def faces_stay_apart(c: FloatArray, margin: float, scratch: FloatArray) -> bool:
         for j in range(18, 27, 3):
             if cross_separates(c, scratch, i, j, margin):
                 return True
-    nearest_between_edges(scratch, o, c, o + 18, scratch[27:30])
+    way_between_edges(scratch, 0, c, 18, scratch[27:30])
     return bool(separates(c, scratch[27], scratch[28], scratch[29], margin))
+
+
+@hot_kernel
+def way_between_edges(p: FloatArray, a: int, q: FloatArray, b: int, way: FloatArray) -> None:
+    """The way (3,) between the nearest points of the edges of two faces, corners ``p[a:a + 9]`` and ``q[b:b + 9]``, to
+    the first. An edge may be a point.
+
+    Source: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.
+    """
+    stay_one_function()
+    best = np.inf
+    for i in range(3):
+        i0, i1 = a + 3 * i, a + 3 * ((i + 1) % 3)
+        ux, uy, uz = p[i1] - p[i0], p[i1 + 1] - p[i0 + 1], p[i1 + 2] - p[i0 + 2]
+        uu = ux * ux + uy * uy + uz * uz
+        for j in range(3):
+            j0, j1 = b + 3 * j, b + 3 * ((j + 1) % 3)
+            vx, vy, vz = q[j1] - q[j0], q[j1 + 1] - q[j0 + 1], q[j1 + 2] - q[j0 + 2]
+            wx, wy, wz = p[i0] - q[j0], p[i0 + 1] - q[j0 + 1], p[i0 + 2] - q[j0 + 2]
+            vv, uv = vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz
+            uw, vw = ux * wx + uy * wy + uz * wz, vx * wx + vy * wy + vz * wz
+            spread = uu * vv - uv * uv
+            s = min(1.0, max(0.0, (uv * vw - vv * uw) / spread)) if spread > 0.0 else 0.0
+            t = (uv * s + vw) / vv if vv > 0.0 else 0.0
+            if t < 0.0 or t > 1.0 or vv == 0.0:
+                t = min(1.0, max(0.0, t))
+                s = min(1.0, max(0.0, (uv * t - uw) / uu)) if uu > 0.0 else 0.0
+            dx, dy, dz = wx + s * ux - t * vx, wy + s * uy - t * vy, wz + s * uz - t * vz
+            distance = dx * dx + dy * dy + dz * dz
+            if distance < best:
+                best = distance
+                way[0], way[1], way[2] = dx, dy, dz
 
 
 @hot_kernel

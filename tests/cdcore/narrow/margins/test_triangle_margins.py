@@ -8,7 +8,8 @@ from support.shapes import box_mesh, merged, random_rotations
 
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.bvh.box_tree import build_box_tree
-from cdcore.narrow.margins.margin_kernels import boxes_of, certainly_apart, overlap_bounds
+from cdcore.narrow.continuous.clearance import certainly_apart
+from cdcore.narrow.margins.overlap_bounds import overlap_bounds
 from cdcore.narrow.margins.separating_moves import come_apart, shell_vectors, unit
 from cdcore.narrow.margins.triangle_margins import near_faces, triangle_margins
 from replay.studies.stress.families import FAMILIES
@@ -81,33 +82,24 @@ def test_no_face_pair_within_reach_is_left_out_of_the_near_ones(reach):
     assert len(near) < 12 * 15 or reach == 2.0
 
 
-def bounds(pairs):
-    low, high, apart = (np.empty(len(pairs)) for _ in range(3))
-    overlap_bounds(np.ascontiguousarray(pairs).reshape(-1, 6, 3), low, high, apart)
-    return low, high, apart
-
-
 @pytest.mark.parametrize("family", [f for f in FAMILIES if f.number not in (15, 16)], ids=lambda f: f.name)
 def test_the_exact_margin_lies_within_the_bounds(family):
     pairs = family.pairs(300, seed=9)
     meets, margin = triangle_margins(pairs)
-    low, high, apart = bounds(pairs)
+    low, high, apart = overlap_bounds(pairs)
     assert (low[meets] <= margin[meets]).all()
     assert (margin[meets] <= high[meets]).all()
     assert (apart[~meets] <= margin[~meets]).all()
 
 
-def measured_apart(first, second, reach):
-    a, b = build_box_tree(np.array([first], dtype=float)), build_box_tree(np.array([second], dtype=float))
-    apart = np.zeros(len(reach), dtype=bool)
-    count = len(reach)
-    certainly_apart(
-        boxes_of(a), a, boxes_of(b), b, np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3)), reach, True, apart
-    )
-    return apart.tolist()
+def keep_apart(first, second, reach):
+    """Whether two triangles that stand unmoved certainly keep each of some distances."""
+    trees = [build_box_tree(np.array([corners], dtype=float)) for corners in (first, second)]
+    pose = np.tile(np.eye(3), (len(reach), 1, 1)), np.zeros((len(reach), 3))
+    return certainly_apart(trees, pose, pose, reach).tolist()
 
 
-def test_measured_surfaces_are_apart_by_just_their_exact_distance_whatever_features_are_nearest():
+def test_surfaces_are_apart_by_just_their_exact_distance_whatever_features_are_nearest():
     rng = np.random.default_rng(5)
     pairs = [
         *rng.normal(size=(150, 2, 3, 3)),
@@ -118,7 +110,7 @@ def test_measured_surfaces_are_apart_by_just_their_exact_distance_whatever_featu
     meets, distance = triangle_margins(np.array(pairs))
     assert (~meets).sum() > 200
     for (first, second), far in zip(np.array(pairs)[~meets], distance[~meets], strict=True):
-        assert measured_apart(first, second, far * np.array([1 - 1e-9, 1 + 1e-9])) == [True, False]
+        assert keep_apart(first, second, far * np.array([1 - 1e-9, 1 + 1e-9])) == [True, False]
 
 
 def freed(first, second, step, turn=None, shift=(0, 0, 0)):

@@ -1,0 +1,40 @@
+"""Whether two surfaces that rest certainly keep a distance: the search between frames, of a way on which nothing moves.
+
+Where the nearest features are a face, edges or corners, a direction that the search tries lies along the distance. So
+what is apart by more than a reach is proven, but for rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from cdcore.kernels.compiling import kernel, runtime_int
+from cdcore.narrow.bvh.box_tree import BoxTree
+from cdcore.narrow.continuous.interval_search import Room, boxes_left, make_room
+from cdcore.narrow.pair_frames import Poses
+from cdcore.numerics import BoolArray, FloatArray
+
+
+def certainly_apart(trees: Sequence[BoxTree], pose_a: Poses, pose_b: Poses, reach: FloatArray) -> BoolArray:
+    """Whether the surfaces of two ``trees`` keep more than ``reach`` (K,), metres, at each of K poses of both, (K,)."""
+    (turn_a, move_a), (turn_b, move_b) = pose_a, pose_b
+    back = turn_b.transpose(0, 2, 1)
+    moves = back @ (move_a - move_b)[..., None]
+    poses = np.concatenate([(back @ turn_a).reshape(-1, 9), moves[..., 0]], axis=1)
+    apart = np.empty(len(reach), dtype=np.bool_)
+    keep_reach(trees[0], trees[1], poses, reach, make_room(*trees, most_items=0), apart)
+    return apart
+
+
+@kernel
+def keep_reach(
+    tree_a: BoxTree, tree_b: BoxTree, poses: FloatArray, reach: FloatArray, room: Room, apart: BoolArray
+) -> None:
+    """Fill ``apart`` (K,) for poses (K, 12) of A seen from B; a ``room`` for no items ends the search at the first."""
+    for k in range(len(poses)):
+        for entry in range(12):
+            room.poses[0, entry], room.poses[1, entry] = poses[k, entry], poses[k, entry]
+        room.waiting[0, 1], room.waiting[0, 2] = 0, 0
+        apart[k] = boxes_left(tree_a, tree_b, 0.0, reach[k], 0.0, room, runtime_int(0)) == 0
