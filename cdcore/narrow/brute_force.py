@@ -3,7 +3,7 @@
 import numpy as np
 
 from cdcore.narrow.triangles.predicates import triangles_intersect
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.numerics import FloatArray, IntArray
 
 PAIRS_AT_ONCE = 1 << 20
 """Keeps each array of comparisons at a mebibyte, which stays in the processor's cache."""
@@ -14,34 +14,29 @@ def meeting_faces_exhaustive(first: FloatArray, second: FloatArray) -> IntArray:
 
     Choose it for tests and for coordinates so large that the bounds of the trees no longer hold.
     """
-    boxes_a, boxes_b = _boxes(first), _boxes(second)
-    if not _overlapping(_whole(boxes_a), _whole(boxes_b)):
-        return np.zeros((0, 2), dtype=np.int64)
-    rows = max(1, PAIRS_AT_ONCE // max(1, len(second)))
+    pairs = near_faces(first, second, 0.0)
+    return pairs[triangles_intersect(np.stack([first[pairs[:, 0]], second[pairs[:, 1]]], axis=1))]
+
+
+def near_faces(first: FloatArray, second: FloatArray, reach: float) -> IntArray:
+    """Face pairs (k, 2) of placed triangles whose boxes are no further apart than ``reach`` along any axis, sorted."""
+    low_a, high_a, low_b, high_b = first.min(axis=1), first.max(axis=1), second.min(axis=1), second.max(axis=1)
+    if reach > 0.0:
+        # The sum rounds once: a step outward keeps every face pair within reach.
+        low_a, high_a = np.nextafter(low_a - reach, -np.inf), np.nextafter(high_a + reach, np.inf)
+    # coordinates that overflowed to NaN are near nothing, and keep nothing else away
+    rows = np.flatnonzero(((low_a <= np.fmax.reduce(high_b)) & (high_a >= np.fmin.reduce(low_b))).all(axis=1))
+    columns = np.flatnonzero(((low_b <= np.fmax.reduce(high_a)) & (high_b >= np.fmin.reduce(low_a))).all(axis=1))
+    # an axis a row, so that each comparison runs along the memory
+    low, high = (np.ascontiguousarray(corner[columns].T) for corner in (low_b, high_b))
+    step = max(1, PAIRS_AT_ONCE // max(1, len(columns)))
     found = [np.zeros((0, 2), dtype=np.int64)]
-    for start in range(0, len(first), rows):
-        part = slice(start, start + rows)
-        pairs = np.argwhere(_overlapping(boxes_a[:, :, part], boxes_b))
-        pairs[:, 0] += start
-        meet = triangles_intersect(np.stack([first[pairs[:, 0]], second[pairs[:, 1]]], axis=1))
-        found.append(pairs[meet])
+    for start in range(0, len(rows), step):
+        part = rows[start : start + step]
+        near = np.ones((len(part), len(columns)), dtype=np.bool_)
+        for axis in range(3):
+            near &= low_a[part, axis, None] <= high[axis]
+            near &= low[axis] <= high_a[part, axis, None]
+        i, j = np.nonzero(near)
+        found.append(np.stack([part[i], columns[j]], axis=1))
     return np.concatenate(found)
-
-
-def _boxes(triangles: FloatArray) -> FloatArray:
-    """Lowest and highest coordinates (2, 3, f), an axis a row, so that each comparison runs along the memory."""
-    return np.ascontiguousarray(np.stack([triangles.min(axis=1).T, triangles.max(axis=1).T]))
-
-
-def _whole(boxes: FloatArray) -> FloatArray:
-    """The box (2, 3, 1) of boxes (2, 3, f), of which some may be no numbers."""
-    return np.stack([np.fmin.reduce(boxes[0], axis=1), np.fmax.reduce(boxes[1], axis=1)])[:, :, None]
-
-
-def _overlapping(first: FloatArray, second: FloatArray) -> BoolArray:
-    """Which boxes (2, 3, f) share a point with which boxes (2, 3, g): (f, g)."""
-    near = np.ones((first.shape[2], second.shape[2]), dtype=np.bool_)
-    for axis in range(3):
-        near &= first[0, axis, :, None] <= second[1, axis]
-        near &= second[0, axis] <= first[1, axis, :, None]
-    return near

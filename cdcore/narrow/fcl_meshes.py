@@ -8,8 +8,8 @@ area), needles, coordinates near 2^400, and ties within rounding in a rotated wo
 433 missed and 681 invented of 7,018 face pairs). Choose the exact detector where these matter.
 """
 
-from collections.abc import Sequence
-from typing import Any, Final
+from collections.abc import Callable, Sequence
+from typing import Any, Final, TypeVar
 
 import fcl
 import numpy as np
@@ -17,7 +17,10 @@ from numpy.typing import NDArray
 
 from cdcore.errors import InvalidMeshError
 from cdcore.mesh import TriangleMesh
-from cdcore.numerics import BoolArray, FloatArray
+from cdcore.narrow.pair_frames import Poses
+from cdcore.numerics import FloatArray
+
+Answer = TypeVar("Answer")
 
 EVERY_CONTACT: Final = 2**31 - 1
 """FCL stops after ``num_max_contacts``, by default after one."""
@@ -77,33 +80,21 @@ class FclMeshes:
         metres = fcl.distance(self._bodies[a], self._bodies[b], fcl.DistanceRequest(True), found)
         return float(metres), np.array(found.nearest_points)
 
-    def touch_along(
-        self, a: int, b: int, poses_a: tuple[FloatArray, FloatArray], poses_b: tuple[FloatArray, FloatArray]
-    ) -> BoolArray:
-        """Whether two bodies meet at each of K pairs of poses of a ``Motion``, (K, 3, 3) and (K, 3) each; (K,)."""
-        hits = np.zeros(len(poses_a[0]), dtype=np.bool_)
-        one, other = self._bodies[a], self._bodies[b]
-        turn_a, move_a, turn_b, move_b = one.setRotation, one.setTranslation, other.setRotation, other.setTranslation
-        collide, request, found = fcl.collide, self._first, _FacePairs()
-        for k, (ra, ta, rb, tb) in enumerate(zip(*poses_a, *poses_b, strict=True)):
-            turn_a(ra)
-            move_a(ta)
-            turn_b(rb)
-            move_b(tb)
-            if collide(one, other, request, found):
-                hits[k] = True
-        return hits
-
-    def faces_along(
-        self, a: int, b: int, poses_a: tuple[FloatArray, FloatArray], poses_b: tuple[FloatArray, FloatArray]
-    ) -> list[NDArray[np.int32]]:
-        """The face pairs at each of K pairs of poses; arguments as for ``touch_along``."""
-        found = []
-        for ra, ta, rb, tb in zip(*poses_a, *poses_b, strict=True):
-            self.place(a, ra, ta)
-            self.place(b, rb, tb)
-            found.append(self.faces(a, b))
-        return found
+    def at_poses(
+        self, ask: Callable[[int, int], Answer], a: int, b: int, poses_a: Poses, poses_b: Poses
+    ) -> list[Answer]:
+        """What ``touch`` or ``faces`` says of two bodies at each of K pairs of poses of a ``Motion``."""
+        first, second = self._bodies[a], self._bodies[b]
+        turn_a, move_a = first.setRotation, first.setTranslation
+        turn_b, move_b = second.setRotation, second.setTranslation
+        answers = []
+        for rotation_a, translation_a, rotation_b, translation_b in zip(*poses_a, *poses_b, strict=True):
+            turn_a(rotation_a)
+            move_a(translation_a)
+            turn_b(rotation_b)
+            move_b(translation_b)
+            answers.append(ask(a, b))
+        return answers
 
 
 def _tree(mesh: TriangleMesh) -> Any:

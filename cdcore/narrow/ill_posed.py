@@ -11,11 +11,12 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from cdcore.narrow.brute_force import near_faces
 from cdcore.narrow.bvh.box_tree import build_box_tree
 from cdcore.narrow.continuous.clearance import certainly_apart
 from cdcore.narrow.margins.overlap_bounds import overlap_bounds
 from cdcore.narrow.margins.separating_moves import come_apart, shell_vectors
-from cdcore.narrow.margins.triangle_margins import near_faces, triangle_margins
+from cdcore.narrow.margins.triangle_margins import triangle_margins
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import EPS, BoolArray, FloatArray, place_points
 from cdcore.protocol import Body

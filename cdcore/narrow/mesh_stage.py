@@ -49,12 +49,12 @@ class MeshStage:
             a, b = self._ends[column]
             queries += len(pose_a[0])
             if not faces:
-                hits[rows] = self._meshes.touch_along(a, b, pose_a, pose_b)[number]
+                hits[rows] = np.array(self._meshes.at_poses(self._meshes.touch, a, b, pose_a, pose_b))[number]
                 continue
-            found = self._meshes.faces_along(a, b, pose_a, pose_b)
+            found = self._meshes.at_poses(self._meshes.faces, a, b, pose_a, pose_b)
             which[rows] = number + len(sets)
-            hits[rows] = np.array([len(one) > 0 for one in found], dtype=np.bool_)[number]
-            sets += [turned_faces(one) for one in found] if self._turned[column] else found
+            hits[rows] = np.array([len(pairs) > 0 for pairs in found])[number]
+            sets += [turned_faces(pairs) for pairs in found] if self._turned[column] else found
         return MeshAnswer(hits, queries, len(frames) - queries, which, sets)
 
     def gap(self, motion: Motion, frame: int, column: int) -> tuple[float, FloatArray]:

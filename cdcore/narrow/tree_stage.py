@@ -131,22 +131,20 @@ class TreeStage:
         if met is not None and self._meet_again(corners, met):
             last_met[column] = met
             return CONTACT, False
-        tight, left = position_pad(size, SKEW) + UNDERFLOW_PAD, self._search.undismissed
+        tight = position_pad(size, SKEW) + UNDERFLOW_PAD
         # With a margin some hundred tests only: where surfaces are near each other, most faces lie within it.
         tried = margin > SMALLEST_MARGIN and met is None
         reaches = ((margin, MARGIN_TESTS), (0.0, UNLIMITED)) if tried else ((0.0, UNLIMITED),)
         for extra, budget in reaches:
             poses.pad[0] = tight + extra
             found, counts, truncated = self._search.search(a, b, poses, every=False, budget=budget)
-            if len(found) or not truncated[0]:
+            meeting = self._decided(a, b, poses, found) if len(found) else found
+            if len(meeting):
+                last_met[column] = meeting[0, 1], meeting[0, 2]
+                return CONTACT, False
+            if not truncated[0]:
                 break
-        if not len(found):
-            return CLEAR, bool(extra > 0.0 and counts[0, left] == 0)
-        found = decided_by_integers(found, corners, (poses.turn_a, poses.turn_b), (poses.move_a, poses.move_b))
-        if not len(found):
-            return CLEAR, False
-        last_met[column] = found[0, 1], found[0, 2]
-        return CONTACT, False
+        return CLEAR, bool(extra > 0.0 and counts[0, self._search.undismissed] == 0)
 
     def _meet_again(self, corners: tuple[FloatArray, FloatArray], faces: tuple[int, int]) -> bool:
         """Whether two faces meet in the pose of now; False too where only integers can tell."""
@@ -166,10 +164,13 @@ class TreeStage:
         pad = position_pad(1.0, SKEW) * np.where(large, 0.0, size) + UNDERFLOW_PAD
         return PairPoses(turn_a, move_a, turn_b, move_b, pad), large
 
+    def _decided(self, a: int, b: int, poses: PairPoses, found: IntArray) -> IntArray:
+        corners = self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles
+        return decided_by_integers(found, corners, (poses.turn_a, poses.turn_b), (poses.move_a, poses.move_b))
+
     def _found(self, a: int, b: int, poses: PairPoses, found: IntArray, every: bool) -> list[NDArray[np.int32]]:
         """Per pose the faces that meet, (k, 2), sorted."""
-        corners = self._bodies[a].mesh.triangles, self._bodies[b].mesh.triangles
-        found = decided_by_integers(found, corners, (poses.turn_a, poses.turn_b), (poses.move_a, poses.move_b))
+        found = self._decided(a, b, poses, found)
         order = np.lexsort((found[:, 2], found[:, 1], found[:, 0]))
         if not every:
             _, order = np.unique(found[:, 0], return_index=True)

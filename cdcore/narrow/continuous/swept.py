@@ -19,8 +19,8 @@ CORNERS = 27
 def separates(c: FloatArray, x: float, y: float, z: float, margin: float) -> bool:
     """Whether the direction keeps the corners ``c`` (27,) apart by more than ``margin`` at both ends.
 
-    Compared as squares, so that no direction need be divided by its length; where a square under- or overflows, the
-    answer is False or right.
+    Compared as squares, so that no direction need be divided by its length; where a square underflows, the answer is
+    False or right.
     """
     a0, a1, a2 = along(c, 0, x, y, z), along(c, 3, x, y, z), along(c, 6, x, y, z)
     a3, a4, a5 = along(c, 9, x, y, z), along(c, 12, x, y, z), along(c, 15, x, y, z)
@@ -28,6 +28,9 @@ def separates(c: FloatArray, x: float, y: float, z: float, margin: float) -> boo
     above = min(min(min(a0, a1), min(a2, a3)), min(a4, a5)) - max(max(b0, b1), b2)
     below = min(min(b0, b1), b2) - max(max(max(a0, a1), max(a2, a3)), max(a4, a5))
     gap = max(above, below)
+    if gap * gap == np.inf:
+        longest = max(abs(x), max(abs(y), abs(z)))
+        x, y, z, gap = x / longest, y / longest, z / longest, gap / longest
     return bool(gap > 0.0 and gap * gap > margin * margin * (x * x + y * y + z * z))
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from cdcore.narrow.margins.triangle_margins import near_faces
+from cdcore.narrow.brute_force import near_faces
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import EPS, FloatArray
 

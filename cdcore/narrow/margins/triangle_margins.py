@@ -1,4 +1,4 @@
-"""How far two triangles are from the other answer, their clearance or their penetration, and which faces are near.
+"""How far two triangles are from the other answer: their clearance or their penetration.
 
 An exact answer can hang on 1e-15 m, where a float64 distance is all rounding. So the whole computation is in integers
 on one power-of-two scale, shifted to a common origin there, and only the root at the end rounds.
@@ -7,19 +7,17 @@ on one power-of-two scale, shifted to a common origin there, and only the root a
 from collections.abc import Iterator
 from fractions import Fraction
 from itertools import chain
-from math import inf, isqrt
+from math import isqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cdcore.narrow.triangles.integers import Triangle, Vector, cross, difference, dot, integers_on_one_scale, normal
 from cdcore.narrow.triangles.predicates import checked_triangles, triangles_intersect
-from cdcore.numerics import BoolArray, FloatArray, IntArray
+from cdcore.numerics import BoolArray, FloatArray
 
 ROOT_BITS = 120
 """Bits under the integer root: its result has 60, seven more than a float64."""
-FACE_PAIRS_AT_ONCE = 1 << 20
-"""Keeps the arrays of comparisons of boxes below some 50 MB."""
 
 
 def triangle_margins(triangles: ArrayLike) -> tuple[BoolArray, FloatArray]:
@@ -43,23 +41,6 @@ def triangle_margins(triangles: ArrayLike) -> tuple[BoolArray, FloatArray]:
     meets = triangles_intersect(pairs)
     distance = [_margin(pair, meet) for pair, meet in zip(pairs, meets.tolist(), strict=True)]
     return meets, np.array(distance, dtype=np.float64)
-
-
-def near_faces(first: FloatArray, second: FloatArray, reach: float) -> IntArray:
-    """Face pairs (k, 2) of placed triangles whose boxes are no further apart than ``reach`` along any axis."""
-    low_a, high_a, low_b, high_b = first.min(axis=1), first.max(axis=1), second.min(axis=1), second.max(axis=1)
-    # The sum rounds once: a step outward keeps every face pair within reach.
-    low_a, high_a = np.nextafter(low_a - reach, -inf), np.nextafter(high_a + reach, inf)
-    rows = np.flatnonzero(((low_a <= high_b.max(axis=0)) & (high_a >= low_b.min(axis=0))).all(axis=1))
-    columns = np.flatnonzero(((low_b <= high_a.max(axis=0)) & (high_b >= low_a.min(axis=0))).all(axis=1))
-    step = max(1, FACE_PAIRS_AT_ONCE // max(1, len(columns)))
-    found = [np.zeros((0, 2), dtype=np.int64)]
-    for start in range(0, len(rows), step):
-        part = rows[start : start + step]
-        near = (low_a[part, None] <= high_b[columns]).all(axis=2) & (low_b[columns] <= high_a[part, None]).all(axis=2)
-        i, j = np.nonzero(near)
-        found.append(np.stack([part[i], columns[j]], axis=1))
-    return np.concatenate(found)
 
 
 def _margin(pair: FloatArray, meet: bool) -> float:

@@ -12,9 +12,8 @@ from typing import Final
 import numpy as np
 
 from cdcore import TriangleMesh
+from cdcore.narrow.brute_force import meeting_faces_exhaustive
 from cdcore.narrow.ill_posed import MarginStage
-from cdcore.narrow.margins.triangle_margins import near_faces
-from cdcore.narrow.triangles.predicates import triangles_intersect
 from cdcore.numerics import BoolArray
 from replay.comparison.tolerance import TAU
 from replay.studies.shrink.fault import Fault
@@ -52,9 +51,7 @@ def _margin(fault: Fault) -> Iterable[Doubt]:
     turn, move = fault.motion.rotations[-1, [first, second]], fault.motion.translations[-1, [first, second]]
     stage, pair = MarginStage(fault.bodies, TAU), (first, second)
     if fault.contact:
-        corners = fault.corners(first), fault.corners(second)
-        close = near_faces(*corners, TAU)
-        meeting = close[triangles_intersect(np.stack([corners[0][close[:, 0]], corners[1][close[:, 1]]], axis=1))]
+        meeting = meeting_faces_exhaustive(fault.corners(first), fault.corners(second))
         if len(meeting):
             if not stage.shallow(pair, meeting, turn, move):
                 return ()

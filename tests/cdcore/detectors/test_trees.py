@@ -61,7 +61,7 @@ def meshes_alone(bodies, motion, pairs):
     """Every pair in every frame by FCL, without any volume in front."""
     engine = FclMeshes([body.mesh for body in bodies])
     poses = [(motion.rotations[:, k], motion.translations[:, k]) for k in range(len(bodies))]
-    return np.stack([engine.touch_along(i, j, poses[i], poses[j]) for i, j in pairs.tolist()], axis=1)
+    return np.stack([engine.at_poses(engine.touch, i, j, poses[i], poses[j]) for i, j in pairs.tolist()], axis=1)
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -13,6 +13,7 @@ from cdcore.narrow.tree_stage import TreeSettings, TreeStage
 
 TREES = ["aabb", "obb", "rapid-style", "solid-style"]
 FRAMES = 24
+PAIR = np.array([[0, 1]])
 
 
 def body_of(name, triangles):
@@ -114,13 +115,23 @@ def test_keys_all_on_one_side_are_cut_in_the_middle():
     assert shape.depth == 4
 
 
+@pytest.mark.parametrize("name", TREES)
+def test_a_live_look_goes_on_past_faces_that_only_integers_decide(name):
+    slope, below = np.array([[[0.0, 0, 0], [1, 0, 1], [0, 1, 0]]]), [[1.0, 0, -1], [1, 0.1, -1]]
+    faces = np.array([[[2e-300, 1e-301, 1e-300], *below]] * 400)
+    faces[200, 0] = 0.2, 0.2, 1.0
+    bodies = [body_of("a", slope), body_of("b", faces)]
+    stage = TreeStage(bodies, PAIR, TreeSearch(name, [body.mesh.triangles for body in bodies]), TreeSettings())
+    assert stage.decide_now({}, still(bodies, np.zeros((2, 3))), 0, 1e-3) == (Verdict.CONTACT, False)
+
+
 @pytest.mark.parametrize(("share", "beyond"), [(0.2, False), (0.4, True)])
 def test_a_pair_is_as_large_as_both_reaches_and_both_places_together(share, beyond):
     """Pads hold up to a size; two sheets side by side, where each of the four lengths alone is well within it."""
     far = share * LARGEST_SIZE
     sheets = [Body(name, TriangleMesh([[-far, 0, 0], [far, 0, 0], [0, far, 0]], [[0, 1, 2]])) for name in "ab"]
     search = TreeSearch("obb", [sheet.mesh.triangles for sheet in sheets])
-    stage = TreeStage(sheets, np.array([[0, 1]]), search, TreeSettings())
+    stage = TreeStage(sheets, PAIR, search, TreeSettings())
     motion = Motion([0.0], [[[far, 0, 0], [far, 0, far / 100]]], np.tile(np.eye(3), (1, 2, 1, 1)))
     first = np.zeros(1, dtype=np.int64)
     assert stage.decide(motion, first, first, every=True).work["exhaustive"] == beyond

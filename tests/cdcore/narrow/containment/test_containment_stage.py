@@ -91,7 +91,8 @@ def _clearance(inner, outer, motion):
     from cdcore.narrow.fcl_meshes import FclMeshes
 
     poses = [(motion.rotations[:, k], motion.translations[:, k]) for k in range(2)]
-    return ~FclMeshes([inner, outer]).touch_along(0, 1, *poses)
+    meshes = FclMeshes([inner, outer])
+    return ~np.array(meshes.at_poses(meshes.touch, 0, 1, *poses))
 
 
 def test_an_open_mesh_is_named_and_two_are_named_in_order():

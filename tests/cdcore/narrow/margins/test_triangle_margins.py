@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from support.shapes import box_mesh, merged, random_rotations
 
-from cdcore.narrow.brute_force import meeting_faces_exhaustive
+from cdcore.narrow.brute_force import meeting_faces_exhaustive, near_faces
 from cdcore.narrow.bvh.box_tree import build_box_tree
 from cdcore.narrow.continuous.clearance import certainly_apart
 from cdcore.narrow.margins.overlap_bounds import overlap_bounds
 from cdcore.narrow.margins.separating_moves import come_apart, shell_vectors, unit
-from cdcore.narrow.margins.triangle_margins import near_faces, triangle_margins
+from cdcore.narrow.margins.triangle_margins import triangle_margins
 from replay.studies.stress.families import FAMILIES
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
