@@ -24,7 +24,7 @@ def certainly_apart(trees: Sequence[BoxTree], pose_a: Poses, pose_b: Poses, reac
     moves = back @ (move_a - move_b)[..., None]
     poses = np.concatenate([(back @ turn_a).reshape(-1, 9), moves[..., 0]], axis=1)
     apart = np.empty(len(reach), dtype=np.bool_)
-    keep_reach(trees[0], trees[1], poses, reach, make_room(*trees, most_items=0), apart)
+    keep_reach(trees[0], trees[1], poses, reach, make_room(trees[0], trees[1], most_items=0), apart)
     return apart
 
 

@@ -1,4 +1,3 @@
-import fcl
 import numpy as np
 import pytest
 from support.shapes import beaker_mesh, random_rotations, rod_mesh
@@ -7,7 +6,7 @@ from support.small_worlds import along_x, cube
 from cdcore import Body, Motion, TriangleMesh
 from cdcore.narrow.bvh.box_tree import build_box_tree
 from cdcore.narrow.contact_offset import ContactOffset
-from cdcore.narrow.fcl_meshes import _tree
+from cdcore.narrow.fcl_meshes import FclMeshes
 
 FRAMES = 200
 PLACES = [3.0, 1.25, 1.25, 1.125, 1.0625, 3.0]
@@ -31,13 +30,12 @@ def test_it_says_near_where_fcl_measures_less_than_the_reach_also_of_poses_that_
     places, turns = rng.normal(size=(FRAMES, 2, 3)) * 0.04, random_rotations(rng, FRAMES, 2)
     places[1::3], turns[1::3] = places[0::3], turns[0::3]
     motion = Motion(np.arange(FRAMES) / 90, places, turns)
-    things, apart = [fcl.CollisionObject(_tree(mesh)) for mesh in meshes], np.zeros(FRAMES)
+    things, apart = FclMeshes(meshes), np.zeros(FRAMES)
     for frame in range(FRAMES):
-        for body, thing in enumerate(things):
-            thing.setRotation(turns[frame, body])
-            thing.setTranslation(places[frame, body])
-        if not fcl.collide(*things, fcl.CollisionRequest(), fcl.CollisionResult()):
-            apart[frame] = fcl.distance(*things, fcl.DistanceRequest(), fcl.DistanceResult())
+        for body in (0, 1):
+            things.place(body, turns[frame, body], places[frame, body])
+        if not things.touch(0, 1):
+            apart[frame] = things.gap(0, 1)[0]
     frames = np.flatnonzero(apart > 0)
     trees, columns = [build_box_tree(mesh.triangles) for mesh in meshes], np.zeros(len(frames), dtype=np.int64)
     for pairs in ([[0, 1]], [[1, 0]]):

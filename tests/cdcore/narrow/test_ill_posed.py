@@ -99,14 +99,3 @@ def test_a_tool_on_an_open_sheet_comes_loose_whichever_way_the_sheet_looks():
     for faces in (grid_plate(), grid_plate()[:, ::-1]):
         bodies = [body(faces, "sheet"), Body("box", box_mesh(centre=(2.3, 2.4, 0.5)))]
         assert MarginStage(bodies, 2e-6).loose(*meeting(bodies, np.zeros((2, 3))))
-
-
-def test_equal_poses_are_asked_once(monkeypatch):
-    asked = []
-    monkeypatch.setattr(MarginStage, "_clear_by_tau_at_most", lambda *_: asked.append(1) or len(asked) == 1)
-    bodies = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
-    turn, move = np.tile(np.eye(3), (50, 2, 1, 1)), np.tile([[1.000001, 0, 0], [0, 0, 0]], (50, 1, 1))
-    move[::2, 0, 0] = 1.0000011
-    answer = MarginStage(bodies, 2e-6).near((0, 1), turn, move)
-    assert len(asked) == 2, "poses that come again after others are not asked again"
-    assert set(answer[::2]) != set(answer[1::2])

@@ -48,13 +48,6 @@ def test_no_lane_with_contact_is_dropped_and_most_others_are(seed, leaves):
     assert dropped > 0.3 * clear
 
 
-def test_lanes_that_were_not_asked_stay_out():
-    scene = EightFrames(0)
-    a, b = scene.trees
-    left = asked(a.boxes, 0, b.boxes, 0, scene.chord, scene.pad, 0b101, False, scene.scratch)
-    assert left & ~0b101 == 0
-
-
 @kernel
 def survivors(row, a, b, chord, pad, scratch):
     pair = pair_memory(row)
@@ -168,11 +161,3 @@ def test_a_certain_answer_of_the_filter_is_that_of_integers(number):
         ours, truth = answers(pair, turn, move)
         certain = ours != UNDECIDED
         assert np.array_equal(ours[certain], truth[certain])
-
-
-def test_ordinary_pairs_are_all_certain():
-    rng = np.random.default_rng(0)
-    turn, move = rotations(rng, (200, 2)), rng.normal(size=(200, 2, 3)) * 0.3
-    ours, truth = answers(rng.normal(size=(2, 3, 3)), turn, move)
-    assert np.array_equal(ours, truth)
-    assert 0 < truth.sum() < 200

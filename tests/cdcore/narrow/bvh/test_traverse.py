@@ -1,22 +1,73 @@
-"""Eight lanes at a time say what one says."""
+"""The pad is larger than rounding; no corners are nearer than the gap; the chord is the largest distance."""
+
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from support.eight_frames import EightFrames
+from support.motions import rotations
 
 from cdcore.kernels.compiling import kernel
-from cdcore.kernels.simd import above, load8, outside
+from cdcore.narrow.bvh.bounds import position_pad
+from cdcore.narrow.bvh.motion_bounds import root_gap
+from cdcore.narrow.bvh.tree_memory import pair_memory
+from cdcore.numerics import place_points
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_relative_poses_equal_numpy_in_every_lane(seed):
-    scene = EightFrames(seed)
-    rows = scene.relative.reshape(12, 8)
-    for lane in range(8):
-        turn = scene.turn[lane, 1].T @ scene.turn[lane, 0]
-        move = scene.turn[lane, 1].T @ (scene.move[lane, 0] - scene.move[lane, 1])
-        assert np.allclose(rows[:9, lane].reshape(3, 3), turn, atol=1e-15)
-        assert np.allclose(rows[9:, lane], move, atol=1e-14)
+def exact_inverse_times(rotation, vector):
+    """R^-1 v in rationals, by Cramer's rule."""
+    r = [[Fraction(float(x)) for x in row] for row in rotation]
+    v = [Fraction(x) for x in vector]
+
+    def det(m):
+        return (
+            m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1])
+            - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0])
+            + m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0])
+        )
+
+    whole = det(r)
+    return [det([[v[i] if j == k else r[i][j] for j in range(3)] for i in range(3)]) / whole for k in range(3)]
+
+
+@pytest.mark.parametrize("distance", [0.0, 1.0, 1e3, 1e6])
+def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(distance):
+    rng = np.random.default_rng(int(distance))
+    worst = 0.0
+    for _ in range(60):
+        turn_a, turn_b = rotations(rng, (2,))
+        corner = rng.normal(size=3)
+        move_a = rng.normal(size=3) + distance
+        move_b = move_a + rng.normal(size=3)
+        world = place_points(corner[None], turn_a, move_a)[0]
+        offset = [Fraction(float(x)) - Fraction(float(t)) for x, t in zip(world, move_b, strict=True)]
+        true = np.array([float(x) for x in exact_inverse_times(turn_b, offset)])
+        quick = (turn_b.T @ turn_a) @ corner + turn_b.T @ (move_a - move_b)
+        size = np.linalg.norm(corner) + np.linalg.norm(move_a) + np.linalg.norm(move_b)
+        skew = sum(np.linalg.norm(turn.T @ turn - np.eye(3)) for turn in (turn_a, turn_b))
+        worst = max(worst, np.linalg.norm(true - quick) / position_pad(size, skew))
+    assert worst < 0.1
+
+
+def test_the_pad_grows_with_size_and_skew():
+    assert position_pad(2.0, 0.0) == 2 * position_pad(1.0, 0.0)
+    assert position_pad(1.0, 1e-9) > 8e-9
+
+
+@kernel
+def gap_of(row, frame, pad):
+    pair = pair_memory(row)
+    return root_gap(pair.tree_a.boxes, pair.pose_a, pair.tree_b.boxes, pair.pose_b, frame, pad)
+
+
+@pytest.mark.parametrize("apart", [0.0, 3.0, 30.0])
+def test_no_two_corners_are_nearer_than_the_gap(apart):
+    scene = EightFrames(1, apart=apart)
+    for frame in range(8):
+        gap = gap_of(scene.row, frame, scene.pad)
+        first, second = (world.reshape(-1, 3) for world in scene.world(frame))
+        assert gap <= np.linalg.norm(first[:, None] - second[None], axis=2).min()
+        assert apart < 30 or gap > 20
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -26,16 +77,3 @@ def test_the_chord_is_the_largest_spectral_distance_from_the_middle(seed):
     assert np.array_equal(scene.middle.reshape(3, 3), turns[4])
     largest = max(np.linalg.norm(turn - turns[4], 2) for turn in turns)
     assert largest * (1 - 1e-13) <= scene.chord <= largest * (1 + 1e-9) + 1e-15
-
-
-@kernel
-def compared(a, b):
-    return above(load8(a, 0), load8(b, 0)), outside(load8(a, 0), 1.0)
-
-
-def test_comparisons_give_a_bit_per_lane_and_none_for_nan():
-    rng = np.random.default_rng(0)
-    a, b = rng.normal(size=(2, 8))
-    weights = 1 << np.arange(8)
-    assert compared(a, b) == (int(weights[a > b].sum()), int(weights[np.abs(a) > 1].sum()))
-    assert compared(np.full(8, np.nan), np.zeros(8)) == (0, 0)

@@ -11,7 +11,6 @@ from support.shapes import ball_mesh, box_mesh
 
 from cdcore.narrow.bvh.box_tree import build_box_tree
 from cdcore.narrow.continuous import interval_search as search
-from cdcore.narrow.continuous import segment_stage
 from cdcore.narrow.continuous.interval_search import (
     FREE,
     HIT,
@@ -57,8 +56,9 @@ def grid_turn(rng):
     return turn if np.linalg.det(turn) > 0 else -turn
 
 
+@pytest.mark.parametrize("start", [0.0, 1 / 3, 1.7e9])
 @pytest.mark.parametrize("kind", ["lattice", "degenerate"])
-def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind):
+def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind, start):
     rng = np.random.default_rng(11)
     met = free = grazed = 0
     for _ in range(30):
@@ -69,13 +69,14 @@ def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind):
         if triangles_intersect([[a + ways[0, 0], b + ways[0, 1]]])[0]:
             continue
         want = first_meeting(a + ways[0, 0], a + ways[1, 0], b + ways[0, 1], b + ways[1, 1])
-        answer = decide(stage_of(body_a[None], body_b[None]), ways, turned=turned)
+        answer = decide(stage_of(body_a[None], body_b[None]), ways, times=(start, start + 1), turned=turned)
         state = answer.states[0]
         if want is None:
             assert state == FREE
             free += 1
         elif state == HIT:
-            low, high = (Fraction(x) for x in answer.impact[0].tolist())
+            length = Fraction(start + 1) - Fraction(start)
+            low, high = ((Fraction(x) - Fraction(start)) / length for x in answer.impact[0].tolist())
             assert low <= want[1]
             assert want[0] <= high
             assert high - low <= Fraction(1, 10**6)
@@ -83,8 +84,8 @@ def test_two_faces_on_straight_ways_meet_when_whole_numbers_say_so(kind):
         else:
             # a touch without depth lasts one instant, which no sampled pose need hit
             assert state == TOO_CLOSE
-            assert answer.impact[0, 0] <= want[1]
-            assert want[0] <= answer.impact[0, 1]
+            assert answer.impact[0, 0] - start <= want[1]
+            assert want[0] <= answer.impact[0, 1] - start
             grazed += 1
     assert met > 2
     assert free > 6
@@ -156,16 +157,3 @@ def test_more_pairs_than_there_is_room_for_are_an_answer_and_not_a_crash():
     room = make_room(BALL, PLATE)._replace(items=np.empty((2, 3), dtype=np.int32))
     state = first_contact(BALL, leg[:, 0], PLATE, rest[:, 0], Bounds(2e-5, 0.0, 1e-3, 1e-4, 1e-2, 10**6), room)
     assert state in (TOO_CLOSE, TOO_LONG)
-
-
-@pytest.mark.parametrize("start", [0.0, 1 / 3, 3600.0, 1.7e9])
-def test_a_moment_is_rounded_outwards_by_no_more_than_one_step_of_the_clock(start):
-    rng = np.random.default_rng(5)
-    begin = start + rng.uniform(0, 0.01, 500)
-    stop = begin + rng.uniform(0.001, 0.02, 500)
-    shares = np.sort(rng.uniform(0, 1, (500, 2)), axis=1)
-    seconds = segment_stage._seconds(begin, stop - begin, stop, shares)
-    for (low, high), b, s, (p, q) in zip(seconds, begin, stop, shares, strict=True):
-        exact = [Fraction(b) + Fraction(share) * (Fraction(s) - Fraction(b)) for share in (p, q)]
-        assert 0 <= exact[0] - Fraction(low) <= Fraction(np.spacing(low) + 3e-17)
-        assert 0 <= Fraction(high) - exact[1] <= Fraction(np.spacing(high) + 3e-17)

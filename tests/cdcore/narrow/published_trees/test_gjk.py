@@ -1,10 +1,8 @@
 """Faces called apart are apart by more than the pad, and faces clearly apart are called so."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import minimize
 
 from cdcore import triangles_intersect
 from cdcore.kernels.compiling import kernel
@@ -51,40 +49,3 @@ def test_numbers_that_overflow_or_vanish_are_left_to_the_exact_test():
     points = np.random.default_rng(2).normal(size=(6, 3)) + np.repeat([[0, 0, 0], [9.0, 0, 0]], 3, axis=0)
     for scale in (1e200, 1e-200):
         assert steps(points * scale, np.array([0.0, 1.0, 0.0]), 1e-150) in (gjk.MEETING, 0)
-
-
-@kernel
-def nearest(corners):
-    y, v = np.zeros((4, 3)), np.zeros(3)
-    y[: len(corners)] = corners
-    count = gjk.nearest_on_simplex(y, len(corners), v, np.empty((4, 3)), np.empty((4, 3)))
-    return count, v, y
-
-
-def searched(corners):
-    def distance(weights):
-        point = weights @ corners
-        return point @ point
-
-    start = np.full(len(corners), 1 / len(corners))
-    bounds = [(0, 1)] * len(corners)
-    whole = {"type": "eq", "fun": lambda weights: weights.sum() - 1}
-    found = minimize(distance, start, bounds=bounds, constraints=[whole], options={"ftol": 1e-14, "maxiter": 300})
-    return np.sqrt(found.fun)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("count", [1, 2, 3, 4])
-def test_the_distance_is_that_of_a_search_over_all_weights(count):
-    rng = np.random.default_rng(count)
-    used = set()
-    for _ in range(25):
-        corners = rng.normal(size=(count, 3)) + rng.normal(size=3) * 0.7
-        left, v, y = nearest(corners)
-        distance = 0.0 if left == 0 else np.linalg.norm(v)
-        assert distance == pytest.approx(searched(corners), abs=1e-5)
-        used.add(left)
-        if left:
-            kept = np.linalg.lstsq(np.vstack([y[:left].T, np.ones(left)]), np.append(v, 1.0), rcond=None)[0]
-            assert np.allclose(kept @ y[:left], v, atol=1e-9) and (kept > -1e-9).all()
-    assert used >= {1, 2, 3, 4, 0} - set(range(count + 1, 5)) - ({0} if count < 4 else {4})

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.motions import KINDS, grid_plate
-from support.shapes import ball_mesh, random_rotations, rod_mesh
+from support.shapes import rod_mesh
 from support.slow_trees import (
     SCENES,
     SlowBoxes,
@@ -14,11 +14,8 @@ from support.slow_trees import (
     each_scene,
 )  # fmt: skip
 
-from cdcore.kernels.compiling import kernel
 from cdcore.narrow.published_trees.box_trees import TREE_KINDS, build_tree
-from cdcore.narrow.published_trees.tree_descent import place_side
 from cdcore.narrow.published_trees.tree_search import UNLIMITED, TreeSearch
-from cdcore.numerics import place_points
 
 MESHES = {name: make(np.random.default_rng(5)) for name, make in KINDS.items()} | {"rod": rod_mesh().triangles}
 
@@ -77,45 +74,6 @@ SLOW = {"aabb": SlowAabb, "obb": SlowObb, "rapid-style": SlowRapid, "solid-style
 @complete_first_hit_or_cut_short
 def test_counts_and_faces_are_those_of_a_recursive_search(kind, scene, every, budget):
     assert_as_slow(scene, kind, SLOW[kind], every, budget)
-
-
-@each_kind
-def test_a_counter_has_a_column_and_an_unlimited_search_is_not_truncated(kind):
-    corners, poses = SCENES["rod and ball"]()
-    search = TreeSearch(kind, corners)
-    searched = search.search(0, 1, poses, every=True, budget=UNLIMITED)
-    assert search.counters[:2] == ("node_tests", "leaf_tests")
-    assert searched.counts.shape == (len(poses.pad), len(search.counters))
-    assert (searched.counts[:, 0] > 0).all() and not searched.truncated.any()
-    assert (np.diff(searched.found[:, 0]) >= 0).all()
-
-
-@each_kind
-def test_the_first_hit_is_the_first_of_all_hits_at_less_work(kind):
-    corners, poses = SCENES["ball and beaker"]()
-    search = TreeSearch(kind, corners)
-    every, first = (search.search(0, 1, poses, every=every, budget=UNLIMITED) for every in (True, False))
-    _, index = np.unique(every.found[:, 0], return_index=True)
-    assert len(index) and np.array_equal(first.found, every.found[index])
-    hit = np.isin(np.arange(len(poses.pad)), every.found[:, 0])
-    work, less = (one.counts[:, :2].sum(axis=1) for one in (every, first))
-    assert (less[hit] < work[hit]).all() and (less[~hit] == work[~hit]).all()
-
-
-def test_each_budget_does_one_test_more_and_never_loses_what_a_smaller_found():
-    """A budget of ``obb`` may end inside a leaf of several faces."""
-    corners, poses = SCENES["rod and ball"]()
-    search = TreeSearch("obb", corners)
-    whole = search.search(0, 1, poses, every=True, budget=UNLIMITED).counts.sum(axis=1)
-    before = set()
-    for budget in range(1, int(whole.max()) + 2, 7):
-        cut = search.search(0, 1, poses, every=True, budget=budget)
-        assert np.array_equal(cut.counts.sum(axis=1), np.minimum(budget, whole))
-        assert np.array_equal(cut.truncated, whole > budget)
-        now = {tuple(row) for row in cut.found.tolist()}
-        assert before <= now
-        before = now
-    assert before
 
 
 def test_the_kept_axis_of_solid_ends_most_leaf_tests_and_what_gjk_leaves_open_is_asked_exactly():
@@ -182,21 +140,3 @@ def test_faces_whose_world_boxes_only_touch_are_still_asked_and_meet():
     searched = TreeSearch("aabb", [floor, floor]).search(0, 1, poses, every=True, budget=100)
     assert searched.found.tolist() == [[0, 0, 0, 1]]
     assert searched.counts.tolist() == [[1, 1]]
-
-
-@kernel
-def placed_by_kernel(tree, node, turn, move, box):
-    for k in range(3):
-        place_side(tree, node, turn, move, k, box)
-
-
-def test_the_box_of_every_node_holds_its_placed_faces_and_touches_them_where_nothing_is_turned():
-    rng = np.random.default_rng(3)
-    tree, _ = build_tree(ball_mesh(1.0, 6, 9).triangles, TREE_KINDS["aabb"])
-    for turn in (np.eye(3), random_rotations(rng)):
-        move, box = rng.normal(size=3), np.empty(6)
-        for node in range(len(tree.child)):
-            placed_by_kernel(tree, node, turn, move, box)
-            points = place_points(tree.corners[faces_below(tree, node)].reshape(-1, 3), turn, move)
-            beyond = np.concatenate([points.min(axis=0) - box[:3], box[3:] - points.max(axis=0)])
-            assert beyond.min() >= -1e-15 and (turn[0, 0] < 1 or np.abs(beyond).max() <= 1e-15)

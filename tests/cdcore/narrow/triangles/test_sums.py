@@ -6,10 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.shapes import random_rotations
-from support.slow_trees import boxes_apart
 
-from cdcore.kernels import box_axes
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.triangles import orientation
 from cdcore.narrow.triangles import sums as exact_sums
@@ -149,53 +146,3 @@ def test_cross_sign_is_exact_for_nearly_parallel_segments(axis):
         u, v = ([Fraction(float(p[k + 1, m])) - Fraction(float(p[k, m])) for m in (i, j)] for k in (0, 2))
         exact = u[0] * v[1] - u[1] * v[0]
         assert cross_sign(p, 0, 1, 2, 3, axis, w) == (exact > 0) - (exact < 0)
-
-
-@kernel
-def verdicts(ca, ra, ha, cb, rb, hb, turn, move, pad):
-    m, d = np.empty((3, 3)), np.empty(3)
-    box_axes.box_seen_from(ca, ra, cb, rb, turn, move, m, d)
-    return box_axes.apart_on_all_axes(m, d, ha, hb, pad), box_axes.apart_on_face_axes(m, d, ha, hb, pad)
-
-
-@kernel
-def seen_from(ra, ta, rb, tb):
-    turn, move = np.empty((3, 3)), np.empty(3)
-    box_axes.pose_seen_from(ra, ta, rb, tb, turn, move)
-    return turn, move
-
-
-def scene(rng):
-    axes, turns = random_rotations(rng, 2), random_rotations(rng, 2)
-    centres, halves = rng.normal(size=(2, 3)) * 0.3, rng.random((2, 3)) + 0.05
-    moves = rng.normal(size=(2, 3)) * 0.9
-    return axes, turns, centres, halves, moves
-
-
-def test_the_pose_of_one_body_in_the_frame_of_another_takes_points_there():
-    rng = np.random.default_rng(0)
-    (ra, rb), (ta, tb) = random_rotations(rng, 2), rng.normal(size=(2, 3))
-    turn, move = seen_from(ra, ta, rb, tb)
-    point = rng.normal(size=3)
-    assert np.allclose(ra @ (turn @ point + move) + ta, rb @ point + tb, atol=1e-14)
-
-
-def test_fifteen_axes_agree_with_a_projection_of_all_corners_and_six_never_separate_more():
-    rng = np.random.default_rng(1)
-    counts = np.zeros(3, dtype=int)
-    for _ in range(700):
-        axes, turns, centres, halves, moves = scene(rng)
-        turn, move = seen_from(turns[0], moves[0], turns[1], moves[1])
-        full, faces = verdicts(centres[0], axes[0], halves[0], centres[1], axes[1], halves[1], turn, move, 0.0)
-        a, b = ((centres[k], axes[k], halves[k]) for k in (0, 1))
-        want = [boxes_apart(a, (turns[0], moves[0]), b, (turns[1], moves[1]), edges=edges) for edges in (True, False)]
-        assert [full, faces] == want
-        counts += [full, faces, full and not faces]
-    assert counts.min() > 7
-
-
-def test_a_pad_keeps_boxes_together_that_are_apart_by_less():
-    eye, zero, one = np.eye(3), np.zeros(3), np.ones(3)
-    for gap, pad, apart in [(0.1, 0.05, True), (0.1, 0.2, False), (0.0, 0.0, False)]:
-        move = np.array([2.0 + gap, 0, 0])
-        assert verdicts(zero, eye, one, zero, eye, one, eye, move, pad) == (apart, apart)
