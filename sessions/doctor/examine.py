@@ -1,36 +1,34 @@
 """``examine``: finds everything wrong with a recording, a scene or a mesh; no fault ends the search."""
 
-import zlib
 from collections import Counter
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
-
-from mcap.records import DataEnd
 
 from sessions.doctor.finding import Finding, Severity, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.session_findings import examine_session, scene_findings
-from sessions.doctor.tolerant_frames import Noted, TolerantFrames
 from sessions.errors import SceneError, SessionError, SessionFileError
 from sessions.input_files import opened
 from sessions.mcap_format import reader
-from sessions.mcap_format.container import Place, bytes_at, parsed
+from sessions.mcap_format.catalogue import Region
 from sessions.mcap_format.mcap_file import McapFile
+from sessions.mcap_format.pose_decoding import Appearance, FrameDecoder
 from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import WORLD
+from sessions.mcap_format.unpacking import read_region
 from sessions.mcap_format.writer import SCENE_FILE
 from sessions.mesh_data import MeshData
+from sessions.model.frames import Frames
 from sessions.model.scene import Scene
 from sessions.model.session import Session
 
 if TYPE_CHECKING:
     from sessions.scene_files.scene_meshes import Planned
 
-READ_BYTES: Final = 1 << 22
 MESH_FILES: Final = (".glb", ".obj", ".stl", ".ply", ".off")
 
 
@@ -112,47 +110,55 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
     file.attempt(partial(reader.check_version, file), None)
     look = partial(_attached, file, planned) if replaced is None else partial(_checked, Path(replaced), planned)
     scene, declared, faults = file.attempt(look, (Scene(), {}, []))
-    findings = [*_file_findings(file), *_bad_scene(faults)]
     names = file.attempt(partial(reader.listed_names, file), ()) if file.own else ()
     session = reader.session_of(file, names, scene)
     reader.load_parts(session)
-    frames = TolerantFrames(file, names)
-    looked = look_through(frames.blocks(), scene.space_radius)
+    decoder, damaged = FrameDecoder(file.catalogue, names, strict=False), Damaged()
+    looked = look_through(_readable(file, decoder, damaged), scene.space_radius)
     known = len(file.refused)
     file.attempt(file.catalogue.check_pose_channels, None)
     if len(file.refused) > known:
-        frames.noted.unread.clear()
+        damaged.unread.clear()
     elif not len(looked.stamp_ns):
         yield Finding("no-poses", Severity.ERROR, "it holds no pose that can be read")
-    yield from findings
-    yield from (refusal(error, body) for error, body in file.refused)
-    yield from _noted(frames.noted, looked, names if file.own else looked.names)
+    yield from _bad_scene(faults)
+    yield from _file_findings(file)
+    yield from _noted(decoder, damaged, looked, names if file.own else looked.names)
     yield from examine_session(replace(session, meshes={**session.meshes, **declared}), looked)
 
 
+@dataclass
+class Damaged:
+    """Regions whose bytes are damaged, and those whose messages are not what their schema says; and why."""
+
+    unpacked: list[tuple[Region, SessionFileError]] = field(default_factory=list)
+    unread: list[tuple[Region, SessionFileError]] = field(default_factory=list)
+
+
+def _readable(file: McapFile, decoder: FrameDecoder, damaged: Damaged) -> Iterator[Frames]:
+    """All frames in file order; every region of the file is unpacked, also where it holds no poses."""
+    with file.path.open("rb") as stream:
+        for region in file.catalogue.regions:
+            try:
+                table = read_region(stream, region, file.catalogue)
+            except SessionFileError as error:
+                damaged.unpacked.append((region, error))
+                continue
+            try:
+                yield from decoder.decode(table)
+            except SessionFileError as error:
+                damaged.unread.append((region, error))
+
+
 def _file_findings(file: McapFile) -> Iterator[Finding]:
-    """Everything about the file that needs no message."""
+    """Everything about the file itself, once all of it was read."""
     catalogue = file.catalogue
     if catalogue.tear is not None:
         message = f"it ends or breaks off at byte {catalogue.tear} of {catalogue.size}, without an index"
         yield Finding("torn", Severity.ERROR, message, count=catalogue.size - catalogue.tear)
-    elif catalogue.data_end is not None and (size := _changed_bytes(file.path, catalogue.data_end)):
-        yield Finding("data-crc", Severity.ERROR, f"the first {size} bytes fail the checksum of the file", count=size)
-    yield from (refusal(fault.error, fault.name) for fault in catalogue.faults)
-
-
-def _changed_bytes(path: Path, data_end: Place) -> int:
-    """The size of the data whose checksum is wrong, else 0: of a message index, no other checksum tells."""
-    with path.open("rb") as stream:
-        record = parsed(bytes_at(stream, data_end))
-        if not isinstance(record, DataEnd) or not record.data_section_crc:
-            return 0
-        stream.seek(0)
-        crc, left = 0, data_end.start
-        while left:
-            part = stream.read(min(READ_BYTES, left))
-            crc, left = zlib.crc32(part, crc), left - len(part)
-    return data_end.start if crc != record.data_section_crc else 0
+    # A record within a chunk is met each time that the chunk is unpacked.
+    refused = [*((fault.error, fault.name) for fault in catalogue.faults), *file.refused]
+    yield from dict.fromkeys(refusal(error, name) for error, name in refused)
 
 
 def _attached(file: McapFile, planned: "Planned") -> Checked:
@@ -163,29 +169,29 @@ def _attached(file: McapFile, planned: "Planned") -> Checked:
     return (Scene(), {}, []) if data is None else checked_scene(data.decode(errors="replace"), SCENE_FILE, planned)
 
 
-def _noted(noted: Noted, looked: PosePass, listed: tuple[str, ...]) -> Iterator[Finding]:
+def _noted(decoder: FrameDecoder, damaged: Damaged, looked: PosePass, listed: tuple[str, ...]) -> Iterator[Finding]:
     """What a strict reader would have refused."""
     zero = int(looked.stamp_ns[0]) if len(looked.stamp_ns) else 0
-    for region, error in (*noted.unpacked, *noted.unread):
+    for region, error in (*damaged.unpacked, *damaged.unread):
         found = refusal(error)
         if region.is_chunk:
             span = Span(region.first_ns, region.last_ns, zero)
             yield span.finding(found.code, Severity.ERROR, found.message, count=region.size)
         else:
             yield replace(found, count=region.size)
-    yield from _unknown_frames(noted, listed, zero)
-    for child, count in noted.doubled.items():
+    yield from _unknown_frames(decoder.met, listed, zero)
+    for child, count in decoder.doubled.items():
         message = f"{count} frames hold two samples of it; the first was taken"
         yield Finding("duplicate-stamps", Severity.WARNING, message, child, count=count)
 
 
-def _unknown_frames(noted: Noted, listed: tuple[str, ...], zero: int) -> Iterator[Finding]:
+def _unknown_frames(met: Mapping[tuple[str, str], Appearance], listed: tuple[str, ...], zero: int) -> Iterator[Finding]:
     # The frame that most samples are given in; the world where any is.
     count = Counter[str]()
-    for (parent, _), seen in noted.frames.items():
+    for (parent, _), seen in met.items():
         count[parent] += seen.count
     usual = WORLD if WORLD in count or not count else count.most_common(1)[0][0]
-    for (parent, child), seen in noted.frames.items():
+    for (parent, child), seen in met.items():
         if parent == usual and child in listed:
             continue
         message = f"{seen.count} samples of a body that the file does not list"

@@ -36,7 +36,6 @@ _MEANINGS: Final[dict[str, dict[str, tuple[str, str]]]] = {
         "bad-names": ("nobody knows which bodies were recorded", CURES["bad-names"]),
         "unlisted-body": ("poses of a body that the file does not list", CURES["unlisted-body"]),
         "too-much": ("no reader takes so much at once", CURES["too-much"]),
-        "data-crc": ("bytes changed after the file was written", "copy the original again"),
         "damaged-attachment": ("a mesh or the scene changed after it was written", CURES["damaged-attachment"]),
         "unknown-version": ("this program may misread the file", CURES["unknown-version"]),
         "no-poses": ("there is nothing to replay", f"{CURES['no-poses']}, or {CURES['not-mcap']}"),

@@ -66,8 +66,6 @@ class Region:
     """Bytes of its messages, unpacked."""
     channels: set[int] | None
     """Channels with messages here, or ``None`` when the file does not say."""
-    checked: bool = False
-    """Whether a checksum proves its messages right."""
     first_ns: int = 0
     last_ns: int = 0
     """Log times that the chunk declares."""
@@ -205,8 +203,7 @@ class Catalogue:
         elif isinstance(record, Chunk):
             if not self._is_beyond(place, record.uncompressed_size, CHUNK_LIMIT_BYTES):
                 times = record.message_start_time, record.message_end_time
-                checked = bool(record.uncompressed_crc)
-                self.regions.append(Region(place, record.uncompressed_size, None, checked, *times))
+                self.regions.append(Region(place, record.uncompressed_size, None, *times))
         elif isinstance(record, MessageIndex) and self.regions:
             region = self.regions[-1]
             region.indexed = (region.indexed or 0) + len(record.records)

@@ -57,21 +57,32 @@ class BodySamples:
     """(n, 7) position and quaternion xyzw."""
 
 
+@dataclass
+class Appearance:
+    """How often, and from when to when (frame stamps), a body was given in a frame."""
+
+    first_ns: int
+    last_ns: int
+    count: int = 0
+
+
 class FrameDecoder:
     """Decodes regions in file order; remembers layouts, and the validity note that waits for its frame.
 
     ``names`` are the bodies, one per column; ``None``: columns are added as bodies appear. More frames times bodies, or
-    more bodies that messages repeat or note, than the file has room for are refused.
+    more bodies that messages repeat or note, than the file has room for are refused. One that is not ``strict`` adds
+    bodies that are not among the names, takes poses in every frame, and notes in ``met`` when each of both was met.
     """
 
-    def __init__(self, catalogue: Catalogue, names: tuple[str, ...] | None) -> None:
-        self._catalogue = catalogue
-        self._grow = names is None
+    def __init__(self, catalogue: Catalogue, names: tuple[str, ...] | None, *, strict: bool = True) -> None:
+        self._catalogue, self._strict = catalogue, strict
+        self._grow = names is None or not strict
         self._columns = {name: column for column, name in enumerate(names or ())}
         self._parent: str | None = None
         self._notes: dict[bytes, list[tuple[str, int]]] = {}
         self._pending: tuple[_Identity, bytes] | None = None
         self.doubled = Counter[str]()
+        self.met: dict[tuple[str, str], Appearance] = {}
         self._samples_left = catalogue.most_samples
 
     def fork(self) -> "FrameDecoder":
@@ -108,6 +119,11 @@ class FrameDecoder:
         samples = self._samples(table, rows, end)
         columns = [self._column(part.parent, part.child) for part in samples]
         stamp, shape = table.publish_ns[rows], (len(rows), len(self._columns))
+        for part in () if self._strict else samples:
+            times = stamp[part.rows]
+            seen = self.met.setdefault((part.parent, part.child), Appearance(int(times[0]), int(times[0])))
+            seen.first_ns, seen.last_ns = min(seen.first_ns, int(times.min())), max(seen.last_ns, int(times.max()))
+            seen.count += len(times)
         self._samples_left -= shape[0] * shape[1]
         if self._samples_left < 0:
             raise self._refused(f"it has more frames of {shape[1]} bodies than a file of its size holds", "too-much")
@@ -211,7 +227,7 @@ class FrameDecoder:
 
     def _column(self, parent: str, name: str) -> int:
         self._parent = parent if self._parent is None else self._parent
-        if parent != self._parent:
+        if parent != self._parent and self._strict:
             what = f"/tf holds transforms with parents {self._parent!r} and {parent!r}, and a session has one world"
             raise self._refused(what, "unknown-frame")
         if name not in self._columns:

@@ -7,6 +7,7 @@ descriptor is the text file beside this module.
 Source: Foxglove schemas (FrameTransforms, Log, SceneUpdate), https://docs.foxglove.dev/docs/sdk/schemas.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -46,30 +47,23 @@ def message_class(name: str) -> Any:
 
 @dataclass(frozen=True)
 class ChannelSpec:
-    """A channel of the profile: its topic, the full name of its message, and the message's class."""
+    """What the messages of a channel are: the full name of their schema, and their class."""
 
-    topic: str
     schema: str
     message: Any
 
     @property
     def descriptor_set(self) -> bytes:
         """The message and all it depends on, as MCAP wants a protobuf schema: a serialized FileDescriptorSet."""
-        files: dict[str, Any] = {}
-        _collect(self.message.DESCRIPTOR.file, files)
-        found = descriptor_pb2.FileDescriptorSet(file=files.values())
-        return bytes(found.SerializeToString(deterministic=True))
+        files = dict.fromkeys(_dependencies_first(self.message.DESCRIPTOR.file))
+        protos = [descriptor_pb2.FileDescriptorProto.FromString(file.serialized_pb) for file in files]
+        return bytes(descriptor_pb2.FileDescriptorSet(file=protos).SerializeToString(deterministic=True))
 
 
-def _collect(file: Any, files: dict[str, Any]) -> None:
-    """Dependencies first, each once."""
-    if file.name in files:
-        return
+def _dependencies_first(file: Any) -> Iterator[Any]:
     for dependency in file.dependencies:
-        _collect(dependency, files)
-    proto = descriptor_pb2.FileDescriptorProto()
-    file.CopyToProto(proto)
-    files[file.name] = proto
+        yield from _dependencies_first(dependency)
+    yield file
 
 
 _MESSAGE_OF: dict[str, Any] = {
@@ -89,4 +83,4 @@ def channel_spec(topic: str) -> ChannelSpec:
     """The channel of a topic of the profile; ``KeyError`` when the profile has no such topic."""
     message = _MESSAGE_OF[topic_key(topic)]
     message = message_class(message) if isinstance(message, str) else message
-    return ChannelSpec(topic, message.DESCRIPTOR.full_name, message)
+    return ChannelSpec(message.DESCRIPTOR.full_name, message)

@@ -397,7 +397,7 @@ BOMBS: dict[str, Callable[[], list[tuple[int, bytes]]]] = {
 # --- What the verbs say ---
 
 KNOWN = (SessionError, ReplayError, CollisionCoreError)
-STRUCTURE = {"torn", "unreadable", "damaged-chunk", "bad-message", "data-crc"}
+STRUCTURE = {"torn", "unreadable", "damaged-chunk", "bad-message"}
 
 
 def answer(work: Callable[[], object]) -> tuple[bool, str]:
