@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("kind", metavar="FORMAT")
-@click.argument("sources", type=FILES_OR_FOLDERS, metavar="SOURCE...", nargs=-1, required=True)
+@click.argument("source", type=FILES_OR_FOLDERS, metavar="SOURCE")
 @click.option("--out", "-o", type=ANY_PATH, required=True, metavar="FILE.mcap", help="Session file to write.")
 @force
 @click.option("--mesh", "meshes", multiple=True, metavar="BODY=FILE", help="Mesh of a body: left=wand.glb. Repeatable.")
@@ -36,13 +36,11 @@ if TYPE_CHECKING:
 )
 @reporting
 def command(
-    kind: str, sources: tuple[Path, ...], out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
+    kind: str, source: Path, out: Path, force: bool, meshes: tuple[str, ...], scene: Path | None,
     place: Path | None, mesh_units: str | None, colliders: Path | None, session: Path | None,
     offset: float | None, as_json: bool, people: People, **options: Any,
 ) -> int:  # fmt: skip
     """Read SOURCE, a recording of another program in FORMAT, and write it as a session file.
-
-    Several SOURCES of one clock become one session.
 
     \b
     replay import aframe motion.json -o session.mcap --mesh left=wand.glb --mesh right=wand.glb
@@ -58,14 +56,14 @@ def command(
 
     require_free(out, force=force)
     if kind == "contacts":
-        imported, said = _contacts(sources, session, scene, offset)
+        imported, said = _contacts(source, session, scene, offset)
     else:
         if scene is not None:
             from sessions.scene_files.scene_toml import read_scene
 
             given |= {"scene": read_scene(scene), "scene_folder": scene.parent}
-        with _drafted(sources, out):
-            read = import_session(kind, sources, **given)
+        with _drafted(source, out):
+            read = import_session(kind, source, **given)
         imported = _dressed(read, place, mesh_units, guesses, options["mesh_axes"])
         imported = with_colliders(imported, ".", colliders or "") if colliders else imported
         said = list(_what(imported))
@@ -80,7 +78,7 @@ def command(
 
 
 @contextmanager
-def _drafted(sources: tuple[Path, ...], out: Path) -> Iterator[None]:
+def _drafted(source: Path, out: Path) -> Iterator[None]:
     """Beside a CSV that nobody has described a draft of its mapping is written; the error says how to go on."""
     from sessions.errors import ImportFileError
     from sessions.importers.csv_draft import UnknownColumnsError
@@ -89,8 +87,8 @@ def _drafted(sources: tuple[Path, ...], out: Path) -> Iterator[None]:
     try:
         yield
     except UnknownColumnsError as error:
-        draft = sources[0].with_suffix(".columns.toml")
-        todo = f"replay import csv {sources[0]} --mapping {draft} -o {out}"
+        draft = source.with_suffix(".columns.toml")
+        todo = f"replay import csv {source} --mapping {draft} -o {out}"
         if draft.exists():
             raise ImportFileError(f"{error}; {draft} is there already: {todo}") from None
         with whole_file(draft, ImportFileError, overwrite=False) as stream:
@@ -100,14 +98,11 @@ def _drafted(sources: tuple[Path, ...], out: Path) -> Iterator[None]:
 
 
 def _contacts(
-    sources: tuple[Path, ...], session: Path | None, scene: Path | None, offset: float | None
+    source: Path, session: Path | None, scene: Path | None, offset: float | None
 ) -> "tuple[Session, list[str]]":
     """A session with the reported contacts in it, and how well their clock fits."""
     if session is None:
         raise click.UsageError("contacts belong to a session; name it with --session FILE.mcap")
-    if len(sources) > 1:
-        raise click.UsageError("contacts come from one file; name one SOURCE")
-    source = sources[0]
     from replay.contact_import import import_contacts
     from sessions import read_session
 

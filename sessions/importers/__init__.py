@@ -1,6 +1,5 @@
 """Recordings of other programs, one importer per format; conversions and dropped rows are recorded in the metadata."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from importlib import import_module
 from importlib.metadata import entry_points
@@ -44,33 +43,27 @@ def importer_names() -> list[str]:
     return [*IMPORTERS, AUTO] + [name for name in outside if name not in IMPORTERS]
 
 
-def import_session(format: str, source: str | Path | Sequence[str | Path], **options: Any) -> Session:
+def import_session(format: str, source: str | Path, **options: Any) -> Session:
     """Read a recording of another program as a session in the canonical frame.
 
     Parameters
     ----------
     format : a name in ``IMPORTERS`` or of an installed package.
-    source : the file, or the folder of a format in ``FOLDERS``; or several, of one clock and one recording.
+    source : the file, or the folder of a format in ``FOLDERS``.
     options : keywords of that importer, and those in ``COMMON``.
 
     Raises ``ImportFileError``: an unknown format or option, or a file that is not what it should be; names file, line
     and column.
     """
     from sessions.importers.finish import finished
-    from sessions.importers.joining import joined
 
-    paths = [Path(source)] if isinstance(source, str | Path) else [Path(path) for path in source]
-    if not paths:
-        raise ImportFileError("name a source")
+    path = Path(source)
     common = {name: options.pop(name) for name in COMMON if name in options}
-    formats, parts = set[str](), {}
-    for path in paths:
-        name, why = _taken_for(format, path)
-        formats.add(name)
-        parts[path] = _read(name, path, options)
-        if why:
-            parts[path] = replace(parts[path], facts={**parts[path].facts, "taken_for": f"{name}, because {why}"})
-    return finished(joined(parts), paths[0], stand_ins=formats.isdisjoint(ROBOTS), **common)
+    name, why = _taken_for(format, path)
+    session = _read(name, path, options)
+    if why:
+        session = replace(session, facts={**session.facts, "taken_for": f"{name}, because {why}"})
+    return finished(session, path, stand_ins=name not in ROBOTS, **common)
 
 
 def _taken_for(format: str, path: Path) -> tuple[str, str]:
@@ -88,19 +81,19 @@ def _taken_for(format: str, path: Path) -> tuple[str, str]:
 
 def _read(format: str, path: Path, options: dict[str, Any]) -> Session:
     """The poses of a source, and what else is in it."""
-    read = _importer(format)
-    known = [*signature(read).parameters][1:]
-    for option in options:
-        if option not in known:
-            there = ", ".join([*known, *COMMON])
-            raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {there}")
     try:
+        read = _importer(format)
+        known = [*signature(read).parameters][1:]
+        for option in options:
+            if option not in known:
+                there = ", ".join([*known, *COMMON])
+                raise ImportFileError(f"importer {format!r} has no option {option!r}; it has: {there}")
         session: Session = read(path, **options)
     except (SessionError, OSError):
         raise
     except Exception as error:  # of another package; ours raise what they refuse
-        where = f"importer {format!r} ({read.__module__})"
-        raise ImportFileError(f"{where} failed: {type(error).__name__}: {error}; report it to its package") from error
+        why = f"{type(error).__name__}: {error}"
+        raise ImportFileError(f"importer {format!r} failed ({why}); repair or remove its package") from error
     return session
 
 
@@ -109,10 +102,5 @@ def _importer(name: str) -> Any:
         module, function = IMPORTERS[name].split(":")
         return getattr(import_module(module), function)
     for point in entry_points(group=ENTRY_POINT_GROUP, name=name):
-        try:
-            return point.load()
-        except Exception as error:  # another package's module may fail with anything
-            raise ImportFileError(
-                f"importer {name!r} ({point.value}) cannot be loaded: {error}; repair or remove its package"
-            ) from error
+        return point.load()
     raise ImportFileError(f"no importer {name!r}; there are: {', '.join(importer_names())}")

@@ -23,17 +23,16 @@ from sessions.model.session import Session
 from sessions.model.track import HandTrack
 
 OPENVR_GAMEPAD: Final = "OpenVR Gamepad"
-OPENVR_BUTTONS: Final = ("trackpad", "trigger", "grip", "menu")
-"""Buttons of a VIVE wand by number. Source: A-Frame's vive-controls (idPrefix ``OpenVR Gamepad``)."""
+TRIGGER: Final = 1
+"""The button of a VIVE wand. Source: A-Frame's vive-controls (idPrefix ``OpenVR Gamepad``)."""
 
 AXES: Final = Convention("webxr", (0, 1, 2), (1, 1, 1), "right-handed, +Y up, -Z forward")
-MOST_BUTTONS: Final = 32
 
 LARGEST_MS: Final = 9.0e12  # About 9 million seconds short of what int64 nanoseconds hold
 
 
 def read_aframe(source: Path) -> Session:
-    """Poses, events and buttons of an A-Frame motion capture."""
+    """Poses, events and triggers of an A-Frame motion capture."""
     devices = _devices(source)
     tables: dict[str, PoseTable] = {}
     events: list[Event] = []
@@ -100,24 +99,12 @@ def _events(name: str, events: object, source: Path) -> list[tuple[Event, object
 
 
 def _hand(name: str, device: dict[str, Any], happened: list[tuple[Event, object]]) -> dict[str, HandTrack]:
-    """What the device's buttons were after each press and release; nothing where none was ever pressed."""
-    presses = [
-        (event.time_ns, button, event.name == "buttondown")
-        for event, detail in happened
-        if event.name in ("buttondown", "buttonup") and isinstance(detail, dict)
-        if type(button := detail.get("id")) is int and 0 <= button < MOST_BUTTONS
-    ]
-    if not presses:
-        return {}
+    """The trigger of a VIVE wand after each press and release; nothing of other devices, whose buttons nobody knows."""
     gamepad = device.get("gamepad")
     is_vive = isinstance(gamepad, dict) and str(gamepad.get("id", "")).startswith(OPENVR_GAMEPAD)
-    labels = OPENVR_BUTTONS if is_vive else ()
-    count = max(len(labels), 1 + max(button for _, button, _ in presses))
-    names = (*labels, *(f"button{button}" for button in range(len(labels), count)))
-    state, states = np.zeros(count, dtype=np.bool_), {}
-    for stamp, button, down in sorted(presses, key=lambda press: press[0]):
-        state[button] = down
-        states[stamp] = state.copy()
-    pressed = np.array(list(states.values()))
-    trigger = pressed[:, labels.index("trigger")].astype(np.float64) if is_vive else None
-    return {f"student/{side_of(name)}": HandTrack(list(states), trigger, None, names, pressed)}
+    pressed = {
+        event.time_ns: float(event.name == "buttondown")
+        for event, detail in sorted(happened, key=lambda pair: pair[0].time_ns)
+        if event.name in ("buttondown", "buttonup") and isinstance(detail, dict) and detail.get("id") == TRIGGER
+    }
+    return {f"student/{side_of(name)}": HandTrack(list(pressed), list(pressed.values()))} if is_vive and pressed else {}

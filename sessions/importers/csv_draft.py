@@ -24,7 +24,8 @@ HEAD_BYTES: Final = 200_000
 LOOKED_AT: Final = 200  # Rows that a unit and a kind of column are told by
 DELIMITERS: Final = (",", ";", "\t", " ")
 
-PLACE, TURN, ANGLES = "position", "quaternion_xyzw", "euler"
+PLACE, TURN, ANGLES, MATRIX = "position", "quaternion_xyzw", "euler", "matrix"
+NINE: Final = "012345678"
 KIND_OF: Final = {
     **dict.fromkeys(("p", "t", "pos", "position", "trans", "translation", "loc", "location"), PLACE),
     **dict.fromkeys(("q", "quat", "quaternion", "r", "rot", "rotation", "ori", "orientation"), TURN),
@@ -42,6 +43,7 @@ TIME: Final = frozenset(
     ("time", "timestamp", "timestamps", "stamp", "t", "ts", "clock", "elapsed", "seconds", "datetime")
 )
 NAMES: Final = frozenset(("name", "body", "object", "device", "id", "tracker", "joint", "target", "label"))
+VALID: Final = frozenset(("valid", "tracked"))
 UNITS: Final = {
     "sec": "s", "second": "s", "seconds": "s", "msec": "ms", "nsec": "ns", "usec": "us", "millimeters": "mm",
     "meters": "m", "metres": "m", **{unit: unit for unit in ("s", "ms", "us", "ns", "m", "cm", "mm", "deg", "rad")},
@@ -55,8 +57,7 @@ STEPS: Final = (("s", 5e-4, 0.5), ("ms", 0.5, 500.0), ("us", 500.0, 5e5), ("ns",
 """Unit of a clock -> the steps between rows that a recording of 2 to 2,000 Hz has in it."""
 TICKS: Final = (621_355_968_000_000_000, 662_380_416_000_000_000)
 """.NET ticks of 1970 and of 2100; as nanoseconds of the Unix epoch these are the years 1989 to 1990."""
-KITTI: Final = ROW_MAJOR
-NAMELESS: Final = {12: KITTI, 8: ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")}
+NAMELESS: Final = {12: ROW_MAJOR, 8: ("timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw")}
 """Columns of files that do not name them, by their number: KITTI and TUM."""
 NUMBER: Final = re.compile(r"[-+]?(\d+[.,]?\d*|[.,]\d+)([eE][-+]?\d+)?|nan|NaN")
 
@@ -98,6 +99,10 @@ class _Head:
     def numbers(self, column: str) -> list[float]:
         return [float(cell.replace(",", ".")) for cell in self.cells(column) if NUMBER.fullmatch(cell)]
 
+    def named(self, words: frozenset[str]) -> list[str]:
+        """The columns in whose names one of these words is."""
+        return [name for name in self.columns if not words.isdisjoint(word.lower() for word in _words(name)[0])]
+
 
 def _head_of(source: Path) -> _Head:
     with opened(source, "recording", ImportFileError) as stream:
@@ -131,33 +136,36 @@ def _numbers(row: Sequence[str]) -> int:
 
 @dataclass
 class _Body:
-    """The columns of a body: what they hold and its axis -> column."""
+    """The columns of a body by what they hold and their axis."""
 
     columns: dict[tuple[str, str], str] = field(default_factory=dict)
-    unit: str = ""
 
-    def held(self, axes: str, *kinds: str) -> list[str]:
-        """The columns of these axes, each of the first kind that has one; none where one is missing."""
-        found = [
-            next((self.columns[kind, axis] for kind in kinds if (kind, axis) in self.columns), "") for axis in axes
-        ]
+    def held(self, kind: str, axes: str) -> list[str]:
+        """The columns of all these axes, or none."""
+        found = [self.columns.get((kind, axis), "") for axis in axes]
         return found if all(found) else []
 
     @property
     def place(self) -> list[str]:
-        return self.held("xyz", PLACE)
+        return self.held(PLACE, "xyz")
 
     @property
     def turn(self) -> tuple[str, list[str]]:
         """What the rotation is, and its columns; three numbers called a rotation are angles."""
-        turn = self.held("xyzw", TURN)
-        return (TURN, turn) if turn else (ANGLES, self.held("xyz", ANGLES, TURN))
+        for kind, axes in ((TURN, "xyzw"), (MATRIX, NINE)):
+            if columns := self.held(kind, axes):
+                return kind, columns
+        return ANGLES, self.held(ANGLES, "xyz") or self.held(TURN, "xyz")
 
 
 def _bodies(columns: Sequence[str]) -> dict[str, _Body]:
+    if {*ROW_MAJOR} <= {*columns}:
+        places = {(PLACE, axis): name for axis, name in zip("xyz", ROW_MAJOR[3::4], strict=True)}
+        turns = [name for name in ROW_MAJOR if name[2] != "3"]
+        return {"": _Body({**places, **{(MATRIX, at): name for at, name in zip(NINE, turns, strict=True)}})}
     found: dict[str, _Body] = {}
     for column in columns:
-        words, unit = _words(column)
+        words, _ = _words(column)
         if not words:
             continue
         *before, last = words
@@ -171,9 +179,7 @@ def _bodies(columns: Sequence[str]) -> dict[str, _Body]:
         elif match and (not match[1] or match[1] in KIND_OF):
             kind, axis = KIND_OF.get(match[1], kind), match[2]
         if axis and not {word.lower() for word in before} & OTHER:
-            body = found.setdefault(_name(column, before), _Body())
-            body.columns.setdefault((kind, axis), column)
-            body.unit = body.unit or (unit if kind == PLACE else "")
+            found.setdefault(_name(column, before), _Body()).columns.setdefault((kind, axis), column)
     return found
 
 
@@ -200,25 +206,22 @@ def _words(column: str) -> tuple[list[str], str]:
 def _lines(source: Path, head: _Head, unknown: list[str]) -> Iterator[str]:
     """How to read the file, as TOML; what the file does not tell is a commented line, and goes to ``unknown``."""
     bodies = _bodies(head.columns)
+    places = [column for body in bodies.values() for column in body.place]
     yield f"# How to read {source.name}: a draft of its header. Check it, and complete what is commented."
     yield from (f"{key} = {json.dumps(value)}" for key, value in head.keys.items())
     unknown.append("the axes (convention)")
     yield f'# convention = "unity"   # which axes? one of: {", ".join(CONVENTIONS)}'
-    unit = next((body.unit for body in bodies.values() if body.unit), "")
-    if unit in LENGTHS:
+    unit = next((unit for column in places if (unit := _words(column)[1]) in LENGTHS), "")
+    if unit:
         yield f'units = "{unit}"'
     else:
         unknown.append("the unit of lengths (m unless you say otherwise)")
-        places = [number for body in bodies.values() for column in body.place for number in head.numbers(column)]
-        spread = f"places run from {min(places):g} to {max(places):g}" if places else ""
+        numbers = [number for column in places for number in head.numbers(column)]
+        spread = f"places run from {min(numbers):g} to {max(numbers):g}" if numbers else ""
         yield f'# units = "m"   # m, cm or mm? {spread}'
     yield from ("", "[time]", *_clock(head, unknown))
-    if {*KITTI} <= {*head.columns}:
-        yield from ("", f"[bodies.{json.dumps(source.stem)}]", f"position = {json.dumps(KITTI[3::4])}")
-        yield f"matrix = {json.dumps([name for name in KITTI if name[2] != '3'])}"
-        return
     posed = {name: body for name, body in bodies.items() if body.place and body.turn[1]}
-    names = [name for name in head.columns if _has_word(name, NAMES) and not head.numbers(name)]
+    names = [name for name in head.named(NAMES) if not head.numbers(name)]
     for name, body in posed.items():
         if names and not name:
             yield from ("", "[body]", f"name = {json.dumps(names[0])}")
@@ -226,14 +229,16 @@ def _lines(source: Path, head: _Head, unknown: list[str]) -> Iterator[str]:
             yield from ("", f"[bodies.{json.dumps(name or source.stem)}]")
         kind, turn = body.turn
         yield f"position = {json.dumps(body.place)}"
-        if kind == TURN:
-            yield f"{kind} = {json.dumps(turn)}"
-        else:  # by their axes, whatever order a person writes below
+        if kind == ANGLES:  # by their axes, whatever order a person writes below
             angles = ", ".join(f"{axis} = {json.dumps(column)}" for axis, column in zip("xyz", turn, strict=True))
             yield f"{kind} = {{{angles}}}"
             unknown.append("the order of the angles (order)")
             yield '# order = "XYZ"   # the order of turning; capital letters turn about axes of the body'
             yield '# angle_unit = "deg"   # deg or rad'
+        else:
+            yield f"{kind} = {json.dumps(turn)}"
+        if len(posed) == 1 and (valid := head.named(VALID)):
+            yield f"valid = {json.dumps(valid[0])}"
     if not posed:
         unknown.append("which columns are a pose")
         yield from ("", "# [bodies.cup]", '# position = ["...", "...", "..."]')
@@ -244,7 +249,7 @@ def _lines(source: Path, head: _Head, unknown: list[str]) -> Iterator[str]:
 
 
 def _clock(head: _Head, unknown: list[str]) -> Iterator[str]:
-    column = next((name for name in head.columns if _has_word(name, TIME)), "")
+    column = next(iter(head.named(TIME)), "")
     if not column:
         unknown.append("the rate (rate_hz), because there is no clock")
         yield "# rate_hz = 90   # rows a second; the file has no column of time"
@@ -267,10 +272,6 @@ def _clock(head: _Head, unknown: list[str]) -> Iterator[str]:
     yield f'unit = "{unit}"' if unit else '# unit = "s"   # s, ms, us, ns or ticks (.NET)'
     if values and values[0] < 0:
         yield f"offset = {-values[0]!r}   # in that unit: no stamp of a session lies before 0"
-
-
-def _has_word(column: str, known: frozenset[str]) -> bool:
-    return not known.isdisjoint(word.lower() for word in _words(column)[0])
 
 
 def text_format(cell: str) -> str | None:

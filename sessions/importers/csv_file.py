@@ -12,7 +12,7 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_draft import draft_of, has_header
-from sessions.importers.csv_mapping import KINDS, OTHER, PRESETS, UNITY, VALUE, CsvMapping, PoseColumns, read_mapping
+from sessions.importers.csv_mapping import KINDS, OTHER, UNITY, VALUE, CsvMapping, PoseColumns, read_mapping
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.finish import side_of
 from sessions.importers.pose_table import Rows, SourceFrame, Stamps, Stream, imported
@@ -36,7 +36,7 @@ def read_csv(
 
     Parameters
     ----------
-    mapping : a mapping file or ``CsvMapping``; ``None``: that of ``PRESETS`` whose columns are there.
+    mapping : a mapping file or ``CsvMapping``; ``None``: that of the README's Unity script.
     convention : a name in ``CONVENTIONS``; wins over the mapping's.
 
     Raises ``ImportFileError``: names file, line and column.
@@ -48,8 +48,9 @@ def read_csv(
     else:
         if not has_header(source):
             raise draft_of(source)
-        table = CsvTable(source)
-        plan = _preset(table)
+        table, plan = CsvTable(source), UNITY
+        if not {*table.columns} >= {plan.time, plan.kind, plan.name}:
+            raise draft_of(source)
     if not (convention or plan.convention):
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
     axes = convention_named(convention or plan.convention)
@@ -72,17 +73,6 @@ def _check_columns(table: CsvTable, plan: CsvMapping) -> None:
     if len(missing) > 1 and len(table.columns) > 1:
         named = ", ".join(map(repr, missing))
         raise ImportFileError(f"{table.source}: no columns {named}; there are: {', '.join(table.columns)}")
-
-
-def _preset(table: CsvTable) -> CsvMapping:
-    """The mapping of a preset that fits the columns of a table."""
-    columns = {*table.columns}
-    for plan in PRESETS:
-        if plan.body is not None and columns >= {plan.time, plan.name, *plan.body.numbers}:
-            return plan if plan.body.valid in columns else replace(plan, body=replace(plan.body, valid=""))
-    if not columns >= {UNITY.time, UNITY.kind, UNITY.name}:
-        raise draft_of(table.source)
-    return UNITY
 
 
 class _CsvLog:

@@ -6,7 +6,7 @@ triggers and collisions.
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -115,24 +115,7 @@ UNITY: Final = CsvMapping(
 
 
 ROW_MAJOR: Final = tuple(f"m{row}{column}" for row in range(3) for column in range(4))
-_OPENVR: Final = CsvMapping(
-    time="time",
-    unit="s",
-    convention="openvr",
-    name="device",
-    body=PoseColumns(ROW_MAJOR[3::4], tuple(name for name in ROW_MAJOR if name[2] != "3"), "matrix", valid="valid"),
-)
-PRESETS: Final = (
-    UNITY,
-    _OPENVR,
-    replace(_OPENVR, body=PoseColumns(("x", "y", "z"), ("r_x", "r_y", "r_z", "r_w"), valid="valid")),
-)
-"""Built-in mappings, of which the first whose columns are there is taken.
-
-OpenVR: a row per device and time, with ``mDeviceToAbsoluteTracking`` as the columns m00 to m23 and
-``bPoseIsValid`` as ``valid``, or with the columns that triad_openvr samples. Source: OpenVR SDK, openvr.h
-(HmdMatrix34_t).
-"""
+"""Names that KITTI's files leave out and logs of OpenVR have (HmdMatrix34_t of its openvr.h)."""
 
 
 @contextmanager

@@ -10,6 +10,7 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.mesh_data import MeshData
 from sessions.model.event import Event, LiveContact
+from sessions.model.frames import Status
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
 from sessions.scene_files.scene_meshes import scene_meshes, with_colliders
@@ -54,10 +55,11 @@ def finished(
         without this every mesh is turned by 180 degrees about Y).
     stand_ins : whether headset and controllers get a mesh where none is given at all.
 
-    Raises ``ImportFileError``: a mesh for a body that is not there, an unknown ``mesh_axes``.
+    Raises ``ImportFileError``: no pose that is not lost, a mesh for a body that is not there, an unknown ``mesh_axes``.
     """
     from sessions.meshes.mesh_files import load_mesh
 
+    _check_poses(session, source)
     if mesh_axes not in MESH_AXES:
         raise ImportFileError(f"no mesh_axes {mesh_axes!r}; there are: {', '.join(MESH_AXES)}")
     declared = scene or session.scene
@@ -84,6 +86,17 @@ def finished(
         live_contacts=tuple(sorted(session.live_contacts, key=_by_time)),
     )
     return with_colliders(complete, scene_folder)
+
+
+def _check_poses(session: Session, source: Path) -> None:
+    """Refuse a recording without a pose, or with none that is not lost."""
+    status = session.frames.status
+    if (status == Status.ABSENT).all():
+        raise ImportFileError(f"{source}: there is no pose in it; check that this is the recording")
+    if np.isin(status, (Status.ABSENT, Status.LOST)).all():
+        conversions = session.facts.get("conversions", "").split("; ")
+        why = "; ".join(words for words in conversions if "lost" in words) or "the source flags them"
+        raise ImportFileError(f"{source}: every pose in it is lost ({why}); record it again, or choose other columns")
 
 
 def _by_time(happening: Event | LiveContact) -> int:

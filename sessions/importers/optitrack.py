@@ -9,12 +9,10 @@ import csv
 from pathlib import Path
 from typing import Final
 
-import numpy as np
-
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import CsvLayout, PoseColumns
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
-from sessions.importers.pose_table import SourceFrame, Stamps, imported
+from sessions.importers.pose_table import SourceFrame, imported
 from sessions.meshes.conventions import convention as convention_named
 from sessions.model.session import Session
 
@@ -22,7 +20,6 @@ LENGTHS: Final = ("meters", "centimeters", "millimeters", "inches", "feet")
 BODIES: Final = ("Rigid Body", "Bone")
 AXES: Final = "gltf"
 HEAD_LINES: Final = 12  # The lines that name columns are among these; Motive writes 7 or 8
-MILLISECOND: Final = 1_000_000
 FIRST, TIMES = "Format Version", ("Time (Seconds)", "Time")
 
 
@@ -49,33 +46,17 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
             f"{source}: line 1: poses are in space {space!r}; export them with Coordinate Space Global"
         )
     time = next((one for one in table.columns[:3] if one.endswith(TIMES)), TIMES[0])
-    stamps, finer = _unrounded(table.stamps(time, "s"), table, facts)
+    stamps = table.stamps(time, "s")
     tables = {name: table.poses(columns, stamps) for name, columns in _bodies(table, euler).items()}
     notes = ["the last line may be cut short: its poses are flagged as lost"] if table.cut_short else []
     assumed = [
         "" if "Length Units" in facts else "lengths in m",
         "" if convention else "axes of Motive (right-handed, +Y up)",
-        finer,
         "" if euler == "Quaternion" else f"Euler angles {euler} in degrees about own axes",
     ]
     clock = f"seconds since the take began ({facts.get('Capture Start Time', 'no date in the file')})"
     frame = SourceFrame(convention_named(convention or AXES), unit.lower(), clock, assumed=tuple(filter(None, assumed)))
     return imported(tables, frame, notes)
-
-
-def _unrounded(stamps: Stamps, table: CsvTable, facts: dict[str, str]) -> tuple[Stamps, str]:
-    """Stamps (n,) by frame number where Motive cut the times to whole milliseconds, and what was assumed, or ``""``."""
-    try:
-        rate = float(facts.get("Export Frame Rate", facts.get("Capture Frame Rate", "")))
-    except ValueError:
-        return stamps, ""
-    frames = table.numbers([table.columns[0]])[:, 0]
-    if not (len(stamps) and rate > 0 and np.isfinite(frames).all() and not (stamps % MILLISECOND).any()):
-        return stamps, ""
-    exact = stamps[0] + np.rint((frames - frames[0]) * (1e9 / rate)).astype(np.int64)
-    if (np.abs(exact - stamps) >= MILLISECOND).any() or np.array_equal(exact, stamps):
-        return stamps, ""
-    return exact, f"times by frame number at {rate:g} Hz, as those of the file are cut to 1 ms"
 
 
 def _preamble(source: Path) -> tuple[dict[str, str], int, int]:

@@ -109,20 +109,6 @@ def test_an_unknown_format_is_answered_with_those_there_are(tmp_path, capsys):
     assert "aframe, csv" in capsys.readouterr().err
 
 
-def test_several_sources_of_one_clock_become_one_session(tmp_path, capsys):
-    first = aframe(tmp_path / "a.json")
-    second = tmp_path / "b.json"
-    second.write_text(first.read_text().replace('"left"', '"cup"').replace('"right"', '"plate"'))
-    out = tmp_path / "s.mcap"
-    assert main(["import", "aframe", str(first), str(second), "-o", str(out)]) == 0
-    assert "20 frames of left, right, cup, plate" in capsys.readouterr().err
-    assert (
-        main(["import", "contacts", str(first), str(second), "--session", str(out), "-o", str(tmp_path / "c.mcap")])
-        == 2
-    )
-    assert "contacts come from one file; name one SOURCE" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("reported", [True, False])
 def test_after_a_csv_with_an_engines_reports_comes_their_audit(tmp_path, capsys, reported):
     rows = ["kind,time,body,px,py,pz,qx,qy,qz,qw,tracked,other,value", "pose,0,Cup,0,0,0,0,0,0,1,1,,"]

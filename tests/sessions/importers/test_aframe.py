@@ -44,7 +44,7 @@ def press(stamp, button, name="buttondown"):
     return {"name": name, "detail": {"id": button}, "timestamp": stamp}
 
 
-def test_presses_of_a_vive_wand_become_its_trigger_and_buttons(tmp_path):
+def test_presses_of_a_vive_wand_become_its_trigger(tmp_path):
     happened = [
         press(5, 1), press(6, 2), press(6, 1, "buttonup"), press(7, 2, "buttonup"), press(8, 99),
         {**press(8, 9), "detail": 3},
@@ -53,10 +53,7 @@ def test_presses_of_a_vive_wand_become_its_trigger_and_buttons(tmp_path):
     session = import_session("aframe", written(tmp_path, {"leftHand": wand, "camera": {"poses": [pose(1)]}}))
     assert list(session.hands) == ["student/left"]
     hand = session.hands["student/left"]
-    assert hand.times_ns.tolist() == [5_000_000, 6_000_000, 7_000_000]
-    assert hand.buttons == ("trackpad", "trigger", "grip", "menu")
-    assert hand.trigger.tolist() == [1.0, 0.0, 0.0]
-    assert hand.pressed[:, 2].tolist() == [False, True, False]
+    assert (hand.times_ns.tolist(), hand.trigger.tolist()) == ([5_000_000, 6_000_000], [1.0, 0.0])
 
 
 def test_repeated_stamps_are_dropped_and_missing_numbers_flagged_and_both_are_said(tmp_path):

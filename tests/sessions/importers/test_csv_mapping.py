@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from support.shared_data import DATA, needs_data
-from support.true_poses import has_poses
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -10,13 +9,14 @@ from sessions.importers import import_session
 
 def test_empty_cells_are_lost_short_rows_are_counted_and_a_bad_cell_is_named_with_its_line(tmp_path):
     path = tmp_path / "t.csv"
-    lines = ["time,device,x,y,z,r_x,r_y,r_z,r_w", "0,cup,1,2,3,0,0,0,1", "", "1,cup", "2,cup,1,nan, 3 ,0,0,0,1"]
+    head = "kind,time,body,px,py,pz,qx,qy,qz,qw,tracked"
+    lines = [head, "pose,0,cup,1,2,3,0,0,0,1,1", "", "pose,1,cup", "pose,2,cup,1,nan, 3 ,0,0,0,1,1"]
     path.write_text("\n".join([*lines, ""]))
     session = import_session("csv", path)
-    assert session.tracks["cup"].valid.tolist() == [True, False] and session.tracks["cup"].positions[1, 2] == 3
+    assert session.tracks["cup"].valid.tolist() == [True, False] and session.tracks["cup"].positions[1, 2] == -3
     assert "1 rows left out" in session.facts["conversions"]
-    path.write_text("\n".join([*lines, "3,cup,1,2,x,0,0,0,1", ""]))
-    with pytest.raises(ImportFileError, match="line 6, column 'z': 'x' is no number"):
+    path.write_text("\n".join([*lines, "pose,3,cup,1,2,x,0,0,0,1,1", ""]))
+    with pytest.raises(ImportFileError, match="line 6, column 'pz': 'x' is no number"):
         import_session("csv", path)
 
 
@@ -63,34 +63,6 @@ def test_matrices_row_by_row_become_quaternions_and_what_is_no_rotation_is_lost(
     assert np.flatnonzero(~track.valid).tolist() == [3, 5, 20]
     got = Rotation.from_quat(track.quaternions_xyzw[track.valid]).as_matrix()
     assert np.abs(got - turns[track.valid[:20]]).max() < 1e-9
-
-
-TURNS, PLACES = Rotation.random(4, random_state=1), np.random.default_rng(1).normal(size=(4, 3))
-
-
-def openvr_rows(kind):
-    """A log of two devices, as matrices of OpenVR or as triad_openvr samples them."""
-    if kind == "matrix":
-        yield "time,device," + ",".join(f"m{row}{column}" for row in range(3) for column in range(4)) + ",valid"
-    else:
-        yield "time,device,x,y,z,yaw,pitch,roll,r_w,r_x,r_y,r_z"
-    for k in range(4):
-        x, y, z, w = TURNS[k].as_quat()
-        matrix = np.column_stack([TURNS[k].as_matrix(), PLACES[k]]).reshape(-1)
-        cells = [*matrix, 1] if kind == "matrix" else [*PLACES[k], 0, 0, 0, w, x, y, z]
-        yield f"{k / 90!r},LHR-{k % 2}," + ",".join(str(float(one)) for one in cells)
-
-
-@pytest.mark.parametrize("kind", ["matrix", "triad"])
-def test_a_log_of_openvr_needs_no_mapping(tmp_path, kind):
-    path = tmp_path / "log.csv"
-    path.write_text("\n".join([*openvr_rows(kind), ""]))
-    session = import_session("csv", path)
-    assert session.names == ("LHR-0", "LHR-1") and session.facts["source_convention"] == "openvr"
-    for device in (0, 1):
-        rows = [device, device + 2]
-        stamps = [round(k / 90 * 1e9) for k in rows]
-        assert has_poses(session.tracks[f"LHR-{device}"], PLACES[rows], TURNS[rows], stamps=stamps)
 
 
 BARE = """

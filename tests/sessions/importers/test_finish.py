@@ -46,7 +46,7 @@ def test_given_meshes_win_over_the_scene_and_stand_ins_come_where_there_is_none_
 def test_a_recording_whose_every_pose_is_lost_is_refused_with_the_reason(tmp_path):
     log = tmp_path / "log.csv"
     rows = [f"{0.1 * row},cup,0,0,0,0,0,0,0" for row in range(5)]
-    log.write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw,kind", *(f"{row},pose" for row in rows), ""]))
+    log.write_text("\n".join(["time,body,px,py,pz,qx,qy,qz,qw,kind,tracked", *(f"{row},pose,1" for row in rows), ""]))
     with pytest.raises(ImportFileError, match=r"every pose in it is lost \(cup: 5 rows .*no unit quaternion"):
         import_session("csv", log)
     log.write_text(log.read_text().replace("0,0,0,0,0,0,0,pose", "0,0,0,0,0,0,1,pose", 1))
@@ -89,9 +89,9 @@ def test_an_importer_of_another_package_is_a_row_like_any_other(outside, tmp_pat
 
 def test_an_importer_that_cannot_be_loaded_is_one_sentence_and_hides_no_built_in(outside, tmp_path):
     (tmp_path / "x").touch()
-    with pytest.raises(ImportFileError, match=r"importer 'broken' \(sessions.importers.absent:read\) cannot be loaded"):
+    with pytest.raises(ImportFileError, match=r"importer 'broken' failed .ModuleNotFoundError"):
         import_session("broken", tmp_path / "x")
     with pytest.raises(ImportFileError, match="does not exist or is no file"):
         import_session("csv", tmp_path / "none")
-    with pytest.raises(ImportFileError, match=r"importer 'falls' \(.*test_finish\) failed: KeyError: 'colour'; report"):
+    with pytest.raises(ImportFileError, match=r"importer 'falls' failed .KeyError: 'colour'.; repair or remove"):
         import_session("falls", tmp_path / "x")

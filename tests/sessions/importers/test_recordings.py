@@ -103,6 +103,15 @@ CASES = {
         ["datetime", *head("p{}", "xyz"), *head("q{}", VALUES)],
         [[stamp, *row] for stamp, row in zip(wall(""), rows_of(*G), strict=True)], ",", ("log",), np.round(TIME, 3), "",
     ),
+    "OpenVR, a matrix": (
+        ["time", "device", *(f"m{row}{column}" for row in range(3) for column in range(4)), "valid"],
+        [[TIME[k], "LHR-1", *np.column_stack([MATRIX[k], PLACE[0][k]]).ravel(), 1] for k in range(COUNT)],
+        ",", ("LHR-1",), TIME, "convention",
+    ),
+    "triad_openvr": (
+        ["time", *"xyz", "yaw", "pitch", "roll", *head("r_{}", "wxyz")],
+        rows_of(TIME, PLACE[0], PLACE[1], TURN[0][:, WXYZ]), ",", ("log",), TIME, "convention",
+    ),
     "a clock without a date": (
         ["Time", "Device", *"XYZ", *head("q{}", "WXYZ")],
         [[stamp.split("T")[1].rstrip("Z"), "H", *PLACE[0][k], *TURN[0][k][WXYZ]] for k, stamp in enumerate(wall(""))],
