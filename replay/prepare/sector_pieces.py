@@ -5,6 +5,8 @@ CoACD takes ten, and its pieces cover the whole solid. It cannot cut what is not
 """
 
 from collections.abc import Sequence
+from functools import cache
+from itertools import combinations
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -147,33 +149,30 @@ def _merged(pieces: list[TriangleMesh]) -> list[list[TriangleMesh]]:
 
     Least of their own volume: a thin ring closes the mouth of a beaker with little volume, and much of its own.
     """
-    current = dict(enumerate(pieces))
-    boxes = {number: _box(piece) for number, piece in current.items()}
-    joins: dict[tuple[int, int], tuple[float, TriangleMesh]] = {}
-    lists = [list(current.values())]  # the most pieces first
+    parts, current = [*pieces], [*range(len(pieces))]
+    lists = [pieces]  # the most pieces first
 
-    def weigh(a: int, b: int) -> None:
-        touching = bool((boxes[a][0] <= boxes[b][1] + 1e-4).all() and (boxes[b][0] <= boxes[a][1] + 1e-4).all())
-        joined = hull_of(np.concatenate([current[a].vertices, current[b].vertices])) if touching else None
-        if joined is not None:
-            apart = _volume(current[a]) + _volume(current[b])
-            joins[a, b] = (_volume(joined) - apart) / apart, joined
+    @cache
+    def join(a: int, b: int) -> tuple[float, TriangleMesh | None]:
+        """The share that the hull of two pieces adds, and that hull; of pieces apart there is none."""
+        (low, high), (other_low, other_high) = _box(parts[a]), _box(parts[b])
+        hull = None
+        if (low <= other_high + 1e-4).all() and (other_low <= high + 1e-4).all():
+            hull = hull_of(np.concatenate([parts[a].vertices, parts[b].vertices]))
+        if hull is None:
+            return np.inf, None
+        apart = _volume(parts[a]) + _volume(parts[b])
+        return (_volume(hull) - apart) / apart, hull
 
-    numbers = sorted(current)
-    for place, a in enumerate(numbers):
-        for b in numbers[place + 1 :]:
-            weigh(a, b)
-    fresh = len(numbers)
-    while len(current) > 1 and joins:
-        (a, b), (_, joined) = min(joins.items(), key=lambda item: item[1][0])
-        joins = {pair: cost for pair, cost in joins.items() if not {a, b} & set(pair)}
-        del current[a], current[b]
-        others = sorted(current)
-        current[fresh], boxes[fresh] = joined, _box(joined)
-        for other in others:
-            weigh(other, fresh)
-        fresh += 1
-        lists.append(list(current.values()))
+    while len(current) > 1:
+        # Of joins that add the same, the one that was there first.
+        best = min(combinations(current, 2), key=lambda pair: (join(*pair)[0], max(pair[1], len(pieces) - 1), pair))
+        hull = join(*best)[1]
+        if hull is None:
+            break
+        parts.append(hull)
+        current = [*(number for number in current if number not in best), len(parts) - 1]
+        lists.append([parts[number] for number in current])
     limited: dict[int, TriangleMesh] = {}
     kept = [some for some in reversed(lists) if len(some) in COUNTS or some is lists[0]]
     for piece in (piece for some in kept for piece in some):
