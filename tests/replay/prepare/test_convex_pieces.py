@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from support.shapes import box_mesh, revolved_mesh
 
-from cdcore import Body, Motion, TriangleMesh, create_detector
+from cdcore import Body, TriangleMesh
 from cdcore.bounding.hull import hull_of
-from cdcore.errors import InvalidSettingError, MissingEngineError
+from cdcore.errors import MissingEngineError
 from cdcore.narrow.containment.closed_parts import parity_is_inside
-from cdcore.protocol import counts_as_contact
 from replay.prepare import convex_pieces as pieces
-from replay.prepare.convex_pieces import convex_pieces, in_convex_pieces, solids_of, union_of
+from replay.prepare.convex_pieces import convex_pieces, in_convex_pieces, union_of
 
 RIM, INNER, OUTER, FLOOR = 0.1, 0.033, 0.035, 0.002
 PROFILE = [(0, 0), (OUTER, 0), (OUTER, RIM), (INNER, RIM), (INNER, FLOOR), (0, FLOOR)]
@@ -58,23 +57,6 @@ def volume(mesh):
     return float((np.cross(a, b) * c).sum()) / 6
 
 
-def test_shipped_colliders_are_asked_where_a_body_has_them_and_its_hull_elsewhere(engine):
-    staves = convex_pieces(BEAKER, 16)
-    beaker, rod = Body("beaker", BEAKER, solids_of(staves)), Body("rod", box_mesh((0.006, 0.006, 0.2), (0.0, 0.0, 0.1)))
-    places = np.zeros((3, 2, 3))
-    places[:, 1] = [(0, 0, 0.05), (0.031, 0, 0.05), (0.0, 0.0, 0.0015)]
-    motion = Motion(np.arange(3) / 90, places, np.broadcast_to(np.eye(3), (3, 2, 3, 3)))
-
-    def found(*bodies, shape="shipped"):
-        return counts_as_contact(create_detector("collider", bodies, shape=shape).detect(motion).verdict)[:, 0].tolist()
-
-    assert found(beaker, rod) == [False, True, True] == found(beaker, rod, shape="mesh")
-    assert found(Body("beaker", BEAKER), rod) == [True] * 3
-    # Of an open collider the surface is asked.
-    half = TriangleMesh(BEAKER.vertices, BEAKER.faces[: len(BEAKER.faces) // 2])
-    assert not half.is_closed and len(union_of((half, staves[0])).faces) == len(half.faces) + len(staves[0].faces)
-
-
 def test_how_long_cutting_takes_is_known_before_it_begins(engine, monkeypatch):
     monkeypatch.setattr(pieces, "find_spec", lambda name: True)
     assert pieces.seconds_to_cut([BEAKER, BEAKER, box_mesh()], 16) == 2 * pieces.CUT_SECONDS
@@ -88,6 +70,9 @@ def test_the_pieces_of_a_beaker_leave_its_hollow_free(engine):
     parts = convex_pieces(BEAKER, 16)
     assert len(parts) == 13 and all(part.is_closed and volume(part) > 0 for part in parts)
     whole = union_of(parts)
+    # What is open is laid beside the others as it is.
+    half = TriangleMesh(BEAKER.vertices, BEAKER.faces[: len(BEAKER.faces) // 2])
+    assert len(union_of((half, parts[0])).faces) == len(half.faces) + len(parts[0].faces)
     assert volume(whole) == pytest.approx(volume(BEAKER), rel=1e-9)
     assert whole.is_closed and parity_is_inside(whole)
 
@@ -109,11 +94,6 @@ def test_one_piece_is_the_hull_and_a_flat_mesh_is_its_own(monkeypatch):
     assert hull.content_hash == hull_of(BEAKER.vertices).content_hash
     flat = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     assert convex_pieces(flat, 16) == (flat,) and union_of((flat,)) is flat
-
-
-def test_a_compound_of_a_body_without_pieces_is_refused_by_its_name():
-    with pytest.raises(InvalidSettingError, match=r"shape='compound' .*beaker has no convex pieces"):
-        create_detector("collider", [Body("beaker", BEAKER)], shape="compound")
 
 
 def test_without_the_extra_a_compound_is_refused_in_a_sentence(monkeypatch):

@@ -13,6 +13,7 @@ def test_without_words_every_kind_is_met_with_its_default():
     policy = parse_policy()
     assert policy.as_json() == {kind: actions[0] for kind, actions in KINDS.items()}
     assert policy.rule("mesh-open").action == "keep"
+    assert parse_policy(["tracking-lost=hold"]).rule("tracking-lost").limit == LIMIT_S
 
 
 @pytest.mark.parametrize(
@@ -23,10 +24,6 @@ def test_words_and_mappings_change_what_they_name(words):
     assert policy.rule("frozen") == PolicyRule("interpolate", 0.2) and policy.rule("gap").action == "refuse"
     assert policy.rule("teleport").action == "keep"
     assert parse_policy(policy) is policy and parse_policy(policy.as_json()) == policy
-
-
-def test_a_limit_that_is_not_given_is_that_of_pose_filling():
-    assert parse_policy(["tracking-lost=hold"]).rule("tracking-lost").limit == LIMIT_S
 
 
 @pytest.mark.parametrize(

@@ -17,8 +17,9 @@ from support.mcap_samples import (
 from support.peak_memory import environment
 from support.reference_reader import read_frames_plainly
 
-from sessions import examine, read_session, write_session
+from sessions import ScalarTrack, examine, read_session, write_session
 from sessions.errors import SessionFileError, TornFileError
+from sessions.mcap_format import annotations
 from sessions.model.session import Session
 
 
@@ -53,6 +54,15 @@ def test_a_foreign_file_says_so_and_keeps_its_words(tmp_path):
     spec_file = write_foreign(tmp_path / "g.mcap", [(5, 6, log.SerializeToString())], topic="/log")
     with pytest.raises(SessionFileError, match="no poses"):
         read_session(spec_file)
+
+
+def test_a_stream_is_decoded_once_and_not_before_it_is_asked_for(tmp_path, monkeypatch):
+    heart, asked = ScalarTrack([1, 2], [70, 71]), []
+    write_session(session_of(random_frames(1), scalars={"heart": heart}), tmp_path / "s.mcap")
+    monkeypatch.setattr(annotations, "read_stream", lambda prefix, _: asked.append(prefix) or heart)
+    scalars = read_session(tmp_path / "s.mcap").scalars
+    assert [*scalars] == ["heart"] and "heart" in scalars and "pulse" not in scalars and asked == []
+    assert scalars["heart"] is scalars["heart"] is heart and asked == ["/scalars/"]
 
 
 def damaged(path, place, byte=None):

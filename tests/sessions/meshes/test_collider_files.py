@@ -1,10 +1,5 @@
 """Colliders as engines ship them: a node each, in the body's frame, kept in the session file."""
 
-import json
-import re
-import struct
-from pathlib import Path
-
 import numpy as np
 import pytest
 import trimesh
@@ -87,47 +82,6 @@ def test_a_scene_names_them_and_replaces_those_recorded(tmp_path):
     ]
     # `b` of the file is none that this scene declares, but it may be tracked.
     assert faults[0] == [] and faults[1][0].startswith("x.toml: [scene]: ") and "does not exist" in faults[1][0]
-
-
-GUIDE = (Path(__file__).resolve().parents[3] / "replay" / "guide" / "VrLabColliders.cs").read_text("utf-8")
-FILLED = r'(\w+)\.Add\(Invariant\(\$"((?:[^"\\]|\\.)*)"\)\);'
-
-
-def test_what_the_script_of_the_guide_writes_is_read(tmp_path):
-    """Every row of its JSON is filled as the script fills it, the bytes are laid out as it lays them out."""
-    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype="<f4")
-    faces = np.array([[0, 1, 2], [3, 2, 1], [4, 5, 6], [7, 6, 5]], dtype="<i4")
-    rows, data = {"nodes": [], "meshes": [], "accessors": [], "views": []}, b""
-    for number, (kind, name) in enumerate((("UBX", "Beaker (1)"), ("UTM", "Beaker (1)"), ("UCX", "lamp"))):
-        points = corners * [1, 1, -1] + [number, 0, 0]
-        first, start = 2 * number, len(data)
-        data += points.astype("<f4").tobytes()
-        middle = len(data)
-        data += faces[:, [0, 2, 1]].tobytes()
-        values = {
-            "start": start, "middle - start": middle - start, "middle": middle,
-            "data.Length - middle": len(data) - middle, "first": first,
-            "first + 1": first + 1, "points.Length": 8, "faces.Length": 12, "kind": kind, "name": name,
-            "number:D2": f"{number:02d}", "meshes.Count - 1": number,
-        }  # fmt: skip
-        for target, template in re.findall(FILLED, GUIDE):
-            text = template.replace('\\"', '"').replace("{{", "\0").replace("}}", "\1")
-            for hole, value in values.items():
-                text = text.replace(f"{{{hole}}}", str(value)).replace(f"{{{hole}\1}}", f"{value}\1")
-            rows[target].append(json.loads(text.replace("\0", "{").replace("\1", "}")))
-    assert [len(some) for some in rows.values()] == [3, 3, 6, 6]
-    tree = {"asset": {"version": "2.0"}, "nodes": rows["nodes"], "meshes": rows["meshes"],
-            "accessors": rows["accessors"], "bufferViews": rows["views"],
-            "buffers": [{"byteLength": len(data)}]}  # fmt: skip
-    text = json.dumps(tree).encode()
-    text += b" " * (-len(text) % 4)
-    head = struct.pack("<IIIII", 0x46546C67, 2, 28 + len(text) + len(data), len(text), 0x4E4F534A)
-    (tmp_path / "colliders.glb").write_bytes(head + text + struct.pack("<II", len(data), 0x004E4942) + data)
-    found, words = read_colliders(tmp_path / "colliders.glb", ["Beaker (1)", "lamp"])
-    assert words == "colliders of colliders.glb: Beaker (1) 2, lamp 1"
-    box, mesh = found["Beaker (1)"]
-    assert box.volume == pytest.approx(1.0) and box.bounds.tolist() == [[0, 0, -1], [1, 1, 0]]
-    assert mesh.faces.tolist() == faces[:, [0, 2, 1]].tolist() and mesh.bounds[0].tolist() == [1, 0, -1]
 
 
 @pytest.mark.parametrize(
