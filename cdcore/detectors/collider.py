@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import ClassVar, Final
+from typing import Final
 
 import numpy as np
 
@@ -67,18 +67,19 @@ class ColliderDetector(PairDetector[ColliderSettings]):
     Source: shapes as in ``cdcore.bounding.collider_shapes``. Cost: that of ``exact`` on small meshes; not an engine's.
     """
 
-    name: ClassVar[str] = "collider"
-    kind: ClassVar[str] = "re-creation"
-    online: ClassVar[bool] = True
-    Settings: ClassVar[type] = ColliderSettings
-    sources: ClassVar[tuple[str, ...]] = (
+    name = "collider"
+    kind = "re-creation"
+    online = True
+    stages = ("traversal", "containment")
+    Settings = ColliderSettings
+    sources = (
         "C. B. Barber, D. P. Dobkin, H. Huhdanpaa, The Quickhull algorithm for convex hulls, ACM Transactions on "
         "Mathematical Software 22(4), 1996",
         "X. Wei, M. Liu, Z. Ling, H. Su, Approximate convex decomposition for 3D meshes with collision-aware concavity "
         "and tree search, ACM Transactions on Graphics 41(4), 2022",
     )
-    choose_when: ClassVar[str] = "you want to know what the simple colliders of an engine invent and miss"
-    cannot: ClassVar[str] = "list faces: those of a collider are not the mesh's"
+    choose_when = "you want to know what the simple colliders of an engine invent and miss"
+    cannot = "list faces: those of a collider are not the mesh's"
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ColliderSettings) -> None:
         super().__init__(bodies, pairs, settings)
@@ -141,8 +142,7 @@ class ColliderDetector(PairDetector[ColliderSettings]):
         inside = self._containment.contained(motion, frames, columns)
         verdict[frames[inside], columns[inside]] = Verdict.CONTAINED
         clock.append(perf_counter())
-        seconds = dict(zip(("traversal", "containment"), np.diff(clock).tolist(), strict=True))
-        return verdict, answer.work | {"containment_tests": len(frames)}, seconds
+        return verdict, answer.work | {"containment_tests": len(frames)}, self._seconds(clock)
 
 
 def _solids_of(body: Body, shape: str) -> Solids:

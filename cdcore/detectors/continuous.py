@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import ClassVar, Final
+from typing import Final
 
 import numpy as np
 
@@ -64,14 +64,15 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
     which bounding spheres meet and no contact is known.
     """
 
-    name: ClassVar[str] = "continuous"
-    sources: ClassVar[tuple[str, ...]] = (
+    name = "continuous"
+    sources = (
         "S. Redon, A. Kheddar, S. Coquillart, Fast continuous collision detection between rigid bodies, Computer "
         "Graphics Forum 21(3), 2002",
     )
-    choose_when: ClassVar[str] = "hands move fast among thin glass, through which every look at frames can pass"
-    cannot: ClassVar[str] = "look across lost poses and gaps, or list faces"
-    Settings: ClassVar[type] = ContinuousSettings
+    choose_when = "hands move fast among thin glass, through which every look at frames can pass"
+    cannot = "look across lost poses and gaps, or list faces"
+    stages = ("frames", "between", "containment")
+    Settings = ContinuousSettings
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ContinuousSettings) -> None:
         super().__init__(bodies, pairs, settings)
@@ -109,7 +110,7 @@ class ContinuousDetector(PairDetector[ContinuousSettings]):
             covers="intervals",
             containment=self._containment.words,
             work=found.work,
-            seconds=dict(zip(("frames", "between", "containment"), np.diff(clock).tolist(), strict=True)),
+            seconds=self._seconds(clock),
             reasons={(t - first, p): why for (t, p), why in found.reasons.items()},
             toi={(t - first, p): toi for (t, p), toi in found.toi.items()},
         )

@@ -1,7 +1,6 @@
 """Rows that ask a real engine, which decides itself, at fixed steps; ``cdcore.engines`` puts the bodies into it."""
 
 from dataclasses import dataclass
-from typing import ClassVar
 
 from cdcore.engines import (
     BulletWorld,
@@ -36,15 +35,13 @@ class MujocoDetector(EngineDetector[MujocoSettings]):
     Source: ``mj_collision`` with MuJoCo's own settings. Needs the extra ``engines``, else a MissingEngineError.
     """
 
-    name: ClassVar[str] = "mujoco"
-    title: ClassVar[str] = "MuJoCo"
-    least_thickness: ClassVar[float] = 1e-5
-    Settings: ClassVar[type] = MujocoSettings
-    sources: ClassVar[tuple[str, ...]] = (
-        "E. Todorov, T. Erez, Y. Tassa, MuJoCo: a physics engine for model-based control, IROS 2012",
-    )
-    choose_when: ClassVar[str] = "you want the answer of a shipped engine, not of its re-creation"
-    cannot: ClassVar[str] = "see hollows, list faces, or tell distances below a micrometre"
+    name = "mujoco"
+    title = "MuJoCo"
+    least_thickness = 1e-5
+    Settings = MujocoSettings
+    sources = ("E. Todorov, T. Erez, Y. Tassa, MuJoCo: a physics engine for model-based control, IROS 2012",)
+    choose_when = "you want the answer of a shipped engine, not of its re-creation"
+    cannot = "see hollows, list faces, or tell distances below a micrometre"
 
     def _make_world(self, solids: list[EngineSolid]) -> MujocoWorld:
         return MujocoWorld(solids, self._columns, self.settings.margin_m)
@@ -71,15 +68,13 @@ class RapierDetector(EngineDetector[RapierSettings]):
     Source: ``NarrowPhase`` of rapier3d. Needs the extra ``engines``, else a MissingEngineError.
     """
 
-    name: ClassVar[str] = "rapier"
-    title: ClassVar[str] = "Rapier"
-    meshes_meet: ClassVar[bool] = True
-    Settings: ClassVar[type] = RapierSettings
-    sources: ClassVar[tuple[str, ...]] = ("Dimforge, Rapier 0.36, https://rapier.rs/docs: collision detection",)
-    choose_when: ClassVar[str] = "your engine is Rapier (Bevy, the web)"
-    cannot: ClassVar[str] = (
-        "list faces, or tell the distance between edges: it measures at corners, millimetres too far"
-    )
+    name = "rapier"
+    title = "Rapier"
+    meshes_meet = True
+    Settings = RapierSettings
+    sources = ("Dimforge, Rapier 0.36, https://rapier.rs/docs: collision detection",)
+    choose_when = "your engine is Rapier (Bevy, the web)"
+    cannot = "list faces, or tell the distance between edges: it measures at corners, millimetres too far"
 
     def _make_world(self, solids: list[EngineSolid]) -> RapierWorld:
         return RapierWorld(solids, self.settings.prediction_m)
@@ -108,14 +103,12 @@ class BulletDetector(EngineDetector[BulletSettings]):
     MissingEngineError.
     """
 
-    name: ClassVar[str] = "bullet"
-    title: ClassVar[str] = "Bullet"
-    Settings: ClassVar[type] = BulletSettings
-    sources: ClassVar[tuple[str, ...]] = (
-        "E. Coumans, Y. Bai, PyBullet, a Python module for physics simulation, http://pybullet.org, 2016-2021",
-    )
-    choose_when: ClassVar[str] = "your engine is Bullet (PyBullet, Godot 3, Panda3D)"
-    cannot: ClassVar[str] = "test two triangle meshes, list faces, or tell a gap from a touch within its margins"
+    name = "bullet"
+    title = "Bullet"
+    Settings = BulletSettings
+    sources = ("E. Coumans, Y. Bai, PyBullet, a Python module for physics simulation, http://pybullet.org, 2016-2021",)
+    choose_when = "your engine is Bullet (PyBullet, Godot 3, Panda3D)"
+    cannot = "test two triangle meshes, list faces, or tell a gap from a touch within its margins"
 
     def _make_world(self, solids: list[EngineSolid]) -> BulletWorld:
         return BulletWorld(solids, self.settings.margin_m)
@@ -144,14 +137,12 @@ class PhysxDetector(EngineDetector[PhysxSettings]):
     Source: contact reports of ovphysx. Needs the extra ``physx``, else a MissingEngineError.
     """
 
-    name: ClassVar[str] = "physx"
-    title: ClassVar[str] = "PhysX"
-    Settings: ClassVar[type] = PhysxSettings
-    sources: ClassVar[tuple[str, ...]] = (
-        "NVIDIA, PhysX 5 by way of ovphysx 0.7, https://nvidia-omniverse.github.io/PhysX/ovphysx/latest",
-    )
-    choose_when: ClassVar[str] = "your engine is Unity, Unreal 4 or Omniverse, which have PhysX inside"
-    cannot: ClassVar[str] = "test two triangle meshes, list faces, or be timed: handing over poses takes most of it"
+    name = "physx"
+    title = "PhysX"
+    Settings = PhysxSettings
+    sources = ("NVIDIA, PhysX 5 by way of ovphysx 0.7, https://nvidia-omniverse.github.io/PhysX/ovphysx/latest",)
+    choose_when = "your engine is Unity, Unreal 4 or Omniverse, which have PhysX inside"
+    cannot = "test two triangle meshes, list faces, or be timed: handing over poses takes most of it"
 
     def _make_world(self, solids: list[EngineSolid]) -> PhysxWorld:
         return PhysxWorld(solids, self.settings.contact_offset_m)

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import ClassVar
 
 from cdcore.broad.broad_looks import LivePairs
 from cdcore.broad.broad_phase import BroadPhase
@@ -42,18 +41,18 @@ class ExactDetector(PairDetector[ExactSettings]):
     microseconds a face pair.
     """
 
-    name: ClassVar[str] = "exact"
-    online: ClassVar[bool] = True
-    Settings: ClassVar[type] = ExactSettings
-    sources: ClassVar[tuple[str, ...]] = (
+    name = "exact"
+    online = True
+    Settings = ExactSettings
+    sources = (
         OBB_TREE,
         "J. R. Shewchuk, Adaptive precision floating-point arithmetic and fast robust geometric predicates, Discrete & "
         "Computational Geometry 18, 1997",
         "I. Wald, On fast construction of SAH-based bounding volume hierarchies, Symposium on Interactive Ray Tracing "
         "2007",
     )
-    choose_when: ClassVar[str] = "you need the truth, or the fastest answer over a whole recording"
-    cannot: ClassVar[str] = "see what happens between frames"
+    choose_when = "you need the truth, or the fastest answer over a whole recording"
+    cannot = "see what happens between frames"
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ExactSettings) -> None:
         super().__init__(bodies, pairs, settings)

@@ -3,9 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import ClassVar
-
-import numpy as np
 
 from cdcore.broad.broad_phase import BroadPhase
 from cdcore.narrow.image_space.overlap import MOST_PIXELS, NOTHING, Overlap, overlap_of_placed, turn_of_normals
@@ -32,16 +29,17 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
     Source: see ``sources``. Cost: all faces of both bodies, three times, in each pose whose boxes overlap.
     """
 
-    name: ClassVar[str] = "image-space"
-    Settings: ClassVar[type] = ImageSpaceSettings
-    sources: ClassVar[tuple[str, ...]] = (
+    name = "image-space"
+    stages = ("spheres", "images")
+    Settings = ImageSpaceSettings
+    sources = (
         "B. Heidelberger, M. Teschner, M. Gross, Real-time volumetric intersections of deforming objects, Vision, "
         "Modeling and Visualization 2003",
         "B. Heidelberger, M. Teschner, M. Gross, Detection of collisions and self-collisions using image-space "
         "techniques, WSCG 2004",
     )
-    choose_when: ClassVar[str] = "you compare with a method that samples solids in image space"
-    cannot: ClassVar[str] = "name faces, see overlaps between its rays, or speak of open meshes"
+    choose_when = "you compare with a method that samples solids in image space"
+    cannot = "name faces, see overlaps between its rays, or speak of open meshes"
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: ImageSpaceSettings) -> None:
         super().__init__(bodies, pairs, settings)
@@ -72,7 +70,7 @@ class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
             verdict,
             containment=("refused: depth images are sampled",) * len(self.pairs),
             work=work,
-            seconds=dict(zip(("spheres", "images"), np.diff(clock).tolist(), strict=True)),
+            seconds=self._seconds(clock),
             approximate=True,
             reasons=reasons,
         )

@@ -54,10 +54,10 @@ class MeshDetector(PairDetector[Any]):
     moved against each other by more than ``epsilon``; a row that has no such setting asks as if it were ``None``.
     """
 
-    kind: ClassVar[str] = "engine"
-    online: ClassVar[bool] = True
+    kind = "engine"
+    online = True
     stages: ClassVar[tuple[str, ...]] = ("spheres", "boxes", "meshes", "containment")
-    leaps: ClassVar[bool] = True
+    leaps = True
     """Whether its spheres leap over frames; False: as an engine at its step, which knows no path ahead."""
     counters: ClassVar[tuple[str, ...]]
     """Names of its counters; those of answers that are not new: ``reused`` in the meshes, ``held`` or ``cached``."""
@@ -133,7 +133,7 @@ class MeshDetector(PairDetector[Any]):
             face_sets=face_sets,
             containment=self._containment.words,
             work={name: work[name] for name in self.counters},
-            seconds=dict(zip(self.stages, np.diff(near.clock).tolist(), strict=True)),
+            seconds=self._seconds(near.clock),
             section_source=sections,
         )
 
@@ -211,13 +211,13 @@ class StaticDetector(MeshDetector):
     Source: the paper's row *static*, "suitable when objects are stationary and do not collide".
     """
 
-    name: ClassVar[str] = "static"
-    Settings: ClassVar[type] = StaticSettings
-    stages: ClassVar[tuple[str, ...]] = ("spheres", "meshes", "containment")
-    counters: ClassVar[tuple[str, ...]] = ("queries", "cached", "mesh_queries")
-    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, Fig. 5, static detection", FCL)
-    choose_when: ClassVar[str] = "things stand still most of the time"
-    cannot: ClassVar[str] = "be fast when everything moves"
+    name = "static"
+    Settings = StaticSettings
+    stages = ("spheres", "meshes", "containment")
+    counters = ("queries", "cached", "mesh_queries")
+    sources = (f"{PAPER}, Fig. 5, static detection", FCL)
+    choose_when = "things stand still most of the time"
+    cannot = "be fast when everything moves"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -243,15 +243,15 @@ class DiscreteDetector(MeshDetector):
     frame. ``work["held"]`` counts the pair-frames between looks.
     """
 
-    name: ClassVar[str] = "discrete"
-    Settings: ClassVar[type] = DiscreteSettings
-    leaps: ClassVar[bool] = False
-    counters: ClassVar[tuple[str, ...]] = (
+    name = "discrete"
+    Settings = DiscreteSettings
+    leaps = False
+    counters = (
         "sphere_tests", "box_tests", "mesh_queries", "containment_tests", "looks", "pair_looks", "held",
     )  # fmt: skip
-    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, Fig. 5, discrete detection", FCL)
-    choose_when: ClassVar[str] = "you want to know what an engine of that rate misses"
-    cannot: ClassVar[str] = "see what happens between its looks"
+    sources = (f"{PAPER}, Fig. 5, discrete detection", FCL)
+    choose_when = "you want to know what an engine of that rate misses"
+    cannot = "see what happens between its looks"
 
     def explain(self, motion: Motion, frame: int, pair: int, faces: IntArray) -> Explanation:
         """Say whether a frame was tested; where it was, spheres and boxes let every contact through."""
@@ -276,11 +276,11 @@ class HybridDetector(MeshDetector):
     Cost: spheres and boxes some ten nanoseconds a pair-frame, meshes some ten microseconds each.
     """
 
-    name: ClassVar[str] = "hybrid"
-    Settings: ClassVar[type] = HybridSettings
-    counters: ClassVar[tuple[str, ...]] = (
+    name = "hybrid"
+    Settings = HybridSettings
+    counters = (
         "sphere_tests", "skipped", "box_tests", "mesh_queries", "reused", "containment_tests", "face_pairs",
     )  # fmt: skip
-    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, section 4", FCL)
-    choose_when: ClassVar[str] = "you want contacts and faces of ordinary meshes from a widely used engine"
-    cannot: ClassVar[str] = "be exact on degenerate faces and resting ties"
+    sources = (f"{PAPER}, section 4", FCL)
+    choose_when = "you want contacts and faces of ordinary meshes from a widely used engine"
+    cannot = "be exact on degenerate faces and resting ties"

@@ -46,13 +46,13 @@ class QacoDetector(PairDetector[Any]):
     Cost: some 50 ns an evaluation; a pair in contact is found again in a few, one near but apart spends the budget.
     """
 
-    name: ClassVar[str] = "qaco"
-    kind: ClassVar[str] = "paper"
-    online: ClassVar[bool] = True
+    name = "qaco"
+    kind = "paper"
+    online = True
     Settings: ClassVar[type] = QacoSettings
     sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, equations (15) to (20)", *COLONY)
-    choose_when: ClassVar[str] = "you want to see what a sampled search costs and misses"
-    cannot: ClassVar[str] = "say CLEAR where spheres overlap, or promise to find a contact"
+    choose_when = "you want to see what a sampled search costs and misses"
+    cannot = "say CLEAR where spheres overlap, or promise to find a contact"
     stages: ClassVar[tuple[str, ...]] = ("spheres", "search")
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: Any) -> None:
@@ -93,7 +93,7 @@ class QacoDetector(PairDetector[Any]):
             face_sets=sets,
             containment=self._words,
             work=broad.work | found.work | work,
-            seconds=dict(zip(self.stages, np.diff(broad.clock).tolist(), strict=True)),
+            seconds=self._seconds(broad.clock),
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )
 
@@ -131,14 +131,12 @@ class HybridQacoDetector(QacoDetector):
     Source: sections 3 and 4 of the paper; the boxes are ours. ``work["mesh_queries"]`` is 0 with ``decide="search"``.
     """
 
-    name: ClassVar[str] = "hybrid-qaco"
-    Settings: ClassVar[type] = HybridQacoSettings
-    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, sections 3 and 4", *COLONY, FCL)
-    choose_when: ClassVar[str] = (
-        "you audit the paper's pipeline (what a run does unasked), or with `decide=mesh` want all contacts"
-    )
-    cannot: ClassVar[str] = "promise to find a contact with `decide=search`"
-    stages: ClassVar[tuple[str, ...]] = ("spheres", "boxes", "search", "meshes", "containment")
+    name = "hybrid-qaco"
+    Settings = HybridQacoSettings
+    sources = (f"{PAPER}, sections 3 and 4", *COLONY, FCL)
+    choose_when = "you audit the paper's pipeline (what a run does unasked), or with `decide=mesh` want all contacts"
+    cannot = "promise to find a contact with `decide=search`"
+    stages = ("spheres", "boxes", "search", "meshes", "containment")
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: HybridQacoSettings) -> None:
         super().__init__(bodies, pairs, settings)

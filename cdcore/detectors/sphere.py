@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import ClassVar
 
 from cdcore.bounding.bounding_sphere import SPHERES, sphere_in_mode
 from cdcore.broad.sphere_stage import SphereStage
@@ -28,13 +27,13 @@ class SphereDetector(PairDetector[SphereSettings]):
     none. Source: equation (21) and the padding of ``cdcore.broad.sphere_stage``.
     """
 
-    name: ClassVar[str] = "sphere"
-    kind: ClassVar[str] = "paper"
-    online: ClassVar[bool] = True
-    Settings: ClassVar[type] = SphereSettings
-    sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, equation (21)",)
-    choose_when: ClassVar[str] = "you want the cheapest answer that never misses"
-    cannot: ClassVar[str] = "confirm anything"
+    name = "sphere"
+    kind = "paper"
+    online = True
+    Settings = SphereSettings
+    sources = (f"{PAPER}, equation (21)",)
+    choose_when = "you want the cheapest answer that never misses"
+    cannot = "confirm anything"
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SphereSettings) -> None:
         super().__init__(bodies, pairs, settings)

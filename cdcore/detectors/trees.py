@@ -7,7 +7,7 @@ phase. Run to completion, none of them loses a face.
 from collections.abc import Sequence
 from functools import partial
 from time import perf_counter
-from typing import ClassVar, Final
+from typing import Final
 
 import numpy as np
 
@@ -30,9 +30,10 @@ AABB_TREE: Final = (
 class TreeDetector(PairDetector[TreeSettings]):
     """Searches two trees where bounding spheres overlap, or in every pair-frame."""
 
-    spheres_first: ClassVar[bool] = False
-    online: ClassVar[bool] = True
-    Settings: ClassVar[type] = TreeSettings
+    stages = ("broad", "traversal", "containment")
+    spheres_first = False
+    online = True
+    Settings = TreeSettings
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: TreeSettings) -> None:
         super().__init__(bodies, pairs, settings)
@@ -67,7 +68,7 @@ class TreeDetector(PairDetector[TreeSettings]):
             face_sets=FaceSets.from_shared(frames, columns, found.which, found.sets) if faces else None,
             containment=self._containment.words,
             work=near.work | found.work | {"containment_tests": asked},
-            seconds=dict(zip(("broad", "traversal", "containment"), np.diff(clock).tolist(), strict=True)),
+            seconds=self._seconds(clock),
             section_source=sections_of(self.bodies, self.pairs, motion) if faces else None,
         )
 
@@ -81,11 +82,11 @@ class AabbDetector(TreeDetector):
     Source: see ``sources``. Cost: spheres first, then the boxes that meet, some 30 nanoseconds each.
     """
 
-    name: ClassVar[str] = "aabb"
-    sources: ClassVar[tuple[str, ...]] = (AABB_TREE,)
-    choose_when: ClassVar[str] = "you want the simplest complete tree, to compare others with"
-    cannot: ClassVar[str] = "be as tight as `obb`: the box around a turned box is larger"
-    spheres_first: ClassVar[bool] = True
+    name = "aabb"
+    sources = (AABB_TREE,)
+    choose_when = "you want the simplest complete tree, to compare others with"
+    cannot = "be as tight as `obb`: the box around a turned box is larger"
+    spheres_first = True
 
 
 class ObbDetector(TreeDetector):
@@ -97,10 +98,10 @@ class ObbDetector(TreeDetector):
     Source: see ``sources``. Cost: a box test at the root some 0.1 microseconds a pair-frame, then what meets.
     """
 
-    name: ClassVar[str] = "obb"
-    sources: ClassVar[tuple[str, ...]] = (OBB_TREE,)
-    choose_when: ClassVar[str] = "you want a complete tree of rigid bodies whose work you can count or cut"
-    cannot: ClassVar[str] = "use what the frame before knew, as `exact` does"
+    name = "obb"
+    sources = (OBB_TREE,)
+    choose_when = "you want a complete tree of rigid bodies whose work you can count or cut"
+    cannot = "use what the frame before knew, as `exact` does"
 
 
 class RapidStyleDetector(TreeDetector):
@@ -112,11 +113,11 @@ class RapidStyleDetector(TreeDetector):
     Source: see ``sources``. Differs: the leaf test is exact where the library's rounds.
     """
 
-    name: ClassVar[str] = "rapid-style"
-    kind: ClassVar[str] = "re-creation"
-    sources: ClassVar[tuple[str, ...]] = (OBB_TREE,)
-    choose_when: ClassVar[str] = "you compare with RAPID: its descent, its counters, its first-contact mode"
-    cannot: ClassVar[str] = "speak for RAPID's own rounding: its leaf test here is exact"
+    name = "rapid-style"
+    kind = "re-creation"
+    sources = (OBB_TREE,)
+    choose_when = "you compare with RAPID: its descent, its counters, its first-contact mode"
+    cannot = "speak for RAPID's own rounding: its leaf test here is exact"
 
 
 class SolidStyleDetector(TreeDetector):
@@ -130,13 +131,13 @@ class SolidStyleDetector(TreeDetector):
     is decided exactly.
     """
 
-    name: ClassVar[str] = "solid-style"
-    kind: ClassVar[str] = "re-creation"
-    sources: ClassVar[tuple[str, ...]] = (
+    name = "solid-style"
+    kind = "re-creation"
+    sources = (
         AABB_TREE,
         "G. van den Bergen, A fast and robust GJK implementation for collision detection of convex objects, Journal of "
         "Graphics Tools 4(2), 1999",
     )
-    choose_when: ClassVar[str] = "you compare with SOLID: its descent, its counters, its cached axes"
-    cannot: ClassVar[str] = "speak for SOLID's own rounding: what GJK leaves open is decided exactly here"
-    spheres_first: ClassVar[bool] = True
+    choose_when = "you compare with SOLID: its descent, its counters, its cached axes"
+    cannot = "speak for SOLID's own rounding: what GJK leaves open is decided exactly here"
+    spheres_first = True

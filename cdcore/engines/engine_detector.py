@@ -69,13 +69,13 @@ class EngineDetector(PairDetector[SettingsT]):
     of their names, so that neither their order nor that of a pair changes an answer.
     """
 
-    kind: ClassVar[str] = "engine"
-    online: ClassVar[bool] = True
+    kind = "engine"
+    online = True
     title: ClassVar[str]
     """The engine's name in sentences."""
-    meshes_meet: ClassVar[bool] = False
+    meshes_meet = False
     """Whether the engine tests one triangle mesh against another."""
-    least_thickness: ClassVar[float] = 1e-4
+    least_thickness = 1e-4
     """Metres: engines refuse flat meshes, so one that is thinner than this gets this thickness."""
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: SettingsT) -> None:

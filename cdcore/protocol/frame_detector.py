@@ -6,7 +6,7 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any, ClassVar, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,9 +44,9 @@ class FrameDetector(PairDetector[Any]):
     'Nothing'
     """
 
-    name: ClassVar[str] = "frame"
-    online: ClassVar[bool] = True
-    Settings: ClassVar[type] = NoSettings
+    name = "frame"
+    online = True
+    Settings = NoSettings
 
     def __init_subclass__(cls) -> None:
         if "name" not in cls.__dict__:

@@ -4,6 +4,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Generic, TypeVar
 
+import numpy as np
+
 from cdcore.numerics import BoolArray, ByteArray, IntArray
 from cdcore.protocol.blocks import blocks_in_order, require_bodies
 from cdcore.protocol.body import Body
@@ -23,6 +25,12 @@ class PairDetector(ABC, Generic[SettingsT]):
 
     name: ClassVar[str]
     online: ClassVar[bool] = False
+    Settings: ClassVar[type]
+    sources: ClassVar[tuple[str, ...]]
+    choose_when: ClassVar[str]
+    cannot: ClassVar[str]
+    stages: ClassVar[tuple[str, ...]]
+    """Names of what is timed."""
     kind: ClassVar[str] = "own"
     """Whose answer it is: *own* method, *paper*, *re-creation* of an engine, or the *engine* itself."""
 
@@ -59,6 +67,10 @@ class PairDetector(ABC, Generic[SettingsT]):
     @abstractmethod
     def _run(self, motion: Motion, memory: Any, faces: bool) -> Detection:
         """Answer for one block, and bring the memory up to date."""
+
+    def _seconds(self, clock: list[float]) -> dict[str, float]:
+        """What each of ``stages`` took, from readings of the performance counter before and after each."""
+        return dict(zip(self.stages, np.diff(clock).tolist(), strict=True))
 
     def _detection(
         self,
