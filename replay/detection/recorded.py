@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Final
+from typing import ClassVar, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,9 +61,9 @@ class RecordedDetector(PairDetector[RecordedSettings]):
     would explain it. It lists no faces.
     """
 
-    name = RECORDED
-    online = False
-    Settings = RecordedSettings
+    name: ClassVar[str] = RECORDED
+    online: ClassVar[bool] = False
+    Settings: ClassVar[type] = RecordedSettings
 
     def __init__(
         self, bodies: Sequence[Body], pairs: NDArray[np.int64], settings: RecordedSettings,

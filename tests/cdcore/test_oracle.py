@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from oracles.brute_force import meeting_faces, placed
 from support.random_worlds import SHAPES, World, bodies_of, plate, random_world, rotation
+from support.shapes import unturned
 
 from cdcore import Motion, Verdict, create_detector, join
 from cdcore.protocol import detect_live
@@ -132,7 +133,7 @@ def test_small_bodies_on_a_long_way_through_each_other_meet_in_the_one_frame_the
     bodies = bodies_of([plate(None) / 512, plate(None) / 512])
     place = np.zeros((129, 2, 3))
     place[:, 0, 2] = (np.arange(129) - 64) / 1024
-    motion = Motion(np.arange(129), place, np.tile(np.eye(3), (129, 2, 1, 1)))
+    motion = unturned(place)
     detection = create_detector("exact", bodies, **PLAIN).detect(motion)
     assert np.flatnonzero(detection.verdict[:, 0] == Verdict.CONTACT).tolist() == [64]
     assert detection.work["skipped"] > 64
@@ -140,7 +141,7 @@ def test_small_bodies_on_a_long_way_through_each_other_meet_in_the_one_frame_the
 
 def test_bodies_at_rest_are_asked_once_and_keep_their_faces():
     bodies = bodies_of([plate(None), plate(None)])
-    motion = Motion(np.arange(500), np.zeros((500, 2, 3)), np.tile(np.eye(3), (500, 2, 1, 1)))
+    motion = unturned(np.zeros((500, 2, 3)))
     detection = create_detector("exact", bodies, **PLAIN).detect(motion, faces=True)
     assert detection.work["reused"] == 499 and detection.work["blocks"] == 1
     assert (detection.face_counts == detection.face_counts[0]).all() and detection.face_counts[0, 0] > 0
@@ -153,7 +154,7 @@ def test_a_list_of_faces_that_fills_at_the_last_of_a_pair_loses_none_of_them():
     place = np.zeros((frames + 1, 3, 3))
     place[:, :, 1] = np.arange(frames + 1)[:, None]
     place[-1, 0, 2], place[:, 2, 2] = 10.0, 20.0
-    motion = Motion(np.arange(frames + 1), place, np.tile(np.eye(3), (frames + 1, 3, 1, 1)))
+    motion = unturned(place)
     bodies = bodies_of([*soups, plate(None)])
     detection = create_detector("exact", bodies, **PLAIN).detect(motion, faces=True)
     assert np.array_equal(detection.faces(0, 0), meeting_faces(*soups))
@@ -165,7 +166,7 @@ def test_a_question_about_contact_of_coplanar_grids_needs_no_list_of_all_faces()
     bodies = bodies_of([plate(None, size=40), plate(None, size=40)])
     place = np.zeros((24, 2, 3))
     place[:, 0, 0] = np.arange(24) / 64
-    motion = Motion(np.arange(24), place, np.tile(np.eye(3), (24, 2, 1, 1)))
+    motion = unturned(place)
     detector = create_detector("exact", bodies, **PLAIN)
     detector.detect(motion.frames(0, 1))
     tracemalloc.start()

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 from support.rows import ROWS
-from support.shapes import lab, random_rotations
+from support.shapes import lab, random_rotations, unturned
 from support.shared_data import DATA, needs_data
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
@@ -287,7 +287,7 @@ def test_a_mesh_of_one_triangle_is_enough(name):
     triangle = TriangleMesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
     upright = TriangleMesh([[0.25, 0.25, -1], [0.25, 0.25, 1], [0.3, 0.9, 1]], [[0, 1, 2]])
     bodies = [Body("a", triangle), Body("b", upright)]
-    motion = Motion([0.0, 1.0], [[[0, 0, 0], [0, 0, 0]], [[0, 0, 0], [9, 9, 9]]], np.tile(np.eye(3), (2, 2, 1, 1)))
+    motion = unturned([[[0, 0, 0], [0, 0, 0]], [[0, 0, 0], [9, 9, 9]]])
     verdict = create_detector(name, bodies).detect(motion).verdict[:, 0]
     if create_detector(name, bodies).detect(motion).covers == "instants":
         assert counts_as_contact(verdict).tolist() in ([True, False], [False, False])

@@ -6,9 +6,9 @@ from typing import ClassVar
 import numpy as np
 import pytest
 from support.rows import ROWS
-from support.shapes import ball_mesh, box_mesh
+from support.shapes import ball_mesh, box_mesh, unturned
 
-from cdcore import Body, FrameDetector, Motion, create_detector
+from cdcore import Body, FrameDetector, create_detector
 from cdcore.detectors import load_detector
 from cdcore.errors import CollisionCoreError, InvalidSettingError
 from cdcore.protocol import Detection
@@ -40,7 +40,7 @@ def answer(name, **settings):
         return str(error)
     except CollisionCoreError:  # an engine that is not installed
         return None
-    return detector.detect(Motion(np.arange(3) / 90, places, np.tile(np.eye(3), (3, 2, 1, 1))))
+    return detector.detect(unturned(places))
 
 
 def assert_one_sentence(said, setting):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.motions import KINDS, motion_of
-from support.shapes import lab
+from support.shapes import lab, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 
@@ -77,7 +77,7 @@ def test_permuting_faces_permutes_the_face_pairs(kind):
 def test_splitting_each_face_in_four_at_dyadic_midpoints_keeps_the_verdicts(kind):
     """In poses that round nothing: quarter turns and shifts on a grid, where midpoints stay midpoints."""
     bodies, motion = scene(kind)
-    exact = Motion(motion.times, motion.translations, np.tile(np.eye(3), (FRAMES, 3, 1, 1)))
+    exact = unturned(motion.translations, motion.times)
 
     def four(one):
         t = one.mesh.triangles

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, lab, moved, random_rotations
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, lab, moved, random_rotations, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, intersecting_faces
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
@@ -41,7 +41,7 @@ def test_what_is_wholly_inside_is_contained_and_what_stands_in_a_cavity_is_not(n
 def test_a_ball_that_moves_in_through_the_wall_is_clear_then_contact_then_contained(name):
     places = np.zeros((41, 2, 3))
     places[:, 0, 0] = 1.0125 - 0.025 * np.arange(41)
-    motion = Motion(np.arange(41), places, np.tile(np.eye(3), (41, 2, 1, 1)))
+    motion = unturned(places)
     bodies = [Body("ball", ball_mesh(0.1)), Body("box", box_mesh())]
     verdict = create_detector(name, bodies).detect(motion).verdict[:, 0].tolist()
     # The wall is at .5 and the ball's extent along x is .1: contact from .6 to .4.

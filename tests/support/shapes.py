@@ -38,6 +38,13 @@ def nearest_rotation(matrix: np.ndarray) -> np.ndarray:
     return u @ vt
 
 
+def unturned(places, times=None, valid=None) -> Motion:
+    """Bodies that keep their rotation at ``places`` (T, N, 3), a frame a second unless ``times`` are given."""
+    places = np.asarray(places, dtype=float)
+    rotations = np.tile(np.eye(3), (*places.shape[:2], 1, 1))
+    return Motion(np.arange(len(places)) if times is None else times, places, rotations, valid)
+
+
 def still(bodies, places, frames=1) -> Motion:
     """Bodies that stand unrotated at ``places`` (N, 3) for some frames of 1/90 s."""
     places = np.asarray(places, dtype=float)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from support.shapes import random_rotations
+from support.shapes import random_rotations, unturned
 
-from cdcore import Motion, Verdict
+from cdcore import Verdict
 from cdcore.bounding.bounding_sphere import Sphere
 from cdcore.broad.sphere_stage import SphereStage, last_certain_frame, place_centres
 from cdcore.kernels.compiling import kernel
@@ -23,7 +23,7 @@ def test_skipping_changes_no_verdict_on_paths_that_graze_the_gap(offset):
     places = np.zeros((frames, 2, 3))
     places[:, 0, 0] = 2.0 + way + offset
     places[:, 1, 0] = offset
-    motion = Motion(np.arange(frames), places, np.tile(np.eye(3), (frames, 2, 1, 1)))
+    motion = unturned(places)
     balls = [Sphere(np.zeros(3), 1.0), Sphere(np.zeros(3), 1.0)]
     pair = np.array([[0, 1]])
     leaping = SphereStage(balls, pair).candidates(motion)
@@ -38,7 +38,7 @@ def test_a_jump_across_missing_poses_is_not_leapt_over():
     places[:10, 0, 0], places[20:, 0, 0] = 9.0, 0.5
     valid = np.ones((30, 2), dtype=bool)
     valid[10:20, 0] = False
-    motion = Motion(np.arange(30), places, np.tile(np.eye(3), (30, 2, 1, 1)), valid)
+    motion = unturned(places, valid=valid)
     verdict = SphereStage([Sphere(np.zeros(3), 1.0)] * 2, np.array([[0, 1]])).candidates(motion).verdict[:, 0]
     assert verdict.tolist() == [Verdict.CLEAR] * 10 + [Verdict.NO_POSE] * 10 + [Verdict.CANDIDATE] * 10
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from support.shapes import ball_mesh, box_mesh, lab, revolved_mesh
+from support.shapes import ball_mesh, box_mesh, lab, revolved_mesh, unturned
 
 from cdcore import Body, Motion, Verdict, create_detector, join
 from cdcore.protocol import counts_as_contact, detect_live
@@ -13,7 +13,7 @@ BODIES = [Body("ball", ball_mesh(0.5)), Body("box", box_mesh())]
 def along(xs, times):
     places = np.zeros((len(xs), 2, 3))
     places[:, 0, 0] = xs
-    return Motion(times, places, np.tile(np.eye(3), (len(xs), 2, 1, 1)))
+    return unturned(places, times)
 
 
 def asked_at(frames, times, rate, block=None):
@@ -137,7 +137,7 @@ def test_bodies_are_in_contact_from_the_sum_of_both_skins_on(shape):
     gaps = np.array([-0.001, 0.0005, 0.0019, 0.0021, 0.004, 0.0019])
     places = np.zeros((len(gaps), 2, 3))
     places[:, 0, 0] = gaps + 0.06
-    motion = Motion(np.arange(len(gaps)) / 90, places, np.tile(np.eye(3), (len(gaps), 2, 1, 1)))
+    motion = unturned(places, np.arange(len(gaps)) / 90)
     for names in (("cube", "wall"), ("wall", "cube")):
         bare, skinned = (
             create_detector("collider", [cube, wall], pairs=[names], shape=shape, skin_m=skin) for skin in (0.0, 0.001)

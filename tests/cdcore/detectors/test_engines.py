@@ -7,7 +7,7 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 from support.hull_gaps import hulls_at
-from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, rod_mesh, still
+from support.shapes import ball_mesh, beaker_mesh, box_mesh, lab, rod_mesh, still, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.detectors import ENGINE_MODULE
@@ -38,7 +38,7 @@ REACH = {
 
 def cube_above_plate(gaps):
     places = [[[0.01, 0.02, 0.06 + gap], [0, 0, 0]] for gap in gaps]
-    motion = Motion(np.arange(len(gaps)), places, np.tile(np.eye(3), (len(gaps), 2, 1, 1)))
+    motion = unturned(places)
     return [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("plate", box_mesh((1, 1, 0.02)))], motion
 
 
@@ -131,7 +131,7 @@ def test_two_meshes_that_the_engine_cannot_test_are_not_supported_and_never_clea
 @pytest.mark.skipif(find_spec("rapier3d") is None, reason="rapier3d is an extra")
 def test_rapier_tests_two_meshes():
     bodies = [Body("a", beaker_mesh()), Body("b", beaker_mesh())]
-    motion = Motion([0, 1], [[[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0.03, 0, 0]]], np.tile(np.eye(3), (2, 2, 1, 1)))
+    motion = unturned([[[0, 0, 0], [9, 0, 0]], [[0, 0, 0], [0.03, 0, 0]]])
     assert in_contact("rapier", bodies, motion, shape="mesh").tolist() == [False, True]
 
 
@@ -139,7 +139,7 @@ def test_rapier_tests_two_meshes():
 def test_a_sheet_is_a_body_and_one_larger_than_float32_can_tell_is_refused_by_name(name):
     sheet = TriangleMesh(box_mesh((0.3, 0.3, 1.0)).vertices * [1, 1, 0], box_mesh().faces)
     bodies = [Body("cube", box_mesh((0.1, 0.1, 0.1))), Body("sheet", sheet)]
-    motion = Motion([0, 1], [[[0, 0, 0.049], [0, 0, 0]], [[0, 0, 1], [0, 0, 0]]], np.tile(np.eye(3), (2, 2, 1, 1)))
+    motion = unturned([[[0, 0, 0.049], [0, 0, 0]], [[0, 0, 1], [0, 0, 0]]])
     assert in_contact(name, bodies, motion).tolist() == [True, False]
     with pytest.raises(InvalidMeshError, match="slab"):
         create_detector(name, [Body("slab", TriangleMesh(box_mesh().vertices * 1e100, box_mesh().faces))])

@@ -2,7 +2,7 @@
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from support.shapes import ball_mesh, box_mesh
+from support.shapes import ball_mesh, box_mesh, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
 from cdcore.protocol import detect_live
@@ -26,7 +26,7 @@ def test_a_small_closed_body_inside_a_large_one_is_contained():
 def test_a_body_that_bounding_boxes_keep_apart_is_not_asked_about_and_live_answers_are_the_same():
     bodies, places = [Body("in", ball_mesh(0.1)), Body("out", box_mesh())], np.zeros((300, 2, 3))
     places[:, 0, 0] = np.linspace(0.0, 3.0, 300)
-    motion = Motion(np.arange(300), places, np.tile(np.eye(3), (300, 2, 1, 1)))
+    motion = unturned(places)
     detector = create_detector("exact", bodies)
     found = detector.detect(motion)
     assert detect_live(detector, motion).digest == found.digest
@@ -103,7 +103,7 @@ def test_within_epsilon_a_verdict_is_at_most_that_far_off():
 def test_asked_live_ties_and_sizes_beyond_the_kernels_are_decided_as_in_the_whole_motion():
     places = np.zeros((4, 2, 3))
     places[:, 1] = [[0, 0, 1], [1, 1, 1], [0.5, 0, 1 + 2.0**-50], [1e80, 0, 0]]
-    motion = Motion(np.arange(4), places, np.tile(np.eye(3), (4, 2, 1, 1)))
+    motion = unturned(places)
     detector = create_detector("exact", [Body("a", box_mesh()), Body("b", box_mesh())])
     whole = detector.detect(motion).verdict
     assert whole[:, 0].tolist() == [Verdict.CONTACT, Verdict.CONTACT, Verdict.CLEAR, Verdict.CLEAR]

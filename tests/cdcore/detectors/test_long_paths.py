@@ -7,9 +7,9 @@ from functools import cache
 
 import numpy as np
 import pytest
-from support.shapes import box_mesh
+from support.shapes import box_mesh, unturned
 
-from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector, join
+from cdcore import Body, TriangleMesh, Verdict, create_detector, join
 from cdcore.protocol import detect_live
 
 NEEDLES = 8
@@ -45,7 +45,7 @@ def scene(places, step, handle):
     translations[: len(places), 1:, 0] = way[0] + rng.uniform(0.0, 1.0, NEEDLES)
     translations[len(places) :, 1:, 0] = way
     translations[:, 1:, 1] = 2.0 * (np.arange(NEEDLES) - NEEDLES / 2) + 0.3
-    motion = Motion(np.arange(frames) / 90.0, translations, np.tile(np.eye(3), (frames, 1 + NEEDLES, 1, 1)))
+    motion = unturned(translations, np.arange(frames) / 90.0)
     x, plate_x = translations[:, 1:, 0], translations[:, :1, 0]
     pairs = np.stack([np.zeros(NEEDLES, dtype=np.int64), 1 + np.arange(NEEDLES)], axis=1)
     return bodies, pairs, motion, (x - 0.5 <= plate_x) & (plate_x <= x + 0.5)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.search_scenes import ball_of
-from support.shapes import box_mesh, lab
+from support.shapes import box_mesh, lab, unturned
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.protocol import Explains
@@ -93,7 +93,7 @@ def approach(frames=60):
     place = np.zeros((frames, 2, 3))
     place[:, 0, 0] = np.linspace(2.3, 1.7, frames)
     place[:, 0, 1] = 0.1
-    return Motion(np.arange(frames) / 90, place, np.tile(np.eye(3), (frames, 2, 1, 1)))
+    return unturned(place)
 
 
 def everywhere(motion):
