@@ -9,11 +9,16 @@ import numpy as np
 from sessions.geometry.rotations import IDENTITY, Array
 from sessions.glassware.catalogue import made_instrument
 from sessions.glassware.instrument import Cavity
-from sessions.model.scene import Pose, Scene, SceneBody
+from sessions.model.scene import Pose, Scene, SceneBody, SceneEffect
 from sessions.scene_files.scene_toml import parse_scene, scene_to_toml
 from sessions.synthetic.paths import Point, Quaternion
 
 BENCH_TOP = 0.9
+SIDES = ("left", "right")
+EVENT_WORDS = {
+    "grasp": "takes {}", "release": "lets go of {}", "drop": "drops {}", "break": "breaks {}",
+    "end_point": "sees the end point in {}",
+}  # fmt: skip
 
 # Things stand this far above what carries them. Glass exactly on a bench is contact in every frame (and where it is
 # turned, an engine's rounding decides), which would drown the contacts somebody looks for; from 0.1 mm on every
@@ -88,6 +93,47 @@ class Instruments:
             tags=tuple(dict.fromkeys((*instrument.tags, *item.tags))),
             extra=extra,
         )
+
+
+@dataclass(frozen=True)
+class Declaration:
+    """What stands on the bench of a session, what is done there, which effects its scene calls for."""
+
+    name: str
+    remarks: tuple[str, ...]
+    bodies: Mapping[str, Placed]
+    """Instruments by body name, without bench, hands and headset where there are ``grips``."""
+    tasks: Sequence[Mapping[str, Any]]
+    """What is done: each has a ``name``, a ``stage`` where a stage of learning begins with it, and ``steps``, which
+    ``do`` what a method of `Lab`, or of the `Script` of one side, or a function of `steps` or `bench_bumps` does with
+    the step's other keys."""
+    effects: tuple[SceneEffect, ...]
+    """Of the scene, in the words of the catalogue of effects."""
+    grips: tuple[float, ...] = ()
+    """Radii of what the left and the right hand hold."""
+    travel: float = 1.25
+    """Height at which hands cross the bench."""
+    lever: float = 0.25
+    """How far from its origin the surface of a hand, or of what it holds, may be."""
+    seconds: float = 0.0
+    """Length where the steps say when things are done (then a task tells ``from`` when ``to`` when it lasts); 0: as
+    long as the procedure takes."""
+    words: Mapping[str, str] = field(default_factory=lambda: EVENT_WORDS)
+    """What the program logs of a fact of this kind."""
+    version: int = 1
+    """Of the choreography: another one has other poses for the same seed."""
+
+    def layout(self, faces: int) -> Instruments:
+        """The instruments, with bench, hands and headset where there are ``grips``."""
+        if not self.grips:
+            return Instruments(self.bodies, faces)
+        hands = {
+            f"hand-{side}": Placed(f"hand_{side}", (x, 1.12, 0.30), options={"grip_radius": grip})
+            for side, x, grip in zip(SIDES, (-0.22, 0.22), self.grips, strict=True)
+        }
+        headset = Placed("proxy_headset", faces=max(600, faces // 2))
+        bench = Placed("bench", faces=500, moves=False)
+        return Instruments({"bench": bench, **self.bodies, **hands, "headset": headset}, faces)
 
 
 def with_text(scene: Scene, remarks: Sequence[str]) -> Scene:

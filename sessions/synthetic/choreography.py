@@ -44,11 +44,15 @@ class Script:
     """
 
     def __init__(self, position: ArrayLike, quaternion: ArrayLike = IDENTITY, *, pace: float = 1.0) -> None:
-        self.now = 0.0
         self.pace = pace
         self._keys = [Key(0.0, point(position), quaternion_of(quaternion))]
         self.overlays: list[Overlay] = []
         self.quiet: list[Interval] = []
+
+    @property
+    def now(self) -> float:
+        """When it has come so far."""
+        return self._keys[-1].time
 
     @property
     def position(self) -> Point:
@@ -67,7 +71,7 @@ class Script:
     def wait_until(self, time: float) -> None:
         """Rest until a time; one that has passed changes nothing."""
         if time > self.now:
-            self._append(time, self.position, self.quaternion)
+            self._keys.append(Key(time, self.position, self.quaternion))
 
     def go(
         self,
@@ -84,7 +88,7 @@ class Script:
             way = float(np.linalg.norm(np.asarray(goal) - np.asarray(self.position))) + 2.0 * abs(arc)
             seconds = self.pace * max(SHORTEST_REACH_S, way / REACH_SPEED)
         turn = self.quaternion if quaternion is None else quaternion_of(quaternion)
-        self._append(self.now + seconds, goal, turn, ease, arc)
+        self._keys.append(Key(self.now + seconds, goal, turn, ease, arc))
 
     def over(self, position: ArrayLike, height: float, *, quaternion: ArrayLike | None = None) -> None:
         """Go up to a height, across, and down, so that nothing lower than ``height`` is in the way."""
@@ -96,56 +100,36 @@ class Script:
         if y < height:
             self.go((x, y, z))
 
-    def tap(self, centre: float, period: float, direction: Sequence[float], amplitude: float) -> Tap:
-        """Knock along a direction, farthest at ``centre``; before, the body rests where it is.
+    def tap(self, tap: Tap) -> None:
+        """Knock; before, the body rests where it is.
 
         ValueError where the knock would begin before the script has come this far.
         """
-        start = centre - period / 2.0
-        if start < self.now:
-            raise ValueError(f"a knock from {start} s begins before {self.now} s; plant it later")
-        tap = Tap(start, period, point(direction), amplitude)
+        if tap.start < self.now:
+            raise ValueError(f"a knock from {tap.start} s begins before {self.now} s; plant it later")
         self.overlays.append(tap)
-        self.quiet.append((start, start + period))
-        self.wait_until(start + period)
-        return tap
+        self.quiet.append((tap.start, tap.start + tap.period))
+        self.wait_until(tap.start + tap.period)
 
-    def path(self, tremor: np.random.Generator | None = None) -> KeyPath:
+    def path(self, tremor: np.random.Generator) -> KeyPath:
         """The path so far, with tremor outside the windows that must be quiet."""
-        shake = [Tremor(tremor, TREMOR_M, self.quiet)] if tremor is not None else []
-        return KeyPath(self._keys, [*self.overlays, *shake])
-
-    def _append(
-        self, time: float, position: Point, quaternion: Quaternion, ease: str = "minimum-jerk", arc: float = 0.0
-    ) -> None:
-        self._keys.append(Key(time, position, quaternion, ease, arc))
-        self.now = time
+        return KeyPath(self._keys, [*self.overlays, Tremor(tremor, TREMOR_M, self.quiet)])
 
 
-class Buttons:
-    """Presses of the trigger by side; the grip follows the trigger at 0.9 of its way, as a closing hand does."""
+def controllers(presses: Mapping[str, Sequence[Interval]], stamps_ns: NDArray[np.int64]) -> Mapping[str, HandTrack]:
+    """What the controllers report at the stamps; the first stamp is the zero of all times.
 
-    def __init__(self) -> None:
-        self._presses: dict[str, list[tuple[float, float]]] = {"left": [], "right": []}
-
-    def hold(self, side: str, start: float, end: float) -> None:
-        """The trigger passes `GRASP_LEVEL` at ``start`` and falls below `RELEASE_LEVEL` at ``end`` (seconds)."""
-        self._presses[side].append((start, end))
-
-    def trigger(self, side: str, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """How far the trigger is pressed at these times, 0 to 1."""
-        value = np.zeros_like(times)
-        for start, end in self._presses[side]:
+    ``presses``, by side: the trigger passes `GRASP_LEVEL` at the start of each and falls below `RELEASE_LEVEL` at its
+    end. The grip follows the trigger at 0.9 of its way, as a closing hand does.
+    """
+    times = (stamps_ns - stamps_ns[0]) * 1e-9
+    hands = {}
+    for side, spans in presses.items():
+        pressed = np.zeros_like(times)
+        for start, end in spans:
             down = minimum_jerk((times - start) / PRESS_S + minimum_jerk_inverse(GRASP_LEVEL))
             up = minimum_jerk((end - times) / PRESS_S + minimum_jerk_inverse(RELEASE_LEVEL))
-            value = np.maximum(value, np.minimum(down, up))
-        return value
-
-    def tracks(self, stamps_ns: NDArray[np.int64]) -> Mapping[str, HandTrack]:
-        """What both controllers report at the stamps; the first stamp is the zero of all times here."""
-        times = (stamps_ns - stamps_ns[0]) * 1e-9
-        hands = {}
-        for side in self._presses:
-            trigger = np.round(self.trigger(side, times) * 255.0) / 255.0
-            hands[f"{PARTICIPANT}/{side}"] = HandTrack(stamps_ns, trigger, np.round(trigger * 0.9, 6))
-        return hands
+            pressed = np.maximum(pressed, np.minimum(down, up))
+        trigger = np.round(pressed * 255.0) / 255.0
+        hands[f"{PARTICIPANT}/{side}"] = HandTrack(stamps_ns, trigger, np.round(trigger * 0.9, 6))
+    return hands

@@ -48,16 +48,6 @@ def knock(share_of_time: ArrayLike) -> Array:
     return np.sin(np.pi * u) ** 2
 
 
-def knock_interval(share_of_way: float) -> tuple[float, float] | None:
-    """Shares of time between which a knock is at least this far out; ``None`` where it never is."""
-    if share_of_way > 1.0:
-        return None
-    if share_of_way <= 0.0:
-        return 0.0, 1.0
-    start = math.asin(math.sqrt(share_of_way)) / math.pi
-    return start, 1.0 - start
-
-
 @dataclass(frozen=True)
 class Key:
     """A pose (metres, xyzw) at a time (seconds), and how it is reached from the key before."""
@@ -74,13 +64,13 @@ class Key:
 class KeyPath:
     """Poses at keys, blended between them, held before the first and after the last; overlays are added.
 
-    ValueError for keys that are not in order of time.
+    ValueError for fewer than two keys, or keys that are not in order of time.
     """
 
     def __init__(self, keys: Sequence[Key], overlays: Sequence[Overlay] = ()) -> None:
         self.keys, self.overlays = tuple(keys), tuple(overlays)
         self._time = np.array([key.time for key in keys])
-        if not len(keys) or (np.diff(self._time) <= 0.0).any():
+        if len(keys) < 2 or (np.diff(self._time) <= 0.0).any():
             raise ValueError(f"keys at {self._time.tolist()} s do not follow each other; sort them and drop repeats")
         self._position = np.array([key.position for key in keys], dtype=np.float64)
         self._quaternion = np.array([key.quaternion for key in keys], dtype=np.float64)
@@ -89,17 +79,6 @@ class KeyPath:
 
     def __call__(self, times: Array) -> Poses:
         """Poses at these times."""
-        if len(self.keys) == 1:
-            shape = np.shape(times)
-            position = np.broadcast_to(self._position[0], (*shape, 3)).copy()
-            quaternion = np.broadcast_to(self._quaternion[0], (*shape, 4)).copy()
-        else:
-            position, quaternion = self._between(times)
-        for overlay in self.overlays:
-            position = position + overlay(times)
-        return position, quaternion
-
-    def _between(self, times: Array) -> Poses:
         after = np.clip(np.searchsorted(self._time, times, side="right"), 1, len(self.keys) - 1)
         before = after - 1
         share = np.clip((times - self._time[before]) / (self._time[after] - self._time[before]), 0.0, 1.0)
@@ -107,6 +86,8 @@ class KeyPath:
         step = self._position[after] - self._position[before]
         position = self._position[before] + eased[..., None] * step
         position[..., 1] += 16.0 * eased**2 * (1.0 - eased) ** 2 * self._arc[after]
+        for overlay in self.overlays:
+            position = position + overlay(times)
         return position, slerp(self._quaternion[before], self._quaternion[after], eased)
 
 
@@ -149,12 +130,15 @@ class Dent:
 
     def intervals(self, tap: Tap, level: float) -> list[tuple[float, float]]:
         """When the tapping body is at most ``level`` short of contact."""
-        share = knock_interval((self.apart - level) / self.amplitude)
-        return [] if share is None else [(tap.start + share[0] * tap.period, tap.start + share[1] * tap.period)]
+        out = (self.apart - level) / self.amplitude
+        if out > 1.0:
+            return []
+        share = math.asin(math.sqrt(max(0.0, out))) / math.pi
+        return [(tap.start + share * tap.period, tap.start + (1.0 - share) * tap.period)]
 
-    def tap(self, deepest: float) -> Tap:
-        """The tap of a radius, farthest out at the time ``deepest``."""
-        return Tap(deepest - self.period / 2.0, self.period, (0.0, 0.0, 0.0), self.amplitude)
+    def tap(self, deepest: float, direction: Point = (0.0, 0.0, 0.0)) -> Tap:
+        """The tap along a direction, or of a radius, farthest out at the time ``deepest``."""
+        return Tap(deepest - self.period / 2.0, self.period, direction, self.amplitude)
 
 
 @dataclass(frozen=True)
@@ -216,7 +200,8 @@ class Tremor:
 
 def still(position: ArrayLike, quaternion: ArrayLike = IDENTITY) -> KeyPath:
     """A body that never moves."""
-    return KeyPath([Key(0.0, point(position), quaternion_of(quaternion))])
+    place, turn = point(position), quaternion_of(quaternion)
+    return KeyPath([Key(0.0, place, turn), Key(1.0, place, turn)])
 
 
 def point(values: ArrayLike) -> Point:

@@ -73,8 +73,7 @@ def inscribed_radius(points: Array) -> float:
         return 0.0
     step = np.roll(hull, -1, axis=0) - hull
     length = np.linalg.norm(step, axis=1)
-    keep = length > 0.0
-    distance = (hull[:, 0] * step[:, 1] - hull[:, 1] * step[:, 0])[keep] / length[keep]
+    distance = (hull[:, 0] * step[:, 1] - hull[:, 1] * step[:, 0]) / length
     return max(0.0, float(distance.min()))
 
 
@@ -147,11 +146,8 @@ def _foremost(sections: list[tuple[Array, Array]], forward: Array, right: Array)
     near = max(bounds) - FOREMOST_BAND_M
     chosen = [pair for pair, bound in zip(sections, bounds, strict=True) if bound >= near]
     touching = [(points, inscribed_radius(outline)) for points, outline in chosen]
-    best, aside = -np.inf, 0.0
-    for points, radius in touching:
-        ahead = points @ forward + radius
-        if ahead.max() > best:
-            best, aside = float(ahead.max()), -float(points[ahead.argmax()] @ right)
+    points, radius = max(touching, key=lambda pair: float((pair[0] @ forward + pair[1]).max()))
+    aside = -float(points[(points @ forward + radius).argmax()] @ right)
     sure = -np.inf
     for points, radius in touching:
         across = points @ right + aside
@@ -165,7 +161,7 @@ def _farthest(points: Array, outline: Array, forward: Array) -> float:
     """No distance at which these two sections touch is greater."""
     if not len(points) or not len(outline):
         return -np.inf
-    return float((points @ forward).max() + np.hypot(outline[:, 0], outline[:, 2]).max())
+    return float((points @ forward).max() + _radii(outline).max())
 
 
 class _Posed:
@@ -173,28 +169,25 @@ class _Posed:
 
     def __init__(self, vertices: Array, faces: NDArray[np.int64]) -> None:
         self._vertices = vertices
-        pairs = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
-        edges = np.unique(pairs[:, 0] * len(vertices) + pairs[:, 1])
-        ends: Array = vertices[np.stack([edges // len(vertices), edges % len(vertices)], axis=1)]
-        rising = ends[ends[:, 0, 1] != ends[:, 1, 1]]
-        self._starts, self._ways = rising[:, 0], rising[:, 1] - rising[:, 0]
-        self._lowest, self._highest = rising[:, :, 1].min(axis=1), rising[:, :, 1].max(axis=1)
-        self._corners: Array = vertices[faces]
+        following = np.roll(faces, -1, axis=1)
+        self._starts: Array = vertices[faces]  # edges of faces: start and way, (f, 3, 3)
+        self._ways: Array = vertices[following] - self._starts
+        heights = np.stack([self._starts[..., 1], vertices[following, 1]])
+        self._lowest, self._highest = heights.min(axis=0), heights.max(axis=0)
+        self._once = (faces < following) & (self._ways[..., 1] != 0.0)  # of a closed mesh: each edge once
         self.low, self.high = float(vertices[:, 1].min()), float(vertices[:, 1].max())
 
     def section(self, height: float) -> Array:
-        crossing = np.flatnonzero((self._lowest <= height) & (self._highest >= height))
-        start, way = self._starts[crossing], self._ways[crossing]
-        return start + ((height - start[:, 1]) / way[:, 1])[:, None] * way
+        """Points (k, 3) in which edges cross or touch a level plane."""
+        return self._crossed(height, self._once & (self._lowest <= height) & (self._highest >= height))
 
     def cuts(self, height: float) -> Array:
         """Segments (k, 2, 3) in which faces cross a level plane that goes through none of their corners."""
-        start, end = self._corners, np.roll(self._corners, -1, axis=1)
-        crossing = (start[..., 1] < height) != (end[..., 1] < height)
-        cut = crossing.any(axis=1)
-        rise = np.where(crossing, end[..., 1] - start[..., 1], 1.0)
-        points = start + ((height - start[..., 1]) / rise)[..., None] * (end - start)
-        return points[cut][crossing[cut]].reshape(-1, 2, 3)
+        return self._crossed(height, (self._lowest < height) & (self._highest >= height)).reshape(-1, 2, 3)
+
+    def _crossed(self, height: float, edges: NDArray[np.bool_]) -> Array:
+        start, way = self._starts[edges], self._ways[edges]
+        return start + ((height - start[:, 1]) / way[:, 1])[:, None] * way
 
     def reach(self, direction: Array, sections: tuple[Array, Array], heights: tuple[float, float]) -> float:
         """Farthest the surface between two level planes extends along a direction (-inf where there is none)."""

@@ -87,7 +87,8 @@ def bump(
     for kind, dent in zip(kinds, dents, strict=True):
         script.go(meets.place(at, dent.apart) + grip, 0.6)
         script.wait(0.15)
-        tap = script.tap(_centre(lab, script.now, dent), dent.period, meets.direction, dent.amplitude)
+        tap = dent.tap(_centre(lab, script.now, dent), meets.direction)
+        script.tap(tap)
         lab.tapped(mover, target, dent, tap, meets.slack, _note(kind == "brief", f"{mover} raps {target}"))
         _secure(lab, side, tap.start, tap.start + tap.period)
         script.wait(float(lab.rng.uniform(0.4, 0.9)))
@@ -124,7 +125,7 @@ def carry_cylinder(lab: Lab) -> None:
     _secure(lab, "left", held_from - 1.0, script.now)
     riding = Held("hand-left", point(CYLINDER_IN_HAND))
     lab.things["cylinder"] += [(grasped, riding), (released, Standing(point(CYLINDER_GOAL)))]
-    lab.buttons.hold("left", grasped, released)
+    lab.presses["left"].append((grasped, released))
     for kind, time in (("grasp", grasped), ("release", released)):
         lab.fact(kind, time, time, bodies, hand="left")
 

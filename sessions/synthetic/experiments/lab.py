@@ -4,7 +4,7 @@ A `Lab` has a method for each step of a procedure. It turns steps into paths of 
 things, and keeps the truth: facts on the recorded clock, tasks, stages and features as intervals.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -13,19 +13,17 @@ from numpy.typing import ArrayLike
 
 from sessions.geometry.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated
 from sessions.model.event import Interval
-from sessions.model.scene import SceneEffect
 from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
-from sessions.synthetic.bench import BENCH_TOP, Instruments, Placed
-from sessions.synthetic.choreography import Buttons, Script
+from sessions.synthetic.bench import BENCH_TOP, SIDES, Declaration
+from sessions.synthetic.choreography import Script
 from sessions.synthetic.paths import Dent, KeyPath, Path, Point, Quaternion, Tap, point, quaternion_of, relative
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.sections import Approach, approach
 from sessions.synthetic.things import Falling, Held, PosesAt, Standing
-from sessions.synthetic.truth import Fact, Level, PlantedEpisode, levelled, ordered
+from sessions.synthetic.truth import Fact, Level, Pair, PlantedEpisode, levelled, ordered
 from sessions.synthetic.truth import Interval as Span
 
-SIDES = ("left", "right")
 UP = np.array([0.0, 1.0, 0.0])
 AWAY = (0.0, 0.0, -1.0)
 
@@ -39,48 +37,35 @@ LANDS_BELOW = 0.0005
 
 
 class Lab:
-    """The bench, the hands and the record of one session; hands cross the bench at least ``travel`` metres high.
+    """The bench, the hands and the record of one session of what was ``declared``."""
 
-    ``timed``: moments and pace are those of the steps, not of the seed. ``lever``: how far from its origin, in metres,
-    the surface of a hand or of what it holds may be.
-    """
-
-    def __init__(
-        self,
-        name: str,
-        layout: Instruments,
-        how: Recording,
-        *,
-        travel: float,
-        effects: Sequence[SceneEffect],
-        timed: bool,
-        lever: float,
-    ) -> None:
-        self.name, self.layout, self.how, self.travel, self.effects = name, layout, how, travel, effects
-        self.rng = random_stream(how.seed, name) if timed else random_stream(how.seed, "procedure", name)
-        pace = 1.0 if timed else float(self.rng.uniform(0.9, 1.15))
-        self.hands = {side: Script(layout.placed[f"hand-{side}"].position, pace=pace) for side in SIDES}
+    def __init__(self, declared: Declaration, how: Recording, faces: int) -> None:
+        self.name, self.how, self.travel, self.effects = declared.name, how, declared.travel, declared.effects
+        self.layout = declared.layout(faces)
+        purpose = () if declared.seconds else ("procedure",)
+        self.rng = random_stream(how.seed, *purpose, declared.name)
+        pace = 1.0 if declared.seconds else float(self.rng.uniform(0.9, 1.15))
+        self.hands = {side: Script(self.layout.at(f"hand-{side}"), pace=pace) for side in SIDES}
         self.late = how.latency_s  # seconds from a motion to the stamp it is recorded at
-        self.noise_m = how.tracker.margin(lever, 1) if how.tracker else 0.0
-        self.episodes: list[PlantedEpisode] = []
+        self.noise_m = how.tracker.margin(declared.lever, 1) if how.tracker else 0.0
+        self._contacts: list[tuple[Pair, Level, float, float, str]] = []
         self.facts: list[Fact] = []
-        self.buttons = Buttons()
+        self.presses: dict[str, list[Span]] = {side: [] for side in SIDES}
         self.keep: dict[str, list[Span]] = {f"hand-{side}": [] for side in SIDES}
-        self.things: dict[str, list[tuple[float, PosesAt]]] = {}  # phases: begin, and where the thing is from then on
-        self.where: dict[str, tuple[Point, Quaternion]] = {}
         self.held: dict[str, str] = {}
         self.intervals: list[Interval] = []
         self.attention: list[tuple[float, Point]] = [(0.0, (0.0, 1.0, 0.0))]
         self.gaze: KeyPath | None = None  # of the headset, where it does not follow ``attention``
         self.stages: list[tuple[float, str]] = []
         self.joints: dict[str, Path] = {}  # parts that move on what they belong to, on the recorded clock
-        self._since: dict[str, float] = {}
-        liquids = {body: item.properties.get("liquid", {}) for body, item in layout.placed.items()}
-        self.volumes: dict[str, float] = {body: held.get("volume_ml", 0.0) for body, held in liquids.items()}
-        for body, item in layout.placed.items():
+        self.volumes: dict[str, float] = {}
+        self.where: dict[str, tuple[Point, Quaternion]] = {}
+        self.things: dict[str, list[tuple[float, PosesAt]]] = {}  # phases: begin, and where the thing is from then on
+        for body, item in self.layout.placed.items():
+            self.volumes[body] = item.properties.get("liquid", {}).get("volume_ml", 0.0)
             self.where[body] = (item.position, item.quaternion)
-            if item.moves and item.instrument.split("_")[0] not in ("hand", "proxy"):
-                self._settle(body, 0.0, item.position, item.quaternion)
+            if item.moves and not item.instrument.startswith(("hand", "proxy")):
+                self.things[body] = [(0.0, Standing(item.position, item.quaternion))]
 
     def fact(self, kind: str, start: float, end: float, bodies: Iterable[str], **values: float | str) -> None:
         """Write down a fact; times are those of the recording."""
@@ -88,9 +73,15 @@ class Lab:
 
     def contact(self, a: str, b: str, level: Level, *, blur: float = 0.0, late: float = 0.0, note: str = "") -> None:
         """Write down the contacts of two bodies; ``blur`` in metres beside rounding, ``late`` in seconds."""
-        clock = (late, self.how.seconds)
-        found = levelled(ordered(a, b), "contact", level, 10.0 * ROUNDING_M + blur, 0.0, clock)
-        self.episodes += [replace(episode, note=note) for episode in found]
+        self._contacts.append((ordered(a, b), level, 10.0 * ROUNDING_M + blur, late, note))
+
+    def episodes(self, seconds: float) -> list[PlantedEpisode]:
+        """The contacts of a session that lasts so long, in the order they were written down."""
+        return [
+            replace(episode, note=note)
+            for pair, level, blur, late, note in self._contacts
+            for episode in levelled(pair, "contact", level, blur, 0.0, (late, seconds))
+        ]
 
     def tapped(self, a: str, b: str, dent: Dent, tap: Tap, slack: float, note: str) -> None:
         """Write down the contact of a tap; ``slack`` in metres is what the bounds of first contact leave open."""
@@ -149,7 +140,7 @@ class Lab:
         moment = script.now + self.late
         self.things[thing].append((moment, Held(f"hand-{side}", point(offset), quaternion_of(own))))
         self.where[thing] = (point(lifted), quaternion)
-        self.held[side], self._since[side] = thing, moment
+        self.held[side] = thing
         self.fact("grasp", moment, moment, (thing, f"hand-{side}"))
         script.wait(0.25)
 
@@ -180,9 +171,10 @@ class Lab:
         self.carry(side, goal + 0.05 * UP, high=high)
         self.carry(side, goal + SNAP * UP, 0.7)
         thing = self.held[side]
-        position, quaternion = self.where[thing]
+        lifted, quaternion = self.where[thing]
         self.hands[side].wait(0.25)
-        self._settle(thing, self._let_go(side), point(np.asarray(position) - SNAP * UP), quaternion)
+        self.where[thing] = (point(np.asarray(lifted) - SNAP * UP), quaternion)
+        self.things[thing].append((self._let_go(side), Standing(*self.where[thing])))
         self.hands[side].wait(0.25)
 
     def put_back(self, side: str, high: float | None = None, by: float = 0.12, *, rest: bool = False) -> None:
@@ -216,7 +208,7 @@ class Lab:
         self.fact("drop", moment, impact, (thing,), height_m=y - BENCH_TOP, impact_speed_m_s=speed)
         if speed > threshold_speed:
             self.fact("break", impact, impact, (thing,), speed_m_s=speed, threshold_m_s=threshold_speed)
-        self.contact("bench", thing, lambda level: [(fall.time_at(BENCH_TOP + level), self.how.seconds)])
+        self.contact("bench", thing, lambda level: [(fall.time_at(BENCH_TOP + level), np.inf)])
         self.where[thing] = ((x, fall.floor, z), self.where[thing][1])
         self.hands[side].wait(impact - moment + 0.8)
 
@@ -264,8 +256,8 @@ class Lab:
     def _let_go(self, side: str) -> float:
         thing = self.held.pop(side)
         moment = self.hands[side].now + self.late
-        start = self._since.pop(side)
-        self.buttons.hold(side, start, moment)
+        start = self.last("grasp", thing).start
+        self.presses[side].append((start, moment))
         self.fact("release", moment, moment, (thing, f"hand-{side}"))
         self.fact("hold", start, moment, (thing, f"hand-{side}"))
         self.keep[f"hand-{side}"].append((start - 0.5, moment + 0.3))
@@ -277,20 +269,3 @@ class Lab:
         assert isinstance(held, Held)
         turn = quaternion_product(quaternion, quaternion_inverse(held.turn))
         return np.asarray(position, dtype=np.float64) - rotated(turn, held.offset), turn
-
-    def _settle(self, thing: str, time: float, position: Point, quaternion: Quaternion) -> None:
-        self.things.setdefault(thing, []).append((time, Standing(position, quaternion)))
-        self.where[thing] = (position, quaternion)
-
-
-def layout_of(placed: Mapping[str, Placed], grips: Sequence[float], faces: int) -> Instruments:
-    """A layout with the bench, two hands, made for ``grips`` of these radii, and the headset; without: as declared."""
-    if not grips:
-        return Instruments(placed, faces)
-    hands = {
-        f"hand-{side}": Placed(f"hand_{side}", (x, 1.12, 0.30), options={"grip_radius": grip})
-        for side, x, grip in zip(SIDES, (-0.22, 0.22), grips, strict=True)
-    }
-    headset = Placed("proxy_headset", faces=max(600, faces // 2))
-    bench = Placed("bench", faces=500, moves=False)
-    return Instruments({"bench": bench, **placed, **hands, "headset": headset}, faces)

@@ -142,7 +142,8 @@ def rap(lab: Lab, side: str, target: str, height: float, seconds: float, *, note
     script.over(meets.place(at, 0.08), script.position[1])
     script.go(meets.place(at, dent.apart), 0.6)
     script.wait(0.2)
-    tap = script.tap(script.now + 0.05 + dent.period / 2.0, dent.period, AWAY, dent.amplitude)
+    tap = dent.tap(script.now + 0.05 + dent.period / 2.0, AWAY)
+    script.tap(tap)
     _plant(lab, hand, target, dent, tap, meets.slack, note)
     script.go(meets.place(at, 0.08))
 
@@ -366,7 +367,7 @@ def note_white(lab: Lab, vessel: str) -> None:
 
 def note_burn(lab: Lab, vessel: str, hand: str) -> None:
     """The latest touch burns the hand, by the temperature that the vessel has by then."""
-    touch = max(lab.episodes, key=lambda episode: episode.possibly).nominal
+    touch = max(lab.episodes(np.inf), key=lambda episode: episode.possibly).nominal
     assert touch is not None
     heat, capacity, set_down = _over_flame(lab, vessel)
     loss = heat["loss_w_per_k"]
