@@ -1,6 +1,6 @@
 """A first scene of a recording, to edit: its bodies, the pairs that come near, and what is held."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Final
 
@@ -19,8 +19,8 @@ from replay.prepare.policy import parse_policy
 from replay.prepare.repair import repair_session
 from sessions import Session
 from sessions.mesh_data import MeshData
-from sessions.model.scene import Scene, SceneBody
-from sessions.scene_files.scene_toml import body_keys, table_lines, value_text
+from sessions.model.scene import SceneBody
+from sessions.scene_files.scene_toml import scene_to_toml, value_text
 
 NEAR_M: Final = 0.05  # A pair whose boxes never come as near as this cannot have touched between two frames either
 RIGID_M, RIGID_RAD = 0.005, np.radians(3.0)  # Throughout: what is mounted or held without a slip
@@ -90,30 +90,32 @@ def _rigid(samples: Motion, i: int, j: int) -> bool:
 
 
 def draft_text(session: Session, draft: Draft, files: Mapping[str, tuple[str, str, float]], heading: str) -> str:
-    """The scene as TOML with remarks; ``files``: body -> its mesh file, node of it, and scale.
+    """The scene as TOML below remarks; ``files``: body -> its mesh file, node of it, and scale.
 
-    What the session's scene says of bodies and effects is kept. Its pairs are kept where it names some; else those of
-    the draft are written, as remarks where the scene has effects, which ask for their own.
+    What the session's scene says is kept. Its pairs are kept where it names some; else those of the draft are written,
+    as remarks where the scene has effects, which ask for their own.
     """
     own = session.scene
-    there = dict.fromkeys([*session.names, *(body.id for body in own.bodies if body.id not in session.names)])
-    lines = [
-        f"# {heading}",
-        *([f"# Looked at: {draft.seen}."] if draft.seen else []),
-        "[scene]",
-        f"name = {value_text(own.name or 'first')}",
-    ]
     groups = {name: f"held-{k}" for k, group in enumerate(draft.held, start=1) for name in group}
-    for name in there:
+    remarks = [heading, *([f"Looked at: {draft.seen}."] if draft.seen else [])]
+    bodies = []
+    for name in dict.fromkeys([*session.names, *(body.id for body in own.bodies)]):
         mesh, node, scale = files.get(name, ("", "", 1.0))
         body = own.body(name) or SceneBody(name)
-        body = replace(body, mesh=mesh, node=node, scale=scale, group=body.group or groups.get(name, ""))
-        lines += [*table_lines("body", body_keys(body)), f"# {_about(session, name)}"]
-    lines += ["", "# Bodies of one group are never paired: these moved together throughout."] * bool(groups)
-    lines += [*_pairs(own, draft), *(line for one in own.ignore for line in table_lines("ignore", {"between": one}))]
-    for effect in own.effects or ():
-        lines += table_lines("effect", {"kind": effect.kind, **effect.settings})
-    return "\n".join((["effect = []"] if own.effects == () else []) + lines) + "\n"
+        bodies.append(replace(body, mesh=mesh, node=node, scale=scale, group=body.group or groups.get(name, "")))
+        remarks.append(f"{value_text(name)}: {_about(session, name)}")
+    if groups:
+        remarks.append("Bodies of one group are never paired: these moved together throughout.")
+    pairs = own.pairs
+    if own.pairs is None and draft.near:
+        close = f"came within {100 * NEAR_M:g} cm"
+        if own.effects is None:
+            pairs = draft.near
+            remarks.append(f"The pairs {close}; without any, all that move are looked at.")
+        else:
+            remarks += [f"{value_text(pair)} {close}" for pair in draft.near]
+    scene = replace(own, name=own.name or "first", bodies=tuple(bodies), pairs=pairs, text="")
+    return "".join(f"# {remark}\n" for remark in remarks) + scene_to_toml(scene)
 
 
 def _about(session: Session, name: str) -> str:
@@ -122,14 +124,3 @@ def _about(session: Session, name: str) -> str:
         return "it has no mesh: give it mesh = FILE, shape or instrument, or contacts of it cannot be found"
     size = " x ".join(f"{100 * edge:.1f}" for edge in mesh.bounds[1] - mesh.bounds[0])
     return f"{'tracked' if name in session.names else 'fixed'}; {len(mesh.faces):,} faces, {size} cm"
-
-
-def _pairs(own: Scene, draft: Draft) -> Iterator[str]:
-    if own.pairs is not None:
-        yield from (line for one in own.pairs for line in table_lines("pair", {"between": one}))
-        return
-    mark = "" if own.effects is None else "# "
-    if draft.near:
-        yield from ("", f"# Pairs that came within {100 * NEAR_M:g} cm; without any, all that move are looked at.")
-    for pair in draft.near:
-        yield from (f"{mark}{line}" if line else "" for line in table_lines("pair", {"between": pair}))

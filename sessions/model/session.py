@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from html import escape
+from textwrap import shorten
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -105,33 +105,10 @@ class Session:
     part: SessionPart | None = None
 
     def __repr__(self) -> str:
-        """What is there, in at most ten lines; of a file no frame is read for them."""
-        return "\n".join(f"{name:<11} {words}" for name, words in self._told())
-
-    def _repr_html_(self) -> str:
-        """The same as a table for a notebook."""
-        rows = (f"<tr><th>{escape(name)}</th><td>{escape(words)}</td></tr>" for name, words in self._told())
-        return f"<table>{''.join(rows)}</table>"
-
-    def _told(self) -> Iterator[tuple[str, str]]:
+        """Frames, bodies and meshes; of a file no frame is read for them."""
         frames = self.source if isinstance(self.source, Frames) else self.__dict__.get("frames")
-        if frames is None:
-            yield "Session", "frames are read when they are asked for"
-        else:
-            seconds = (int(frames.stamp_ns[-1]) - int(frames.stamp_ns[0])) / 1e9 if len(frames) else 0.0
-            yield "Session", f"{len(frames):,} frames in {seconds:.1f} s"
-        if self.origin:
-            yield "from", _short(self.origin)
-        yield "bodies", _some(self.names)
-        without = [name for name in self.names if name not in self.meshes]
-        yield "meshes", f"of {len(self.meshes)} bodies" + (f", none of {_some(without)}" if without else "")
-        kinds = {
-            "events": self.events, "intervals": self.intervals, "hands": self.hands, "gaze": self.gaze,
-            "scalars": self.scalars, "colliders": self.colliders, "reports of an engine": self.live_contacts,
-        }  # fmt: skip
-        there = [f"{len(found):,} {name}" for name, found in kinds.items() if len(found)]
-        if there:
-            yield "besides", ", ".join(there)
+        count = "frames are read when they are asked for" if frames is None else f"{len(frames):,} frames"
+        return f"Session: {count}; {len(self.meshes)} meshes\nbodies: {shorten(', '.join(self.names), 100)}"
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -214,22 +191,6 @@ class Session:
             _require_mapping("meshes", meshes, "(vertices (v, 3), faces (f, 3))")
         given = {name: mesh_of(name, mesh) for name, mesh in (meshes or {}).items()}
         return cls(_frames(tracks), given, scene or Scene(), tuple(events), tuple(intervals), dict(facts or {}))
-
-
-MOST_NAMES = 8
-MOST_LETTERS = 100
-
-
-def _some(names: Sequence[str]) -> str:
-    """The first of some names, and how many more there are."""
-    rest = len(names) - MOST_NAMES
-    listed = ", ".join(names[:MOST_NAMES]) or "none"
-    return _short(listed) + (f" and {rest} more" if rest > 0 else "")
-
-
-def _short(words: str) -> str:
-    plain = words if words.isprintable() else words.encode("unicode_escape").decode()
-    return plain if len(plain) <= MOST_LETTERS else plain[: MOST_LETTERS - 3] + "..."
 
 
 def _require_mapping(what: str, given: object, value: str) -> None:

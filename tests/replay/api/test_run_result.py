@@ -74,7 +74,7 @@ def test_a_run_shows_its_ranking_and_its_answer_in_text_and_in_html(result, tmp_
 def test_what_came_from_a_recording_is_text_in_html():
     session = cubes({"<b>a": [0] * 4, "b&": [0.5, 3, 3, 0.5]})
     found = replay.run(session, detectors=SLOW)
-    for thing in (found, found.session, found.detections["slow"]):
+    for thing in (found, found.detections["slow"]):
         page = Tags(thing._repr_html_())
         assert page.open == [] and "<b>a" in " ".join(page.words)
 

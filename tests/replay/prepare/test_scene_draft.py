@@ -70,6 +70,9 @@ def test_what_the_recordings_own_scene_declares_is_kept_and_effects_ask_for_thei
     assert scene.body("cup") == SceneBody("cup", tags=("glass",), extra={"mass": 0.1})  # the recording holds its mesh
     declared = bench(Scene("lab", bodies, pairs=(("cup", "far"),)))
     assert parse_scene(draft_text(declared, drafted(declared), {}, "x")).pairs == (("cup", "far"),)
+    far = Scene(bodies=bodies, space_radius=9.0, colliders="c.glb")
+    kept = parse_scene(draft_text(bench(far), drafted(bench(far)), {}, "x"))
+    assert (kept.space_radius, kept.colliders) == (9.0, "c.glb")
     none = bench(Scene(effects=(), bodies=bodies))
     assert parse_scene(draft_text(none, drafted(none), {}, "x")).effects == ()
 
