@@ -4,10 +4,10 @@ Every regression carries its n, the detector behind the behaviour and that detec
 again with every other detector, to see whether its conclusion depends on what the detector missed.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,14 +16,12 @@ from replay.detection.detector_spec import TRUSTED
 from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook, Item, RegressionQuestion
 from replay.studies.class_study.groups import GroupDifference, compare_groups
-from replay.studies.class_study.joining import DETECTOR, RECALL, STUDENT, Metrics, Questionnaire, rows_of_students
+from replay.studies.class_study.joining import DETECTOR, RECALL, STUDENT, Metrics, Questionnaire, means_of_students
 from replay.studies.class_study.refusals import LEAST_IN_CELL, PERSONS_PER_ITEM, StudyRefusedError, few
-from replay.studies.class_study.regression import Finding, Regression, holm, regress, student_means
+from replay.studies.class_study.regression import Finding, Regression, holm, regress
 from replay.studies.class_study.reliability import Bartlett, Reliability, bartlett, kmo, reliability
 from sessions.scene_files.toml_table import nearest
 from sessions.synthetic.rng import random_stream
-
-Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -120,12 +118,14 @@ def analyse(
     seen = _Analysis(codebook, questionnaire, metrics.of(chosen), seed)
     reliabilities = {}
     for name, items in codebook.constructs.items():
-        figure = partial(reliability, random=random_stream(seed, "reliability", name))
-        answer = seen.attempt(partial(_of_items, questionnaire, items, figure), f"alpha of {name}")
-        if answer is not None:
-            reliabilities[name] = answer
-    adequacy = seen.attempt(partial(_of_items, questionnaire, codebook.items, kmo), "KMO")
-    sphericity = seen.attempt(partial(_of_items, questionnaire, codebook.items, bartlett), "Bartlett's test")
+        with seen.noted(f"alpha of {name}"):
+            random = random_stream(seed, "reliability", name)
+            reliabilities[name] = reliability(_answers(questionnaire, items), random)
+    adequacy, sphericity = None, None
+    with seen.noted("KMO"):
+        adequacy = kmo(_answers(questionnaire, codebook.items))
+    with seen.noted("Bartlett's test"):
+        sphericity = bartlett(_answers(questionnaire, codebook.items))
     regressions, groups = seen.regressions(), seen.groups()
     sensitivity: list[Sensitivity] = []
     if seen.recall is not None:
@@ -158,60 +158,52 @@ class _Analysis:
         self.codebook, self.questionnaire, self.metrics, self.seed = codebook, questionnaire, metrics, seed
         self.recall = metrics.recall()
         self.refusals: list[StudyRefusedError] = []
+        # variables: name -> (students,); forbidden: the rule by which there is no behaviour among them, if one does
+        self.variables = {name: questionnaire.scores(items) for name, items in codebook.constructs.items()}
+        self.forbidden = "provenance" if self.recall is None else ""
+        if not self.forbidden:
+            asked = dict.fromkeys(name for q in codebook.questions for name in (q.outcome, *q.predictors))
+            behaviour = [name for name in asked if name in metrics.columns]
+            try:
+                self.variables |= means_of_students(metrics, questionnaire, behaviour)
+            except StudyRefusedError as refused:
+                self.forbidden = refused.rule
 
-    def attempt(self, make: Callable[[], Result], what: str) -> Result | None:
-        """The result, or ``None`` where a rule forbids it, which is noted."""
+    @contextmanager
+    def noted(self, what: str) -> Iterator[None]:
+        """A result that a rule may forbid: then there is none, and that is noted."""
         try:
-            return make()
+            yield
         except StudyRefusedError as refused:
             self.refusals.append(StudyRefusedError(refused.rule, what))
-            return None
 
     def regressions(self) -> tuple[Regression, ...]:
         """Those of the codebook that no rule forbids."""
         done = []
         for question in self.codebook.questions:
             words = f"the regression of {question.outcome} on {', '.join(question.predictors)}"
-            fitted = self.attempt(partial(self._fit, question), words)
-            if fitted is not None:
-                done.append(fitted)
-                if any(c.p is None for c in fitted.coefficients):
+            with self.noted(words):
+                done.append(self._fit(question))
+                if any(c.p is None for c in done[-1].coefficients):
                     self.refusals.append(StudyRefusedError("few-students", f"p of {words}"))
         corrected = iter(holm([c for fitted in done for c in fitted.coefficients]))
         return tuple(replace(fit, coefficients=tuple(next(corrected) for _ in fit.coefficients)) for fit in done)
 
     def _fit(self, question: RegressionQuestion) -> Regression:
         names = (question.outcome, *question.predictors)
-        rows = np.arange(len(self.questionnaire.students), dtype=np.int64)
-        if any(name in self.metrics.columns for name in names):
-            if self.recall is None:
-                raise StudyRefusedError("provenance", "")
-            rows = rows_of_students(self.metrics, self.questionnaire)
-        constructs, scores = self.codebook.constructs, self.questionnaire.scores
-        columns = [
-            scores(constructs[name])[rows] if name in constructs else self.metrics.numbers(name) for name in names
-        ]
-        table = np.column_stack(columns)
-        if len(np.unique(rows[np.isfinite(table).all(axis=1)])) < LEAST_IN_CELL:
+        if not self.variables.keys() >= {*names}:
+            raise StudyRefusedError(self.forbidden, "")
+        table = np.column_stack([self.variables[name] for name in names])
+        table = table[np.isfinite(table).all(axis=1)]
+        if len(table) < LEAST_IN_CELL:
             raise StudyRefusedError("small-cell", "")
         random = random_stream(self.seed, "regression", *names)
-        return regress(question.outcome, table[:, 0], question.predictors, table[:, 1:], rows, random)
+        return regress(question.outcome, table[:, 0], question.predictors, table[:, 1:], random)
 
     def groups(self) -> tuple[GroupDifference, ...]:
         """The declared groups compared by every construct, and by the behaviour that the codebook asks about."""
-        if not self.codebook.group_names:
-            return ()
-        students = self.questionnaire.students
-        variables = {name: self.questionnaire.scores(items) for name, items in self.codebook.constructs.items()}
-        if self.recall is not None:
-            rows = rows_of_students(self.metrics, self.questionnaire)
-            asked = dict.fromkeys(name for q in self.codebook.questions for name in (q.outcome, *q.predictors))
-            for name in (name for name in asked if name in self.metrics.columns):
-                people, _, means = student_means(self.metrics.numbers(name)[:, None], rows)
-                variables[name] = np.full(len(students), np.nan)
-                variables[name][people] = means[:, 0]
         names = self.codebook.group_names
-        return compare_groups(variables, self.questionnaire.group, names, self.seed, self.refusals)
+        return compare_groups(self.variables, self.questionnaire.group, names, self.seed, self.refusals)
 
 
 def _choose(metrics: Metrics, detector: str | None) -> str:
@@ -225,13 +217,13 @@ def _choose(metrics: Metrics, detector: str | None) -> str:
     return detector
 
 
-def _of_items(questionnaire: Questionnaire, items: Sequence[Item], figure: Callable[[FloatArray], Result]) -> Result:
-    """A figure of the complete answers to some items, if so many students gave them that none can be recognised."""
+def _answers(questionnaire: Questionnaire, items: Sequence[Item]) -> FloatArray:
+    """The complete answers to some items, if so many students gave them that none can be recognised."""
     answers = np.column_stack([questionnaire.answers[item.name] for item in items])
     answers = answers[np.isfinite(answers).all(axis=1)]
     if len(answers) < LEAST_IN_CELL:
         raise StudyRefusedError("small-cell", "")
-    return figure(answers)
+    return answers
 
 
 def _warnings(codebook: Codebook, questionnaire: Questionnaire) -> Iterator[str]:

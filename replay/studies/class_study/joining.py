@@ -3,14 +3,14 @@
 import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 
-from cdcore.numerics import FloatArray, IntArray
+from cdcore.numerics import FloatArray
 from replay.errors import StudyError
 from replay.studies.class_study.codebook import Codebook, Item
 from replay.studies.class_study.refusals import StudyRefusedError
@@ -144,15 +144,24 @@ class Metrics:
         return float(np.average(share[touched], weights=frames[touched]))
 
 
-def rows_of_students(metrics: Metrics, questionnaire: Questionnaire) -> IntArray:
-    """For each row of metrics the index of its student in the questionnaire.
+def means_of_students(metrics: Metrics, questionnaire: Questionnaire, names: Iterable[str]) -> dict[str, FloatArray]:
+    """Column of metrics -> its mean over the sessions of each student of the questionnaire, (students,); nan: none.
 
-    Raises ``StudyRefusedError`` ``ids``: a student is in one file only.
+    One value a student: with the rows of sessions and cluster-robust errors p was below 0.05 in 25 % of classes without
+    any association, where three of 15 students had 20 sessions each. Raises ``StudyRefusedError`` ``ids``: a student is
+    in one file only.
     """
     place = {student: k for k, student in enumerate(questionnaire.students)}
-    seen = set(metrics.columns[STUDENT])
-    lost = sorted(seen - place.keys()) + sorted(place.keys() - seen)
+    lost = sorted(place.keys() ^ set(metrics.columns[STUDENT]))
     if lost:
         words = ", ".join(lost[:5]) + (", ..." if len(lost) > 5 else "")
         raise StudyRefusedError("ids", f"joining answers and metrics: {words} in one of the files only")
-    return np.array([place[student] for student in metrics.columns[STUDENT]], dtype=np.int64)
+    rows = np.array([place[student] for student in metrics.columns[STUDENT]])
+    means = {}
+    for name in names:
+        values = metrics.numbers(name)
+        known = np.isfinite(values)
+        count = np.bincount(rows[known], minlength=len(place))
+        total = np.bincount(rows[known], weights=values[known], minlength=len(place))
+        means[name] = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    return means

@@ -43,10 +43,9 @@ def headlines(study: Study) -> list[str]:
     lines = []
     for fit, c in sorted(found, key=lambda pair: -abs(pair[1].beta)):
         held = "" if fit.kind == "simple" else ", the other predictors held equal"
-        sessions = f" students in {fit.rows} sessions" if fit.rows > fit.students else ""
         lines.append(
             f"{_capital(c.name)} is associated with {_more(c)} {words(fit.outcome)}{held}: "
-            f"{_between(c)}, n = {fit.students}{sessions}"
+            f"{_between(c)}, n = {fit.students}"
         )
     for two in study.groups:
         if two.effect.associated:
@@ -153,12 +152,12 @@ def coefficient_table(study: Study) -> Table:
     """A row per coefficient."""
     rows = [
         {"outcome": fit.outcome, "predictor": c.name, "regression": fit.kind, "students": fit.students}
-        | {"rows": fit.rows, "beta": c.beta, **_judged(c), "adjusted_r2": fit.adjusted_r2, "vif": c.vif}
+        | {"beta": c.beta, **_judged(c), "adjusted_r2": fit.adjusted_r2, "vif": c.vif}
         | {"associated": c.associated, "detector": study.detector, "recall": study.recall}
         for fit in study.regressions
         for c in fit.coefficients
     ]
-    return _table(behind(study), rows, "n counts students; several rows of a student are taken as their mean.")
+    return _table(behind(study), rows, "n counts students; several sessions of a student are taken as their mean.")
 
 
 def reliability_table(study: Study) -> Table:

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from cdcore import TriangleMesh
 from replay.errors import TradeoffError
-from replay.tradeoffs.decimation import clustered, decimated
+from replay.tradeoffs.decimation import clustered
 
 
 def ball(rings=12):
@@ -44,11 +44,3 @@ def test_a_mesh_that_the_grid_would_swallow_stays_as_it_was():
 def test_a_cell_that_is_no_length_is_refused(cell):
     with pytest.raises(TradeoffError, match="no length"):
         clustered(ball(), cell)
-
-
-def test_an_assembly_keeps_poses_and_pairs(bumped):
-    from replay.prepare.assemble import assemble
-
-    assembly = assemble(bumped)
-    coarse = decimated(assembly, 0.5)
-    assert coarse.motion is assembly.motion and coarse.pairs is assembly.pairs and coarse.names == assembly.names

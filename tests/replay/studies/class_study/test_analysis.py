@@ -49,14 +49,10 @@ def test_the_detector_that_misses_least_is_chosen_and_another_on_request():
     table = metrics(contacts, detectors=("hybrid", "exact"), recall=(0.8, 1.0))
     assert analyse(codebook(BEHAVIOUR), questionnaire(answers), table).detector == "exact"
     assert analyse(codebook(BEHAVIOUR), questionnaire(answers), table, detector="hybrid").recall == pytest.approx(0.8)
+    even = metrics(contacts, detectors=("hull50", "exact"), recall=(1.0, 1.0))
+    assert analyse(codebook(BEHAVIOUR), questionnaire(answers), even).detector == "exact"
     with pytest.raises(StudyError, match="there are: hybrid, exact"):
         analyse(codebook(BEHAVIOUR), questionnaire(answers), table, detector="exakt")
-
-
-def test_where_another_misses_as_little_the_reference_is_chosen():
-    answers, contacts = a_class(30)
-    table = metrics(contacts, detectors=("hull50", "exact"), recall=(1.0, 1.0))
-    assert analyse(codebook(BEHAVIOUR), questionnaire(answers), table).detector == "exact"
 
 
 def test_without_a_measured_recall_no_result_about_behaviour_is_given():
@@ -133,8 +129,20 @@ def test_a_construct_that_only_four_students_answered_has_no_figure():
     assert {one.rule for one in study.refusals} == {"small-cell"}
 
 
-def test_several_sessions_of_a_student_count_as_one_student():
+def test_a_student_counts_once_with_the_mean_of_the_sessions_however_many_there_are():
     answers, contacts = a_class(30)
-    study = analyse(codebook(BEHAVIOUR), questionnaire(answers), metrics(contacts, sessions=2))
-    moved = study.regressions[1]
-    assert (moved.rows, moved.students) == (60, 30)
+    plain, table = metrics(contacts), metrics(contacts, sessions=2)
+    apart = np.repeat(np.random.default_rng(1).normal(size=30), 2) * np.tile([1.0, -1.0], 30)
+    table.columns["contacts_per_min"] = (np.array(table.columns["contacts_per_min"]) + apart).tolist()
+    for name, values in table.columns.items():
+        values += values[:2] * 9 if name != "contacts_per_min" else [contacts[0]] * 18
+    found, once = (analyse(codebook(BEHAVIOUR), questionnaire(answers), rows) for rows in (table, plain))
+    assert (found.rows, found.students, found.regressions[1].students) == (78, 30, 30)
+    for other, one in zip(found.regressions[1].coefficients, once.regressions[1].coefficients, strict=True):
+        assert (other.beta, other.low, other.high, other.p) == pytest.approx((one.beta, one.low, one.high, one.p))
+
+
+def test_a_student_in_one_file_only_refuses_behaviour_and_leaves_the_answers():
+    answers, contacts = a_class(30)
+    study = analyse(codebook(BEHAVIOUR), questionnaire(answers), metrics(contacts[:29]))
+    assert [one.rule for one in study.refusals] == ["ids"] and len(study.regressions) == 1

@@ -125,17 +125,6 @@ def test_a_question_is_answered_by_clicks_as_a_recount_answers_it(question, page
     assert [row[-1] for row in seen] == [row[-1] for row in expected]
 
 
-def test_no_cell_of_fewer_than_five_students_says_more_than_that(page, db):
-    few = {row[0] for row in db.sql(f"""SELECT task FROM episodes WHERE {KNOWN} AND detector = 'exact' GROUP BY task
-                                    HAVING count(DISTINCT student) < 5""").fetchall()}  # fmt: skip
-    shown = {row[1]: row for row in rows(page, "task-stage-vr-type", "contacts", what="task")}
-    assert few == {"clean"} and shown["clean"] == ["task", "clean", "fewer than 5", "", "", ""]
-    # Less all others, the total would tell what this row may not.
-    assert (
-        sum(row[2] == "not shown" for row in shown.values()) == 1 and sum(row[4] != "" for row in shown.values()) >= 1
-    )
-
-
 def test_every_figure_has_its_interval_and_its_n(made):
     text = made[1].read_text("utf-8")
     for part in ("how-detectors-differ", "pairs-missed-most", "task-stage-vr-type", "causes"):
@@ -189,14 +178,6 @@ def test_the_sessions_with_most_misses_are_one_click_each_from_their_worst_miss(
         opened_runs.append(run)
     assert {*list(worst)[:3]} <= {*opened_runs} and len(opened_runs) == 5
     back(page, made)
-
-
-def test_keys_alone_sort(page):
-    rows(page, "pairs-missed-most", "misses", "none")
-    page.ask("document.querySelector('#pairs-missed-most th:nth-child(5) button').focus()")
-    for kind in ("keyDown", "keyUp"):
-        page.call("Input.dispatchKeyEvent", type=kind, key="Enter", code="Enter", windowsVirtualKeyCode=13, text="\r")
-    assert page.ask("document.querySelector('#pairs-missed-most th:nth-child(5)').ariaSort") == "descending"
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

@@ -81,12 +81,6 @@ def test_where_nothing_was_audited_the_page_says_so(tmp_path):
     assert html.count("There is none in the sessions with a pseudonym.") == 2
 
 
-def test_a_session_without_a_miss_leads_to_its_report(tmp_path):
-    runs, _ = tables_of(tmp_path, 5, 5, detectors={"slow": 0.0})
-    for row in sessions_table(runs, places(runs, tmp_path / "page")).rows:
-        assert row[1].text == "nothing missed" and row[0].to == f"../run{int(row[0].text, 16):03}/report.html"
-
-
 def test_a_session_counts_once_and_what_is_left_out_is_said(tmp_path):
     made_class(tmp_path / "a", 10, 10)
     before = every(ClassTables(read_class(tmp_path)))

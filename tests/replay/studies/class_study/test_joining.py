@@ -3,7 +3,7 @@ import pytest
 from support.study_samples import a_class, codebook, metrics, names, questionnaire, write_answers
 
 from replay.errors import StudyError
-from replay.studies.class_study.joining import check_pseudonyms, read_questionnaire, rows_of_students
+from replay.studies.class_study.joining import check_pseudonyms, means_of_students, read_questionnaire
 from replay.studies.class_study.refusals import StudyRefusedError
 
 BOOK = codebook()
@@ -17,13 +17,6 @@ def test_answers_are_read_sorted_by_student_and_turned_where_reversed(tmp_path):
     assert read.answers["m2"] == pytest.approx(answers[:, 4])
     assert read.answers["e3"] == pytest.approx(6.0 - answers[:, 2])
     assert read.scores(BOOK.constructs["motivation"]) == pytest.approx(answers[:, 3:].mean(axis=1))
-
-
-def test_an_answer_left_out_is_no_number_and_its_score_is_none(tmp_path):
-    answers, _ = a_class(12)
-    answers[3, 4] = np.nan
-    read = read_questionnaire(write_answers(tmp_path / "q.csv", answers), BOOK)
-    assert np.flatnonzero(np.isnan(read.scores(BOOK.constructs["motivation"]))).tolist() == [3]
 
 
 @pytest.mark.parametrize(
@@ -92,11 +85,12 @@ def test_a_recall_that_was_not_measured_everywhere_is_none(recall, frames):
 def test_students_are_joined_by_pseudonym_and_never_by_place():
     answers, contacts = a_class(8)
     table = metrics(contacts)
-    turned = {name: values[::-1] for name, values in table.columns.items()}
-    assert rows_of_students(type(table)(turned), questionnaire(answers)).tolist() == list(range(8))[::-1]
+    turned = type(table)({name: values[::-1] for name, values in table.columns.items()})
+    found = means_of_students(turned, questionnaire(answers), ["contacts_per_min"])
+    assert found["contacts_per_min"] == pytest.approx(contacts)
 
 
 def test_a_student_in_one_file_only_is_refused_by_pseudonym():
     answers, contacts = a_class(8)
     with pytest.raises(StudyRefusedError, match="S07 in one of the files only"):
-        rows_of_students(metrics(contacts[:7]), questionnaire(answers))
+        means_of_students(metrics(contacts[:7]), questionnaire(answers), [])

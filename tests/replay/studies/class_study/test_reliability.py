@@ -12,8 +12,6 @@ from replay.studies.class_study.refusals import StudyRefusedError
 from replay.studies.class_study.reliability import (
     bartlett,
     cronbach_alpha,
-    item_total,
-    kaiser_word,
     kmo,
     reliability,
 )
@@ -52,15 +50,6 @@ def test_the_interval_holds_alpha_and_narrows_with_the_class():
     assert few.low < few.alpha < few.high and many.low < many.alpha < many.high
     assert many.high - many.low < 0.5 * (few.high - few.low)
     assert (few.students, few.items) == (15, 5)
-
-
-def test_item_total_correlations_leave_the_item_itself_out():
-    answers = ANSWERS[:, :5]
-    slow = [np.corrcoef(answers[:, i], np.delete(answers, i, axis=1).sum(axis=1))[0, 1] for i in range(5)]
-    assert item_total(answers) == pytest.approx(slow, abs=1e-12)
-    answers = answers.copy()
-    answers[:, 2] = 3.0
-    assert np.isnan(item_total(answers)[2])
 
 
 def means(values, random, draws=4000):
@@ -127,15 +116,3 @@ def test_what_has_no_inverse_has_no_kmo(answers, rule):
     with pytest.raises(StudyRefusedError) as refused:
         kmo(answers)
     assert refused.value.rule == rule
-
-
-def test_bartlett_gives_no_p_for_nine_students():
-    assert bartlett(ANSWERS[:10, :3]).p <= 1.0
-    with pytest.raises(StudyRefusedError, match=r"few-students.*at least 10 students"):
-        bartlett(ANSWERS[:9, :3])
-
-
-def test_kaisers_words_change_at_his_limits():
-    assert [kaiser_word(value) for value in (0.9, 0.89, 0.652, 0.5, 0.49)] == [
-        "marvellous", "meritorious", "mediocre", "miserable", "unacceptable",
-    ]  # fmt: skip

@@ -36,9 +36,3 @@ def test_nine_in_ten_are_reached_by_the_ninth_of_ten():
     assert feature_samples.least_evaluations([5, 1, 2, 3, 4, 6, 7, 8, 9, None], 10) == 9
     assert feature_samples.least_evaluations([5, 1, 2, 3, 4, 6, 7, 8, None, None], 10) is None
     assert feature_samples.least_evaluations([], 0) is None and feature_samples.least_evaluations([1, 2], 10) is None
-
-
-@pytest.mark.slow
-def test_draws_share_the_colliding_poses_among_them(drawn):
-    sizes = [len(one.meeting[None]) for one in drawn[:2]]
-    assert max(sizes) - min(sizes) <= 1 and sum(sizes) < 40 and feature_samples.DRAWS > 1

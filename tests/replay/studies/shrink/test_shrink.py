@@ -1,10 +1,7 @@
 """A wrong answer shrunk: it stays wrong, nothing more can go, and the written test says so to anyone."""
 
 import json
-import os
 import runpy
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -23,7 +20,6 @@ from replay.studies.shrink.reduce import Shrinking, Size, fewest
 from replay.studies.shrink.well_posed import doubts_of
 from replay.studies.shrink.writing import sentence
 from sessions import MeshData, Session, write_session
-from sessions.synthetic.scenes import make_scene_session
 
 PLACES = [3, 3, 0.9, 0.9, 3, 3, 3, 0.9, 3, 3]
 """Of a cube beside one at 0: contacts at the frames 2 and 3, and at 7."""
@@ -125,17 +121,6 @@ def test_what_is_inside_needs_a_solid_around_it_and_becomes_a_tetrahedron():
     assert Size.of(done).frames == 1 and Size.of(done).faces[0] == 4 and Size.of(done).faces[1] == 1
 
 
-@pytest.mark.slow
-def test_a_search_that_gave_up_is_shrunk_with_its_memory(tmp_path):
-    session, _ = make_scene_session("bench-bumps", faces=600)
-    write_session(session, tmp_path / "s.mcap")
-    run(tmp_path / "s.mcap", detectors="hasty=hybrid-qaco[budget=20]", out=tmp_path / "run", picture=False, end=12.0)
-    fault = of_run(read_run_folder(tmp_path / "run"), miss=1)
-    done = least(fault)
-    assert done.settings["budget"] == 20 and sum(Size.of(done).faces) < sum(Size.of(fault).faces) / 4
-    assert not any(one.stands() and doubts_of(one) <= doubts_of(done) for one in nothing_can_go(done))
-
-
 def test_the_written_test_fails_on_the_detector_and_passes_on_another(folder, tmp_path, capsys, monkeypatch):
     out = tmp_path / "case"
     assert main(["shrink", str(folder), "--miss", "1", "--detector", "slow", "-o", str(out), "--format", "json"]) == 0
@@ -152,15 +137,6 @@ def test_the_written_test_fails_on_the_detector_and_passes_on_another(folder, tm
         else:
             with pytest.raises(AssertionError):
                 test()
-
-
-@pytest.mark.slow
-def test_in_a_fresh_interpreter_too(folder, tmp_path):
-    assert main(["shrink", str(folder), "--miss", "1", "--detector", "slow", "-o", str(tmp_path / "case"), "-q"]) == 0
-    command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "test_case.py"]
-    for more, code in (({}, 1), ({"DETECTOR": "exact"}, 0)):
-        done = subprocess.run(command, cwd=tmp_path / "case", env=os.environ | more, capture_output=True, text=True)
-        assert done.returncode == code, done.stdout
 
 
 def test_numbers_are_written_so_that_they_read_back_bit_for_bit(folder, tmp_path):

@@ -1,6 +1,5 @@
 """Cases are counted under the right word, say why, and gate only what the detector promised."""
 
-import numpy as np
 import pytest
 
 from cdcore import Verdict
@@ -66,4 +65,4 @@ def test_an_answer_that_depends_on_blocks_is_seen(monkeypatch):
     (one,) = run_cases(["exact"], [43])
     assert one.changed == 3 and "blocks 1" in one.reason
     assert len(StressResult(100, 1, 0.0, (one,)).broken) == 1
-    assert np.array_equal([run_cases([name], [43])[0].asked for name in ("exact", "hybrid")], [8, 5])
+    assert one.asked == 8

@@ -5,14 +5,9 @@ import pytest
 from support.predicate_work import left_open
 
 from cdcore.narrow.triangles.predicates import triangles_intersect
-from replay.studies.stress.families import FAMILIES, unit_normal
+from replay.studies.stress.families import FAMILIES
 
 by_name = pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
-
-
-def test_there_are_twenty_six_families_numbered_from_one():
-    assert [family.number for family in FAMILIES] == list(range(1, 27))
-    assert len({family.name for family in FAMILIES}) == 26
 
 
 @by_name
@@ -42,12 +37,3 @@ def test_the_generic_family_needs_no_exact_arithmetic_and_meets_in_about_28_perc
     pairs = FAMILIES[0].pairs(20_000)
     assert left_open(pairs) == (0, 0)
     assert abs(triangles_intersect(pairs).mean() - 0.28) < 0.02
-
-
-def test_points_off_a_face_stand_on_triangles_that_have_a_normal():
-    _, length = unit_normal(FAMILIES[10].pairs(400)[:, 0])
-    assert (length >= 1e-3).all()
-
-
-def test_only_the_scale_families_are_not_metric():
-    assert [family.number for family in FAMILIES if not family.metric] == [14, 15, 16]

@@ -10,7 +10,7 @@ from cdcore.narrow.triangles.predicates import triangles_intersect
 from replay.errors import OutputError, StressError
 from replay.studies.stress import runner
 from replay.studies.stress.bodies import CASES
-from replay.studies.stress.families import FAMILIES, Family
+from replay.studies.stress.families import FAMILIES
 from replay.studies.stress.relations import RELATIONS
 from replay.studies.stress.runner import Asking, detectors_of, numbers_of, relations_of, stress, tally_of
 
@@ -134,9 +134,3 @@ def test_a_number_that_is_none_is_refused(text):
 def test_numbers_that_mean_nothing_are_refused(bad):
     with pytest.raises(StressError, match="give 1 pair or more"):
         stress("exact", families=FAMILIES[:1], **({"pairs": 1} | bad))
-
-
-def test_a_family_of_nobody_can_be_asked_too():
-    far_apart = Family(99, "apart", lambda rng, n: rng.random((n, 6, 3)) + np.repeat([0, 9], 3)[:, None], False)
-    tally = stress("exact", families=[far_apart], pairs=7).tallies[0]
-    assert (tally.number, tally.failed, tally.asked) == (99, 0, 7)

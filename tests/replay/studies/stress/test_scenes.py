@@ -30,11 +30,6 @@ def test_cases_of_contact_hold_frames_with_and_without(number):
     assert {Verdict.CLEAR, Verdict.CONTACT} == set(truth.tolist())
 
 
-def test_the_same_seed_makes_the_same_worlds_and_another_other_ones():
-    first, again, other = (scenes(41, seed)[0].motion.translations for seed in (1, 1, 2))
-    assert np.array_equal(first, again) and not np.array_equal(first, other)
-
-
 def test_a_lifted_glass_is_clear_as_it_stands_and_a_sunk_one_meets_the_table():
     for scene in resting(np.random.default_rng(0)):
         assert (scene.truth[0] == Verdict.CONTACT) == (float(scene.name.split()[2]) <= 0), scene.name

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from cdcore import Verdict
-from cdcore.errors import CollisionCoreError, UnknownDetectorError
+from cdcore.errors import CollisionCoreError
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from replay.studies.stress import triangle_pairs
 from replay.studies.stress.families import FAMILIES
@@ -38,8 +38,3 @@ def test_the_cheaper_settings_change_no_verdict(monkeypatch):
     cheap = verdicts_of("discrete", pairs)
     monkeypatch.setattr(triangle_pairs, "CHEAPER", {})
     assert np.array_equal(verdicts_of("discrete", pairs), cheap)
-
-
-def test_an_unknown_detector_is_refused():
-    with pytest.raises(UnknownDetectorError, match="there are"):
-        verdicts_of("spoon", FAMILIES[0].pairs(1))
