@@ -79,10 +79,8 @@ def draft_of(source: Path) -> UnknownColumnsError:
 
 
 def has_header(source: Path) -> bool:
-    """Whether line 1 may name columns: it is no comment and holds more than numbers."""
-    with opened(source, "recording", ImportFileError) as stream:
-        line = stream.readline(HEAD_BYTES).decode("utf-8-sig", errors="replace").strip()
-    return not (line.startswith("#") or (line and all(map(NUMBER.fullmatch, re.split(r"[,;\s]+", line)))))
+    """Whether a line above the rows names their columns."""
+    return "columns" not in _head_of(source).keys
 
 
 @dataclass

@@ -7,6 +7,7 @@ import os
 import re
 from array import array
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from datetime import datetime
 from decimal import Decimal, InvalidOperation
 from itertools import islice, zip_longest
@@ -142,22 +143,18 @@ class CsvTable:
         if self._layout.decimal != ".":
             cells = pc.replace_substring(cells, self._layout.decimal, ".")
         cells = pc.if_else(pc.is_in(cells, pa.array(EMPTY)), pa.scalar(None, pa.string()), cells)
-        try:
-            values: Numbers = cells.cast(pa.float64()).to_numpy(zero_copy_only=False)
-        except pa.ArrowInvalid:
-            raise self._no_number(column, rows) from None
-        return values.astype(np.float64)
-
-    def _no_number(self, column: str, rows: Rows | None) -> ImportFileError:
-        """Name the first cell that is no number."""
-        for place, cell in enumerate(self.texts(column, rows)):
+        with suppress(pa.ArrowInvalid):
+            return np.asarray(cells.cast(pa.float64()).to_numpy(zero_copy_only=False), dtype=np.float64)
+        values = []
+        for place, cell in enumerate(cells.fill_null("nan").to_pylist()):
             try:
-                float("nan" if cell in EMPTY else cell.replace(self._layout.decimal, "."))
+                values.append(float(cell))
             except ValueError:
+                text = self.texts(column, rows)[place]
                 cure = 'write decimal = "," into the mapping' if self._mapped else "export it with decimal points"
-                cure = cure if cell.count(",") == 1 else "repair the cell"
-                return self._wrong(column, rows, place, f"{cell[:40]!r} is no number; {cure}")
-        return ImportFileError(f"{self.source}: column {column!r} holds something that is no number; repair it")
+                cure = cure if text.count(",") == 1 else "repair the cell"
+                raise self._wrong(column, rows, place, f"{text[:40]!r} is no number; {cure}") from None
+        return np.array(values)
 
     def _wrong(self, column: str, rows: Rows | None, place: int, message: str) -> ImportFileError:
         """What is wrong with a cell, by its place among some rows."""

@@ -6,6 +6,7 @@ Source: OptiTrack, documentation of Motive, *Data Export: CSV* (format versions 
 """
 
 import csv
+from itertools import islice
 from pathlib import Path
 from typing import Final
 
@@ -63,12 +64,12 @@ def _preamble(source: Path) -> tuple[dict[str, str], int, int]:
     """What line 1 says, how many lines stand above those that name columns, and how many of these there are."""
     try:
         with source.open(encoding="utf-8-sig", newline="") as file:
-            lines = [file.readline(LONGEST_LINE) for _ in range(HEAD_LINES)]
-        rows = [next(csv.reader([line]), []) for line in lines]
+            lines = iter(lambda: file.readline(LONGEST_LINE), "")
+            rows = list(islice(csv.reader(lines), HEAD_LINES))
     except (UnicodeDecodeError, csv.Error) as error:
         raise ImportFileError(f"{source}: this is no CSV text in UTF-8 ({error}); save it as UTF-8") from None
     starts = [row[1] if row[:1] == [""] and len(row) > 1 else row[0] if row else "" for row in rows]
-    if starts[0] != FIRST:
+    if starts[:1] != [FIRST]:
         raise ImportFileError(f"{source}: line 1 does not begin with {FIRST!r}; export from Motive with the header on")
     # Motive 1.21 leaves the words Type and Name out: ",,Rigid Body" and "Frame,Time".
     first = next(

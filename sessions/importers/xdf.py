@@ -12,6 +12,7 @@ import zlib
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Final
 
@@ -42,7 +43,6 @@ ROLES: Final = {
     "confidence": 7,
 }
 """Type of a channel, type and label, or label, in small letters -> its place in x y z qx qy qz qw confidence."""
-EULER: Final = ("orientationp", "orientationh", "orientationr")
 UNITS: Final = {"meters": "m", "meter": "m", "metres": "m", "centimeters": "cm", "millimeters": "mm", "": "m"}
 
 
@@ -60,9 +60,9 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
     tables: dict[str, PoseTable] = {}
     units: set[str] = set()
     if mapping is None:
-        posed = [stream for stream in streams if stream.holds_poses]
+        posed = [stream for stream in streams if stream.bodies]
         for stream in posed:
-            for name, channels in stream.bodies():
+            for name, channels in stream.bodies.items():
                 tables[name if name not in tables else f"{stream.name}/{name}"] = stream.poses(channels)
                 units.add(stream.channels[channels[0]]["unit"].lower())
     else:
@@ -138,31 +138,25 @@ class _LslStream:
         kinds = {channel["type"].lower() for channel in self.channels}
         return self.kind.lower().startswith(UNITY) or not kinds.isdisjoint(UNITY_KINDS)
 
-    @property
-    def holds_poses(self) -> bool:
-        """Whether it is a MoCap, or its channels are a place and a quaternion, whatever it is called."""
-        with suppress(ImportFileError):
-            return self.kind.lower() == "mocap" or any(self.bodies())
-        return self.is_unity
+    @cached_property
+    def bodies(self) -> dict[str, list[int]]:
+        """Each object that has a place and a quaternion: its channels in the order of ``ROLES``.
 
-    def bodies(self) -> Iterator[tuple[str, list[int]]]:
-        """Each object that has a place and a quaternion, and its channels in the order of ``ROLES``."""
+        Two channels of one role are an error in a stream of poses; any other stream then holds none.
+        """
         found: dict[str, dict[int, int]] = {}
         for number, channel in enumerate(self.channels):
             kind, label = channel["type"].lower(), channel["label"].lower()
             name = channel["object"] or channel["marker"] or self.name
-            if kind in EULER:
-                raise ImportFileError(
-                    f"{self.where}: {name!r} has Euler angles, whose order XDF does not state; record OrientationA to D"
-                )
             role = next((ROLES[word] for word in (kind, f"{kind} {label}", label) if word in ROLES), None)
-            if role is not None and found.setdefault(name, {}).setdefault(role, number) != number:
-                raise ImportFileError(
-                    f"{self.where}: {name!r} has two channels {channel['type']}; name an <object> for each channel"
-                )
-        for name, roles in found.items():
-            if roles.keys() >= set(range(7)):
-                yield name, [roles[role] for role in sorted(roles)]
+            if role is None or found.setdefault(name, {}).setdefault(role, number) == number:
+                continue
+            if self.kind.lower() != "mocap" and not self.is_unity:
+                return {}
+            what = f"{name!r} has two channels {channel['type']}; name an <object> for each channel"
+            raise ImportFileError(f"{self.where}: {what}")
+        whole = {name: roles for name, roles in found.items() if roles.keys() >= {*range(7)}}
+        return {name: [roles[role] for role in sorted(roles)] for name, roles in whole.items()}
 
     def poses(self, channels: list[int], columns: PoseColumns | None = None) -> PoseTable:
         """A place, a rotation and perhaps a confidence from channels in this order."""

@@ -173,11 +173,9 @@ def of_types(*types, **more):
 
 
 BROKEN = {
-    "euler": (of_types("PositionX", "PositionY", "PositionZ", "OrientationP", "OrientationH", "OrientationR", "x"),
-              "stream 'M': 'Head' has Euler angles, whose order XDF does not state"),
     "no objects": (of_types(*TYPES, object=""), "'M' has two channels PositionX; name an <object>"),
-    "places alone": (of_types("PositionX", "PositionY", "PositionZ"),
-                     r"no stream of type MoCap .*there are: M \(MoCap\)"),
+    "angles": (of_types("PositionX", "PositionY", "PositionZ", "OrientationP", "OrientationH", "OrientationR", "x"),
+               r"no stream of type MoCap .*there are: M \(MoCap\); say which channels are a pose with --mapping"),
     "a stamp": (lambda: (stream_header(1, "M", "MoCap", channels()), samples(1, [np.nan], numbers()[:1])),
                 "stream 'M': row 1 has no time in seconds"),
     "bad xml": (lambda: [chunk(2, struct.pack("<I", 1) + b"<info>")], "is no whole XDF file"),
