@@ -16,7 +16,7 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.importers.finish import side_of
-from sessions.importers.pose_table import PoseTable, SourceFrame, imported, number
+from sessions.importers.pose_table import PoseTable, SourceFrame, imported, number, stamps_of
 from sessions.meshes.conventions import Convention, quaternion_from_euler
 from sessions.model.event import Event
 from sessions.model.session import Session
@@ -28,8 +28,6 @@ TRIGGER: Final = 1
 
 AXES: Final = Convention("webxr", (0, 1, 2), (1, 1, 1), "right-handed, +Y up, -Z forward")
 
-LARGEST_MS: Final = 9.0e12  # About 9 million seconds short of what int64 nanoseconds hold
-
 
 def read_aframe(source: Path) -> Session:
     """Poses, events and triggers of an A-Frame motion capture."""
@@ -38,14 +36,14 @@ def read_aframe(source: Path) -> Session:
     events: list[Event] = []
     hands: dict[str, HandTrack] = {}
     for name, device in devices.items():
-        rows = [_row(pose, f"{source}: {name}: pose {place}") for place, pose in enumerate(device["poses"])]
-        numbers = np.array(rows, dtype=np.float64).reshape(-1, 7)
+        numbers = np.array([_row(pose) for pose in device["poses"]], dtype=np.float64).reshape(-1, 7)
+        stamps = stamps_of(numbers[:, 0], 1e6, f"{source}: {name}: poses")
         turns = quaternion_from_euler(np.radians(numbers[:, [5, 4, 6]]), "YXZ")
-        tables[name] = PoseTable(np.rint(numbers[:, 0] * 1e6).astype(np.int64), numbers[:, 1:4], turns)
+        tables[name] = PoseTable(stamps, numbers[:, 1:4], turns)
         happened = _events(name, device.get("events"), source)
         hands |= _hand(name, device, happened)
         events += [event for event, _ in happened]
-    frame = SourceFrame(AXES, "m", "performance clock of the browser, ms", "ms")
+    frame = SourceFrame(AXES, "m", "performance clock of the browser, ms")
     samples = imported(tables, frame, ["rotations from Euler angles YXZ in degrees to unit quaternions"])
     return replace(samples, events=tuple(events), hands=hands)
 
@@ -66,21 +64,17 @@ def _devices(source: Path) -> dict[str, dict[str, Any]]:
     return devices
 
 
-def _row(pose: Any, where: str) -> list[float]:
-    """Time, position and Euler angles of one pose; what is missing is NaN, but a stamp must be there."""
-    numbers = [_stamp(pose, where)]
-    for key in ("position", "rotation"):
-        part = pose.get(key)
-        numbers += [number(part.get(axis)) if isinstance(part, dict) else math.nan for axis in "xyz"]
-    return numbers
+def _row(pose: Any) -> list[float]:
+    """Time, position and Euler angles of one pose; what is missing is NaN."""
+    return [_number(pose, "timestamp")] + [
+        _number(pose.get(key), axis) if isinstance(pose, dict) else math.nan
+        for key in ("position", "rotation")
+        for axis in "xyz"
+    ]
 
 
-def _stamp(record: Any, where: str) -> float:
-    """Milliseconds of a pose or an event."""
-    stamp = number(record.get("timestamp")) if isinstance(record, dict) else math.nan
-    if not abs(stamp) < LARGEST_MS:
-        raise ImportFileError(f"{where}: it has no timestamp in milliseconds; remove it or repair the file")
-    return stamp
+def _number(part: Any, key: str) -> float:
+    return number(part.get(key)) if isinstance(part, dict) else math.nan
 
 
 def _events(name: str, events: object, source: Path) -> list[tuple[Event, object]]:
@@ -89,12 +83,12 @@ def _events(name: str, events: object, source: Path) -> list[tuple[Event, object
         return []
     if not isinstance(events, list):
         raise ImportFileError(f"{source}: {name}: events are no list; repair or remove them")
+    times = np.array([_number(event, "timestamp") for event in events])
     found = []
-    for place, event in enumerate(events):
-        stamp = _stamp(event, f"{source}: {name}: event {place}")
+    for event, stamp in zip(events, stamps_of(times, 1e6, f"{source}: {name}: events").tolist(), strict=True):
         detail = event.get("detail")
         message = json.dumps(detail, ensure_ascii=False, sort_keys=True) if detail else ""
-        found.append((Event(round(stamp * 1e6), str(event.get("name", "event")), message, name), detail))
+        found.append((Event(stamp, str(event.get("name", "event")), message, name), detail))
     return found
 
 

@@ -53,15 +53,9 @@ def read_csv(
             raise draft_of(source)
     if not (convention or plan.convention):
         raise ImportFileError("the axes of the CSV are not known; name a convention (for Unity: unity)")
+    clock = f"column {plan.time}, {plan.unit}" if plan.time else f"{plan.layout.rate_hz:g} rows a second"
     axes = convention_named(convention or plan.convention)
-    return _CsvLog(table, plan).session(
-        SourceFrame(
-            axes,
-            plan.units,
-            f"column {plan.time}, {plan.unit}" if plan.time else f"{plan.layout.rate_hz:g} rows a second",
-            plan.unit,
-        )
-    )
+    return _CsvLog(table, plan).session(SourceFrame(axes, plan.units, clock))
 
 
 def _check_columns(table: CsvTable, plan: CsvMapping) -> None:

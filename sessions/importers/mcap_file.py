@@ -17,7 +17,6 @@ from sessions.importers.pose_table import SourceFrame, imported, number
 from sessions.mcap_format.catalogue import ChannelInfo
 from sessions.mcap_format.mcap_file import McapFile
 from sessions.mcap_format.refusals import brief
-from sessions.meshes.conventions import convention as convention_named
 from sessions.model.session import Session
 
 ASSUMED: Final = "ros"
@@ -43,15 +42,13 @@ def read_mcap(
 
     Raises ``ImportFileError``: names file, topic and what to do.
     """
-    axes = convention_named(convention or ASSUMED)
     tree, unstamped = FrameTree(str(source)), 0
     for channel, log_ns, message in _messages(source, topics):
         unstamped += _add(channel, log_ns, message, tree)
     tables, words, joined = tree.tables(join=len(topics) > 1)
     if unstamped:
         words.append(f"{unstamped} poses without a stamp have the time they were logged at")
-    assumed = [] if convention else [f"axes {ASSUMED} ({axes.words})"]
-    frame = SourceFrame(axes, "m", "stamps of the messages, ns", "ns", (*assumed, "lengths in m", *joined))
+    frame = SourceFrame.in_axes(convention, ASSUMED, "m", "stamps of the messages, ns", ["lengths in m", *joined])
     return imported(tables, frame, words)
 
 

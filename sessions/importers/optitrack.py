@@ -14,7 +14,6 @@ from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import CsvLayout, PoseColumns
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
 from sessions.importers.pose_table import SourceFrame, imported
-from sessions.meshes.conventions import convention as convention_named
 from sessions.model.session import Session
 
 LENGTHS: Final = ("meters", "centimeters", "millimeters", "inches", "feet")
@@ -50,14 +49,11 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
     stamps = table.stamps(time, "s")
     tables = {name: table.poses(columns, stamps) for name, columns in _bodies(table, euler).items()}
     notes = ["the last line may be cut short: its poses are flagged as lost"] if table.cut_short else []
-    assumed = [
-        "" if "Length Units" in facts else "lengths in m",
-        "" if convention else "axes of Motive (right-handed, +Y up)",
-        "" if euler == "Quaternion" else f"Euler angles {euler} in degrees about own axes",
-    ]
+    assumed = [] if "Length Units" in facts else ["lengths in m"]
+    if euler != "Quaternion":
+        assumed.append(f"Euler angles {euler} in degrees about own axes")
     clock = f"seconds since the take began ({facts.get('Capture Start Time', 'no date in the file')})"
-    frame = SourceFrame(convention_named(convention or AXES), unit.lower(), clock, assumed=tuple(filter(None, assumed)))
-    return imported(tables, frame, notes)
+    return imported(tables, SourceFrame.in_axes(convention, AXES, unit.lower(), clock, assumed), notes)
 
 
 def _preamble(source: Path) -> tuple[dict[str, str], int, int]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from sessions.errors import ImportFileError
 from sessions.meshes.conventions import Convention
+from sessions.meshes.conventions import convention as convention_named
 from sessions.model.session import Session
 from sessions.model.track import ScalarTrack, Track
 
@@ -54,8 +55,16 @@ class SourceFrame:
     axes: Convention
     units: str
     clock: str
-    clock_unit: str = "s"
     assumed: tuple[str, ...] = ()
+
+    @classmethod
+    def in_axes(
+        cls, convention: str | None, usual: str, units: str, clock: str, assumed: Sequence[str] = ()
+    ) -> "SourceFrame":
+        """In the axes that somebody named, else in those that are usual for a source, which is then assumed."""
+        axes = convention_named(convention or usual)
+        words = [] if convention else [f"axes {axes.name} ({axes.words})"]
+        return cls(axes, units, clock, (*words, *assumed))
 
 
 def imported(
@@ -68,8 +77,6 @@ def imported(
         done.append(f"axes {axes.name} ({axes.words}) to right-handed, +Y up, -Z forward")
     if METRES[frame.units] != 1.0:
         done.append(f"lengths in {frame.units} to m")
-    if frame.clock_unit != "ns":
-        done.append(f"clock in {frame.clock_unit} to ns")
     done += notes
     tracks: dict[str, Track] = {}
     for name, table in tables.items():
@@ -79,9 +86,9 @@ def imported(
     for name, times_ns, values, unit in streams:
         keep, words = _increasing(f"scalar {name}", times_ns)
         done += words
-        names = (name, *(f"{name} {number}" for number in range(2, len(scalars) + 3)))
-        free = next(free for free in names if free not in scalars)
-        scalars[free] = ScalarTrack(times_ns[keep], values[keep], unit)
+        while name in scalars:
+            name += " (again)"
+        scalars[name] = ScalarTrack(times_ns[keep], values[keep], unit)
     facts = {
         "conversions": "; ".join(_grouped(done)) or "none",
         "source_units": frame.units,
@@ -140,9 +147,9 @@ def number(value: Any) -> float:
     return float(value) if fits else math.nan
 
 
-def stamps_of(seconds: Numbers, where: str) -> Stamps:
-    """Seconds as int64 nanoseconds, (n,); ImportFileError where one is missing or beyond int64."""
-    wrong = np.flatnonzero(~(np.abs(seconds) < LARGEST_SECONDS))
+def stamps_of(times: Numbers, unit_ns: float, where: str) -> Stamps:
+    """Times in a unit of so many nanoseconds as int64 nanoseconds, (n,); an error where one is missing or too large."""
+    wrong = np.flatnonzero(~(np.abs(times) < LARGEST_SECONDS * 1e9 / unit_ns))
     if len(wrong):
-        raise ImportFileError(f"{where}: row {int(wrong[0]) + 1} has no time in seconds; remove it or repair the file")
-    return np.rint(seconds * 1e9).astype(np.int64)
+        raise ImportFileError(f"{where}: row {int(wrong[0]) + 1} has no time; remove it or repair the file")
+    return np.rint(times * unit_ns).astype(np.int64)

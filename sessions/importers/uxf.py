@@ -20,7 +20,6 @@ from sessions.importers.csv_mapping import PoseColumns
 from sessions.importers.csv_table import CsvTable
 from sessions.importers.pose_table import LARGEST_SECONDS, PoseTable, SourceFrame, Stream, imported
 from sessions.input_files import check_regular
-from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Interval
 from sessions.model.session import Session
 
@@ -32,7 +31,7 @@ TRIALS: Final = "trial_results.csv"
 LONGEST_HEADER: Final = 10_000
 
 
-def read_uxf(source: Path, *, convention: str = "unity") -> Session:
+def read_uxf(source: Path, *, convention: str | None = None) -> Session:
     """Everything in a UXF session folder such as ``experiment/participant/S001``.
 
     Every trial of ``trial_results.csv`` is an interval of kind ``task``; its other columns are data of it. Every other
@@ -70,7 +69,7 @@ def read_uxf(source: Path, *, convention: str = "unity") -> Session:
     if unended:
         notes.append(f"{unended} trials left out that did not end")
     assumed = ("lengths in m", "clock in s since the start of the program (Unity's Time.time)")
-    frame = SourceFrame(convention_named(convention), "m", "Unity's Time.time, s", assumed=assumed)
+    frame = SourceFrame.in_axes(convention, "unity", "m", "Unity's Time.time, s", assumed)
     samples = imported(tables, frame, notes, streams)
     return replace(samples, intervals=tuple(trials), facts={"source_file": folder.name, **samples.facts})
 

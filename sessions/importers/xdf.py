@@ -22,7 +22,6 @@ from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import LENGTHS, PoseColumns, mapping_table, pose_columns
 from sessions.importers.pose_table import Numbers, PoseTable, SourceFrame, Stamps, Stream, imported, stamps_of
 from sessions.meshes.conventions import CONVENTIONS
-from sessions.meshes.conventions import convention as convention_named
 from sessions.model.event import Event
 from sessions.model.session import Session
 from sessions.scene_files.toml_table import nearest
@@ -89,12 +88,11 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
     kinds = {"unity" if stream.is_unity else ASSUMED for stream in posed}
     if len(kinds) > 1 and not convention:
         raise ImportFileError(f"{source}: poses of Unity and others are in it; name the axes of all by --convention")
-    axes = convention_named(convention or min(kinds))
-    assumed = [] if convention else [f"axes {axes.name} ({axes.words})"]
-    assumed += ["lengths in m"] if "" in units else []
+    assumed = ["lengths in m"] if "" in units else []
     for stream in streams:
         (notes if stream.data["clock_times"] else assumed).append(stream.clock)
-    frame = SourceFrame(axes, min(lengths), "LSL clock of the recording computer, s", assumed=tuple(assumed))
+    clock = "LSL clock of the recording computer, s"
+    frame = SourceFrame.in_axes(convention, min(kinds), min(lengths), clock, assumed)
     numbers = [number for stream in streams if stream not in posed for number in stream.numbers()]
     events = tuple(event for stream in streams for event in stream.events())
     return replace(imported(tables, frame, notes, numbers), events=events)
@@ -116,7 +114,7 @@ class _LslStream:
     @property
     def stamps(self) -> Stamps:
         """Nanoseconds, (n,)."""
-        return stamps_of(np.asarray(self.data["time_stamps"], dtype=np.float64), self.where)
+        return stamps_of(np.asarray(self.data["time_stamps"], dtype=np.float64), 1e9, self.where)
 
     @property
     def values(self) -> Numbers | None:

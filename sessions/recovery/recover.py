@@ -125,8 +125,7 @@ def _written(declared: Catalogue, stream: BinaryIO, file: BinaryIO, target: Path
     for region in declared.regions:
         kept.add(stream, region)
     if not kept.regions and not attachments:
-        first = f"its first chunk is {kept.first_fault}, and no other is whole" if kept.first_fault else ""
-        raise _nothing(declared.path, first or "there is no chunk in it")
+        raise _nothing(declared.path, next(iter(kept.lost), "there is no chunk in it"))
     if not own:
         declared.check_pose_channels()
     listed: tuple[str, ...] = ()
@@ -135,7 +134,8 @@ def _written(declared: Catalogue, stream: BinaryIO, file: BinaryIO, target: Path
     faulty = [fault.name for fault in declared.faults if fault.opcode == Opcode.ATTACHMENT]
     absent = dict.fromkeys(name for name in (*faulty, *declared.attachments, *hashes) if name not in attachments)
     lost = tuple(_losses(declared, kept, [name for name in listed if name not in kept.names], [*absent]))
-    result = Recovery(target, kept.messages, kept.frames, kept.first_ns, kept.last_ns, lost)
+    first_ns, last_ns = min(kept.stamps, default=0), max(kept.stamps, default=0)
+    result = Recovery(target, kept.messages, len(kept.stamps), first_ns, last_ns, lost)
     rewritten = {}
     if own:
         facts = {**metadata.metadata_of(session)[0], RECOVERED: "; ".join(result.sentences())}
@@ -149,7 +149,7 @@ def _written(declared: Catalogue, stream: BinaryIO, file: BinaryIO, target: Path
     others = [(name, values) for name, values in declared.metadata if name not in rewritten]
     for name, values in (*rewritten.items(), *others):
         writer.add_metadata(name, values)
-    if not kept.frames and (own or declared.ids(TF)):
+    if not kept.stamps and (own or declared.ids(TF)):
         spec = channel_spec(TF)  # without a channel of poses a reader refuses the file
         writer.register_channel(TF, "protobuf", writer.register_schema(spec.schema, "protobuf", spec.descriptor_set))
     finish(writer)
@@ -177,7 +177,8 @@ def _losses(
     if attachments:
         yield f"lost attachments: {', '.join(attachments)}"
     if declared.data_end is None:
-        last = f" {(kept.last_ns - kept.first_ns) / 1e9:.3f} s, the last frame kept," if kept.frames else " this"
+        seconds = (max(kept.stamps, default=0) - min(kept.stamps, default=0)) / 1e9
+        last = f" {seconds:.3f} s, the last frame kept," if kept.stamps else " this"
         yield f"it was never closed: what was recorded after{last} may be missing"
 
 
@@ -193,11 +194,11 @@ class _KeptMessages:
         self._decoder = FrameDecoder(declared, None)
         self._schemas: dict[int, int] = {0: 0}
         self._numbers: dict[int, int] = {}
-        self.regions = self.messages = self.frames = self.unknown = self.left_out = 0
-        self.first_ns = self.last_ns = 0
+        self.regions = self.messages = self.unknown = self.left_out = 0
+        self.stamps: list[int] = []
+        """Of the frames."""
         self._began_ns = min((region.first_ns for region in declared.regions if region.is_chunk), default=0)
         self.lost: list[str] = []
-        self.first_fault = ""
         for fault in declared.faults:
             if fault.opcode in OF_MESSAGES:
                 self._lose(fault.start, fault.error)
@@ -212,10 +213,13 @@ class _KeptMessages:
         try:
             table = read_region(stream, region, self._declared)
             kept = table.part(_readable(table, self._declared))
-            self._count_frames(kept)
+            decoder = self._decoder.fork()
+            stamps = [stamp for frames in decoder.decode(kept) for stamp in frames.stamp_ns.tolist()]
         except SessionFileError as error:
             self._lose(region.place.start, error, region)
             return
+        self._decoder = decoder
+        self.stamps += stamps
         self.regions += 1
         self.left_out += len(table.channel) - len(kept.channel)
         self._copy(kept)
@@ -228,17 +232,7 @@ class _KeptMessages:
         if region is not None and region.last_ns:
             first, last = ((stamp - self._began_ns) / 1e9 for stamp in (region.first_ns, region.last_ns))
             span = f", {first:.3f} s to {last:.3f} s"
-        self.first_fault = self.first_fault or why
         self.lost.append(f"lost {count} messages{span}: the chunk at byte {start} is {why}")
-
-    def _count_frames(self, table: MessageTable) -> None:
-        decoder = self._decoder.fork()
-        stamps = [stamp for frames in decoder.decode(table) for stamp in frames.stamp_ns.tolist()]
-        self._decoder = decoder
-        if stamps:
-            self.first_ns = min([*stamps, self.first_ns] if self.frames else stamps)
-            self.last_ns = max([*stamps, self.last_ns])
-        self.frames += len(stamps)
 
     def _copy(self, table: MessageTable) -> None:
         """Write the messages, payloads as they are, but those on channels that nothing declares."""
@@ -249,13 +243,12 @@ class _KeptMessages:
             where = self._schemas.get(record.schema_id, 0)
             number = self._writer.register_channel(record.topic, record.message_encoding, where, record.metadata)
             self._numbers[channel] = number
-        rows = table.of_channels({*self._numbers})
+        rows = table.of_channels({*self._numbers}).tolist()
         self.unknown += len(table.channel) - len(rows)
         self.messages += len(rows)
-        part = table.part(rows)
-        columns = (part.channel, part.sequence, part.log_ns, part.publish_ns)
-        for channel, *stamps, row in zip(*(column.tolist() for column in columns), rows.tolist(), strict=True):
-            add(self._writer, (self._numbers[channel], *stamps, table.payload(row)))
+        for row in rows:
+            stamps = int(table.sequence[row]), int(table.log_ns[row]), int(table.publish_ns[row])
+            add(self._writer, (self._numbers[int(table.channel[row])], *stamps, table.payload(row)))
 
 
 def _readable(table: MessageTable, declared: Catalogue) -> NDArray[np.int64]:

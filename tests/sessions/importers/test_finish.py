@@ -29,7 +29,7 @@ def test_a_stamp_that_goes_back_costs_its_rows_and_a_row_without_a_rotation_is_f
     assert track.times_ns.tolist() == [0, 10, 11, 12, 13]
     assert track.valid.tolist() == [True, True, False, False, True]
     assert track.quaternions_xyzw[2].tolist() == [0, 0, 0, 1.1]
-    assert "; cup: 3 rows dropped whose stamp repeats or goes back; cup: 2 rows flagged" in found.facts["conversions"]
+    assert "cup: 3 rows dropped whose stamp repeats or goes back; cup: 2 rows flagged" in found.facts["conversions"]
 
 
 def test_given_meshes_win_over_the_scene_and_stand_ins_come_where_there_is_none_at_all(tmp_path):

@@ -75,7 +75,7 @@ def test_rigid_bodies_arrive_in_metres_on_the_clock_of_the_take(tmp_path, kind):
     facts = session.facts
     assert facts["source_units"] == kind.get("units", "Meters").lower() and facts["handedness"] == "right"
     assert facts["clock"] == "seconds since the take began (2024-05-05 11.30.20.235 AM)"
-    assert facts["assumed"].startswith("axes of Motive (right-handed, +Y up)")
+    assert facts["assumed"].startswith("axes gltf (right-handed, +Y up)")
     assert ("Euler angles" in facts["assumed"]) == ("rotation" in kind)
 
 

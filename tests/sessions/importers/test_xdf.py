@@ -177,7 +177,7 @@ BROKEN = {
     "angles": (of_types("PositionX", "PositionY", "PositionZ", "OrientationP", "OrientationH", "OrientationR", "x"),
                r"no stream of type MoCap .*there are: M \(MoCap\); say which channels are a pose with --mapping"),
     "a stamp": (lambda: (stream_header(1, "M", "MoCap", channels()), samples(1, [np.nan], numbers()[:1])),
-                "stream 'M': row 1 has no time in seconds"),
+                "stream 'M': row 1 has no time"),
     "bad xml": (lambda: [chunk(2, struct.pack("<I", 1) + b"<info>")], "is no whole XDF file"),
     "poses of text": (lambda: [stream_header(1, "M", "MoCap", channels(), "string"), samples(1, [1.0], ["a"])],
                       "stream 'M': its samples are not the numbers its channels describe"),
