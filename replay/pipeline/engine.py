@@ -9,10 +9,9 @@ from typing import Any, Final
 from cdcore import Detection
 from replay.base.constants import HELD_FRAMES
 from replay.base.machine import give_back_memory
-from replay.base.progress import Progress, Silent, ignored
+from replay.base.progress import Progress, Silent
 from replay.comparison.causes import examine
 from replay.comparison.contact_counts import count_contacts
-from replay.comparison.contact_duration import ContactDurations, StepRates, contact_durations
 from replay.comparison.episodes import episodes
 from replay.comparison.false_contacts import FalseReporter, false_contacts
 from replay.comparison.holding import holdings
@@ -173,7 +172,7 @@ def _audited(
     if not oracle:
         return measured
     audited = {label: run for label, run in runs.items() if label != oracle}
-    total = (2 * EXAMINING + STEPS) * len(audited) + EXAMINING
+    total = (2 * EXAMINING + STEPS) * len(audited)
     # Misses are examined with other kernels.
     with progress.stage(COMPARING, total) as advance, compiling_announced(progress):
         truth = found[oracle]
@@ -186,8 +185,6 @@ def _audited(
             )
             for label, comparison in comparisons.items()
         }
-        dwell = _durations(assembly, reference, settings.seed)
-        advance(EXAMINING)
         phases = over_phases(audited, assembly, reference, settings.seed, advance)
         misses, causes = examine(comparisons, truth, runs, assembly, again)
         advance(EXAMINING * len(comparisons))
@@ -197,7 +194,7 @@ def _audited(
             false[label] = false_contacts(assembly, comparison, reporter)
             advance(EXAMINING)
     return replace(
-        measured, comparisons=comparisons, misses=misses, matches=matches, false=false, causes=causes, dwell=dwell,
+        measured, comparisons=comparisons, misses=misses, matches=matches, false=false, causes=causes,
         phases=phases, counts=counts, holdings=reference.holdings,
     )  # fmt: skip
 
@@ -205,17 +202,6 @@ def _audited(
 def _reach(subject: Detection, reference: Reference) -> int:
     """Frames for which a contact of instants still speaks: one beside a reference of intervals."""
     return int((subject.covers, reference.truth.covers) == ("instants", "intervals"))
-
-
-def _durations(assembly: Assembly, reference: Reference, seed: int) -> ContactDurations:
-    """How long the contacts lasted; beside an oracle of intervals a look sees what ``exact`` sees at a frame."""
-    oracle, contacts = reference.truth, reference.contacts
-    seen, between = oracle, oracle.covers == "intervals"
-    if between and contacts:
-        exact = DetectorSpec(TRUSTED, TRUSTED)
-        seen = run_detector(exact, assembly, seed=seed, faces=False, advance=ignored).detection
-    rates = StepRates(seen, contacts, reference.tolerance.judge(oracle, oracle), int(between))
-    return replace(contact_durations(assembly, oracle, contacts), rates=rates)
 
 
 def _effects(ready: Prepared, runs: dict[str, Run], oracle: str) -> dict[str, EffectRun]:

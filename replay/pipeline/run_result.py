@@ -9,7 +9,6 @@ from typing import Any, Final, Protocol
 from cdcore import Detection, Detector
 from replay.comparison.causes import Causes
 from replay.comparison.contact_counts import ContactCounts
-from replay.comparison.contact_duration import ContactDurations
 from replay.comparison.false_contacts import FalseContact
 from replay.comparison.look_phases import OffsetCounts
 from replay.comparison.matching import EpisodeMatches
@@ -75,7 +74,6 @@ class Measured:
     phases: Mapping[str, OffsetCounts] = field(default_factory=dict)  # of a fixed rate: faults at each sampling offset
     counts: Mapping[str, ContactCounts] = field(default_factory=dict)  # what became of the oracle's contacts
     holdings: tuple[Episode, ...] = ()  # when a pair is a hand and what it holds; contacts there are counted apart
-    dwell: ContactDurations | None = None  # how long each other contact lasted; ``None`` without an oracle
     effects: Mapping[str, EffectRun] = field(default_factory=dict)  # by kind, in running order
     noise: NoiseResult | None = None  # what holds in spite of tracker noise, where that was asked for
     treatment: Repair | None = None  # the findings of the doctor, and what the policy did about them

@@ -60,7 +60,6 @@ def summarise(
             label: _detector(run, len(result.episodes[label]), result.phases.get(label)) for label, run in runs.items()
         },
         "audit": {label: score(result, label) for label in result.comparisons},
-        "dwell": None if result.dwell is None else result.dwell.table(),
         "noise": None if result.noise is None else result.noise.settings,
         **({} if result.treatment is None else result.treatment.as_json()),
         "flagged_verdicts": {label: _flagged(result, label) for label in runs},

@@ -28,7 +28,7 @@ def two_cubes(frames):
 
 def answers(result):
     digests = {label: found.digest for label, found in result.detections.items()}
-    return digests, result.misses, result.causes, result.episodes, result.dwell, result.summary["dwell"]
+    return digests, result.misses, result.causes, result.episodes
 
 
 QUICK = ("exact", "discrete")

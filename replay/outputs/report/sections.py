@@ -195,8 +195,6 @@ def _folds(view: RunView) -> Iterator[Fold]:
         yield Fold("Counts with intervals", [FRAME_WORDS, counts])
     if summary["detectors"]:
         yield Fold("Time of each detector", [run_tables.cost_table(view)])
-    if steps := duration_tables(view):
-        yield Fold("Which step rate would have missed contacts", steps)
     yield Fold("Settings, to get the same figures again", [_settings_table(summary)])
 
 
@@ -219,18 +217,6 @@ def _fact_table(session: Mapping[str, Any]) -> Table:
     if withheld := session.get("facts_withheld", 0):
         rows.append(("withheld", f"{plural(withheld, 'fact')} withheld; the session file holds all"))
     return table("Facts of the session", ("what", "value"), rows, words=2)
-
-
-def duration_tables(result: RunView) -> list[Part]:
-    """Which step rate would have missed how many of the contacts."""
-    steps = result.summary.get("dwell")
-    if not steps or not steps["contacts"]:
-        return []
-    each = zip(steps["rates_hz"], steps["missed_at_this_phase"], steps["expected_misses"], strict=True)
-    safe, rows = steps["none_missed_from_hz"], [(f"{rate:g} Hz", str(now), f"{mean:.2f}") for rate, now, mean in each]
-    rows.append(("none is missed from", "", "no rate" if safe is None else f"{safe:.1f} Hz"))
-    title = f"Contacts of {steps['contacts']} that sampling at a fixed rate misses, at frames of this recording"
-    return [table(title, ("step rate", "missed at this offset", "missed, mean over 16 offsets"), rows)]
 
 
 def trust(summary: Mapping[str, Any]) -> str:

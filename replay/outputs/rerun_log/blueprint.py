@@ -22,7 +22,7 @@ from replay.outputs.rerun_log.moment_views import (
     ANSWER,
     EYE,
     MOMENTS,
-    ON_POLES,
+    PINS,
     SPACE,
     CloseUp,
     details_path,
@@ -133,7 +133,7 @@ def _answer(picture: Picture) -> Any:
     legend = "blue: right   yellow: false contact   red: missed or late   grey: contact"
     lanes = [*picture.lanes, *session_lanes(result)][:4]
     below = [state_view(f"When   {legend}", picture.whole, lanes)]
-    room = spatial("Where", _without(picture, "eye", "words", "leaders", "measure"), picture.eye)
+    room = spatial("Where", _without(picture, EYE, f"{SPACE}/measure"), picture.eye)
     top, widths = [text_view(ANSWER, "The answer"), room], [0.5, 0.5]
     if picture.views:
         top.insert(1, _close_up(picture))
@@ -145,15 +145,14 @@ def _answer(picture: Picture) -> Any:
 
 
 def _close_up(picture: Picture) -> Any:
-    return spatial("Close-up: the nearest moment", _without(picture, *ON_POLES), EYE)
+    return spatial("Close-up: the nearest moment", _without(picture, PINS), EYE)
 
 
 def _without(picture: Picture, *parts: str) -> list[str]:
-    """The room without these parts of what is in focus, and without a headset, which stands before the bench."""
+    """The room without these entities, and without a headset, which stands before the bench."""
     result = picture.result
     headsets = [name for name in result.assembly.names if "headset" in tags_of(name, result.session.scene)]
-    hidden = [f"{body_path(name)}/**" for name in headsets] + [f"{SPACE}/{part}" for part in parts]
-    return ["/world/**", *(f"- /{path}" for path in hidden)]
+    return ["/world/**", *(f"- /{path}" for path in [*(f"{body_path(name)}/**" for name in headsets), *parts])]
 
 
 def _pipeline(picture: Picture, run: WatchedRun) -> Any:

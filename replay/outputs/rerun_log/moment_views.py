@@ -160,7 +160,7 @@ def labels_of(result: RunResult, moment: FocusMoment, view: CloseUp) -> list[Lab
     if moment.outcome == Outcome.MISSED:
         return [beside(view.eye, np.asarray(moment.point), f"{moment.label} misses this contact", MISSED, 0.0, 0.36)]
     if view.ends is None:
-        return []
+        return [beside(view.eye, np.asarray(moment.point), f"{moment.label}: false contact", INVENTED, 0.0, 0.36)]
     names = [result.assembly.names[body] for body in result.assembly.pairs[moment.pair].tolist()]
     apart = length_words(moment.size)
     words = f"{' and '.join(names)}: {apart} apart"
@@ -231,18 +231,10 @@ def sharp_edges(mesh: TriangleMesh) -> FloatArray:
 
 SPACE: Final = "world/focus"
 EYE: Final = f"{SPACE}/eye"
-ON_POLES: Final = ("pins", "flag", "pole")
-"""What points at faults in the room; a close-up needs none of it."""
+PINS: Final = f"{SPACE}/pins"
+"""Dots at all faults in the room; a close-up needs none of them."""
 ANSWER: Final = "answer"
 MOMENTS: Final = "moments/list"
-
-LINGER: Final = 0.6
-"""Seconds a flag stands after its fault: nobody sees a flash of 54 ms. Faces and curves never linger."""
-
-FLAGS: Final = {Outcome.MISSED: "miss", Outcome.INVENTED: "false contact"}
-
-POLE: Final = np.array([0.0, 0.075, 0.0], dtype=np.float32)
-"""Metres from a contact up to its words: a label hangs below its point and would cover the contact."""
 
 
 def log_answer(writer: RecordingWriter, result: RunResult, views: Mapping[FocusMoment, CloseUp]) -> None:
@@ -252,20 +244,16 @@ def log_answer(writer: RecordingWriter, result: RunResult, views: Mapping[FocusM
     log_moment_table(writer, _places(writer, result, moments))
     log_eyes(writer, EYE, [(frame, later, views[one].eye) for frame, later, one in focus_rows(moments)])
     faults = [one for one in moments if one.label]
-    steps = fault_steps(writer, faults)
+    # Each fault while it lasts; nothing at other times.
+    rows = [(one.frame, one.later, min(one.first, one.frame), one.last, one) for one in faults]
+    steps = steps_of(rows, len(writer.clock.ns), None)
     log_labels(writer, SPACE, steps, {one: labels_of(result, one, views[one]) for one in faults})
     log_lines(writer, f"{SPACE}/measure", steps, {one: measure(views[one]) for one in faults}, 1.6)
     for label in with_solids(result):
         log_cages(writer, result, label, views, steps)
-    _log_flags(writer, faults)
-
-
-def fault_steps(writer: RecordingWriter, faults: Sequence[FocusMoment], linger: float = 0.0) -> Steps:
-    """Each fault while it lasts; nothing at other times."""
-    clock = writer.clock
-    ends = [clock.frame_at(float(clock.ns[one.last]) * 1e-9 + linger) if linger else one.last for one in faults]
-    rows = [(one.frame, one.later, min(one.first, one.frame), end, one) for one, end in zip(faults, ends, strict=True)]
-    return steps_of(rows, len(clock.ns), None)
+    dots = np.array([one.point for one in faults], dtype=np.float32).reshape(-1, 3)
+    colours = packed(one.colour for one in faults)
+    writer.static(PINS, rr.Points3D(dots, colors=colours, radii=rr.Radius.ui_points(4.0)))
 
 
 def log_list(writer: RecordingWriter, path: str, result: RunResult, moments: Sequence[FocusMoment]) -> None:
@@ -317,23 +305,3 @@ def _places(writer: RecordingWriter, result: RunResult, moments: Sequence[FocusM
         for k, one in enumerate(moments)
     ]
     return sorted(places, key=lambda one: order.index(one.label))
-
-
-def _log_flags(writer: RecordingWriter, faults: Sequence[FocusMoment]) -> None:
-    """A dot at all times where somebody is wrong, and words on a pole while the fault in focus lasts."""
-    dots = np.array([one.point for one in faults], dtype=np.float32).reshape(-1, 3)
-    colours = packed(one.colour for one in faults)
-    writer.static(f"{SPACE}/pins", rr.Points3D(dots, colors=colours, radii=rr.Radius.ui_points(4.0)))
-    steps = fault_steps(writer, faults, LINGER)
-
-    def flags(some: list[FocusMoment]) -> rr.ComponentColumnList:
-        tops = np.array([one.point for one in some], dtype=np.float32).reshape(-1, 3) + POLE
-        words = [f"{one.label}: {FLAGS[one.outcome]} {one.number}" for one in some]
-        return rr.Points3D.columns(positions=tops, labels=words, colors=packed(one.colour for one in some))
-
-    writer.steps(f"{SPACE}/flag", steps, {one: [one] for one in faults}, flags)
-    radius = rr.Radius.ui_points(1.4)
-    writer.static(f"{SPACE}/flag", rr.Points3D.from_fields(radii=radius, show_labels=True))
-    feet = {one: np.asarray(one.point, dtype=np.float64) for one in faults}
-    poles = {one: [(np.stack([foot, foot + POLE]), one.colour)] for one, foot in feet.items()}
-    log_lines(writer, f"{SPACE}/pole", steps, poles, 1.4)

@@ -103,10 +103,6 @@ class RecordingClock:
                 keep[begin:end] = True
         return cls(ns, np.flatnonzero(keep))
 
-    def frame_at(self, seconds: float) -> int:
-        """First frame at or after a time, the last one if there is none."""
-        return min(int(np.searchsorted(self.ns, round(seconds * 1e9))), len(self.ns) - 1)
-
 
 def on_session(ns: NDArray[np.int64]) -> rr.TimeColumn:
     """The session timeline at these nanoseconds."""

@@ -69,15 +69,13 @@ def checked_summary(path: Path, summary: Mapping[str, Any]) -> dict[str, Any]:
     if fault is not None:
         where = ".".join(str(key) for key in fault.absolute_path) or "the summary"
         raise RunFolderError(f"{path}: {where} is not as a run writes it ({fault.message[:120]}); {AGAIN}")
-    labels, dwell = summary["detectors"].keys(), summary["dwell"]
+    labels = summary["detectors"].keys()
     unknown = summary["audit"].keys() - labels
     if unknown or (summary["audit"] and summary["oracle"] not in labels):
         name = next(iter(unknown), summary["oracle"])
         raise RunFolderError(f"{path} speaks of {name!r}, which is none of its detectors; {AGAIN}")
     if {answer["label"] for answer in summary["answers"]} != summary["audit"].keys():
         raise RunFolderError(f"{path}: answers are told of other detectors than those audited; {AGAIN}")
-    if dwell and len({len(dwell[name]) for name in ("rates_hz", "missed_at_this_phase", "expected_misses")}) > 1:
-        raise RunFolderError(f"{path}: dwell has lists of different lengths; {AGAIN}")
     return dict(summary)
 
 

