@@ -6,8 +6,8 @@ into what a vessel holds by running minima; only where the weir is the limit, by
 over the vessels repeat that until nothing changes. Each settles one more hand-over in a row, so that rounds are few.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -46,167 +46,145 @@ class Movement:
 
 def movement_of(inputs: EffectInputs) -> Movement:
     """The movement of this run, made once."""
-    return inputs.shared("movement", lambda: _Bench(inputs).moved())
+    return inputs.shared("movement", lambda: _moved(inputs))
 
 
-@dataclass(eq=False)
-class _Outlet:
-    """A vessel that gives: where to, from which point, and what it does not keep."""
+def _moved(inputs: EffectInputs) -> Movement:
+    places = _places(inputs)
+    names, count = list(places), len(inputs)
+    coming = {name: np.zeros(count) for name in places}
+    while True:
+        given = {name: place.given(coming[name]) for name, place in places.items()}
+        after = {name: np.zeros(count) for name in places}
+        for source, (leaving, _, _) in given.items():
+            target = places[source].aimed(leaving, places)
+            for number in set(target[leaving > 0.0].tolist()) - {SPILLED}:
+                after[names[number]] += np.where(target == number, leaving, 0.0)
+        if all(np.array_equal(after[name], coming[name]) for name in places):
+            break
+        coming = after
+    return Movement(
+        {name: place.vessel for name, place in places.items()},
+        {name: staying for name, (_, _, staying) in given.items()},
+        tuple(one for name, place in places.items() for one in place.streams(names, *given[name][:2])),
+        {name: place.glitches(given[name][2]) for name, place in places.items() if place.tilts},
+    )
 
-    declared: Declaration | None = None  # of a burette
-    into: tuple[str, ...] = ()
-    target: IntArray = field(init=False)  # (T,) number of the vessel it enters
-    point: FloatArray = field(init=False)  # (T, 3)
 
+class _Place:
+    """A vessel: what leaves it, where to and from which point. ``tap``: the table of a burette."""
 
-class _Bench:
-    def __init__(self, inputs: EffectInputs) -> None:
-        self.inputs, count = inputs, len(inputs)
-        self.outlets = _outlets(inputs)
-        names = dict.fromkeys(name for key, outlet in self.outlets.items() for name in (key, *outlet.into))
-        self.vessels, self.names = vessels_of(inputs, names), list(names)
-        self.poses = {name: inputs.poses(name) for name in names}
-        self.held = {name: poses.held() for name, poses in self.poses.items()}
-        for outlet in self.outlets.values():
-            outlet.target, outlet.point = np.full(count, UNKNOWN), np.zeros((count, 3))
-        self.doubtful: dict[str, BoolArray] = {}
-        self.kept = {name: self._kept(name) for name, outlet in self.outlets.items() if outlet.declared is None}
-        self.most = {name: self._most(name) for name in self.kept}
-        self.area = {
-            name: _open_area(inputs, outlet.declared) * self.held[name].valid
-            for name, outlet in self.outlets.items() if outlet.declared is not None
-        }  # fmt: skip
+    def __init__(self, inputs: EffectInputs, vessel: Vessel, tap: Declaration | None, tilts: bool) -> None:
+        self.inputs, self.vessel, self.tap, self.tilts = inputs, vessel, tap, tilts
+        self.into: tuple[str, ...] = ()
+        self.poses = inputs.poses(vessel.body.id)
+        self.held, count = self.poses.held(), len(inputs)
+        self.target, self.point = np.full(count, UNKNOWN), np.zeros((count, 3))  # (T,) number of a vessel, (T, 3)
+        self.doubtful = np.zeros(count, dtype=np.bool_)
+        self.kept = self._kept() if tilts else np.full(count, np.inf)
+        if tilts:
+            self.most = self._most()
+        if tap is not None:
+            self.area = _open_area(inputs, tap) * self.held.valid
 
-    def moved(self) -> Movement:
-        count = len(self.inputs)
-        coming = {name: np.zeros(count) for name in self.names}
-        while True:
-            given = {name: self._given(name, coming[name]) for name in self.names}
-            after = {name: np.zeros(count) for name in self.names}
-            for source, (leaving, _, _) in given.items():
-                if source in self.outlets:
-                    self._aim(source, leaving)
-                    for number in set(self.outlets[source].target[leaving > 0.0].tolist()) - {SPILLED}:
-                        after[self.names[number]] += np.where(self.outlets[source].target == number, leaving, 0.0)
-            if all(np.array_equal(after[name], coming[name]) for name in self.names):
-                break
-            coming = after
-        streams = [one for name in self.names for one in self._streams(name, *given[name][:2])]
-        volume_ml = {name: given[name][2] for name in self.names}
-        glitches = {name: self._glitches(name, volume_ml[name]) for name in self.kept}
-        return Movement(self.vessels, volume_ml, tuple(streams), glitches)
-
-    def _glitches(self, name: str, volume_ml: FloatArray) -> IntArray:
-        """Frames (n,) that would pour by a tilt which the frame after them does not have."""
-        rows = np.flatnonzero(self.doubtful[name])
-        kept = self.vessels[name].shape.kept_ml(_down(self.poses[name], rows)) if len(rows) else np.zeros(0)
-        after = self.kept[name][np.minimum(rows + 1, len(volume_ml) - 1)]
-        return rows[(kept < volume_ml[rows]) & (after >= volume_ml[rows])]
-
-    def _given(self, name: str, coming: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def given(self, coming: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """What leaves by tilt or stopcock, what runs over, and what stays, each (T,), with what comes in."""
-        first, brim = self.vessels[name].volume_ml, self.vessels[name].brim_ml
+        first, brim = self.vessel.volume_ml, self.vessel.brim_ml
         came = np.cumsum(coming)
-        before = came - coming
-        if name in self.area:
-            vessel, declared = self.vessels[name], self.outlets[name].declared
-            assert declared is not None
-            foot, section = vessel.floor - declared["tip"][1], vessel.section_m2
+        if self.tap is not None:
             let_out = run_out(
-                self.inputs.times, self.area[name], coming * ML,
-                discharge=declared["discharge"], section=section, foot=foot, volume=first * ML,
+                self.inputs.times, self.area, coming * ML, discharge=self.tap["discharge"],
+                section=self.vessel.section_m2, foot=self.vessel.floor - self.tap["tip"][1], volume=first * ML,
             ) / ML  # fmt: skip
             top = first + came - np.cumsum(let_out)
             over = np.minimum(top, np.maximum.accumulate(np.maximum(0.0, top - brim)))
             return let_out, np.diff(over, prepend=0.0), top - over
         # With all that came in taken off, what a vessel holds only falls: to what its tilt keeps, and to its brim.
-        kept = self.kept.get(name, np.full(len(coming), np.inf)) - before
-        bounds = np.stack([kept, brim - came], axis=1)
+        bounds = np.stack([self.kept - (came - coming), brim - came], axis=1)
         low = np.minimum(first, np.minimum.accumulate(bounds.ravel())).reshape(-1, 2)
         previous = np.concatenate([[first], low[:-1, 1]])
-        if name in self.most and (previous - low[:, 0] > self.most[name]).any():
-            low = _lowered(first, bounds, self.most[name])
+        if self.tilts and (previous - low[:, 0] > self.most).any():
+            low = _lowered(first, bounds, self.most)
             previous = np.concatenate([[first], low[:-1, 1]])
         return previous - low[:, 0], low[:, 0] - low[:, 1], np.maximum(0.0, came + low[:, 1])
 
-    def _kept(self, name: str) -> FloatArray:
-        """Millilitres (T,) that a vessel's tilt keeps; infinite where its tilt is not known."""
-        poses, vessel = self.poses[name], self.vessels[name]
+    def glitches(self, volume_ml: FloatArray) -> IntArray:
+        """Frames (n,) that would pour by a tilt which the frame after them does not have."""
+        rows = np.flatnonzero(self.doubtful)
+        kept = self.vessel.shape.kept_ml(_down(self.poses, rows)) if len(rows) else np.zeros(0)
+        after = self.kept[np.minimum(rows + 1, len(volume_ml) - 1)]
+        return rows[(kept < volume_ml[rows]) & (after >= volume_ml[rows])]
+
+    def aimed(self, leaving: FloatArray, places: "Mapping[str, _Place]") -> IntArray:
+        """Number (T,) of the vessel that it falls into in each frame in which it flows, or `SPILLED`."""
+        rows = np.flatnonzero((leaving > 0.0) & (self.target == UNKNOWN))
+        if len(rows):
+            if self.tap is not None:
+                local, velocity = np.array([self.tap["tip"]]), np.zeros((len(rows), 3))
+            else:
+                local, velocity = self.vessel.shape.exit(_down(self.held, rows)), self._velocity(rows)
+            way = np.einsum("tij,tj->ti", self.held.rotation[rows], local * np.ones((len(rows), 1)))
+            self._land(rows, self.held.translation[rows] + way, velocity, places)
+        return self.target
+
+    def streams(self, names: list[str], leaving: FloatArray, over: FloatArray) -> Iterator[Stream]:
+        """What left it for each place, and what ran over its brim."""
+        into = dict(enumerate(names)) | {SPILLED: ""}
+        parts = [
+            (into[number], False, np.where(self.target == number, leaving, 0.0), self.point)
+            for number in sorted(set(self.target[leaving > 0.0].tolist()))
+        ]
+        parts.append(("", True, over, self.held.point(self.vessel.place("opening"))))
+        for name, over_brim, volume, points in parts:
+            rows = np.flatnonzero(volume > 0.0)
+            if len(rows):
+                times = self.inputs.times[rows]
+                yield Stream(self.vessel.body.id, name, over_brim, times, rows, volume[rows], points[rows])
+
+    def _kept(self) -> FloatArray:
+        """Millilitres (T,) that its tilt keeps; infinite where its tilt is not known."""
+        poses = self.poses
         # A frame reached by a jump or a loss is no evidence of a tilt: a glitch of one frame would empty the glass.
         known = poses.valid & poses.linked
         # Of the first frame the next one tells.
         known[:1] |= poses.valid[:1] & poses.linked[1:2].all()
         if TURN_OUTLIER not in self.inputs.believed:
             known &= ~_turned_and_back(poses)
-        self.doubtful[name] = poses.valid & ~known
+        self.doubtful = poses.valid & ~known
         kept = np.full(len(known), np.inf)
-        kept[known] = vessel.shape.kept_ml(_down(poses, known))
+        kept[known] = self.vessel.shape.kept_ml(_down(poses, known))
         return kept
 
-    def _most(self, name: str) -> FloatArray:
+    def _most(self) -> FloatArray:
         """Millilitres (T,) that can run over a tilted rim in the step up to each frame: its opening as a full weir."""
-        down, width = _down(self.held[name], slice(None)), 2.0 * self.vessels[name].size("opening_radius")
+        down, width = _down(self.held, slice(None)), 2.0 * self.vessel.size("opening_radius")
         head = width * np.where(down[:, 1] < 0.0, np.hypot(down[:, 0], down[:, 2]), 1.0)
         most = np.diff(self.inputs.times, prepend=0.0) * over_weir(head, width) / ML
         # How long a vessel had been tilted before the recording is not known.
         most[:1] = np.inf
         return most
 
-    def _aim(self, name: str, leaving: FloatArray) -> None:
-        """Find where it falls in each frame in which it flows, if that is not known yet."""
-        outlet = self.outlets[name]
-        rows = np.flatnonzero((leaving > 0.0) & (outlet.target == UNKNOWN))
-        if not len(rows):
-            return
-        poses = self.held[name]
-        if outlet.declared is not None:
-            local, velocity = np.array([outlet.declared["tip"]]), np.zeros((len(rows), 3))
-        else:
-            local, velocity = self.vessels[name].shape.exit(_down(poses, rows)), self._velocity(name, rows)
-        start = poses.translation[rows] + np.einsum("tij,tj->ti", poses.rotation[rows], local * np.ones((len(rows), 1)))
-        outlet.target[rows], outlet.point[rows] = self._landing(outlet.into, rows, start, velocity)
-
-    def _landing(
-        self, into: tuple[str, ...], rows: IntArray, start: FloatArray, velocity: FloatArray
-    ) -> tuple[IntArray, FloatArray]:
-        """Number of the vessel that it falls into and where it started, or `SPILLED` and where it lands."""
+    def _land(self, rows: IntArray, start: FloatArray, velocity: FloatArray, places: "Mapping[str, _Place]") -> None:
+        """Note into which vessel it falls, and where it started; if into none, where it lands."""
         best, target = np.full(len(rows), np.inf), np.full(len(rows), SPILLED)
         floor = np.full(len(rows), np.inf)
-        for name in into:
-            poses, vessel = self.held[name], self.vessels[name]
-            turn, place = poses.rotation[rows], poses.translation[rows]
-            centre = place + np.einsum("tij,j->ti", turn, vessel.place("opening"))
-            time = entry_times(start, velocity, centre, turn[:, :, 1], vessel.size("opening_radius"))
-            time = np.where(poses.valid[rows], time, np.inf)
-            target, best = np.where(time < best, self.names.index(name), target), np.minimum(time, best)
-            floor = np.where(poses.valid[rows], np.minimum(floor, place[:, 1]), floor)
+        for name in self.into:
+            poses, vessel = places[name].held.take(rows), places[name].vessel
+            centre = poses.translation + np.einsum("tij,j->ti", poses.rotation, vessel.place("opening"))
+            time = entry_times(start, velocity, centre, poses.rotation[:, :, 1], vessel.size("opening_radius"))
+            time = np.where(poses.valid, time, np.inf)
+            target, best = np.where(time < best, [*places].index(name), target), np.minimum(time, best)
+            floor = np.where(poses.valid, np.minimum(floor, poses.translation[:, 1]), floor)
         landed = places_at_height(start, velocity, np.where(np.isfinite(floor), floor, start[:, 1]))
-        return target, np.where((target == SPILLED)[:, None], landed, start)
+        self.target[rows], self.point[rows] = target, np.where((target == SPILLED)[:, None], landed, start)
 
-    def _velocity(self, name: str, rows: IntArray) -> FloatArray:
+    def _velocity(self, rows: IntArray) -> FloatArray:
         """Of the lip (n, 3), which the liquid leaves with; at rest where the path about the frame is not known."""
-        poses, local = self.poses[name], self.vessels[name].place("lip")
-        near = np.unique(np.clip(rows[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1), 0, len(poses.times) - 1))
-        lips = np.zeros((len(poses.times), 3))
-        lips[near] = poses.translation[near] + poses.rotation[near] @ local
-        runs = settled_runs(poses.times, poses.valid, poses.linked)
-        return np.nan_to_num(velocities(poses.times, lips, runs, rows))
-
-    def _streams(self, name: str, leaving: FloatArray, over: FloatArray) -> list[Stream]:
-        """What left a vessel for each place, and what ran over its brim."""
-        parts = []
-        if name in self.outlets:
-            target, point = self.outlets[name].target, self.outlets[name].point
-            for number in sorted(set(target[leaving > 0.0].tolist())):
-                into = "" if number == SPILLED else self.names[number]
-                parts.append((into, False, np.where(target == number, leaving, 0.0), point))
-        if (over > 0.0).any():
-            parts.append(("", True, over, self.held[name].point(self.vessels[name].place("opening"))))
-        found = []
-        for into, over_brim, volume, points in parts:
-            rows = np.flatnonzero(volume > 0.0)
-            found.append(Stream(name, into, over_brim, self.inputs.times[rows], rows, volume[rows], points[rows]))
-        return found
+        poses, times = self.poses, self.inputs.times
+        near = np.unique(np.clip(rows[:, None] + np.arange(-HALF_WINDOW, HALF_WINDOW + 1), 0, len(times) - 1))
+        lips = np.zeros((len(times), 3))
+        lips[near] = poses.translation[near] + poses.rotation[near] @ self.vessel.place("lip")
+        return np.nan_to_num(velocities(times, lips, settled_runs(times, poses.valid, poses.linked), rows))
 
 
 def _turned_and_back(poses: BodyPoses) -> BoolArray:
@@ -219,16 +197,24 @@ def _turned_and_back(poses: BodyPoses) -> BoolArray:
     return outlier
 
 
-def _outlets(inputs: EffectInputs) -> dict[str, _Outlet]:
-    """Vessel that gives -> its outlet, of all tables that declare one."""
-    outlets: dict[str, _Outlet] = {}
+def _places(inputs: EffectInputs) -> dict[str, _Place]:
+    """Every vessel between which liquid moves, by name; those that give know which may receive."""
+    taps = {declared["body"]: declared for declared in reversed(inputs.tables.get("burette", ()))}
+    into: dict[str, tuple[str, ...]] = {}
     for declared in inputs.tables.get("burette", ()):
-        outlets.setdefault(declared["body"], _Outlet(declared)).into += declared["into"]
+        into[declared["body"]] = into.get(declared["body"], ()) + declared["into"]
     for declared in inputs.tables.get("pour", ()):
         for source in declared["from"]:
             others = tuple(name for name in declared["into"] if name != source)
-            outlets.setdefault(source, _Outlet()).into += others
-    return outlets
+            into[source] = into.get(source, ()) + others
+    names = dict.fromkeys(name for source, targets in into.items() for name in (source, *targets))
+    found = {
+        name: _Place(inputs, vessel, taps.get(name), name in into and name not in taps)
+        for name, vessel in vessels_of(inputs, names).items()
+    }
+    for source, targets in into.items():
+        found[source].into = targets
+    return found
 
 
 def _open_area(inputs: EffectInputs, declared: Declaration) -> FloatArray:
