@@ -4,14 +4,12 @@ import sys
 import time
 from functools import partial
 from importlib.metadata import version
-from types import SimpleNamespace
 
 import pytest
 from support.spawned import spawned_by
 
-from replay.base.machine import versions
 from replay.base.progress import Silent
-from replay.base.workers import Workers, _require_same, do_all
+from replay.base.workers import Workers, do_all
 from replay.errors import WorkerError
 
 needs_sigkill = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs a signal that cannot be caught")
@@ -37,24 +35,6 @@ def by_value():
     cloudpickle.register_pickle_by_value(sys.modules[__name__])
     yield
     cloudpickle.unregister_pickle_by_value(sys.modules[__name__])
-
-
-def test_a_worker_with_other_versions_or_without_the_tool_is_named_with_both():
-    here = versions()
-    _require_same("tcp://a:1", here | {"python": "3.0"})
-    with pytest.raises(WorkerError, match=f"the worker tcp://a:1 has numpy 1.0, this machine {here['numpy']}; install"):
-        _require_same("tcp://a:1", here | {"numpy": "1.0"})
-    with pytest.raises(WorkerError, match=f"has numba none, this machine {here['numba']}; install the same"):
-        _require_same("tcp://a:1", {name: one for name, one in here.items() if name != "numba"})
-    with pytest.raises(WorkerError, match=r"cannot load vrlab-replay .*No module named 'replay'.*install it there"):
-        _require_same("tcp://a:1", ModuleNotFoundError("No module named 'replay'"))
-
-
-def test_a_scheduler_elsewhere_may_have_fewer_workers_than_were_asked_for():
-    pool = object.__new__(Workers)
-    pool._cluster, pool._jobs, pool._alike = None, 2, set()
-    pool._client = SimpleNamespace(nthreads=lambda: {"tcp://a:1": 1}, run=lambda *_, **__: {"tcp://a:1": versions()})
-    assert pool.places() == ["tcp://a:1"]
 
 
 def test_without_dask_and_without_a_scheduler_it_is_one_sentence(monkeypatch):

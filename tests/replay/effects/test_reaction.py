@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 from support.liquid_worlds import (
-    NEUTRAL,
     glass,
     poured,
 )  # fmt: skip
@@ -27,17 +26,6 @@ def test_a_reaction_with_a_rate_nears_the_end_of_its_limiting_reagent():
         and run.series["b/H2 gone"].values[-1] == extent.values[-1]
         and run.series["b/H2 gone"].unit == "mol"
     )
-
-
-def test_acid_spent_on_magnesium_neutralises_nothing_more():
-    """All HCl is spent on an excess of magnesium; poured into NaOH the pH is that of the NaOH alone."""
-    spent, base = glass("a", 60.0, solute="HCl", molar=1.0), glass("b", 10.0, solute="NaOH", molar=0.5)
-    spent.extra["properties"]["solid"] = {"formula": "Mg", "mass_g": 7.0}
-    zinc = ("reaction", {"equation": "Mg + 2 HCl -> MgCl2 + H2"})
-    effects = poured([0.0, 60.0, 60.0], (spent, base), ("mixing", {"in": ["a", "b"]}), zinc, NEUTRAL)
-    volume = effects["mixing"].series["b/volume"].values[-1]
-    assert not effects["reaction"].output.named("end-point")
-    assert effects["reaction"].series["b/pH"].values[-1] == pytest.approx(14.0 + np.log10(5.0 / volume), abs=1e-6)
 
 
 def test_gas_that_leaves_is_told_of_every_vessel_without_a_jar_and_is_what_stays_dissolved_less():

@@ -153,9 +153,3 @@ def test_salts_dissolve_as_in_the_data_bases(reactions):
             heat += sum(many * (WATER_KJ_MOL if part == "H2O" else ENTHALPY[part][0]) for part, many in parts.items())
             compared["heat"] += check(f"enthalpy of {solid}", heat, [joule for _, joule in found], WITHIN_KJ)
     assert compared["ksp"] >= 22 and compared["heat"] >= 14, compared
-
-
-def test_every_deviation_is_of_a_constant_there_is():
-    names = {name.rpartition(" ")[2] for name in DEVIATIONS}
-    known = {*KSP, *(name.removesuffix("(s)") for name in ENTHALPY), *(name for _, _, name, _ in protonated())}
-    assert names <= known

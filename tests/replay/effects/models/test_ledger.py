@@ -139,32 +139,3 @@ def test_the_order_of_names_and_columns_changes_no_printed_digit(seed):
         for column in one.columns:
             amount = one.amounts[place, one.column[column]]
             assert other.amounts[there, other.column[column]] == pytest.approx(amount, rel=1e-8, abs=1e-12 * scale)
-
-
-def test_what_is_brought_is_followed_and_never_changed():
-    book = Ledger(["a", "b"], ["H+", "H2O", "HCl" + BROUGHT])
-    book.fill("a", 10.0, {"H+": 1.0, "HCl" + BROUGHT: 1.0})
-    book.fill("b", 10.0, {"H+": -2.0, "H2O": 2.0})
-    book.begin(0.0)
-    step(book, 1, 0.1, [("a", "b", 5.0)])
-    assert book.history("b").amounts[-1].tolist() == [-1.5, 2.0, 0.5, 0.0, 0.0]
-
-
-def test_heat_goes_with_the_liquid_whichever_vessel_is_named_first():
-    """Hot water goes from a to b while b runs into c: each step carries the warmth its source has at that moment."""
-    ends = []
-    for names in (["a", "b", "c"], ["c", "b", "a"]):
-        warmth = Warmth(4.0, {}, {"a": 60.0, "b": 10.0}, 0.0, np.inf, reacting=False)
-        book = Ledger(names, ["H2O"], warmth=warmth)
-        for name in names:
-            book.fill(name, 100.0 if name != "c" else 0.0, {"H2O": 5.0})
-        book.begin(0.0)
-        for frame in range(1, 51):
-            step(book, frame, frame * 0.01, [("a", "b", 1.0), ("b", "c", 1.0)])
-        ends.append([book.amounts[book.at[name], book.column[HEAT]] for name in "abc"])
-    assert ends[0] == pytest.approx(ends[1], rel=1e-12) and sum(ends[0]) == pytest.approx(4.0 * 100.0 * 70.0, rel=1e-12)
-    # The recurrence by hand: b has 100 mL throughout.
-    b = 10.0
-    for _ in range(50):
-        b += (60.0 - b) / 100.0
-    assert ends[0][1] == pytest.approx(400.0 * b, rel=1e-9)

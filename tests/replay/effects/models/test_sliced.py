@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from manifold3d import Manifold, Mesh
 
-from replay.effects.models.sliced import SlicedCavity, volume_below, volume_kept
+from replay.effects.models.sliced import SlicedCavity, volume_kept
 from sessions.glassware.catalogue import made_instrument as make_instrument
 
 FACES = 500
@@ -52,16 +52,6 @@ def test_onset_and_volume_of_every_vessel_are_those_of_slices_by_another_library
             first = int(np.argmax(kept <= fill * cavity.capacity_m3 * 1e6))
             assert truth(tilts[first] - 0.5, side) >= fill * cavity.capacity_m3 * 1e6 >= truth(tilts[first] + 0.5, side)
             assert kept[first] == pytest.approx(truth(tilts[first], side), rel=0.02)
-
-
-def test_a_plane_in_any_direction_cuts_off_what_another_library_cuts_off():
-    mesh = make_instrument("evaporating_dish", FACES).cavity.to_brim
-    random = np.random.default_rng(4)
-    ways = random.normal(size=(40, 3))
-    ways /= np.sqrt((ways * ways).sum(axis=1, keepdims=True))
-    depths = (mesh.vertices @ ways.T).max(axis=0) - random.uniform(0.0, 0.06, 40)
-    cut = [solid_of(mesh).trim_by_plane(way, float(depth)).volume() for way, depth in zip(ways, depths, strict=True)]
-    assert volume_below(mesh.vertices, mesh.faces, ways, depths) == pytest.approx(cut, rel=1e-6, abs=1e-12)
 
 
 RADIUS, HEIGHT = 0.03, 0.08
