@@ -85,12 +85,7 @@ class _Ladder:
 
 def _filled(pieces: Sequence[TriangleMesh]) -> float:
     """The sum of the volumes of closed pieces."""
-    return sum(float(np.einsum("ij,ij->", *_first_and_normal(piece)) / 6) for piece in pieces)
-
-
-def _first_and_normal(piece: TriangleMesh) -> tuple[Any, Any]:
-    a, b, c = np.moveaxis(piece.triangles, 1, 0)
-    return a, np.cross(b, c)
+    return sum(MeshData(piece.vertices, piece.faces).volume for piece in pieces)
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +204,7 @@ class _Search:
                 spent.add(column)
                 continue
             (false, by_pair), steps = better
-        for name in sorted(steps, key=lambda body: -self._count(body, steps[body])):
+        for name in sorted(steps, key=lambda body: -len(self._ladders[body].pieces(steps[body]))):
             steps = {**steps, name: self._least(steps, name, max(false + SLACK, self._max_false))}
         made = {name: self._ladders[name].pieces(step) for name, step in steps.items()}
         return made, {name: self._ladders[name].how if step else "one hull" for name, step in steps.items()}
@@ -232,14 +227,11 @@ class _Search:
 
     def _above(self, steps: Mapping[str, int], ends: Sequence[str]) -> list[dict[str, int]]:
         """More pieces of one body of a pair, or of both: one alone may change nothing."""
-        higher: list[list[dict[str, int]]] = []
-        for name in ends:
-            higher.append([{name: step} for step in self._ladders[name].above(steps[name])])
-        one = [{**steps, **step} for found in higher for step in found]
-        return [*one, *({**steps, **a[-1], **b[-1]} for a, b in [higher] if a and b)]
-
-    def _count(self, name: str, step: int) -> int:
-        return len(self._ladders[name].pieces(step))
+        higher = {name: self._ladders[name].above(steps[name]) for name in ends}
+        found = [{**steps, name: step} for name, more in higher.items() for step in more]
+        if all(higher.values()):
+            found.append({**steps, **{name: more[-1] for name, more in higher.items()}})
+        return found
 
     def _false(self, steps: Mapping[str, int]) -> tuple[float, Any]:
         """Share of the reported contact time that is false, and false frames of each pair; counted once."""

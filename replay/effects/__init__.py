@@ -29,9 +29,9 @@ EFFECTS: Final[dict[str, str]] = {
 ENTRY_POINT_GROUP: Final = "vrlab_replay.effects"
 
 
-def effect_kinds(table: Mapping[str, str] = EFFECTS) -> tuple[str, ...]:
+def effect_kinds() -> tuple[str, ...]:
     """Every kind a scene may declare: the table's first, those of installed packages after them."""
-    return (*table, *(name for name in sorted(_outside(tuple(sys.path))) if name not in table))
+    return (*EFFECTS, *(name for name in sorted(_outside(tuple(sys.path))) if name not in EFFECTS))
 
 
 @lru_cache(maxsize=4)
@@ -41,14 +41,14 @@ def _outside(path: tuple[str, ...]) -> Mapping[str, str]:
     return MappingProxyType({point.name: point.value for point in reversed([*entry_points(group=ENTRY_POINT_GROUP)])})
 
 
-def load_effect(kind: str, table: Mapping[str, str] = EFFECTS) -> "EffectSpec":
+def load_effect(kind: str) -> "EffectSpec":
     """The spec of a kind; this imports the effect's file.
 
     Raises EffectError: there is no such kind, or its file cannot be loaded.
     """
-    entry = table.get(kind) or _outside(tuple(sys.path)).get(kind)
+    entry = EFFECTS.get(kind) or _outside(tuple(sys.path)).get(kind)
     if entry is None:
-        raise EffectError(f"no effect {kind!r}; there are: {', '.join(effect_kinds(table))}")
+        raise EffectError(f"no effect {kind!r}; there are: {', '.join(effect_kinds())}")
     module, _, attribute = entry.partition(":")
     try:
         spec: EffectSpec = getattr(import_module(module), attribute or "SPEC")

@@ -5,7 +5,7 @@ import numpy as np
 from replay.effects.declaring import Declaration, bodies, body, number, vector
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.outflow import flows
-from replay.effects.movement import movement_of
+from replay.effects.movement import gone_ml, movement_of
 from replay.effects.output import EffectOutput, Findings, FloatArray, Series
 from replay.effects.protocol import EffectSpec
 from replay.effects.spans import BoolArray, spans_of
@@ -21,10 +21,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     into = {name for declared in inputs.declared for name in declared["into"]}
     mine = [one for one in moved.streams if one.source in (into - told if one.over else names)]
     for name in names:
-        gone = np.zeros(len(inputs))
-        for one in mine:
-            if one.source == name and not one.over:
-                gone[one.frames] += one.volume_ml
+        gone = gone_ml(len(inputs), (one for one in mine if one.source == name and not one.over))
         # Shown too at the frames about a flow, so that a line through them has no slope where nothing ran.
         wanted = gone > 0.0
         found.ran |= wanted

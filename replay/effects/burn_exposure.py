@@ -9,7 +9,7 @@ from replay.effects.contact import EffectContact, touches_of
 from replay.effects.declaring import Declaration, number, pairs
 from replay.effects.inputs import EffectInputs
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, Series
-from replay.effects.protocol import EffectSpec, Need
+from replay.effects.protocol import EffectSpec
 from sessions.model.scene import Scene
 
 
@@ -74,7 +74,8 @@ SPEC = EffectSpec(
     kind="burn-exposure",
     about="A hand touches a hot part.",
     compute=compute,
-    needs=("contact", Need("heat", "surface_c", (None,))),
+    needs=("contact",),
+    needs_if={"heat": ("surface_c", (None,))},
     fields={
         "between": pairs("[hands, hot parts]"),
         "threshold_c": number("surface temperature that burns in that time, ISO 13732-1 by material", "degC"),

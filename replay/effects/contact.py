@@ -19,7 +19,7 @@ FLAT: Final = 1e-3
 class EffectContact:
     """One contact of a pair, for the effects that build on it."""
 
-    reported: PairContact
+    pair: Pair
     # first, stop: first frame in contact, and the first frame clear of it (T where the recording ends before)
     first: int
     stop: int
@@ -61,7 +61,7 @@ def _touch(reported: PairContact, first: int, stop: int) -> EffectContact:
     flicker = not (seen[1:] & seen[:-1]).any()
     last = first + int(np.flatnonzero(reported.touching[first:stop])[-1])
     before = int(clear[-1]) if len(clear) else -1
-    return EffectContact(reported, first, stop, last, before, point, _normal(points), flicker)
+    return EffectContact(reported.pair, first, stop, last, before, point, _normal(points), flicker)
 
 
 def _normal(points: FloatArray) -> Vector | None:
@@ -75,9 +75,8 @@ def _normal(points: FloatArray) -> Vector | None:
 def _event(inputs: EffectInputs, touch: EffectContact) -> EffectEvent:
     start = float(inputs.times[touch.first])
     values = {"frames": touch.last + 1 - touch.first, "flicker": touch.flicker}
-    pair = touch.reported.pair
-    words = f"{pair[0]} touches {pair[1]}"
-    return EffectEvent(start, "contact", pair, inputs.end(touch.last + 1), values, words, point=touch.point)
+    words = "{} touches {}".format(*touch.pair)
+    return EffectEvent(start, "contact", touch.pair, inputs.end(touch.last + 1), values, words, point=touch.point)
 
 
 SPEC = EffectSpec(

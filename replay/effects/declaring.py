@@ -185,13 +185,9 @@ BODY_KEYS: Final[Mapping[str, Any]] = {
 """Key -> the keys of the table it is, or ``""`` where it is none. Nothing else is read by any effect."""
 
 
-def body_faults(scene: Scene, file: str, more: Mapping[str, Any]) -> list[str]:
-    """Every unknown key of a body's tables; file, table, key and the nearest known name.
-
-    ``more``: further keys of ``properties``.
-    """
+def body_faults(scene: Scene, file: str) -> list[str]:
+    """Every unknown key of a body's tables; file, table, key and the nearest known name."""
     faults: list[str] = []
-    known = {**BODY_KEYS, "properties": {**BODY_KEYS["properties"], **more}}
 
     def look(table: TomlTable, keys: Mapping[str, Any]) -> None:
         for key, below in keys.items():
@@ -201,6 +197,6 @@ def body_faults(scene: Scene, file: str, more: Mapping[str, Any]) -> list[str]:
         table.done(keys)
 
     for row, body in enumerate(scene.bodies, start=1):
-        held = {key: value for key, value in body.extra.items() if key in known}
-        look(TomlTable(held, file, f"[[body]] {row} ({body.id!r})", SessionError, faults), known)
+        held = {key: value for key, value in body.extra.items() if key in BODY_KEYS}
+        look(TomlTable(held, file, f"[[body]] {row} ({body.id!r})", SessionError, faults), BODY_KEYS)
     return faults

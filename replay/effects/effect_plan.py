@@ -9,7 +9,7 @@ from graphlib import CycleError, TopologicalSorter
 from itertools import chain
 from typing import Any, Final, TypeVar
 
-from replay.effects import EFFECTS, effect_kinds, load_effect
+from replay.effects import effect_kinds, load_effect
 from replay.effects.declaring import Declaration, Pair, body_faults, declare
 from replay.effects.protocol import POSES, EffectSpec
 from replay.errors import EffectError, PlanError, WrongInputError
@@ -54,14 +54,13 @@ class Plan:
         return tuple(self.steps)
 
 
-def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFECTS) -> Plan:
+def plan(scene: Scene, file: str = "scene.toml") -> Plan:
     """Say what a scene calls for.
 
     A scene without an effects table is audited: the plan asks for contacts. A scene that declares effects gets what
     they need and no more: a titration makes no collision query.
 
     ``file``: name of the scene in messages.
-    ``table``: the effects there are.
     Raises PlanError: an unknown effect, field, body or tag, or an unknown key of a body; the message has file, table,
     key and the nearest known name, ``faults`` are all there are.
     Raises EffectError: a declared effect whose file cannot be loaded.
@@ -69,22 +68,23 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
     if not isinstance(scene, Scene):
         raise WrongInputError(f"a scene is needed, not {type(scene).__name__}; a session has one: session.scene")
     faults: list[str] = []
-    declared = _declared(scene, file, table, faults)
-    theirs = {key: "" for kind in declared for key in load_effect(kind, table).properties}
-    faults += body_faults(scene, file, theirs)
+    declared = _declared(scene, file, faults)
+    faults += body_faults(scene, file)
     if faults:
         raise PlanError(*faults)
     if scene.effects is None:
-        return Plan({}, scene.pairs, detection=True, not_run=effect_kinds(table))
-    specs, needs, because = _closure(declared, table)
+        return Plan({}, scene.pairs, detection=True, not_run=effect_kinds())
+    specs, because = _closure(declared)
+    tables = {kind: declared.get(kind, ()) for kind in specs}
     for spec in specs.values():
         try:
             if spec.check_all is not None:
-                spec.check_all({kind: declared.get(kind, ()) for kind in specs}, scene, file)
+                spec.check_all(tables, scene, file)
         except PlanError as error:
             faults += error.faults
     if faults:
         raise PlanError(*dict.fromkeys(faults))
+    needs = {kind: spec.needed(tables[kind]) for kind, spec in specs.items()}
     inputs = {
         kind: tuple(dict.fromkeys((*needs[kind], *(one for one in specs[kind].uses if one in specs))))
         for kind in sorted(specs)
@@ -93,12 +93,9 @@ def plan(scene: Scene, file: str = "scene.toml", table: Mapping[str, str] = EFFE
         order = tuple(TopologicalSorter(inputs).static_order())
     except CycleError as error:
         raise PlanError(f"effects need each other in a circle: {' -> '.join(error.args[1])}; break it") from error
-    asked = _asked(order, specs, needs, declared)
-    steps = {
-        kind: Step(specs[kind], declared.get(kind, ()), tuple(asked[kind]), inputs[kind], because[kind])
-        for kind in order
-    }
-    return _whole(scene, steps, tuple(kind for kind in effect_kinds(table) if kind not in steps))
+    asked = _asked({kind: _values(specs[kind], tables[kind], "pairs") for kind in order}, needs)
+    steps = {kind: Step(specs[kind], tables[kind], tuple(asked[kind]), inputs[kind], because[kind]) for kind in order}
+    return _whole(scene, steps)
 
 
 def plan_faults(scene: Scene, file: str = "scene.toml") -> tuple[str, ...]:
@@ -112,16 +109,14 @@ def plan_faults(scene: Scene, file: str = "scene.toml") -> tuple[str, ...]:
     return ()
 
 
-def _declared(
-    scene: Scene, file: str, table: Mapping[str, str], faults: list[str]
-) -> dict[str, tuple[Declaration, ...]]:
+def _declared(scene: Scene, file: str, faults: list[str]) -> dict[str, tuple[Declaration, ...]]:
     found: dict[str, tuple[Declaration, ...]] = {}
-    known = effect_kinds(table)
+    known = effect_kinds()
     for row, effect in enumerate(scene.effects or (), start=1):
         if effect.kind not in known:
             faults.append(f"{file}: [[effect]] {row}: no effect of kind {effect.kind!r}{nearest(effect.kind, known)}")
             continue
-        spec = load_effect(effect.kind, table)
+        spec = load_effect(effect.kind)
         try:
             declaration = declare(effect, row, spec.fields, scene, file)
             if spec.check is not None:
@@ -148,31 +143,24 @@ def _clashes(new: Declaration, before: tuple[Declaration, ...], spec: EffectSpec
     ]
 
 
-def _closure(
-    declared: Mapping[str, tuple[Declaration, ...]], table: Mapping[str, str]
-) -> tuple[dict[str, EffectSpec], dict[str, tuple[str, ...]], Reasons[str]]:
+def _closure(declared: Mapping[str, tuple[Declaration, ...]]) -> tuple[dict[str, EffectSpec], Reasons[str]]:
     specs: dict[str, EffectSpec] = {}
-    needs: dict[str, tuple[str, ...]] = {}
     because: Reasons[str] = dict.fromkeys(declared, (DECLARED,))
     waiting = sorted(declared)
     for kind in waiting:  # it grows by what is needed
         if kind not in specs:
-            specs[kind] = load_effect(kind, table)
-            needs[kind] = specs[kind].needed(declared.get(kind, ()))
-            waiting += needs[kind]
-            for needed in needs[kind]:
+            specs[kind] = load_effect(kind)
+            for needed in specs[kind].needed(declared.get(kind, ())):
+                waiting.append(needed)
                 _note(because, needed, f"{kind} needs it")
-    return specs, needs, because
+    return specs, because
 
 
-def _asked(
-    order: tuple[str, ...], specs: Mapping[str, EffectSpec], needs: Mapping[str, tuple[str, ...]],
-    declared: Mapping[str, tuple[Declaration, ...]],
-) -> dict[str, Reasons[Pair]]:  # fmt: skip
-    """For each effect the pairs it speaks of, and who asks for each: its own tables, and the effects that need it."""
-    asked: dict[str, Reasons[Pair]] = {kind: {} for kind in order}
-    for kind in reversed(order):
-        for pair in _values(specs[kind], declared.get(kind, ()), "pairs"):
+def _asked(own: dict[str, list[Pair]], needs: Mapping[str, tuple[str, ...]]) -> dict[str, Reasons[Pair]]:
+    """For each effect, in running order, the pairs it speaks of, and who asks: its tables, and effects that need it."""
+    asked: dict[str, Reasons[Pair]] = {kind: {} for kind in own}
+    for kind in reversed(own):
+        for pair in own[kind]:
             _ask(asked[kind], pair, kind)
         for needed in needs[kind]:
             for pair, who in asked[kind].items():
@@ -195,7 +183,7 @@ def _note(reasons: Reasons[Any], key: Pair | str, *who: str) -> None:
     reasons[key] = tuple(dict.fromkeys((*reasons.get(key, ()), *who)))
 
 
-def _whole(scene: Scene, steps: Mapping[str, Step], not_run: tuple[str, ...]) -> Plan:
+def _whole(scene: Scene, steps: Mapping[str, Step]) -> Plan:
     pairs: Reasons[Pair] = {}
     bodies, topics, detectors = (Reasons[str]() for _ in range(3))
     for pair in scene.pairs or ():
@@ -210,4 +198,5 @@ def _whole(scene: Scene, steps: Mapping[str, Step], not_run: tuple[str, ...]) ->
             _note(detectors, step.spec.detector, kind)
             for pair in step.pairs:
                 _ask(pairs, pair, kind)
+    not_run = tuple(kind for kind in effect_kinds() if kind not in steps)
     return Plan(steps, tuple(pairs), bool(pairs), bodies, topics, detectors, pairs, not_run)

@@ -10,7 +10,7 @@ from replay.effects.declaring import Declaration, body, number, text, vector
 from replay.effects.inputs import EffectInputs
 from replay.effects.models.warming import WATER_BOILS_C, warmed
 from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
-from replay.effects.protocol import EffectSpec, Need
+from replay.effects.protocol import EffectSpec
 from replay.effects.spans import BoolArray, steadied
 from replay.effects.vessels import COLOURS, Vessel
 from replay.errors import EffectError
@@ -163,7 +163,7 @@ SPEC = EffectSpec(
     kind="heat",
     about="A flame or a dilution heats.",
     compute=compute,
-    needs=(Need("mixing", "of", ("dilution", "neutralisation")), Need("reaction", "of", ("neutralisation",))),
+    needs_if={"mixing": ("of", ("dilution", "neutralisation")), "reaction": ("of", ("neutralisation",))},
     fields={
         "of": text("what gives the heat", among=tuple(KINDS)),
         "ambient_c": number("of the room and of everything at first", "degC", above=-273.15),

@@ -6,7 +6,7 @@ into what a vessel holds by running minima; only where the weir is the limit, by
 over the vessels repeat that until nothing changes. Each settles one more hand-over in a row, so that rounds are few.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,10 +38,23 @@ class Movement:
 
     def changes(self, times: FloatArray, name: str) -> Series:
         """A vessel's volume wherever it changed, and at the first and the last frame."""
-        frames = [one.frames for one in self.streams if name in (one.source, one.target)]
-        ends = np.array([0, len(times) - 1][: len(times)], dtype=np.int64)
-        rows = np.unique(np.concatenate([ends, *frames]))
-        return Series(times[rows], self.volume_ml[name][rows], "mL")
+        moved = [one for one in self.streams if name in (one.source, one.target)]
+        return volumes(times, moved, self.volume_ml[name])
+
+
+def volumes(times: FloatArray, streams: Sequence[Stream], volume_ml: FloatArray) -> Series:
+    """Of millilitres (T,) those at the frames of some streams, and at the first and the last frame."""
+    ends = np.array([0, len(times) - 1][: len(times)], dtype=np.int64)
+    rows = np.unique(np.concatenate([ends, *(one.frames for one in streams)]))
+    return Series(times[rows], volume_ml[rows], "mL")
+
+
+def gone_ml(count: int, streams: Iterable[Stream]) -> FloatArray:
+    """Millilitres (T,) of all streams together in each frame."""
+    gone = np.zeros(count)
+    for stream in streams:
+        gone[stream.frames] += stream.volume_ml
+    return gone
 
 
 def movement_of(inputs: EffectInputs) -> Movement:

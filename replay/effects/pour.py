@@ -4,9 +4,9 @@ import numpy as np
 
 from replay.effects.declaring import Declaration, bodies, number
 from replay.effects.inputs import EffectInputs
-from replay.effects.models.outflow import GAP_S, Stream, flows
-from replay.effects.movement import movement_of
-from replay.effects.output import EffectEvent, EffectOutput, Findings, FloatArray, LaneSpan, Series
+from replay.effects.models.outflow import GAP_S, flows
+from replay.effects.movement import gone_ml, movement_of, volumes
+from replay.effects.output import EffectEvent, EffectOutput, Findings, LaneSpan
 from replay.effects.protocol import EffectSpec
 from replay.effects.vessels import check_vessels, flow_event
 from sessions.model.scene import Scene
@@ -38,17 +38,10 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     for name in names:
         found.series[f"{name}/volume"] = volume = moved.changes(inputs.times, name)
         found.liquids[name] = moved.vessels[name].drawn(volume.times, volume.values)
-    found.series["spilled/volume"] = _spilled(inputs.times, [one for one in mine if not one.target and not one.over])
+    spilled = [one for one in mine if not one.target and not one.over]
+    gone = np.cumsum(gone_ml(len(inputs), spilled))
+    found.series["spilled/volume"] = volumes(inputs.times, spilled, gone)
     return found.output(moved)
-
-
-def _spilled(times: FloatArray, streams: list[Stream]) -> Series:
-    """All that was spilled by each time some was, from the first frame to the last."""
-    gone = np.zeros(len(times))
-    for stream in streams:
-        gone[stream.frames] += stream.volume_ml
-    rows = np.unique(np.concatenate([np.array([0, len(times) - 1][: len(times)]), np.flatnonzero(gone)]))
-    return Series(times[rows], np.cumsum(gone)[rows], "mL")
 
 
 def _check(declared: Declaration, _scene: Scene) -> None:

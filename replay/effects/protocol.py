@@ -40,19 +40,6 @@ POSES: Final = "/tf"
 """The topic of poses, which every effect reads."""
 
 
-@dataclass(frozen=True)
-class Need:
-    """A kind that is needed only where a field of the declaration has one of some values."""
-
-    kind: str  # the effect needed
-    when: str = ""  # field that decides, ``""``: always
-    equals: tuple[object, ...] = ()  # values of the field with which it is needed
-
-    def holds(self, declared: Declaration) -> bool:
-        """Whether this declaration needs it."""
-        return not self.when or declared.values.get(self.when) in self.equals
-
-
 @dataclass(frozen=True, eq=False)
 class EffectSpec:
     """All that is known of an effect without running it; the module's docstring says how to write one."""
@@ -63,10 +50,11 @@ class EffectSpec:
     fields: Mapping[str, Field] = field(default_factory=dict)  # keys of its ``[[effect]]`` table
     # needs: kinds it cannot do without, in the plan because this one is. uses: kinds it builds on when the plan holds
     # them anyway. Both run before it: ``inputs.output(kind)``, of a used one where ``inputs.outputs`` has it.
-    needs: tuple[str | Need, ...] = ()
+    needs: tuple[str, ...] = ()
+    # kind -> a field, and its values with which the kind is needed
+    needs_if: Mapping[str, tuple[str, tuple[object, ...]]] = field(default_factory=dict)
     uses: tuple[str, ...] = ()
     reads: tuple[str, ...] = ()  # topics beyond the poses: ``HANDS`` gives ``inputs.hand_of(body)``
-    properties: tuple[str, ...] = ()  # keys of a body's ``properties`` that no other effect reads
     # row of the table of detectors that looks at its pairs, for ``inputs.contact(pair)``; ``""``: none. One that needs
     # an effect with a detector has its pairs looked at too.
     detector: str = ""
@@ -79,7 +67,8 @@ class EffectSpec:
 
     def needed(self, declared: tuple[Declaration, ...]) -> tuple[str, ...]:
         """Kinds needed by these declarations; without any, those needed always."""
-        needs = [need if isinstance(need, Need) else Need(need) for need in self.needs]
-        return tuple(
-            dict.fromkeys(n.kind for n in needs if not n.when or any(n.holds(declaration) for declaration in declared))
-        )
+        found = [*self.needs]
+        for kind, (key, values) in self.needs_if.items():
+            if any(one[key] in values for one in declared):
+                found.append(kind)
+        return tuple(dict.fromkeys(found))

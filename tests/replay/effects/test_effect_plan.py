@@ -1,5 +1,9 @@
+import sys
+from types import SimpleNamespace
+
 import pytest
 
+from replay.effects import EFFECTS
 from replay.effects.effect_plan import DECLARED, plan
 from replay.effects.protocol import EffectOutput, EffectSpec
 from replay.errors import PlanError
@@ -16,15 +20,14 @@ def scene(*effects, **more):
 
 @pytest.fixture
 def made_up(monkeypatch):
-    """A table of effects made for a test: kind -> spec."""
+    """Makes these specs the only effects."""
 
     def make(*specs):
-        import replay.effects.effect_plan
-
-        table = {spec.kind: f"made.up:{spec.kind}" for spec in specs}
-        by_kind = {spec.kind: spec for spec in specs}
-        monkeypatch.setattr(replay.effects.effect_plan, "load_effect", lambda kind, _table=None: by_kind[kind])
-        return table
+        for kind in (*EFFECTS,):
+            monkeypatch.delitem(EFFECTS, kind)
+        for one in specs:
+            monkeypatch.setitem(EFFECTS, one.kind, f"made_up:{one.kind}")
+        monkeypatch.setitem(sys.modules, "made_up", SimpleNamespace(**{one.kind: one for one in specs}))
 
     return make
 
@@ -49,24 +52,24 @@ def test_an_effect_brings_what_it_needs_with_its_reason_and_its_pairs(made_up):
     from replay.effects.declaring import pairs
 
     both = {"between": pairs("two")}
-    table = made_up(
+    made_up(
         spec("contact", detector="exact", fields=both),
         spec("breakage", needs=("contact",), fields=both),
         spec("gas", fields={}),
     )
-    planned = plan(scene(("breakage", {"between": ["top", "cup"]})), table=table)
+    planned = plan(scene(("breakage", {"between": ["top", "cup"]})))
     assert planned.effects == ("contact", "breakage") and planned.pairs == (("top", "cup"),)
     assert planned.steps["contact"].because == ("breakage needs it",) and planned.not_run == ("gas",)
     assert planned.steps["contact"].declared == () and planned.steps["contact"].pairs == (("top", "cup"),)
 
 
 def test_effects_that_need_each_other_are_refused(made_up):
-    table = made_up(spec("egg", needs=("hen",)), spec("hen", needs=("egg",)))
+    made_up(spec("egg", needs=("hen",)), spec("hen", needs=("egg",)))
     with pytest.raises(PlanError, match=r"circle: (egg -> hen -> egg|hen -> egg -> hen)"):
-        plan(scene(("egg", {})), table=table)
+        plan(scene(("egg", {})))
 
 
-def test_every_fault_is_named_at_any_depth_whether_effects_are_declared_or_not(made_up):
+def test_every_fault_is_named_at_any_depth_whether_effects_are_declared_or_not():
     bodies = """[[body]]
 id = "cup"
 cavity = { capcity_ml = 3.0 }
@@ -90,6 +93,3 @@ properties = { liqid = {}, liquid = { volum_ml = 1.0, molar = 1.0 }, solid = 3, 
     assert len(said) == 8 and str(caught.value) == f"{said[0]}; and more: `replay scene check` lists every fault"
     assert "[[effect]] 1: no effect of kind 'contct'; did you mean 'contact'?" in said[0]
     assert "[[effect]] 2 ('pour'): unknown key 'int'; did you mean 'into'?" in said[1] and "'cap'" in said[2]
-    glows = made_up(spec("glow", properties=("glow",), fields={}))
-    one = parse_scene('[[body]]\nid = "lamp"\nproperties = { glow = { lux = 2 } }\n[[effect]]\nkind = "glow"\n')
-    assert plan(one, table=glows).effects == ("glow",)

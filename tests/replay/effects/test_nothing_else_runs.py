@@ -10,7 +10,6 @@ from support.effect_proofs import NEAR, run_small, scene_of, small_session
 
 from replay.effects import EFFECTS, load_effect
 from replay.effects.effect_plan import plan
-from replay.effects.protocol import Need
 from sessions.model.scene import SceneEffect
 from sessions.synthetic.scenes import SCENES
 
@@ -30,17 +29,18 @@ def subsets():
 def closed(kinds, scene):
     """Another way to the closure: grow the set until nothing is missing."""
 
-    def wanted(kind, need):
-        if not isinstance(need, Need) or not need.when:
-            return True
-        default = load_effect(kind).fields[need.when].default
-        return any(one.settings.get(need.when, default) in need.equals for one in scene.effects if one.kind == kind)
+    def needed(kind):
+        spec = load_effect(kind)
+        for other, (key, values) in spec.needs_if.items():
+            default = spec.fields[key].default
+            if any(one.settings.get(key, default) in values for one in scene.effects if one.kind == kind):
+                yield other
+        yield from spec.needs
 
     found, more = set(), set(kinds)
     while more - found:
         found |= more
-        asked = [(kind, need) for kind in found & set(KINDS) for need in load_effect(kind).needs]
-        more = {getattr(need, "kind", need) for kind, need in asked if wanted(kind, need)}
+        more = {other for kind in found & set(KINDS) for other in needed(kind)}
     return found
 
 

@@ -1,7 +1,6 @@
 import pytest
 
 from replay.effects import EFFECTS, load_effect
-from replay.effects.protocol import Need
 from replay.errors import EffectError
 
 
@@ -9,8 +8,7 @@ from replay.errors import EffectError
 def test_every_row_leads_to_a_spec_of_its_name_that_needs_and_uses_rows(kind):
     spec = load_effect(kind)
     assert spec.kind == kind and callable(spec.compute) and spec.about.endswith(".")
-    assert {need.kind if isinstance(need, Need) else need for need in spec.needs} <= set(EFFECTS)
-    assert set(spec.uses) <= set(EFFECTS)
+    assert {*spec.needs, *spec.needs_if, *spec.uses} <= set(EFFECTS)
 
 
 @pytest.mark.parametrize("kind", EFFECTS)
@@ -26,8 +24,10 @@ def test_an_unknown_kind_is_refused_with_those_there_are():
         load_effect("pur")
 
 
-def test_a_row_that_cannot_be_loaded_or_calls_itself_otherwise_says_so():
+def test_a_row_that_cannot_be_loaded_or_calls_itself_otherwise_says_so(monkeypatch):
+    monkeypatch.setitem(EFFECTS, "x", "replay.effects.nowhere:SPEC")
     with pytest.raises(EffectError, match=r"effect 'x' \(replay.effects.nowhere:SPEC\) cannot be loaded: .*repair"):
-        load_effect("x", {"x": "replay.effects.nowhere:SPEC"})
+        load_effect("x")
+    monkeypatch.setitem(EFFECTS, "x", EFFECTS["contact"])
     with pytest.raises(EffectError, match="calls itself 'contact' and its row 'x'"):
-        load_effect("x", {"x": EFFECTS["contact"]})
+        load_effect("x")
