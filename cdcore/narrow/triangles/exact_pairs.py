@@ -51,24 +51,15 @@ def segments_meet_2d(p: Memory, a: int, b: int, c: int, d: int, axis: int, w: Me
 
 
 @hot_kernel
-def point_in_triangle_2d(p: Memory, q: int, t: int, axis: int, w: Memory) -> bool:
-    """Row q in the closed proper triangle of rows t..t+2, both seen along ``axis``."""
-    stay_one_function()
-    left, right = False, False
-    for k in range(3):
-        side = cross_sign(p, t + k, t + (k + 1) % 3, t + k, q, axis, w)
-        left = left or side > 0
-        right = right or side < 0
-    return not (left and right)
-
-
-@hot_kernel
 def segment_meets_triangle_2d(p: Memory, a: int, b: int, t: int, axis: int, w: Memory) -> bool:
     """Segment ab and proper triangle t..t+2 of one plane that ``axis`` does not lie in."""
+    left, right = False, False
     for k in range(3):
         if segments_meet_2d(p, a, b, t + k, t + (k + 1) % 3, axis, w):
             return True
-    return point_in_triangle_2d(p, a, t, axis, w)
+        side = cross_sign(p, t + k, t + (k + 1) % 3, t + k, a, axis, w)
+        left, right = left or side > 0, right or side < 0
+    return not (left and right)
 
 
 @hot_kernel
@@ -77,8 +68,7 @@ def passes_inside(p: Memory, a: int, b: int, t: int, w: Memory) -> bool:
     left, right = False, False
     for k in range(3):
         side = orientation_sign(p, a, b, t + k, t + (k + 1) % 3, w)
-        left = left or side > 0
-        right = right or side < 0
+        left, right = left or side > 0, right or side < 0
     return not (left and right)
 
 
@@ -90,10 +80,6 @@ def segment_meets_triangle(p: Memory, a: int, b: int, a_side: int, b_side: int, 
         return False
     if a_side == 0 and b_side == 0:
         return segment_meets_triangle_2d(p, a, b, t, axis, w)
-    if a_side == 0:
-        return point_in_triangle_2d(p, a, t, axis, w)
-    if b_side == 0:
-        return point_in_triangle_2d(p, b, t, axis, w)
     return passes_inside(p, a, b, t, w)
 
 
@@ -132,16 +118,15 @@ def edges_meet(p: Memory, s: int, t: int, w: Memory) -> bool:
 def edges_meet_triangle(p: Memory, s: int, t: int, axis: int, w: Memory) -> int:
     """1: an edge of rows s..s+2 meets the proper triangle t..t+2; -1: s is wholly on one side; 0: neither."""
     stay_one_function()
-    side0 = orientation_sign(p, t, t + 1, t + 2, s, w)
-    side1 = orientation_sign(p, t, t + 1, t + 2, s + 1, w)
-    side2 = orientation_sign(p, t, t + 1, t + 2, s + 2, w)
-    if side0 == side1 and side1 == side2 and side0 != 0:
-        return -1
-    if segment_meets_triangle(p, s, s + 1, side0, side1, t, axis, w):
-        return 1
-    if segment_meets_triangle(p, s + 1, s + 2, side1, side2, t, axis, w):
-        return 1
-    return 1 if segment_meets_triangle(p, s + 2, s, side2, side0, t, axis, w) else 0
+    first = orientation_sign(p, t, t + 1, t + 2, s, w)
+    before, one_side = first, True
+    for k in range(3):
+        after = orientation_sign(p, t, t + 1, t + 2, s + k + 1, w) if k < 2 else first
+        if segment_meets_triangle(p, s + k, s + (k + 1) % 3, before, after, t, axis, w):
+            return 1
+        one_side = one_side and before * after > 0
+        before = after
+    return -1 if one_side else 0
 
 
 @hot_kernel

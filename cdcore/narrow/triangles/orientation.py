@@ -44,13 +44,9 @@ def orientation_filtered(p: Memory, a: int, b: int, c: int, d: int) -> int:
 def orientation_exact(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> int:
     """The same sign by an exact sum, never undecided; needs moderate exponents."""
     clear_digits(w)
-    for row in range(3):
+    q, r, s = a, b, c
+    for _ in range(3):
         # the determinant by its last column: z of each row times the minor of the other two in cyclic order
-        q, r, s = a, b, c
-        if row == 1:
-            q, r, s = b, c, a
-        elif row == 2:
-            q, r, s = c, a, b
         r_x, r_y = two_sum(p[3 * r], -p[3 * d]), two_sum(p[3 * r + 1], -p[3 * d + 1])
         s_x, s_y = two_sum(p[3 * s], -p[3 * d]), two_sum(p[3 * s + 1], -p[3 * d + 1])
         for z in two_sum(p[3 * q + 2], -p[3 * d + 2]):
@@ -61,6 +57,7 @@ def orientation_exact(p: Memory, a: int, b: int, c: int, d: int, w: Memory) -> i
                 for x in s_x:
                     for y in r_y:
                         add_triple(w, -z, x, y)
+        q, r, s = r, s, q
     return sign_of_digits(w)
 
 
