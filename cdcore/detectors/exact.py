@@ -13,7 +13,7 @@ from cdcore.narrow.bvh.whole_motion import decide_motion
 from cdcore.narrow.containment.containment_stage import ContainmentStage
 from cdcore.narrow.sections.section_source import sections_of
 from cdcore.numerics import IntArray
-from cdcore.protocol import Body, Detection, FaceSets, Live, Motion, PairDetector, contact_or_clear
+from cdcore.protocol import Body, Detection, Live, Motion, PairDetector, contact_or_clear
 from cdcore.protocol.settings import CheckedSettings, flag, whole
 
 
@@ -72,9 +72,8 @@ class ExactDetector(PairDetector[ExactSettings]):
             # what a bounding volume keeps apart contains nothing
             asked = self._containment.mark(motion, *answer.near, verdict)
         seconds = answer.seconds | {"containment": perf_counter() - start}
-        sets = FaceSets(answer.frame, answer.pair, answer.start, answer.stop, answer.faces) if faces else None
         work, sections = answer.work | {"containment_tests": asked}, sections_of(self.bodies, self.pairs, motion)
         return self._detection(
-            motion, verdict, face_sets=sets, containment=self._containment.words, work=work, seconds=seconds,
-            section_source=sections,
+            motion, verdict, face_sets=answer.sets if faces else None, containment=self._containment.words, work=work,
+            seconds=seconds, section_source=sections,
         )  # fmt: skip

@@ -42,4 +42,4 @@ def intersecting_faces(
     poses = [np.eye(4) if pose is None else np.asarray(pose, dtype=np.float64) for pose in (pose_a, pose_b)]
     motion = Motion.from_matrices([0.0], np.array([poses]), names=("A", "B"))
     trees = [build_box_tree(mesh.triangles) for mesh in (mesh_a, mesh_b)]
-    return decide_motion(trees, np.array([[0, 1]]), motion, faces=True).faces.astype(np.int64)
+    return decide_motion(trees, np.array([[0, 1]]), motion, faces=True).sets.faces.astype(np.int64)

@@ -39,7 +39,7 @@ from cdcore.narrow.bvh.tree_memory import (
     TREE_B,
 )
 from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray, place_points
-from cdcore.protocol import Motion, pair_has_pose
+from cdcore.protocol import FaceSets, Motion, pair_has_pose
 
 COUNTER_NAMES = (
     "node_tests", "leaf_pairs", "face_tests", "world_tests", "exact_tests", "integer_tests", "blocks", "skipped",
@@ -63,18 +63,13 @@ NO_FRAMES: IntArray = np.zeros(0, dtype=np.int64)
 class MotionAnswer:
     """What was found for T frames and P pairs.
 
-    ``hits`` (T, P). With faces, entries stand for the pair-frames in contact, sorted by frame, then pair: ``frame``,
-    ``pair``, and the face pairs ``faces[start:stop]``, (K,) each; equal poses share them. ``faces`` (M, 2) is sorted
-    within an entry. ``near``: frames and pairs, (n,) each, without contact that no bounding volume keeps apart.
-    ``seconds`` of ``STAGES``; workers side by side add up.
+    ``hits`` (T, P). ``sets``: the faces of each contact, none unless asked for; equal poses share them. ``near``:
+    frames and pairs, (n,) each, without contact that no bounding volume keeps apart. ``seconds`` of ``STAGES``; workers
+    side by side add up.
     """
 
     hits: BoolArray
-    frame: IntArray
-    pair: IntArray
-    start: IntArray
-    stop: IntArray
-    faces: Faces
+    sets: FaceSets
     near: tuple[IntArray, IntArray]
     work: dict[str, int]
     seconds: dict[str, float]
@@ -110,13 +105,13 @@ def decide_motion(
         found = _searched(trees, rows, work, threads, _turned(trees, pairs))
         found += _beyond(trees, pairs, (turns, places), marks)
     clock += [perf_counter()] * (3 - len(clock))
-    entries = _entries(marks, found, known, faces)
+    sets = _face_sets(marks, found, known, faces)
     hits, near = marks[:, 0].view(np.bool_), marks[:, 1] > marks[:, 0]
     column, frame = np.divmod(np.flatnonzero(near), max(1, marks.shape[2]))
     clock.append(perf_counter())
     seconds = dict(zip(STAGES, np.diff(clock).tolist(), strict=True))
     counters = dict(zip(COUNTER_NAMES, work.tolist(), strict=True))
-    return MotionAnswer(np.ascontiguousarray(hits.T), *entries, (frame, column), counters, seconds)
+    return MotionAnswer(np.ascontiguousarray(hits.T), sets, (frame, column), counters, seconds)
 
 
 def rows_of_pairs(
@@ -223,13 +218,8 @@ def _triangles(tree: BoxTree) -> FloatArray:
     return triangles
 
 
-def _entries(
-    marks: ByteArray, found: list[Found], known: BoolArray | None, faces: bool
-) -> tuple[IntArray, IntArray, IntArray, IntArray, Faces]:
-    """Give frames that repeat poses the answer of the first of them, and those without a pose none.
-
-    Returns ``frame``, ``pair``, ``start``, ``stop`` and ``faces`` of a ``MotionAnswer``.
-    """
+def _face_sets(marks: ByteArray, found: list[Found], known: BoolArray | None, faces: bool) -> FaceSets:
+    """Give frames that repeat poses the answer of the first of them, and those without a pose none."""
     everywhere, repeats = np.arange(marks.shape[2]), np.logical_or.reduce(marks[:, 2], axis=1)
     parts: dict[int, list[Found]] = {}
     for one in sorted(found, key=lambda one: one.column):
@@ -254,4 +244,4 @@ def _entries(
             row_count += len(of_faces)
     frame, pair, start, stop = (np.concatenate(some) for some in zip(*entries, strict=True))
     order = np.lexsort((pair, frame))
-    return frame[order], pair[order], start[order], stop[order], np.concatenate(rows)
+    return FaceSets(frame[order], pair[order], start[order], stop[order], np.concatenate(rows))

@@ -37,24 +37,12 @@ MOST_ITEMS: Final = 1 << 17
 MOST_PARTS: Final = 256
 """Depth of the halving is at most 60 (a double has 53 bits), two parts waiting at each."""
 
+SPEED, ACCELERATION, PAD, SHORTEST = range(4)
+"""Places of what bounds one leg of A seen from B, per unit of the leg; parts as short as the last are never halved."""
+
 BOX_TESTS, FACE_TESTS, MEETING_TESTS, PARTS = range(4)
 """Places of the counters in ``Room.work``."""
 COUNTERS: Final = 4
-
-
-class Bounds(NamedTuple):
-    """What bounds one leg of A seen from B, per unit of the leg, and when to stop halving.
-
-    Parts in which something moves further than ``tolerance``, metres, are always halved; parts as short as ``shortest``
-    never. ``effort``: box and face tests spent on parts in which nothing moves further than the tolerance.
-    """
-
-    speed: float
-    acceleration: float
-    pad: float
-    tolerance: float
-    shortest: float
-    effort: int
 
 
 class Room(NamedTuple):
@@ -243,11 +231,13 @@ def halve(room: Room, depth: int, start: float, stop: float, first: int, end: in
 
 @kernel
 def first_contact(
-    tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, bounds: Bounds, room: Room
-) -> int:
+    tree_a: BoxTree, leg_a: FloatArray, tree_b: BoxTree, leg_b: FloatArray, bounds: FloatArray, tolerance: float,
+    effort: int, room: Room,
+) -> int:  # fmt: skip
     """FREE, HIT, TOO_CLOSE or TOO_LONG for A on one leg seen from B; shares of the leg and faces in ``room.found``.
 
-    A contact at the very start is not looked for: who asks knows it.
+    Parts in which something moves further than ``tolerance``, metres, are always halved; ``effort``: box and face tests
+    spent on the others. ``bounds`` (4,). A contact at the very start is not looked for: who asks knows it.
     """
     stay_one_function()
     items, parts, spans, found = room.items, room.parts, room.spans, room.found
@@ -258,13 +248,13 @@ def first_contact(
         depth -= 1
         start, stop, first, count = parts[depth, 0], parts[depth, 1], spans[depth, 0], spans[depth, 1]
         width = stop - start
-        motion = bounds.speed * width
-        slow = motion <= bounds.tolerance
-        last = width <= bounds.shortest or (slow and spent > bounds.effort)
+        motion = bounds[SPEED] * width
+        slow = motion <= tolerance
+        last = width <= bounds[SHORTEST] or (slow and spent > effort)
         room.work[PARTS] += 1
         place_ends(leg_a, leg_b, start, stop, room)
         before = room.work[BOX_TESTS] + room.work[FACE_TESTS]
-        margin = bounds.pad + 0.125 * width * width * bounds.acceleration
+        margin = bounds[PAD] + 0.125 * width * width * bounds[ACCELERATION]
         end = items_left(tree_a, tree_b, first, count, 0.0 if last else motion, margin, room)
         if slow:
             spent += room.work[BOX_TESTS] + room.work[FACE_TESTS] - before
@@ -283,23 +273,20 @@ def first_contact(
         found[1] = stop
         if end >= 0:
             found[2], found[3] = items[first + count, 1], items[first + count, 2]
-        state = max(state, TOO_CLOSE if width <= bounds.shortest else TOO_LONG)
+        state = max(state, TOO_CLOSE if width <= bounds[SHORTEST] else TOO_LONG)
     return state
 
 
 @kernel
 def search_legs(
-    tree_a: BoxTree, legs_a: FloatArray, tree_b: BoxTree, legs_b: FloatArray, limits: FloatArray, tolerance: float,
+    tree_a: BoxTree, legs_a: FloatArray, tree_b: BoxTree, legs_b: FloatArray, bounds: FloatArray, tolerance: float,
     effort: int, room: Room, states: ByteArray, found: FloatArray,
 ) -> None:  # fmt: skip
-    """Fill ``states`` (K,) and ``found`` (K, 4), as ``first_contact`` leaves it in the room unless FREE, for K legs.
-
-    ``limits`` (K, 4): speed, acceleration, pad and shortest part of ``Bounds``.
+    """Fill ``states`` (K,) and ``found`` (K, 4), as ``first_contact`` leaves it in the room unless FREE, for K legs
+    with their ``bounds`` (K, 4).
     """
-    for k in range(len(limits)):
-        speed, acceleration, pad, shortest = limits[k, 0], limits[k, 1], limits[k, 2], limits[k, 3]
-        bounds = Bounds(speed, acceleration, pad, tolerance, shortest, effort)
-        states[k] = first_contact(tree_a, legs_a[k], tree_b, legs_b[k], bounds, room)
+    for k in range(len(bounds)):
+        states[k] = first_contact(tree_a, legs_a[k], tree_b, legs_b[k], bounds[k], tolerance, effort, room)
         if states[k] != FREE:
             for number in range(4):
                 found[k, number] = room.found[number]

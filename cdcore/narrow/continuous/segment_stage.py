@@ -101,11 +101,11 @@ class SegmentStage:
             for a, b, chosen in ((0, 1, searched & a_moves), (1, 0, searched & ~a_moves)):
                 asked, legs_a, legs_b = rows[chosen], legs[a][:, chosen], legs[b][:, chosen]
                 shortest = np.minimum(1.0, SHORTEST / steps[asked])
-                limits = np.column_stack([*leg_bounds(legs_a, trees[a].reach, legs_b), pads[chosen], shortest])
+                bounds = np.column_stack([*leg_bounds(legs_a, trees[a].reach, legs_b), pads[chosen], shortest])
                 answers, found = states[asked], np.tile([0.0, 1.0, 0.0, 0.0], (len(asked), 1))
                 rows_a, rows_b = np.ascontiguousarray(legs_a.T), np.ascontiguousarray(legs_b.T)
                 search_legs(
-                    trees[a], rows_a, trees[b], rows_b, limits, self._tolerance, self._effort, room, answers, found
+                    trees[a], rows_a, trees[b], rows_b, bounds, self._tolerance, self._effort, room, answers, found
                 )
                 states[asked], shares[asked], hit = answers, found[:, :2], answers == HIT
                 for side, meeting in ((a, found[hit, 2]), (b, found[hit, 3])):

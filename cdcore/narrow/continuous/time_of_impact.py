@@ -140,7 +140,7 @@ def _two(poses: ArrayLike, what: str) -> np.ndarray[tuple[int, ...], np.dtype[np
 
 def _touching(trees: list[BoxTree], motion: Motion) -> tuple[int, int] | None:
     """The first faces that meet at the start."""
-    found = decide_motion(trees, np.array([[0, 1]]), motion.frames(0, 1), faces=True).faces
+    found = decide_motion(trees, np.array([[0, 1]]), motion.frames(0, 1), faces=True).sets.faces
     return (int(found[0, 0]), int(found[0, 1])) if len(found) else None
 
 

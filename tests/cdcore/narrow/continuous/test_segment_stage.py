@@ -16,7 +16,6 @@ from cdcore.narrow.continuous.interval_search import (
     HIT,
     TOO_CLOSE,
     TOO_LONG,
-    Bounds,
     first_contact,
     make_room,
 )
@@ -127,8 +126,8 @@ def ask(before, after, *, tolerance=1e-4, shortest=1e-7, effort=10_000, pad=None
     (speed,), (acceleration,) = leg_bounds(leg, BALL.reach, rest)
     rounding = leg_pads(leg, BALL.reach, rest, PLATE.reach)[0]
     room = make_room(BALL, PLATE)
-    bounds = Bounds(speed, acceleration, rounding if pad is None else pad, tolerance, shortest, effort)
-    return first_contact(BALL, leg[:, 0], PLATE, rest[:, 0], bounds, room), room
+    bounds = np.array([speed, acceleration, rounding if pad is None else pad, shortest])
+    return first_contact(BALL, leg[:, 0], PLATE, rest[:, 0], bounds, tolerance, effort, room), room
 
 
 @pytest.mark.parametrize("gap", [1e-3, 1e-6, 1e-9, 1e-11])
@@ -155,5 +154,5 @@ def test_the_effort_ends_only_below_the_tolerance():
 def test_more_pairs_than_there_is_room_for_are_an_answer_and_not_a_crash():
     leg, rest = straight((-1e-5, 0, 0.011), (1e-5, 0, 0.011)), straight((0, 0, 0), (0, 0, 0))
     room = make_room(BALL, PLATE)._replace(items=np.empty((2, 3), dtype=np.int32))
-    state = first_contact(BALL, leg[:, 0], PLATE, rest[:, 0], Bounds(2e-5, 0.0, 1e-3, 1e-4, 1e-2, 10**6), room)
+    state = first_contact(BALL, leg[:, 0], PLATE, rest[:, 0], np.array([2e-5, 0.0, 1e-3, 1e-2]), 1e-4, 10**6, room)
     assert state in (TOO_CLOSE, TOO_LONG)
