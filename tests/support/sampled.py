@@ -16,7 +16,7 @@ SAMPLED = {
     "test_faces_said_to_stay_apart_meet_at_no_time": 2,
     "test_the_exact_margin_lies_within_the_bounds": 3,
     "test_no_two_corners_are_nearer_than_the_gap": 3,
-    "test_a_certain_answer_of_the_filter_is_that_of_integers": 3,
+    "test_an_answer_of_the_filter_is_that_of_integers": 3,
     "test_certain_lanes_hold_wherever_the_corners_are_within_the_pad": 4,
     "test_every_meeting_face_pair_survives_in_its_lanes_and_few_others_do": 3,
     "test_no_lane_with_contact_is_dropped_and_most_others_are": 3,

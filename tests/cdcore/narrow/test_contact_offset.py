@@ -1,26 +1,14 @@
 import numpy as np
 import pytest
 from support.shapes import beaker_mesh, random_rotations, rod_mesh
-from support.small_worlds import along_x, cube
 
-from cdcore import Body, Motion, TriangleMesh
+from cdcore import Motion
 from cdcore.narrow.bvh.box_tree import build_box_tree
 from cdcore.narrow.contact_offset import ContactOffset
 from cdcore.narrow.fcl_meshes import FclMeshes
 
 FRAMES = 200
-PLACES = [3.0, 1.25, 1.25, 1.125, 1.0625, 3.0]
 """Of the second of two unit cubes on the X axis: the gap is 1 less."""
-
-
-@pytest.mark.parametrize("reach", [0.1, 0.2, 0.3])
-def test_within_reach_are_cubes_whose_gap_is_no_wider(reach):
-    bodies = tuple(Body(name, TriangleMesh(cube().vertices, cube().faces)) for name in "ab")
-    places = np.stack([along_x([0.0] * len(PLACES))[0], along_x(PLACES)[0]], axis=1)
-    motion = Motion(np.arange(len(PLACES)) / 90, places, np.tile(np.eye(3), (len(PLACES), 2, 1, 1)))
-    trees = [build_box_tree(body.mesh.triangles) for body in bodies]
-    asked, frames = ContactOffset(trees, np.array([[0, 1]]), reach), np.arange(len(PLACES))
-    assert asked.near(motion, frames, np.zeros_like(frames)).tolist() == [place - 1.0 <= reach for place in PLACES]
 
 
 @pytest.mark.parametrize("reach", [0.002, 0.02])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from support.motions import KINDS, exhaustive, motion_of
-from support.shapes import ball_mesh, box_mesh, lab, still
+from support.shapes import lab, still
 
 from cdcore import Body, Motion, TriangleMesh, Verdict, create_detector
 from cdcore.narrow.bvh.bounds import LARGEST_SIZE
@@ -85,17 +85,6 @@ def test_a_search_cut_short_says_not_found_and_invents_nothing(name):
         assert changed.any() == (budget < 10**6)
         assert cut.work["node_tests"] + cut.work["leaf_tests"] <= budget * cut.work["tree_queries"]
     assert np.array_equal(before, whole.face_counts)
-
-
-@pytest.mark.parametrize("name", TREES)
-def test_a_ball_in_a_box_is_contained_unless_nobody_asks(name):
-    bodies = [Body("box", box_mesh((1, 1, 1))), Body("ball", ball_mesh(0.2))]
-    motion = still(bodies, [(0, 0, 0), (0.1, 0, 0)])
-    asked = create_detector(name, bodies).detect(motion)
-    assert asked.verdict.tolist() == [[Verdict.CONTAINED]]
-    silent = create_detector(name, bodies, containment=False).detect(motion)
-    assert silent.verdict.tolist() == [[Verdict.CLEAR]]
-    assert silent.containment == ("refused: containment=False",)
 
 
 def keys_of(values):

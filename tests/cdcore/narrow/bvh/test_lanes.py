@@ -3,23 +3,17 @@
 import numpy as np
 import pytest
 from oracles.brute_force import meeting_faces
-from support.eight_frames import EightFrames, row_of_pair
-from support.motions import rotations
+from support.eight_frames import EightFrames
 from support.slow_trees import faces_below
 
 from cdcore.kernels.compiling import kernel, runtime_int
 from cdcore.kernels.memory import doubles_of
 from cdcore.narrow.brute_force import meeting_faces_exhaustive
-from cdcore.narrow.bvh.block import faces_meet
 from cdcore.narrow.bvh.box_lanes import lanes_that_may_meet
-from cdcore.narrow.bvh.box_tree import build_box_tree
 from cdcore.narrow.bvh.face_lanes import certain_lanes, move_edges
 from cdcore.narrow.bvh.leaf_lanes import survivors_of_leaves
 from cdcore.narrow.bvh.tree_memory import EDGE_ROOM, pair_memory
-from cdcore.narrow.triangles.filter import UNDECIDED
-from cdcore.narrow.triangles.integers import pair_intersects_integers
 from cdcore.narrow.triangles.predicates import triangles_intersect
-from cdcore.numerics import place_points
 from replay.studies.stress.families import FAMILIES
 
 
@@ -134,30 +128,3 @@ def test_certain_lanes_hold_wherever_the_corners_are_within_the_pad(number, pad)
         assert found == 0 or (truth == (found == 255)).all()
         sure += found > 0
     assert pad > 1e-6 or number > 1 or sure > 6
-
-
-@kernel
-def asked_filter(row, frame):
-    return faces_meet(pair_memory(row), 0 * frame, 0 * frame, frame)
-
-
-def answers(pair, turn, move):
-    trees = [build_box_tree(pair[k : k + 1]) for k in range(2)]
-    row, _kept = row_of_pair(trees, turn, move)
-    ours = [asked_filter(row, f) for f in range(len(turn))]
-    world = [[place_points(pair[k], turn[f, k], move[f, k]) for k in range(2)] for f in range(len(turn))]
-    return np.array(ours), np.array([pair_intersects_integers(np.array(placed).tolist()) for placed in world])
-
-
-@pytest.mark.parametrize("number", [1, 2, 3, 6, 9, 10, 12, 13, 14, 15, 16, 17, 18, 20, 21, 22, 24])
-def test_a_certain_answer_of_the_filter_is_that_of_integers(number):
-    rng = np.random.default_rng(number)
-    turn = rotations(rng, (6, 2))
-    turn[:, 1] = turn[:, 0]
-    turn[0] = np.eye(3)
-    move = np.repeat(rng.normal(size=(6, 1, 3)) * (number < 14), 2, axis=1)
-    move[0] = 0
-    for pair in FAMILIES[number - 1].pairs(12, seed=31):
-        ours, truth = answers(pair, turn, move)
-        certain = ours != UNDECIDED
-        assert np.array_equal(ours[certain], truth[certain])

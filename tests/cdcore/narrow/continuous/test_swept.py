@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from support.motions import KINDS, turned_by
-from support.shapes import ball_mesh, moved, random_rotations
+from support.shapes import ball_mesh, moved
 
 from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.kernels.compiling import kernel
 from cdcore.narrow.continuous.motion_segments import legs_of, pose_at
-from cdcore.narrow.continuous.swept import boxes_stay_apart, faces_stay_apart, turned_between
+from cdcore.narrow.continuous.swept import faces_stay_apart
 from cdcore.narrow.continuous.swept_spheres import SweptSpheres
 from cdcore.narrow.triangles.predicates import triangles_intersect
 
@@ -36,47 +36,6 @@ def test_faces_said_to_stay_apart_meet_at_no_time(kind):
         placed = (1 - way) * before + way * after
         assert not triangles_intersect(np.stack([placed, np.broadcast_to(other, placed.shape)], axis=1)).any()
     assert said > 40
-
-
-@kernel
-def boxes_apart(box_a, box_b, before, after, margin):
-    return boxes_stay_apart(box_a, box_b, before, after, turned_between(before, after), margin, np.empty(15))
-
-
-def box(rng, spread):
-    half = rng.uniform(0.01, 0.3, 3)
-    axes = random_rotations(rng)
-    return np.concatenate([rng.normal(size=3) * spread, axes.T.ravel(), half, [np.linalg.norm(half)]])
-
-
-def inside(box_, points):
-    return (np.abs((points - box_[:3]) @ box_[3:12].reshape(3, 3)) <= box_[12:15]).all(axis=1)
-
-
-def sampled(rng, box_, count=400):
-    along = rng.uniform(-1, 1, (count, 3))
-    along[: count // 2] = np.sign(along[: count // 2])
-    return box_[:3] + (along * box_[12:15]) @ box_[3:12].reshape(3, 3).T
-
-
-def test_boxes_said_to_stay_apart_share_no_point_along_the_chords():
-    rng = np.random.default_rng(2)
-    said = met = 0
-    for _ in range(600):
-        a, b = box(rng, 0.1), box(rng, 0.1)
-        turns, places = random_rotations(rng, 2), rng.normal(size=(2, 3)) * 0.5
-        if rng.random() < 0.5:
-            turns[1] = turns[0]
-        poses = [np.concatenate([turns[k].ravel(), places[k]]) for k in (0, 1)]
-        points = sampled(rng, a)
-        ends = [points @ turns[k].T + places[k] for k in (0, 1)]
-        meets = any(inside(b, (1 - s) * ends[0] + s * ends[1]).any() for s in np.linspace(0, 1, 9))
-        if boxes_apart(a, b, *poses, 1e-12):
-            said += 1
-            assert not meets
-        met += meets
-    assert said > 100
-    assert met > 100
 
 
 PAIRS = np.array([[0, 1], [2, 1], [0, 2]])

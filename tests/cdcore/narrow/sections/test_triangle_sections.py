@@ -9,7 +9,6 @@ from support.shapes import ball_mesh, box_mesh
 from cdcore import Body, Motion, create_detector
 from cdcore.errors import InvalidTrianglesError
 from cdcore.narrow.margins.triangle_margins import triangle_margins
-from cdcore.narrow.sections.section_source import section_of_faces, sections_of
 from cdcore.narrow.sections.triangle_sections import triangle_pair_sections
 from cdcore.narrow.triangles.predicates import triangles_intersect
 from replay.studies.stress.families import FAMILIES
@@ -89,14 +88,3 @@ def test_segments_lie_on_the_slabs_faces_and_in_the_balls_shell():
         assert (np.abs(np.abs(points[:, 2]) - 0.1) < 1e-12).all()
         radius = np.linalg.norm(points - [0.007, 0.013, height], axis=1)
         assert ((radius <= 0.5 + 1e-12) & (radius >= 0.45)).all()
-
-
-def test_the_pair_decides_which_face_belongs_to_which_body():
-    faces = create_detector("hybrid", BODIES).detect(motion(), faces=True).faces(0, 0)
-    still = motion()
-    forward = sections_of(BODIES, np.array([[0, 1]]), still)(0, 0, faces)
-    backward = sections_of(BODIES, np.array([[1, 0]]), still)(0, 0, faces[:, ::-1])
-    ends = [np.sort(each.reshape(len(each), 6), axis=1) for each in (forward, backward)]
-    assert np.allclose(ends[0], ends[1], atol=1e-12)
-    pose = (np.eye(3), np.array([10.007, 0.013, 0.31])), (np.eye(3), np.array([10.0, 0, 0]))
-    assert np.array_equal(section_of_faces(BODIES[0], pose[0], BODIES[1], pose[1], faces), forward)
