@@ -7,7 +7,7 @@ from weakref import finalize
 
 import numpy as np
 
-from cdcore.engines.engine_solids import EngineSolid
+from cdcore.engines.engine_solids import EngineSolid, places_apart
 from cdcore.engines.quiet import quiet
 from cdcore.errors import InvalidMeshError, MissingEngineError
 from cdcore.numerics import BoolArray, FloatArray
@@ -41,8 +41,7 @@ class BulletWorld:
             self._client = pybullet.connect(pybullet.DIRECT)
         finalize(self, _disconnect, pybullet, self._client)
         self._bodies = [self._body(solid, margin) for solid in solids]
-        reach = [2 * float(np.linalg.norm(solid.corners, axis=1).max()) + 1.0 for solid in solids]
-        self._away = np.cumsum(reach)
+        self._away = places_apart(solids)
 
     def touching(self, places: FloatArray, turns: FloatArray, valid: BoolArray) -> BoolArray:
         """As ``EngineWorld.touching``: pairs for which Bullet lists a point of contact."""

@@ -87,6 +87,11 @@ def engine_poses(
     return places, Rotation.from_matrix(rotations).as_quat()
 
 
+def places_apart(solids: list[EngineSolid]) -> FloatArray:
+    """Coordinates along one axis, (N,), at which no two solids are near each other."""
+    return np.cumsum([2 * float(np.linalg.norm(solid.corners, axis=1).max()) + 1.0 for solid in solids])
+
+
 def _volume(mesh: TriangleMesh) -> float:
     a, b, c = np.moveaxis(mesh.triangles - mesh.vertices[0], 1, 0)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)

@@ -11,7 +11,7 @@ from weakref import finalize
 
 import numpy as np
 
-from cdcore.engines.engine_solids import EngineSolid
+from cdcore.engines.engine_solids import EngineSolid, places_apart
 from cdcore.engines.quiet import quiet
 from cdcore.errors import InvalidMeshError, MissingEngineError
 from cdcore.numerics import BoolArray, FloatArray
@@ -51,8 +51,7 @@ class PhysxWorld:
         except (ImportError, FileNotFoundError) as error:
             raise MissingEngineError('ovphysx is not installed; pip install "vrlab-replay[physx]"') from error
         self._engine, self._count = ovphysx, len(solids)
-        reach = [2 * float(np.linalg.norm(solid.corners, axis=1).max()) + 1.0 for solid in solids]
-        self._away = np.column_stack([np.cumsum(reach), np.zeros((len(solids), 2))])
+        self._away = np.column_stack([places_apart(solids), np.zeros((len(solids), 2))])
         self._unturned = np.tile([0.0, 0.0, 0.0, 1.0], (len(solids), 1))
         with quiet(), warnings.catch_warnings():
             warnings.simplefilter("ignore")

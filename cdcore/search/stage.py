@@ -11,7 +11,7 @@ import numpy as np
 
 from cdcore.numerics import BoolArray, FloatArray, Int32Array, IntArray, readonly
 from cdcore.protocol import NO_FACES, Body, FaceSets, Motion, ordered_by_name
-from cdcore.search.features import Features, features_of
+from cdcore.search.features import features_of
 from cdcore.search.pair_search import PairSearch, Pose
 from cdcore.search.resting_contact import RestingContact, relative_pose
 from cdcore.search.result import Pair, SearchResult
@@ -93,13 +93,14 @@ class SearchStage:
         self._settings = settings
         ordered, self._turned = ordered_by_name(bodies, pairs)
         self._ends: list[tuple[int, int]] = [(a, b) for a, b in ordered.tolist()]
-        features: dict[int, Features] = {k: features_of(bodies[k].mesh) for k in np.unique(pairs).tolist()}
+        features = {k: features_of(bodies[k].mesh) for k in np.unique(pairs).tolist()}
         self._searches = [
             PairSearch(features[a], features[b], (bodies[a].name, bodies[b].name), settings) for a, b in self._ends
         ]
         self._rests = [RestingContact(features[a], features[b], settings.rest) for a, b in self._ends]
-        if settings.samples is not None:
-            self._draw(bodies, features, settings.samples)
+        samples = {k: sample_of(some, settings.samples, settings.seed, bodies[k].name) for k, some in features.items()}
+        for (a, b), search in zip(self._ends, self._searches, strict=True):
+            search.use(samples[a], samples[b])
         # A pair that rests is searched in brief only if it starts from where it was closest.
         self._rested = settings.rest > 0.0 and settings.warm_start
         # What looks gave that found nothing: who asks the same again need not search.
@@ -189,13 +190,6 @@ class SearchStage:
                 known.number = len(found.sets)
                 found.sets.append(known.faces)
             found.entries.append((frame, column, known.number))
-
-    def _draw(self, bodies: Sequence[Body], features: dict[int, Features], size: int) -> None:
-        """Let every search use samples of so many faces of both bodies."""
-        seed = self._settings.seed
-        samples = {body: sample_of(some, size, seed, bodies[body].name) for body, some in features.items()}
-        for (a, b), search in zip(self._ends, self._searches, strict=True):
-            search.use(samples[a], samples[b])
 
     def _collect(self, column: int, look: SearchResult, known: PairMemory) -> SearchResult:
         """Fill the curve of a hit and, if asked to, search on for others."""

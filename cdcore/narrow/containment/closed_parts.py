@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from cdcore.mesh import TriangleMesh
+from cdcore.mesh import TriangleMesh, winding
 from cdcore.narrow.containment.ray_parity import point_inside
 from cdcore.numerics import FloatArray
 from cdcore.protocol import Motion
@@ -51,17 +51,9 @@ def _any_meet(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> bool:
 
 def _any_inside_alike(parts: list[FloatArray], pairs: list[tuple[int, int]]) -> bool:
     """Whether some part that meets no other lies in a region that is inside others already: hollows cancel them."""
-    winding = [_winding(part) for part in parts]
-    around = winding.copy()
+    turns = [winding(part) for part in parts]
+    around = turns.copy()
     for inner, outer in (*pairs, *((j, k) for k, j in pairs)):
         if point_inside(parts[inner][0, 0], parts[outer]):
-            around[inner] += winding[outer]
+            around[inner] += turns[outer]
     return max(map(abs, around)) > 1
-
-
-def _winding(part: FloatArray) -> int:
-    """1 where the normals of a closed part point out, -1 where they point in."""
-    # By a power of two, which rounds nothing: volumes of bodies of 1e103 m overflow, of 1e-110 m they vanish.
-    scaled = np.ldexp(part, -int(np.frexp(np.abs(part).max())[1]))
-    a, b, c = np.moveaxis(scaled - scaled[0, 0], 1, 0)
-    return int(np.sign(np.einsum("fk,fk->", a, np.cross(b, c))))

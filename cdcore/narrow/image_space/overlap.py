@@ -10,7 +10,7 @@ from typing import Final
 
 import numpy as np
 
-from cdcore.mesh import TriangleMesh
+from cdcore.mesh import TriangleMesh, winding
 from cdcore.narrow.image_space.layers import Window, overlap_along
 from cdcore.numerics import EPS, UNDERFLOW_PAD, FloatArray
 
@@ -46,10 +46,7 @@ NOTHING: Final = Overlap(0.0, 0, 0, 0, -1)
 
 def turn_of_normals(mesh: TriangleMesh) -> int:
     """1 where the normals of a closed mesh point out, -1 where they point in."""
-    corners = mesh.triangles - mesh.triangles[0, 0]
-    with np.errstate(all="ignore"):
-        volume = np.einsum("fi,fi->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2]))
-    return -1 if volume < 0 else 1
+    return winding(mesh.triangles) or 1
 
 
 def overlap_of_placed(world_a: FloatArray, flip_a: int, world_b: FloatArray, flip_b: int, resolution: int) -> Overlap:
