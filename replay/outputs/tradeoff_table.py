@@ -1,10 +1,9 @@
 """Accuracy beside its price, a row per setting that was tried."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import replace
 from typing import Final
 
-from replay.base.constants import BUDGET_MS
 from replay.outputs.tables import IN_RED, INVENTED, PARTLY, Cell, Column, Marked, Table, text_of
 from replay.pipeline.answer import busy_sentence
 from replay.pipeline.gates import figure
@@ -62,7 +61,7 @@ def tradeoff_list(done: Tradeoff, *, everything: bool = False) -> Table:
     about, rows = done.about, list(done.rows)
     shown = [row for number, row in enumerate(rows) if everything or row["front"] or number < SHORT]
     title = f"{about['contacts']} contacts in {about['seconds']:.0f} s, beside {about['oracle']}"
-    notes = [*_more(done, len(rows) - len(shown)), *slow_frames(rows)]
+    notes = _more(done, len(rows) - len(shown))
     if everything:
         notes += how_measured(done)
     return Table.of(SETTINGS_TRIED if everything else SETTINGS_TRIED[:SHOWN], shown, title, notes)
@@ -78,17 +77,6 @@ def _more(done: Tradeoff, hidden: int) -> list[str]:
         limit = figure(done.about["time_limit"] or 0.0)
         parts.append(f"{len(done.cut)} {'setting was' if one else 'settings were'} not tried within {limit} s")
     return [f"... {'; '.join(parts)}"] if parts else []
-
-
-def slow_frames(rows: Sequence[Row]) -> list[str]:
-    """The slowest frame of all, and why it was slow; nothing where it fits into a frame of the headset."""
-    timed = [row for row in rows if row["p99_ms"] is not None]
-    worst = max(timed, key=lambda row: float(row["worst_ms"]), default=None)
-    if worst is None or worst["worst_ms"] <= BUDGET_MS:
-        return []
-    usual = f"{figure(worst['worst_usual_ms'])} ms in the median pass"
-    why = f"the search, {usual}" if worst["worst_cause"] == "search" else f"the machine, not the detector ({usual})"
-    return [f"Slowest frame: {worst['worst_ms']:.1f} ms at {worst['worst_time']:.2f} s ({worst['label']}): {why}."]
 
 
 def how_measured(done: Tradeoff) -> tuple[str, ...]:

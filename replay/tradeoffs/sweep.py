@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from replay.base.constants import BUDGET_MS
 from replay.base.machine import machine, versions
 from replay.comparison.tolerance import TAU
 from replay.detection.detector_spec import TRUSTED, SpecLike, SpecsLike, parse_detector
@@ -251,13 +250,7 @@ class _Sweep:
             ends = {"ms": price.value, "low": price.low, "high": price.high}
             known = level is MEAN or trial.detector.online
             row |= {f"{name}_{end}": 1e3 * value if known and value else None for end, value in ends.items()}
-        worst = trial.slowest(clock.frames.numbers)
-        row |= {
-            "passes": trial.passes, "frames": clock.frames.count,
-            "over_share": float((np.array(trial.own) * 1e3 > BUDGET_MS).mean()),
-            "worst_ms": 1e3 * worst.seconds, "worst_usual_ms": 1e3 * worst.usual, "worst_cause": worst.cause,
-            "worst_time": float(trial.motion.times[worst.frame]),
-        }  # fmt: skip
+        row |= {"passes": trial.passes, "frames": clock.frames.count}
 
     def whole(self, session: Session) -> Tradeoff:
         """Everything that was found."""

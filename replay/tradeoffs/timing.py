@@ -37,9 +37,6 @@ TRIES: Final = 3
 INTERRUPTED: Final = 3.0
 """A frame that takes so many times its median over passes was interrupted by something else on the machine."""
 
-SHARE_OF_ITS_OWN: Final = 0.5
-"""A slowest frame that takes at least this share of its time in the median of the passes is slow by itself."""
-
 
 @dataclass(frozen=True)
 class Price:
@@ -48,20 +45,6 @@ class Price:
     value: float
     low: float | None
     high: float | None
-
-
-@dataclass(frozen=True)
-class SlowFrame:
-    """The slowest frame of a setting: its number in the motion, its seconds, and those of its median pass."""
-
-    frame: int
-    seconds: float
-    usual: float
-
-    @property
-    def cause(self) -> str:
-        """``search`` where the frame is slow in every pass, ``machine`` where it was slow in one."""
-        return "search" if self.usual >= SHARE_OF_ITS_OWN * self.seconds else "machine"
 
 
 @dataclass(eq=False)
@@ -93,12 +76,6 @@ class Timed:
         # Bounded: two passes of a busy machine may be anything apart.
         wide = min(float(stdtrit(count - 1, 0.975)) * float(logs.std(ddof=1)) / sqrt(count), 300.0)
         return Price(exp(middle), exp(middle - wide) / widened, exp(middle + wide) * widened)
-
-    def slowest(self, frames: Sequence[int]) -> SlowFrame:
-        """Its slowest frame; ``frames`` are the numbers of those that were timed."""
-        seconds = np.stack(self.own)
-        place = int(seconds.max(axis=0).argmax())
-        return SlowFrame(frames[place], float(seconds[:, place].max()), float(np.median(seconds[:, place])))
 
 
 def _of_passes(seconds: Sequence[FloatArray], level: float | None) -> FloatArray:
@@ -171,20 +148,15 @@ class LiveFrames:
         starts = np.arange(0, len(motion), TURN_FRAMES)
         turns = max(1, min(len(starts), most // TURN_FRAMES))
         self.turns: list[tuple[list[Motion], list[Motion]]] = []
-        self.numbers: list[int] = []
-        """Of the timed frames, in the motion."""
+        self.count = 0
+        """How many frames are timed in a pass."""
         last = 0
         for start in starts[np.linspace(0, len(starts) - 1, turns).round().astype(np.int64)].tolist():
             stop = min(start + TURN_FRAMES, len(motion))
             lead = [] if start == last else _singly(motion, max(last, start - LEAD_FRAMES), start)
             self.turns.append((lead, _singly(motion, start, stop)))
-            self.numbers += range(start, stop)
+            self.count += stop - start
             last = stop
-
-    @property
-    def count(self) -> int:
-        """How many frames are timed in a pass."""
-        return len(self.numbers)
 
     def live_pass(self, asked: Sequence[Timed], number: int = 0) -> list[FloatArray]:
         """Seconds of every timed frame, (count,) a setting; each begins a session of its own.

@@ -24,8 +24,7 @@ def price_row(label, ms, missed, late=0, false=0, *, spread=0.1, p99=None, **mor
         "mean_high": None if spread is None else (1 + spread) * ms,
         "p99_ms": 2 * ms if p99 is None else p99, "p99_low": None, "p99_high": None,
         "passes": 1 if spread is None else 7,
-        "frames": 6, "over_share": 0.0, "worst_ms": 3 * ms, "worst_usual_ms": ms, "worst_cause": "machine",
-        "worst_time": 1.5, "work": {"looks": 3}, "digest": "d", "prepare_seconds": 0.0, "front": False, **more,
+        "frames": 6, "work": {"looks": 3}, "digest": "d", "prepare_seconds": 0.0, "front": False, **more,
     }  # fmt: skip
 
 

@@ -6,7 +6,7 @@ from typing import Final
 from replay.outputs.plots import Axis, Dot, scatter
 from replay.outputs.report.charts import drawn
 from replay.outputs.report.markup import Part, element, listed
-from replay.outputs.tradeoff_table import how_measured, slow_frames, tradeoff_table
+from replay.outputs.tradeoff_table import how_measured, tradeoff_table
 from replay.outputs.words import counted
 from replay.pipeline.run_result import Tradeoff
 
@@ -30,7 +30,7 @@ def tradeoff_parts(done: Tradeoff) -> Iterator[Part]:
     if done.cut:
         count = f"{counted(len(done.cut), 'setting')} not tried, for want of time"
         yield element("details", element("summary", count), element("p", f"{', '.join(done.cut)}."))
-    yield listed((_replayed(done), *slow_frames(done.rows), *how_measured(done)))
+    yield listed((_replayed(done), *how_measured(done)))
     yield tradeoff_table("Every setting that was tried", done.rows)
 
 

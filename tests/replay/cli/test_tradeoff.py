@@ -68,14 +68,9 @@ def test_long_lists_are_cut_short_but_never_the_front():
     assert whole.notes[0] == "... 2 settings were not tried within 20 s"
 
 
-def test_a_slow_frame_and_a_busy_machine_are_explained():
-    done = tried(4, processor_share=0.31)
-    done.rows[2].update(worst_ms=155.8, worst_cause="machine", worst_usual_ms=0.3)
-    notes = " ".join(tradeoff_list(done, everything=True).notes)
-    assert "Slowest frame: 155.8 ms at 1.50 s (r2): the machine" in notes and "The machine was busy (69 %)" in notes
-    done.rows[2].update(worst_cause="search", worst_usual_ms=140.0)
-    assert "the search, 1.4e+02 ms in the median pass" not in (said := " ".join(tradeoff_list(done).notes))
-    assert "the search, 140 ms in the median pass" in said
+def test_a_busy_machine_is_told():
+    notes = " ".join(tradeoff_list(tried(4, processor_share=0.31), everything=True).notes)
+    assert "The machine was busy (69 %)" in notes
 
 
 def test_a_stage_of_settings_never_goes_back_and_ends_whole():
