@@ -3,8 +3,11 @@
 Conventions: metres, +Y up; the origin is the centre of the base, unless the instrument's function names another place.
 """
 
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -118,6 +121,12 @@ def weighed(
     """Return the instrument of this mesh, weighed unless ``mass`` is given; ``tags`` are the words of one string."""
     kilograms = mesh.volume * DENSITY[material] if mass is None else mass
     return Instrument(name=name, mesh=mesh, tags=tuple(tags.split()), mass=kilograms, cavity=cavity, sites=sites or {})
+
+
+@cache
+def rows(table: str) -> dict[str, dict[str, Any]]:
+    """Return the rows of a table of this package, by instrument."""
+    return tomllib.loads(Path(__file__).with_name(table).read_text(encoding="utf-8"))
 
 
 def metres(millimetres: Any) -> Any:

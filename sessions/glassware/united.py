@@ -1,11 +1,8 @@
 """Rods, boxes, rings and tubes along bent paths, the things that rows of `united.toml` join of them, and the search
 for a face count."""
 
-import tomllib
 from collections.abc import Callable, Sequence
-from functools import cache
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from sessions.geometry.rings import Ring, area_factor, even_angles, sewn, turned
 from sessions.geometry.solids import box
-from sessions.glassware.instrument import Instrument, metres, weighed
+from sessions.glassware.instrument import Instrument, metres, rows, weighed
 from sessions.mesh_data import MeshData
 from sessions.meshes.mesh_files import refined, subtracted, united
 
@@ -21,15 +18,9 @@ FACE_COUNT_TOLERANCE = 0.08
 SEARCH_STEPS = 9
 
 
-@cache
-def united_rows() -> dict[str, dict[str, Any]]:
-    """The rows of `united.toml`."""
-    return tomllib.loads(Path(__file__).with_name("united.toml").read_text(encoding="utf-8"))
-
-
 def from_row(faces: int, *, name: str) -> Instrument:
     """Return the instrument that a row of `united.toml` describes."""
-    row = united_rows()[name]
+    row = rows("united.toml")[name]
 
     def build(spacing: float) -> MeshData:
         solids = [_solid(part, spacing) for part in row["parts"]]

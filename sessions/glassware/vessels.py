@@ -1,28 +1,19 @@
 """Bodies of revolution of the bench, vessels and solids, from the rows of `turned.toml`."""
 
-import tomllib
 from collections.abc import Sequence
-from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from sessions.geometry.profile import Stroke, level_holding, rounded, sampled, solved, volume_below
 from sessions.geometry.rings import turned_solid
-from sessions.glassware.instrument import GLASS, MILLILITRE, Cavity, Instrument, Opening, metres, weighed
+from sessions.glassware.instrument import GLASS, MILLILITRE, Cavity, Instrument, Opening, metres, rows, weighed
 from sessions.glassware.vessel import Foot, Shape, Spout, Turned, turned_vessel
-
-
-@cache
-def turned_rows() -> dict[str, dict[str, Any]]:
-    """The rows of `turned.toml`."""
-    return tomllib.loads(Path(__file__).with_name("turned.toml").read_text(encoding="utf-8"))
 
 
 def from_row(faces: int, *, name: str) -> Instrument:
     """Return the instrument that a row of `turned.toml` describes."""
-    row = turned_rows()[name]
+    row = rows("turned.toml")[name]
     material = row.get("material", GLASS)
     sites = {site: (0.0, metres(y), 0.0) for site, y in row.get("sites", {}).items()}
     if "outline" in row:

@@ -4,20 +4,22 @@ Glasses of a row share one mesh of 50,000 faces; each hand is seven rigid bodies
 planted: contacts are whatever an exact detector finds.
 """
 
+from collections.abc import Iterator, Sequence
 from typing import Final
 
 import numpy as np
 
-from sessions.geometry.rotations import IDENTITY, Array
+from sessions.geometry.rotations import Array
 from sessions.geometry.shapes import make_shape
-from sessions.mesh_data import MeshData
 from sessions.model.constants import HEADSET_HZ
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
+from sessions.synthetic.analytic import unturned
 from sessions.synthetic.assembly import MADE_UP, START_NS, Recording, recorded
-from sessions.synthetic.bench import BENCH_TOP, STAND_M, Instruments, Placed, with_text
-from sessions.synthetic.paths import Path, Poses, carried
+from sessions.synthetic.bench import BENCH_TOP, SIDES, STAND_M, Instruments, Placed, with_text
+from sessions.synthetic.paths import Path, Point, Poses, carried
 from sessions.synthetic.rng import random_stream
+from sessions.synthetic.things import Standing
 from sessions.synthetic.truth import Truth
 
 NAME: Final = "crowded-lab"
@@ -47,18 +49,18 @@ def make_crowded_lab(
     ``noise`` is of the tracker of the hands. Raises ``SessionError``: an unknown noise, a rate that is not positive.
     """
     how = Recording(seed=seed, rate_hz=rate_hz, seconds=seconds, noise=noise)
-    layout = Instruments({"bench": Placed("bench", faces=500, moves=False)} | _glasses(), faces)
-    meshes: dict[str, MeshData] = dict(layout.meshes)
+    glasses = {f"{kind.replace('_', '-')}-{k}": Placed(kind) for kind in ROWS for k in range(COLUMNS)}
+    layout = Instruments({"bench": Placed("bench", faces=500, moves=False)} | glasses, faces)
+    meshes = dict(layout.meshes)
     palm, finger = make_shape("box", PALM), make_shape("capsule", FINGER, 2_000)
-    paths = {f"{side}-palm": _sweeping(side, random_stream(seed, NAME, side)) for side in ("left", "right")}
-    seen = recorded(paths, how)
+    seen = recorded({f"{side}-palm": _sweeping(side, random_stream(seed, NAME, side)) for side in SIDES}, how)
     times = seen.stamps.astype(np.float64) * 1e-9
-    things: dict[str, Poses] = {}
-    places = _packed(layout)
-    for name, place in places.items():
-        things[name] = _trembling(place, times, random_stream(seed, NAME, name))
+    things = {
+        name: _trembling(place, times, random_stream(seed, NAME, name))
+        for name, place in zip(glasses, _packed(layout, list(glasses)), strict=True)
+    }
     hands = []
-    for side in ("left", "right"):
+    for side in SIDES:
         meshes[f"{side}-palm"] = palm
         for part, offset in FINGERS.items():
             things[f"{side}-{part}"] = carried(seen.poses[f"{side}-palm"], offset)
@@ -70,31 +72,24 @@ def make_crowded_lab(
     return session, Truth(NAME, seed, START_NS, seconds, noise, (), seen.facts)
 
 
-def _glasses() -> dict[str, Placed]:
-    return {f"{kind.replace('_', '-')}-{k}": Placed(kind) for kind in ROWS for k in range(COLUMNS)}
-
-
-def _packed(layout: Instruments) -> dict[str, Array]:
+def _packed(layout: Instruments, names: Sequence[str]) -> Iterator[Point]:
     """Where each glass stands: a row of its kind along x, a hair apart; rows behind one another."""
-    places, depth = {}, -0.25
-    for row, kind in enumerate(ROWS):
-        names = [f"{kind.replace('_', '-')}-{k}" for k in range(COLUMNS)]
-        low, high = layout.meshes[names[0]].vertices.min(axis=0), layout.meshes[names[0]].vertices.max(axis=0)
-        depth += float(high[2] - low[2]) / 2 if row else 0.0
-        for k, name in enumerate(names):
-            along = (k - (COLUMNS - 1) / 2) * (float(high[0] - low[0]) + GAP_M)
-            places[name] = np.array([along, BENCH_TOP + STAND_M, depth])
-        depth += float(high[2] - low[2]) / 2 + GAP_M
-    return places
+    depth = -0.25
+    for row in range(len(ROWS)):
+        width, _, deep = np.ptp(layout.meshes[names[row * COLUMNS]].bounds, axis=0).tolist()
+        depth += deep / 2 if row else 0.0
+        for k in range(COLUMNS):
+            yield (k - (COLUMNS - 1) / 2) * (width + GAP_M), BENCH_TOP + STAND_M, depth
+        depth += deep / 2 + GAP_M
 
 
-def _trembling(place: Array, times: Array, rng: np.random.Generator) -> Poses:
+def _trembling(place: Point, times: Array, rng: np.random.Generator) -> Poses:
     """A glass on the shaker: upright, in circles of its own phase."""
     rate, phase = rng.uniform(2.0, 4.0), rng.uniform(0.0, 2 * np.pi)
-    position = np.tile(place, (len(times), 1))
+    position, turn = Standing(place)(times, {})
     position[:, 0] += TREMBLE_M * np.sin(2 * np.pi * rate * times + phase)
     position[:, 2] += TREMBLE_M * np.cos(2 * np.pi * rate * times + phase)
-    return position, np.tile(np.array(IDENTITY), (len(times), 1))
+    return position, turn
 
 
 def _sweeping(side: str, rng: np.random.Generator) -> Path:
@@ -105,6 +100,6 @@ def _sweeping(side: str, rng: np.random.Generator) -> Path:
         height = BENCH_TOP + 0.20 + 0.06 * np.sin(2 * np.pi * 0.7 * times + phase)
         x = middle + 0.1 * np.sin(2 * np.pi * 0.23 * times)
         z = 0.18 * np.sin(2 * np.pi * 0.17 * times + phase)
-        return np.stack([x, height, z], axis=-1), np.tile(np.array(IDENTITY), (*np.shape(times), 1))
+        return np.stack([x, height, z], axis=-1), unturned(times)
 
     return path

@@ -1,6 +1,5 @@
 """Every synthetic session by name: `make_scene_session("bench-bumps")` gives the session and what is planted in it."""
 
-from collections.abc import Callable
 from typing import Any
 
 from sessions.errors import SessionError
@@ -27,13 +26,8 @@ def make_scene_session(
 
     Raises ``SessionError``: no such scene, noise or jitter; a rate that is not positive.
     """
-    return scene_maker(name)(seed=seed, rate_hz=rate_hz, noise=noise, **settings)
-
-
-def scene_maker(name: str) -> Callable[..., tuple[Session, Truth]]:
-    """What makes a scene, imported on use; ``SessionError``: there is none of this name."""
     if name not in SCENES:
         raise SessionError(f"no scene {name!r}; there are: {', '.join(SCENES)}")
     from sessions.synthetic.experiments.record import experiment
 
-    return experiment(name)
+    return experiment(name)(seed=seed, rate_hz=rate_hz, noise=noise, **settings)

@@ -112,14 +112,13 @@ class Truth:
         """For each stamp (n,): `PRESENT`, `CLEAR`, or `OPEN` where tessellation or noise may decide either way."""
         times = self.seconds_of(stamps_ns)
         answer = np.full(times.shape, CLEAR, dtype=np.int8)
-        for episode in self.of(a, b, kind):
-            answer[inside(times, episode.possibly)] = OPEN
-        for episode in self.of(a, b, kind):
-            if episode.surely is not None:
-                answer[inside(times, episode.surely)] = PRESENT
-        for fact in self.facts:
-            if fact.kind == "loss" and {a, b} & set(fact.bodies):
-                answer[inside(times, (fact.start, fact.end))] = OPEN
+        episodes = self.of(a, b, kind)
+        spans = [(episode.possibly, OPEN) for episode in episodes]
+        spans += [(episode.surely, PRESENT) for episode in episodes if episode.surely]
+        losses = [fact for fact in self.facts if fact.kind == "loss" and {a, b} & set(fact.bodies)]
+        spans += [((loss.start, loss.end), OPEN) for loss in losses]
+        for span, value in spans:
+            answer[inside(times, span)] = value
         return answer
 
 

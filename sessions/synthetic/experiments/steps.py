@@ -35,7 +35,7 @@ from sessions.synthetic.paths import (
     point,
     quaternion_of,
 )
-from sessions.synthetic.sections import round_in_round
+from sessions.synthetic.sections import Approach, round_in_round
 
 STEP_S = 0.02
 # Farther than the rim and the spout of any vessel poured from, so that it clears the target while still upright.
@@ -135,31 +135,36 @@ def _circle(lab: Lab, side: str, kind: str, circles: Stir, bodies: tuple[str, ..
 
 def rap(lab: Lab, side: str, target: str, height: float, seconds: float, *, note: str) -> None:
     """Touch a standing glass with the knuckles of an empty hand for so many seconds."""
-    hand, script = f"hand-{side}", lab.hands[side]
-    meets, at = lab.approach(hand, target, height, turn=script.quaternion), np.array(lab.where[target][0])
-    lab.look(at)
+    lab.look(lab.where[target][0])
+    script, meets, at = _before(lab, side, target, height)
     dent = Dent(0.0024, seconds, 0.0264)
-    script.over(meets.place(at, 0.08), script.position[1])
     script.go(meets.place(at, dent.apart), 0.6)
     script.wait(0.2)
     tap = dent.tap(script.now + 0.05 + dent.period / 2.0, AWAY)
     script.tap(tap)
-    _plant(lab, hand, target, dent, tap, meets.slack, note)
+    _plant(lab, f"hand-{side}", target, dent, tap, meets.slack, note)
     script.go(meets.place(at, 0.08))
 
 
 def come_close(lab: Lab, side: str, target: str, height: float, clearance: float) -> None:
     """Stop an empty hand ``clearance`` metres before a standing glass and draw back: a near miss."""
-    hand, script = f"hand-{side}", lab.hands[side]
-    meets, at = lab.approach(hand, target, height, turn=script.quaternion), np.array(lab.where[target][0])
-    script.over(meets.place(at, 0.08), script.position[1])
+    script, meets, at = _before(lab, side, target, height)
     script.go(meets.place(at, clearance), 0.8)
     arrived = script.now
     script.quiet.append((arrived - 0.1, arrived + 0.6))
     script.wait(0.5)
     lab.secure(arrived, script.now)
-    lab.fact("near_miss", arrived + lab.late, script.now + lab.late, (hand, target), clearance_m=clearance)
+    bodies = (f"hand-{side}", target)
+    lab.fact("near_miss", arrived + lab.late, script.now + lab.late, bodies, clearance_m=clearance)
     script.go(meets.place(at, 0.08))
+
+
+def _before(lab: Lab, side: str, target: str, height: float) -> tuple[Script, Approach, Array]:
+    """Bring an empty hand 80 mm before a standing thing; its script, where the two meet, and where the thing stands."""
+    script, at = lab.hands[side], np.array(lab.where[target][0])
+    meets = lab.approach(f"hand-{side}", target, height, turn=script.quaternion)
+    script.over(meets.place(at, 0.08), script.position[1])
+    return script, meets, at
 
 
 def _plant(lab: Lab, a: str, b: str, dent: Dent, tap: Tap, slack: float, note: str) -> None:
@@ -255,23 +260,34 @@ def hold_in_flame(lab: Lab, salt: str, rest: float) -> None:
     above = before + 0.14 * UP + np.array([0.05, 0.0, 0.0])
     lab.carry("right", above, quaternion=SIDEWAYS)
     lab.carry("right", before)
-    script = lab.hands["right"]
-    script.wait(0.2)
-    start = script.now
-    lab.carry("right", middle, ENTER_S)
-    script.wait(rest)
-    out = script.now
-    script.quiet.append((start, out + ENTER_S))
-    lab.carry("right", before, ENTER_S)
+    lab.hands["right"].wait(0.2)
     flame = lab.declared("flame-test")
     share = 1.0 - flame["flame_radius"] * (1.0 - TIP_IN_FLAME / flame["flame_height"]) / ENTER_FROM
-    entered = start + ENTER_S * minimum_jerk_inverse(share)
-    left = out + ENTER_S * minimum_jerk_inverse(1.0 - share)
+    entered, left = _visit(lab, "right", (before, middle), ENTER_S, rest, share)
     lab.fact(
-        "flame", entered + lab.late, left + lab.late, ("lamp", "wire"),
+        "flame", entered, left, ("lamp", "wire"),
         salt=salt, seen=flame["colours"][salt] if left - entered >= flame["seconds"] else "",
     )  # fmt: skip
     lab.carry("right", above)
+
+
+def _visit(
+    lab: Lab, side: str, between: tuple[Array, Array], seconds: float, rest: float, share: float
+) -> tuple[float, float]:
+    """Carry the held thing to the second place, rest there, and back, each way in so many seconds.
+
+    When it has come that share of its way, and when it is as far again on its way back, in recorded time.
+    """
+    outside, inside = between
+    script = lab.hands[side]
+    start = script.now
+    lab.carry(side, inside, seconds)
+    script.wait(rest)
+    out = script.now
+    script.quiet.append((start, out + seconds))
+    lab.carry(side, outside, seconds)
+    entered = start + seconds * minimum_jerk_inverse(share)
+    return entered + lab.late, out + seconds * minimum_jerk_inverse(1.0 - share) + lab.late
 
 
 ZINC_MOLAR_MASS = 65.38  # IUPAC abridged atomic weights 2021
@@ -301,16 +317,7 @@ def collect_gas(lab: Lab) -> None:
     lab.grasp("right", "jar", (0.0, 0.12, 0.0))
     over = top + (JAR_HEIGHT + LOWER_BY - INSIDE_BY) * UP
     lab.carry("right", over, high=float(over[1]))
-    script = lab.hands["right"]
-    start = script.now
-    lab.carry("right", over - LOWER_BY * UP, LOWER_S)
-    share = 1.0 - INSIDE_BY / LOWER_BY
-    entered = start + LOWER_S * minimum_jerk_inverse(share) + lab.late
-    script.wait(22.0)
-    out = script.now
-    script.quiet.append((start, out + LOWER_S))
-    lab.carry("right", over, LOWER_S)
-    left = out + LOWER_S * minimum_jerk_inverse(1.0 - share) + lab.late
+    entered, left = _visit(lab, "right", (over, over - LOWER_BY * UP), LOWER_S, 22.0, 1.0 - INSIDE_BY / LOWER_BY)
     begun = lab.last("pour").start
     moles, rate = lab.held_by("flask")["solid"]["mass_g"] / ZINC_MOLAR_MASS, lab.declared("reaction")["rate_per_s"]
     evolved = [moles * (1.0 - float(np.exp(-rate * (time - begun)))) for time in (entered, left)]

@@ -8,7 +8,8 @@ from sessions.glassware.catalogue import made_instrument
 from sessions.glassware.devices import GRIPS
 from sessions.glassware.glass import delivery_tube
 from sessions.glassware.united import from_row
-from sessions.synthetic.scenes import SCENES, scene_maker
+from sessions.synthetic.experiments.record import experiment
+from sessions.synthetic.scenes import SCENES
 
 SHARES = [0.0, 0.3, 0.7, 1.0]
 
@@ -105,7 +106,7 @@ def test_a_hand_goes_round_a_cylinder_of_the_grip_without_entering_it(grip_radiu
 
 def test_the_hands_of_every_scene_hold_a_grip_that_is_shipped():
     """Another grip gets the nearest hand, which would change what a seed makes."""
-    scenes = [scene_maker(name) for name in SCENES]
+    scenes = [experiment(name) for name in SCENES]
     grips = {grip for scene in scenes for grip in scene.grips}
     grips |= {item.options["grip_radius"] for scene in scenes for item in scene.bodies.values() if item.options}
     assert 0.01 in grips and grips <= {*GRIPS}
