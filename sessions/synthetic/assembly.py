@@ -1,7 +1,7 @@
 """From paths to a recorded session: the stamps of a headset, noise and losses, all keyed by one seed."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,9 +83,10 @@ class Recorded:
     """The poses of tracked bodies as recorded: name -> poses and validity, and the losses as facts."""
 
     stamps: NDArray[np.int64]
-    poses: Mapping[str, Poses] = field(default_factory=dict)
-    valid: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
-    facts: tuple[Fact, ...] = ()
+    poses: Mapping[str, Poses]
+    valid: Mapping[str, NDArray[np.bool_]]
+    """Of bodies that a tracker may lose."""
+    facts: Sequence[Fact]
 
     def tracks(self, others: Mapping[str, Poses] | None = None) -> dict[str, Track]:
         """Tracks of these bodies and of others that are placed by the program and so are never noisy or lost."""
@@ -110,17 +111,16 @@ def recorded(
         clean = path(np.maximum(times - how.latency_s, 0.0))
         noise = how.tracker
         if noise is None:
-            poses[name], valid[name] = clean, np.ones(len(times), dtype=np.bool_)
+            poses[name] = clean
             continue
         noisy = disturbed(clean, times, noise, random_stream(how.seed, "tracker noise", name))
-        windows = (keep or {}).get(name, ())
         rng = random_stream(how.seed, "tracking loss", name)
-        losses = planned_losses(how.seconds, noise, rng, windows)
+        losses = planned_losses(how.seconds, noise, rng, (keep or {}).get(name, ()))
         poses[name], valid[name] = with_losses(noisy, times, losses, noise)
         for loss in losses:
-            lost = Fact("loss", loss.start, loss.settled, (name,), {"lost_until": loss.end, "recorded_as": "flagged"})
-            facts.append(lost)
-    return Recorded(clock, poses, valid, tuple(facts))
+            values: dict[str, float | str] = {"lost_until": loss.end, "recorded_as": "flagged"}
+            facts.append(Fact("loss", loss.start, loss.settled, (name,), values))
+    return Recorded(clock, poses, valid, facts)
 
 
 def stamps(seconds: float, rate_hz: float, clock: Jitter, rng: np.random.Generator) -> NDArray[np.int64]:

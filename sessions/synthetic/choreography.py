@@ -5,20 +5,16 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sessions.geometry.rotations import IDENTITY
+from sessions.geometry.rotations import IDENTITY, Array
 from sessions.model.track import HandTrack
 from sessions.synthetic.paths import (
     Key,
     KeyPath,
     Overlay,
-    Point,
-    Quaternion,
     Tap,
     Tremor,
     minimum_jerk,
     minimum_jerk_inverse,
-    point,
-    quaternion_of,
 )
 from sessions.synthetic.truth import Interval
 
@@ -45,7 +41,7 @@ class Script:
 
     def __init__(self, position: ArrayLike, quaternion: ArrayLike = IDENTITY, *, pace: float = 1.0) -> None:
         self.pace = pace
-        self._keys = [Key(0.0, point(position), quaternion_of(quaternion))]
+        self._keys = [Key(0.0, position, quaternion)]
         self.overlays: list[Overlay] = []
         self.quiet: list[Interval] = []
 
@@ -55,14 +51,14 @@ class Script:
         return self._keys[-1].time
 
     @property
-    def position(self) -> Point:
+    def position(self) -> Array:
         """Where it rests now."""
-        return self._keys[-1].position
+        return np.asarray(self._keys[-1].position)
 
     @property
-    def quaternion(self) -> Quaternion:
+    def quaternion(self) -> Array:
         """How it is turned now."""
-        return self._keys[-1].quaternion
+        return np.asarray(self._keys[-1].quaternion)
 
     def wait(self, seconds: float) -> None:
         """Rest."""
@@ -83,16 +79,15 @@ class Script:
         ease: str = "minimum-jerk",
     ) -> None:
         """Reach for a pose; without ``seconds`` in the time an unhurried person would take."""
-        goal = point(position)
         if seconds is None:
-            way = float(np.linalg.norm(np.asarray(goal) - np.asarray(self.position))) + 2.0 * abs(arc)
+            way = float(np.linalg.norm(np.asarray(position) - self.position)) + 2.0 * abs(arc)
             seconds = self.pace * max(SHORTEST_REACH_S, way / REACH_SPEED)
-        turn = self.quaternion if quaternion is None else quaternion_of(quaternion)
-        self._keys.append(Key(self.now + seconds, goal, turn, ease, arc))
+        turn = self.quaternion if quaternion is None else quaternion
+        self._keys.append(Key(self.now + seconds, position, turn, ease, arc))
 
     def over(self, position: ArrayLike, height: float, *, quaternion: ArrayLike | None = None) -> None:
         """Go up to a height, across, and down, so that nothing lower than ``height`` is in the way."""
-        x, y, z = point(position)
+        x, y, z = np.asarray(position)
         x0, y0, z0 = self.position
         if y0 < height:
             self.go((x0, height, z0))

@@ -53,8 +53,8 @@ class Key:
     """A pose (metres, xyzw) at a time (seconds), and how it is reached from the key before."""
 
     time: float
-    position: Point
-    quaternion: Quaternion = IDENTITY
+    position: ArrayLike
+    quaternion: ArrayLike = IDENTITY
     ease: str = "minimum-jerk"
     """``minimum-jerk`` or ``linear``."""
     arc: float = 0.0
@@ -97,7 +97,7 @@ class Tap:
 
     start: float
     period: float
-    direction: Point
+    direction: ArrayLike
     amplitude: float
 
     def __call__(self, times: Array) -> Array:
@@ -136,7 +136,7 @@ class Dent:
         share = math.asin(math.sqrt(max(0.0, out))) / math.pi
         return [(tap.start + share * tap.period, tap.start + (1.0 - share) * tap.period)]
 
-    def tap(self, deepest: float, direction: Point = (0.0, 0.0, 0.0)) -> Tap:
+    def tap(self, deepest: float, direction: ArrayLike = (0.0, 0.0, 0.0)) -> Tap:
         """The tap along a direction, or of a radius, farthest out at the time ``deepest``."""
         return Tap(deepest - self.period / 2.0, self.period, direction, self.amplitude)
 
@@ -200,20 +200,7 @@ class Tremor:
 
 def still(position: ArrayLike, quaternion: ArrayLike = IDENTITY) -> KeyPath:
     """A body that never moves."""
-    place, turn = point(position), quaternion_of(quaternion)
-    return KeyPath([Key(0.0, place, turn), Key(1.0, place, turn)])
-
-
-def point(values: ArrayLike) -> Point:
-    """Three numbers as a tuple of floats."""
-    x, y, z = (float(value) for value in np.asarray(values))
-    return x, y, z
-
-
-def quaternion_of(values: ArrayLike) -> Quaternion:
-    """Four numbers as a tuple of floats."""
-    x, y, z, w = (float(value) for value in np.asarray(values))
-    return x, y, z, w
+    return KeyPath([Key(0.0, position, quaternion), Key(1.0, position, quaternion)])
 
 
 def carried(poses: Poses, offset_position: ArrayLike, offset_quaternion: ArrayLike = IDENTITY) -> Poses:

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from sessions.geometry.rotations import Array, rotated
 from sessions.mesh_data import MeshData
-from sessions.synthetic.paths import Point, point
 
 # Between two sections the surfaces are bounded by straight edges, so a finer step only narrows the gap between the
 # bounds: on the steepest wall here (a flask's, 15 degrees off the vertical) 0.5 mm leaves 0.14 mm.
@@ -38,7 +37,7 @@ class Approach:
     origins along the direction.
     """
 
-    direction: Point
+    direction: Array
     height: float
     aside: float
     sure: float
@@ -56,10 +55,9 @@ class Approach:
 
     def place(self, target: ArrayLike, apart: float) -> Array:
         """Where the mover's origin is when it is ``apart`` metres short of first contact (negative: deeper)."""
-        forward = np.asarray(self.direction)
-        right = np.cross(forward, (0.0, 1.0, 0.0))
+        right = np.cross(self.direction, (0.0, 1.0, 0.0))
         up = np.array([0.0, self.height, 0.0])
-        return np.asarray(target) - (self.distance + apart) * forward + self.aside * right + up
+        return np.asarray(target) - (self.distance + apart) * self.direction + self.aside * right + up
 
 
 def inscribed_radius(points: Array) -> float:
@@ -96,7 +94,7 @@ def approach(mover: MeshData, turn: ArrayLike, target: MeshData, direction: Arra
         placed.reach(forward, (below[0], above[0]), span) + other.reach(-forward, (below[1], above[1]), span)
         for (below, above), span in zip(pairwise(sections), pairwise(planes.tolist()), strict=True)
     )
-    return Approach(point(forward), height, aside, sure, float(max(possible, sure)))
+    return Approach(forward, height, aside, sure, float(max(possible, sure)))
 
 
 def round_in_round(inside: MeshData, outside: MeshData, height: float) -> tuple[float, float]:

@@ -4,10 +4,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sessions.geometry.rotations import IDENTITY, Array
 from sessions.synthetic.experiments.pouring import GRAVITY
-from sessions.synthetic.paths import Point, Poses, Quaternion, carried
+from sessions.synthetic.paths import Poses, carried
 
 PosesAt = Callable[[Array, Mapping[str, Poses]], Poses]
 """Times (n,) of the recorded clock and the recorded poses of the hands at them -> poses of the thing."""
@@ -17,8 +18,8 @@ PosesAt = Callable[[Array, Mapping[str, Poses]], Poses]
 class Standing:
     """It stays where it is."""
 
-    position: Point
-    quaternion: Quaternion = IDENTITY
+    position: ArrayLike
+    quaternion: ArrayLike = IDENTITY
 
     def __call__(self, times: Array, _hands: Mapping[str, Poses]) -> Poses:
         """Poses at these times."""
@@ -30,8 +31,8 @@ class Held:
     """It rides on a hand: its pose in the hand's frame is constant."""
 
     hand: str
-    offset: Point
-    turn: Quaternion = IDENTITY
+    offset: ArrayLike
+    turn: ArrayLike = IDENTITY
 
     def __call__(self, _times: Array, hands: Mapping[str, Poses]) -> Poses:
         """Poses at these times."""
@@ -43,8 +44,8 @@ class Falling:
     """It falls freely from rest at ``start`` down to the height ``floor`` and stays there."""
 
     start: float
-    position: Point
-    quaternion: Quaternion
+    position: Array
+    quaternion: Array
     floor: float
 
     def time_at(self, height: float) -> float:

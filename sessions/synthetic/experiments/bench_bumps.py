@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from sessions.synthetic.bench import BENCH_TOP, STAND_M
 from sessions.synthetic.experiments.lab import AWAY, SNAP, Lab
 from sessions.synthetic.experiments.steps import looking
-from sessions.synthetic.paths import Dent, KeyPath, Stir, minimum_jerk_inverse, point
+from sessions.synthetic.paths import Dent, KeyPath, Stir, minimum_jerk_inverse
 from sessions.synthetic.sections import round_in_round
 from sessions.synthetic.things import Held, Standing
 from sessions.synthetic.truth import Interval
@@ -36,7 +36,7 @@ CYLINDER_GOAL = np.array([-0.43, BENCH_TOP + STAND_M, 0.13])
 
 def hold_rod(lab: Lab) -> None:
     """The right hand holds the rod from first to last."""
-    lab.things["rod"] = [(0.0, Held("hand-right", point(-lab.layout.site("rod", "grip"))))]
+    lab.things["rod"] = [(0.0, Held("hand-right", -lab.layout.site("rod", "grip")))]
 
 
 def stir_and_touch(lab: Lab) -> None:
@@ -123,8 +123,8 @@ def carry_cylinder(lab: Lab) -> None:
     script.quiet.append((down, let_go + 0.3))
     script.wait(0.4)
     _secure(lab, "left", held_from - 1.0, script.now)
-    riding = Held("hand-left", point(CYLINDER_IN_HAND))
-    lab.things["cylinder"] += [(grasped, riding), (released, Standing(point(CYLINDER_GOAL)))]
+    riding = Held("hand-left", CYLINDER_IN_HAND)
+    lab.things["cylinder"] += [(grasped, riding), (released, Standing(CYLINDER_GOAL))]
     lab.presses["left"].append((grasped, released))
     for kind, time in (("grasp", grasped), ("release", released)):
         lab.fact(kind, time, time, bodies, hand="left")

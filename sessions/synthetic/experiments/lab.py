@@ -17,7 +17,7 @@ from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
 from sessions.synthetic.bench import BENCH_TOP, SIDES, Declaration
 from sessions.synthetic.choreography import Script
-from sessions.synthetic.paths import Dent, KeyPath, Path, Point, Quaternion, Tap, point, quaternion_of, relative
+from sessions.synthetic.paths import Dent, KeyPath, Tap, relative
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.sections import Approach, approach
 from sessions.synthetic.things import Falling, Held, PosesAt, Standing
@@ -54,18 +54,17 @@ class Lab:
         self.keep: dict[str, list[Span]] = {f"hand-{side}": [] for side in SIDES}
         self.held: dict[str, str] = {}
         self.intervals: list[Interval] = []
-        self.attention: list[tuple[float, Point]] = [(0.0, (0.0, 1.0, 0.0))]
+        self.attention: list[tuple[float, ArrayLike]] = [(0.0, UP)]
         self.gaze: KeyPath | None = None  # of the headset, where it does not follow ``attention``
         self.stages: list[tuple[float, str]] = []
-        self.joints: dict[str, Path] = {}  # parts that move on what they belong to, on the recorded clock
         self.volumes: dict[str, float] = {}
-        self.where: dict[str, tuple[Point, Quaternion]] = {}
+        self.where: dict[str, tuple[Array, Array]] = {}
         self.things: dict[str, list[tuple[float, PosesAt]]] = {}  # phases: begin, and where the thing is from then on
         for body, item in self.layout.placed.items():
             self.volumes[body] = item.properties.get("liquid", {}).get("volume_ml", 0.0)
-            self.where[body] = (item.position, item.quaternion)
+            self.where[body] = (np.array(item.position), np.array(item.quaternion))
             if item.moves and not item.instrument.startswith(("hand", "proxy")):
-                self.things[body] = [(0.0, Standing(item.position, item.quaternion))]
+                self.things[body] = [(0.0, Standing(*self.where[body]))]
 
     def fact(self, kind: str, start: float, end: float, bodies: Iterable[str], **values: float | str) -> None:
         """Write down a fact; times are those of the recording."""
@@ -131,15 +130,15 @@ class Lab:
         """
         script, (position, quaternion) = self.hands[side], self.where[thing]
         place = self.layout.site(thing, at) - below * UP if isinstance(at, str) else at
-        grip = np.array(position) + rotated(quaternion, place)
+        grip = position + rotated(quaternion, place)
         self.look(grip)
         script.over(grip, self.travel, quaternion=IDENTITY)
         script.wait(0.3)
-        lifted = np.array(position) + SNAP * UP
+        lifted = position + SNAP * UP
         offset, own = relative((script.position, script.quaternion), (lifted, quaternion))
         moment = script.now + self.late
-        self.things[thing].append((moment, Held(f"hand-{side}", point(offset), quaternion_of(own))))
-        self.where[thing] = (point(lifted), quaternion)
+        self.things[thing].append((moment, Held(f"hand-{side}", offset, own)))
+        self.where[thing] = (lifted, quaternion)
         self.held[side] = thing
         self.fact("grasp", moment, moment, (thing, f"hand-{side}"))
         script.wait(0.25)
@@ -155,7 +154,7 @@ class Lab:
     ) -> None:
         """Move the held thing so that its origin is at ``position``; with ``high`` up to that height and over first."""
         thing = self.held[side]
-        turn = self.where[thing][1] if quaternion is None else quaternion_of(quaternion)
+        turn = self.where[thing][1] if quaternion is None else np.asarray(quaternion)
         self.look(position)
         hand, hand_turn = self._hand_for(side, position, turn)
         if high is None:
@@ -163,7 +162,7 @@ class Lab:
         else:
             above = high + float(hand[1]) - float(np.asarray(position)[1])
             self.hands[side].over(hand, above, quaternion=hand_turn)
-        self.where[thing] = (point(position), turn)
+        self.where[thing] = (np.asarray(position), turn)
 
     def place(self, side: str, position: ArrayLike, *, high: float | None = None) -> None:
         """Put the held thing down at ``position`` and open the hand: it settles by `SNAP` to where it stands."""
@@ -173,7 +172,7 @@ class Lab:
         thing = self.held[side]
         lifted, quaternion = self.where[thing]
         self.hands[side].wait(0.25)
-        self.where[thing] = (point(np.asarray(lifted) - SNAP * UP), quaternion)
+        self.where[thing] = (lifted - SNAP * UP, quaternion)
         self.things[thing].append((self._let_go(side), Standing(*self.where[thing])))
         self.hands[side].wait(0.25)
 
@@ -209,7 +208,7 @@ class Lab:
         if speed > threshold_speed:
             self.fact("break", impact, impact, (thing,), speed_m_s=speed, threshold_m_s=threshold_speed)
         self.contact("bench", thing, lambda level: [(fall.time_at(BENCH_TOP + level), np.inf)])
-        self.where[thing] = ((x, fall.floor, z), self.where[thing][1])
+        self.where[thing] = (np.array([x, fall.floor, z]), fall.quaternion)
         self.hands[side].wait(impact - moment + 0.8)
 
     def look(self, at: ArrayLike | str, *, after: float = 0.0) -> None:
@@ -219,7 +218,7 @@ class Lab:
         at = self.layout.at(at) if isinstance(at, str) else at
         time = self.now
         if time - self.attention[-1][0] > 1.5:
-            self.attention.append((time, point(at)))
+            self.attention.append((time, at))
 
     def follow(self, side: str, times: Array, positions: Array, quaternions: Array) -> None:
         """Let the held thing follow poses given at close times (seconds of the motion, after now)."""
@@ -228,7 +227,7 @@ class Lab:
         hands, turns = self._hand_for(side, positions, quaternions)
         for time, hand, turn in zip(times.tolist(), hands, turns, strict=True):
             script.go(hand, time - script.now, quaternion=turn, ease="linear")
-        self.where[thing] = (point(positions[-1]), quaternion_of(quaternions[-1]))
+        self.where[thing] = (positions[-1], quaternions[-1])
 
     def secure(self, start: float, end: float) -> None:
         """Neither hand is lost in this time of the recording."""

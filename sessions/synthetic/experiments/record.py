@@ -17,7 +17,7 @@ from sessions.synthetic.bench import SIDES, Declaration, Placed, with_text
 from sessions.synthetic.choreography import Script, controllers
 from sessions.synthetic.experiments import bench_bumps, steps
 from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.paths import KeyPath, Poses
+from sessions.synthetic.paths import KeyPath
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.things import Held, placed_by
 from sessions.synthetic.truth import Fact, Truth
@@ -62,8 +62,7 @@ class Experiment(Declaration):
         }
         seen = recorded({**paths, "headset": _watching(lab)}, replace(how, seconds=seconds), keep=lab.keep)
         times = seen.stamps.astype(np.float64) * 1e-9
-        things: dict[str, Poses] = {name: placed_by(phases, times, seen.poses) for name, phases in lab.things.items()}
-        things.update({name: path(times) for name, path in lab.joints.items()})
+        things = {name: placed_by(phases, times, seen.poses) for name, phases in lab.things.items()}
         facts = [*lab.facts, *(_with_held(lab, fact) for fact in seen.facts)]
         truth = Truth(self.name, seed, START_NS, seconds, noise, lab.episodes(seconds), facts)
         tracks = seen.tracks(things)

@@ -5,7 +5,7 @@ chemistry makes of it all, from formulas, written down as facts.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,16 +26,14 @@ from sessions.synthetic.experiments.pouring import Outlet, Turn, tilt_keeping
 from sessions.synthetic.paths import (
     Dent,
     Key,
-    Path,
     Poses,
     Stir,
     Tap,
     minimum_jerk,
     minimum_jerk_inverse,
-    point,
-    quaternion_of,
 )
 from sessions.synthetic.sections import Approach, round_in_round
+from sessions.synthetic.things import PosesAt
 
 STEP_S = 0.02
 # Farther than the rim and the spout of any vessel poured from, so that it clears the target while still upright.
@@ -90,7 +88,7 @@ def pour(lab: Lab, side: str, target: str, millilitres: float, *, seconds: float
 def _mouth(lab: Lab, vessel: str) -> Array:
     """Middle of a standing vessel's opening."""
     position, quaternion = lab.where[vessel]
-    return np.array(position) + rotated(quaternion, lab.layout.cavity(vessel).opening.centre)
+    return position + rotated(quaternion, lab.layout.cavity(vessel).opening.centre)
 
 
 def stir(
@@ -99,7 +97,7 @@ def stir(
     """Stir in a vessel with the held rod, ``touches`` times (lasting so many seconds each) against its wall."""
     rod, script = lab.held[side], lab.hands[side]
     tip_height = lab.layout.cavity(vessel).floor_height + 0.018
-    place = np.array(lab.where[vessel][0]) + tip_height * UP
+    place = lab.where[vessel][0] + tip_height * UP
     top = float(_mouth(lab, vessel)[1]) + 0.04
     above = np.array([place[0], top, place[2]])
     lab.carry(side, above, high=max(top, lab.travel - 0.15))
@@ -161,7 +159,7 @@ def come_close(lab: Lab, side: str, target: str, height: float, clearance: float
 
 def _before(lab: Lab, side: str, target: str, height: float) -> tuple[Script, Approach, Array]:
     """Bring an empty hand 80 mm before a standing thing; its script, where the two meet, and where the thing stands."""
-    script, at = lab.hands[side], np.array(lab.where[target][0])
+    script, at = lab.hands[side], lab.where[target][0]
     meets = lab.approach(f"hand-{side}", target, height, turn=script.quaternion)
     script.over(meets.place(at, 0.08), script.position[1])
     return script, meets, at
@@ -212,7 +210,7 @@ def run_in(lab: Lab, end_points: int) -> None:
         lab.fact("end_point", end_point, end_point, ("burette", "flask"), volume_ml=number * first_ml)
     delivered = outlet.volume(turns[-1].end) * 1e6
     lab.fact("delivered", turns[0].start, turns[-1].end, ("burette", "flask"), volume_ml=delivered)
-    lab.joints["stopcock"] = _stopcock(lab, outlet)
+    lab.things["stopcock"] = [(0.0, _stopcock(lab, outlet))]
 
 
 def _turn(hand: Script, late: float, start: float, end: float, seconds: float) -> Turn:
@@ -222,11 +220,11 @@ def _turn(hand: Script, late: float, start: float, end: float, seconds: float) -
     return Turn(began, began + seconds, start, end)
 
 
-def _stopcock(lab: Lab, outlet: Outlet) -> Path:
+def _stopcock(lab: Lab, outlet: Outlet) -> PosesAt:
     """Pose of the key relative to the burette."""
     place = lab.layout.site("burette", "stopcock")
 
-    def path(times: Array) -> Poses:
+    def path(times: Array, _hands: Mapping[str, Poses]) -> Poses:
         angle = np.zeros_like(times)
         for turn in outlet.turns:
             after = times >= turn.start
@@ -243,7 +241,7 @@ SIDEWAYS = turned_about((0.0, 0.0, 1.0), -0.5 * np.pi)
 
 def dip(lab: Lab, vessel: str) -> None:
     """Lower the wire's tip into a beaker and lift it out."""
-    place = np.array(lab.where[vessel][0])
+    place = lab.where[vessel][0]
     lab.carry("right", place + 0.11 * UP, high=BENCH_TOP + 0.21, quaternion=(0.0, 0.0, 0.0, 1.0))
     lab.carry("right", place + 0.014 * UP)
     start = lab.hands["right"].now
@@ -299,7 +297,7 @@ LOWER_BY, LOWER_S, INSIDE_BY = 0.12, 1.8, 0.09
 
 def set_tube(lab: Lab) -> None:
     """Put the tube on the flask, its lower end inside."""
-    flask = np.array(lab.where["flask"][0])
+    flask = lab.where["flask"][0]
     mouth = float(lab.layout.meshes["flask"].bounds[1, 1])
     lab.grasp("left", "tube", (0.0, 0.3, 0.0))
     seat = flask + (mouth - TUBE_IN_FLASK) * UP
@@ -313,7 +311,7 @@ def set_tube(lab: Lab) -> None:
 
 def collect_gas(lab: Lab) -> None:
     """Lower the jar over the tube, wait, lift it off; what is collected follows from the reaction's rate."""
-    top = np.array(lab.where["tube"][0]) + TUBE_LENGTH * UP
+    top = lab.where["tube"][0] + TUBE_LENGTH * UP
     lab.grasp("right", "jar", (0.0, 0.12, 0.0))
     over = top + (JAR_HEIGHT + LOWER_BY - INSIDE_BY) * UP
     lab.carry("right", over, high=float(over[1]))
@@ -409,4 +407,4 @@ def _over_flame(lab: Lab, vessel: str) -> tuple[Any, float, float]:
 
 def looking(time: float, eyes: Array, at: ArrayLike) -> Key:
     """The head with its eyes (3,) turned to a place."""
-    return Key(time, point(eyes), quaternion_of(quaternion_facing(np.asarray(at) - eyes)))
+    return Key(time, eyes, quaternion_facing(np.asarray(at) - eyes))
