@@ -94,28 +94,3 @@ def add(writer: Writer, record: MessageRecord) -> None:
 def finish(writer: Writer) -> None:
     """Write the index and the footer."""
     writer.finish()  # type: ignore[no-untyped-call]
-
-
-def rewrite(source: BinaryIO, target: BinaryIO) -> None:
-    """Write a file of our own, finished and without chunks, again in chunks."""
-    writer: Writer | None = None
-    for record in StreamReader(source).records:
-        if isinstance(record, records.DataEnd):
-            break
-        if isinstance(record, records.Header):
-            writer = started_writer(target, record.profile)
-        assert writer is not None
-        if isinstance(record, records.Schema):
-            writer.register_schema(record.name, record.encoding, record.data)
-        elif isinstance(record, records.Channel):
-            writer.register_channel(record.topic, record.message_encoding, record.schema_id, record.metadata)
-        elif isinstance(record, records.Attachment):
-            times = record.create_time, record.log_time
-            writer.add_attachment(*times, record.name, record.media_type, record.data)
-        elif isinstance(record, records.Metadata):
-            writer.add_metadata(record.name, record.metadata)
-        elif isinstance(record, records.Message):
-            times = record.log_time, record.publish_time
-            add(writer, (record.channel_id, record.sequence, *times, record.data))
-    assert writer is not None
-    finish(writer)

@@ -22,17 +22,17 @@ from numpy.typing import ArrayLike
 from sessions.errors import SessionError, SessionFileError
 from sessions.mcap_format import annotations as messages
 from sessions.mcap_format.annotations import Message
-from sessions.mcap_format.container import rewrite
 from sessions.mcap_format.metadata import MAX_BODIES
+from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.recorded_frames import Poses, RecordedFrame, frames_of, nanoseconds, pose_values
 from sessions.mcap_format.schemas import GAZE_PREFIX, HANDS_PREFIX, SCALARS_PREFIX, TRACKS_PREFIX
-from sessions.mcap_format.writer import SessionWriter
+from sessions.mcap_format.writer import SessionWriter, write_session
 from sessions.model.event import Event, Interval, LiveContact
 from sessions.model.frames import Status
 from sessions.model.scene import Scene
 from sessions.model.session import mesh_of
 from sessions.model.track import GazeTrack, HandTrack, Samples, ScalarTrack, Track
-from sessions.whole_files import abandoned, locks, whole_file
+from sessions.whole_files import abandoned, locks
 
 if TYPE_CHECKING:
     from sessions.model.session import MeshLike
@@ -299,13 +299,14 @@ class Recorder:
         self._writer.start(0)
         self._writer.finish()
         self._stream.flush()
-        with (
-            whole_file(self._path, OSError, overwrite=self._overwrite) as target,
-            self._partial.open("rb") as source,
-        ):
-            rewrite(source, target)
-            target.flush()
-            os.fsync(target.fileno())
+        try:
+            write_session(read_session(self._partial), self._path, overwrite=self._overwrite)
+        except SessionFileError as error:
+            raise SessionFileError(
+                f"{error}; what was recorded is in {self._partial}, save it with `replay recover`"
+            ) from error
+        with self._path.open("rb+") as whole:
+            os.fsync(whole.fileno())
         self._stream.close()
         self._partial.unlink()
 
