@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from sessions.doctor.finding import Finding, Severity, Span, in_order
+from sessions.doctor.finding import Finding, Span, in_order
 from sessions.doctor.meshes import all_mesh_findings, mesh_findings
 from sessions.doctor.pose_pass import PosePass, look_through
 from sessions.doctor.session_findings import examine_session, scene_findings
@@ -65,13 +65,13 @@ def _mesh_file(path: Path) -> Iterator[Finding]:
     try:
         mesh = load_mesh(path)
     except SessionError as error:
-        yield Finding(reader.mesh_code(error), Severity.ERROR, str(error), path.stem)
+        yield Finding(reader.mesh_code(error), str(error), path.stem)
         return
     yield from mesh_findings(path.stem, mesh)
 
 
 def _bad_scene(faults: Iterable[str]) -> Iterator[Finding]:
-    return (Finding("bad-scene", Severity.ERROR, fault) for fault in faults)
+    return (Finding("bad-scene", fault) for fault in faults)
 
 
 Checked = tuple[Scene, dict[str, MeshData], list[str]]
@@ -98,7 +98,7 @@ def _scene_file(path: Path, planned: "Planned") -> Iterator[Finding]:
 
 def refusal(error: SessionFileError, body: str = "") -> Finding:
     """A refusal of a file as a finding, without its file and its cure."""
-    return Finding(error.code, Severity.ERROR, brief(error), body)
+    return Finding(error.code, brief(error), body)
 
 
 def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -> Iterator[Finding]:
@@ -120,7 +120,7 @@ def _session_file(path: Path, replaced: str | Path | None, planned: "Planned") -
     if len(file.refused) > known:
         damaged.unread.clear()
     elif not len(looked.stamp_ns):
-        yield Finding("no-poses", Severity.ERROR, "it holds no pose that can be read")
+        yield Finding("no-poses", "it holds no pose that can be read")
     yield from _bad_scene(faults)
     yield from _file_findings(file)
     yield from _noted(decoder, damaged, looked, names if file.own else looked.names)
@@ -155,7 +155,7 @@ def _file_findings(file: McapFile) -> Iterator[Finding]:
     catalogue = file.catalogue
     if catalogue.tear is not None:
         message = f"it ends or breaks off at byte {catalogue.tear} of {catalogue.size}, without an index"
-        yield Finding("torn", Severity.ERROR, message, count=catalogue.size - catalogue.tear)
+        yield Finding("torn", message, count=catalogue.size - catalogue.tear)
     # A record within a chunk is met each time that the chunk is unpacked.
     refused = [*((fault.error, fault.name) for fault in catalogue.faults), *file.refused]
     yield from dict.fromkeys(refusal(error, name) for error, name in refused)
@@ -176,13 +176,13 @@ def _noted(decoder: FrameDecoder, damaged: Damaged, looked: PosePass, listed: tu
         found = refusal(error)
         if region.is_chunk:
             span = Span(region.first_ns, region.last_ns, zero)
-            yield span.finding(found.code, Severity.ERROR, found.message, count=region.size)
+            yield span.finding(found.code, found.message, count=region.size)
         else:
             yield replace(found, count=region.size)
     yield from _unknown_frames(decoder.met, listed, zero)
     for child, count in decoder.doubled.items():
         message = f"{count} frames hold two samples of it; the first was taken"
-        yield Finding("duplicate-stamps", Severity.WARNING, message, child, count=count)
+        yield Finding("duplicate-stamps", message, child, count=count)
 
 
 def _unknown_frames(met: Mapping[tuple[str, str], Appearance], listed: tuple[str, ...], zero: int) -> Iterator[Finding]:
@@ -198,4 +198,4 @@ def _unknown_frames(met: Mapping[tuple[str, str], Appearance], listed: tuple[str
         if parent != usual:
             message = f"{seen.count} samples are given in frame {parent!r}, the others in {usual!r}"
         span = Span(seen.first_ns, seen.last_ns, zero)
-        yield span.finding("unknown-frame", Severity.ERROR, message, child, seen.count)
+        yield span.finding("unknown-frame", message, child, seen.count)

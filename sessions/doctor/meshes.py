@@ -6,7 +6,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.doctor.finding import Finding, Severity
+from sessions.doctor.finding import Finding
 from sessions.errors import SessionError
 from sessions.mesh_data import MeshData, is_closed
 from sessions.meshes.mesh_files import outward
@@ -22,8 +22,8 @@ FLAT: Final = 1e-12
 
 
 Faces = NDArray[np.int64]
-Row = tuple[str, Severity, int, str]
-"""Code, severity, how many faces or edges (0: nothing is found), message."""
+Row = tuple[str, int, str]
+"""Code, how many faces or edges (0: nothing is found), message."""
 
 
 def mesh_findings(name: str, mesh: MeshData) -> Iterator[Finding]:
@@ -34,14 +34,14 @@ def mesh_findings(name: str, mesh: MeshData) -> Iterator[Finding]:
     size = float((mesh.bounds[1] - mesh.bounds[0]).max())
     is_odd = not SMALL_M <= size <= LARGE_M
     rows: list[Row] = [
-        ("mesh-degenerate", Severity.WARNING, flat, f"{flat} of {faces} faces have no area"),
-        ("mesh-duplicate", Severity.WARNING, doubles, f"{doubles} of {faces} faces repeat another"),
+        ("mesh-degenerate", flat, f"{flat} of {faces} faces have no area"),
+        ("mesh-duplicate", doubles, f"{doubles} of {faces} faces repeat another"),
         *_edges(mesh, welded),
-        ("mesh-units", Severity.WARNING, is_odd, f"it is {size:.3g} m long: drawn in other units?"),
+        ("mesh-units", is_odd, f"it is {size:.3g} m long: drawn in other units?"),
     ]
-    for code, severity, count, message in rows:
+    for code, count, message in rows:
         if count:
-            yield Finding(code, severity, message, name, count=int(count))
+            yield Finding(code, message, name, count=int(count))
 
 
 def degenerate_faces(mesh: MeshData) -> NDArray[np.bool_]:
@@ -70,10 +70,10 @@ def _edges(mesh: MeshData, faces: Faces) -> list[Row]:
     is_mirrored = len(faces) > 0 and not (many or one or unlike) and mesh.volume < 0
     inward = len(mesh.faces) if is_mirrored else 0
     return [
-        ("mesh-non-manifold", Severity.NOTE, many, f"{many} edges belong to more than two faces"),
-        ("mesh-open", Severity.NOTE, one, f"{one} edges belong to one face only"),
-        ("mesh-winding", Severity.WARNING, unlike, f"{unlike} edges join faces that wind against each other"),
-        ("mesh-mirrored", Severity.ERROR, inward, f"its signed volume is {1e6 * mesh.volume:.4g} ml"),
+        ("mesh-non-manifold", many, f"{many} edges belong to more than two faces"),
+        ("mesh-open", one, f"{one} edges belong to one face only"),
+        ("mesh-winding", unlike, f"{unlike} edges join faces that wind against each other"),
+        ("mesh-mirrored", inward, f"its signed volume is {1e6 * mesh.volume:.4g} ml"),
     ]
 
 
@@ -89,7 +89,7 @@ def all_mesh_findings(meshes: Mapping[str, MeshData], names: Iterable[str] | Non
         try:
             mesh = meshes[name]
         except SessionError as error:
-            yield Finding("mesh-unreadable", Severity.ERROR, str(error), name)
+            yield Finding("mesh-unreadable", str(error), name)
         else:
             yield from mesh_findings(name, mesh)
 

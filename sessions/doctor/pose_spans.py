@@ -8,7 +8,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.doctor.finding import Finding, Severity, Span
+from sessions.doctor.finding import Finding, Span
 from sessions.doctor.pose_pass import PosePass
 from sessions.doctor.runs import runs
 from sessions.doctor.scale import unit_guess
@@ -149,16 +149,16 @@ MOST_OF_A_KIND: Final = 40
 STRETCH_NS: Final = 500_000_000  # Teleports less than half a second apart are told as one stretch
 
 WORDS: Final = {
-    "not-finite": (Severity.ERROR, "{samples} with a number that is not finite"),
-    "zero-quaternion": (Severity.ERROR, "{samples} with a quaternion of zeros"),
-    "non-unit-quaternion": (Severity.ERROR, "{samples} with a quaternion of norm {norm:.6g}"),
-    "out-of-space": (Severity.ERROR, "{samples} further from the origin than any room is large"),
-    "identity-while-lost": (Severity.ERROR, "{samples} say the origin, unturned, {size:.3g} m from where the body was"),
-    "tracking-lost": (Severity.WARNING, "{samples} flagged as lost"),
-    "frozen": (Severity.WARNING, "the position repeats in {samples}, then steps {millimetres:.3g} mm"),
-    "teleport": (Severity.WARNING, "{count} steps of up to {size:.3g} m within {seconds:.3g} s"),
+    "not-finite": "{samples} with a number that is not finite",
+    "zero-quaternion": "{samples} with a quaternion of zeros",
+    "non-unit-quaternion": "{samples} with a quaternion of norm {norm:.6g}",
+    "out-of-space": "{samples} further from the origin than any room is large",
+    "identity-while-lost": "{samples} say the origin, unturned, {size:.3g} m from where the body was",
+    "tracking-lost": "{samples} flagged as lost",
+    "frozen": "the position repeats in {samples}, then steps {millimetres:.3g} mm",
+    "teleport": "{count} steps of up to {size:.3g} m within {seconds:.3g} s",
 }
-"""Code of a span -> its severity, and what is said of it."""
+"""Code of a span -> what is said of it."""
 
 
 def pose_findings(looked: PosePass) -> Iterator[Finding]:
@@ -174,7 +174,7 @@ def pose_findings(looked: PosePass) -> Iterator[Finding]:
             count = sum(span.count for span in rest)
             stretch = Span.of(looked.stamp_ns, rest[0].first, rest[-1].last)
             message = f"{len(rest)} more stretches of the same, {count} samples"
-            yield stretch.finding(code, WORDS[code][0], message, looked.names[column], count)
+            yield stretch.finding(code, message, looked.names[column], count)
 
 
 def _stretches(looked: PosePass, teleports: Sequence[PoseSpan]) -> list[PoseSpan]:
@@ -191,8 +191,7 @@ def _stretches(looked: PosePass, teleports: Sequence[PoseSpan]) -> list[PoseSpan
 def _listed(looked: PosePass, span: PoseSpan) -> Finding:
     seconds = (int(looked.stamp_ns[span.last]) - int(looked.stamp_ns[span.first])) / 1e9
     samples = "1 sample" if span.count == 1 else f"{span.count} samples ({seconds:.3g} s)"
-    severity, words = WORDS[span.code]
-    message = words.format(
+    message = WORDS[span.code].format(
         samples=samples,
         count=span.count,
         seconds=seconds,
@@ -203,4 +202,4 @@ def _listed(looked: PosePass, span: PoseSpan) -> Finding:
     if span.code == "teleport" and span.count == 1:
         message = f"{span.size:.3g} m in one step"
     stretch = Span.of(looked.stamp_ns, span.first, span.last)
-    return stretch.finding(span.code, severity, message, looked.names[span.column], span.count)
+    return stretch.finding(span.code, message, looked.names[span.column], span.count)

@@ -7,7 +7,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from sessions.doctor.finding import Finding, Severity, Span
+from sessions.doctor.finding import Finding, Span
 from sessions.doctor.pose_pass import PosePass
 from sessions.geometry.rotations import rotated
 from sessions.model.scene import Scene
@@ -61,7 +61,7 @@ def scale_findings(looked: PosePass, scene: Scene, metadata: Mapping[str, str]) 
     yield from _sides(looked, roles)
     if metadata.get("handedness") == "left" and "hand" not in metadata.get("conversions", ""):
         message = "the facts say that the source was left-handed and name no conversion"
-        yield Finding("handedness", Severity.WARNING, message)
+        yield Finding("handedness", message)
 
 
 def unit_guess(looked: PosePass, column: int) -> tuple[str, float] | None:
@@ -86,7 +86,7 @@ def _units(looked: PosePass, column: int, name: str) -> Iterator[Finding]:
         unit, far = guess
         message = f"{far:.4g} m from the origin in the median: {unit}?"
         span = Span.of(looked.stamp_ns, 0, -1)
-        yield span.finding("unit-suspect", Severity.WARNING, message, name, len(looked.stamp_ns))
+        yield span.finding("unit-suspect", message, name, len(looked.stamp_ns))
 
 
 def _up(looked: PosePass, roles: Roles) -> Iterator[Finding]:
@@ -103,7 +103,7 @@ def _up(looked: PosePass, roles: Roles) -> Iterator[Finding]:
         if (axis != 1 or up[1] < 0) and not LEAST_HEAD_M <= height <= MOST_HEAD_M:
             sign = "+" if up[axis] > 0 else "-"
             message = f"the crown points along {sign}{'XYZ'[axis]} and is at a height of {height:.2f} m"
-            yield Finding("up-axis", Severity.WARNING, message, name)
+            yield Finding("up-axis", message, name)
         else:
             yield from _head_height_elsewhere(place, name)
 
@@ -115,7 +115,7 @@ def _head_height_elsewhere(place: FloatArray, name: str) -> Iterator[Finding]:
     for axis in (2, 0):
         if kept[axis] and not kept[1] and spread.argmin() == axis:
             message = f"it keeps to {middle[axis]:.2f} m along {'XYZ'[axis]}, and its height is {middle[1]:.2f} m"
-            yield Finding("up-axis", Severity.WARNING, message, name)
+            yield Finding("up-axis", message, name)
 
 
 def _sides(looked: PosePass, roles: Roles) -> Iterator[Finding]:
@@ -132,7 +132,7 @@ def _sides(looked: PosePass, roles: Roles) -> Iterator[Finding]:
             f"{looked.names[roles['right']]} is on the left of {looked.names[roles['left']]}, as the head sees it, "
             f"{100 * share:.0f} % of the time"
         )
-        yield Finding("handedness", Severity.WARNING, message)
+        yield Finding("handedness", message)
 
 
 def _there(rows: FloatArray) -> FloatArray:

@@ -46,15 +46,15 @@ def stream_findings(session: Session, looked: PosePass) -> Iterator[Finding]:
             continue
         stamps, there = one.times_ns, one.valid if isinstance(one, GazeTrack) else np.isfinite(one.values)
         if not there.any():
-            yield Finding("stream-empty", Severity.WARNING, f"{called}: no sample of {len(one)} holds anything")
+            yield Finding("stream-empty", f"{called}: no sample of {len(one)} holds anything")
         elif zero < last and (stamps[0] > last or stamps[-1] < zero):
             ends = f"{(stamps[0] - zero) / 1e9:.1f} s to {(stamps[-1] - zero) / 1e9:.1f} s after the first pose"
             message = f"{called}: it lasts from {ends}, the poses {(last - zero) / 1e9:.1f} s"
-            yield Finding("stream-apart", Severity.WARNING, message)
+            yield Finding("stream-apart", message)
         if isinstance(one, GazeTrack) and (lost := np.flatnonzero(there & ~one.usable)).size:
             message = f"{called}: samples that are seen and hold no direction: {len(lost)}"
             span = Span(int(stamps[lost[0]]), int(stamps[lost[-1]]), zero)
-            yield span.finding("gaze-nowhere", Severity.WARNING, message, count=len(lost))
+            yield span.finding("gaze-nowhere", message, count=len(lost))
 
 
 def scene_findings(scene: Scene, names: Sequence[str], meshes: Sequence[str]) -> Iterator[Finding]:
@@ -66,23 +66,23 @@ def scene_findings(scene: Scene, names: Sequence[str], meshes: Sequence[str]) ->
     declared = {body.id for body in scene.bodies}
     for name in absent_bodies(scene, [*there]):
         if name not in declared:
-            yield Finding("unrecorded-body", Severity.WARNING, "paired in the scene, but not recorded", name)
+            yield Finding("unrecorded-body", "paired in the scene, but not recorded", name)
     bare = [name for name in dict.fromkeys([*names, *fixed]) if name not in meshes]
     if bare and len(bare) == len(there):
-        yield Finding("no-mesh", Severity.ERROR, "no body has a mesh: a run has nothing to look at")
+        yield Finding("no-mesh", "no body has a mesh: a run has nothing to look at", own_severity=Severity.ERROR)
     for name in bare:
-        yield Finding("no-mesh", Severity.NOTE, "no mesh: contacts of it cannot be found", name)
+        yield Finding("no-mesh", "no mesh: contacts of it cannot be found", name)
     for name in names if declared else ():
         if name not in declared:
-            yield Finding("undeclared-body", Severity.NOTE, "recorded, but not declared in the scene", name)
+            yield Finding("undeclared-body", "recorded, but not declared in the scene", name)
 
 
 def _declared(body: SceneBody, there: set[str]) -> Iterator[Finding]:
     if body.id not in there:
         message = "declared in the scene, with neither a track nor a fixed pose"
-        yield Finding("unrecorded-body", Severity.WARNING, message, body.id)
+        yield Finding("unrecorded-body", message, body.id)
     if body.parent and body.parent not in there:
         message = f"its parent {body.parent!r} has neither a track nor a fixed pose"
-        yield Finding("unrecorded-body", Severity.ERROR, message, body.id)
+        yield Finding("unrecorded-body", message, body.id, own_severity=Severity.ERROR)
     if body.proxy:
-        yield Finding("proxy", Severity.NOTE, "its mesh only stands in for the real one", body.id)
+        yield Finding("proxy", "its mesh only stands in for the real one", body.id)

@@ -36,11 +36,11 @@ def time_findings(looked: PosePass) -> Iterator[Finding]:
 
 
 COUNTED: Final = (
-    ("clock-skew", Mark.SAMPLE_SKEWED, Severity.WARNING, "device stamps are over 0.5 s off their frames"),
-    ("turn-outlier", Mark.TURN_OUTLIER, Severity.WARNING, "of the samples turned away and back in two steps"),
-    ("off-unit-quaternion", Mark.OFF_UNIT, Severity.NOTE, "quaternions are off unit length by more than 1e-6"),
+    ("clock-skew", Mark.SAMPLE_SKEWED, "device stamps are over 0.5 s off their frames"),
+    ("turn-outlier", Mark.TURN_OUTLIER, "of the samples turned away and back in two steps"),
+    ("off-unit-quaternion", Mark.OFF_UNIT, "quaternions are off unit length by more than 1e-6"),
 )
-"""Marks that are counted in one finding a body: its code, severity and words."""
+"""Marks that are counted in one finding a body: its code and words."""
 
 
 def out_of_order(stamps: NDArray[np.int64]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
@@ -63,11 +63,11 @@ def _order(stamps: NDArray[np.int64]) -> Iterator[Finding]:
         step = (int(stamps[first - 1]) - int(stamps[first])) / 1e9
         message = f"time goes back by {step:.6g} s; {count} frames lie before the latest stamp"
         low, high = int(stamps[first : last + 1].min()), int(stamps[first : last + 1].max())
-        yield Span(low, high, int(stamps[0])).finding("time-backwards", Severity.ERROR, message, count=count)
+        yield Span(low, high, int(stamps[0])).finding("time-backwards", message, count=count)
     for first, last in runs(repeated).tolist():
         count = last - first + 1
         message = f"{count} frames repeat the stamp before"
-        yield Span.of(stamps, first, last).finding("duplicate-stamps", Severity.WARNING, message, count=count)
+        yield Span.of(stamps, first, last).finding("duplicate-stamps", message, count=count)
 
 
 def _gaps(stamps: NDArray[np.int64], zero: int, body: str) -> Iterator[Finding]:
@@ -77,13 +77,13 @@ def _gaps(stamps: NDArray[np.int64], zero: int, body: str) -> Iterator[Finding]:
     for row in long.tolist():
         message = f"nothing for {step[row] / 1e9:.3g} s, {step[row] / median:.0f} steps of {median / 1e6:.1f} ms"
         span = Span(int(stamps[row]), int(stamps[row + 1]), zero)
-        yield span.finding("gap", Severity.WARNING, message, body)
+        yield span.finding("gap", message, body)
     short = rows[step[rows] <= LONG_GAP_NS]
     if len(short):
         longest = step[short].max() / 1e6
         message = f"{len(short)} steps over 3 medians of {median / 1e6:.1f} ms, the longest {longest:.0f} ms"
         span = Span(int(stamps[short[0]]), int(stamps[short[-1] + 1]), zero)
-        yield span.finding("gap", Severity.NOTE, message, body, len(short))
+        yield span.finding("gap", message, body, len(short), Severity.NOTE)
 
 
 def _skew(looked: PosePass) -> Iterator[Finding]:
@@ -93,15 +93,15 @@ def _skew(looked: PosePass) -> Iterator[Finding]:
     for first, last in runs(off).tolist():
         message = f"log time and frame time are {float(np.median(skew[first : last + 1])) / 1e9:+.3f} s apart"
         span = Span.of(stamps, first, last)
-        yield span.finding("clock-skew", Severity.WARNING, message, count=last - first + 1)
+        yield span.finding("clock-skew", message, count=last - first + 1)
 
 
 def _counted(looked: PosePass, column: int) -> Iterator[Finding]:
-    for code, mark, severity, what in COUNTED:
+    for code, mark, what in COUNTED:
         rows = np.flatnonzero(looked.has(mark, column))
         if len(rows):
             span = Span.of(looked.stamp_ns, rows[0], rows[-1])
-            yield span.finding(code, severity, f"{len(rows)} {what}", looked.names[column], len(rows))
+            yield span.finding(code, f"{len(rows)} {what}", looked.names[column], len(rows))
 
 
 def _own_gaps(stamps: NDArray[np.int64], there: NDArray[np.bool_], name: str) -> Iterator[Finding]:

@@ -136,7 +136,7 @@ def findings_of(summary: Mapping[str, Any]) -> list[Finding]:
     """What the doctor said of the recording, the worst first; a code of another version is left out."""
     return [
         Finding(
-            code=row["code"], severity=Severity[row["severity"].upper()], message=row["message"],
+            code=row["code"], own_severity=Severity[row["severity"].upper()], message=row["message"],
             body=row["body"] or "", start=row.get("start"), end=row.get("end"), count=row.get("count", 1),
         )
         for row in summary.get("findings", ())

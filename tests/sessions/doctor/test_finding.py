@@ -3,9 +3,9 @@ from sessions.doctor.finding import CODES, Span, in_order
 
 
 def test_the_worst_comes_first_and_then_the_earliest():
-    late = Span(9, 9, 0).finding("gap", Severity.ERROR, "late")
-    early = Span(1, 1, 0).finding("gap", Severity.ERROR, "early")
-    note = Finding("torn", Severity.NOTE, "note")
+    late = Span(9, 9, 0).finding("torn", "late")
+    early = Span(1, 1, 0).finding("torn", "early")
+    note = Finding("torn", "note", own_severity=Severity.NOTE)
     assert in_order([note, late, early]) == [early, late, note]
 
 
