@@ -64,6 +64,7 @@ def test_a_wide_table_with_decimal_commas_millimetres_euler_angles_and_a_number(
         ("us", "12.5", 12_500),
         ("ns", "1709283600123456789", 1_709_283_600_123_456_789),
         ("ticks", "638448804001234567", 1_709_283_600_123_456_700),
+        ('ms"\noffset = 600 #"', "-500", 100_000_000),
     ],
 )
 def test_a_clock_keeps_its_last_digit(tmp_path, unit, cell, expected):

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.shared_data import DATA, needs_data
 
 from sessions.errors import ImportFileError
 from sessions.importers import import_session
@@ -63,28 +62,3 @@ def test_matrices_row_by_row_become_quaternions_and_what_is_no_rotation_is_lost(
     assert np.flatnonzero(~track.valid).tolist() == [3, 5, 20]
     got = Rotation.from_quat(track.quaternions_xyzw[track.valid]).as_matrix()
     assert np.abs(got - turns[track.valid[:20]]).max() < 1e-9
-
-
-BARE = """
-convention = "openvr"
-delimiter = " "
-skip_lines = 1
-columns = ["x", "y", "z", "w", "i", "j", "k"]
-[time]
-rate_hz = 250
-[bodies.tracker]
-position = ["x", "y", "z"]
-quaternion_xyzw = ["i", "j", "k", "w"]
-"""
-
-
-@needs_data
-def test_a_real_log_without_names_and_clock_is_read_row_by_row(tmp_path):
-    """A tracker at rest that lost tracking and wrote the identity for 159 rows; read again with NumPy alone."""
-    source = DATA / "vive-accuracy" / "measurementPoint3.txt"
-    (tmp_path / "m.toml").write_text(BARE)
-    track = import_session("csv", source, mapping=tmp_path / "m.toml").tracks["tracker"]
-    table = np.loadtxt(source)
-    assert track.times_ns.tolist() == [4_000_000 * row for row in range(len(table))]
-    assert np.abs(track.positions - table[:, :3]).max() < 1e-9
-    assert np.abs(track.quaternions_xyzw - table[:, [4, 5, 6, 3]]).max() < 1e-9

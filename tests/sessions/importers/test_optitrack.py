@@ -1,4 +1,4 @@
-"""Files are written to OptiTrack's description of Motive's CSV, format versions 1.22 to 1.25."""
+"""Files are written to OptiTrack's description of Motive's CSV, format versions 1.21 to 1.25."""
 
 import numpy as np
 import pytest
@@ -17,15 +17,19 @@ TIMES = [round(k / 120, 6) for k in range(COUNT)]
 METRES = {"Meters": 1.0, "Millimeters": 0.001, "Centimeters": 0.01, "Inches": 0.0254}
 
 
-def export(rotation="Quaternion", units="Meters", *, parent=False, timecode=False, lost=()):
-    """The text of an export: two rigid bodies with their error, a marker of each, and an unlabelled one twice."""
+def export(rotation="Quaternion", units="Meters", *, parent=False, timecode=False, lost=(), old=False):
+    """The text of an export: two rigid bodies with their error, a marker of each, and an unlabelled one twice.
+
+    Motive 1.21 (``old``) leaves the words Type, Name and ID out, and the unit of the time.
+    """
     head = {
-        "Format Version": "1.25" if parent else "1.23", "Take Name": "Take 1, cups", "Capture Frame Rate": "120.000000",
+        "Format Version": "1.21" if old else "1.25" if parent else "1.23",
+        "Take Name": "Take 1, cups", "Capture Frame Rate": "120.000000",
         "Capture Start Time": "2024-05-05 11.30.20.235 AM", "Total Frames in Take": str(COUNT),
         "Rotation Type": rotation, "Length Units": units, "Coordinate Space": "Global",
     }  # fmt: skip
     turns = "XYZW" if rotation == "Quaternion" else "XYZ"
-    first = ["Frame", "Time (Seconds)"] + ["TimeCode"] * timecode
+    first = ["Frame", "Time" if old else "Time (Seconds)"] + ["TimeCode"] * timecode
     columns = []  # kind, name, id, what, axis, values
     for name in NAMES:
         turn = TURNS[name].as_quat() if rotation == "Quaternion" else TURNS[name].as_euler(rotation, degrees=True)
@@ -41,9 +45,9 @@ def export(rotation="Quaternion", units="Meters", *, parent=False, timecode=Fals
     pad = [""] * (len(first) - 2)
     quoted = [f'"{one[1]}"' for one in columns]
     lines = [",".join(f'{key},"{value}"' if "," in value else f"{key},{value}" for key, value in head.items()), ""]
-    lines.append(",".join(["", "Type", *pad, *(one[0] for one in columns)]))
-    lines.append(",".join(["", "Name", *pad, *quoted]))
-    lines.append(",".join(["", "ID", *pad, *(one[2] for one in columns)]))
+    lines.append(",".join(["", "" if old else "Type", *pad, *(one[0] for one in columns)]))
+    lines.append(",".join(["", "" if old else "Name", *pad, *quoted]))
+    lines.append(",".join(["", "" if old else "ID", *pad, *(one[2] for one in columns)]))
     lines += [",".join(["", "Parent", *pad, *("" for _ in columns)])] if parent else []
     lines.append(",".join(["", "", *pad, *(one[3] for one in columns)]))
     lines.append(",".join([*first, *(one[4] for one in columns)]))
@@ -62,7 +66,7 @@ def written(tmp_path, text):
 @pytest.mark.parametrize(
     "kind",
     [
-        {}, {"units": "Millimeters", "parent": True}, {"rotation": "XYZ", "units": "Centimeters"},
+        {}, {"old": True}, {"units": "Millimeters", "parent": True}, {"rotation": "XYZ", "units": "Centimeters"},
         {"rotation": "ZYX", "timecode": True, "units": "Inches"},
     ],
 )  # fmt: skip

@@ -34,10 +34,6 @@ def head(pattern, axes):
     return [pattern.format(axis) for axis in axes]
 
 
-def table(*columns):
-    return [list(row) for row in zip(*(column.T for column in columns), strict=True)]
-
-
 def rows_of(*parts):
     return np.column_stack(parts).tolist()
 
@@ -204,16 +200,6 @@ def test_a_stamp_that_cannot_be_is_named_by_file_and_line(tmp_path, kind):
     assert "log.csv" in str(refusal.value) or "m.toml" in str(refusal.value)
 
 
-def test_stamps_before_0_are_moved_by_the_offset_of_the_mapping(tmp_path):
-    log, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
-    log.write_text("t,x,y,z,a,b,c,d\n-500,0,0,0,0,0,0,1\n1500,0,0,0,0,0,0,1\n")
-    mapping.write_text(
-        'convention = "unity"\n[time]\ncolumn = "t"\nunit = "ms"\noffset = 600\n[bodies.cup]\n'
-        'position = ["x", "y", "z"]\nquaternion_xyzw = ["a", "b", "c", "d"]\n'
-    )
-    assert import_session("csv", log, mapping=mapping).tracks["cup"].times_ns.tolist() == [100_000_000, 2_100_000_000]
-
-
 def test_all_faults_of_a_mapping_and_all_columns_that_are_missing_are_named_at_once(tmp_path):
     log, mapping = tmp_path / "log.csv", tmp_path / "m.toml"
     log.write_text("t,x,y\n0,1,2\n")
@@ -232,20 +218,6 @@ def test_all_faults_of_a_mapping_and_all_columns_that_are_missing_are_named_at_o
 
 
 # --- Other formats: each writes its file, and gives the format and the options to import it with ---
-
-
-def motive_1_21(folder):
-    """Its header leaves the words Type, Name and ID out."""
-    names = ("Cup", "Left hand")
-    lines = ["Format Version,1.21,Take Name,t,Rotation Type,Quaternion,Length Units,Meters,Coordinate Space,Global", ""]
-    lines += [",," + ",".join(["Rigid Body"] * 14), ",," + ",".join(name for name in names for _ in range(7))]
-    lines += [",," + ",".join(["A1"] * 14), ",," + ",".join((["Rotation"] * 4 + ["Position"] * 3) * 2)]
-    lines.append("Frame,Time" + ",X,Y,Z,W,X,Y,Z" * 2)
-    for k in range(COUNT):
-        numbers = [number for body in (0, 1) for number in (*TURN[body][k], *PLACE[body][k])]
-        lines.append(f"{k},{TIME[k]:.6f}," + ",".join(f"{number:.12f}" for number in numbers))
-    (folder / "take.csv").write_text("\r\n".join([*lines, ""]))
-    return folder / "take.csv", "optitrack", {}
 
 
 def streams(*described):
@@ -301,7 +273,6 @@ def frames(format, options, *moves):
 PLAIN = [{"label": one, "type": "position"} for one in "xyz"] + [{"label": one, "type": "quaternion"} for one in "xyzw"]
 ROBOT = ("left_wheel", "oakd_left_camera_frame", "left", "hand_link", "head_pan_link")
 RECORDINGS = {
-    "Motive 1.21": (motive_1_21, ("Cup", "Left hand"), np.eye(3)),
     "XDF of a controller": (
         streams(("lhand", "Controller", PLAIN, np.column_stack(G))), ("lhand",), np.eye(3),
     ),
@@ -325,7 +296,7 @@ def test_a_recording_gives_the_poses_that_were_written(tmp_path, kind):
     session = import_session(format, path, **options)
     assert set(session.names) == {*names}
     # A hand or controller gets a stand-in, a frame of a robot never does.
-    assert bool(session.meshes) == (format in ("optitrack", "xdf"))
+    assert bool(session.meshes) == (format == "xdf")
     for body, name in enumerate(names):
         track = session.tracks[name]
         assert has_poses(track, PLACE[body % 2], Rotation.from_quat(TURN[body % 2]), axes)
