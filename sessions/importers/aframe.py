@@ -51,9 +51,7 @@ def read_aframe(source: Path) -> Session:
 def _devices(source: Path) -> dict[str, dict[str, Any]]:
     try:
         data = json.loads(source.read_text(encoding="utf-8-sig"))
-    except (UnicodeDecodeError, RecursionError):
-        raise ImportFileError(f"{source}: this is not JSON text; export the recording again") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ImportFileError(f"{source}: this is not JSON: {error}; export the recording again") from None
     if isinstance(data, dict) and isinstance(data.get("recording"), dict):
         data = data["recording"]

@@ -2,6 +2,7 @@
 
 import csv
 from collections.abc import Iterator
+from contextlib import suppress
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Final
@@ -14,8 +15,8 @@ PHASE_OF: Final = {"begin": "enter", "enter": "enter", "end": "exit", "exit": "e
 """Words of the last column and what they mean."""
 
 COLUMNS: Final = 4
-LONGEST_STAMP_S: Final = Decimal(9_000_000_000)
-"""Seconds beyond which nanoseconds no longer fit 64 bits: the year 2255 of the Unix epoch."""
+LONGEST_STAMP_NS: Final = 9_000_000_000_000_000_000
+"""Beyond it nanoseconds no longer fit 64 bits: the year 2255 of the Unix epoch."""
 
 
 def read_contacts(source: str | Path) -> tuple[LiveContact, ...]:
@@ -51,10 +52,8 @@ def _rows(path: Path, text: str) -> Iterator[LiveContact]:
 
 
 def _stamp(where: str, text: str) -> int:
-    try:
-        seconds = Decimal(text)
-    except InvalidOperation:
-        raise ImportFileError(f"{where}: {text[:40]!r} is no time; write seconds") from None
-    if not seconds.is_finite() or abs(seconds) > LONGEST_STAMP_S:
-        raise ImportFileError(f"{where}: {text[:40]!r} is no time in seconds; write seconds of one clock")
-    return int((seconds * 1_000_000_000).to_integral_value())
+    with suppress(InvalidOperation, OverflowError, ValueError):
+        stamp = int((Decimal(text) * 1_000_000_000).to_integral_value())
+        if abs(stamp) < LONGEST_STAMP_NS:
+            return stamp
+    raise ImportFileError(f"{where}: {text[:40]!r} is no time in seconds; write seconds of one clock")

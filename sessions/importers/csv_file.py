@@ -21,7 +21,7 @@ from sessions.model.event import Event, LiveContact
 from sessions.model.session import Session
 from sessions.model.track import HandTrack
 
-NAMED_KINDS = 5  # Unknown kinds of rows that are named before the sentence ends in dots
+NAMED_KINDS = 5  # Unknown kinds of rows that are named
 
 MOST_BODIES = 1000  # More names than a laboratory has bodies: then the column holds something else
 
@@ -92,10 +92,9 @@ class _CsvLog:
             notes.append(f"{twice} contacts that both bodies reported counted once")
         others = {kind: rows for kind, rows in self._kinds.items() if kind not in KINDS}
         if others:
-            names = [repr(kind[:40]) for kind in list(others)[:NAMED_KINDS]]
-            names += ["..."] if len(others) > NAMED_KINDS else []
+            names = ", ".join(repr(kind[:40]) for kind in [*others][:NAMED_KINDS])
             count = sum(int(rows.sum()) for rows in others.values())
-            notes.append(f"{count} rows left out of unknown kind {', '.join(names)}")
+            notes.append(f"{count} rows left out of {len(others)} unknown kinds such as {names}")
         tables = {name: table.poses(columns, self._stamps(rows), rows) for name, columns, rows in self._bodies()}
         events = tuple(
             Event(stamp, name or "event", message, body)

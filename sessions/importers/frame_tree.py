@@ -16,6 +16,7 @@ from sessions.errors import ImportFileError
 from sessions.geometry.rotations import quaternion_product, rotated, slerp
 from sessions.importers.pose_table import Numbers, PoseTable, is_rotation
 
+MOST_NAMED: Final = 5
 LARGEST_GAP_NS: Final = 200_000_000
 """A frame silent for longer than this is not interpolated: its pose in between is flagged as lost."""
 
@@ -75,11 +76,8 @@ class FrameTree:
             moved = {root_of[name] for name, chain in chains.items() if any(map(self._moves, chain))}
             roots = sorted(moved - {""}) or roots
         if len(roots) > 1 and not join:
-            of_root = [
-                f"{root!r} with {_named([name for name in root_of if root_of[name] == root][:3])}" for root in roots
-            ]
             raise self._error(
-                f"frames hang from {len(roots)} roots ({', '.join(of_root[:5])}) and no transform joins them; "
+                f"frames hang from {len(roots)} roots ({_named(roots[:MOST_NAMED])}) and no transform joins them; "
                 "choose one by --topic; several --topic are taken to share one world"
             )
         assumed = [f"frames {_named(roots)} taken for one world"] if len(roots) > 1 else []
@@ -129,12 +127,11 @@ class FrameTree:
     def _at(self, name: str, stamps: NDArray[np.int64]) -> Numbers:
         """Rows of a link at these stamps (n, 7): its own, held where it is static, else interpolated."""
         times, rows = self._tables[name]
-        after = np.searchsorted(times, stamps)
-        own = times[np.minimum(after, len(times) - 1)] == stamps
         if not self._moves(name):
-            return rows[np.clip(np.where(own, after, after - 1), 0, len(times) - 1)]
-        found: Numbers = rows[np.minimum(after, len(times) - 1)].copy()
-        between = np.flatnonzero(~own)
+            return rows[np.maximum(np.searchsorted(times, stamps, side="right") - 1, 0)]
+        after = np.searchsorted(times, stamps)  # stamps lie between the first and the last of a frame that moves
+        found: Numbers = rows[after]
+        between = np.flatnonzero(times[after] != stamps)
         high = after[between]
         self._interpolated |= len(between) > 0
         step = times[high] - times[high - 1]

@@ -21,7 +21,7 @@ from sessions.model.session import Session
 
 ASSUMED: Final = "ros"
 """Axes where none are named: Foxglove and ROS both follow REP 103."""
-NAMED_TOPICS: Final = 8  # Topics that an error names before it ends in dots
+NAMED_TOPICS: Final = 8  # Topics that an error names
 
 
 def read_mcap(
@@ -122,12 +122,11 @@ def _messages(source: Path, topics: Sequence[str]) -> Iterator[tuple[ChannelInfo
     except SessionFileError as error:
         raise _unreadable(source, brief(error)) from None
     seen = {channel.topic: channel.schema_name or "no schema" for channel in channels.values()}
-    absent = [f"no topic {topic!r}" for topic in topics if topic not in seen]
-    absent += [] if found else [f"no message of poses ({', '.join((*FRAMES, *POSES))})"]
-    if absent:
-        words = [f"{topic} ({name})" for topic, name in seen.items()]
-        there = ", ".join(words[:NAMED_TOPICS]) + (", ..." if len(words) > NAMED_TOPICS else "")
-        raise ImportFileError(f"{source}: {absent[0]}; there are: {there or 'none'}")
+    absent = [topic for topic in topics if topic not in seen]
+    if absent or not found:
+        what = f"no topic {absent[0]!r}" if absent else f"no message of poses ({', '.join((*FRAMES, *POSES))})"
+        there = ", ".join(f"{topic} ({name})" for topic, name in [*seen.items()][:NAMED_TOPICS])
+        raise ImportFileError(f"{source}: {what}; there are: {there or 'none'}")
 
 
 def _unreadable(source: Path, why: str) -> ImportFileError:

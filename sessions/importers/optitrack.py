@@ -13,10 +13,9 @@ from typing import Final
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import CsvLayout, PoseColumns
 from sessions.importers.csv_table import LONGEST_LINE, CsvTable
-from sessions.importers.pose_table import SourceFrame, imported
+from sessions.importers.pose_table import METRES, SourceFrame, imported
 from sessions.model.session import Session
 
-LENGTHS: Final = ("meters", "centimeters", "millimeters", "inches", "feet")
 BODIES: Final = ("Rigid Body", "Bone")
 AXES: Final = "gltf"
 HEAD_LINES: Final = 12  # The lines that name columns are among these; Motive writes 7 or 8
@@ -38,8 +37,8 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
     if euler != "Quaternion" and sorted(euler) != ["X", "Y", "Z"]:
         raise ImportFileError(f"{source}: line 1: no Rotation Type {euler!r}; export with Quaternion")
     unit = facts.get("Length Units", "Meters")
-    if unit.lower() not in LENGTHS:
-        raise ImportFileError(f"{source}: line 1: no length unit {unit!r}; there are: {', '.join(LENGTHS)}")
+    if unit.lower() not in METRES:
+        raise ImportFileError(f"{source}: line 1: no length unit {unit!r}; there are: {', '.join(METRES)}")
     space = facts.get("Coordinate Space", "Global")
     if space != "Global":
         raise ImportFileError(
@@ -87,10 +86,9 @@ def _kinds(row: list[str]) -> bool:
 def _bodies(table: CsvTable, euler: str) -> dict[str, PoseColumns]:
     """Body -> its columns: place X Y Z, then a quaternion X Y Z W or angles in the order of turning."""
     turns, kind = ("XYZW", "quaternion_xyzw") if euler == "Quaternion" else (euler, "euler")
-    wanted = [("Position", axis) for axis in "XYZ"] + [("Rotation", axis) for axis in turns]
-    kinds, names, what, axes = table.heads[0], table.heads[1], table.heads[-2], table.heads[-1]
     found: dict[str, dict[tuple[str, str], str]] = {}
-    for tracked, name, part, axis, column in zip(kinds, names, what, axes, table.columns, strict=True):
+    heads = table.heads[0], table.heads[1], table.heads[-2], table.heads[-1]
+    for tracked, name, part, axis, column in zip(*heads, table.columns, strict=True):
         if tracked in BODIES:
             found.setdefault(name, {})[part, axis] = column
     if not found:
@@ -99,11 +97,11 @@ def _bodies(table: CsvTable, euler: str) -> dict[str, PoseColumns]:
         )
     bodies = {}
     for name, columns in found.items():
-        missing = [" ".join(part) for part in wanted if part not in columns]
-        if missing:
-            raise ImportFileError(
-                f"{table.source}: {name!r} has no column {missing[0]!r}; export it with Rotation Type Quaternion"
-            )
-        place, turn = tuple(columns[part] for part in wanted[:3]), tuple(columns[part] for part in wanted[3:])
+        try:
+            place = tuple(columns["Position", axis] for axis in "XYZ")
+            turn = tuple(columns["Rotation", axis] for axis in turns)
+        except KeyError as missing:
+            what = f"{name!r} has no column {' '.join(missing.args[0])!r}"
+            raise ImportFileError(f"{table.source}: {what}; export it with Rotation Type Quaternion") from None
         bodies[name] = PoseColumns(place, turn, kind, euler)
     return bodies

@@ -18,7 +18,7 @@ import numpy as np
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import PoseColumns
 from sessions.importers.csv_table import CsvTable
-from sessions.importers.pose_table import LARGEST_SECONDS, PoseTable, SourceFrame, Stream, imported
+from sessions.importers.pose_table import LARGEST_SECONDS, Numbers, PoseTable, SourceFrame, Stamps, Stream, imported
 from sessions.input_files import check_regular
 from sessions.model.event import Interval
 from sessions.model.session import Session
@@ -44,27 +44,30 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
     Raises ``ImportFileError``: names folder, file, line and column.
     """
     folder = source.parent if source.is_file() else source
-    found: dict[str, list[PoseTable]] = {}
-    numbers: dict[str, list[Stream]] = {}
+    poses: dict[str, list[PoseTable]] = {}
+    numbers: dict[str, list[tuple[Stamps, Numbers]]] = {}
     notes = ["rotations from Euler angles zxy in degrees to unit quaternions"]
     for path, body in _trackers(folder):
-        if not (_begins_with(path, TIME) or _begins_with(path, PLACE[0])):
-            notes.append(f"{path.name} left out: its first line names neither {TIME} nor {PLACE[0]}")
+        if not _begins_with(path, TIME):
+            notes.append(f"{path.name} left out: its first line does not name {TIME}")
             continue
         table = CsvTable(path)
-        if _begins_with(path, PLACE[0]):
-            found.setdefault(body, []).append(table.poses(POSE, table.stamps(TIME, "s")))
-        for stream in _numbers(table, body):
-            numbers.setdefault(stream.name, []).append(stream)
+        stamps = table.stamps(TIME, "s")
+        if PLACE[0] in table.columns:
+            poses.setdefault(body, []).append(table.poses(POSE, stamps))
+        for column in table.columns:
+            if column not in (TIME, *POSE.numbers) and table.holds_numbers(column):
+                values = table.numbers((column,))[:, 0]
+                numbers.setdefault(f"{body}/{column}", []).append((stamps, values))
         if table.skipped:
             notes.append(f"{path.name}: {table.skipped} rows left out that have too few or too many cells")
         if table.cut_short:
             notes.append(f"{path.name}: the last line may be cut short: its pose is flagged as lost")
-    tables = {body: PoseTable(*map(np.concatenate, zip(*parts, strict=True))) for body, parts in found.items()}
-    streams = [
-        Stream(name, np.concatenate([part.times_ns for part in parts]), np.concatenate([part.values for part in parts]))
-        for name, parts in numbers.items()
-    ]
+    tables = {body: PoseTable(*map(np.concatenate, zip(*parts, strict=True))) for body, parts in poses.items()}
+    streams = []
+    for name, parts in numbers.items():
+        times, values = map(np.concatenate, zip(*parts, strict=True))
+        streams.append(Stream(name, times, values))
     trials, unended = _trials(folder)
     if unended:
         notes.append(f"{unended} trials left out that did not end")
@@ -96,13 +99,6 @@ def _begins_with(path: Path, column: str) -> bool:
     """Whether a file's header seems to name a column."""
     with path.open(encoding="utf-8-sig", errors="replace") as file:
         return column in file.readline(LONGEST_HEADER)
-
-
-def _numbers(table: CsvTable, body: str) -> Iterator[Stream]:
-    """Columns that hold numbers and no poses; columns of text are left out."""
-    for column in table.columns if TIME in table.columns and len(table) else ():
-        if column not in (TIME, *POSE.numbers) and table.holds_numbers(column):
-            yield Stream(f"{body}/{column}", table.stamps(TIME, "s"), table.numbers((column,))[:, 0])
 
 
 def _trials(folder: Path) -> tuple[list[Interval], int]:

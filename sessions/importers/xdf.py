@@ -20,7 +20,7 @@ import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.importers.csv_mapping import LENGTHS, PoseColumns, mapping_table, pose_columns
-from sessions.importers.pose_table import Numbers, PoseTable, SourceFrame, Stamps, Stream, imported, stamps_of
+from sessions.importers.pose_table import METRES, Numbers, PoseTable, SourceFrame, Stamps, Stream, imported, stamps_of
 from sessions.meshes.conventions import CONVENTIONS
 from sessions.model.event import Event
 from sessions.model.session import Session
@@ -42,7 +42,6 @@ ROLES: Final = {
     "confidence": 7,
 }
 """Type of a channel, type and label, or label, in small letters -> its place in x y z qx qy qz qw confidence."""
-UNITS: Final = {"meters": "m", "meter": "m", "metres": "m", "centimeters": "cm", "millimeters": "mm", "": "m"}
 
 
 def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path | None = None) -> Session:
@@ -82,8 +81,8 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
         for table in tables.values():
             assert table.valid is not None
             table.valid[-1:] = False
-    lengths = {UNITS.get(unit, unit) for unit in units}
-    if len(lengths) > 1 or not lengths <= {*LENGTHS}:
+    lengths = {METRES.get(unit or "m") for unit in units}
+    if len(lengths) > 1 or None in lengths:
         raise ImportFileError(f"{source}: lengths are in {', '.join(sorted(units))}; record all in one of m, cm, mm")
     kinds = {"unity" if stream.is_unity else ASSUMED for stream in posed}
     if len(kinds) > 1 and not convention:
@@ -92,7 +91,7 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
     for stream in streams:
         (notes if stream.data["clock_times"] else assumed).append(stream.clock)
     clock = "LSL clock of the recording computer, s"
-    frame = SourceFrame.in_axes(convention, min(kinds), min(lengths), clock, assumed)
+    frame = SourceFrame.in_axes(convention, min(kinds), max(units) or "m", clock, assumed)
     numbers = [number for stream in streams if stream not in posed for number in stream.numbers()]
     events = tuple(event for stream in streams for event in stream.events())
     return replace(imported(tables, frame, notes, numbers), events=events)

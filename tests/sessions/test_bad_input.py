@@ -38,7 +38,7 @@ ENDLESS = [
     {**DIGITS, "new": "mass = " + "9" * 5000},
     {**DIGITS, "new": "mass = 0x" + "f" * 5000},
     {"reader": "scene", "text": "a = " + "[" * 100_000, "words": "nested too deeply"},
-    {"reader": "aframe", "text": "[" * 100_000, "words": "this is not JSON text"},
+    {"reader": "aframe", "text": "[" * 100_000, "words": "this is not JSON"},
 ]
 
 

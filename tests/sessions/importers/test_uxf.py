@@ -117,7 +117,7 @@ def test_a_broken_folder_is_refused_in_one_sentence(folder, change, words):
 def test_a_tracker_whose_columns_nobody_knows_is_named(folder, data):
     (folder / HEAD).write_bytes(data)
     session = import_session("uxf", folder)
-    words = "head_movement_T001.csv left out: its first line names neither time nor pos_x"
+    words = "head_movement_T001.csv left out: its first line does not name time"
     assert words in session.facts["conversions"] and len(session.tracks["head"]) == COUNT
 
 
