@@ -29,39 +29,11 @@ def together(*options: Option) -> Option:
     return applied
 
 
-class Existing(click.Path):
-    """A path that exists; where the other kind of path is given, the error says what to do about it."""
-
-    def __init__(self, *, folder: bool, file: bool | None = None, url: bool = False) -> None:
-        super().__init__(exists=True, dir_okay=folder, file_okay=not folder if file is None else file, path_type=Path)
-        self.url = url
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """As ``click.Path``, with a word on what to give instead."""
-        if "\0" in str(value):
-            self.fail("a name of a file holds no NUL; name another", param, ctx)
-        if self.url and "://" in str(value):
-            from replay.api.places import place
-
-            return place(value)
-        path = Path(value)
-        kind = special_kind(path)
-        if kind and not path.is_dir():
-            self.fail(f"{value} is {kind}; name a regular file", param, ctx)
-        if path.is_dir() and not self.dir_okay:
-            found = sorted(path.glob("*.mcap"))
-            hint = f"name a file, like {found[0]}" if found else "name a file in it; it holds no *.mcap"
-            self.fail(f"{value} is a folder; {hint}", param, ctx)
-        if path.is_file() and not self.file_okay:
-            self.fail(f"{value} is a file; replay it first: replay run {value} --out RUN", param, ctx)
-        return super().convert(value, param, ctx)
-
-
 class Target(click.Path):
-    """A path to be written; a name that no table or page could repeat is refused."""
+    """A path to be written; a name that no table or page could repeat is refused; with ``url`` it may be one."""
 
-    def __init__(self, *, url: bool = False) -> None:
-        super().__init__(path_type=Path)
+    def __init__(self, *, url: bool = False, **kind: bool) -> None:
+        super().__init__(path_type=Path, **kind)
         self.url = url
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
@@ -75,7 +47,32 @@ class Target(click.Path):
             from replay.api.places import place
 
             return place(value)
+        return self.local(value, param, ctx)
+
+    def local(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """A path on this machine."""
         return super().convert(value, param, ctx)
+
+
+class Existing(Target):
+    """A path that exists; where the other kind of path is given, the error says what to do about it."""
+
+    def __init__(self, *, folder: bool, file: bool | None = None, url: bool = False) -> None:
+        super().__init__(url=url, exists=True, dir_okay=folder, file_okay=not folder if file is None else file)
+
+    def local(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """As ``click.Path``, with a word on what to give instead."""
+        path = Path(value)
+        kind = special_kind(path)
+        if kind and not path.is_dir():
+            self.fail(f"{value} is {kind}; name a regular file", param, ctx)
+        if path.is_dir() and not self.dir_okay:
+            found = sorted(path.glob("*.mcap"))
+            hint = f"name a file, like {found[0]}" if found else "name a file in it; it holds no *.mcap"
+            self.fail(f"{value} is a folder; {hint}", param, ctx)
+        if path.is_file() and not self.file_okay:
+            self.fail(f"{value} is a file; replay it first: replay run {value} --out RUN", param, ctx)
+        return super().local(value, param, ctx)
 
 
 class Number(click.FloatRange):

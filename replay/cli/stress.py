@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -115,35 +115,23 @@ def sum_table(title: str, tallies: Sequence[Tally]) -> Table:
 def where_table(tallies: Sequence[Tally]) -> Table:
     """A row for each result of a family, a relation or a case; of several detectors only what was not passed."""
     everybody = {tally.detector for tally in tallies}
-    rows = []
-    for question, results in _questions(tallies):
-        for words, why in dict.fromkeys((words, why) for _, words, why in results):
-            names = [name for name, *result in results if tuple(result) == (words, why)]
-            if words != "passed" or len(everybody) == 1:
-                rows.append((question, words, "all" if len(names) == len(everybody) > 1 else ", ".join(names), why))
+    broken = {(tally.detector, tally.relation) for tally in tallies if tally.failed}
+    named: dict[tuple[str, str, str], list[str]] = {}
+    for tally in tallies:
+        question, words = f"{tally.number:02d} {tally.name}", tally.words
+        if tally.relation and tally.failed:
+            question += f", {tally.relation}"
+        elif tally.relation:
+            if (tally.detector, tally.relation) in broken:
+                continue
+            question, words = tally.relation, "passed"  # of all families
+        if words != "passed" or len(everybody) == 1:
+            names = named.setdefault((question, words, tally.reason), [])
+            names += [tally.detector] if tally.detector not in names else []
+    rows = [
+        (question, words, "all" if len(names) == len(everybody) > 1 else ", ".join(names), why)
+        for (question, words, why), names in named.items()
+    ]
     title = "what was not passed" if len(everybody) > 1 else "each question"
-    head = ("question", "result", "detectors", "why, or in which families")
+    head = ("question", "result", "detectors", "why")
     return table(title, head, rows, words=head)
-
-
-def _questions(tallies: Sequence[Tally]) -> Iterator[tuple[str, list[tuple[str, str, str]]]]:
-    """Questions, and of each detector name, result and reason; a relation is one question of all families."""
-    places = dict.fromkeys((tally.kind, 0 if tally.relation else tally.number, tally.relation) for tally in tallies)
-    for kind, number, relation in places:
-        own = [
-            tally
-            for tally in tallies
-            if (tally.kind, tally.relation) == (kind, relation) and number in (0, tally.number)
-        ]
-        if relation:
-            names = dict.fromkeys(tally.detector for tally in own)
-            yield relation, [_of_relation(name, (t for t in own if t.detector == name)) for name in names]
-        else:
-            yield f"{number:02d} {own[0].name}", [(tally.detector, tally.words, tally.reason) for tally in own]
-
-
-def _of_relation(name: str, tallies: Iterable[Tally]) -> tuple[str, str, str]:
-    failed = [tally for tally in tallies if tally.failed]
-    counts = ((word, sum(getattr(tally, word) for tally in failed)) for word in ("changed", "refused"))
-    words = ", ".join(f"{count:,} {word}" for word, count in counts if count)
-    return name, words or "passed", " ".join(f"{tally.number:02d}" for tally in failed)

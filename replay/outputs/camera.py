@@ -146,8 +146,7 @@ def overview(assembly: Assembly, scene: Scene, points: FloatArray, frame: int, a
 
 def framing(points: FloatArray, away: FloatArray, aspect: float = ASPECT) -> Eye:
     """The eye in the direction ``away`` from points (n, 3) that sees them as large as the view allows."""
-    back = away / np.linalg.norm(away)
-    axes = look_rotation(Eye(vector_of(back), (0.0, 0.0, 0.0)))
+    axes = axes_of(away)
     local = points @ axes
     centre = (local.min(axis=0) + local.max(axis=0)) / 2
     across, up = np.abs(local - centre)[:, :2].T
@@ -155,13 +154,17 @@ def framing(points: FloatArray, away: FloatArray, aspect: float = ASPECT) -> Eye
     slope = np.tan(FIELD_OF_VIEW / 2)
     distance = max(0.2, float(np.max(depth + np.maximum(up / slope, across / (slope * aspect)) * MARGIN)))
     target = axes @ centre
-    return Eye(vector_of(target + distance * back), vector_of(target))
+    return Eye(vector_of(target + distance * axes[:, 2]), vector_of(target))
 
 
 def look_rotation(eye: Eye) -> FloatArray:
     """Rotation of a camera whose axes are right, up and back, (3, 3) column convention."""
-    back = np.subtract(eye.position, eye.target)
-    back = back / np.linalg.norm(back)
+    return axes_of(np.subtract(eye.position, eye.target))
+
+
+def axes_of(away: FloatArray) -> FloatArray:
+    """Axes right, up and back as columns (3, 3) of an eye in the direction ``away``, of any length."""
+    back = away / np.linalg.norm(away)
     right = np.cross([0.0, 1.0, 0.0], back)
     right = right / np.linalg.norm(right)
     return np.stack([right, np.cross(back, right), back], axis=1)

@@ -88,14 +88,11 @@ VERDICTS: Final = looks(
 )  # fmt: skip
 """States of a detector lane."""
 
-GHOST_ALPHA: Final = 40
-"""Hands and headset: opaque ones stand in front of what they touch."""
-
 _BY_TAG: Final[tuple[tuple[str, Rgba], ...]] = (
     ("headset", (120, 150, 200, 26)),
-    ("hand", (150, 175, 215, GHOST_ALPHA)),
-    ("controller", (150, 175, 215, GHOST_ALPHA)),
-    ("wand", (150, 175, 215, GHOST_ALPHA)),
+    ("hand", (150, 175, 215, 40)),
+    ("controller", (150, 175, 215, 40)),
+    ("wand", (150, 175, 215, 40)),
     ("stopper", (120, 116, 108, 255)),
     ("rod", (222, 226, 232, 255)),
     ("glass", (178, 222, 255, 70)),
@@ -107,7 +104,8 @@ _BY_TAG: Final[tuple[tuple[str, Rgba], ...]] = (
     ("furniture", (110, 114, 122, 255)),
     ("plastic", (88, 110, 140, 255)),
 )
-"""First tag that fits decides. A rod is of glass, but it is solid and thin: translucent it vanishes inside a beaker."""
+"""First tag that fits decides. Hands and headset are faint: opaque ones stand in front of what they touch. A rod is of
+glass, but it is solid and thin: translucent it vanishes inside a beaker."""
 
 _DEFAULT: Final[Rgba] = (168, 164, 156, 255)
 
@@ -124,8 +122,3 @@ def tags_of(body: str, scene: Scene) -> tuple[str, ...]:
 def albedo(tags: tuple[str, ...]) -> Rgba:
     """Colour and translucency of a body with these tags."""
     return next((colour for tag, colour in _BY_TAG if tag in tags), _DEFAULT)
-
-
-def is_ghost(tags: tuple[str, ...]) -> bool:
-    """Whether the body belongs to the user (hand, controller, headset): drawn, but never in the way."""
-    return bool({"hand", "controller", "wand", "headset"} & set(tags))

@@ -7,6 +7,7 @@ from typing import Final
 import numpy as np
 
 from cdcore.numerics import FloatArray, IntArray
+from replay.outputs.camera import axes_of
 
 FOCAL: Final = 1.6
 """Focal length over the height of the picture: an opening of 35 degrees."""
@@ -63,10 +64,7 @@ class View:
     @classmethod
     def of(cls, points: FloatArray, away: FloatArray, size: tuple[int, int], right: int = 0) -> "View":
         """The view from the direction ``away`` that shows points (n, 3) as large as fits; ``right``: kept free."""
-        back = away / np.linalg.norm(away)
-        across = np.cross([0.0, 1.0, 0.0], back)
-        across = across / np.linalg.norm(across)
-        axes = np.stack([across, np.cross(back, across), back], axis=1)
+        axes = axes_of(away)
         wide, high = size[0] - right, size[1]
         local = points @ axes
         middle = (local.min(axis=0) + local.max(axis=0)) / 2

@@ -251,7 +251,7 @@ def _details(picture: Picture, label: str) -> Any:
     if label in result.comparisons:
         there = np.flatnonzero(result.comparisons[label].by_pair.sum(axis=0)).tolist()
         title = f"Pair by pair    {lane_legend(there, label)}"
-    text = text_view(f"{root}/text", "What was asked, and what each stage takes")
+    text = text_view(f"{root}/text", "Settings, and what each stage takes")
     top, widths = [text], [1.0]
     if any(one.label == label for one in picture.views):
         top += [_close_up(picture), text_list(f"{root}/moments", f"All moments of {label}: click a time")]

@@ -28,9 +28,6 @@ HAPPENED: Final = "happened"
 SEEN_S: Final = 0.25
 """Seconds after an event at which the picture opens: in the frame of an end point the liquid is still colourless."""
 
-MOST_POINTS: Final = 200_000
-"""Points of a curve: an hour of an EEG at 500 Hz has nine times as many, and no screen shows them."""
-
 MARKERS: Final = 100
 """Markers per effect at most, the first ones: more would hide the bench."""
 
@@ -127,22 +124,7 @@ def _log_series(writer: RecordingWriter, path: str, title: str, series: Series, 
     # Every sample: the mean of the samples under a pixel draws a slope from a value to the zero beside it.
     policy, colours = rr.components.AggregationPolicy.Off, packed([SERIES[number % len(SERIES)]])
     writer.static(path, rr.SeriesLines(names=title, colors=colours, aggregation_policy=policy))
-    rows = drawn_rows(series.values)
-    writer.session_rows(path, _ns(series.times[rows]), rr.Scalars.columns(scalars=series.values[rows]))
-
-
-def drawn_rows(values: FloatArray, most: int = MOST_POINTS) -> NDArray[np.int64]:
-    """Numbers of the values (n,) that are drawn: all, or the least and the largest of as many at a time as needed."""
-    together = -(-2 * len(values) // most)
-    if len(values) <= most:
-        return np.arange(len(values))
-    starts = np.arange(0, len(values), together)
-    padded = np.full(len(starts) * together, np.nan)
-    padded[: len(values)] = values
-    groups = padded.reshape(-1, together)
-    ends = (np.where(np.isnan(groups), far, groups) for far in (np.inf, -np.inf))
-    rows = [starts + pick(part, axis=1) for pick, part in zip((np.argmin, np.argmax), ends, strict=True)]
-    return np.unique(np.minimum(np.concatenate(rows), len(values) - 1))
+    writer.session_rows(path, _ns(series.times), rr.Scalars.columns(scalars=series.values))
 
 
 def _log_lane(writer: RecordingWriter, path: str, spans: Sequence[LaneSpan]) -> None:

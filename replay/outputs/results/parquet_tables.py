@@ -17,7 +17,7 @@ from replay.comparison.holding import within
 from replay.comparison.outcome import Miss, Outcome
 from replay.effects.output import plain_value
 from replay.metrics.row import METRICS, TASK, metric_rows
-from replay.outputs.results.parquet import columns_of, table_of
+from replay.outputs.results.parquet import table_of
 from replay.pipeline.run_result import RunResult
 from replay.pipeline.summary import frame_seconds
 from replay.prepare.flags import POSE_DOUBT, flag_word
@@ -80,38 +80,37 @@ def event_table(result: RunResult) -> pa.Table:
     empty for what was recorded. Columns: ``stamp_ns time end_stamp_ns end_time source name body level message values``.
     """
     zero = int(result.assembly.stamp_ns[0]) - round(float(result.assembly.motion.times[0]) * 1e9)
-    rows: list[EventRow] = [
-        (e.time_ns, None, "event", e.name, e.body, e.level, e.message, "") for e in result.session.events
+    rows = [
+        _event(zero, (e.time_ns, None), "event", name=e.name, body=e.body, level=e.level, message=e.message)
+        for e in result.session.events
     ]
-    rows += [
-        (i.start_ns, i.end_ns, i.kind, i.name, "", "info", "; ".join(f"{k}={v}" for k, v in i.data.items()), "")
-        for i in result.session.intervals
-    ]
-    rows += _effect_events(result, zero)
-    rows.sort(key=lambda row: row[0])
-    seconds = [(row[0] - zero, None if row[1] is None else row[1] - zero) for row in rows]
-    values = [(*row, a / 1e9, None if b is None else b / 1e9) for row, (a, b) in zip(rows, seconds, strict=True)]
-    return pa.table(columns_of(values, EVENT_COLUMNS))
+    for i in result.session.intervals:
+        told = "; ".join(f"{k}={v}" for k, v in i.data.items())
+        rows.append(_event(zero, (i.start_ns, i.end_ns), i.kind, name=i.name, message=told))
+    for kind, run in result.effects.items():
+        for event in run.events:
+            end = None if event.end is None else zero + round(event.end * 1e9)
+            values = dict(event.values) | ({} if event.point is None else {"point": list(event.point)})
+            rows.append(_event(
+                zero, (zero + round(event.time * 1e9), end), EFFECT + kind, name=event.name,
+                body=" ".join(event.bodies), level=event.level, message=event.text,
+                values=json.dumps(values, sort_keys=True, default=plain_value),
+            ))  # fmt: skip
+    rows.sort(key=lambda row: row["stamp_ns"])
+    return table_of(rows, EVENT_COLUMNS)
 
 
 EFFECT: Final = "effect/"
 """``source`` of an event that an effect found: this and its kind."""
 
-EventRow = tuple[int, int | None, str, str, str, str, str, str]
-"""stamp_ns, end_stamp_ns, source, name, body, level, message, values as JSON."""
 
-
-def _effect_events(result: RunResult, zero: int) -> Iterator[EventRow]:
-    """A row per event of every effect; ``zero`` is the stamp of second 0."""
-    for kind, run in result.effects.items():
-        for event in run.events:
-            end = None if event.end is None else zero + round(event.end * 1e9)
-            values = dict(event.values) | ({} if event.point is None else {"point": list(event.point)})
-            text = json.dumps(values, sort_keys=True, default=plain_value)
-            yield (
-                zero + round(event.time * 1e9), end, EFFECT + kind, event.name, " ".join(event.bodies), event.level,
-                event.text, text,
-            )  # fmt: skip
+def _event(zero: int, stamps: tuple[int, int | None], source: str, **words: str) -> dict[str, Any]:
+    """A row of the table of events; ``zero`` is the stamp of second 0."""
+    stamp, end = stamps
+    return {
+        "stamp_ns": stamp, "end_stamp_ns": end, "source": source, "body": "", "level": "info", "values": "", **words,
+        "time": (stamp - zero) / 1e9, "end_time": None if end is None else (end - zero) / 1e9,
+    }  # fmt: skip
 
 
 def series_table(result: RunResult) -> pa.Table:

@@ -10,7 +10,6 @@ from replay.effects.effects_runner import SKIPPED, EffectRun
 from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
 from replay.outputs.rerun_log.effects import (
-    drawn_rows,
     log_effects,
     log_happened,
 )
@@ -78,18 +77,6 @@ def test_a_liquid_is_a_cylinder_from_the_floor_to_its_level_and_unseen_when_empt
     assert np.allclose(np.ravel(values(batches, "lengths")), [0.04, 0.02, 1e-6], atol=1e-7)
     assert np.allclose(np.array(values(batches, "centers")).reshape(-1, 3)[:, 1], [0.03, 0.02, 0.01])
     assert [colour & 255 for colour in np.ravel(values(batches, "colors"))] == [200, 200, 0]
-
-
-def test_of_a_curve_of_too_many_points_the_least_and_the_largest_are_drawn():
-    values = np.random.default_rng(3).normal(size=1003)
-    values[[100, 101, 102, 1002]], values[500], values[777] = np.nan, 50.0, -50.0
-    assert drawn_rows(values, 2000).tolist() == drawn_rows(values, 1003).tolist() == list(range(1003))
-    rows = drawn_rows(values, 200)
-    assert len(rows) <= 200 and (np.diff(rows) > 0).all() and {500, 777} <= {*rows.tolist()}
-    for start in range(0, 1003, 11):
-        part, drawn = values[start : start + 11], values[[row for row in rows if start <= row < start + 11]]
-        assert (np.nanmin(part), np.nanmax(part)) == (np.nanmin(drawn), np.nanmax(drawn))
-    assert drawn_rows(np.full(50, np.nan), 10).max() < 50
 
 
 ENDS = run_of("reaction", EffectOutput(events=(EffectEvent(0.1, "end-point", ("cup",), message="equivalent"),)))
