@@ -8,7 +8,6 @@ from scipy.sparse.csgraph import connected_components
 
 from sessions.glassware.catalogue import INSTRUMENTS, UnknownInstrumentError, made_instrument, make_instrument
 from sessions.mesh_data import is_closed, least_area
-from sessions.meshes.glb import mesh_to_glb
 from sessions.meshes.mesh_files import volume_cut_off
 
 SIZES = [500, *(pytest.param(faces, marks=pytest.mark.slow) for faces in (2000, 5000, 50_000))]
@@ -68,13 +67,6 @@ def test_an_instrument_stands_on_the_plane_of_its_origin(made):
     if made.name not in ELSEWHERE:
         assert made.mesh.bounds[0, 1] == pytest.approx(0.0, abs=1e-9)
         assert np.abs(made.mesh.bounds[:, [0, 2]].mean(axis=0)).max() < 0.2 * np.ptp(made.mesh.bounds, axis=0).max()
-
-
-@pytest.mark.slow
-def test_the_same_call_gives_the_same_bytes(made, faces):
-    if faces == 500:
-        again = make_instrument(made.name, faces)
-        assert mesh_to_glb(again.mesh, made.name) == mesh_to_glb(made.mesh, made.name)
 
 
 @pytest.mark.parametrize(

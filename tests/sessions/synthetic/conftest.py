@@ -30,12 +30,12 @@ def verdicts():
 class Made:
     """One session, its truth, and its poses by name on the truth's clock."""
 
-    def __init__(self, name: str, noise: str, seed: int) -> None:
+    def __init__(self, name: str, noise: str = "off") -> None:
         if name in SCENES:
-            self.session, self.truth = make_scene_session(name, seed=seed, noise=noise, faces=600)
+            self.session, self.truth = make_scene_session(name, noise=noise, faces=600)
         else:
             jitter = "even" if noise == "off" else "browser"
-            self.session, self.truth = make_analytic(name, seed=seed, seconds=8.0, noise=noise, jitter=jitter)
+            self.session, self.truth = make_analytic(name, seconds=8.0, noise=noise, jitter=jitter)
         frames = self.session.frames
         self.times = self.truth.seconds_of(frames.stamp_ns)
         self.poses = {
@@ -75,35 +75,6 @@ class Made:
         return (self.times >= start) & (self.times <= end)
 
 
-@lru_cache(maxsize=16)
-def _made(name: str, noise: str, seed: int) -> Made:
-    return Made(name, noise, seed)
-
-
 @pytest.fixture(scope="session")
 def made():
-    def make(name: str, noise: str = "off", seed: int = 0) -> Made:
-        return _made(name, noise, seed)
-
-    return make
-
-
-def kept_by_counting(cavity, down, count: int = 400):
-    """Millilitres (n,) kept with gravity along ``down`` (n, 3): points counted in the cones from a middle to each face.
-
-    No formula and no library in common with the code under test.
-    """
-    corners, middle = cavity.to_brim.vertices[cavity.to_brim.faces], np.array(cavity.opening.centre) / 2.0
-    sides = corners - middle
-    volume = np.linalg.det(sides) / 6.0 * 1e6
-    shift = np.random.default_rng(1).random((len(sides), 1, 3))
-    # An evenly spread sequence, shifted in each cone: Roberts, The unreasonable effectiveness of quasirandom sequences.
-    spread = (np.arange(count)[:, None] * np.array([0.8191725134, 0.6710436067, 0.5497004779]) + shift) % 1.0
-    points = middle + np.diff(np.sort(spread), prepend=0.0) @ sides
-    rim = cavity.to_brim.vertices[cavity.to_brim.vertices[:, 1] > cavity.opening.lip[1] - 1e-6]
-    return np.array([float(((points @ way > (rim @ way).max()).mean(axis=1) * volume).sum()) for way in down])
-
-
-@pytest.fixture(scope="session")
-def counted():
-    return kept_by_counting
+    return lru_cache(maxsize=16)(Made)

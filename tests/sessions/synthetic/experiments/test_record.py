@@ -1,6 +1,4 @@
 import hashlib
-import itertools
-import math
 import tomllib
 from dataclasses import replace
 
@@ -8,57 +6,23 @@ import numpy as np
 import pytest
 
 from sessions.glassware.catalogue import made_instrument
-from sessions.mcap_format.reader import read_session
 from sessions.mcap_format.writer import write_session
 from sessions.scene_files.scene_meshes import scene_meshes
-from sessions.synthetic.experiments.pouring import GRAVITY, Outlet, Turn, tilt_keeping
+from sessions.synthetic.experiments.pouring import tilt_keeping
 from sessions.synthetic.experiments.practice import make_practice
 from sessions.synthetic.scenes import SCENES, make_scene_session
 from sessions.synthetic.truth import truth_path, write_truth
-
-TURNS = (Turn(2.0, 3.0, 0.0, 0.7), Turn(40.0, 41.5, 0.7, 0.12), Turn(80.0, 80.5, 0.12, 0.0))
-OUTLET = Outlet(6e-7, 0.6, 9.5e-5, 0.67, TURNS)
 
 
 @pytest.mark.parametrize(
     ("name", "fill", "onset"), [("beaker_50", 40, 48.7), ("beaker_100", 80, 40.2), ("beaker_250", 120, 57.1)]
 )
-def test_the_tilt_that_keeps_a_volume_keeps_it(name, fill, onset, counted):
-    """Onsets and volumes by two other routes: slices of the finest mesh, and points counted."""
+def test_the_tilt_that_keeps_a_volume_keeps_it(name, fill, onset):
+    """The onsets are those of slices of the finest mesh."""
     cavity = made_instrument(name, 3000).cavity
-    tilt = tilt_keeping(cavity, fill)
-    assert math.degrees(tilt) == pytest.approx(onset, abs=0.1)
-    down = np.array([[math.sin(tilt), -math.cos(tilt), 0.0]])
-    assert counted(cavity, down)[0] == pytest.approx(fill, rel=0.005)
+    assert np.degrees(tilt_keeping(cavity, fill)) == pytest.approx(onset, abs=0.1)
     with pytest.raises(ValueError, match="cannot keep"):
         tilt_keeping(cavity, 10 * fill)
-
-
-def flow(times):
-    """Delivered volume by adding up Torricelli's law in small steps."""
-    head, delivered = OUTLET.head, [0.0]
-    for a, b in itertools.pairwise(times):
-        middle = 0.5 * (a + b)
-        angle = next((turn.angle(middle) for turn in reversed(TURNS) if middle >= turn.start), 0.0)
-        area = OUTLET.full_area * angle / (math.pi / 2.0)
-        step = OUTLET.discharge * area * math.sqrt(2.0 * GRAVITY * head) * (b - a)
-        head -= step / OUTLET.section
-        delivered.append(delivered[-1] + step)
-    return np.array(delivered)
-
-
-def test_the_volume_is_what_torricelli_adds_up_to():
-    times = np.linspace(0.0, 100.0, 100_001)
-    summed = flow(times)
-    for k in (0, 1500, 2500, 20_000, 40_700, 60_000, 80_200, 100_000):
-        assert OUTLET.volume(float(times[k])) == pytest.approx(summed[k], rel=1e-4, abs=1e-12)
-
-
-def test_the_time_of_a_volume_is_the_inverse():
-    for volume in (1e-6, 2e-5, 2.3e-5):
-        assert OUTLET.volume(OUTLET.time_of(volume, 90.0)) == pytest.approx(volume, rel=1e-12)
-    with pytest.raises(ValueError, match="open it more"):
-        OUTLET.time_of(1.0, 90.0)
 
 
 EXPERIMENTS = [name for name in SCENES if name != "bench-bumps"]
@@ -113,14 +77,11 @@ def test_the_same_seed_gives_the_same_bytes_of_session_and_truth(tmp_path, made)
     kept = made("silver-chloride", "vive")
     files = []
     for number, (session, truth) in enumerate((fresh, (kept.session, kept.truth))):
-        session_file = tmp_path / f"silver{number}.mcap"
+        session_file = tmp_path / f"{number}.mcap"
         write_session(session, session_file)
         write_truth(truth, truth_path(session_file))
         files.append((session_file.read_bytes(), truth_path(session_file).read_bytes()))
     assert files[0] == files[1]
-    again = read_session(tmp_path / "silver0.mcap")
-    np.testing.assert_array_equal(again.frames.position, kept.session.frames.position)
-    assert again.intervals and again.hands.keys() == kept.session.hands.keys()
 
 
 def test_scenes_declare_effects_and_their_text_makes_the_same_meshes(one):
