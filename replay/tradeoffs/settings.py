@@ -18,8 +18,8 @@ from replay.detection.detector_spec import DetectorSpec, SpecsLike, parse_detect
 class Setting:
     """One row: a detector with its settings, under a label in plain words.
 
-    ``line`` names the settings that differ in one value only, and ``value`` is that one; ``cell``: metres of the grid
-    that makes meshes coarser, 0: as recorded; ``named``: whether somebody chose the label.
+    ``line`` names the settings that differ in one value only, and ``value`` is that one; ``named``: whether somebody
+    chose the label.
     """
 
     label: str
@@ -27,7 +27,6 @@ class Setting:
     settings: Mapping[str, Any] = field(default_factory=dict)
     line: str = ""
     value: str = ""
-    cell: float = 0.0
     named: bool = False
 
     @property
@@ -37,8 +36,8 @@ class Setting:
 
     @property
     def asked(self) -> str:
-        """What ``replay run --detectors`` takes to run it; nothing where meshes are made coarser."""
-        return "" if self.cell else str(self.spec).partition("=")[2]
+        """What ``replay run --detectors`` takes to run it."""
+        return str(self.spec).partition("=")[2]
 
     @property
     def rate_hz(self) -> float | None:
@@ -47,9 +46,9 @@ class Setting:
 
     @property
     def complete(self) -> bool:
-        """Whether it says of every frame, by every face as recorded, only if bodies meet: nothing is sampled or cut."""
+        """Whether it says of every frame, by every face, only if bodies meet: nothing is sampled or cut."""
         needs = COMPLETE.get(self.detector)
-        cut = any(self.settings.get(key) for key in ("budget", "rate_hz", "epsilon")) or bool(self.cell)
+        cut = any(self.settings.get(key) for key in ("budget", "rate_hz", "epsilon"))
         return needs is not None and not cut and needs.items() <= {"containment": True, **self.settings}.items()
 
     @property
@@ -57,7 +56,7 @@ class Setting:
         """Less is simpler: fewer settings changed, then the place in ``COMPLETE``; decides where times are a tie."""
         names = [*COMPLETE]
         place = names.index(self.detector) if self.detector in names else len(names)
-        return (len(self.settings) + bool(self.cell)) * (len(names) + 1) + place
+        return len(self.settings) * (len(names) + 1) + place
 
 
 COMPLETE: Final[Mapping[str, Mapping[str, Any]]] = {
@@ -69,7 +68,6 @@ COMPLETE: Final[Mapping[str, Mapping[str, Any]]] = {
 RATES: Final = (2, 5, 10, 15, 22.5, 30, 45, 50, 60, 72, 90, 120)
 """Samples per second: from a slow poll to what engines and headsets do."""
 
-CELLS_MM: Final = (1.0, 2.0, 5.0, 10.0)
 SAMPLES: Final = (30, 120, 480, 1920)
 """Faces of each body that the search of the paper samples."""
 
@@ -93,10 +91,6 @@ def settings_list(*, frames_hz: float = float("inf"), shipped: bool = False) -> 
     rates = [rate for rate in RATES if rate < FASTEST * frames_hz]
     meshes = [*_line("meshes at a step rate", "meshes at {} Hz", "collider", "rate_hz", rates, shape="mesh")]
     hulls = [*_line("hulls at a step rate", "hulls at {} Hz", "collider", "rate_hz", rates, shape="hull")]
-    coarse = [
-        Setting(f"{size:g} mm coarser meshes", "exact", line="coarser meshes", value=f"{size:g} mm", cell=size / 1e3)
-        for size in CELLS_MM
-    ]
     recorded = [Setting("colliders of recording", "collider", {"shape": "shipped"})] if shipped else []
     pieces = [
         Setting(f"{most} convex pieces", "collider", {"shape": "compound", "pieces": most}, "convex pieces", str(most))
@@ -112,13 +106,11 @@ def settings_list(*, frames_hz: float = float("inf"), shipped: bool = False) -> 
         Setting("hulls, every frame", "collider", {"shape": "hull"}),
         *(Setting(f"{words}, every frame", "collider", {"shape": shape}) for shape, words in SIMPLE.items()),
         Setting("FCL", "hybrid"),
-        coarse[2],
         *(Setting(name, name) for name in ("solid-style", "discrete", "static", "rapid-style", "aabb")),
     ]
     rest = [
         *meshes,
         *hulls,
-        *coarse,
         *pieces,
         *_line("paper, samples", "paper, {} samples", "hybrid-qaco", "samples", SAMPLES),
         *_line("paper, evaluations", "paper, {} evaluations", "hybrid-qaco", "budget", BUDGETS),
@@ -171,7 +163,7 @@ def next_to_front(untried: Sequence[Setting], every: Sequence[Setting], front: S
 
 def _place(setting: Setting) -> float:
     """The place of a setting on its line."""
-    return float(setting.value.removesuffix(" mm")) if setting.value else 0.0
+    return float(setting.value) if setting.value else 0.0
 
 
 def _line(line: str, label: str, detector: str, key: str, values: Sequence[Any], **fixed: Any) -> Iterator[Setting]:

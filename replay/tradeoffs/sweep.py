@@ -23,7 +23,6 @@ from replay.prepare.assemble import Pairs
 from replay.prepare.assembly import Assembly
 from replay.prepare.convex_pieces import seconds_to_cut
 from replay.prepare.policy import Policy, PolicyLike
-from replay.tradeoffs.decimation import decimated
 from replay.tradeoffs.pareto import advice_of, contenders_of, front_of, sorted_rows
 from replay.tradeoffs.scoring import Scoring
 from replay.tradeoffs.settings import Setting, next_to_front, rate_of, settings_list, settings_of
@@ -64,11 +63,10 @@ class _Trial(Timed):
 
     def __init__(self, setting: Setting, assembly: Assembly, seed: int) -> None:
         self.setting = setting
-        self.assembly = decimated(assembly, setting.cell) if setting.cell else assembly
         began = perf_counter()
-        detector = make_detector(setting.spec, self.assembly, seed)
+        detector = make_detector(setting.spec, assembly, seed)
         self.prepared = perf_counter() - began
-        super().__init__(setting.label, detector, self.assembly.motion)
+        super().__init__(setting.label, detector, assembly.motion)
         self.row: dict[str, Any] = {}
         self.frame, self.answer = self._warmed()
 
@@ -211,12 +209,12 @@ class _Sweep:
         detection = trial.detector.detect(trial.motion)
         trial.row = {
             "label": setting.label, "settings": setting.asked, "detector": setting.detector, "line": setting.line,
-            "value": setting.value, "rate_hz": setting.rate_hz, "cell_mm": setting.cell * 1e3,
+            "value": setting.value, "rate_hz": setting.rate_hz,
             "complete": setting.complete, "simplicity": setting.simplicity,
             "oracle": setting.detector == self._scoring.spec.name,
             "prepare_seconds": trial.prepared, "digest": detection.digest,
             "work": {name: int(np.sum(value)) for name, value in detection.work.items()},
-            **self._scoring.figures(detection, setting, trial.assembly),
+            **self._scoring.figures(detection, setting, self._assembly),
         }  # fmt: skip
         return trial
 

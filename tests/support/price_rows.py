@@ -17,7 +17,7 @@ def price_row(label, ms, missed, late=0, false=0, *, spread=0.1, p99=None, **mor
     for end in ("", "_smallest", "_largest"):
         counts[f"wrong{end}"] = sum(counts[f"{name}{end}"] for name in ("missed", "late", "false_contacts"))
     return {
-        "label": label, "settings": label, "detector": label, "line": "", "value": "", "rate_hz": None, "cell_mm": 0.0,
+        "label": label, "settings": label, "detector": label, "line": "", "value": "", "rate_hz": None,
         "complete": False, "simplicity": 0, "oracle": False, "contacts": 18, "contacts_undecided": 0,
         "contact_frames_undecided": 0, "offsets": 1, "false": 0.0, **counts,
         "mean_ms": ms, "mean_low": None if spread is None else (1 - spread) * ms,

@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 
 from cdcore import TriangleMesh
 from cdcore.bounding.hull import hull_of
-from replay.tradeoffs.decimation import quartered
 
 BOX_CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], dtype=float)
 BOX_FACES = np.array(
@@ -73,8 +72,19 @@ def icosphere_mesh() -> TriangleMesh:
     corners = [np.roll([0.0, a, b * golden], turn) for turn in range(3) for a in (-1, 1) for b in (-1, 1)]
     hull = hull_of(np.array(corners))
     assert hull is not None
-    split = quartered(hull)
+    split = _quartered(hull)
     return TriangleMesh(split.vertices / np.linalg.norm(split.vertices, axis=1, keepdims=True), split.faces)
+
+
+def _quartered(mesh: TriangleMesh) -> TriangleMesh:
+    """Every face cut at the middles of its edges; a shared edge has one middle, so that a closed mesh stays closed."""
+    faces = mesh.faces.astype(np.int64)
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    unique, number = np.unique(edges, axis=0, return_inverse=True)
+    a, b, c = faces.T
+    ab, bc, ca = number.reshape(3, -1) + len(mesh.vertices)
+    parts = [np.stack(part, axis=1) for part in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))]
+    return TriangleMesh(np.vstack([mesh.vertices, mesh.vertices[unique].mean(axis=1)]), np.concatenate(parts))
 
 
 def merged(*meshes: TriangleMesh) -> TriangleMesh:

@@ -4,11 +4,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.small_worlds import cubes, framed
 
-from replay.metrics.hands import doing, fixed_bodies, frames_at, moving, span_names, task_seconds
+from replay.metrics.hands import doing, frames_at, moving, span_names, task_seconds
 from replay.metrics.near import close_stretches
 from replay.prepare.assemble import assemble
 from sessions.model.event import Interval
-from sessions.model.scene import Pose, Scene, SceneBody
 
 T = np.arange(6001) * 0.01
 
@@ -38,12 +37,6 @@ def test_a_trackers_noise_adds_little_to_the_path():
     found = moving(assembly, [0])
     assert found.path_m < 0.3 and found.idle_share > 0.99
     assert np.abs(np.diff(noise)).sum() > 1.5
-
-
-def test_fixed_bodies_are_those_the_scene_fixes():
-    scene = Scene(bodies=(SceneBody("hand"), SceneBody("bench", fixed=Pose())))
-    session = cubes({"hand": np.linspace(0, 1, 50), "cube": np.full(50, 5.0)}, scene=scene)
-    assert fixed_bodies(assemble(session)) == set()
 
 
 def test_spans_of_one_task_add_up():

@@ -17,7 +17,7 @@ from sessions.synthetic.scenes import make_scene_session
 
 LIST = (
     Setting("FCL", "hybrid"), Setting("exact", "exact"), Setting("rare", "discrete", {"rate_hz": 20.0}),
-    Setting("coarse", "hybrid", cell=0.5), Setting("balls", "sphere"),
+    Setting("boxes", "collider", {"shape": "box"}), Setting("balls", "sphere"),
 )  # fmt: skip
 
 

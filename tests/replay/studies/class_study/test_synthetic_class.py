@@ -7,7 +7,7 @@ import pytest
 from replay.errors import OutputError
 from replay.studies.class_study.codebook import read_codebook
 from replay.studies.class_study.joining import read_questionnaire
-from replay.studies.class_study.synthetic_class import MODEL, Student, draw_class, make_class, record_student
+from replay.studies.class_study.synthetic_class import Student, draw_class, make_class, record_student
 from sessions import read_session
 
 
@@ -26,14 +26,6 @@ def test_traits_and_touches_go_together_as_the_model_says():
     assert np.corrcoef(ease, touches)[0, 1] < -0.4
     assert abs(np.corrcoef(near, motivation)[0, 1]) < 0.05
     assert abs(np.corrcoef(scores(drawn, "use"), motivation)[0, 1]) < 0.05
-
-
-def test_without_an_association_in_the_model_there_is_none_in_the_class(monkeypatch):
-    monkeypatch.setitem(MODEL, "ease_motivation", 0.0)
-    monkeypatch.setitem(MODEL, "ease_touches", 0.0)
-    drawn = draw_class(2500)
-    assert abs(np.corrcoef(scores(drawn, "ease"), scores(drawn, "mot"))[0, 1]) < 0.05
-    assert abs(np.corrcoef(scores(drawn, "ease"), [len(one.touches) for one in drawn])[0, 1]) < 0.05
 
 
 def test_a_larger_class_has_the_smaller_one_in_it():

@@ -33,13 +33,6 @@ def test_the_bracket_closes_on_first_touch_from_both_sides(monkeypatch):
     assert len(near_poses("torus-sphere", 20).colliding) == 0
 
 
-@pytest.mark.slow
-def test_an_exact_row_detects_all_and_a_search_nothing_that_is_free(poses):
-    assert detected(poses, "exact") == (len(poses.colliding), 0, 0)
-    hits, spent, false = detected(poses, "qaco", variant="random", warm_start=False, budget=100)
-    assert false == 0 and hits < len(poses.colliding) and 0 < spent <= 100 * len(poses.colliding)
-
-
 def test_what_a_collider_invents_in_free_poses_is_counted_as_false():
     bodies = (Body("beaker", beaker_mesh()), Body("rod", box_mesh((0.004, 0.004, 0.3))))
     through_the_floor, aside, inside = (still(bodies, [[0, 0, 0], [0, 0, z]]) for z in (0.1, 0.5, 0.2))
