@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.liquid_worlds import COLUMN, TAP, glass, still, tilted, turned, world
 
-from replay.effects.effect_summary import happened_words, titration_curves
+from replay.effects.effect_summary import happened_words
 from replay.pipeline.engine import compute
 from sessions.model.scene import SceneBody
 
@@ -102,13 +102,9 @@ def printed(make, order=lambda rows: rows, names=None, back=lambda text: text):
             scale = np.nanmax(np.abs(series.values), initial=1e-12)
             digits = [f"{value:.8f}" for value in np.round(series.values / scale, 8) + 0.0]
             rows[kind, back(name)] = (np.round(series.times, 9).tolist(), f"{scale:.9g}", digits)
-        for name, spans in run.output.lanes.items():
-            rows[kind, back(name), "lane"] = [(f"{one.start:.9f}", f"{one.end:.9f}", back(one.word)) for one in spans]
         for name, liquid in run.output.liquids.items():
             rows[kind, back(name), "drawn"] = (np.round(liquid.level, 12).tolist(), liquid.rgba.tolist())
-    curves = titration_curves(result.effects)
-    ends = {back(vessel): np.round(found, 6).tolist() for vessel, (_, _, found) in curves.items()}
-    return [back(line) for line in happened_words(result.effects, 999)], figures, rows, ends
+    return [back(line) for line in happened_words(result.effects, 999)], figures, rows
 
 
 @pytest.mark.parametrize("make", [titration, pours, chain])

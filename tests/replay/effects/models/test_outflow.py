@@ -23,29 +23,26 @@ def place_at_height(start, velocity, height):
     return places_at_height(start[None], velocity[None], np.array([height]))[0]
 
 
-@pytest.mark.parametrize(("x", "name"), [(0.0, "cup"), (0.0299, "cup"), (0.03, "cup"), (0.0301, "")])
-def test_from_rest_it_falls_straight_into_what_lies_below(x, name):
-    assert disc_entered(np.array([x, 0.05, 0.0]), REST, [disc()]) == name
+DROP_S = float(np.sqrt(2 * 0.2 / GRAVITY))
+AIM = disc(centre=(0.3 * DROP_S, 0.0, 0.0), radius=1e-6)
 
 
-def test_a_push_carries_it_as_far_as_the_fall_takes_time():
-    start, drop = np.array([0.0, 0.2, 0.0]), np.sqrt(2 * 0.2 / GRAVITY)
-    aim = disc(centre=(0.3 * drop, 0.0, 0.0), radius=1e-6)
-    assert disc_entered(start, np.array([0.3, 0.0, 0.0]), [aim]) == "cup"
-    assert disc_entered(start, np.array([0.31, 0.0, 0.0]), [aim]) == ""
-
-
-def test_an_opening_above_sideways_or_overturned_is_not_entered():
-    start = np.array([0.0, 0.05, 0.0])
-    assert disc_entered(start, REST, [disc(centre=(0.0, 0.06, 0.0))]) == ""
-    assert disc_entered(start, REST, [disc(normal=(1.0, 0.0, 0.0)), disc(normal=-UP)]) == ""
-    assert disc_entered(start, REST, []) == ""
-
-
-def test_thrown_up_it_comes_down_through_an_opening_it_started_below():
-    start, up = np.array([0.0, -0.1, 0.0]), np.array([0.0, 2.0, 0.0])
-    assert disc_entered(start, up, [disc()]) == "cup"
-    assert disc_entered(start, up / 2, [disc()]) == ""
+@pytest.mark.parametrize(
+    ("start", "velocity", "discs", "name"),
+    [
+        *(((x, 0.05, 0.0), REST, [disc()], name) for x, name in ((0.0, "cup"), (0.03, "cup"), (0.0301, ""))),
+        # A push carries it as far as the fall takes time.
+        ((0.0, 0.2, 0.0), (0.3, 0.0, 0.0), [AIM], "cup"), ((0.0, 0.2, 0.0), (0.31, 0.0, 0.0), [AIM], ""),
+        # Above, sideways, overturned, none.
+        ((0.0, 0.05, 0.0), REST, [disc(centre=(0.0, 0.06, 0.0))], ""),
+        ((0.0, 0.05, 0.0), REST, [disc(normal=(1.0, 0.0, 0.0)), disc(normal=-UP)], ""),
+        ((0.0, 0.05, 0.0), REST, [], ""),
+        # Thrown up it comes down through an opening it started below.
+        ((0.0, -0.1, 0.0), (0.0, 2.0, 0.0), [disc()], "cup"), ((0.0, -0.1, 0.0), (0.0, 1.0, 0.0), [disc()], ""),
+    ],
+)  # fmt: skip
+def test_it_falls_into_the_opening_below_that_looks_up(start, velocity, discs, name):
+    assert disc_entered(np.array(start), np.array(velocity), discs) == name
 
 
 @given(st.floats(-50, 50), st.floats(0.0, 10.0), st.floats(-5, 5))
