@@ -119,21 +119,25 @@ def recipe_of(tables: Tables, contents: Mapping[str, Contents]) -> Recipe:
 
 
 def _chemistry(declared: Sequence[Declaration]) -> Chemistry:
-    acids, bases = (_together(declared, key) for key in ("acids", "bases"))
-    pkw = [(one["pkw"], one) for one in declared if one["pkw"] is not None]
-    for value, one in pkw:
-        if value != pkw[0][0]:
-            raise one.fail(f"pkw is {value:g} and another table says {pkw[0][0]:g}; give it once")
-    known = Chemistry()
+    """Acids, bases and the ion product of water of all tables; of one thing they say the same."""
+    told: dict[str, dict[str, Any]] = {"acids": {}, "bases": {}, "pkw": {}}
     for one in declared:
-        for key, told in (("acids", acids), ("bases", bases)):
-            for formula in one[key]:
-                _check_pka(one, key, formula, told[formula], known)
-    return Chemistry({k: tuple(map(float, v)) for k, v in acids.items()}, bases, pkw[0][0] if pkw else PKW)
+        pkw = {} if one["pkw"] is None else {"": one["pkw"]}
+        for key, given in (("acids", one["acids"]), ("bases", one["bases"]), ("pkw", pkw)):
+            for formula, value in given.items():
+                known = told[key].setdefault(formula, value)
+                if known != value:
+                    name = f"{key}.{formula}".rstrip(".")
+                    raise one.fail(f"{name} is {value!r} and another table says {known!r}; give it once")
+                if formula:
+                    _check_pka(one, key, formula, value)
+    acids = {formula: tuple(map(float, steps)) for formula, steps in told["acids"].items()}
+    return Chemistry(acids, told["bases"], told["pkw"].get("", PKW))
 
 
-def _check_pka(one: Declaration, key: str, formula: str, told: Any, known: Chemistry) -> None:
+def _check_pka(one: Declaration, key: str, formula: str, told: Any) -> None:
     """Raises PlanError: the tables know this acid or base otherwise."""
+    known = Chemistry()
     parts = known.parts(formula) or {}
     mine = told if key == "acids" else [told]
     takers = [part for part in parts if part in known.pka]
@@ -241,16 +245,6 @@ def _check_diluted(declared: Declaration, contents: Mapping[str, Contents]) -> N
                 f"nothing says how much water is with the {solute} in {name!r}; "
                 "give liquid.water_molar, mol of water per litre of the solution"
             )
-
-
-def _together(declared: Sequence[Declaration], key: str) -> dict[str, Any]:
-    """What all tables say of acids or bases; of one formula they say the same."""
-    found: dict[str, Any] = {}
-    for one in declared:
-        for formula, value in one[key].items():
-            if found.setdefault(formula, value) != value:
-                raise one.fail(f"{key}.{formula} is {value!r} and another table says {found[formula]!r}; give it once")
-    return found
 
 
 def _changes(

@@ -1,5 +1,6 @@
 """A salt falls out as soon as its ion product exceeds its solubility product, and as much of it as evens the two."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
@@ -30,7 +31,7 @@ def compute(inputs: EffectInputs) -> EffectOutput:
                 continue
             found.ran[history.frames] = True
             found.series[f"{vessel}/{solid}"] = Series(history.times, amount * molar_mass(solid), "g")
-            found.events += _onset(declared, vessel, history.times, amount)
+            found.events += _event(declared, vessel, history.times, amount)
             if vessel in drawn:
                 litres = np.where(history.volume_ml > 0.0, history.volume_ml * 1e-3, np.inf)
                 cloud = blended(WATERY, COLOURS[declared["colour"]], amount / litres / CLOUDY_MOL_L)
@@ -38,27 +39,22 @@ def compute(inputs: EffectInputs) -> EffectOutput:
     return found.output()
 
 
-def _onset(declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray) -> list[EffectEvent]:
-    there, grown = float(amount[0]), np.flatnonzero(amount > amount[0])
-    if there > 0.0 and not len(grown):
-        return _dissolved(declared, vessel, times, amount)
-    if not len(grown):
-        return []
-    solid, mass = declared["solid"], float(amount.max() * molar_mass(declared["solid"]))
-    values = {"mass_g": mass, "moles": float(amount.max()), "formula": solid}
-    words = f"{solid} falls out in {vessel}: {mass:.3g} g, {declared['colour']}"
-    return [EffectEvent(float(times[grown[0]]), "precipitate", (vessel,), None, values, words)]
-
-
-def _dissolved(declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray) -> list[EffectEvent]:
-    fallen = np.flatnonzero(np.diff(amount) < 0.0)
-    if not len(fallen):
-        return []
+def _event(declared: Declaration, vessel: str, times: FloatArray, amount: FloatArray) -> Iterator[EffectEvent]:
+    """Where it first falls out, with the greatest mass; or where the last of what was there at first dissolves."""
     solid, per_mol = declared["solid"], molar_mass(declared["solid"])
-    gone, there = float(amount[0] - amount[-1]) * per_mol, float(amount[0]) * per_mol
-    values = {"mass_g": gone, "left_g": there - gone, "formula": solid}
-    words = f"{gone:.3g} g of {there:.3g} g {solid} dissolve in {vessel}"
-    return [EffectEvent(float(times[fallen[-1] + 1]), "dissolved", (vessel,), None, values, words)]
+    grown, fallen = np.flatnonzero(amount > amount[0]), np.flatnonzero(np.diff(amount) < 0.0)
+    if len(grown):
+        name, row = "precipitate", grown[0]
+        values = {"mass_g": float(amount.max() * per_mol), "moles": float(amount.max()), "formula": solid}
+        words = f"{solid} falls out in {vessel}: {values['mass_g']:.3g} g, {declared['colour']}"
+    elif len(fallen):
+        name, row = "dissolved", fallen[-1] + 1
+        gone, there = float(amount[0] - amount[-1]) * per_mol, float(amount[0]) * per_mol
+        values = {"mass_g": gone, "left_g": there - gone, "formula": solid}
+        words = f"{gone:.3g} g of {there:.3g} g {solid} dissolve in {vessel}"
+    else:
+        return
+    yield EffectEvent(float(times[row]), name, (vessel,), None, values, words)
 
 
 SPEC = EffectSpec(

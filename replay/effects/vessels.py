@@ -117,6 +117,11 @@ class Vessel:
         faces, options = int(extra.get("faces", INSTRUMENT_FACES)), tuple(sorted(extra.get("options", {}).items()))
         return made_instrument(self.body.instrument, faces, options).cavity
 
+    @property
+    def sliced(self) -> SlicedCavity | None:
+        """Its instrument's own cavity, where it is not the cylinder declared."""
+        return _sliced(self._own) if self.cavity.get("shape") == SLICED else None
+
     def fail(self, words: str) -> EffectError:
         """The error to raise, naming the body."""
         return EffectError(f"scene: body {self.body.id!r} {words}")
@@ -164,23 +169,21 @@ class Vessel:
 
     def level(self, volume_ml: FloatArray) -> FloatArray:
         """Height (n,) of the surface, upright, in the body's frame, metres: by its own cavity, else evenly."""
-        if self.cavity.get("shape") == SLICED:
-            return _sliced(self._own).level(volume_ml)
+        if self.sliced is not None:
+            return self.sliced.level(volume_ml)
         return self.floor + volume_ml * ML / self.section_m2
 
     @property
     def shape(self) -> Cylinder | SlicedCavity:
         """Its form: its instrument's own, or the cylinder which the scene declares. Raises EffectError: it has none."""
-        cavity = self.cavity
-        if cavity.get("shape") == SLICED:
-            shape = _sliced(self._own)
-            if shape.normal[1] < 0.0:
+        if self.sliced is not None:
+            if self.sliced.normal[1] < 0.0:
                 raise self.fail(
                     "opens downwards: its bulb holds the liquid, which no effect lets go; leave it out of from and into"
                 )
-            return shape
-        if "shape" in cavity:
-            raise self.fail(f"has cavity.shape = {cavity['shape']!r}; the only shape to name is {SLICED!r}")
+            return self.sliced
+        if "shape" in self.cavity:
+            raise self.fail(f"has cavity.shape = {self.cavity['shape']!r}; the only shape to name is {SLICED!r}")
         if not self._formed:
             raise self.fail(
                 "is poured from and its cavity has no radius and height; give those of the cylinder that it is, from "
@@ -192,7 +195,7 @@ class Vessel:
     @property
     def _formed(self) -> bool:
         """Whether anything tells its form."""
-        return self.cavity.get("shape") == SLICED or {"radius", "height"} <= self.cavity.keys()
+        return self.sliced is not None or {"radius", "height"} <= self.cavity.keys()
 
     @property
     def brim_ml(self) -> float:

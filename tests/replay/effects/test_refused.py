@@ -95,7 +95,7 @@ REFUSED = [
     ("acids: nobody brings 'HCI'; did you mean 'HCl'", "neutral.acids", {"HCI": [1.0]}),
     (r"acids.HCl is \[9.0\] and .* says strong", "neutral.acids", {"HCl": [9.0]}),
     ("the handbook says 4.756", "neutral.acids", {"CH3COOH": [9.0]}),
-    ("pkw is 13 and another table", "neutral.pkw", 14.0, "zinc.pkw", 13.0),
+    ("pkw is 13.0 and another table", "neutral.pkw", 14.0, "zinc.pkw", 13.0),
     ("at most 1000", "falls.ksp", 1e10),
     ("ksp is 1e-05 and .* says 1.77e-10", "again", {**TABLES["falls"], "ksp": 1e-5}),
     (r"\[\[effect\]\] 7 .*solid: no reaction makes 'AgI'; there are: AgCl", "falls.solid", "AgI"),
