@@ -153,7 +153,8 @@ def ship_colliders(
     where = {key: asked[key] for key in ("pairs", "start", "end", "policy") if key in asked}
     ready = prepared(held, progress=progress, **where)
     assembly = ready.assembly
-    rate = "" if chosen.step_hz >= FASTEST * rate_of(held.stamps() / 1e9) else f"rate_hz={chosen.step_hz:g}"
+    every_frame = chosen.step_hz >= FASTEST * rate_of(held.stamps() / 1e9)
+    rate = {} if every_frame else {"rate_hz": chosen.step_hz}
     scoring = Scoring(
         assembly, parse_detector(TRUSTED), asked.get("seed", 0), asked.get("tau", TAU), ready.treatment.session
     )
@@ -182,7 +183,7 @@ def _listed(target: Path) -> Sequence[str]:
 class _Search:
     """Goes up the ladders of the bodies of the pair with most false contact, then down again where that is free."""
 
-    def __init__(self, assembly: Assembly, scoring: Scoring, rate: str, max_false: float) -> None:
+    def __init__(self, assembly: Assembly, scoring: Scoring, rate: dict[str, float], max_false: float) -> None:
         self._assembly, self._scoring, self._rate, self._max_false = assembly, scoring, rate, max_false
         cutting = find_spec("coacd") is not None
         ladders: dict[str, _Ladder] = {}
@@ -245,10 +246,7 @@ class _Search:
             for body in self._assembly.bodies
         )
         assembly = replace(self._assembly, bodies=bodies)
-        settings: dict[str, Any] = {"shape": "shipped"}
-        if self._rate:
-            settings["rate_hz"] = float(self._rate.partition("=")[2])
-        setting = Setting(f"pieces {sorted(steps.items())}", "collider", settings)
+        setting = Setting(f"pieces {sorted(steps.items())}", "collider", {"shape": "shipped", **self._rate})
         detection = make_detector(setting.spec, assembly, 0).detect(assembly.motion)
         share = self._scoring.figures(detection, setting, assembly)["false"]
         return share or 0.0, self._scoring.false_frames(detection)
@@ -256,7 +254,7 @@ class _Search:
 
 def _written(
     place: Path, target: Path, held: Session, engine: Engine, pieces: Mapping[str, list[TriangleMesh]],
-    how: Mapping[str, str], rate: str, max_false: float, asked: Mapping[str, Any],
+    how: Mapping[str, str], rate: dict[str, float], max_false: float, asked: Mapping[str, Any],
 ) -> Shipped:  # fmt: skip
     """Write the files, read them again, and replay the session with what was read."""
     from sessions import write_session
@@ -280,9 +278,9 @@ def _written(
         )  # fmt: skip
     session = replace(held, colliders=colliders)
     write_session(session, place / "session.mcap")
-    words = [f"shape={shape}" + (f",{rate}" if rate else "") for shape in ("compound,pieces=1", "shipped")]
-    setting = f"collider[{words[1]}]"
-    result = run(session, detectors={"before": f"collider[{words[0]}]", "after": setting}, **asked)
+    sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
+    hulls, setting = (f"collider[shape={shape}{sampled}]" for shape in ("compound,pieces=1", "shipped"))
+    result = run(session, detectors={"before": hulls, "after": setting}, **asked)
     figures = [
         wrong_in(result, label) | {"ms": 1e3 * result.summary["detectors"][label]["seconds"]["per_frame_mean"]}
         for label in ("before", "after")

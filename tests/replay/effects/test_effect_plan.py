@@ -48,21 +48,6 @@ def test_the_pairs_of_an_effect_are_the_selectors_written_out_and_nothing_else()
     assert planned.topics == {"/tf": ("contact",)} and planned.steps["contact"].because == (DECLARED,)
 
 
-def test_an_effect_brings_what_it_needs_with_its_reason_and_its_pairs(made_up):
-    from replay.effects.declaring import pairs
-
-    both = {"between": pairs("two")}
-    made_up(
-        spec("contact", detector="exact", fields=both),
-        spec("breakage", needs=("contact",), fields=both),
-        spec("gas", fields={}),
-    )
-    planned = plan(scene(("breakage", {"between": ["top", "cup"]})))
-    assert planned.effects == ("contact", "breakage") and planned.pairs == (("top", "cup"),)
-    assert planned.steps["contact"].because == ("breakage needs it",) and planned.not_run == ("gas",)
-    assert planned.steps["contact"].declared == () and planned.steps["contact"].pairs == (("top", "cup"),)
-
-
 def test_effects_that_need_each_other_are_refused(made_up):
     made_up(spec("egg", needs=("hen",)), spec("hen", needs=("egg",)))
     with pytest.raises(PlanError, match=r"circle: (egg -> hen -> egg|hen -> egg -> hen)"):

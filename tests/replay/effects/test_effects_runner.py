@@ -59,22 +59,3 @@ def test_an_effect_that_fails_names_itself_and_its_package(error, said):
 def test_detections_are_kept_from_effects_that_name_no_detector():
     with pytest.raises(EffectError, match="name a `detector`"):
         ran(spec("pour", lambda inputs: inputs.contact(("a", "b"))))
-
-
-def test_effects_of_a_motion_in_blocks_are_the_same(monkeypatch):
-    from replay.detection import run_detector as detecting
-    from replay.pipeline.engine import compute
-    from sessions.model.scene import Scene, SceneBody, SceneEffect
-
-    effects = (
-        SceneEffect("breakage", {"between": ["b", "a"], "speed_m_s": 0.1}),
-        SceneEffect("hazard-proximity", {"of": "b", "hazard": "a", "distance": 0.2}),
-    )
-    scene = Scene(bodies=(SceneBody("a"), SceneBody("b")), effects=effects)
-    places = [1.3 - 0.02 * min(k, 17) for k in range(60)]
-    session = cubes({"a": [0.0] * 60, "b": places}, scene=scene)
-    held = compute(session, detectors=())
-    monkeypatch.setattr(detecting, "WHOLE_FRAMES", 16)
-    in_blocks = compute(session, detectors=())
-    one, other = ({k: run.output.digest for k, run in result.effects.items()} for result in (held, in_blocks))
-    assert one == other and held.effects["breakage"].output.named("broken")

@@ -1,20 +1,9 @@
 """Warming and gases against closed forms."""
 
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from replay.effects.models.gas_laws import gas_ml_per_mol, vapour_pressure_pa
-from replay.effects.models.warming import cooled, heat_given_off, warmed
-
-
-@given(st.lists(st.floats(1e-9, 1e3), min_size=1, max_size=20), st.floats(0.0, 100.0), st.floats(0.0, 1e3))
-def test_it_does_not_matter_how_the_time_is_cut(steps, loss, power):
-    told = {"capacity": 60.0, "loss": loss, "ambient": 20.0}
-    times = np.concatenate([[0.0], np.cumsum(steps)])
-    cut = warmed(times, np.full(len(times), power), **told)[-1]
-    assert cut == pytest.approx(cooled(20.0, float(times[-1]), power_w=power, **told), rel=1e-9)
+from replay.effects.models.warming import heat_given_off
 
 
 def test_an_acid_in_much_water_gives_all_and_in_none_nothing():
