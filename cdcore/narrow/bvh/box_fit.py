@@ -20,8 +20,7 @@ class BuildMemory(NamedTuple):
     (f, 9) by face: least and largest coordinate and centroid along each axis of the node at hand, whose ``axes`` (9,)
     stand by rows and whose ``extent`` (6,) is the least and largest coordinate along each; ``matrix`` (9,) scratch.
     Of a split: ``bounds`` (BINS, 6) least and largest coordinates of the faces of a bin; ``counts`` (BINS,) its faces;
-    ``left`` (BINS + 1,) cost of the bins up to this one; ``right`` (6,) the box of several bins; ``choice`` (2,) cost
-    and position of the best split so far.
+    ``left`` (BINS,) cost of the bins up to this one; ``right`` (6,) the box of several bins.
     """
 
     corners: Memory
@@ -34,7 +33,6 @@ class BuildMemory(NamedTuple):
     counts: Memory
     left: Memory
     right: Memory
-    choice: Memory
 
 
 @hot_kernel

@@ -53,13 +53,12 @@ class BoxTree(NamedTuple):
 
 
 @hot_kernel
-def best_split(fit: BuildMemory, start: int, stop: int) -> int:
-    """Axis of the cheapest of the binned splits, -1 when none separates the centroids; its place in ``choice``."""
+def best_split(fit: BuildMemory, start: int, stop: int) -> tuple[int, float]:
+    """Axis of the cheapest of the binned splits, -1 when none separates the centroids, and where it cuts."""
     stay_one_function()
-    extent, spans, choice = fit.extent, fit.spans, fit.choice
+    extent, spans = fit.extent, fit.spans
     longest = max(max(extent[1] - extent[0], extent[3] - extent[2]), extent[5] - extent[4])
-    best = runtime_int(-1)
-    choice[0], choice[1] = np.inf, 0.0
+    best, least, position = runtime_int(-1), np.inf, 0.0
     for axis in range(3):
         if extent[2 * axis + 1] - extent[2 * axis] < 0.25 * longest:
             continue
@@ -71,10 +70,10 @@ def best_split(fit: BuildMemory, start: int, stop: int) -> int:
         if not width > 0.0:
             continue
         fill_bins(fit, start, stop, axis, low, width)
-        at = cheapest_bin(fit)
-        if fit.left[BINS] < choice[0]:
-            best, choice[0], choice[1] = axis, fit.left[BINS], low + (at + 1) * width
-    return best
+        at, cost = cheapest_bin(fit)
+        if cost < least:
+            best, least, position = axis, cost, low + (at + 1) * width
+    return best, position
 
 
 @hot_kernel
@@ -92,8 +91,8 @@ def fill_bins(fit: BuildMemory, start: int, stop: int, axis: int, low: float, wi
 
 
 @hot_kernel
-def cheapest_bin(fit: BuildMemory) -> int:
-    """Last bin left of the cheapest split; its cost, faces times surface of both sides, goes to ``left[BINS]``."""
+def cheapest_bin(fit: BuildMemory) -> tuple[int, float]:
+    """Last bin left of the cheapest split, and its cost: faces times surface of both sides."""
     stay_one_function()
     left, right, counts = fit.left, fit.right, fit.counts
     empty_box(right, runtime_int(0))
@@ -103,15 +102,14 @@ def cheapest_bin(fit: BuildMemory) -> int:
         grow(right, runtime_int(0), fit.bounds, 6 * b)
         left[b] = total * surface(right)
     empty_box(right, runtime_int(0))
-    everything, total, at = total, runtime_int(0), runtime_int(0)
-    left[BINS] = np.inf
+    everything, total, at, least = total, runtime_int(0), runtime_int(0), np.inf
     for b in range(BINS - 1, 0, -1):
         total += counts[b]
         grow(right, runtime_int(0), fit.bounds, 6 * b)
         cost = left[b - 1] + total * surface(right)
-        if cost < left[BINS] and 0 < total < everything:
-            left[BINS], at = cost, b - 1
-    return at
+        if cost < least and 0 < total < everything:
+            least, at = cost, b - 1
+    return at, least
 
 
 @hot_kernel
@@ -146,10 +144,10 @@ def surface(box: Memory) -> float:
 def partition(fit: BuildMemory, start: int, stop: int) -> int:
     """Reorder ``order[start:stop]`` for the best split and return where the second part starts."""
     stay_one_function()
-    order, axis = fit.order, best_split(fit, start, stop)
+    order, (axis, position) = fit.order, best_split(fit, start, stop)
     i, j = start, stop - 1
     while axis >= 0 and i <= j:
-        if fit.spans[9 * order[i] + 6 + axis] < fit.choice[1]:
+        if fit.spans[9 * order[i] + 6 + axis] < position:
             i += 1
         else:
             order[i], order[j] = order[j], order[i]
@@ -187,7 +185,7 @@ def split_all(
     fit = BuildMemory(
         doubles_of(build.corners), integers_of(build.order), doubles_of(build.spans), doubles_of(build.axes),
         doubles_of(build.extent), doubles_of(build.matrix), doubles_of(build.bounds), words_of(build.counts),
-        doubles_of(build.left), doubles_of(build.right), doubles_of(build.choice),
+        doubles_of(build.left), doubles_of(build.right),
     )  # fmt: skip
     boxes, links, leaves = doubles_of(boxes_of), integers_of(links_of), integers_of(leaves_of)
     todo, count = words_of(stack), len(build.order)
@@ -237,9 +235,9 @@ def build_box_tree(triangles: FloatArray) -> BoxTree:
     order, leaves = np.arange(count, dtype=np.int32), np.zeros((count, 4), dtype=np.int32)
     spans, counts, stack = np.empty((count, 9)), np.empty(BINS, dtype=np.int64), np.empty(3 * count + 6, dtype=np.int64)
     axes, extent, matrix, bounds = (np.empty(length) for length in (9, 6, 9, 6 * BINS))
-    left, right, choice = (np.empty(length) for length in (BINS + 1, 6, 2))
+    left, right = np.empty(BINS), np.empty(6)
     flat = np.array(triangles, order="C")  # a copy: read-only arrays would compile the kernel once more
-    build = BuildMemory(flat, order, spans, axes, extent, matrix, bounds, counts, left, right, choice)
+    build = BuildMemory(flat, order, spans, axes, extent, matrix, bounds, counts, left, right)
     largest = float(np.abs(triangles).max())
     scale = 1.0 / largest if largest > SMALLEST_SCALED else 1.0
     nodes = split_all(build, boxes, links, leaves, stack, scale)

@@ -51,7 +51,7 @@ def _margin(pair: FloatArray, meet: bool) -> float:
     origin: Vector = (whole[0], whole[1], whole[2])
     p = [difference((whole[k], whole[k + 1], whole[k + 2]), origin) for k in range(0, 18, 3)]
     first, second = (p[0], p[1], p[2]), (p[3], p[4], p[5])
-    squares = _overlaps(first, second) if meet else chain(_across_faces(first, second), _across_edges(first, second))
+    squares = _overlaps(first, second) if meet else _distances(first, second)
     return _root(min(squares, default=Fraction(0)), scale)
 
 
@@ -78,8 +78,9 @@ def _overlaps(first: Triangle, second: Triangle) -> Iterator[Fraction]:
             yield Fraction(min(max(p) - min(q), max(q) - min(p)) ** 2, length)
 
 
-def _across_faces(first: Triangle, second: Triangle) -> Iterator[Fraction]:
-    """Squared distance of each corner from the other face, where its foot is inside; else an edge is nearer."""
+def _distances(first: Triangle, second: Triangle) -> Iterator[Fraction]:
+    """Squared distances of edges, and of each corner from the other face, where its foot is inside."""
+    yield from (_between_edges(*edge, *other) for edge in _edges(first) for other in _edges(second))
     for face, points in ((first, second), (second, first)):
         n = normal(face)
         length = dot(n, n)
@@ -88,32 +89,22 @@ def _across_faces(first: Triangle, second: Triangle) -> Iterator[Fraction]:
                 yield Fraction(dot(difference(p, face[0]), n) ** 2, length)
 
 
-def _across_edges(first: Triangle, second: Triangle) -> Iterator[Fraction]:
-    """Squared distance of each edge from each of the other triangle."""
-    for a, b in _edges(first):
-        for c, d in _edges(second):
-            yield from _between_lines(a, b, c, d)
-            yield _point_segment(a, c, d)
-            yield _point_segment(b, c, d)
-            yield _point_segment(c, a, b)
-            yield _point_segment(d, a, b)
+def _between_edges(a: Vector, b: Vector, c: Vector, d: Vector) -> Fraction:
+    """Squared distance of two edges, either of which may be a point.
+
+    Source: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.9.
+    """
+    u, v, w = difference(b, a), difference(d, c), difference(a, c)
+    uu, vv, uv, uw, vw = dot(u, u), dot(v, v), dot(u, v), dot(u, w), dot(v, w)
+    s, whole_s = _share(uv * vw - vv * uw, uu * vv - uv * uv)
+    t, whole_t = _share(uv * s + vw * whole_s, vv * whole_s)
+    s, whole_s = _share(uv * t - uw * whole_t, uu * whole_t)
+    away = [(x * whole_s + s * y) * whole_t - t * whole_s * z for x, y, z in zip(w, u, v, strict=True)]
+    return Fraction(sum(x * x for x in away), (whole_s * whole_t) ** 2)
 
 
-def _between_lines(a: Vector, b: Vector, c: Vector, d: Vector) -> Iterator[Fraction]:
-    """Squared distance of the lines, where both feet are on the segments."""
-    u, v, w = difference(b, a), difference(d, c), difference(c, a)
-    n = cross(u, v)
-    length = dot(n, n)
-    if length and 0 <= dot(cross(w, v), n) <= length and 0 <= dot(cross(w, u), n) <= length:
-        yield Fraction(dot(w, n) ** 2, length)
-
-
-def _point_segment(p: Vector, a: Vector, b: Vector) -> Fraction:
-    u, w = difference(b, a), difference(p, a)
-    along, length = dot(u, w), dot(u, u)
-    if along <= 0:
-        return Fraction(dot(w, w))
-    if along >= length:
-        apart = difference(p, b)
-        return Fraction(dot(apart, apart))
-    return Fraction(dot(w, w) * length - along * along, length)
+def _share(part: int, whole: int) -> tuple[int, int]:
+    """A share of an edge, between both its ends; 0 where all shares, or those of a point, are as near."""
+    if not 0 < part < whole:
+        return int(0 < whole <= part), 1
+    return part, whole
