@@ -242,14 +242,6 @@ def finding_parts(summary: Mapping[str, Any]) -> list[Part]:
         head = ("kind", "body", "policy", "spans", *DONE)
         rows = [(*key, *(count[name] for name in ("spans", *DONE))) for key, count in sums.items()]
         parts.append(table("What was done about poses in doubt", head, rows, words=3))
-    verdicts = [
-        (label, ", ".join(f"{count:,} {verdict}" for verdict, count in figures.items()))
-        for label, figures in summary["flagged_verdicts"].items()
-        if figures
-    ]
-    if verdicts:
-        title = "Verdicts that rest on a pose in doubt (pair-frames)"
-        parts.append(table(title, ("detector", "verdicts"), verdicts, words=2))
     return parts
 
 

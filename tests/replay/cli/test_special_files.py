@@ -104,16 +104,6 @@ def test_a_reader_refuses_what_is_no_regular_file_and_names_it(special, kind, re
     assert kind in said or kind == "folder"
 
 
-@pytest.mark.parametrize("kind", SPECIAL)
-def test_a_scene_refuses_a_mesh_that_is_no_regular_file(special, tmp_path, kind):
-    mesh = special(kind, "cup.glb")
-    scene = tmp_path / "scene.toml"
-    scene.write_text(f'[[body]]\nid = "cup"\nmesh = "{mesh}"\n')
-    session = session_of(tmp_path / "s.mcap")
-    with pytest.raises(SessionError, match=kind):
-        read_session(session, scene=scene)
-
-
 @pytest.mark.parametrize("kind", ("device", "FIFO", "socket"))
 @pytest.mark.parametrize(
     "words",

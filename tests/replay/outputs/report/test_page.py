@@ -124,7 +124,7 @@ def test_no_text_becomes_an_element(text):
     assert element("p", "x", title=f"t{text}").count('"') == 2
 
 
-def test_findings_say_what_was_done_and_which_verdicts_rest_on_them():
+def test_findings_say_what_was_done():
     draft = clean()
     FAULTS["frozen pose"](draft, 1, 300)
     FAULTS["nan position"](draft, 0, 500)
@@ -137,5 +137,3 @@ def test_findings_say_what_was_done_and_which_verdicts_rest_on_them():
     assert frozen[2] == "hand-left" and "nothing was measured" in frozen[3] and frozen[4] == "3.333 to 3.989"
     done = Cells(page).tables["What was done about poses in doubt"]
     assert ["frozen", "hand-left", "interpolate:2", "1", "60"] in [row[:5] for row in done]
-    stated = result.summary["flagged_verdicts"]["sphere"]
-    assert all(f"{count:,} {verdict}" in page for verdict, count in stated.items())
