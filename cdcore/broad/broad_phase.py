@@ -6,7 +6,7 @@ from time import perf_counter
 
 import numpy as np
 
-from cdcore.bounding.bounding_sphere import sphere_in_mode
+from cdcore.bounding.bounding_sphere import sphere_best
 from cdcore.bounding.box import box_best
 from cdcore.broad.box_stage import BoxStage
 from cdcore.broad.sphere_stage import CLEAR, NO_POSE, SphereStage
@@ -29,15 +29,13 @@ class BroadAnswer:
 
 
 class BroadPhase:
-    """The volumes of all bodies; ``sphere`` is a mode of ``SPHERES``, ``skip`` as in ``SphereStage``.
+    """The volumes of all bodies; ``skip`` as in ``SphereStage``.
 
     ``boxes``: False: whole motions are asked about spheres only.
     """
 
-    def __init__(
-        self, bodies: Sequence[Body], pairs: IntArray, *, sphere: str = "best", skip: bool = True, boxes: bool = True
-    ) -> None:
-        self.spheres = SphereStage([sphere_in_mode(body.mesh, sphere) for body in bodies], pairs, skip=skip)
+    def __init__(self, bodies: Sequence[Body], pairs: IntArray, *, skip: bool = True, boxes: bool = True) -> None:
+        self.spheres = SphereStage([sphere_best(body.mesh) for body in bodies], pairs, skip=skip)
         self.boxes = BoxStage([box_best(body.mesh) for body in bodies], pairs)
         self._asks_boxes, self._pairs = boxes, pairs
 

@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from cdcore.bounding.bounding_sphere import SPHERES
 from cdcore.broad.broad_phase import BroadAnswer, BroadPhase
 from cdcore.detectors import COLONY, FCL, PAPER
 from cdcore.narrow.containment.containment_stage import ContainmentStage
@@ -22,17 +21,7 @@ from cdcore.search.explaining import SearchExplainer
 from cdcore.search.live_search import LiveSearch
 from cdcore.search.search_settings import MOST_WEIGHT, SearchSettings
 from cdcore.search.stage import CONTAINMENT_REFUSED, PairMemory, SearchAnswer, SearchStage
-from cdcore.search.tracing import Watched, watched
-
-
-@dataclass(frozen=True, kw_only=True)
-class QacoSettings(SearchSettings):
-    """Settings of ``qaco``: those of the search, and the spheres before it.
-
-    ``sphere``: "paper" for equation (21), "best" for the smallest ball known.
-    """
-
-    sphere: str = choice("best", SPHERES)
+from cdcore.search.tracing import NotingStage, Watched
 
 
 class QacoDetector(PairDetector[Any]):
@@ -49,7 +38,7 @@ class QacoDetector(PairDetector[Any]):
     name = "qaco"
     kind = "paper"
     online = True
-    Settings: ClassVar[type] = QacoSettings
+    Settings: ClassVar[type] = SearchSettings
     sources: ClassVar[tuple[str, ...]] = (f"{PAPER}, equations (15) to (20)", *COLONY)
     choose_when = "you want to see what a sampled search costs and misses"
     cannot = "say CLEAR where spheres overlap, or promise to find a contact"
@@ -57,7 +46,7 @@ class QacoDetector(PairDetector[Any]):
 
     def __init__(self, bodies: Sequence[Body], pairs: IntArray, settings: Any) -> None:
         super().__init__(bodies, pairs, settings)
-        self._broad = BroadPhase(bodies, pairs, sphere=settings.sphere, boxes="boxes" in self.stages)
+        self._broad = BroadPhase(bodies, pairs, boxes="boxes" in self.stages)
         self._search = SearchStage(bodies, pairs, settings)
         self._explainer = SearchExplainer(self.bodies, pairs, settings)
         self._words = (CONTAINMENT_REFUSED,) * len(pairs)
@@ -72,8 +61,13 @@ class QacoDetector(PairDetector[Any]):
 
     def watch(self, motion: Motion) -> Watched:
         """Search the whole motion again and keep what each stage did."""
-        near = self._broad.by_stage(motion)
-        return watched(self.bodies, self.pairs, self.settings, motion, near, self._search.empty)
+        spheres, boxes = self._broad.by_stage(motion)
+        stage = NotingStage(self.bodies, self.pairs, self.settings, self._search.empty)
+        found = stage.decide(motion, boxes, stage.fresh_memory(), faces=True)
+        searched = np.zeros_like(spheres)
+        for frame, column in stage.noted:
+            searched[frame, column] = True
+        return Watched(spheres, boxes, searched, stage, self.settings, found.face_sets())
 
     def _fresh_memory(self) -> list[PairMemory]:
         return self._search.fresh_memory()
@@ -110,14 +104,12 @@ class HybridQacoSettings(SearchSettings):
 
     ``decide``: "search": what the search finds is the answer, and what it misses is missed; "mesh": FCL meshes decide
     what the search left open, so that the answer is that of ``hybrid`` and the search is early evidence.
-    ``sphere``: "paper" for equation (21), "best" for the smallest ball known.
     ``containment``: with ``decide="mesh"``, whether to ask if one body is inside the other.
     ``rest``: a tenth of a face, here: a pair that hardly moves is not searched anew in every frame.
     """
 
     rest: float = number(0.1, 0, MOST_WEIGHT)
     decide: str = choice("search", ("search", "mesh"))
-    sphere: str = choice("best", SPHERES)
     containment: bool = flag(True)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,17 +50,6 @@ class LookTrace:
         return rows if self.result.hit is None or rows[-1] == last else np.append(rows, last)
 
 
-def trace_look(search: PairSearch, noted: NotedLook, *poses: Any, turned: bool) -> LookTrace:
-    """Look again as ``noted``; ``poses`` as for ``look``; ``turned``: the pair was asked for in the other order."""
-    rows = search.trace(noted.result.evaluations)
-    result = search.look(*poses, start=noted.start, budget=noted.budget)
-    i, j, iteration, by = rows[:, [0, 1, 3, 4]].astype(np.int64).T
-    faces = np.stack([search.first.face[i], search.second.face[j]], axis=1)
-    if turned:
-        faces = faces[:, ::-1]
-    return LookTrace(faces, rows[:, 2], iteration, np.array(ASKED_BY)[by], rows[:, 5], result)
-
-
 class NotingStage(SearchStage):
     """The search of a run once more, with a note of every look: ``noted[frame, column]``.
 
@@ -72,7 +61,7 @@ class NotingStage(SearchStage):
     ) -> None:
         super().__init__(bodies, pairs, settings)
         self._known = known
-        self._asked: dict[int, tuple[Pair | None, int]] = {}
+        self._frame = 0
         self.noted: dict[tuple[int, int], NotedLook] = {}
         self._traced: dict[int, PairSearch] = {}
 
@@ -82,9 +71,15 @@ class NotingStage(SearchStage):
             one = self._searches[column]
             self._traced[column] = PairSearch(one.first, one.second, one.names, self._settings)
             self._traced[column].use(*one.samples)
-        poses = self._poses(motion, frame, column)
-        noted, turned = self.noted[frame, column], bool(self._turned[column])
-        return trace_look(self._traced[column], noted, *poses, float(motion.times[frame]), turned=turned)
+        search, noted = self._traced[column], self.noted[frame, column]
+        rows = search.trace(noted.result.evaluations)
+        poses, stamp = self._poses(motion, frame, column), float(motion.times[frame])
+        result = search.look(*poses, stamp, start=noted.start, budget=noted.budget)
+        i, j, iteration, by = rows[:, [0, 1, 3, 4]].astype(np.int64).T
+        faces = np.stack([search.first.face[i], search.second.face[j]], axis=1)
+        if self._turned[column]:
+            faces = faces[:, ::-1]
+        return LookTrace(faces, rows[:, 2], iteration, np.array(ASKED_BY)[by], rows[:, 5], result)
 
     def places(self, motion: Motion, frame: int, column: int, pair: Pair) -> FloatArray:
         """World centroids (2, 3) of a pair that a look gave, in the order of the search."""
@@ -92,17 +87,18 @@ class NotingStage(SearchStage):
         sides = zip((search.first, search.second), pair, poses, strict=True)
         return np.array([turn @ side.rows[place, :3] + move for side, place, (turn, move) in sides])
 
+    def decide_frame(
+        self, motion: Motion, frame: int, columns: list[int], memory: list[PairMemory], found: SearchAnswer
+    ) -> None:
+        """Search some pairs in one frame, and note each look."""
+        self._frame = frame
+        super().decide_frame(motion, frame, columns, memory, found)
+
     def _search(self, key: LookKey, pose_a: Pose, pose_b: Pose) -> SearchResult:
         column, _, _, start, budget = key
-        self._asked[column] = start, budget
-        return self._known.get(key) or super()._search(key, pose_a, pose_b)
-
-    def _finish(
-        self, frame: int, column: int, look: SearchResult | None, known: PairMemory, found: SearchAnswer
-    ) -> None:
-        if look is not None:
-            self.noted[frame, column] = NotedLook(*self._asked[column], look)
-        super()._finish(frame, column, look, known, found)
+        look = self._known.get(key) or super()._search(key, pose_a, pose_b)
+        self.noted[self._frame, column] = NotedLook(start, budget, look)
+        return look
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,18 +124,3 @@ class Watchable(Protocol):
 
     def watch(self, motion: Motion) -> Watched:
         """Answer again, as without blocks, and keep what each stage did; the motion is held in memory."""
-
-
-def watched(
-    bodies: Sequence[Body], pairs: IntArray, settings: SearchSettings, motion: Motion,
-    near: tuple[BoolArray, BoolArray], known: Mapping[LookKey, SearchResult],
-) -> Watched:  # fmt: skip
-    """Search where spheres and boxes met; ``near``: those of the spheres, and of the boxes too; ``known``: what a run
-    of these bodies, pairs and settings looked at and found nothing.
-    """
-    stage = NotingStage(bodies, pairs, settings, known)
-    found = stage.decide(motion, near[1], stage.fresh_memory(), faces=True)
-    searched = np.zeros_like(near[0])
-    for frame, column in stage.noted:
-        searched[frame, column] = True
-    return Watched(*near, searched, stage, settings, found.face_sets())

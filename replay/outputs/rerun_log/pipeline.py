@@ -94,10 +94,9 @@ def log_pipeline(writer: RecordingWriter, run: WatchedRun, result: RunResult) ->
 def _log_volumes(writer: RecordingWriter, run: WatchedRun, result: RunResult, steps: Steps) -> None:
     """The sphere and the box of both bodies, below the bodies, and the eye that sees both."""
     assembly, root = result.assembly, pipeline_path(run.label)
-    mode = getattr(run.seen.settings, "sphere", "best")
     pairs = {one: assembly.pairs[one.pair].tolist() for one in run.moments}
     shown = {body: assembly.bodies[body] for pair in pairs.values() for body in pair}
-    spheres = {body: sphere_in_mode(shape.mesh, mode) for body, shape in shown.items()}
+    spheres = {body: sphere_in_mode(shape.mesh, "best") for body, shape in shown.items()}
     boxes = {body: box_best(shape.mesh) for body, shape in shown.items()}
     wire = rr.components.FillMode.MajorWireframe
     # What holds the room is not drawn. Wires ignore alpha: an empty row hides them.

@@ -17,8 +17,8 @@ from replay.errors import DetectorSpecError
         ("x=hybrid", "x", "hybrid", {}),
         ("hybrid[]", "hybrid", "hybrid", {}),
         (
-            "q=hybrid-qaco[ants=20, stop_first=true,sphere=best,budget=none]", "q", "hybrid-qaco",
-            {"ants": 20, "stop_first": True, "sphere": "best", "budget": None},
+            "q=hybrid-qaco[ants=20, stop_first=true,variant=local,budget=none]", "q", "hybrid-qaco",
+            {"ants": 20, "stop_first": True, "variant": "local", "budget": None},
         ),
         ("my.package:Class", "Class", "my.package:Class", {}),
     ],
