@@ -62,7 +62,7 @@ def _check_columns(table: CsvTable, plan: CsvMapping) -> None:
     """Refuse a mapping that names columns which are not there: all of them at once."""
     wanted = [plan.time, plan.name]
     wanted += [column for pose in (plan.body, *plan.bodies.values()) if pose for column in (*pose.numbers, pose.valid)]
-    wanted += [scalar.column for scalar in plan.scalars.values()]
+    wanted += [column for column, _ in plan.scalars.values()]
     missing = [column for column in dict.fromkeys(wanted) if column and column not in table.columns]
     if len(missing) > 1 and len(table.columns) > 1:
         named = ", ".join(map(repr, missing))

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 import numpy as np
 
@@ -57,13 +57,6 @@ class PoseColumns:
         return _of_matrices(turns.reshape(-1, 3, 3)) if self.kind == "matrix" else turns
 
 
-class ScalarColumn(NamedTuple):
-    """A number over time."""
-
-    column: str
-    unit: str = ""
-
-
 @dataclass(frozen=True)
 class CsvLayout:
     """How the text of a file becomes cells, and a clock stamps."""
@@ -100,7 +93,8 @@ class CsvMapping:
     bodies: Mapping[str, PoseColumns] = field(default_factory=dict)
     kind: str = ""
     """The column that says what a row of a long table is, one of ``KINDS``; rows of other words are left out."""
-    scalars: Mapping[str, ScalarColumn] = field(default_factory=dict)
+    scalars: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    """Column and unit of numbers over time, by their names."""
 
 
 UNITY: Final = CsvMapping(
@@ -147,7 +141,7 @@ def read_mapping(path: str | Path) -> CsvMapping:
         clock.done()
         scalars = {}
         for name, table in whole.named_tables("scalars").items():
-            scalars[name] = ScalarColumn(table.text("column", None), table.text("unit"))
+            scalars[name] = table.text("column", None), table.text("unit")
             table.done()
         long = whole.table("body")
         wide = whole.named_tables("bodies")

@@ -4,7 +4,6 @@ import calendar
 import csv
 import json
 import os
-import re
 from array import array
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -217,18 +216,11 @@ class CsvTable:
 
 
 def _nanoseconds(text: str, form: str) -> int:
-    """Nanoseconds since 1970 of a date and time; ISO 8601 keeps every digit of its second."""
-    if form:
-        moment = datetime.strptime(text, form)
-        digits = f"{moment.microsecond:06d}"
-        if moment.year == NO_YEAR:  # a time of day counts from midnight
-            moment = moment.replace(year=1970)
-    else:
-        fraction = re.search(r"(?<=\d)[.,](\d+)", text)
-        digits = fraction[1] if fraction else ""
-        moment = datetime.fromisoformat(text.replace(fraction[0], "", 1) if fraction else text)
-    seconds = calendar.timegm(moment.utctimetuple())
-    return seconds * 1_000_000_000 + int(digits[:9].ljust(9, "0"))
+    """Nanoseconds since 1970 of a date and time, to the microsecond; a time of day counts from midnight."""
+    moment = datetime.strptime(text, form) if form else datetime.fromisoformat(text)
+    if moment.year == NO_YEAR:
+        moment = moment.replace(year=1970)
+    return calendar.timegm(moment.utctimetuple()) * 1_000_000_000 + moment.microsecond * 1000
 
 
 def _layout_of(source: Path) -> CsvLayout:

@@ -14,12 +14,13 @@ STARTS: Final = (
     (b"\x1f\x8b", "xdf", "it is compressed by gzip, as .xdfz files are"),
     (FIRST.encode(), "optitrack", f"line 1 begins with {FIRST}, as Motive's exports do"),
     (b"{", "aframe", "it is JSON"),
+    (b"#ROSBAG", "", "it is a bag of ROS 1"),
+    (b"SQLite format 3", "", "it is an SQLite file, as bags of ROS 2 are"),
 )
+"""First bytes, the format that they tell, and why; bags that are no MCAP files are of none."""
 ANOTHER_BAG: Final = (
     "make it an MCAP file first: pip install rosbags; rosbags-convert --src BAG --dst FOLDER --dst-storage mcap"
 )
-BAGS: Final = ((b"#ROSBAG", "it is a bag of ROS 1"), (b"SQLite format 3", "it is an SQLite file, as bags of ROS 2 are"))
-"""First bytes of bags that are no MCAP files, and what they are."""
 FIRST_BYTES: Final = 4096
 
 
@@ -35,10 +36,9 @@ def recognised(source: Path) -> tuple[str, str]:
         head = file.read(FIRST_BYTES).removeprefix(b"\xef\xbb\xbf")
     for start, name, why in STARTS:
         if head.lstrip().startswith(start):
+            if not name:
+                raise ImportFileError(f"{source}: {why}; {ANOTHER_BAG}")
             return name, why
-    what = next((what for start, what in BAGS if head.startswith(start)), "")
-    if what:
-        raise ImportFileError(f"{source}: {what}; {ANOTHER_BAG}")
     line = head.partition(b"\n")[0].decode("utf-8", errors="replace")
     found = [letter for letter in DELIMITERS if letter in line]
     if found and line.strip().replace("\t", "").isprintable() and "\ufffd" not in line:
@@ -47,7 +47,7 @@ def recognised(source: Path) -> tuple[str, str]:
 
 
 def _recognised_folder(source: Path) -> tuple[str, str]:
-    if next(source.rglob(TRIALS), None) or any(TRACKER.fullmatch(path.name) for path in source.rglob("*.csv")):
+    if any(path.name == TRIALS or TRACKER.fullmatch(path.name) for path in source.rglob("*.csv")):
         return "uxf", f"the folder holds {TRIALS} or files OBJECT_movement_T001.csv"
     if (source / "metadata.yaml").is_file():
         raise ImportFileError(f"{source} is a bag of ROS 2: name the .mcap file in it; of .db3 files {ANOTHER_BAG}")

@@ -44,6 +44,10 @@ ROLES: Final = {
 """Type of a channel, type and label, or label, in small letters -> its place in x y z qx qy qz qw confidence."""
 
 
+TYPED: Final = PoseColumns(tuple("xyz"), tuple("xyzw"))
+"""What the channels of a body are in the order of ``ROLES``."""
+
+
 def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path | None = None) -> Session:
     """Everything in an XDF file.
 
@@ -55,21 +59,23 @@ def read_xdf(source: Path, *, convention: str | None = None, mapping: str | Path
     Raises ``ImportFileError``: names file, stream and channel.
     """
     streams, notes = _streams(source)
-    tables: dict[str, PoseTable] = {}
+    bodies: dict[str, tuple[_LslStream, list[int], PoseColumns]] = {}
     units: set[str] = set()
     if mapping is None:
-        posed = [stream for stream in streams if stream.bodies]
-        for stream in posed:
+        for stream in streams:
             for name, channels in stream.bodies.items():
-                tables[name if name not in tables else f"{stream.name}/{name}"] = stream.poses(channels)
+                bodies[name if name not in bodies else f"{stream.name}/{name}"] = stream, channels, TYPED
                 units.add(stream.channels[channels[0]]["unit"].lower())
     else:
-        stated, unit, bodies = read_stream_mapping(mapping)
+        stated, unit, mapped = read_stream_mapping(mapping)
         convention, units = convention or stated, {unit}
-        posed = [_stream_of(source, streams, name) for name, _ in bodies.values()]
-        tables = {
-            body: stream.mapped(columns) for (body, (_, columns)), stream in zip(bodies.items(), posed, strict=True)
-        }
+        named = {stream.name: stream for stream in streams}
+        for body, (name, columns) in mapped.items():
+            if name not in named:
+                raise ImportFileError(f"{source}: no stream {name!r}{nearest(name, named)}")
+            bodies[body] = named[name], named[name].labelled(columns), columns
+    posed = [stream for stream, _, _ in bodies.values()]
+    tables = {name: stream.poses(channels, columns) for name, (stream, channels, columns) in bodies.items()}
     if not tables:
         seen = [f"{stream.name} ({stream.kind})" for stream in streams]
         raise ImportFileError(
@@ -155,25 +161,24 @@ class _LslStream:
         whole = {name: roles for name, roles in found.items() if roles.keys() >= {*range(7)}}
         return {name: [roles[role] for role in sorted(roles)] for name, roles in whole.items()}
 
-    def poses(self, channels: list[int], columns: PoseColumns | None = None) -> PoseTable:
-        """A place, a rotation and perhaps a confidence from channels in this order."""
-        values = self.values
-        if values is None or values.shape[1] <= max(channels):
-            why = "its samples are not the numbers its channels describe; record again"
-            raise ImportFileError(f"{self.where}: {why}")
-        rows, turn = values[:, channels], len(columns.numbers) if columns else 7
-        valid = rows[:, turn] > 0.0 if len(channels) > turn else np.ones(len(rows), dtype=np.bool_)
-        turns = columns.quaternions(rows[:, 3:turn]) if columns else rows[:, 3:7]
-        return PoseTable(self.stamps, rows[:, :3], turns, valid)
-
-    def mapped(self, columns: PoseColumns) -> PoseTable:
-        """The poses of the channels that a mapping names."""
+    def labelled(self, columns: PoseColumns) -> list[int]:
+        """The channels that a mapping names."""
         labels = {channel["label"] or str(number): number - 1 for number, channel in enumerate(self.channels, start=1)}
         wanted = [label for label in (*columns.numbers, columns.valid) if label]
         for label in wanted:
             if label not in labels:
                 raise ImportFileError(f"{self.where}: no channel {label!r}{nearest(label, labels)}")
-        return self.poses([labels[label] for label in wanted], columns)
+        return [labels[label] for label in wanted]
+
+    def poses(self, channels: list[int], columns: PoseColumns) -> PoseTable:
+        """A place, a rotation and perhaps a confidence from channels in this order."""
+        values = self.values
+        if values is None or values.shape[1] <= max(channels):
+            why = "its samples are not the numbers its channels describe; record again"
+            raise ImportFileError(f"{self.where}: {why}")
+        rows, end = values[:, channels], len(columns.numbers)
+        valid = rows[:, end] > 0.0 if len(channels) > end else np.ones(len(rows), dtype=np.bool_)
+        return PoseTable(self.stamps, rows[:, :3], columns.quaternions(rows[:, 3:end]), valid)
 
     def numbers(self) -> Iterator[Stream]:
         """Every channel of numbers, by its label."""
@@ -254,13 +259,6 @@ def _is_whole(source: Path) -> bool:
                 return False
             file.seek(end)
     return True
-
-
-def _stream_of(source: Path, streams: list[_LslStream], name: str) -> _LslStream:
-    named = {stream.name: stream for stream in streams}
-    if name not in named:
-        raise ImportFileError(f"{source}: no stream {name!r}{nearest(name, named)}")
-    return named[name]
 
 
 def read_stream_mapping(path: str | Path) -> tuple[str, str, dict[str, tuple[str, PoseColumns]]]:
