@@ -8,7 +8,9 @@ Source: the format of aframe-motion-capture-components (``poses``, ``events``, `
 
 import json
 import math
+from collections.abc import Iterator
 from dataclasses import replace
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, Final
 
@@ -23,6 +25,7 @@ from sessions.model.session import Session
 from sessions.model.track import HandTrack
 
 OPENVR_GAMEPAD: Final = "OpenVR Gamepad"
+PRESSES: Final = {"buttondown": 1.0, "buttonup": 0.0}
 TRIGGER: Final = 1
 """The button of a VIVE wand. Source: A-Frame's vive-controls (idPrefix ``OpenVR Gamepad``)."""
 
@@ -40,9 +43,12 @@ def read_aframe(source: Path) -> Session:
         stamps = stamps_of(numbers[:, 0], 1e6, f"{source}: {name}: poses")
         turns = quaternion_from_euler(np.radians(numbers[:, [5, 4, 6]]), "YXZ")
         tables[name] = PoseTable(stamps, numbers[:, 1:4], turns)
-        happened = _events(name, device.get("events"), source)
-        hands |= _hand(name, device, happened)
+        happened = list(_events(name, device.get("events") or [], source))
         events += [event for event, _ in happened]
+        presses = [event for event, button in happened if button == TRIGGER and event.name in PRESSES]
+        if presses and _is_vive(device):
+            trigger = {event.time_ns: PRESSES[event.name] for event in sorted(presses, key=attrgetter("time_ns"))}
+            hands[f"student/{side_of(name)}"] = HandTrack([*trigger], [*trigger.values()])
     frame = SourceFrame(AXES, "m", "performance clock of the browser, ms")
     samples = imported(tables, frame, ["rotations from Euler angles YXZ in degrees to unit quaternions"])
     return replace(samples, events=tuple(events), hands=hands)
@@ -75,28 +81,19 @@ def _number(part: Any, key: str) -> float:
     return number(part.get(key)) if isinstance(part, dict) else math.nan
 
 
-def _events(name: str, events: object, source: Path) -> list[tuple[Event, object]]:
-    """Each event and its detail as written."""
-    if events is None:
-        return []
+def _events(name: str, events: object, source: Path) -> Iterator[tuple[Event, object]]:
+    """Each event, and the button that it is about."""
     if not isinstance(events, list):
         raise ImportFileError(f"{source}: {name}: events are no list; repair or remove them")
     times = np.array([_number(event, "timestamp") for event in events])
-    found = []
     for event, stamp in zip(events, stamps_of(times, 1e6, f"{source}: {name}: events").tolist(), strict=True):
         detail = event.get("detail")
         message = json.dumps(detail, ensure_ascii=False, sort_keys=True) if detail else ""
-        found.append((Event(stamp, str(event.get("name", "event")), message, name), detail))
-    return found
+        button = detail.get("id") if isinstance(detail, dict) else None
+        yield Event(stamp, str(event.get("name", "event")), message, name), button
 
 
-def _hand(name: str, device: dict[str, Any], happened: list[tuple[Event, object]]) -> dict[str, HandTrack]:
-    """The trigger of a VIVE wand after each press and release; nothing of other devices, whose buttons nobody knows."""
+def _is_vive(device: dict[str, Any]) -> bool:
+    """Whether it is a VIVE wand; of other devices nobody knows which button is the trigger."""
     gamepad = device.get("gamepad")
-    is_vive = isinstance(gamepad, dict) and str(gamepad.get("id", "")).startswith(OPENVR_GAMEPAD)
-    pressed = {
-        event.time_ns: float(event.name == "buttondown")
-        for event, detail in sorted(happened, key=lambda pair: pair[0].time_ns)
-        if event.name in ("buttondown", "buttonup") and isinstance(detail, dict) and detail.get("id") == TRIGGER
-    }
-    return {f"student/{side_of(name)}": HandTrack(list(pressed), list(pressed.values()))} if is_vive and pressed else {}
+    return isinstance(gamepad, dict) and str(gamepad.get("id", "")).startswith(OPENVR_GAMEPAD)

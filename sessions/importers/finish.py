@@ -3,13 +3,13 @@
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
 
 from sessions.errors import ImportFileError
 from sessions.mesh_data import MeshData
-from sessions.model.event import Event, LiveContact
 from sessions.model.frames import Status
 from sessions.model.scene import Scene, SceneBody
 from sessions.model.session import Session
@@ -82,8 +82,8 @@ def finished(
         meshes=given,
         scene=declared,
         facts=facts,
-        events=tuple(sorted(session.events, key=_by_time)),
-        live_contacts=tuple(sorted(session.live_contacts, key=_by_time)),
+        events=tuple(sorted(session.events, key=attrgetter("time_ns"))),
+        live_contacts=tuple(sorted(session.live_contacts, key=attrgetter("time_ns"))),
     )
     return with_colliders(complete, scene_folder)
 
@@ -97,10 +97,6 @@ def _check_poses(session: Session, source: Path) -> None:
         conversions = session.facts.get("conversions", "").split("; ")
         why = "; ".join(words for words in conversions if "lost" in words) or "the source flags them"
         raise ImportFileError(f"{source}: every pose in it is lost ({why}); record it again, or choose other columns")
-
-
-def _by_time(happening: Event | LiveContact) -> int:
-    return happening.time_ns
 
 
 def name_words(name: str) -> list[str]:
