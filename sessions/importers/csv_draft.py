@@ -163,12 +163,10 @@ def _bodies(columns: Sequence[str]) -> dict[str, _Body]:
         return {"": _Body({**places, **{(MATRIX, at): name for at, name in zip(NINE, turns, strict=True)}})}
     found: dict[str, _Body] = {}
     for column in columns:
-        words, _ = _words(column)
+        words, _ = _words(column.replace("_RS_R", "").replace("_RS", ""))  # frames of EuRoC
         if not words:
             continue
         *before, last = words
-        if "RS" in before:  # EuRoC: p_RS_R_x is a place, its R a frame
-            before = [word for word in before if word not in ("RS", "R")]
         kind = next((KIND_OF[word.lower()] for word in reversed(before) if word.lower() in KIND_OF), PLACE)
         match = AXIS.fullmatch(last.lower())
         axis = TURNS.get(last.lower(), "")

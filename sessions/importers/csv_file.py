@@ -82,11 +82,7 @@ class _CsvLog:
 
     def session(self, frame: SourceFrame) -> Session:
         """Everything that the rows hold."""
-        table, notes = self._table, []
-        if table.skipped:
-            notes.append(f"{table.skipped} rows left out that have too few or too many cells")
-        if table.cut_short:
-            notes.append("the last line has no line break and may be cut short: its pose is flagged as lost")
+        table, notes = self._table, self._table.notes
         contacts, twice = self._contacts()
         if twice:
             notes.append(f"{twice} contacts that both bodies reported counted once")

@@ -3,7 +3,6 @@
 import calendar
 import csv
 import json
-import os
 from array import array
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
@@ -57,11 +56,10 @@ class CsvTable:
             raise ImportFileError(f"{source}: this is no CSV text in UTF-8 ({error}); save it as UTF-8") from None
         width = len(self.columns)
         if len(self) < self.skipped and 1 < width < self._widest:
-            many = "most rows have" if len(self) else "every row has"
             cure = "export numbers with decimal points, or semicolons between the cells"
             cure = "check delimiter and skip_lines of the mapping" if mapped else cure
-            raise ImportFileError(f"{source}: {many} more cells than line {self._above}, which has {width}; {cure}")
-        self.cut_short = self._last_is_whole and not _ends_with_a_line_break(source)
+            raise ImportFileError(f"{source}: rows have more cells than line {self._above}, which has {width}; {cure}")
+        self._is_cut_short = self._last_is_whole and not self._line.endswith(("\n", "\r"))
         """Whether the last number of the last row may lack digits."""
 
     def _read(self, text: Iterator[str]) -> None:
@@ -69,7 +67,7 @@ class CsvTable:
         layout = self._layout
         header_lines = 0 if layout.columns else layout.header_lines
         self._above = layout.skip_lines + header_lines
-        reader = csv.reader(islice(text, layout.skip_lines, None), delimiter=layout.delimiter)
+        reader = csv.reader(islice(self._followed(text), layout.skip_lines, None), delimiter=layout.delimiter)
         heads = [list(layout.columns)] if layout.columns else list(islice(reader, header_lines))
         if not any(map(any, heads)):
             raise ImportFileError(f"{self.source}: the file is empty; there is no header in line {self._above}")
@@ -86,6 +84,10 @@ class CsvTable:
             batches.append(pa.record_batch(list(map(pa.array, zip(*rows, strict=True))), schema))
         self._table = pa.Table.from_batches(batches, schema)
 
+    def _followed(self, text: Iterator[str]) -> Iterator[str]:
+        for self._line in text:
+            yield self._line
+
     def _whole(self, reader: Any) -> Iterator[list[str]]:
         """The rows that have as many cells as the header; blank lines are none."""
         for row in reader:
@@ -96,6 +98,16 @@ class CsvTable:
             elif row:
                 self.skipped += 1
                 self._widest = max(self._widest, len(row))
+
+    @property
+    def notes(self) -> list[str]:
+        """What is not as it should be in its rows, a sentence each."""
+        notes = []
+        if self.skipped:
+            notes.append(f"{self.skipped} rows left out that have too few or too many cells")
+        if self._is_cut_short:
+            notes.append("the last line has no line break and may be cut short: its pose is flagged as lost")
+        return notes
 
     def __len__(self) -> int:
         return len(self._lines)
@@ -210,7 +222,7 @@ class CsvTable:
         """The poses of some rows; the last of a file that may be cut short is flagged as lost."""
         numbers = self.numbers(columns.numbers, rows)
         valid = self.flags(columns.valid, rows) if columns.valid else np.ones(len(numbers), dtype=np.bool_)
-        if self.cut_short and (rows is None or rows[-1:].any()):
+        if self._is_cut_short and (rows is None or rows[-1:].any()):
             valid[-1:] = False
         return PoseTable(stamps, numbers[:, :3], columns.quaternions(numbers[:, 3:]), valid)
 
@@ -227,9 +239,3 @@ def _layout_of(source: Path) -> CsvLayout:
     with source.open(encoding="utf-8-sig", errors="replace") as file:
         delimiter = max(DELIMITERS, key=file.readline(LONGEST_LINE).count)
     return CsvLayout(delimiter, "." if delimiter == "," else ",")
-
-
-def _ends_with_a_line_break(source: Path) -> bool:
-    with source.open("rb") as file:
-        file.seek(-1, os.SEEK_END)
-        return file.read() in b"\r\n"

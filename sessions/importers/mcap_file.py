@@ -134,22 +134,21 @@ def _unreadable(source: Path, why: str) -> ImportFileError:
 
 
 def _decoded(source: Path, channel: ChannelInfo, data: bytes, decoders: dict[int, Callable[[bytes], Any]]) -> Any:
-    key = channel.record.id
+    key, where = channel.record.id, f"{source}: {channel.topic}"
     try:
         if key not in decoders:
-            decoders[key] = _decoder(channel.record.message_encoding, channel.schema)
+            decoders[key] = _decoder(channel.record.message_encoding, channel.schema, where)
         return decoders[key](data)
-    except ImportFileError as error:
-        raise ImportFileError(f"{source}: {channel.topic}: {error}") from None
+    except ImportFileError:
+        raise
     except Exception as error:  # decoders of foreign bytes raise errors of any kind; each means: damaged
         why = str(error).splitlines()[0][:100] if str(error) else type(error).__name__
         raise ImportFileError(
-            f"{source}: {channel.topic}: a {channel.schema_name} cannot be read ({why}); "
-            "record it again or leave the topic out"
+            f"{where}: a {channel.schema_name} cannot be read ({why}); record it again or leave the topic out"
         ) from None
 
 
-def _decoder(encoding: str, schema: Any) -> Callable[[bytes], Any]:
+def _decoder(encoding: str, schema: Any, where: str) -> Callable[[bytes], Any]:
     if encoding == "protobuf":
         return _protobuf_decoder(schema)
     if encoding == "json":
@@ -159,15 +158,15 @@ def _decoder(encoding: str, schema: Any) -> Callable[[bytes], Any]:
             from mcap_ros2.decoder import DecoderFactory
         except ImportError:
             raise ImportFileError(
-                'messages of ROS 2 need mcap-ros2-support; install it: pip install "vrlab-replay[formats]"'
+                f'{where}: messages of ROS 2 need mcap-ros2-support; install it: pip install "vrlab-replay[formats]"'
             ) from None
         # Of a schema that it cannot read the library prints lines of its own beside the error.
         with redirect_stderr(StringIO()), redirect_stdout(StringIO()):
             decode = DecoderFactory().decoder_for(encoding, schema)
         if decode is not None:
             return decode
-        raise ImportFileError(f"a schema in {schema.encoding!r} is not known; record with schemas in ros2msg")
-    raise ImportFileError(f"messages are encoded as {encoding!r}; write protobuf, json or cdr (ROS 2)")
+        raise ImportFileError(f"{where}: a schema in {schema.encoding!r} is not known; record with schemas in ros2msg")
+    raise ImportFileError(f"{where}: messages are encoded as {encoding!r}; write protobuf, json or cdr (ROS 2)")
 
 
 def _protobuf_decoder(schema: Any) -> Callable[[bytes], Any]:

@@ -47,12 +47,11 @@ def read_optitrack(source: Path, *, convention: str | None = None) -> Session:
     time = next((one for one in table.columns[:3] if one.endswith(TIMES)), TIMES[0])
     stamps = table.stamps(time, "s")
     tables = {name: table.poses(columns, stamps) for name, columns in _bodies(table, euler).items()}
-    notes = ["the last line may be cut short: its poses are flagged as lost"] if table.cut_short else []
     assumed = [] if "Length Units" in facts else ["lengths in m"]
     if euler != "Quaternion":
         assumed.append(f"Euler angles {euler} in degrees about own axes")
     clock = f"seconds since the take began ({facts.get('Capture Start Time', 'no date in the file')})"
-    return imported(tables, SourceFrame.in_axes(convention, AXES, unit.lower(), clock, assumed), notes)
+    return imported(tables, SourceFrame.in_axes(convention, AXES, unit.lower(), clock, assumed), table.notes)
 
 
 def _preamble(source: Path) -> tuple[dict[str, str], int, int]:

@@ -59,10 +59,7 @@ def read_uxf(source: Path, *, convention: str | None = None) -> Session:
             if column not in (TIME, *POSE.numbers) and table.holds_numbers(column):
                 values = table.numbers((column,))[:, 0]
                 numbers.setdefault(f"{body}/{column}", []).append((stamps, values))
-        if table.skipped:
-            notes.append(f"{path.name}: {table.skipped} rows left out that have too few or too many cells")
-        if table.cut_short:
-            notes.append(f"{path.name}: the last line may be cut short: its pose is flagged as lost")
+        notes += [f"{path.name}: {note}" for note in table.notes]
     tables = {body: PoseTable(*map(np.concatenate, zip(*parts, strict=True))) for body, parts in poses.items()}
     streams = []
     for name, parts in numbers.items():

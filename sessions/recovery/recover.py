@@ -30,7 +30,7 @@ from sessions.mcap_format.refusals import brief
 from sessions.mcap_format.schemas import PROFILE, PROFILE_FAMILY, TF, TRACKING, channel_spec
 from sessions.mcap_format.unpacking import MessageTable, read_region
 from sessions.mcap_format.writer import SCENE_FILE
-from sessions.whole_files import whole_file
+from sessions.whole_files import check_free, whole_file
 
 OF_MESSAGES = (Opcode.CHUNK, Opcode.MESSAGE)
 WITH_SENTENCES = (*OF_MESSAGES, Opcode.ATTACHMENT)
@@ -83,11 +83,9 @@ def recover(path: str | Path, out: str | Path, *, overwrite: bool = False) -> Re
     or cannot be written.
     """
     source, target = Path(path), Path(out)
-    if target.exists():
-        if source.exists() and target.samefile(source):
-            raise SessionFileError(f"{out} is the damaged file itself; name another file to write")
-        if not overwrite:
-            raise SessionFileError(f"{out} is there already; name another file to write")
+    if source.exists() and target.exists() and target.samefile(source):
+        raise SessionFileError(f"{out} is the damaged file itself; name another file to write")
+    check_free(target, SessionFileError, force=overwrite)
     with opened(source, "session file", SessionFileError) as stream:
         declared = read_catalogue(source, stream, strict=False)
         with whole_file(target, SessionFileError, overwrite=overwrite) as file:

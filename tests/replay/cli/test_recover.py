@@ -36,6 +36,6 @@ def test_a_torn_file_is_saved(whole, tmp_path, capsys):
 def test_a_file_that_is_there_is_replaced_only_when_asked(whole, tmp_path, capsys):
     (tmp_path / "out.mcap").write_bytes(b"mine")
     assert main(["recover", str(whole), str(tmp_path / "out.mcap")]) == 1
-    assert "there already" in capsys.readouterr().err
+    assert "--force" in capsys.readouterr().err
     assert main(["recover", str(whole), str(tmp_path / "out.mcap"), "--force"]) == 0
     assert "nothing was lost" in capsys.readouterr().out

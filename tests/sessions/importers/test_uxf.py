@@ -127,7 +127,10 @@ def test_a_last_line_cut_short_costs_one_pose_or_row_and_no_more(folder):
     path.write_text(text[:-1])
     session = import_session("uxf", folder)
     assert session.tracks["head"].valid.tolist() == [True] * (2 * COUNT - 1) + [False]
-    assert f"{path.name}: the last line may be cut short: its pose is flagged as lost" in session.facts["conversions"]
+    assert (
+        f"{path.name}: the last line has no line break and may be cut short: its pose is flagged as lost"
+        in session.facts["conversions"]
+    )
     path.write_text(text[: text.rindex(",")])
     assert "head_movement_T002.csv: 1 rows left out" in import_session("uxf", folder).facts["conversions"]
 
