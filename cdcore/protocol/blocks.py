@@ -84,11 +84,13 @@ class HeldVerdicts:
 
         ``seen`` (looks, P), verdicts at the frames with a look; ``looks`` (T,); ``known`` (T, P): has a pose.
         """
-        rows = np.concatenate([self._verdict[None], seen])
-        last = np.where(rows != Verdict.NO_POSE, np.arange(len(rows))[:, None], 0)
-        believed = np.take_along_axis(rows, np.maximum.accumulate(last, axis=0), axis=0)
+        believed = np.concatenate([self._verdict[None], seen])
+        for column in np.flatnonzero((seen == Verdict.NO_POSE).any(axis=0)):
+            row = believed[:, column]
+            last = np.where(row != Verdict.NO_POSE, np.arange(len(row)), 0)
+            believed[:, column] = row[np.maximum.accumulate(last)]
         self._verdict = believed[-1]
-        verdict = np.where(known, believed[np.cumsum(looks)], Verdict.NO_POSE).astype(np.uint8)
+        verdict = np.where(known, believed[np.cumsum(looks)], np.uint8(Verdict.NO_POSE))
         return verdict, {"looks": int(looks.sum()), "held": int(known.sum()) - int(known[looks].sum())}
 
 

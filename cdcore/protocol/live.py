@@ -73,11 +73,12 @@ class LiveHeld:
     def look(self, now: Motion) -> ByteArray:
         """As ``Live.look``."""
         tick = float(tick_of(now.times[0], self._rate_hz))
-        self.seconds = dict.fromkeys(self.seconds, 0.0)
         if tick > self._tick:
             seen, self._tick = self._live.look(now), tick
             self._believed = np.where(seen != Verdict.NO_POSE, seen, self._believed)
             self.seconds = self._live.seconds
+        else:
+            self.seconds = {}
         if now.valid.all():
             return self._believed
         return np.where(pair_has_pose(now, self._pairs)[0], self._believed, np.uint8(Verdict.NO_POSE))

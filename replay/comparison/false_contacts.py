@@ -135,8 +135,11 @@ class FalseReporter:
         some = vertices[:: 1 + len(vertices) // MOST_VERTICES]
         world = place_points(some, motion.rotations[frame, other], motion.translations[frame, other])
         local = (world - motion.translations[frame, body]) @ motion.rotations[frame, body]
+        # Few vertices are in the box around the hull, and a hull has thousands of planes.
+        hollowed = assembly.bodies[body].mesh.vertices
+        near = local[((local >= hollowed.min(axis=0)) & (local <= hollowed.max(axis=0))).all(axis=1)]
         planes = self._hull_planes(assembly, body)
-        return int((local @ planes[:, :3].T + planes[:, 3] < 0.0).all(axis=1).sum()) if len(planes) else 0
+        return int((near @ planes[:, :3].T + planes[:, 3] < 0.0).all(axis=1).sum()) if len(planes) else 0
 
     def _hull_planes(self, assembly: Assembly, body: int) -> FloatArray:
         """Planes (n, 4) of the convex hull of a body, normals outwards, in its own frame; none of a flat mesh."""

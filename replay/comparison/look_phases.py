@@ -14,7 +14,7 @@ from cdcore.protocol.blocks import HeldVerdicts, looks_of
 from replay.base.constants import HELD_FRAMES
 from replay.base.progress import Advance, ignored
 from replay.base.wilson import share_of_clusters
-from replay.comparison.contact_counts import REPORTED, count_contacts, count_reports
+from replay.comparison.contact_counts import count_contacts, count_reports
 from replay.comparison.episodes import column_runs
 from replay.comparison.outcome import Outcome
 from replay.comparison.reference import Reference
@@ -133,30 +133,31 @@ def sampling_offsets(rate_hz: float) -> FloatArray:
 def offset_counts(rate_hz: float, every: Detection, reference: Reference, advance: Advance = ignored) -> OffsetCounts:
     """What samples at a rate find at each offset; each sample holds what it sees of ``every`` frame."""
     frames = np.zeros((PHASES, len(reference.contacts), len(Outcome)), dtype=np.int64)
-    reported, said, false, known = np.zeros((4, *every.verdict.shape), dtype=np.uint8)
+    reported, said, false = np.zeros((3, *every.verdict.shape), dtype=np.uint8)
     stretches = np.zeros(PHASES, dtype=np.int64)
     posed = every.verdict != Verdict.NO_POSE
     for number, later in enumerate(sampling_offsets(rate_hz)):
         looks, _ = looks_of(every.times - later, rate_hz)
         believed, _ = HeldVerdicts(len(every.pairs)).hold(every.verdict[looks], looks, posed)
-        comparison = reference.compare(replace(every, verdict=believed), known=known)
+        comparison = reference.compare(replace(every, verdict=believed))
         frames[number] = count_contacts(comparison, reference.contacts).frames
-        invented = comparison.outcome == Outcome.INVENTED
-        reported |= np.isin(comparison.outcome, REPORTED)
+        outcome = comparison.outcome
+        invented, found = outcome == Outcome.INVENTED, outcome == Outcome.BOTH
+        reported |= invented | found | (outcome == Outcome.WITHIN_TOLERANCE)
         # As of one run: what is within tolerance is neither true nor false.
-        said += invented | (comparison.outcome == Outcome.BOTH)
+        said += invented | found
         false += invented
         stretches[number] = len(column_runs(invented.T))
         advance(1)
     runs = column_runs((reported > 0).T).tolist()
     parts = [(slice(first, last + 1), pair) for pair, first, last in runs]
     false_sums, said_sums = ([int(table[part].sum(dtype=np.int64)) for part in parts] for table in (false, said))
-    missed, found = frames[..., Outcome.MISSED], frames[..., Outcome.BOTH]
+    lost, kept = frames[..., Outcome.MISSED], frames[..., Outcome.BOTH]
     return OffsetCounts(
-        missed=(missed > 0) & (found == 0),
-        in_part=(missed > 0) & (found > 0),
-        frames_missed=missed.sum(axis=0),
-        frames_found=found.sum(axis=0),
+        missed=(lost > 0) & (kept == 0),
+        in_part=(lost > 0) & (kept > 0),
+        frames_missed=lost.sum(axis=0),
+        frames_found=kept.sum(axis=0),
         invented=share_of_clusters(false_sums, said_sums),
         false_contacts=stretches,
     )

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from cdcore import Detection
-from cdcore.numerics import ByteArray
 from replay.comparison.compare import compare
 from replay.comparison.episodes import episodes
 from replay.comparison.holding import holdings
@@ -35,9 +34,7 @@ class Reference:
         held = set(self.holdings)
         return tuple(contact for contact in self.episodes if contact not in held)
 
-    def compare(
-        self, subject: Detection, labels: tuple[str, str] | None = None, known: ByteArray | None = None
-    ) -> Comparison:
-        """Hold a detection to it; ``labels`` as for ``compare``, ``known`` as for ``Tolerance.judge``."""
-        within = self.tolerance.judge(subject, self.truth, known)
+    def compare(self, subject: Detection, labels: tuple[str, str] | None = None) -> Comparison:
+        """Hold a detection to it; ``labels`` as for ``compare``."""
+        within = self.tolerance.judge(subject, self.truth)
         return compare(subject, self.truth, labels, within, self.holdings)

@@ -14,7 +14,7 @@ import numpy as np
 
 from cdcore import Detection, Motion, Verdict
 from cdcore.narrow.pair_frames import rows_of_columns
-from cdcore.numerics import BoolArray, ByteArray, IntArray
+from cdcore.numerics import BoolArray, IntArray
 from replay.comparison.compare import Within
 from replay.errors import AuditError
 from replay.prepare.assembly import Assembly
@@ -34,7 +34,7 @@ EXCUSABLE: Final = (Verdict.CLEAR, Verdict.CONTACT, Verdict.NOT_FOUND)
 
 
 class Tolerance:
-    """Judges the disagreements of one run.
+    """Judges the disagreements of one run; each pair-frame is measured once, whoever disagrees there.
 
     ``faces`` gives an exact detector's verdicts and faces for some frames. ``tau`` is in metres; with 0 nothing is
     excused, not even a touch. Raises ``AuditError``: it is negative or not finite.
@@ -44,6 +44,8 @@ class Tolerance:
         if not 0.0 <= tau < float("inf"):
             raise AuditError(f"tau {tau} is no tolerance; give metres, 0 or more")
         self._assembly, self._faces, self._tau = assembly, faces, tau
+        # (T, P): 0 not measured, 1 beyond tau, 2 within.
+        self._measured = np.zeros((len(assembly.motion), len(assembly.pairs)), dtype=np.uint8)
 
     @cached_property
     def _stage(self) -> "MarginStage":
@@ -52,23 +54,17 @@ class Tolerance:
 
         return MarginStage(self._assembly.bodies, self._tau)
 
-    def judge(self, subject: Detection, oracle: Detection, known: ByteArray | None = None) -> Within:
-        """What says of K disagreeing pair-frames (frames, columns) which are within tolerance, (K,).
-
-        ``known`` (T, P), zeros at first, remembers the geometry from one judge to the next.
-        """
+    def judge(self, subject: Detection, oracle: Detection) -> Within:
+        """What says of K disagreeing pair-frames (frames, columns) which are within tolerance, (K,)."""
 
         def within(frames: IntArray, columns: IntArray) -> BoolArray:
             asked = np.isin(subject.verdict[frames, columns], EXCUSABLE)
             asked &= np.isin(oracle.verdict[frames, columns], EXCUSABLE)
             asked &= self._tau > 0 and subject.covers == oracle.covers == "instants"
             frames, columns = frames[asked], columns[asked]
-            if known is None:
-                asked[asked] = self._within(frames, columns)
-                return asked
-            new = known[frames, columns] == 0
-            known[frames[new], columns[new]] = 1 + self._within(frames[new], columns[new])
-            asked[asked] = known[frames, columns] == 2
+            new = self._measured[frames, columns] == 0
+            self._measured[frames[new], columns[new]] = 1 + self._within(frames[new], columns[new])
+            asked[asked] = self._measured[frames, columns] == 2
             return asked
 
         return within
