@@ -7,12 +7,13 @@ triggers and collisions.
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import permutations
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from sessions.errors import ImportFileError, SessionError
+from sessions.errors import ImportFileError
 from sessions.geometry.rotations import quaternion_from_matrix
 from sessions.importers.pose_table import LARGEST_SECONDS, QUATERNION_TOLERANCE, Numbers
 from sessions.input_files import read_text
@@ -32,6 +33,8 @@ CLOCK_NS: Final[Mapping[str, float]] = {"s": 1e9, "ms": 1e6, "us": 1e3, "ns": 1.
 
 TURNS: Final[Mapping[str, int]] = {"quaternion_xyzw": 4, "euler": 3, "matrix": 9}
 """What a rotation may be, and how many columns hold it."""
+ORDERS: Final = tuple(case("".join(axes)) for axes in permutations("xyz") for case in (str.upper, str.lower))
+"""Orders of turning: capital letters turn about axes of the body, small ones about fixed axes."""
 
 
 @dataclass(frozen=True)
@@ -193,31 +196,19 @@ def pose_columns(table: TomlTable) -> PoseColumns:
     kinds = [kind for kind in TURNS if kind in table]
     if len(kinds) != 1:
         table.refuse(
-            "give quaternion_xyzw = [4 columns] or euler = [3 columns] with order, or matrix = [9 columns, row by row]"
+            "give quaternion_xyzw = [4 columns], euler = {x = column, y = column, z = column} with order, "
+            "or matrix = [9 columns, row by row]"
         )
     kind = kinds[0] if kinds else ""
+    turn, order, degrees = tuple[str, ...](), "", True
     if kind == "euler":
-        order = table.text("order", None)
-        turn = _angles(table, order)
-        try:
-            quaternion_from_euler(np.zeros((0, 3)), order or "XYZ")
-        except SessionError as error:
-            table.refuse(str(error))
+        order = table.text("order", None, ORDERS)
+        axes = table.table(kind) or table.within({}, kind)
+        turn = tuple(axes.text(axis, None) for axis in order.lower() or "xyz")
+        axes.done()
         degrees = table.text("angle_unit", "deg", ("deg", "rad")) == "deg"
-    else:
-        turn, order, degrees = table.texts(kind, TURNS[kind]) if kind else (), "", True
+    elif kind:
+        turn = table.texts(kind, TURNS[kind])
     columns = PoseColumns(table.texts("position", 3), turn, kind, order, degrees, table.text("valid"))
     table.done()
-    return columns
-
-
-def _angles(table: TomlTable, order: str) -> tuple[str, ...]:
-    """Three columns in the order of turning; as a table, ``euler = {x = ..., y = ..., z = ...}``, by their axes."""
-    if not table.is_table("euler"):
-        return table.texts("euler", 3)
-    if sorted(order.lower()) != ["x", "y", "z"]:
-        table.refuse(f"order is {order!r}; angles named by axis need an order of x, y and z, each once")
-    axes = table.table("euler") or table
-    columns = tuple(axes.text(axis, None) for axis in order.lower())
-    axes.done()
     return columns

@@ -76,10 +76,6 @@ class TomlTable:
         self._known.append(key)
         return key in self._data
 
-    def is_table(self, key: str) -> bool:
-        """Whether the value, which stays there, is a table."""
-        return isinstance(self._data.get(key), dict)
-
     def _take(self, key: str, default: Any) -> Any:
         self._known.append(key)
         return self._data.pop(key, default)

@@ -36,7 +36,7 @@ column = "t"
 unit = "ms"
 [bodies.flask]
 position = ["x", "y", "z"]
-euler = ["rz", "ry", "rx"]
+euler = {x = "rx", y = "ry", z = "rz"}
 order = "zyx"
 """
 

@@ -240,7 +240,7 @@ def mapped_streams(folder):
     path, *_ = streams(("Controllers", "VR", labels, np.column_stack([1000 * PLACE[0], angles])))(folder)
     (folder / "m.toml").write_text(
         'convention = "unity"\nunits = "mm"\n[bodies.left]\nstream = "Controllers"\nposition = ["px", "py", "pz"]\n'
-        'euler = ["ez", "ex", "ey"]\norder = "zxy"\n'
+        'euler = {x = "ex", y = "ey", z = "ez"}\norder = "zxy"\n'
     )
     return path, "xdf", {"mapping": folder / "m.toml"}
 

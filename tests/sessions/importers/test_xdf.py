@@ -80,7 +80,7 @@ units = "mm"
 [bodies.left]
 stream = "Controllers"
 position = ["l_px", "l_py", "l_pz"]
-euler = ["l_ez", "l_ex", "l_ey"]
+euler = {x = "l_ex", y = "l_ey", z = "l_ez"}
 order = "zxy"
 valid = "l_seen"
 """
