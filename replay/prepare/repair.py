@@ -3,6 +3,7 @@
 Some samples are replaced, dropped or held; every other sample keeps its bits.
 """
 
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
@@ -53,11 +54,6 @@ class Replacement:
     rows: NDArray[np.int64]
     status: NDArray[np.uint8]
     pose: NDArray[np.float64]
-
-    def count(self, first: int, last: int, status: Status) -> int:
-        """Samples between two frames that became this."""
-        low, high = np.searchsorted(self.rows, [first, last + 1])
-        return int((self.status[low:high] == status).sum())
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,12 +196,10 @@ def _in_recording(session: Session, findings: Iterable[Finding]) -> Iterator[Fin
 
 def _flagged(looked: PosePass, span: PoseSpan, policy: Policy, replaced: Replacement | None, zero: int) -> FlagSpan:
     """A fault and what became of its samples; ``zero`` is the stamp of second 0."""
-    dropped = span.count if span.code == "tracking-lost" else 0
-    held = interpolated = 0
+    became = Counter({int(Status.LOST): span.count} if span.code == "tracking-lost" else {})
     if replaced is not None:
-        dropped, held, interpolated = (
-            replaced.count(span.first, span.last, status) for status in (Status.LOST, Status.HELD, Status.INTERPOLATED)
-        )
+        low, high = np.searchsorted(replaced.rows, [span.first, span.last + 1])
+        became = Counter(replaced.status[low:high].tolist())
     start, end = (int(looked.stamp_ns[row]) for row in (span.first, span.last))
     return FlagSpan(
         kind=span.code,
@@ -216,9 +210,9 @@ def _flagged(looked: PosePass, span: PoseSpan, policy: Policy, replaced: Replace
         end=(end - zero) / 1e9,
         samples=span.count,
         action=str(policy.rule(span.code)),
-        dropped=dropped,
-        held=held,
-        interpolated=interpolated,
+        dropped=became[Status.LOST],
+        held=became[Status.HELD],
+        interpolated=became[Status.INTERPOLATED],
     )
 
 

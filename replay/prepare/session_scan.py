@@ -112,15 +112,11 @@ def scan_of(looked: PosePass, part: SessionPart | None, repeated: int = 0, backw
 
 def _no_pose(session: Session, stamp_ns: int, body: int) -> str:
     """What is wrong with the sample of a body in the first frame of this stamp."""
-    number = 0
-    for block in session.blocks(BLOCK_FRAMES):
-        same = np.flatnonzero(block.stamp_ns == stamp_ns)
-        if len(same):
-            break
-        number += len(block)
-    row = int(same[0])
-    number += row
-    first_ns = int(session.stamps()[0]) if session.part is None else session.part.first_ns
+    stamps = session.stamps()
+    number = int(np.flatnonzero(stamps == stamp_ns)[0])
+    first_ns = int(stamps[0]) if session.part is None else session.part.first_ns
+    block = next(block for block in session.blocks(BLOCK_FRAMES) if stamp_ns in block.stamp_ns)
+    row = int(np.flatnonzero(block.stamp_ns == stamp_ns)[0])
     time = (stamp_ns - first_ns) / 1e9
     position, quaternion = block.position[row, body], block.quaternion_xyzw[row, body]
     what = f"position {position.tolist()} is not finite"
