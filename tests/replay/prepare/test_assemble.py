@@ -108,10 +108,8 @@ def test_a_cut_does_not_change_what_is_interpolated_at_its_border():
     ("window", "words"),
     [
         ({"start": 0.2}, "the session runs from 0 to 0.100 s"),
-        ({"end": -1.0}, "no frame lies between"),
         ({"start": 0.011, "end": 0.019}, "no frame lies between"),
         ({"start": np.nan}, "is no time of a recording"),
-        ({"end": -np.inf}, "is no time of a recording"),
         ({"end": 1e10}, "is no time of a recording"),
     ],
 )

@@ -40,7 +40,6 @@ def test_a_child_carries_the_doubt_about_its_parents():
     assert found.bodies[2].tolist() == [0, found.bodies[2, 2], found.bodies[2, 2]] and found.bodies[2, 2]
 
 
-def test_each_value_of_a_flag_has_its_words():
-    words = [flag_word(value) for value in range(1 << len(FLAG_KINDS))]
-    assert words[0] == "" and len(set(words)) == 1 << len(FLAG_KINDS)
-    assert words[1 << FLAG_KINDS.index("frozen") | 1 << FLAG_KINDS.index("gap")] == "frozen+gap"
+def test_a_flag_names_its_kinds():
+    assert flag_word(0) == ""
+    assert flag_word(1 << FLAG_KINDS.index("frozen") | 1 << FLAG_KINDS.index("gap")) == "frozen+gap"

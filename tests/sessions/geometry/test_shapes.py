@@ -1,10 +1,8 @@
 import numpy as np
 import pytest
-from support.prisms import prism
 
 from sessions.errors import SceneError
 from sessions.geometry.shapes import SIZES, make_shape
-from sessions.geometry.solids import box, pointed_ball
 from sessions.mesh_data import is_closed
 
 CASES = {
@@ -49,17 +47,3 @@ def test_more_faces_than_memory_holds_are_refused():
 def test_an_impossible_shape_is_refused(shape, size, message):
     with pytest.raises(SceneError, match=message):
         make_shape(shape, size)
-
-
-MESHES = {
-    "block": box((0.5, 0.25, 0.125)), "ball": pointed_ball(1 / 32), "fine ball": pointed_ball(1 / 32, 4),
-    "prism": prism(12, 1 / 128, 0.25), "ring": prism(16, 3 / 64, 1 / 64, hole=1 / 32),
-}  # fmt: skip
-
-
-def test_the_flats_of_a_ring_face_along_x_at_the_exact_distance():
-    x = np.abs(MESHES["ring"].vertices[:, 0])
-    radial = np.hypot(MESHES["ring"].vertices[:, 0], MESHES["ring"].vertices[:, 2])
-    for size in (1 / 32, 3 / 64):
-        assert (x == size).sum() == 8
-        assert radial.min() >= 1 / 32

@@ -27,7 +27,9 @@ def test_any_mesh_survives_glb_bit_for_bit(vertex_count, face_count, seed):
     rng = np.random.default_rng(seed)
     vertices = rng.standard_normal((vertex_count, 3)) * 10.0 ** rng.integers(-12, 6, (vertex_count, 1))
     vertices[rng.random(vertex_count) < 0.2] = vertices[0]
+    vertices[1] = -0.0
     mesh = MeshData(vertices, rng.integers(0, vertex_count, (face_count, 3)))
+    assert mesh.vertices.tobytes() == (vertices + 0.0).tobytes()  # which makes zeros of negative ones
     assert same(mesh_from_bytes(mesh_to_glb(mesh, "soup"), "glb"), mesh)
 
 
@@ -62,13 +64,6 @@ def test_an_order_that_is_none_is_refused(order):
 
 
 TETRAHEDRON = ([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-
-
-@given(st.lists(st.floats(-1e30, 1e30), min_size=9, max_size=9))
-def test_every_vertex_keeps_its_bits_and_negative_zeros_become_zeros(numbers):
-    mesh = MeshData(np.reshape(numbers, (3, 3)), [[0, 1, 2]])
-    assert mesh.vertices.dtype == np.float64
-    assert mesh.vertices.tobytes() == (np.reshape(numbers, (3, 3)) + 0.0).tobytes()
 
 
 @pytest.mark.parametrize(
