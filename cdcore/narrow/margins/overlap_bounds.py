@@ -36,8 +36,9 @@ def overlap_bounds(pairs: FloatArray) -> tuple[FloatArray, FloatArray, FloatArra
     overlap = np.minimum(high[:, 0] - low[:, 1], high[:, 1] - low[:, 0])
     rounding = PROJECTION_ULPS * EPS * extent
     turning = DIRECTION_ULPS * EPS * extent * lengths / length
-    least = np.where(known, overlap - rounding - turning, np.inf).min(axis=1)
-    # of a triangle without a normal nothing is known, across edges that are nearly parallel nearly nothing
-    least -= np.where(known[:, :2].all(axis=1), np.where(known.all(axis=1), 0.0, PARALLEL_PAD * extent[:, 0]), np.inf)
+    # along the normal of a triangle that has none anything may be less, across edges that are nearly parallel little
+    unknown = np.where(np.arange(known.shape[1]) < 2, -np.inf, np.inf)
+    least = np.where(known, overlap - rounding - turning, unknown).min(axis=1)
+    least -= np.where(known.all(axis=1), 0.0, PARALLEL_PAD * extent[:, 0])
     most = np.where(known, overlap + rounding + turning, np.inf).min(axis=1)
     return least, most, np.where(known, -overlap - rounding, -np.inf).max(axis=1)

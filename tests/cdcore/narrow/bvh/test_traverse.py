@@ -49,11 +49,6 @@ def test_relative_arithmetic_stays_within_the_pad_of_the_reference_vertices(dist
     assert worst < 0.1
 
 
-def test_the_pad_grows_with_size_and_skew():
-    assert position_pad(2.0, 0.0) == 2 * position_pad(1.0, 0.0)
-    assert position_pad(1.0, 1e-9) > 8e-9
-
-
 @kernel
 def gap_of(row, frame, pad):
     pair = pair_memory(row)
