@@ -35,6 +35,9 @@ ORTHONORMAL_KEEP: Final = 64.0 * EPS
 ORTHONORMAL_REJECT: Final = 1e-3
 """Above this a matrix is not a rotation but a scale, a shear or an error."""
 
+QUATERNION_REJECT: Final = 1e-3
+"""Largest accepted distance of a quaternion's norm from 1."""
+
 
 def row_length(count: Any) -> Any:
     """Numbers in a row of entries of so many frames: eight from any of them lie in the row, and whole eights."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,11 +15,13 @@ from cdcore.errors import InvalidPoseError
 from cdcore.numerics import (
     ORTHONORMAL_KEEP,
     ORTHONORMAL_REJECT,
+    QUATERNION_REJECT,
     BoolArray,
     FloatArray,
     IntArray,
     readonly,
 )
+from cdcore.transforms.rigid import rotation_from_quaternion
 
 
 @dataclass(frozen=True, eq=False, init=False)
@@ -97,6 +100,33 @@ class Motion:
         unknown = np.zeros(valid.shape[1], dtype=np.bool_)
         motion._set(_times(times), translations, rotations, valid, linked & valid, 0, 0.0, unknown)
         return motion
+
+    @classmethod
+    def from_quaternions(
+        cls, times: ArrayLike, translations: ArrayLike, quaternions_xyzw: ArrayLike, valid: ArrayLike | None = None, *,
+        linked: ArrayLike | None = None, names: Sequence[str] | None = None,
+    ) -> Motion:  # fmt: skip
+        """Build a motion from unit quaternions (T, N, 4), xyzw; norms up to 1e-3 off 1 are renormalised in float64.
+
+        Raises
+        ------
+        InvalidPoseError
+            A quaternion that is zero, not finite or further off; names frame and body.
+        """
+        clock = _times(times)
+        q = _array(quaternions_xyzw, "quaternions_xyzw", (len(clock), None, 4))
+        mask = _mask(valid, q.shape[:2], "valid")
+        q[~mask] = 0.0, 0.0, 0.0, 1.0
+        with np.errstate(over="ignore"):
+            off = ~(np.abs(np.linalg.norm(q, axis=2) - 1.0) <= QUATERNION_REJECT)
+        if off.any():
+            bad = int(off.argmax())
+            given = q.reshape(-1, 4)[bad].tolist()
+            what = f"quaternion {given} has norm {math.hypot(*given):.6g}, not 1"
+            what += "; flag the pose as not valid or repair it"
+            raise InvalidPoseError(_where(bad, mask, clock, names) + what)
+        place = _array(translations, "translations", (len(clock), mask.shape[1], 3))
+        return cls(clock, place, rotation_from_quaternion(q), mask, linked=linked, names=names)
 
     @classmethod
     def from_matrices(

@@ -10,6 +10,7 @@ from support.shapes import nearest_rotation, orthonormality_error, random_rotati
 from cdcore import Motion
 from cdcore.errors import InvalidPoseError
 from cdcore.numerics import ORTHONORMAL_KEEP
+from cdcore.transforms.rigid import rotation_from_quaternion
 
 TIMES = np.arange(6) / 90
 
@@ -34,11 +35,18 @@ def test_good_rotations_keep_every_bit():
     assert motion.worst_orthonormality <= ORTHONORMAL_KEEP
 
 
-def test_matrices_and_their_parts_give_the_same_bits():
-    place, turn = arrays(seed=1)
-    plain, other = Motion(TIMES, place, turn), Motion.from_matrices(TIMES, matrices(place, turn))
-    assert other.rotations.tobytes() == plain.rotations.tobytes()
-    assert other.translations.tobytes() == plain.translations.tobytes()
+def test_the_three_ways_to_build_one_give_the_same_bits():
+    rng = np.random.default_rng(1)
+    place, quaternions = rng.normal(size=(6, 2, 3)), rng.normal(size=(6, 2, 4))
+    quaternions /= np.linalg.norm(quaternions, axis=-1, keepdims=True)
+    turn = rotation_from_quaternion(quaternions)
+    plain = Motion(TIMES, place, turn)
+    for other in (
+        Motion.from_quaternions(TIMES, place, quaternions),
+        Motion.from_matrices(TIMES, matrices(place, turn)),
+    ):
+        assert other.rotations.tobytes() == plain.rotations.tobytes()
+        assert other.translations.tobytes() == plain.translations.tobytes()
 
 
 @pytest.mark.parametrize(("digits", "worst"), [(6, 2e-6), (4, 2e-4)])
@@ -94,6 +102,23 @@ def test_the_same_pose_flagged_as_not_valid_is_not_looked_at():
 
 
 @pytest.mark.parametrize(
+    "quaternion",
+    [[0] * 4, [0, 0, 0, 0.5], [0, 0, 0, 0.998], [0, 0, 0, 1.002], [0, np.nan, 0, 1], [1e200, 0, 0, 0]],
+)
+def test_a_quaternion_that_is_none_is_refused(quaternion):
+    quaternions = np.tile([0.0, 0, 0, 1], (6, 2, 1))
+    quaternions[4, 0] = quaternion
+    with pytest.raises(
+        InvalidPoseError, match=r"frame 4 .* body left: quaternion .* has norm .*, not 1; flag the pose"
+    ):
+        Motion.from_quaternions(TIMES, np.zeros((6, 2, 3)), quaternions, names=["left", "right"])
+    valid = np.ones((6, 2), dtype=bool)
+    valid[4, 0] = False
+    motion = Motion.from_quaternions(TIMES, np.zeros((6, 2, 3)), quaternions, valid)
+    assert np.array_equal(motion.rotations[4, 0], np.eye(3))
+
+
+@pytest.mark.parametrize(
     ("times", "message"),
     [
         ([0, 1, 1, 2, 3, 4], "frame 2: time 1.0 s does not come after 1.0 s|frame 2: time .*1.0.* does not come after"),
@@ -120,6 +145,10 @@ def test_times_that_do_not_increase_are_refused(times, message):
         (lambda: Motion(TIMES, "here", np.zeros((6, 2, 3, 3))), "translations are not an array of numbers"),
         (lambda: Motion.from_matrices(TIMES, np.tile(np.eye(4), (5, 2, 1, 1))), "poses have shape"),
         (lambda: Motion.from_matrices(TIMES, np.tile(2 * np.eye(4), (6, 2, 1, 1))), "last row is .*column-convention"),
+        (
+            lambda: Motion.from_quaternions(TIMES, np.zeros((6, 1, 3)), np.tile([0.0, 0, 0, 1], (6, 2, 1))),
+            "translations have",
+        ),
     ],
 )
 def test_arrays_that_do_not_fit_are_refused_by_shape(build, message):
@@ -198,6 +227,7 @@ def test_a_pose_that_goes_bad_after_repeats_of_a_good_one_is_refused(spoil):
 
 def test_no_frames_are_a_motion():
     assert len(Motion([], np.zeros((0, 3, 3)), np.zeros((0, 3, 3, 3)))) == 0
+    assert Motion.from_quaternions([], np.zeros((0, 3, 3)), np.zeros((0, 3, 4))).body_count == 3
 
 
 def test_a_motion_of_poses_known_to_be_rigid_keeps_them_and_loads_no_compiler():
