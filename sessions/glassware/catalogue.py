@@ -3,7 +3,6 @@
 import importlib
 from collections.abc import Mapping
 from functools import lru_cache, partial
-from types import MappingProxyType
 from typing import Any
 
 from sessions.errors import SessionError
@@ -22,9 +21,7 @@ _MODULES = {
     "glass": "burette delivery_tube gas_jar_cover",
     "devices": "hand_left hand_right proxy_wand proxy_headset",
 }
-INSTRUMENTS: Mapping[str, str] = MappingProxyType(
-    {name: module for module, names in _MODULES.items() for name in names.split()}
-)
+INSTRUMENTS: Mapping[str, str] = {name: module for module, names in _MODULES.items() for name in names.split()}
 """Name -> module of this package, imported on use."""
 
 

@@ -112,9 +112,8 @@ def turned_vessel(shape: Shape, faces: int) -> Turned:
         mesh = sewn([*inner_rings, *rim, *outer_rings[::-1], *low], around=True, falling_from=down)
     else:
         base = _foot_rings(shape.foot, angles) if shape.foot else []
-        kept = [
-            ring for ring, (_, y) in zip(outer_rings, outer, strict=True) if not shape.foot or y > shape.foot.top + 1e-9
-        ]
+        lowest = shape.foot.top + 1e-9 if shape.foot else -np.inf
+        kept = [ring for ring, (_, y) in zip(outer_rings, outer, strict=True) if y > lowest]
         mesh = sewn([*inner_rings, *rim, *kept[::-1], *base], falling_from=down)
     return Turned(mesh, inner, inner_rings, shape.spout.depth if shape.spout else 0.0)
 
@@ -192,13 +191,10 @@ def _half_round(start: Ring, end: Ring, segments: int, outward: NDArray[np.float
 
 
 def _foot_rings(foot: Foot, angles: NDArray[np.float64]) -> list[Ring]:
-    scale = area_factor(angles)
     hexagon = np.cos(np.pi / 6.0) / np.cos(np.mod(angles, np.pi / 3.0) - np.pi / 6.0)
-    rings = []
-    for r, y in foot.outline:
-        if r == 0.0:
-            rings.append(_pole(y))
-            continue
-        radius = r * hexagon if r > foot.hexagonal_beyond else np.full_like(angles, r * scale)
-        rings.append(np.column_stack([radius * np.cos(angles), np.full_like(angles, y), radius * np.sin(angles)]))
-    return rings
+    circle = np.column_stack([np.cos(angles), np.zeros_like(angles), np.sin(angles)])
+    rings = turned(np.array(foot.outline), angles)
+    return [
+        (r * hexagon)[:, None] * circle + np.array([0.0, y, 0.0]) if r > foot.hexagonal_beyond else ring
+        for ring, (r, y) in zip(rings, foot.outline, strict=True)
+    ]

@@ -33,7 +33,7 @@ def from_row(faces: int, *, name: str) -> Instrument:
             inner = sampled(trial.strokes, trial.resolution(faces)[1])
             return volume_below(inner, metres(row["mark"])) - capacity
 
-        shape = _shape(row, solved(missing, *map(metres, row["bulb_between"])))
+        shape = _shape(row, solved(missing, *metres(row["bulb_between"])))
     turned = turned_vessel(shape, faces)
     if "tip_down" in row:
         return _tip_down(row, name, turned, capacity)
@@ -71,9 +71,7 @@ def _shape(row: dict[str, Any], bulb: float = 1.0) -> Shape:
         wall=metres(row["wall"]),
         spout=spout
         and Spout(
-            depth=metres(spout["depth"]),
-            height=metres(spout["height"]),
-            half_angle=np.radians(spout["half_angle_deg"]),
+            depth=metres(spout["depth"]), height=metres(spout["height"]), half_angle=np.radians(spout["half_angle_deg"])
         ),
         foot=foot and Foot(**{key: metres(value) for key, value in foot.items()}),
         open_below=row.get("open_below", False),
@@ -82,8 +80,8 @@ def _shape(row: dict[str, Any], bulb: float = 1.0) -> Shape:
 
 def _strokes(corners: Sequence[Sequence[Any]], bulb: float = 1.0) -> list[Stroke]:
     """Strokes along rows of corners; the radius of a bulb in metres."""
-    rows: list[tuple[float, ...]] = []
-    for r, y, *how in corners:
-        radius = float(r.removesuffix("bulb")) * bulb if isinstance(r, str) else metres(r)
-        rows.append((radius, metres(y), *map(metres, how[:1]), *how[1:]))
-    return rounded(rows)
+
+    def radius(written: Any) -> Any:
+        return float(written.removesuffix("bulb")) * bulb if isinstance(written, str) else metres(written)
+
+    return rounded([(radius(r), *metres([y, *how[:1]]), *how[1:]) for r, y, *how in corners])

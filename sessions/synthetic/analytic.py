@@ -17,7 +17,7 @@ from sessions.model.constants import HEADSET_HZ
 from sessions.model.session import Session
 from sessions.synthetic.assembly import MADE_UP, START_NS, Recording, recorded
 from sessions.synthetic.motion_profiles import MotionProfile, Swing, passes
-from sessions.synthetic.paths import Path, Poses, still
+from sessions.synthetic.paths import Path, Poses, Standing
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.truth import Level, Pair, PlantedEpisode, Truth, levelled, ordered
 
@@ -49,7 +49,7 @@ def ball_plate(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     profile = Swing(BALL + 0.02, 0.03, float(rng.uniform(1.1, 1.5)), float(rng.uniform(0.0, 1.0)))
     return AnalyticCase(
         {"ball": pointed_ball(BALL), "plate": box((0.5, plate, 0.5))},
-        {"ball": on_axis(1, profile), "plate": still((0.0, -plate / 2.0, 0.0))},
+        {"ball": on_axis(1, profile), "plate": Standing((0.0, -plate / 2.0, 0.0))},
         {ordered("ball", "plate"): lambda level: profile.between(-plate - BALL - level, BALL + level, seconds)},
     )
 
@@ -61,7 +61,7 @@ def fast_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     profile = passes([speeds[k % 5] for k in range(count)], rng.uniform(0.15, 0.35, count).tolist(), 0.1)
     return AnalyticCase(
         {"ball": pointed_ball(ball), "wall": box((0.2, wall, 0.2))},
-        {"ball": on_axis(1, profile), "wall": still((0.0, 0.0, 0.0))},
+        {"ball": on_axis(1, profile), "wall": Standing((0.0, 0.0, 0.0))},
         {ordered("ball", "wall"): within(profile, wall / 2.0 + ball, seconds)},
     )
 

@@ -73,26 +73,24 @@ class Instruments:
         """A named place in the body's own frame, (3,)."""
         return np.array(self.instruments[name].sites[site])
 
-    def bodies(self) -> tuple[SceneBody, ...]:
+    def bodies(self) -> list[SceneBody]:
         """The scene's bodies in the order they were given."""
-        return tuple(self._body(name, item) for name, item in self.placed.items())
-
-    def _body(self, name: str, item: Placed) -> SceneBody:
-        instrument = self.instruments[name]
-        extra: dict[str, Any] = {"mass": round(float(instrument.mass), 4), "faces": item.faces or self._faces}
-        if item.options:
-            extra["options"] = dict(item.options)
-        if item.properties:
-            extra["properties"] = dict(item.properties)
-        return SceneBody(
-            name,
-            instrument=item.instrument,
-            group=item.group,
-            parent=item.parent,
-            fixed=None if item.moves else Pose(item.position, item.quaternion),
-            tags=tuple(dict.fromkeys((*instrument.tags, *item.tags))),
-            extra=extra,
-        )
+        bodies = []
+        for name, item in self.placed.items():
+            instrument = self.instruments[name]
+            extra: dict[str, Any] = {"mass": round(float(instrument.mass), 4), "faces": item.faces or self._faces}
+            tables = {"options": dict(item.options), "properties": dict(item.properties)}
+            body = SceneBody(
+                name,
+                instrument=item.instrument,
+                group=item.group,
+                parent=item.parent,
+                fixed=None if item.moves else Pose(item.position, item.quaternion),
+                tags=tuple(dict.fromkeys((*instrument.tags, *item.tags))),
+                extra=extra | {key: table for key, table in tables.items() if table},
+            )
+            bodies.append(body)
+        return bodies
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,8 @@ from sessions.model.session import Session
 from sessions.synthetic.analytic import unturned
 from sessions.synthetic.assembly import MADE_UP, START_NS, Recording, recorded
 from sessions.synthetic.bench import BENCH_TOP, SIDES, STAND_M, Instruments, Placed, with_text
-from sessions.synthetic.paths import Path, Point, Poses, carried
+from sessions.synthetic.paths import Path, Point, Poses, Standing, carried
 from sessions.synthetic.rng import random_stream
-from sessions.synthetic.things import Standing
 from sessions.synthetic.truth import Truth
 
 NAME: Final = "crowded-lab"
@@ -86,7 +85,7 @@ def _packed(layout: Instruments, names: Sequence[str]) -> Iterator[Point]:
 def _trembling(place: Point, times: Array, rng: np.random.Generator) -> Poses:
     """A glass on the shaker: upright, in circles of its own phase."""
     rate, phase = rng.uniform(2.0, 4.0), rng.uniform(0.0, 2 * np.pi)
-    position, turn = Standing(place)(times, {})
+    position, turn = Standing(place)(times)
     position[:, 0] += TREMBLE_M * np.sin(2 * np.pi * rate * times + phase)
     position[:, 2] += TREMBLE_M * np.cos(2 * np.pi * rate * times + phase)
     return position, turn

@@ -1,14 +1,15 @@
-"""How a body moves: rests joined by minimum-jerk reaches, with taps, stirring and tremor laid over them."""
+"""How a body moves: rests joined by minimum-jerk reaches, with taps, stirring and tremor laid over them; and what
+becomes of a thing on the bench: it stands, is held, falls."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from sessions.geometry.profile import solved
-from sessions.geometry.rotations import IDENTITY, Array, quaternion_inverse, quaternion_product, rotated, slerp
+from sessions.geometry.rotations import IDENTITY, Array, quaternion_product, rotated, slerp
 
 Point = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -19,7 +20,13 @@ Overlay = Callable[[Array], Array]
 """Times (n,) -> what is added to the positions (n, 3)."""
 
 
+PosesAt = Callable[[Array, Mapping[str, Poses]], Poses]
+"""Times (n,) of the recorded clock and the recorded poses of the hands at them -> poses of the thing."""
+
 OPENING_S = 0.8
+
+# Standard gravity, m/s2 (CGPM 1901).
+GRAVITY = 9.80665
 
 
 def minimum_jerk(share_of_time: ArrayLike) -> Array:
@@ -156,20 +163,15 @@ class Stir:
     taps: tuple[Tap, ...] = ()
     """Of the radius; their directions count for nothing."""
 
-    def reach(self, times: Array) -> Array:
-        """Distance (n,) from the middle of the circles."""
+    def __call__(self, times: Array) -> Array:
+        """Displacements (n, 3)."""
         opened = minimum_jerk((times - self.start) / OPENING_S)
         closed = minimum_jerk((self.end - times) / OPENING_S)
         radius = self.radius * np.minimum(opened, closed)
         for tap in self.taps:
             radius = radius + tap.amplitude * knock((times - tap.start) / tap.period)
-        return radius
-
-    def __call__(self, times: Array) -> Array:
-        """Displacements (n, 3)."""
         angle = 2.0 * np.pi * self.turns_per_second * (times - self.start)
-        circle = np.stack([np.cos(angle), np.zeros_like(angle), np.sin(angle)], axis=-1)
-        return self.reach(times)[..., None] * circle
+        return radius[..., None] * np.stack([np.cos(angle), np.zeros_like(angle), np.sin(angle)], axis=-1)
 
 
 class Tremor:
@@ -198,19 +200,66 @@ class Tremor:
         return self._amplitude * gate[..., None] * sway
 
 
-def still(position: ArrayLike, quaternion: ArrayLike = IDENTITY) -> KeyPath:
-    """A body that never moves."""
-    return KeyPath([Key(0.0, position, quaternion), Key(1.0, position, quaternion)])
-
-
 def carried(poses: Poses, offset_position: ArrayLike, offset_quaternion: ArrayLike = IDENTITY) -> Poses:
     """Poses of a thing rigidly held: its pose in the holder's frame is constant."""
     position, quaternion = poses
     return position + rotated(quaternion, offset_position), quaternion_product(quaternion, offset_quaternion)
 
 
-def relative(holder: tuple[ArrayLike, ArrayLike], held: tuple[ArrayLike, ArrayLike]) -> tuple[Array, Array]:
-    """Pose of ``held`` in the frame of ``holder``, each (position (3,), quaternion (4,))."""
-    back = quaternion_inverse(holder[1])
-    step = np.asarray(held[0], dtype=np.float64) - np.asarray(holder[0], dtype=np.float64)
-    return rotated(back, step), quaternion_product(back, held[1])
+@dataclass(frozen=True)
+class Standing:
+    """It stays where it is."""
+
+    position: ArrayLike
+    quaternion: ArrayLike = IDENTITY
+
+    def __call__(self, times: Array, _hands: Mapping[str, Poses] | None = None) -> Poses:
+        """Poses at these times."""
+        return np.tile(self.position, (len(times), 1)), np.tile(self.quaternion, (len(times), 1))
+
+
+@dataclass(frozen=True)
+class Held:
+    """It rides on a hand: its pose in the hand's frame is constant."""
+
+    hand: str
+    offset: ArrayLike
+    turn: ArrayLike = IDENTITY
+
+    def __call__(self, _times: Array, hands: Mapping[str, Poses]) -> Poses:
+        """Poses at these times."""
+        return carried(hands[self.hand], self.offset, self.turn)
+
+
+@dataclass(frozen=True)
+class Falling:
+    """It falls freely from rest at ``start`` down to the height ``floor`` and stays there."""
+
+    start: float
+    position: Array
+    quaternion: Array
+    floor: float
+
+    def time_at(self, height: float) -> float:
+        """When it passes a height between where it starts and ``floor``."""
+        return self.start + float(np.sqrt(2.0 * (self.position[1] - height) / GRAVITY))
+
+    def speed_at(self, height: float) -> float:
+        """How fast it passes a height, m/s."""
+        return float(np.sqrt(2.0 * GRAVITY * (self.position[1] - height)))
+
+    def __call__(self, times: Array, _hands: Mapping[str, Poses]) -> Poses:
+        """Poses at these times."""
+        place, turn = Standing(self.position, self.quaternion)(times)
+        place[:, 1] = np.maximum(self.floor, place[:, 1] - 0.5 * GRAVITY * (times - self.start) ** 2)
+        return place, turn
+
+
+def placed_by(phases: Sequence[tuple[float, PosesAt]], times: Array, hands: Mapping[str, Poses]) -> Poses:
+    """Poses (n, 3) and (n, 4) of a thing at all frames; each phase (start, placing) lasts until the next one starts."""
+    position, quaternion = phases[0][1](times, hands)
+    for start, placing in phases[1:]:
+        begun = (times >= start)[:, None]
+        later = placing(times, hands)
+        position, quaternion = np.where(begun, later[0], position), np.where(begun, later[1], quaternion)
+    return position, quaternion

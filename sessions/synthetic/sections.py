@@ -87,7 +87,7 @@ def approach(mover: MeshData, turn: ArrayLike, target: MeshData, direction: Arra
     low, high = max(placed.low, other.low), min(placed.high, other.high)
     if not low < high:
         raise ValueError(f"mover and target share no height (mover's origin {height} m up); change the height")
-    planes = np.linspace(low, high, max(2, int(np.ceil((high - low) / SECTION_STEP_M)) + 1))
+    planes = _planes(low, high)
     sections = [(placed.section(y), other.section(y)) for y in planes]
     aside, sure = _foremost(sections, forward, right)
     possible = max(
@@ -108,8 +108,7 @@ def round_in_round(inside: MeshData, outside: MeshData, height: float) -> tuple[
     shift = np.array([0.0, height, 0.0])
     inner, outer = _Posed(inside.vertices + shift, inside.faces), _Posed(outside.vertices, outside.faces)
     low, high = inner.low, min(inner.high, outer.high)
-    count = max(2, int(np.ceil((high - low) / SECTION_STEP_M)) + 1)
-    planes = np.linspace(low + END_INSET_M, high - END_INSET_M, count)
+    planes = _planes(low, high, END_INSET_M)
     possible = min(_clear_radius(outer.cuts(y)) - float(_radii(inner.section(y)).max(initial=0.0)) for y in planes)
     sections = [(inner.section(y), outer.section(y)) for y in planes]
     sections = [(rod, wall) for rod, wall in sections if len(rod) > 2 and len(wall) > 2]
@@ -117,6 +116,10 @@ def round_in_round(inside: MeshData, outside: MeshData, height: float) -> tuple[
     plain = [pair for pair, width in zip(sections, widths, strict=True) if width < 1.01 * np.median(widths)]
     sure = min(_inner_radius(wall) - inscribed_radius(rod) for rod, wall in plain)
     return float(max(sure, possible)), float(possible)
+
+
+def _planes(low: float, high: float, inset: float = 0.0) -> Array:
+    return np.linspace(low + inset, high - inset, max(2, int(np.ceil((high - low) / SECTION_STEP_M)) + 1))
 
 
 def _radii(points: Array) -> Array:

@@ -52,7 +52,7 @@ class Loss:
     start: float
     end: float
     settled: float
-    step: tuple[float, float, float]
+    step: Array
 
 
 def planned_losses(
@@ -81,7 +81,7 @@ def _loss(rng: np.random.Generator, seconds: float, noise: TrackerNoise) -> Loss
     step = size * direction / np.linalg.norm(direction)
     start = rng.uniform(0.5, max(0.6, seconds))
     settled = start + length + noise.settle_s * float(np.log(size / noise.position_rms_m))
-    return Loss(start, start + length, settled, (float(step[0]), float(step[1]), float(step[2])))
+    return Loss(start, start + length, settled, step)
 
 
 def disturbed(poses: Poses, times: Array, noise: TrackerNoise, rng: np.random.Generator) -> Poses:
@@ -113,11 +113,10 @@ def with_losses(
     for loss in losses:
         lost = (times >= loss.start) & (times < loss.end)
         after = times >= loss.end
-        step = np.asarray(loss.step)
-        position[after] += np.exp(-(times[after] - loss.end) / noise.settle_s)[:, None] * step
+        position[after] += np.exp(-(times[after] - loss.end) / noise.settle_s)[:, None] * loss.step
         last = max(0, int(np.searchsorted(times, loss.start)) - 1)
         share = (times[lost] - loss.start) / (loss.end - loss.start)
-        position[lost] = position[last] + share[:, None] * step
+        position[lost] = position[last] + share[:, None] * loss.step
         quaternion[lost] = quaternion[last]
         valid[lost] = False
     return (position, quaternion), valid

@@ -13,7 +13,7 @@ from sessions.geometry.solids import box, pointed_ball
 from sessions.synthetic import analytic
 from sessions.synthetic.analytic import BALL, AnalyticCase, on_axis, unturned, within
 from sessions.synthetic.motion_profiles import MotionProfile, Swing, joined, passes
-from sessions.synthetic.paths import Poses, still
+from sessions.synthetic.paths import Poses, Standing
 from sessions.synthetic.truth import Interval, ordered
 
 SMALL_BALL = 1.0 / 64.0
@@ -83,7 +83,7 @@ def ball_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     profile = Swing(BALL + SMALL_BALL + 0.02, 0.025, float(rng.uniform(0.9, 1.3)), float(rng.uniform(0.0, 1.0)))
     return AnalyticCase(
         {"ball": pointed_ball(BALL), "small-ball": pointed_ball(SMALL_BALL)},
-        {"ball": still((0.0, 0.0, 0.0)), "small-ball": on_axis(0, profile)},
+        {"ball": Standing((0.0, 0.0, 0.0)), "small-ball": on_axis(0, profile)},
         {ordered("ball", "small-ball"): within(profile, BALL + SMALL_BALL, seconds)},
     )
 
@@ -101,7 +101,7 @@ def ball_ball_oblique(rng: np.random.Generator, seconds: float) -> AnalyticCase:
 
     return AnalyticCase(
         meshes,
-        {"ball": on_axis(2, profile), "other-ball": still((aside, 0.0, 0.0))},
+        {"ball": on_axis(2, profile), "other-ball": Standing((aside, 0.0, 0.0))},
         {ordered("ball", "other-ball"): contact},
         tessellation=2.0 * inscribed_depth(meshes["ball"]),
     )
@@ -119,7 +119,7 @@ def rod_ring(rng: np.random.Generator, seconds: float) -> AnalyticCase:
 
     return AnalyticCase(
         {"rod": prism(12, rod, 0.25), "ring": prism(16, outer, 1.0 / 64.0, hole=hole)},
-        {"rod": path, "ring": still((0.0, 0.0, 0.0))},
+        {"rod": path, "ring": Standing((0.0, 0.0, 0.0))},
         {ordered("ring", "rod"): lambda level: outside(sway, hole - rod - level, outer + rod + level, seconds)},
         lever=0.15,
     )
@@ -142,7 +142,7 @@ def spinning_rod(rng: np.random.Generator, seconds: float) -> AnalyticCase:
 
     return AnalyticCase(
         {"rod": box((0.3, 2.0 * half_width, 2.0 * half_width)), "post": prism(sides, post, 0.1)},
-        {"rod": path, "post": still((distance, 0.0, 0.0))},
+        {"rod": path, "post": Standing((distance, 0.0, 0.0))},
         {ordered("post", "rod"): contact},
         tessellation=post * (1.0 - np.cos(np.pi / sides)),
         lever=0.15,
@@ -158,7 +158,7 @@ def grazing_ball(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     profile = Dips(times, tuple(BALL + clearances[int(k) % 5] for k in order), 0.3)
     return AnalyticCase(
         {"ball": pointed_ball(BALL), "plate": box((0.5, plate, 0.5))},
-        {"ball": on_axis(1, profile), "plate": still((0.0, -plate / 2.0, 0.0))},
+        {"ball": on_axis(1, profile), "plate": Standing((0.0, -plate / 2.0, 0.0))},
         {ordered("ball", "plate"): lambda level: profile.between(-BALL, BALL + level, seconds)},
     )
 
@@ -169,7 +169,7 @@ def ball_in_box(rng: np.random.Generator, seconds: float) -> AnalyticCase:
     profile = Swing(0.0, half + SMALL_BALL + 0.02, float(rng.uniform(2.5, 3.5)), float(rng.uniform(0.0, 1.0)))
     return AnalyticCase(
         {"ball": pointed_ball(SMALL_BALL), "box": box((2.0 * half, 2.0 * half, 2.0 * half))},
-        {"ball": on_axis(0, profile), "box": still((0.0, 0.0, 0.0))},
+        {"ball": on_axis(0, profile), "box": Standing((0.0, 0.0, 0.0))},
         {pair: lambda level: outside(profile, half - SMALL_BALL - level, half + SMALL_BALL + level, seconds)},
         {pair: within(profile, half - SMALL_BALL, seconds)},
     )

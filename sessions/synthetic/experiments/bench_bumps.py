@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike
 from sessions.synthetic.bench import BENCH_TOP, STAND_M
 from sessions.synthetic.experiments.lab import AWAY, SNAP, Lab
 from sessions.synthetic.experiments.steps import looking
-from sessions.synthetic.paths import Dent, KeyPath, Stir, minimum_jerk_inverse
+from sessions.synthetic.paths import Dent, Held, KeyPath, Standing, Stir, minimum_jerk_inverse
 from sessions.synthetic.sections import round_in_round
-from sessions.synthetic.things import Held, Standing
 from sessions.synthetic.truth import Interval
 
 GRIP_HEIGHT = 0.19

@@ -17,10 +17,9 @@ from sessions.synthetic.analytic import ROUNDING_M
 from sessions.synthetic.assembly import START_NS, Recording
 from sessions.synthetic.bench import BENCH_TOP, SIDES, Declaration
 from sessions.synthetic.choreography import Script
-from sessions.synthetic.paths import Dent, KeyPath, Tap, relative
+from sessions.synthetic.paths import Dent, Falling, Held, KeyPath, PosesAt, Standing, Tap
 from sessions.synthetic.rng import random_stream
 from sessions.synthetic.sections import Approach, approach
-from sessions.synthetic.things import Falling, Held, PosesAt, Standing
 from sessions.synthetic.truth import Fact, Level, Pair, PlantedEpisode, levelled, ordered
 from sessions.synthetic.truth import Interval as Span
 
@@ -135,9 +134,10 @@ class Lab:
         script.over(grip, self.travel, quaternion=IDENTITY)
         script.wait(0.3)
         lifted = position + SNAP * UP
-        offset, own = relative((script.position, script.quaternion), (lifted, quaternion))
+        back = quaternion_inverse(script.quaternion)
+        in_hand = rotated(back, lifted - script.position), quaternion_product(back, quaternion)
         moment = script.now + self.late
-        self.things[thing].append((moment, Held(f"hand-{side}", offset, own)))
+        self.things[thing].append((moment, Held(f"hand-{side}", *in_hand)))
         self.where[thing] = (lifted, quaternion)
         self.held[side] = thing
         self.fact("grasp", moment, moment, (thing, f"hand-{side}"))

@@ -10,10 +10,7 @@ import numpy as np
 from sessions.geometry.profile import solved
 from sessions.glassware.instrument import Cavity
 from sessions.meshes.mesh_files import volume_cut_off
-from sessions.synthetic.paths import minimum_jerk
-
-# Standard gravity, m/s2 (CGPM 1901).
-GRAVITY = 9.80665
+from sessions.synthetic.paths import GRAVITY, minimum_jerk
 
 RIM_WITHIN: Final = 1e-6
 """Metres; vertices of a cavity no lower than this below its lip are its rim."""

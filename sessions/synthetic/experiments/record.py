@@ -17,14 +17,11 @@ from sessions.synthetic.bench import SIDES, Declaration, Placed, with_text
 from sessions.synthetic.choreography import Script, controllers
 from sessions.synthetic.experiments import bench_bumps, steps
 from sessions.synthetic.experiments.lab import Lab
-from sessions.synthetic.paths import KeyPath
+from sessions.synthetic.paths import Held, KeyPath, placed_by
 from sessions.synthetic.rng import random_stream
-from sessions.synthetic.things import Held, placed_by
 from sessions.synthetic.truth import Fact, Truth
 
 FACES = 3000
-# A procedure tells its own length when it is done; until then nothing is cut off before ten minutes.
-LONGEST_S = 600.0
 EYES = np.array([0.0, 1.55, 0.62])
 
 
@@ -48,7 +45,7 @@ class Experiment(Declaration):
 
         SessionError for an unknown noise or jitter, or a rate that is not positive.
         """
-        how = Recording(seed=seed, rate_hz=rate_hz, seconds=self.seconds or LONGEST_S, noise=noise, jitter=jitter)
+        how = Recording(seed=seed, rate_hz=rate_hz, noise=noise, jitter=jitter)
         lab = Lab(self, how, faces)
         for task in self.tasks:
             _perform(lab, task)
@@ -81,7 +78,7 @@ class Experiment(Declaration):
 
     def scene(self, faces: int = FACES) -> Scene:
         """What the experiment declares, with its text."""
-        return with_text(Scene(self.name, self.layout(faces).bodies(), effects=self.effects), self.remarks)
+        return with_text(Scene(self.name, tuple(self.layout(faces).bodies()), effects=self.effects), self.remarks)
 
 
 def experiment(name: str) -> Experiment:
@@ -116,11 +113,8 @@ def _perform(lab: Lab, task: Mapping[str, Any]) -> None:
 def _with_held(lab: Lab, loss: Fact) -> Fact:
     """While a hand is lost, so is what it holds from first to last."""
     (hand,) = loss.bodies
-    held = [
-        thing
-        for thing, ((_, placing), *later) in lab.things.items()
-        if isinstance(placing, Held) and placing.hand == hand and not later
-    ]
+    first = {thing: phases[0][1] for thing, phases in lab.things.items()}
+    held = [thing for thing, placing in first.items() if isinstance(placing, Held) and placing.hand == hand]
     return replace(loss, bodies=(hand, *held))
 
 

@@ -23,17 +23,8 @@ from sessions.synthetic.bench import BENCH_TOP
 from sessions.synthetic.choreography import Script
 from sessions.synthetic.experiments.lab import AWAY, UP, Lab
 from sessions.synthetic.experiments.pouring import Outlet, Turn, tilt_keeping
-from sessions.synthetic.paths import (
-    Dent,
-    Key,
-    Poses,
-    Stir,
-    Tap,
-    minimum_jerk,
-    minimum_jerk_inverse,
-)
+from sessions.synthetic.paths import Dent, Key, Poses, PosesAt, Stir, Tap, minimum_jerk, minimum_jerk_inverse
 from sessions.synthetic.sections import Approach, round_in_round
-from sessions.synthetic.things import PosesAt
 
 STEP_S = 0.02
 # Farther than the rim and the spout of any vessel poured from, so that it clears the target while still upright.
@@ -52,7 +43,7 @@ def pour(lab: Lab, side: str, target: str, millilitres: float, *, seconds: float
     it (``start``) to the greatest tilt (``end``).
     """
     source, script = lab.held[side], lab.hands[side]
-    cavity, into = lab.layout.cavity(source), lab.layout.cavity(target).opening
+    cavity = lab.layout.cavity(source)
     before = lab.volumes[source]
     onset, greatest = (tilt_keeping(cavity, kept) for kept in (before, before - millilitres))
     turn = lab.where[source][1]
@@ -75,7 +66,7 @@ def pour(lab: Lab, side: str, target: str, millilitres: float, *, seconds: float
     script.wait(HOLD_S)
     tilt(1.0 - minimum_jerk(share), script.now + share * (0.6 * seconds))
     begins = start + seconds * minimum_jerk_inverse(onset / greatest) + lab.late
-    missed = abs(beside) > float(into.radius)
+    missed = abs(beside) > lab.layout.cavity(target).opening.radius
     lab.volumes[source] -= millilitres
     lab.volumes[target] += 0.0 if missed else millilitres
     lab.fact(

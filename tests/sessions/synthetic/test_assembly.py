@@ -3,10 +3,10 @@ import pytest
 
 from sessions.errors import SessionError
 from sessions.synthetic.assembly import CLOCKS, Recording, recorded, stamps
-from sessions.synthetic.paths import Key, KeyPath, still
+from sessions.synthetic.paths import Key, KeyPath, Standing
 
 PATHS = {
-    "a": still((0.0, 1.0, 0.0)),
+    "a": Standing((0.0, 1.0, 0.0)),
     "b": KeyPath([Key(0.0, (0.0, 0.0, 0.0)), Key(5.0, (1.0, 0.0, 0.0), ease="linear")]),
 }
 

@@ -55,7 +55,7 @@ def test_losses_are_rare_short_and_keep_off_planted_windows():
 
 
 def test_a_loss_is_flagged_and_its_return_is_a_step_that_settles():
-    loss = Loss(5.0, 5.2, 5.5, (0.01, 0.0, 0.0))
+    loss = Loss(5.0, 5.2, 5.5, np.array([0.01, 0.0, 0.0]))
     (position, _), valid = with_losses(REST, TIMES, [loss], VIVE)
     lost = (TIMES >= 5.0) & (TIMES < 5.2)
     np.testing.assert_array_equal(valid, ~lost)
