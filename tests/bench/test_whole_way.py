@@ -3,11 +3,14 @@
 import json
 import subprocess
 import sys
+from time import process_time
 
+import numpy as np
 import pytest
 from support.peak_memory import environment
 from support.ten_minutes import ten_minutes
 
+from replay import audit
 from sessions import write_session
 from sessions.synthetic.scenes import make_scene_session
 
@@ -91,3 +94,20 @@ def test_an_audit_with_all_its_outputs_takes_at_most_so_many_times_the_loop(name
         print(f"  {100 * share:4.0f} %  {stage}")
     assert found["loops"] <= most
     assert found["peak"] < MOST_BYTES
+
+
+def test_the_default_detectors_take_at_most_twice_the_time_of_the_papers_alone(tmp_path):
+    recording = tmp_path / "session.mcap"
+    write_session(ten_minutes(), recording)
+
+    def seconds(detectors, **stretch):
+        begin = process_time()
+        audit(recording, detectors=detectors, out=tmp_path / "run", force=True, **stretch)
+        return process_time() - begin
+
+    for detectors in (None, "hybrid-qaco"):
+        seconds(detectors, end=45.0)
+    spent = np.array([[seconds(None), seconds("hybrid-qaco")] for _ in range(3)])
+    usual, paper = spent.min(axis=0)
+    print(f"\nten minutes: {usual:.1f} s by default, {paper:.1f} s with hybrid-qaco alone, {usual / paper:.2f} times")
+    assert usual <= 2.0 * paper
