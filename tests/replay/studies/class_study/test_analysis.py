@@ -71,6 +71,12 @@ def test_nine_students_get_no_p_and_the_rule_is_named():
     assert study.bartlett is None
 
 
+def test_five_students_are_enough_for_a_coefficient_without_p():
+    answers, contacts = a_class(5)
+    (one,) = analyse(codebook(), questionnaire(answers), metrics(contacts)).regressions
+    assert one.students == 5 and one.coefficients[0].p is None
+
+
 def test_four_students_are_no_study():
     answers, contacts = a_class(4)
     with pytest.raises(StudyRefusedError) as refused:
