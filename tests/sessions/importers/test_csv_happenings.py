@@ -24,7 +24,7 @@ def test_rows_that_are_no_poses_are_triggers_events_and_kinds_that_nobody_knows(
         written(
             tmp_path, HEADER, "pose,0,cup,0,0,0,0,0,0,1,1,,",
             *(happening("trigger", k, "LeftHand", "", v) for k, v in enumerate(("0.25", "", "inf", "-1", "7"))),
-            happening("event", 2, "", "stage", "pouring"), happening("event", 1, "Beaker", "", '"a, b"'),
+            happening("event", 2, "", "act", "pouring"), happening("event", 1, "Beaker", "", '"a, b"'),
             happening("event", 3, "Beaker", "", "fell, hard"),  # a cell too many
             *(happening(kind, 1, "x") for kind in "aabcdefg"),
         ),
@@ -32,7 +32,7 @@ def test_rows_that_are_no_poses_are_triggers_events_and_kinds_that_nobody_knows(
     assert session.hands["student/left"].trigger.tolist() == [0.25, 0.0, 1.0, 0.0, 1.0]
     assert list(session.events) == [
         Event(1_000_000_000, "event", "a, b", "Beaker"),
-        Event(2_000_000_000, "stage", "pouring"),
+        Event(2_000_000_000, "act", "pouring"),
     ]
     said = session.facts["conversions"]
     assert "1 rows left out that have too few" in said

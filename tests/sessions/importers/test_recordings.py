@@ -55,7 +55,6 @@ CASES = {
         ["frame", "timestamp_ms", *head("pos_{}", "xyz"), *head("rot_{}", VALUES)],
         rows_of(np.arange(COUNT), 1000 * TIME, *G), ",", ("log",), TIME, "convention",
     ),
-    "tx and qx": (["t", *head("t{}", "xyz"), *head("q{}", VALUES)], rows_of(TIME, *G), ",", ("log",), TIME, ""),
     "EuRoC": (
         ["#timestamp [ns]", *head("p_RS_R_{} [m]", "xyz"), *head("q_RS_{} []", "wxyz"), *head("v_R_{} [m/s]", "xyz")],
         [[1403636580838555648 + round(1e9 * TIME[k]), *PLACE[0][k], *TURN[0][k][WXYZ], *PLACE[1][k]]

@@ -109,43 +109,32 @@ def test_what_is_wrong_with_a_mapping_of_streams_is_named(tmp_path, old, new, wo
     assert "\n" not in str(raised.value)
 
 
-def test_clock_offsets_are_applied_and_how_large_they_are_is_said(tmp_path):
-    pairs = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]
-    session = import_session("xdf", xdf_file(tmp_path, *take(pairs=pairs)), convention="unity")
-    expected = STAMPS + 0.25 + 2e-5 * (STAMPS - STAMPS[0])
-    assert np.abs(session.frames.stamp_ns / 1e9 - expected).max() < 1e-6
-    said = session.facts["conversions"]
-    assert "stream 'Mocap': 5 clock offsets applied, 0.250000 to 0.250080 s" in said
-    assert "assumed" not in session.facts and session.facts["handedness"] == "left"
-
-
-def test_streams_of_text_are_events_in_order(tmp_path):
-    marks = stream_header(2, "Stim", "Markers", [], "string"), samples(2, [STAMPS[3], STAMPS[9]], ["grasp", "pour"])
-    session = import_session("xdf", xdf_file(tmp_path, *marks, *take()))
+def test_streams_of_text_are_events_and_those_of_other_numbers_scalars_each_with_its_clock_offsets(tmp_path):
+    rng = np.random.default_rng(8)
+    brain, heart = rng.normal(size=(COUNT, 2)), 70 + rng.normal(size=(COUNT, 1))
+    ahead = [(STAMPS[0] + k, 0.25 + 2e-5 * k) for k in range(5)]
+    parts = (
+        stream_header(2, "Stim", "Markers", [], "string"), samples(2, [STAMPS[3], STAMPS[9]], ["grasp", "pour"]),
+        stream_header(3, "Cap", "EEG", [{"label": one, "unit": "microvolts"} for one in ("Fz", "Cz")]),
+        samples(3, STAMPS, brain), offsets(3, [(STAMPS[0], 0.5), (STAMPS[-1], 0.5)]),
+        stream_header(4, "Heart rate", "HR", [{"label": "rate", "unit": "1/min"}]), samples(4, STAMPS, heart),
+        stream_header(5, "Bare", "Markers", [{}, {}]), samples(5, STAMPS[:2], [[1, 2], [3, 4]]),
+    )  # fmt: skip
+    session = import_session("xdf", xdf_file(tmp_path, *parts, *take(pairs=ahead)), convention="unity")
+    assert session.names == ("Head", "Cup") and session.facts["handedness"] == "left"
     assert [(one.time_ns, one.name, one.message) for one in session.events] == [
         (round(STAMPS[3] * 1e9), "Stim", "grasp"), (round(STAMPS[9] * 1e9), "Stim", "pour"),
     ]  # fmt: skip
-
-
-def test_other_streams_of_numbers_are_scalars_on_the_same_clock(tmp_path):
-    """An EEG of two channels, a heart rate, and markers that are numbers; offsets are applied to each."""
-    rng = np.random.default_rng(8)
-    brain, heart = rng.normal(size=(COUNT, 2)), 70 + rng.normal(size=(COUNT, 1))
-    parts = (
-        stream_header(2, "Cap", "EEG", [{"label": one, "unit": "microvolts"} for one in ("Fz", "Cz")]),
-        samples(2, STAMPS, brain), offsets(2, [(STAMPS[0], 0.5), (STAMPS[-1], 0.5)]),
-        stream_header(3, "Heart rate", "HR", [{"label": "rate", "unit": "1/min"}]), samples(3, STAMPS, heart),
-        stream_header(4, "Bare", "Markers", [{}, {}]), samples(4, STAMPS[:2], [[1, 2], [3, 4]]),
-    )  # fmt: skip
-    session = import_session("xdf", xdf_file(tmp_path, *parts, *take()))
     assert list(session.scalars) == ["Cap/Fz", "Cap/Cz", "Heart rate", "Bare/1", "Bare/2"]
     for column, name in enumerate(("Cap/Fz", "Cap/Cz")):
-        one = session.scalars[name]
-        assert one.unit == "microvolts" and one.values.tolist() == brain[:, column].tolist()
-        assert np.abs(one.times_ns / 1e9 - STAMPS - 0.5).max() < 1e-6
+        scalar = session.scalars[name]
+        assert scalar.unit == "microvolts" and scalar.values.tolist() == brain[:, column].tolist()
+        assert np.abs(scalar.times_ns / 1e9 - STAMPS - 0.5).max() < 1e-6
     assert session.scalars["Heart rate"].values.tolist() == heart[:, 0].tolist()
-    assert "stream 'Cap': 2 clock offsets applied, 0.500000 to 0.500000 s" in session.facts["conversions"]
-    assert session.names == ("Head", "Cup")
+    expected = STAMPS + 0.25 + 2e-5 * (STAMPS - STAMPS[0])
+    assert np.abs(session.tracks["Cup"].times_ns / 1e9 - expected).max() < 1e-6
+    assert "stream 'Mocap': 5 clock offsets applied, 0.250000 to 0.250080 s" in session.facts["conversions"]
+    assert "axes" not in session.facts["assumed"]
 
 
 def test_an_object_without_confidence_is_lost(tmp_path):
