@@ -37,7 +37,7 @@ def folder(tmp_path):
     (place / "trackers" / "mouse_screen_T001.csv").write_text("time,x,y\n1,2,3\n")
     (place / "trial_results.csv").write_text(
         "experiment,ppid,session_num,trial_num,block_num,start_time,end_time,score\n"
-        "fish,p01,1,1,1,4.1,5.25,7\nfish,p01,1,2,1,9.4,10.1,\nfish,p01,1,3,1,,,\n"
+        "fish,p01,1,1,1,4.1,5.25,7\nfish,p01,1,2,1,9.4,10.1,\nfish,p01,1,3,1,,,\nfish,p01,1,4,1,9,3,\n"
     )
     return place
 
@@ -59,7 +59,7 @@ def test_trials_that_ended_are_intervals_with_their_results(folder):
     assert (first.start_ns, first.end_ns, first.kind, first.name) == (4_100_000_000, 5_250_000_000, "task", "trial 1")
     assert first.data["score"] == "7" and first.data["ppid"] == "p01"
     assert "score" not in second.data and second.name == "trial 2"
-    assert "1 trials left out that did not end" in import_session("uxf", folder).facts["conversions"]
+    assert "2 trials left out that did not end" in import_session("uxf", folder).facts["conversions"]
 
 
 def test_other_columns_of_trackers_are_scalars_over_all_trials(folder):
