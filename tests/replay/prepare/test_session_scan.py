@@ -39,11 +39,11 @@ def test_counts_of_samples_and_losses_leave_out_dropped_frames():
     ],
 )
 def test_a_sample_that_is_no_pose_is_refused_with_frame_time_and_body(position, quaternion, words, monkeypatch):
-    where = np.zeros((4, 2, 3))
-    turn = np.tile([0.0, 0.0, 0.0, 1.0], (4, 2, 1))
+    where = np.zeros((5, 2, 3))
+    turn = np.tile([0.0, 0.0, 0.0, 1.0], (5, 2, 1))
     where[3, 1], turn[3, 1] = position, quaternion
-    status = np.full((4, 2), V)
-    stamps = np.array([0, 10, 10, 20]) * MS
+    status = np.full((5, 2), V)
+    stamps = np.array([0, 10, 10, 20, 20]) * MS
     monkeypatch.setattr(session_scan, "BLOCK_FRAMES", 2)
     with pytest.raises(InvalidPoseError) as refused:
         scan(framed(stamps, status, where, turn))

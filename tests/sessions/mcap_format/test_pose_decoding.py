@@ -33,11 +33,11 @@ def encoded(frames):
     return list(FrameEncoder(1, 2).encode(frames))
 
 
-def decoder(names=None):
+def decoder(names=None, **more):
     catalogue = Catalogue(Path("file"))
     for number, topic in ((1, "/tf"), (2, "/tracking")):
         catalogue.channels[number] = ChannelInfo(Channel(number, topic, "protobuf", {}, 0), None)
-    return FrameDecoder(catalogue, names)
+    return FrameDecoder(catalogue, names, **more)
 
 
 def decoded(tables, names=None):
@@ -95,6 +95,14 @@ def test_a_note_never_makes_up_a_sample_or_an_unknown_status():
         assert decoded([table(*records)]).status.tolist() == [[Status.VALID]]
     records = (2, 7, 6, 5, note(Status.LOST)), (1, 7, 6, 5, b"")
     assert decoded([table(*records)], ("body 0",)).status.tolist() == [[Status.ABSENT]]
+
+
+def test_a_tolerant_decoder_notes_from_when_to_when_an_unlisted_body_was_met_over_all_chunks():
+    frames, tolerant = random_frames(0, 2, 1), decoder((), strict=False)
+    for publish, log, payload in protobuf_messages(frames):
+        assert len([*tolerant.decode(table((1, 0, log, publish, payload)))]) == 1
+    (met,), (first, last) = tolerant.met.values(), frames.stamp_ns.tolist()
+    assert [*tolerant.met] == [("world", "body 0")] and (met.first_ns, met.last_ns, met.count) == (first, last, 2)
 
 
 def test_hostile_messages_are_one_sentence(monkeypatch):

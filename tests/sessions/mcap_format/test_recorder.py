@@ -154,9 +154,10 @@ def test_nothing_that_was_recorded_is_overwritten_by_accident(tmp_path):
     path.rename(tmp_path / "s.mcap.partial")
     with pytest.raises(SessionFileError, match=r"cut short.*replay recover"):
         Recorder(path)
-    with Recorder(path, overwrite=True) as recorder:
-        recorder.poses(2, {"wand": POSE})
-    assert read_session(path).frames.stamp_ns.tolist() == [2]
+    for stamp in (2, 3):  # in place of what was cut short, and of a whole recording
+        with Recorder(path, overwrite=True) as recorder:
+            recorder.poses(stamp, {"wand": POSE})
+        assert read_session(path).frames.stamp_ns.tolist() == [stamp]
     with pytest.raises(SessionFileError, match="check the folder"):
         Recorder(tmp_path / "nowhere" / "s.mcap")
 
