@@ -88,7 +88,8 @@ def test_mutants_end_in_a_session_or_one_sentence(tmp_path, count):
     survive("optitrack", written(tmp_path, export()), count)
 
 
-def test_frames_without_numbers_are_lost(tmp_path):
-    session = import_session("optitrack", written(tmp_path, export(lost=(3, 4))))
+def test_frames_without_numbers_are_lost_and_a_row_cut_short_is_left_out_and_counted(tmp_path):
+    session = import_session("optitrack", written(tmp_path, export(lost=(3, 4)) + "24,0.2"))
     assert np.flatnonzero(~session.tracks["Cup"].valid).tolist() == [3, 4]
     assert "Cup, Left hand: 2 rows flagged as lost that hold no pose" in session.facts["conversions"]
+    assert "1 rows left out" in session.facts["conversions"]
