@@ -19,15 +19,6 @@ def test_a_cube_corner_meets_a_prism_between_the_bounds():
     assert abs(meets.aside) < 1e-9
 
 
-def test_the_foremost_point_is_brought_onto_the_line():
-    wedge = box((0.1, 0.1, 0.1))
-    meets = approach(wedge, quaternion_about((0.0, 1.0, 0.0), 0.2), prism(64, 0.03, 0.5), (1.0, 0.0, 0.0), 0.0)
-    place = meets.place((0.0, 0.0, 0.0), 0.0)
-    corners = np.array([[x, z] for x in (-0.05, 0.05) for z in (-0.05, 0.05)])
-    turned = corners @ np.array([[np.cos(0.2), -np.sin(0.2)], [np.sin(0.2), np.cos(0.2)]]) + place[[0, 2]]
-    assert turned[turned[:, 0].argmax(), 1] == pytest.approx(0.0, abs=1e-9)
-
-
 def test_a_prism_in_a_ring_gives_the_difference_of_their_radii():
     sure, possible = round_in_round(prism(12, 0.01, 0.4), prism(64, 0.06, 0.1, hole=0.05), 0.0)
     assert possible == pytest.approx(0.05 - 0.01, rel=0.01)

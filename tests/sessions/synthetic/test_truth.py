@@ -35,6 +35,8 @@ def test_expected_knows_sure_open_and_clear_frames():
     stamps = 10**18 + np.array([0.5, 1.0, 1.5, 2.05, 3.0, 5.2]) * 1e9
     answer = truth().expected("b", "a", stamps.astype(np.int64)).tolist()
     assert answer == [CLEAR, OPEN, PRESENT, OPEN, CLEAR, OPEN]
+    lost = truth(Fact("loss", 1.2, 1.7, ("a",))).expected("a", "b", stamps.astype(np.int64)).tolist()
+    assert lost == [CLEAR, OPEN, OPEN, OPEN, CLEAR, OPEN]
     assert truth().expected("a", "c", stamps.astype(np.int64)).tolist() == [CLEAR] * 6
 
 

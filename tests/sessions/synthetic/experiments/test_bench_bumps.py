@@ -19,11 +19,11 @@ def test_the_bumps_fall_at_any_phase_of_any_rate(rate_hz):
     assert len(middles) == 54 and kstest(np.array(middles) * rate_hz % 1.0, "uniform").pvalue > 0.001
 
 
-def test_no_hand_is_lost_while_it_bumps():
+def test_no_hand_is_lost_while_it_bumps_and_the_rod_is_lost_with_its_hand():
     for seed in range(3):
         _, truth = bumps(seed)
         losses = [fact for fact in truth.facts if fact.kind == "loss"]
-        assert losses
+        assert losses and all(("hand-right" in loss.bodies) == ("rod" in loss.bodies) for loss in losses)
         for episode in truth.episodes:
             hand = "hand-left" if {"hand-left", "cylinder"} & set(episode.pair) else "hand-right"
             start, end = episode.possibly
