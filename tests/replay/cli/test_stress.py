@@ -54,7 +54,7 @@ def test_relations_are_asked_of_the_families_named(capsys, tmp_path):
     words = ["--detector", "hybrid", "--relation", "shift,axes", "--pairs", "600", "--out", str(tmp_path)]
     assert main(["stress", *words, "--family", "9-12"]) == 0
     printed = capsys.readouterr().out
-    assert "axes" in printed and "swap" not in printed
+    assert "10 point on a face, axes" in printed and "swap" not in printed
     assert list(tmp_path.iterdir())
     assert main(["stress", *words, "--family", "2-3", "--format", "json"]) == 0
     told = [(one["relation"], one["number"], one["asked"]) for one in json.loads(capsys.readouterr().out)["tallies"]]

@@ -43,13 +43,6 @@ def test_settings_and_advice_are_printed_and_the_folder_is_written(file, tmp_pat
     assert main(["tradeoff", file, "--out", str(tmp_path / "costs")]) != 0
 
 
-def test_two_detectors_get_no_advice_and_it_says_why(file, capsys):
-    assert main(["tradeoff", file, "--detectors", "a=exact,b=exact", "--format", "json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert {row["label"] for row in told["rows"]} == {"a", "b"} and told["clock"]["passes"] >= 3
-    assert "advice needs 3" in told["answer"]
-
-
 def test_what_a_time_limit_cuts_is_said(file, capsys):
     assert main(["tradeoff", file, "--time-limit", "0", "-v"]) == 0
     out, err = capsys.readouterr()

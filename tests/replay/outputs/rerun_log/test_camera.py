@@ -38,3 +38,7 @@ def test_the_overview_holds_every_point_and_wastes_no_room(demo):
     slope = np.tan(camera.FIELD_OF_VIEW / 2)
     reach = np.maximum(np.abs(local[:, 0]) / (slope * camera.ASPECT), np.abs(local[:, 1]) / slope) / -local[:, 2]
     assert 0.7 < reach.max() < 1.0
+
+
+def test_an_eye_that_looks_along_minus_z_has_the_axes_of_the_world():
+    assert np.allclose(camera.look_rotation(camera.Eye((0.0, 0.0, 1.0), (0.0, 0.0, 0.0))), np.eye(3))
