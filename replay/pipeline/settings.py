@@ -38,7 +38,7 @@ class RunSettings:
     start, end : seconds after the first frame.
     policy : what is done with poses in doubt: ``["frozen=drop", "tracking-lost=interpolate:0.2"]`` or a mapping;
         ``None``: the defaults of ``replay.prepare.policy``.
-    noise : ``"vive"``, ``"measured"`` or ``"0.3 mm, 0.05 deg, 0.1 s"``, of one body ``"beaker=vive"``, or several: ask
+    noise : ``"vive"`` or ``"0.3 mm, 0.05 deg, 0.1 s"``, of one body ``"beaker=vive"``, or several: ask
         ``noise_copies`` noisy copies of the recording which contacts of the oracle hold in spite of it.
     seed : of every random stream.
     tau : metres; a disagreement about less is *within tolerance*.
