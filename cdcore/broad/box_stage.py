@@ -7,7 +7,7 @@ import numpy as np
 
 from cdcore.bounding.box import Box
 from cdcore.kernels.box_axes import apart_on_all_axes
-from cdcore.kernels.compiling import hot_kernel, kernel, stay_one_function
+from cdcore.kernels.compiling import become_part_of_caller, hot_kernel, kernel
 from cdcore.numerics import EPS, UNDERFLOW_PAD, BoolArray, FloatArray, IntArray
 from cdcore.protocol import Motion
 
@@ -37,7 +37,7 @@ def boxes_may_meet(t: int, a: int, b: int, poses: Arrays, boxes: Arrays, room: A
 
     ``boxes``: centres, axes, halves and sizes; ``room``: as ``box_room`` makes it.
     """
-    stay_one_function()
+    become_part_of_caller()
     rotation, translation = poses
     centres, axes, halves, sizes = boxes
     world_a, world_b, m, d, offset = room
