@@ -190,6 +190,24 @@ def test_bad_input_is_one_sentence_and_the_recording_goes_on(tmp_path, call, wor
         recorder.poses(3, {"cup": POSE})
 
 
+def test_a_disk_that_does_not_keep_up_makes_the_loop_wait_and_memory_stays_bounded(tmp_path, monkeypatch):
+    written, waiting = [], []
+    plain = recorder_module.SessionWriter.frames
+
+    def slow(self, frames):
+        time.sleep(0.03)
+        written.append(len(frames))
+        plain(self, frames)
+
+    monkeypatch.setattr(recorder_module.SessionWriter, "frames", slow)
+    with Recorder(tmp_path / "s.mcap") as recorder:
+        for number in range(3000):
+            recorder.poses(number, {"cup": POSE})
+            waiting.append(number + 1 - sum(written))
+    assert max(waiting) <= 2 * recorder_module.FRAMES_WAITING
+    assert len(read_session(tmp_path / "s.mcap").frames) == 3000
+
+
 def test_a_full_disk_is_told_by_the_next_call_and_what_was_written_stays(tmp_path, monkeypatch):
     recorder = Recorder(tmp_path / "s.mcap")
     recorder.poses(1, {"cup": POSE})
