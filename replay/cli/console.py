@@ -125,16 +125,31 @@ class Work:
 
 def _bars() -> "Progress":
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, SpinnerColumn, TaskProgressColumn, TextColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TextColumn
+    from rich.text import Text
+
+    class PaceColumn(ProgressColumn):
+        """``43 %, 3 s left``, then ``100 %  4 s``."""
+
+        def render(self, task: Task) -> Text:
+            return Text(pace(task.percentage, task.time_remaining, task.elapsed, task.finished), style="dim")
 
     return Progress(
         SpinnerColumn(finished_text="[green]✓[/green]"),
         TextColumn("{task.description:<28}"),
         BarColumn(bar_width=18),
-        TaskProgressColumn(),
-        TimeRemainingColumn(elapsed_when_finished=True),
+        PaceColumn(),
         console=Console(stderr=True),
     )
+
+
+def pace(percentage: float, left: float | None, elapsed: float | None, finished: bool) -> str:
+    """A stage's share in words, from ``LONG`` seconds on with the time left; seconds, ``None`` where not known."""
+    if elapsed is None or elapsed < LONG:
+        return ""
+    if finished:
+        return f"100 %  {elapsed:.0f} s"
+    return f"{percentage:3.0f} %  {elapsed:.0f} s so far" if left is None else f"{percentage:3.0f} %  {left:.0f} s left"
 
 
 def counting(people: People, total: int) -> Callable[[str, str], None]:

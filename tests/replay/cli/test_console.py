@@ -5,7 +5,7 @@ import pytest
 from support.small_worlds import cubes
 
 from replay import run
-from replay.cli.console import People, TerminalProgress, counting
+from replay.cli.console import People, TerminalProgress, counting, pace
 
 
 def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
@@ -20,6 +20,13 @@ def test_people_are_spoken_to_on_stderr_unless_quiet(capsys):
 def test_a_broken_gate_is_named_to_the_quiet_too(capsys):
     assert People(quiet=True).gate([]) == 0 and People(quiet=True).gate(["it missed 1"]) == 4
     assert capsys.readouterr().err == "gate: it missed 1\n"
+
+
+def test_a_stage_says_share_and_time_left_from_three_seconds_on_and_its_time_when_done():
+    assert pace(20.0, 12.0, 2.9, False) == "" and pace(100.0, 0.0, 2.9, True) == ""
+    assert pace(20.0, 12.0, 3.0, False) == " 20 %  12 s left"
+    assert pace(100.0, 0.0, 14.2, True) == "100 %  14 s"
+    assert "so far" in pace(0.0, None, 5.0, False)
 
 
 def test_where_there_is_no_terminal_a_long_stage_says_a_line_now_and_then_and_a_short_one_nothing(capsys):
