@@ -87,9 +87,10 @@ def spans(draft):
     return [(one.code, one.column, one.first, one.last) for one in pose_spans(look_through([draft.session().frames]))]
 
 
-def test_a_body_that_lies_at_the_origin_or_starts_there_is_not_lost():
+def test_a_body_that_lies_or_starts_at_the_origin_is_not_lost_and_one_that_turns_in_place_not_frozen():
     draft = clean()
     draft.arrays["position"][:, 2] = 0.0
+    draft.arrays["position"][:, 0] = [0.2, 1.0, 0.1]
     slow = 1e-4 * np.maximum(0, np.arange(900) - 100)
     draft.arrays["position"][:, 1] = slow[:, None] * [1.0, 0.0, 0.0]
     draft.arrays["quaternion_xyzw"][:, 1] = [0.0, 0.0, 0.0, 1.0]
@@ -103,24 +104,13 @@ def test_a_body_that_starts_at_once_or_is_struck_is_not_teleported(place):
     assert "teleport" not in {code for code, *_ in spans(draft)}
 
 
-def test_a_position_that_stands_still_while_the_rotation_goes_on_is_frozen():
+def test_a_position_that_stands_still_while_the_rotation_goes_on_is_frozen_from_its_jump_on():
     draft = clean()
     rng = np.random.default_rng(3)
     draft.arrays["position"][:, 1] = rng.normal([0.2, 1.0, 0.1], 1e-4, (900, 3))
     draft.arrays["position"][500:560, 1] = draft.arrays["position"][499, 1]
-    assert spans(draft) == [("frozen", 1, 500, 559)]
-
-
-def test_a_body_that_turns_in_place_all_the_time_is_not_frozen():
-    draft = clean()
-    draft.arrays["position"][:, 1] = [0.2, 1.0, 0.1]
-    assert spans(draft) == []
-
-
-def test_a_stretch_frozen_after_a_jump_begins_with_the_jump():
-    draft = clean()
     draft.arrays["position"][300:330, 0] = [2.0, 2.0, 2.0]
-    assert ("frozen", 0, 300, 329) in spans(draft)
+    assert {("frozen", 1, 500, 559), ("frozen", 0, 300, 329)} <= {*spans(draft)}
 
 
 @given(st.lists(st.booleans(), max_size=40))

@@ -57,17 +57,6 @@ def test_what_was_recorded_is_read_bit_for_bit(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["s.mcap"]
 
 
-def test_bodies_may_come_at_any_time(tmp_path):
-    with Recorder(tmp_path / "s.mcap") as recorder:
-        for number in range(20):
-            recorder.poses(number, {f"body {k}": POSE for k in range(number % 7, number + 1)})
-    frames = read_session(tmp_path / "s.mcap").frames
-    assert set(frames.names) == {f"body {k}" for k in range(20)}
-    for number in range(20):
-        present = {name for name, status in zip(frames.names, frames.status[number], strict=True) if status}
-        assert present == {f"body {k}" for k in range(number % 7, number + 1)}
-
-
 def test_all_that_is_no_pose_is_read_back(tmp_path):
     with Recorder(tmp_path / "s.mcap") as recorder:
         recorder.poses(10, {"wand": POSE})

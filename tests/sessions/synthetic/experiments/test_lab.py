@@ -127,22 +127,15 @@ def test_pours_and_the_spill_agree_with_the_poses(name, kinds, made):
             left[fact.values["target"]] = left.get(fact.values["target"], 0.0) + fact.values["volume_ml"]
 
 
-def in_flame(run):
-    (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "flame-test")
-    lamp = np.array(run.session.scene.body("lamp").fixed.position)
-    wick = lamp + np.array([0.0, WICK, 0.0])
-    tip = run.pose("wire")[0] - wick
-    height, radius = effect.settings["flame_height"], effect.settings["flame_radius"]
-    inside = (tip[:, 1] >= 0.0) & (np.hypot(tip[:, 0], tip[:, 2]) <= radius * (1.0 - tip[:, 1] / height))
-    return inside, effect
-
-
 WICK = 0.0982
 
 
 def test_the_tip_is_in_the_flame_exactly_in_the_stated_visits(made):
     run = made("flame-test")
-    inside, _ = in_flame(run)
+    (effect,) = (effect for effect in run.session.scene.effects if effect.kind == "flame-test")
+    tip = run.pose("wire")[0] - run.session.scene.body("lamp").fixed.position - [0.0, WICK, 0.0]
+    height, radius = effect.settings["flame_height"], effect.settings["flame_radius"]
+    inside = (tip[:, 1] >= 0.0) & (np.hypot(tip[:, 0], tip[:, 2]) <= radius * (1.0 - tip[:, 1] / height))
     edges = np.flatnonzero(np.diff(np.r_[0, inside.astype(int), 0]))
     visits = list(zip(run.times[edges[::2]], run.times[edges[1::2] - 1], strict=True))
     facts = run.facts("flame")
