@@ -51,9 +51,9 @@ def test_compiling_is_announced_once_and_the_end_says_what_it_took(started):
         assert fresh_kernel("cdcore.narrow.bvh.block")(1) == 2
         assert fresh_kernel("cdcore.narrow.sections.triangle_sections")(1) == 2
         assert fresh_kernel("elsewhere")(1) == 2
-    first, end = heard.sentences
+    first, end, doubt = heard.sentences
     assert first == "Compiling kernels for this machine, once"
-    assert end.startswith("Compiled in ")
+    assert end.startswith("Compiled in ") and "run again for reliable times" in doubt
     assert len(started) == (os.cpu_count() > 1), "a second process compiles beside this one, once"
 
 
@@ -67,9 +67,10 @@ def test_nothing_is_said_when_nothing_compiles_or_afterwards(started):
 
 
 def test_beside_who_compares_clocks_no_process_compiles(started):
-    with compiling_announced(Heard(), alone=True):
+    heard = Heard()
+    with compiling_announced(heard, alone=True):
         fresh_kernel("cdcore.narrow.bvh.traverse")(1)
-    assert started == []
+    assert started == [] and heard.sentences[-1].startswith("Compiled in ")
 
 
 @pytest.mark.parametrize("alone", [{"cpu_count": lambda: 1}, {"cpu_count": lambda: None}])
