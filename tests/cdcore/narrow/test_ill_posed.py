@@ -38,6 +38,10 @@ def test_the_answer_is_that_of_every_face_pair_in_integers(kind, tau):
         faces = meeting_faces_exhaustive(first, second)
         assert not near[frame]
         assert stage.shallow((0, 1), faces, turn[frame], move[frame]) == (margin[meets].max() <= tau)
+        deepest = margin[meets].max()
+        for border in {deepest, np.nextafter(deepest, 0.0)}:
+            exact = MarginStage([body(meshes[0], "a"), body(meshes[1], "b")], border)
+            assert exact.shallow((0, 1), faces, turn[frame], move[frame]) == (border == deepest)
 
 
 def ball_beside_box(gap, tau=2e-6):

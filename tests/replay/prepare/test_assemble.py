@@ -99,6 +99,7 @@ def test_a_cut_does_not_change_what_is_interpolated_at_its_border():
     status[2, 0] = int(Status.ABSENT)
     session = framed(np.arange(6) * 10 * MS, status)
     whole, cut = assemble(session), assemble(session, start=0.02, end=0.05)
+    assert cut.first_ns == whole.first_ns == session.frames.stamp_ns[0]
     assert cut.motion.times.tolist() == [0.02, 0.03, 0.04, 0.05]
     assert cut.motion.translations.tolist() == whole.motion.translations[2:].tolist()
     assert cut.origin[0, 0] == PoseOrigin.INTERPOLATED
