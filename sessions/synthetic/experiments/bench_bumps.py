@@ -63,9 +63,12 @@ def stir_and_touch(lab: Lab) -> None:
     script.go(tip + rod + (0.0, 0.125, 0.0), 0.9)
 
 
+HAND_OF = {"rod": "right", "cylinder": "left", "hand-left": "left"}
+"""Mover -> the hand that it is, or that holds it."""
+
+
 def bump(
     lab: Lab,
-    side: str,
     mover: str,
     target: str,
     *,
@@ -77,6 +80,7 @@ def bump(
 ) -> None:
     """Go before the target, at the height ``cross_at`` or as high as the hand is, tap it once for each of ``kinds``
     (brief or long), step back."""
+    side = HAND_OF[mover]
     script, at = lab.hands[side], lab.layout.at(target)
     grip = {"rod": lab.layout.site("rod", "grip"), "cylinder": -CYLINDER_IN_HAND}.get(mover, np.zeros(3))
     meets = lab.approach(mover, target, height, direction)
@@ -104,7 +108,7 @@ def carry_cylinder(lab: Lab) -> None:
     script.wait(0.3)
     script.go(at + grip + (0.0, LIFT, 0.0), 0.8)
     bump(
-        lab, "left", "cylinder", "flask", height=LIFT, earliest=script.now + 2.5, kinds=("brief", "long"),
+        lab, "cylinder", "flask", height=LIFT, earliest=script.now + 2.5, kinds=("brief", "long"),
         direction=(1.0, 0.0, 0.0),
     )  # fmt: skip
     script.go(CYLINDER_GOAL + grip + (0.0, LIFT - STAND_M, 0.0), 1.5)
