@@ -134,8 +134,7 @@ def noticed_by(root: Path, fault: Fault, environment: dict[str, str], chosen: tu
     right, stamp = file.read_bytes(), file.stat().st_mtime_ns
     file.write_bytes(right[: fault.begin] + fault.wrong.encode() + right[fault.end :])
     kernels = Path(environment["NUMBA_CACHE_DIR"])
-    # What is compiled from a faulty source must not take the place of what the next fault can load; and a kernel in
-    # another file that calls the faulty one keeps its old copy, so all are compiled anew.
+    # Machine code of a faulty source removes that of earlier sources, which the next fault can load.
     spoiled = kernels.with_name("spoiled")
     if fault.module.startswith("cdcore/"):
         environment = {**environment, "NUMBA_CACHE_DIR": str(spoiled)}

@@ -1,7 +1,7 @@
 """How kernels are compiled: once per machine, again when any of their sources changes.
 
-numba keeps machine code beside the source, or in the user's cache folder where the installation cannot be written, and
-looks at the one file a kernel stands in. Kernels call each other across files, so here a change in any file counts.
+numba looks only at the file in which a kernel stands. Kernels call each other across files, so the folder in which
+numba keeps machine code is named by a hash of all their sources.
 
 Three habits of the compiler make kernels expensive to compile. It copies a function into each of its many call sites,
 and makes a version of it for every literal number it is called with: without the first mark below, and with literal
@@ -14,7 +14,10 @@ import gc
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
+from hashlib import sha256
 from pathlib import Path
+from shutil import rmtree
+from tempfile import TemporaryFile
 from time import perf_counter
 from typing import Any, Final, TypeVar, cast
 
@@ -22,12 +25,21 @@ import numba
 from numba import njit, types
 from numba.core import event
 from numba.extending import intrinsic
+from platformdirs import user_cache_path
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+NUMBA_SETTINGS: Final[Any] = numba.config
 
 OLDEST_TRIED: Final = (0, 61)
 NEWEST_TRIED: Final = (0, 68)
 """Versions of numba with which the tests of ``cdcore.kernels.parts`` pass."""
+
+SOURCES: Final = (
+    "kernels/*.py", "transforms/*.py", "broad/*.py", "narrow/**/*.py", "search/*.py", "numerics.py",
+    "protocol/verdict.py",
+)  # fmt: skip
+"""Files of kernels and of the constants that become part of them."""
 
 
 @cache
@@ -45,45 +57,54 @@ def quick_compilers() -> tuple[dict[str, Any], dict[str, Any]]:
 
 
 @cache
-def _sources_stamp(own: Path) -> tuple[tuple[str, int, int], ...]:
-    """Name, time and size of every source file that kernels of a folder may come from: that folder and these two."""
-    folder = Path(__file__).parent
-    narrow = folder.parent / "narrow"
-    beside = [] if narrow in (own, *own.parents) else sorted(own.glob("*.py"))
-    files = [*sorted(folder.glob("*.py")), *sorted(narrow.rglob("*.py")), *beside, folder.parent / "numerics.py"]
-    return tuple((file.name, file.stat().st_mtime_ns, file.stat().st_size) for file in files if file.exists())
+def kernel_folder() -> Path | None:
+    """Where machine code of these sources is kept, ``None`` if nothing can be written; that of earlier ones is removed.
+
+    It is below ``NUMBA_CACHE_DIR`` if that is set, else beside the sources, else in the user's cache folder.
+    """
+    package = Path(__file__).parents[1]
+    sources = sorted(file for name in SOURCES for file in package.glob(name))
+    content = sha256(b"".join(file.read_bytes() for file in sources)).hexdigest()[:12]
+    # Two installations may share a folder of the user's.
+    installation = f"vrlab-kernels-{sha256(str(package).encode()).hexdigest()[:8]}"
+    given = NUMBA_SETTINGS.CACHE_DIR
+    places = [Path(given)] if given else [package / "__pycache__", user_cache_path("vrlab-replay", appauthor=False)]
+    for place in places:
+        folder = place / f"{installation}-{content}"
+        with suppress(OSError):
+            folder.mkdir(parents=True, exist_ok=True)
+            TemporaryFile(dir=folder).close()
+            for earlier in place.glob(f"{installation}-*"):
+                if earlier != folder:
+                    rmtree(earlier, ignore_errors=True)
+            return folder
+    return None
 
 
 def kernel(function: Function) -> Function:
     """Compile on first use, without the interpreter's lock; keep the machine code for later starts."""
-    made = _jit(**quick_compilers()[0])
-    compiled = made(function)
+    compiled = _jit(**quick_compilers()[0])(function)
+    folder = kernel_folder()
+    if folder is None:
+        return cast(Function, compiled)
+    given = NUMBA_SETTINGS.CACHE_DIR
+    NUMBA_SETTINGS.CACHE_DIR = str(folder)
     try:
         compiled.enable_caching()
-    except RuntimeError:  # neither the installation nor the user's cache folder can be written: compile at every start
-        compiled = made(function)
-    cached: Any = getattr(compiled, "_cache", None)
-    files = getattr(cached, "_cache_file", None)
-    if files is not None and hasattr(files, "_source_stamp"):
-        own = Path(function.__code__.co_filename).parent
-        files._source_stamp = (files._source_stamp, _sources_stamp(own))
-        index = Path(files._index_path)
-        cached.save_overload = _without_failure(cached.save_overload, OSError, index)
-        cached.load_overload = _without_failure(cached.load_overload, Exception, index)
+    finally:
+        NUMBA_SETTINGS.CACHE_DIR = given
+    kept: Any = getattr(compiled, "_cache", None)
+    if kept is not None:
+        kept.load_overload, kept.save_overload = _or_nothing(kept.load_overload), _or_nothing(kept.save_overload)
     return cast(Function, compiled)
 
 
-def _without_failure(step: Callable[..., Any], failure: type[Exception], index: Path) -> Callable[..., Any]:
-    """A full disk, or an index that names what other sources had, costs a start its time, and no run its answer."""
+def _or_nothing(step: Callable[..., Any]) -> Callable[..., Any]:
+    """A full disk or a spoiled file costs a start its time, and no run its answer."""
 
     def tried(*given: Any) -> Any:
-        try:
+        with suppress(Exception):
             return step(*given)
-        except failure:
-            # numba writes the index first: it would lead to machine code of earlier sources.
-            with suppress(OSError):
-                index.unlink()
-            return None
 
     return tried
 

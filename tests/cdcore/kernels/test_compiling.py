@@ -5,8 +5,8 @@ import os
 import pickle
 import subprocess
 import sys
+import tempfile
 from errno import ENOSPC
-from pathlib import Path
 from types import SimpleNamespace
 
 import numba
@@ -17,7 +17,7 @@ from numba.core.errors import TypingError
 from numba.core.event import Event
 
 from cdcore.kernels import compiling
-from cdcore.kernels.compiling import Compiled, hot_kernel, kernel, quick_compilers, stay_one_function
+from cdcore.kernels.compiling import Compiled, hot_kernel, kernel, kernel_folder, quick_compilers, stay_one_function
 from cdcore.kernels.memory import address_of, bytes_at, doubles_at, doubles_of, integers_at, row_of, words_at, words_of
 from cdcore.kernels.simd import load8, store
 
@@ -28,46 +28,112 @@ def doubled(x):
     return 2 * x
 
 
-READ_ONLY = """
-import os, sys
-from pathlib import Path
-import numba.core.caching as caching
+@pytest.fixture
+def installed(tmp_path, monkeypatch):
+    """Three source files of an installation, whose user has a cache folder; returns the package."""
+    package = tmp_path / "site" / "cdcore"
+    for name in ("kernels/compiling.py", "narrow/bvh/traverse.py", "numerics.py"):
+        (package / name).parent.mkdir(parents=True, exist_ok=True)
+        (package / name).write_text(f"# {name}")
+    monkeypatch.setattr(compiling, "__file__", str(package / "kernels" / "compiling.py"))
+    monkeypatch.setattr(compiling, "user_cache_path", lambda *_, **__: tmp_path / "user")
+    monkeypatch.setattr(numba.config, "CACHE_DIR", "")
+    return package
 
-def refuse(self):
-    raise PermissionError("read-only")
 
-def locator(name):  # numba 0.61 writes a line before the names
-    return getattr(caching, name, None) or getattr(caching, "_" + name)
+folder_now = kernel_folder.__wrapped__
 
-locator("InTreeCacheLocator").ensure_cache_path = refuse
-{more}
+
+@pytest.mark.parametrize("changed", ["narrow/bvh/traverse.py", "numerics.py"])
+def test_a_change_in_any_source_leads_to_another_folder_and_removes_that_of_before(installed, changed):
+    before = folder_now()
+    (before / "code").write_text("machine code")
+    os.utime(installed / changed)
+    assert folder_now() == before and (before / "code").exists(), "a new time alone changes nothing"
+    (installed / changed).write_text("# changed")
+    assert folder_now() != before and not before.exists()
+
+
+def test_machine_code_is_kept_below_the_users_own_folder_or_beside_the_sources_or_in_the_users_cache_or_nowhere(
+    installed, tmp_path, monkeypatch
+):
+    refused = []
+
+    def write(dir):
+        if any(place in dir.parents for place in refused):
+            raise PermissionError("read-only")
+        return tempfile.TemporaryFile(dir=dir)
+
+    monkeypatch.setattr(compiling, "TemporaryFile", write)
+    for place in (installed, tmp_path / "user"):
+        assert place in folder_now().parents
+        refused.append(place)
+    assert folder_now() is None
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "own"))
+    assert folder_now().parent == tmp_path / "own"
+
+
+def test_installations_that_share_a_folder_leave_each_other_their_machine_code(installed, tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path / "shared"))
+    first = folder_now()
+    other = installed.rename(installed.with_name("other"))
+    monkeypatch.setattr(compiling, "__file__", str(other / "kernels" / "compiling.py"))
+    assert folder_now() != first and first.exists()
+
+
+def test_where_nothing_can_be_written_kernels_compute_the_same(monkeypatch):
+    monkeypatch.setattr(compiling, "kernel_folder", lambda: None)
+    asked = kernel(lambda x: x * x + 2)
+    assert asked(2.0) == 6.0 and asked.stats.cache_path is None
+
+
+@pytest.fixture
+def kept(tmp_path, monkeypatch):
+    """A folder for the machine code of kernels that the test marks."""
+    monkeypatch.setattr(compiling, "kernel_folder", lambda: tmp_path)
+    return tmp_path
+
+
+def test_a_full_disk_costs_no_answer_and_the_setting_of_numba_stays(kept, monkeypatch):
+    def full(*_):
+        raise OSError(ENOSPC, "No space left on device")
+
+    given = numba.config.CACHE_DIR
+    asked = kernel(lambda x: x * x + 3)
+    assert given == numba.config.CACHE_DIR
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "replace", full)
+        assert asked(2.0) == 7.0 and not list(kept.rglob("*.nb?"))
+    assert asked(2) == 7 and list(kept.rglob("*.nbi"))
+
+
+@pytest.mark.parametrize("kind", ["nbi", "nbc"])
+@pytest.mark.parametrize("content", [b"", pickle.dumps(numba.__version__) + b"ccdcore.mesh\nNoSuchName\n."])
+def test_a_spoiled_file_costs_no_answer(kept, kind, content):
+    asked = kernel(lambda x: x * x + 5)
+    assert asked(2) == 9
+    (spoiled,) = kept.rglob(f"*.{kind}")
+    spoiled.write_bytes(content)
+    again = kernel(asked.py_func)
+    assert again(2) == 9 and again.stats.cache_misses
+
+
+TOGETHER = """
+from cdcore.kernels.compiling import compiling_reported
 from cdcore.narrow.image_space.layers import pixels_of_face
-print(pixels_of_face(3.0, 4.0, 0.0, 1.0, 8) == (2, 6), pixels_of_face.stats.cache_path)
+with compiling_reported(lambda seconds: None) as heard:
+    assert pixels_of_face(3.0, 4.0, 0.0, 1.0, 8) == (2, 6)
+print(heard.kernels)
 """
 
 
-def compiled_elsewhere(tmp_path, more=""):
-    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path), "LOCALAPPDATA": str(tmp_path), "HOME": str(tmp_path)}
-    environment.pop("NUMBA_CACHE_DIR", None)
-    code = READ_ONLY.format(more=more)
-    answer = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
-    return answer.stdout.rsplit(" ", 1)
-
-
 @pytest.mark.slow
-def test_an_installation_that_cannot_be_written_keeps_machine_code_in_the_users_cache_folder(tmp_path):
-    answer, folder = compiled_elsewhere(tmp_path)
-    assert answer == "True"
-    assert tmp_path in Path(folder.strip()).parents
-    assert list(tmp_path.rglob("layers.pixels_of_face*.nbi"))
-
-
-@pytest.mark.slow
-def test_where_nothing_can_be_written_kernels_compile_at_every_start(tmp_path):
-    answer, folder = compiled_elsewhere(tmp_path, 'locator("UserWideCacheLocator").ensure_cache_path = refuse')
-    assert answer == "True"
-    assert folder.strip() == "None"
-    assert not list(tmp_path.rglob("*.nbi"))
+def test_two_processes_that_start_at_once_both_answer_and_a_third_compiles_nothing(tmp_path):
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    start = [sys.executable, "-c", TOGETHER]
+    both = [subprocess.Popen(start, env=environment) for _ in range(2)]
+    assert [process.wait(60) for process in both] == [0, 0]
+    assert subprocess.check_output(start, env=environment, text=True).strip() == "0"
 
 
 def test_the_collector_rests_while_kernels_compile_and_only_then():
@@ -93,35 +159,11 @@ def test_only_versions_of_numba_that_were_tried_compile_the_quick_way(version, q
     assert [len(options) for options in quick_compilers.__wrapped__()] == [quick, quick]
 
 
-def test_without_the_quick_way_kernels_and_their_parts_compute_the_same(monkeypatch):
+def test_without_the_quick_way_kernels_and_their_parts_compute_the_same(kept, monkeypatch):
     monkeypatch.setattr(compiling, "quick_compilers", lambda: ({}, {}))
     part = hot_kernel(lambda x: x * x + 1)
     asked = kernel(lambda x: part(x) + part(x + 1))
-    asked._cache = type(asked)(asked.py_func)._cache  # no disk: this test compiles
     assert asked(3.0) == 10.0 + 17.0
-
-
-def test_a_full_disk_under_the_cache_costs_no_answer_and_leaves_no_index_to_code_of_earlier_sources(monkeypatch):
-    def full(name, data):
-        raise OSError(ENOSPC, "No space left on device")
-
-    asked = kernel(lambda x: x * x + 3)
-    files = asked._cache._cache_file
-    monkeypatch.setattr(files, "_save_data", full)
-    index = Path(files._index_path)
-    index.unlink(missing_ok=True)
-    assert asked(2.0) == 7.0 and not index.exists()
-    monkeypatch.undo()
-    assert asked(2) == 7 and index.is_file()
-
-
-def test_an_index_that_names_what_other_sources_had_is_dropped_and_the_kernel_compiled_anew():
-    asked = kernel(lambda x: x * x + 5)
-    index = Path(asked._cache._cache_file._index_path)
-    assert asked(2) == 9
-    index.write_bytes(pickle.dumps(numba.__version__) + b"ccdcore.mesh\nNoSuchName\n.")
-    again = kernel(asked.py_func)
-    assert again(2) == 9 and again.stats.cache_misses and index.is_file()
 
 
 @kernel
