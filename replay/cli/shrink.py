@@ -7,14 +7,13 @@ import click
 from replay.cli.console import People, TerminalProgress, answer
 from replay.cli.options import ANY_PATH, RUN_FOLDER, SESSION_FILE, force, let_modules_here_be_found, reporting, scene
 
-WHOSE = "Whose: a label of the run, or your own module:Class; of a case any detector."
+WHOSE = "Whose: a label of the run, or your own module:Class."
 
 
 @click.command()
-@click.argument("run", type=RUN_FOLDER, metavar="[RUN]", required=False)
+@click.argument("run", type=RUN_FOLDER, metavar="RUN")
 @click.option("--miss", type=click.IntRange(min=1), metavar="N", help="The miss of this number.")
 @click.option("--false", type=click.IntRange(min=1), metavar="N", help="The false contact of this number.")
-@click.option("--case", type=int, metavar="N", help="A case of `replay stress` instead of a run.")
 @click.option("--detector", "--by", "label", metavar="NAME", help=WHOSE)
 @click.option("--session", type=SESSION_FILE, metavar="FILE", help="The recording, where it is not found by itself.")
 @click.option("--out", "-o", type=ANY_PATH, default="case", show_default=True, metavar="DIR", help="Folder to write.")
@@ -22,8 +21,8 @@ WHOSE = "Whose: a label of the run, or your own module:Class; of a case any dete
 @force
 @reporting
 def command(
-    run: Path | None, session: Path | None, scene: Path | None, miss: int | None, false: int | None,
-    case: int | None, label: str | None, out: Path, force: bool, as_json: bool, people: People,
+    run: Path, session: Path | None, scene: Path | None, miss: int | None, false: int | None, label: str | None,
+    out: Path, force: bool, as_json: bool, people: People,
 ) -> int:  # fmt: skip
     """Cut a wrong answer down to the fewest frames and faces that still give it, and write it as a test.
 
@@ -34,25 +33,18 @@ def command(
     replay shrink RUN --miss 4 --out case
     replay shrink RUN --false 1 --detector hull50
     replay shrink RUN --miss 2 --detector my_lab:Detector
-    replay shrink --case 29 --detector static
     """
-    if sum(one is not None for one in (miss, false, case)) != 1 or (run is None) == (case is None):
-        raise click.UsageError("name a RUN with --miss N or --false N, or a case of `replay stress` with --case N")
-    from replay.detection.detector_spec import parse_detector
+    if (miss is None) == (false is None):
+        raise click.UsageError("name a wrong answer of the run with --miss N or --false N")
     from replay.outputs.results.run_folder import check_target, read_run_folder
-    from replay.studies.shrink import fault as faults
+    from replay.studies.shrink.fault import of_run
     from replay.studies.shrink.reduce import Shrinking, Size
     from replay.studies.shrink.writing import CASE, sentence, write_case
 
     check_target(out, force=force, kind=CASE)
     let_modules_here_be_found([label or ""])
-    if run is not None:
-        found = faults.of_run(read_run_folder(run), miss=miss, false=false, label=label, session=session, scene=scene)
-        source = f"miss {miss}" if miss is not None else f"false contact {false}"
-    elif label is None:
-        raise click.UsageError("name the detector of the case with --detector")
-    else:
-        found, source = faults.of_case(case or 0, parse_detector(label)), f"case {case} of replay stress"
+    found = of_run(read_run_folder(run), miss=miss, false=false, label=label, session=session, scene=scene)
+    source = f"miss {miss}" if miss is not None else f"false contact {false}"
     before, shrinking = Size.of(found), Shrinking(found, TerminalProgress(people))
     least = shrinking.run()
     write_case(least, before, out, source=source, force=force)

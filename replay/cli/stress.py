@@ -18,17 +18,14 @@ if TYPE_CHECKING:
     from replay.studies.stress.tally import StressResult, Tally
 
 QUICK_PAIRS: Final = 200
-RELATION_PAIRS: Final = 200
 
-FIELDS: Final = ("missed", "invented", "within", "refused", "unconfirmed", "changed")
-COLUMNS: Final = ("missed", "invented", "within tolerance", "refused", "unconfirmed", "changed")
-"""Fields of a tally, and their headings."""
+FIELDS: Final = {
+    "missed": "missed", "invented": "invented", "within": "within tolerance", "refused": "refused",
+    "unconfirmed": "unconfirmed", "changed": "changed",
+}  # fmt: skip
+"""Field of a tally -> its heading."""
 
-KINDS: Final = {
-    "family": "triangle pairs of all families asked",
-    "relation": "triangle pairs asked again after a harmless change",
-    "case": "cases of whole bodies",
-}
+KINDS: Final = {"family": "triangle pairs of all families asked", "case": "cases of whole bodies"}
 
 
 @click.command()
@@ -37,51 +34,44 @@ KINDS: Final = {
     help="Detectors, or all; several with commas.",
 )  # fmt: skip
 @click.option("--family", metavar="RANGE", help="Ask families: 9, 3-5 or 1,7-9.")
-@click.option("--relation", metavar="NAMES", help="Ask relations: swap, order, axes, scale, shift, all.")
 @click.option("--case", metavar="RANGE", help="Ask cases of whole bodies: 29, 27-28,41 or all (from 27 on).")
-@click.option("--pairs", type=click.IntRange(min=1), default=4000, show_default=True,
-    help=f"Pairs of each family; a tenth of them, at most {RELATION_PAIRS}, under relations.",
-)  # fmt: skip
+@click.option("--pairs", type=click.IntRange(min=1), default=4000, show_default=True, help="Pairs of each family.")
 @click.option("--quick", is_flag=True, help=f"{QUICK_PAIRS} pairs of a family.")
 @click.option("--seed", type=click.IntRange(min=0), default=100, show_default=True, help="Of the first family.")
 @tau
 @click.option("--out", "-o", type=ANY_PATH, metavar="DIR", help="Write pairs that fail, a file a detector and family.")
 @reporting
 def command(
-    detector: str, family: str | None, relation: str | None, case: str | None, pairs: int,
-    quick: bool, seed: int, tau: float, out: Path | None, as_json: bool, people: People,
+    detector: str, family: str | None, case: str | None, pairs: int, quick: bool, seed: int, tau: float,
+    out: Path | None, as_json: bool, people: People,
 ) -> int:  # fmt: skip
-    """Ask detectors about triangle pairs made to be hard, and count where they are wrong.
+    """Ask detectors about triangle pairs and bodies made to be hard, and count where they are wrong.
 
-    What is named of --family, --relation and --case is asked; if nothing is, everything. Relations are asked of the
-    named families. Exits with 4 when a detector that claims exactness is wrong or undecided anywhere.
+    What is named of --family and --case is asked; if neither is, everything. Exits with 4 when a detector that claims
+    exactness is wrong or undecided anywhere.
 
     \b
     replay stress --quick
     replay stress --detector exact --seed 7
     replay stress --detectors exact,hybrid --family 9-12 --out failures
-    replay stress --detector hybrid --relation axes,shift
     replay stress --detector discrete --case 29,41
     """
-    from replay.studies.stress import runner
     from replay.studies.stress.bodies import CASES
     from replay.studies.stress.families import FAMILIES
-    from replay.studies.stress.tally import StressResult
+    from replay.studies.stress.runner import numbers_of, stress
 
-    numbers = runner.numbers_of(family or "all", "family", range(1, len(FAMILIES) + 1))
-    families = [FAMILIES[number - 1] for number in numbers]
-    relations, cases = runner.relations_of(relation or "all"), runner.numbers_of(case or "all", "case", [*CASES])
-    everything = family is None and relation is None and case is None
-    pairs = min(pairs, QUICK_PAIRS) if quick else pairs
-    asking = runner.Asking(runner.detectors_of(detector), seed, tau, out, TerminalProgress(people))
-    tallies: list[Tally] = []
-    if family is not None or everything:
-        tallies += runner.ask_families(asking, families, pairs)
-    if relation is not None or everything:
-        tallies += runner.ask_relations(asking, relations, families, min(RELATION_PAIRS, max(1, pairs // 10)))
-    if case is not None or everything:
-        tallies += runner.ask_cases(asking, cases)
-    result = StressResult(seed, pairs, tau, tuple(tallies))
+    everything = family is None and case is None
+    numbers = numbers_of("all" if everything else family, "family", range(1, len(FAMILIES) + 1))
+    result = stress(
+        detector,
+        families=[FAMILIES[number - 1] for number in numbers],
+        cases=numbers_of("all" if everything else case, "case", [*CASES]),
+        pairs=min(pairs, QUICK_PAIRS) if quick else pairs,
+        seed=seed,
+        tau=tau,
+        out=out,
+        progress=TerminalProgress(people),
+    )
     answer(as_json, result.as_json(), lambda: stress_tables(result))
     return people.gate(result.broken)
 
@@ -109,25 +99,17 @@ def sum_table(title: str, tallies: Sequence[Tally]) -> Table:
     for name in dict.fromkeys(tally.detector for tally in tallies):
         own = [tally for tally in tallies if tally.detector == name]
         rows.append((name, *(sum(getattr(tally, field) for tally in own) for field in ("asked", *FIELDS))))
-    return table(title, ("detector", "questions", *COLUMNS), rows)
+    return table(title, ("detector", "questions", *FIELDS.values()), rows)
 
 
 def where_table(tallies: Sequence[Tally]) -> Table:
-    """A row for each result of a family, a relation or a case; of several detectors only what was not passed."""
+    """A row for each result of a family or a case; of several detectors only what was not passed."""
     everybody = {tally.detector for tally in tallies}
-    broken = {(tally.detector, tally.relation) for tally in tallies if tally.failed}
     named: dict[tuple[str, str, str], list[str]] = {}
     for tally in tallies:
-        question, words = f"{tally.number:02d} {tally.name}", tally.words
-        if tally.relation and tally.failed:
-            question += f", {tally.relation}"
-        elif tally.relation:
-            if (tally.detector, tally.relation) in broken:
-                continue
-            question, words = tally.relation, "passed"  # of all families
-        if words != "passed" or len(everybody) == 1:
-            names = named.setdefault((question, words, tally.reason), [])
-            names += [tally.detector] if tally.detector not in names else []
+        if tally.words != "passed" or len(everybody) == 1:
+            result = f"{tally.number:02d} {tally.name}", tally.words, tally.reason
+            named.setdefault(result, []).append(tally.detector)
     rows = [
         (question, words, "all" if len(names) == len(everybody) > 1 else ", ".join(names), why)
         for (question, words, why), names in named.items()

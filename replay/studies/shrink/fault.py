@@ -1,4 +1,4 @@
-"""A wrong answer about one pair: of a run folder or of a stress case, ready to be asked again about less."""
+"""A wrong answer of a run about one pair, ready to be asked again about less."""
 
 from __future__ import annotations
 
@@ -15,14 +15,12 @@ from cdcore.detectors import load_detector
 from cdcore.errors import CollisionCoreError
 from cdcore.numerics import FloatArray, IntArray, place_points
 from cdcore.protocol import counts_as_contact, is_undecided
-from replay.detection.detector_spec import DetectorSpec, parse_detector
+from replay.detection.detector_spec import parse_detector
 from replay.detection.recorded import RECORDED
 from replay.errors import RunFolderError, ShrinkError
 from replay.outputs.results.run_folder import FALSE_CONTACTS, MISSES, RunFolder
 from replay.pipeline.engine import prepared
 from replay.prepare.assembly import Assembly
-from replay.studies.stress.families import FIRST_SEED
-from replay.studies.stress.scenes import SCENES
 from sessions import read_session
 
 WINDOWS: Final = (1.0, 10.0, 100.0, np.inf)
@@ -169,21 +167,3 @@ def _assembled(run: RunFolder, session: Path | None, scene: Path | None) -> Asse
     if len(assembly.motion) != told["frames"] or {*assembly.names} != {*told["bodies"]}:
         raise RunFolderError(f"{run.path} speaks of other frames or bodies than its recording has; run it again")
     return assembly
-
-
-def of_case(number: int, spec: DetectorSpec) -> Fault:
-    """The first fault of a detector in the scenes of a stress case; ``ShrinkError`` where it has none."""
-    if number not in SCENES:
-        raise ShrinkError(f"case {number} has no bodies; shrink one of: {', '.join(map(str, sorted(SCENES)))}")
-    for scene in SCENES[number][1](np.random.default_rng((FIRST_SEED, number))):
-        if scene.covers == "intervals":
-            continue
-        said = create_detector(spec.name, scene.bodies, **spec.settings).detect(scene.motion).verdict[:, 0]
-        wrong = counts_as_contact(said) != counts_as_contact(scene.truth)
-        for frame in np.flatnonzero(wrong & ~is_undecided(said)).tolist():
-            contact = bool(counts_as_contact(scene.truth[frame : frame + 1])[0])
-            motion, pair = scene.motion.take(np.arange(frame + 1)), np.array([[0, 1]])
-            fault = Fault(spec.name, spec.settings, "exact", scene.bodies, motion, pair, contact)
-            if fault.stands():
-                return fault
-    raise ShrinkError(f"{spec.name} answers case {number} rightly at frames; there is nothing to shrink")

@@ -1,28 +1,25 @@
-"""Detectors over the families of triangle pairs, over five relations of them, and over the cases of whole bodies."""
+"""Detectors over the families of triangle pairs and over the cases of whole bodies."""
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
 from cdcore import Verdict
 from cdcore.detectors import OPTIONAL, detector_names, load_detector
 from cdcore.narrow.margins.triangle_margins import triangle_margins
 from cdcore.narrow.triangles.integers import pair_intersects_integers
-from cdcore.narrow.triangles.predicates import triangles_intersect
-from cdcore.numerics import BoolArray, ByteArray, FloatArray
-from cdcore.protocol import counts_as_contact, is_undecided
+from cdcore.numerics import BoolArray, ByteArray, FloatArray, IntArray
+from cdcore.protocol import is_undecided
 from replay.base.progress import Progress, Silent
 from replay.comparison.tolerance import TAU
 from replay.errors import OutputError, StressError
 from replay.studies.stress.bodies import ask_case
 from replay.studies.stress.families import FAMILIES, FIRST_SEED, Family
-from replay.studies.stress.relations import RELATIONS
-from replay.studies.stress.scenes import SCENES
+from replay.studies.stress.scenes import scenes_of
 from replay.studies.stress.tally import StressResult, Tally, judged
 from replay.studies.stress.triangle_pairs import verdicts_of
 from sessions.whole_files import whole_file
@@ -55,23 +52,16 @@ def detectors_of(names: str) -> list[str]:
     return list(dict.fromkeys(chosen))
 
 
-def relations_of(text: str) -> list[str]:
-    """Relations named by ``all`` or ``swap,axes``. Raises StressError: a name that is none of them."""
-    names = [*RELATIONS] if text == ALL else text.split(",")
-    for name in names:
-        if name not in RELATIONS:
-            raise StressError(f"there is no relation {name!r}; there are: {', '.join(RELATIONS)}, or all")
-    return names
-
-
-def numbers_of(text: str, what: str, known: Sequence[int]) -> list[int]:
-    """Numbers named by ``9``, ``3-5,12`` or ``all``. Raises StressError: one is not among the known ones.
+def numbers_of(text: str | None, what: str, known: Sequence[int]) -> list[int]:
+    """Numbers named by ``9``, ``3-5,12`` or ``all``; of ``None`` none. Raises StressError: one is not known.
 
     Examples
     --------
     >>> numbers_of("3-5,12", "family", range(1, 27))
     [3, 4, 5, 12]
     """
+    if text is None:
+        return []
     if text == ALL:
         return [*known]
     wanted: set[int] = set()
@@ -87,136 +77,79 @@ def numbers_of(text: str, what: str, known: Sequence[int]) -> list[int]:
     return sorted(wanted)
 
 
-@dataclass(frozen=True)
-class Asking:
-    """Who is asked, how it is repeated, and where failing pairs are written."""
-
-    detectors: Sequence[str]
-    seed: int = FIRST_SEED  # of the first family; family k takes this plus k - 1
-    tau: float = TAU  # metres, see ``TAU``
-    out: Path | None = None  # folder for a file per detector and family that failed; ``None``: none are written
-    progress: Progress = field(default_factory=Silent)
-
-
 def stress(
     detector: str = ALL,  # names of detectors, with commas between them, or ``"all"``
     *,
     families: Sequence[Family] = FAMILIES,
-    pairs: int = 4000,  # how many of each
-    seed: int = FIRST_SEED,
-    tau: float = TAU,
-    out: Path | None = None,
+    cases: Sequence[int] = (),  # numbers of cases of whole bodies
+    pairs: int = 4000,  # how many of each family
+    seed: int = FIRST_SEED,  # of the first family; family k takes this plus k - 1
+    tau: float = TAU,  # metres, see ``TAU``
+    out: Path | None = None,  # folder for a file per detector and family that failed; ``None``: none are written
     progress: Progress | None = None,
 ) -> StressResult:
-    """Ask detectors, or all, about hard triangle pairs whose answer is known exactly; the rest is as in ``Asking``.
+    """Ask detectors about hard triangle pairs and bodies whose answer is known.
 
-    Raises UnknownDetectorError, StressError, OutputError.
+    The truth of triangle pairs is the integer test, which shares no step with the filter and the sums that ``exact``
+    decides by. Raises UnknownDetectorError, StressError, OutputError.
     """
-    asking = Asking(detectors_of(detector), seed, tau, out, progress or Silent())
-    return StressResult(seed, pairs, tau, tuple(ask_families(asking, families, pairs)))
-
-
-def ask_families(asking: Asking, families: Sequence[Family], pairs: int) -> list[Tally]:
-    """``pairs`` of each family, detector after detector.
-
-    The truth is the integer test, which shares no step with the filter and the sums that ``exact`` decides by.
-    """
-    check(asking, pairs)
+    names = detectors_of(detector)
+    if pairs < 1 or seed < 0 or not 0 <= tau < float("inf"):
+        given = f"{pairs} pairs, seed {seed}, tau {tau}"
+        raise StressError(f"{given}: give 1 pair or more, and neither seed nor tau below 0")
     tallies: list[Tally] = []
-    names = asking.detectors
-    with asking.progress.stage("stress", len(names) * len(families), "families") as advance:
+    with (progress or Silent()).stage("stress", len(names) * (len(families) + len(cases)), "questions") as advance:
         for family in families:
-            triangles = family.pairs(pairs, asking.seed)
+            triangles = family.pairs(pairs, seed)
             truth = np.array([pair_intersects_integers(pair.tolist()) for pair in triangles], dtype=np.bool_)
             for name in names:
-                tallies.append(tally_of(asking, name, family, triangles, truth, verdicts_of(name, triangles)))
+                asked = FamilyAnswer(name, family, seed, triangles, truth, verdicts_of(name, triangles))
+                tallies.append(asked.tally(tau, out))
                 advance(1)
-    return sorted(tallies, key=lambda tally: names.index(tally.detector))
-
-
-def ask_relations(asking: Asking, relations: Sequence[str], families: Sequence[Family], pairs: int) -> list[Tally]:
-    """``pairs`` of each family, and again under each relation, detector after detector, relation after relation."""
-    check(asking, pairs)
-    tallies: list[Tally] = []
-    names = asking.detectors
-    with asking.progress.stage("relations", len(names) * len(families), "families") as advance:
-        for name in names:
-            for family in families:
-                triangles = family.pairs(pairs, asking.seed)
-                before = verdicts_of(name, triangles)
-                for relation in relations:
-                    random = np.random.default_rng((asking.seed, family.number))
-                    moved = np.ascontiguousarray(RELATIONS[relation](triangles, random))
-                    both = np.stack([triangles, moved], axis=1), np.stack([before, verdicts_of(name, moved)], axis=1)
-                    tallies.append(tally_of_relation(asking, name, family, relation, *both))
-                advance(1)
-    return sorted(tallies, key=lambda tally: (names.index(tally.detector), relations.index(tally.relation)))
-
-
-def ask_cases(asking: Asking, cases: Sequence[int]) -> list[Tally]:
-    """Case after case, detector after detector."""
-    tallies = []
-    with asking.progress.stage("cases", len(cases) * len(asking.detectors), "cases") as advance:
+        tallies.sort(key=lambda tally: names.index(tally.detector))
         for number in cases:
-            random = np.random.default_rng((asking.seed, number))
-            scenes = [*SCENES[number][1](random)] if number in SCENES else []
-            for name in asking.detectors:
-                tallies.append(ask_case(name, number, scenes, seed=asking.seed, tau=asking.tau))
+            scenes = scenes_of(number, seed)
+            for name in names:
+                tallies.append(ask_case(name, number, scenes, seed=seed, tau=tau))
                 advance(1)
-    return tallies
+    return StressResult(seed, pairs, tau, tuple(tallies))
 
 
-def check(asking: Asking, pairs: int) -> None:
-    """Raise StressError for numbers that mean nothing."""
-    if pairs < 1 or asking.seed < 0 or not 0 <= asking.tau < float("inf"):
-        given = f"{pairs} pairs, seed {asking.seed}, tau {asking.tau}"
-        raise StressError(f"{given}: give 1 pair or more, and neither seed nor tau below 0")
+@dataclass(frozen=True, eq=False)
+class FamilyAnswer:
+    """What a detector says of the pairs of a family, beside the truth."""
 
+    detector: str
+    family: Family
+    seed: int
+    triangles: FloatArray  # (n, 2, 3, 3)
+    truth: BoolArray  # (n,)
+    verdict: ByteArray  # (n,)
 
-def tally_of(
-    asking: Asking, name: str, family: Family, triangles: FloatArray, truth: BoolArray, verdict: ByteArray
-) -> Tally:
-    """Count what the verdicts (n,) on triangle pairs (n, 2, 3, 3) are worth beside the truth (n,)."""
+    def tally(self, tau: float, out: Path | None = None) -> Tally:
+        """Count what the verdicts are worth; pairs that failed are written to a file in ``out``."""
 
-    def within(wrong: BoolArray) -> BoolArray:
-        # With a tolerance of 0 none is, not even a touch.
-        some = wrong & family.metric & (asking.tau > 0)
-        some[some] = triangle_margins(triangles[some])[1] <= asking.tau
-        return some
+        def within(wrong: BoolArray) -> BoolArray:
+            # With a tolerance of 0 none is, not even a touch.
+            some = wrong & self.family.metric & (tau > 0)
+            some[some] = triangle_margins(self.triangles[some])[1] <= tau
+            return some
 
-    found = judged(verdict, truth * np.uint8(Verdict.CONTACT), is_undecided(verdict), within)
-    counts: dict[str, Any] = {word: int(rows.sum()) for word, rows in found.items()}
-    tally = Tally(name, "family", family.number, family.name, asking.seed, len(triangles), **counts)
-    row = np.flatnonzero(found["missed"] | found["invented"] | found["refused"])
-    return _written(tally, asking.out, row=row, triangles=triangles[row], truth=truth[row], verdict=verdict[row])
+        answers = judged(self.verdict, self.truth * np.uint8(Verdict.CONTACT), is_undecided(self.verdict), within)
+        counts: dict[str, Any] = {word: int(rows.sum()) for word, rows in answers.items()}
+        failed = np.flatnonzero(answers["missed"] | answers["invented"] | answers["refused"])
+        file = None if out is None or not len(failed) else str(self._written(failed, out))
+        family = self.family
+        asked = len(self.triangles)
+        return Tally(self.detector, "family", family.number, family.name, self.seed, asked, **counts, file=file)
 
-
-def tally_of_relation(
-    asking: Asking, name: str, family: Family, relation: str, triangles: FloatArray, verdict: ByteArray
-) -> Tally:
-    """Count what changed between two verdicts (n, 2) on pairs and the same moved (n, 2, 2, 3, 3)."""
-    refused = is_undecided(verdict).any(axis=1)
-    volumes = (verdict == Verdict.CANDIDATE).any(axis=1)
-    contact = counts_as_contact(verdict)
-    flipped = (contact[:, 0] != contact[:, 1]) & ~refused & ~volumes
-    counts: dict[str, Any] = {"changed": int(flipped.sum()), "refused": int(refused.sum())}
-    tally = Tally(name, "relation", family.number, family.name, asking.seed, len(triangles), relation, **counts)
-    both = triangles[flipped].reshape(-1, 2, 3, 3)
-    row = np.repeat(np.flatnonzero(flipped), 2)
-    truth = triangles_intersect(both)
-    return _written(tally, asking.out, row=row, triangles=both, truth=truth, verdict=verdict[flipped].ravel())
-
-
-def _written(tally: Tally, out: Path | None, **arrays: NDArray[Any]) -> Tally:
-    """The tally with the file of its failing pairs, ``family-09-hybrid-seed-100.npz``, if there are any."""
-    if out is None or not len(arrays["row"]):
-        return tally
-    words = [f"family-{tally.number:02d}", re.sub("[^a-z0-9]+", "-", tally.detector.lower()), f"seed-{tally.seed}"]
-    target = out / f"{'-'.join([*words, tally.relation] if tally.relation else words)}.npz"
-    values: dict[str, Any] = {
-        "family": tally.number, "seed": tally.seed, "count": tally.asked, "detector": tally.detector,
-        "relation": tally.relation,
-    }  # fmt: skip
-    with whole_file(target, OutputError, parents=True) as file:
-        np.savez_compressed(file, allow_pickle=False, **arrays, **values)
-    return replace(tally, file=str(target))
+    def _written(self, row: IntArray, out: Path) -> Path:
+        """The file of these pairs, ``family-09-hybrid-seed-100.npz``."""
+        name = re.sub("[^a-z0-9]+", "-", self.detector.lower())
+        target = out / f"family-{self.family.number:02d}-{name}-seed-{self.seed}.npz"
+        with whole_file(target, OutputError, parents=True) as file:
+            np.savez_compressed(
+                file, row=row, triangles=self.triangles[row], truth=self.truth[row], verdict=self.verdict[row],
+                family=self.family.number, seed=self.seed, count=len(self.triangles), detector=self.detector,
+            )  # fmt: skip
+        return target

@@ -18,7 +18,7 @@ from cdcore.numerics import FloatArray, place_points
 from cdcore.protocol.detection import Covers
 from replay.base.constants import HEADSET_HZ
 from replay.comparison.tolerance import TAU
-from replay.studies.stress.families import random_rotations
+from replay.studies.stress.families import FIRST_SEED, random_rotations
 from replay.studies.stress.solids import ball_mesh, beaker_mesh, box_mesh, icosphere_mesh, merged, moved, rod_mesh
 
 HAIR: Final = 2.0**-40
@@ -357,3 +357,8 @@ SCENES: Final[dict[int, tuple[str, Maker]]] = {
     48: ("crossings far away", far_crossings),
 }
 """Number of a case -> its name, and what makes its scenes: 29 to 33, 44 and 48 ask about the time between frames."""
+
+
+def scenes_of(number: int, seed: int = FIRST_SEED) -> list[StressScene]:
+    """The scenes of a case; none of one that has no bodies of its own."""
+    return [*SCENES[number][1](np.random.default_rng((seed, number)))] if number in SCENES else []

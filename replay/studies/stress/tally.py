@@ -1,4 +1,4 @@
-"""What detectors made of hard questions: one row a detector and family, relation of a family, or case."""
+"""What detectors made of hard questions: one row a detector and family or case."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
@@ -19,22 +19,21 @@ CLAIM_EXACTNESS: Final = frozenset({"exact", "continuous", "aabb", "obb", "rapid
 
 @dataclass(frozen=True)
 class Tally:
-    """One detector on one family of triangle pairs, on one family under a relation, or on one case of whole bodies."""
+    """One detector on one family of triangle pairs or on one case of whole bodies."""
 
     detector: str
-    kind: str  # family, relation or case
+    kind: str  # family or case
     number: int
     name: str
     seed: int
     asked: int  # pairs, pair-frames, crossings or ways to ask again
-    relation: str = ""  # under which the pairs were asked again
     # missed, invented: disagreements with the exact answer by more than tau
     missed: int = 0
     invented: int = 0
     within: int = 0  # disagreements about at most tau (none in families whose coordinates are not metres)
     refused: int = 0  # not decided
     unconfirmed: int = 0  # reported by bounding volumes alone where nothing meets; never counted as invented
-    changed: int = 0  # answers that a harmless change of the question changed
+    changed: int = 0  # answers that were not repeated
     reason: str = ""  # why it refused or missed
     # whether the detector's promise reaches as far as the question: one of instants says nothing of intervals
     promised: bool = True

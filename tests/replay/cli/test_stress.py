@@ -43,30 +43,11 @@ def test_a_wrong_answer_of_exact_exits_with_4(capsys, monkeypatch):
     assert "gate: exact claims exactness" in said and "5 of 5" in said and "03 shared vertex" in said
 
 
-def test_quick_asks_about_few_pairs(capsys):
-    assert main(["stress", "--detector", "exact", "--family", "1-2", "--relation", "swap", "--quick"]) == 0
-    printed = capsys.readouterr().out
-    assert "200 pairs of each family" in printed
-    assert "swap" in printed and " 40 " in printed
-
-
-def test_relations_are_asked_of_the_families_named(capsys, tmp_path):
-    words = ["--detector", "hybrid", "--relation", "shift,axes", "--pairs", "600", "--out", str(tmp_path)]
-    assert main(["stress", *words, "--family", "9-12"]) == 0
-    printed = capsys.readouterr().out
-    assert "10 point on a face, axes" in printed and "swap" not in printed
-    assert list(tmp_path.iterdir())
-    assert main(["stress", *words, "--family", "2-3", "--format", "json"]) == 0
-    told = [(one["relation"], one["number"], one["asked"]) for one in json.loads(capsys.readouterr().out)["tallies"]]
-    assert told == [("", 2, 600), ("", 3, 600), ("shift", 2, 60), ("shift", 3, 60), ("axes", 2, 60), ("axes", 3, 60)]
-
-
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
         (["--detector", "spoon"], "no detector 'spoon'"),
         (["--family", "44"], "no family '44'"),
-        (["--relation", "wave"], "no relation 'wave'"),
         (["--case", "26"], "no case '26'"),
         (["--case", "40"], "no case '40'"),
     ],
@@ -74,6 +55,11 @@ def test_relations_are_asked_of_the_families_named(capsys, tmp_path):
 def test_what_means_nothing_is_one_sentence(capsys, words, sentence):
     assert main(["stress", "--pairs", "1", *words]) == 1
     assert sentence in capsys.readouterr().err
+
+
+def test_quick_asks_about_few_pairs(capsys):
+    assert main(["stress", "--detector", "exact", "--family", "1-2", "--quick"]) == 0
+    assert "200 pairs of each family" in capsys.readouterr().out
 
 
 def test_cases_alone_are_asked_and_say_why(capsys):

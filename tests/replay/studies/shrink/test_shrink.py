@@ -12,10 +12,9 @@ from support.small_worlds import along_x, cube, cubes
 from cdcore import Body, Motion, TriangleMesh
 from replay import run
 from replay.cli.main import main
-from replay.detection.detector_spec import parse_detector
 from replay.errors import RunFolderError, ShrinkError
 from replay.outputs.results.run_folder import FALSE_CONTACTS, read_run_folder
-from replay.studies.shrink.fault import Fault, of_case, of_run
+from replay.studies.shrink.fault import Fault, of_run
 from replay.studies.shrink.reduce import Shrinking, Size, fewest
 from replay.studies.shrink.well_posed import doubts_of
 from replay.studies.shrink.writing import sentence
@@ -151,15 +150,6 @@ def test_numbers_are_written_so_that_they_read_back_bit_for_bit(folder, tmp_path
     assert again.times.tobytes() == motion.times.tobytes()
     assert again.translations.tobytes() == motion.translations.tobytes()
     assert read["body"]("a", "body-1.obj").mesh.vertices.tobytes() == fault.bodies[0].mesh.vertices.tobytes()
-
-
-def test_a_case_of_stress_is_shrunk_and_a_right_answer_is_refused():
-    fault = of_case(27, parse_detector("hybrid[containment=false]"))
-    assert fault.contact and fault.stands()
-    with pytest.raises(ShrinkError, match="exact answers case 27 rightly"):
-        of_case(27, parse_detector("exact"))
-    with pytest.raises(ShrinkError, match="case 34 has no bodies"):
-        of_case(34, parse_detector("exact"))
 
 
 def test_what_cannot_be_shrunk_is_said_in_a_sentence(folder, tmp_path, capsys):

@@ -5,12 +5,12 @@ import pytest
 from cdcore import Verdict
 from replay.studies.stress import bodies
 from replay.studies.stress.bodies import CASES
-from replay.studies.stress.runner import Asking, ask_cases
+from replay.studies.stress.runner import stress
 from replay.studies.stress.tally import StressResult
 
 
 def run_cases(detectors, cases, **more):
-    return ask_cases(Asking(detectors, **more), cases)
+    return stress(",".join(detectors), families=(), cases=cases, **more).tallies
 
 
 @pytest.mark.parametrize("number", [number for number in CASES if number != 29])

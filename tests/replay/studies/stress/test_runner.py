@@ -11,8 +11,7 @@ from replay.errors import OutputError, StressError
 from replay.studies.stress import runner
 from replay.studies.stress.bodies import CASES
 from replay.studies.stress.families import FAMILIES
-from replay.studies.stress.relations import RELATIONS
-from replay.studies.stress.runner import Asking, detectors_of, numbers_of, relations_of, stress, tally_of
+from replay.studies.stress.runner import FamilyAnswer, detectors_of, numbers_of, stress
 
 FLOOR = [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
 
@@ -41,14 +40,14 @@ MIXED = [Verdict.INVALID, Verdict.CANDIDATE, Verdict.UNRESOLVED, Verdict.CLEAR, 
 )
 def test_an_answer_is_counted_once_under_the_right_word(family, verdict, tau, counts):
     assert np.array_equal(triangles_intersect(PAIRS), TRUTH)
-    tally = tally_of(Asking(["planted"], tau=tau), "planted", family, PAIRS, TRUTH, verdict)
+    tally = FamilyAnswer("planted", family, 5, PAIRS, TRUTH, verdict).tally(tau)
     assert (tally.missed, tally.invented, tally.within, tally.refused, tally.unconfirmed) == counts
     assert tally.failed == sum(counts[:4])
 
 
 def test_failing_pairs_are_written_and_those_within_tolerance_are_not(tmp_path):
-    asking = Asking(["lab.engine:Planted"], 5, 2e-6, tmp_path / "new")
-    tally = tally_of(asking, "lab.engine:Planted", FAMILIES[0], PAIRS, TRUTH, OPPOSITE)
+    planted = FamilyAnswer("lab.engine:Planted", FAMILIES[0], 5, PAIRS, TRUTH, OPPOSITE)
+    tally = planted.tally(2e-6, tmp_path / "new")
     path = tmp_path / "new" / "family-01-lab-engine-planted-seed-5.npz"
     assert [*path.parent.iterdir()] == [path] and tally.file == str(path)
     cases = read_cases(path)
@@ -58,45 +57,19 @@ def test_failing_pairs_are_written_and_those_within_tolerance_are_not(tmp_path):
     assert np.array_equal(cases.truth, TRUTH[cases.row]) and np.array_equal(cases.verdict, OPPOSITE[cases.row])
     (tmp_path / "taken").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):
-        tally_of(Asking(["p"], 5, 2e-6, tmp_path / "taken"), "p", FAMILIES[0], PAIRS, TRUTH, OPPOSITE)
+        planted.tally(2e-6, tmp_path / "taken")
 
 
-def test_exact_is_right_on_a_sample_of_every_family_and_flips_nowhere():
+def test_exact_is_right_on_a_sample_of_every_family():
     result = stress("exact", pairs=20, seed=4_711)
     assert [tally.failed for tally in result.tallies] == [0] * 26
     assert result.broken == []
-    some = [FAMILIES[k] for k in (1, 9, 14, 17, 24)]
-    flips = runner.ask_relations(Asking(["exact"], 3), [*RELATIONS], some, 25)
-    assert [(one.relation, one.number, one.failed) for one in flips[:6]] == [
-        ("swap", 2, 0), ("swap", 10, 0), ("swap", 15, 0), ("swap", 18, 0), ("swap", 25, 0), ("order", 2, 0),
-    ]  # fmt: skip
-    assert sum(one.failed for one in flips) == 0 and len(flips) == 25
 
 
 def test_python_fcl_behind_hybrid_is_wrong_where_products_overflow_and_within_tolerance_on_points():
     points, overflow = stress("hybrid", families=[FAMILIES[9], FAMILIES[15]], pairs=300).tallies
     assert points.within > 50 and points.missed == points.invented == 0
     assert overflow.missed > 5 and overflow.invented > 5 and overflow.within == 0
-
-
-def test_python_fcl_flips_and_the_file_holds_both_questions_and_both_answers(tmp_path):
-    asking = Asking(["hybrid"], out=tmp_path)
-    (found,) = runner.ask_relations(asking, ["axes"], FAMILIES[9:10], 200)
-    cases = read_cases(tmp_path / "family-10-hybrid-seed-100-axes.npz")
-    assert cases.relation == "axes" and len(cases.row) == 2 * found.changed > 0
-    assert (cases.verdict[::2] != cases.verdict[1::2]).all()
-    assert np.array_equal(cases.truth[::2], cases.truth[1::2])
-    assert np.array_equal(cases.triangles[::2], FAMILIES[9].pairs(200)[cases.row[::2]])
-    assert (np.sort(np.abs(cases.triangles[1::2]), axis=-1) == np.sort(np.abs(cases.triangles[::2]), axis=-1)).all()
-
-
-def test_of_changed_answers_refusals_are_counted_apart_and_volumes_not_at_all():
-    before = [Verdict.CLEAR, Verdict.CONTACT, Verdict.CLEAR, Verdict.CANDIDATE, Verdict.CLEAR]
-    after = [Verdict.CLEAR, Verdict.CLEAR, Verdict.INVALID, Verdict.CLEAR, Verdict.NOT_FOUND]
-    pairs = np.stack([FAMILIES[0].pairs(5)] * 2, axis=1)
-    verdict = np.array([before, after], dtype=np.uint8).T
-    one = runner.tally_of_relation(Asking(["planted"]), "planted", FAMILIES[0], "swap", pairs, verdict)
-    assert (one.changed, one.refused, one.asked, one.file) == (1, 1, 5, None)
 
 
 def test_a_detector_that_claims_exactness_and_lies_breaks_the_gate(monkeypatch):
@@ -121,7 +94,6 @@ def test_all_means_every_row_that_decides_on_meshes(monkeypatch):
 def test_families_are_named_by_number_and_range(text, numbers):
     assert numbers_of(text, "family", range(1, 27)) == numbers
     assert numbers_of("33-37", "case", [*CASES]) == [33, 37] and numbers_of("all", "case", [*CASES]) == [*CASES]
-    assert relations_of("axes,swap") == ["axes", "swap"]
 
 
 @pytest.mark.parametrize("text", ["", "x", "0", "27", "5-3", "1-99"])
