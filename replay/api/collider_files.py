@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import json
 import re
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
@@ -48,23 +49,21 @@ SLACK: Final = 0.02
 
 MANIFEST: Final = "colliders.json"
 
+HULL: Final = "one hull"
 
-@dataclass
+
 class _Ladder:
     """Ways to stand for one mesh, from its hull to many pieces; steps of CoACD are cut when they are asked for."""
 
-    mesh: TriangleMesh
-    how: str
-    steps: list[list[TriangleMesh] | int] = field(default_factory=list)
-
-    @classmethod
-    def of(cls, mesh: TriangleMesh, cutting: bool) -> _Ladder:
-        """The ladder of a mesh: by height and angle where it is round, else by CoACD where ``cutting``."""
-        hull = list(convex_pieces(mesh, 1))
-        found = sector_pieces(mesh)
-        if found is not None:
-            return cls(mesh, "by height and angle", [hull, *found[1:]])
-        return cls(mesh, "CoACD" if cutting else "one hull", [hull, *(CUT_COUNTS if cutting else ())])
+    def __init__(self, mesh: TriangleMesh, cutting: bool) -> None:
+        parts = sector_pieces(mesh)
+        self.mesh, self.how = mesh, "by height and angle"
+        self.steps: list[Sequence[TriangleMesh] | int] = [1]
+        if parts is not None:
+            self.steps += parts[1:]
+        else:
+            self.how = "CoACD" if cutting else HULL
+            self.steps += CUT_COUNTS if cutting else ()
 
     def above(self, step: int) -> list[int]:
         """Steps to try next: the one that is worth it, and the last; CoACD takes too long for its last one."""
@@ -75,11 +74,11 @@ class _Ladder:
         worth = [higher for higher in every if _filled(self.pieces(higher)) <= WORTH * filled]
         return sorted({*worth[:1], *every[-1:]})
 
-    def pieces(self, step: int) -> list[TriangleMesh]:
+    def pieces(self, step: int) -> Sequence[TriangleMesh]:
         """The pieces of a step."""
         made = self.steps[step]
         if isinstance(made, int):
-            made = self.steps[step] = list(convex_pieces(self.mesh, made))
+            made = self.steps[step] = convex_pieces(self.mesh, made)
         return made
 
 
@@ -148,28 +147,40 @@ def ship_colliders(
     Raises ``TradeoffError``: no contact happens; ``OutputError``: the folder cannot be written; and as ``replay.run``.
     """
     progress, target, chosen = progress or Silent(), Path(folder), engine_named(engine)
-    _check(target, force)
+    # Before the work is done and not after.
+    if target.exists():
+        if not force:
+            raise OutputError(f"{target} exists; name another folder, or replace it with --force")
+        _listed(target)
     held = opened(session_or_path, scene)
-    where = {key: asked[key] for key in ("pairs", "start", "end", "policy") if key in asked}
-    ready = prepared(held, progress=progress, **where)
-    assembly = ready.assembly
+    ready = prepared(
+        held, progress=progress, **{key: asked[key] for key in ("pairs", "start", "end", "policy") if key in asked}
+    )
     every_frame = chosen.step_hz >= FASTEST * rate_of(held.stamps() / 1e9)
     rate = {} if every_frame else {"rate_hz": chosen.step_hz}
     scoring = Scoring(
-        assembly, parse_detector(TRUSTED), asked.get("seed", 0), asked.get("tau", TAU), ready.treatment.session
+        ready.assembly, parse_detector(TRUSTED), asked.get("seed", 0), asked.get("tau", TAU), ready.treatment.session
     )
     with progress.stage("convex pieces"):
-        pieces, how = _Search(assembly, scoring, rate, max_false).fewest()
+        pieces, how = _Search(ready.assembly, scoring, rate, max_false).fewest()
     with whole_folder(target, OutputError, _listed if force else None) as place:
-        return _written(place, target, held, chosen, pieces, how, rate, max_false, asked)
+        session, rows = _written(place, held, pieces, how)
+        sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
+        hulls, setting = (f"collider[shape={shape}{sampled}]" for shape in ("compound,pieces=1", "shipped"))
+        result = run(session, detectors={"before": hulls, "after": setting}, **asked)
+        before = _figures(result, "before", len(rows))
+        after = _figures(result, "after", sum(row["pieces"] for row in rows))
+        shipped = Shipped(target, chosen, setting, tuple(rows), before, after, max_false, result)
+        files = sorted([MANIFEST, *(path.name for path in place.iterdir())])
+        text = json.dumps({**shipped.as_json(), "files": files}, indent=1, allow_nan=False)
+        (place / MANIFEST).write_text(text + "\n", encoding="utf-8", newline="\n")
+    return shipped
 
 
-def _check(target: Path, force: bool) -> None:
-    """Refuse a folder that cannot become one, before the work is done and not after."""
-    if target.exists() and not force:
-        raise OutputError(f"{target} exists; name another folder, or replace it with --force")
-    if target.exists():
-        _listed(target)
+def _figures(result: RunResult, label: str, pieces: int) -> dict[str, Any]:
+    """What a detector of the run gets wrong and takes, and of how many pieces."""
+    seconds = result.summary["detectors"][label]["seconds"]
+    return wrong_in(result, label) | {"ms": 1e3 * seconds["per_frame_mean"], "pieces": pieces}
 
 
 def _listed(target: Path) -> Sequence[str]:
@@ -186,48 +197,44 @@ class _Search:
     def __init__(self, assembly: Assembly, scoring: Scoring, rate: dict[str, float], max_false: float) -> None:
         self._assembly, self._scoring, self._rate, self._max_false = assembly, scoring, rate, max_false
         cutting = find_spec("coacd") is not None
-        ladders: dict[str, _Ladder] = {}
-        for body in assembly.bodies:
-            ladders.setdefault(body.mesh.content_hash, _Ladder.of(body.mesh, cutting))
+        by_mesh = {body.mesh.content_hash: body.mesh for body in assembly.bodies}
+        ladders = {mesh_hash: _Ladder(mesh, cutting) for mesh_hash, mesh in by_mesh.items()}
         self._ladders = {body.name: ladders[body.mesh.content_hash] for body in assembly.bodies}
         self._known: dict[tuple[int, ...], tuple[float, Any]] = {}
 
-    def fewest(self) -> tuple[dict[str, list[TriangleMesh]], dict[str, str]]:
+    def fewest(self) -> tuple[dict[str, Sequence[TriangleMesh]], dict[str, str]]:
         """Pieces of each body, and how they were cut."""
         steps = dict.fromkeys(self._ladders, 0)
         false, by_pair = self._false(steps)
         spent: set[int] = set()
-        while false > self._max_false and (column := self._worst(by_pair, spent)) is not None:
-            ends = [self._assembly.names[body] for body in self._assembly.pairs[column].tolist()]
-            found = [(self._false(tried), tried) for tried in self._above(steps, ends)]
+        while false > self._max_false:
+            order = np.argsort(by_pair)[::-1].tolist()
+            worst = next((column for column in order if column not in spent and by_pair[column]), None)
+            if worst is None:
+                break
+            found = [(self._false(tried), tried) for tried in self._above(steps, worst)]
             better = min(found, key=lambda tried: (tried[0][0], sum(tried[1].values())), default=None)
-            if better is None or better[0][1][column] >= by_pair[column]:
-                spent.add(column)
+            if better is None or better[0][1][worst] >= by_pair[worst]:
+                spent.add(worst)
                 continue
             (false, by_pair), steps = better
+        most = max(false + SLACK, self._max_false)
         for name in sorted(steps, key=lambda body: -len(self._ladders[body].pieces(steps[body]))):
-            steps = {**steps, name: self._least(steps, name, max(false + SLACK, self._max_false))}
+            steps = {**steps, name: self._least(steps, name, most)}
         made = {name: self._ladders[name].pieces(step) for name, step in steps.items()}
-        return made, {name: self._ladders[name].how if step else "one hull" for name, step in steps.items()}
+        return made, {name: self._ladders[name].how if step else HULL for name, step in steps.items()}
 
     def _least(self, steps: Mapping[str, int], name: str, most: float) -> int:
         """The first step of a body with which false contact is at most so much: more pieces make it less."""
-        low, high = 0, steps[name]
-        while low < high:
-            middle = (low + high) // 2
-            if self._false({**steps, name: middle})[0] <= most:
-                high = middle
-            else:
-                low = middle + 1
-        return high
 
-    def _worst(self, by_pair: Any, spent: set[int]) -> int | None:
-        """The pair with most false contact of those that can become better."""
-        order = [column for column in np.argsort(by_pair)[::-1].tolist() if column not in spent and by_pair[column]]
-        return order[0] if order else None
+        def enough(step: int) -> bool:
+            return self._false({**steps, name: step})[0] <= most
 
-    def _above(self, steps: Mapping[str, int], ends: Sequence[str]) -> list[dict[str, int]]:
+        return bisect_left(range(steps[name]), True, key=enough)
+
+    def _above(self, steps: Mapping[str, int], column: int) -> list[dict[str, int]]:
         """More pieces of one body of a pair, or of both: one alone may change nothing."""
+        ends = [self._assembly.names[body] for body in self._assembly.pairs[column].tolist()]
         higher = {name: self._ladders[name].above(steps[name]) for name in ends}
         found = [{**steps, name: step} for name, more in higher.items() for step in more]
         if all(higher.values()):
@@ -236,27 +243,22 @@ class _Search:
 
     def _false(self, steps: Mapping[str, int]) -> tuple[float, Any]:
         """Share of the reported contact time that is false, and false frames of each pair; counted once."""
-        if (key := tuple(steps.values())) not in self._known:
-            self._known[key] = self._counted(steps)
+        key = tuple(steps.values())
+        if key not in self._known:
+            solids = {name: solids_of(self._ladders[name].pieces(step)) for name, step in steps.items()}
+            bodies = tuple(replace(body, colliders=solids[body.name]) for body in self._assembly.bodies)
+            assembly = replace(self._assembly, bodies=bodies)
+            setting = Setting(f"pieces {sorted(steps.items())}", "collider", {"shape": "shipped", **self._rate})
+            detection = make_detector(setting.spec, assembly, 0).detect(assembly.motion)
+            share = self._scoring.figures(detection, setting, assembly)["false"] or 0.0
+            self._known[key] = share, self._scoring.false_frames(detection)
         return self._known[key]
-
-    def _counted(self, steps: Mapping[str, int]) -> tuple[float, Any]:
-        bodies = tuple(
-            replace(body, colliders=solids_of(self._ladders[body.name].pieces(steps[body.name])))
-            for body in self._assembly.bodies
-        )
-        assembly = replace(self._assembly, bodies=bodies)
-        setting = Setting(f"pieces {sorted(steps.items())}", "collider", {"shape": "shipped", **self._rate})
-        detection = make_detector(setting.spec, assembly, 0).detect(assembly.motion)
-        share = self._scoring.figures(detection, setting, assembly)["false"]
-        return share or 0.0, self._scoring.false_frames(detection)
 
 
 def _written(
-    place: Path, target: Path, held: Session, engine: Engine, pieces: Mapping[str, list[TriangleMesh]],
-    how: Mapping[str, str], rate: dict[str, float], max_false: float, asked: Mapping[str, Any],
-) -> Shipped:  # fmt: skip
-    """Write the files, read them again, and replay the session with what was read."""
+    place: Path, held: Session, pieces: Mapping[str, Sequence[TriangleMesh]], how: Mapping[str, str]
+) -> tuple[Session, list[dict[str, Any]]]:
+    """Write the files and read them again; the session with what was read, and a row a body."""
     from sessions import write_session
     from sessions.meshes.glb import meshes_to_glb
     from sessions.meshes.mesh_match import read_colliders
@@ -265,33 +267,17 @@ def _written(
     rows: list[dict[str, Any]] = []
     for number, (name, parts) in enumerate(pieces.items()):
         file = place / f"{_file_name(name, number)}.glb"
-        nodes = {f"UCX_{name}_{k:02d}": _rounded(part) for k, part in enumerate(parts)}
-        file.write_bytes(meshes_to_glb(nodes))
+        file.write_bytes(meshes_to_glb({f"UCX_{name}_{k:02d}": _rounded(part) for k, part in enumerate(parts)}))
         colliders |= read_colliders(file, [name])[0]
         back = [TriangleMesh(part.vertices, part.faces) for part in colliders[name]]
         mesh = TriangleMesh(held.meshes[name].vertices, held.meshes[name].faces)
-        rows.append(
-            {
-                "body": name, "file": file.name, "pieces": len(back), "how": how[name],
-                "triangles": max(len(part.faces) for part in back), "outside_mm": 1e3 * outside_by(mesh, back),
-            }
-        )  # fmt: skip
+        rows.append({
+            "body": name, "file": file.name, "pieces": len(back), "how": how[name],
+            "triangles": max(len(part.faces) for part in back), "outside_mm": 1e3 * outside_by(mesh, back),
+        })  # fmt: skip
     session = replace(held, colliders=colliders)
     write_session(session, place / "session.mcap")
-    sampled = "".join(f",{key}={value:g}" for key, value in rate.items())
-    hulls, setting = (f"collider[shape={shape}{sampled}]" for shape in ("compound,pieces=1", "shipped"))
-    result = run(session, detectors={"before": hulls, "after": setting}, **asked)
-    figures = [
-        wrong_in(result, label) | {"ms": 1e3 * result.summary["detectors"][label]["seconds"]["per_frame_mean"]}
-        for label in ("before", "after")
-    ]
-    counts = len(pieces), sum(row["pieces"] for row in rows)
-    before, after = (one | {"pieces": count} for one, count in zip(figures, counts, strict=True))
-    shipped = Shipped(target, engine, setting, tuple(rows), before, after, max_false, result)
-    names: list[str] = [MANIFEST, *(path.name for path in place.iterdir())]
-    text = json.dumps({**shipped.as_json(), "files": sorted(names)}, indent=1, allow_nan=False)
-    (place / MANIFEST).write_text(text + "\n", encoding="utf-8", newline="\n")
-    return shipped
+    return session, rows
 
 
 def _file_name(name: str, number: int) -> str:
