@@ -3,7 +3,7 @@
 Every item carries its reasons, so that a plan can be read: ``contact: because breakage needs it``.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from graphlib import CycleError, TopologicalSorter
 from itertools import chain
@@ -19,6 +19,8 @@ from sessions.scene_files.toml_table import nearest
 Key = TypeVar("Key")
 Reasons = dict[Key, tuple[str, ...]]
 """What a plan holds -> why."""
+
+_Pairs = dict[frozenset[str], Pair]
 
 DECLARED: Final = "the scene declares it"
 
@@ -93,8 +95,15 @@ def plan(scene: Scene, file: str = "scene.toml") -> Plan:
         order = tuple(TopologicalSorter(inputs).static_order())
     except CycleError as error:
         raise PlanError(f"effects need each other in a circle: {' -> '.join(error.args[1])}; break it") from error
-    asked = _asked({kind: _values(specs[kind], tables[kind], "pairs") for kind in order}, needs)
-    steps = {kind: Step(specs[kind], tables[kind], tuple(asked[kind]), inputs[kind], because[kind]) for kind in order}
+    pairs: dict[str, _Pairs] = {kind: {} for kind in order}
+    for kind in reversed(order):
+        _add(pairs[kind], _values(specs[kind], tables[kind], "pairs"))
+        for needed in needs[kind]:
+            _add(pairs[needed], pairs[kind].values())
+    steps = {
+        kind: Step(specs[kind], tables[kind], tuple(pairs[kind].values()), inputs[kind], because[kind])
+        for kind in order
+    }
     return _whole(scene, steps)
 
 
@@ -156,18 +165,6 @@ def _closure(declared: Mapping[str, tuple[Declaration, ...]]) -> tuple[dict[str,
     return specs, because
 
 
-def _asked(own: dict[str, list[Pair]], needs: Mapping[str, tuple[str, ...]]) -> dict[str, Reasons[Pair]]:
-    """For each effect, in running order, the pairs it speaks of, and who asks: its tables, and effects that need it."""
-    asked: dict[str, Reasons[Pair]] = {kind: {} for kind in own}
-    for kind in reversed(own):
-        for pair in own[kind]:
-            _ask(asked[kind], pair, kind)
-        for needed in needs[kind]:
-            for pair, who in asked[kind].items():
-                _ask(asked[needed], pair, *who)
-    return asked
-
-
 def _values(spec: EffectSpec, declared: tuple[Declaration, ...], kind: str) -> list[Any]:
     """What the tables of an effect say in fields of a kind; those that hold several are laid out."""
     keys = [key for key, field in spec.fields.items() if field.kind == kind]
@@ -175,8 +172,10 @@ def _values(spec: EffectSpec, declared: tuple[Declaration, ...], kind: str) -> l
     return told if kind == "body" else [value for values in told for value in values]
 
 
-def _ask(asked: Reasons[Pair], pair: Pair, *who: str) -> None:
-    _note(asked, pair[::-1] if pair not in asked and pair[::-1] in asked else pair, *who)
+def _add(known: _Pairs, pairs: Iterable[Pair]) -> None:
+    """Add pairs that are not there in either order of names."""
+    for pair in pairs:
+        known.setdefault(frozenset(pair), pair)
 
 
 def _note(reasons: Reasons[Any], key: Pair | str, *who: str) -> None:
@@ -184,10 +183,10 @@ def _note(reasons: Reasons[Any], key: Pair | str, *who: str) -> None:
 
 
 def _whole(scene: Scene, steps: Mapping[str, Step]) -> Plan:
+    known: _Pairs = {}
     pairs: Reasons[Pair] = {}
     bodies, topics, detectors = (Reasons[str]() for _ in range(3))
-    for pair in scene.pairs or ():
-        _ask(pairs, pair, "the scene's own pairs")
+    asking = {"the scene's own pairs": scene.pairs or ()}
     for kind, step in steps.items():
         for topic in (POSES, *step.spec.reads):
             _note(topics, topic, kind)
@@ -196,7 +195,10 @@ def _whole(scene: Scene, steps: Mapping[str, Step]) -> Plan:
             _note(bodies, name, kind)
         if step.spec.detector:
             _note(detectors, step.spec.detector, kind)
-            for pair in step.pairs:
-                _ask(pairs, pair, kind)
+            asking[kind] = step.pairs
+    for why, asked in asking.items():
+        _add(known, asked)
+        for pair in asked:
+            _note(pairs, known[frozenset(pair)], why)
     not_run = tuple(kind for kind in effect_kinds() if kind not in steps)
     return Plan(steps, tuple(pairs), bool(pairs), bodies, topics, detectors, pairs, not_run)

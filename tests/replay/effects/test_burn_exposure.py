@@ -1,46 +1,44 @@
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from support.small_worlds import cubes
 
-from replay.effects.burn_exposure import SPEC, surface
-from replay.effects.declaring import declare
-from replay.effects.output import EffectOutput, Series
 from replay.pipeline.engine import compute
 from sessions.model.scene import Scene, SceneBody, SceneEffect
 
+FLAME = SceneEffect("heat", {
+    "of": "flame", "source": "lamp", "heats": "pot", "within": 9.0, "base": [0.0, -1.0, 0.0], "height": 5.0,
+    "power_w": 160.0, "loss_w_per_k": 0.0, "ambient_c": 20.0,
+})  # fmt: skip
 
-def scene(**more):
-    settings = {"between": ["hand", "pot"], "threshold_c": 65.0, "seconds": 0.5, **more}
-    return Scene(bodies=(SceneBody("hand"), SceneBody("pot")), effects=(SceneEffect("burn-exposure", settings),))
 
-
-def run(frames, **more):
+def run(frames, *more, **limits):
+    """A hand is on a pot from 0.2 s on for so many frames of 10 ms."""
+    burn = SceneEffect("burn-exposure", {"between": ["hand", "pot"], "threshold_c": 65.0, "seconds": 0.5, **limits})
+    heated = {"properties": {"heat_capacity_j_per_k": 2.0}}
+    scene = Scene(bodies=(SceneBody("hand"), SceneBody("lamp"), SceneBody("pot", extra=heated)), effects=(burn, *more))
     places = [3.0] * 20 + [0.9] * frames + [3.0] * 20
-    return compute(cubes({"hand": places, "pot": [0.0] * len(places)}, scene=scene(**more)), detectors=()).effects
+    still = [0.0] * len(places)
+    return compute(cubes({"hand": places, "pot": still, "lamp": still}, scene=scene), detectors=()).effects
 
 
-def test_a_hand_on_a_hot_part_for_long_enough_is_a_burn():
-    effect = run(60, surface_c=70.0)["burn-exposure"]
-    exposed, burn = effect.events
-    assert (exposed.name, burn.name, burn.level) == ("exposed", "burn", "error")
-    assert burn.values["seconds"] == pytest.approx(0.6) and burn.time == pytest.approx(0.2)
-    assert effect.frames_run == 60 and effect.output.lanes["hand-pot"][0].word == "burn"
+@pytest.mark.parametrize(
+    ("frames", "surface_c", "names"),
+    [(60, 70.0, ["exposed", "burn"]), (60, 65.0, ["exposed"]), (49, 70.0, ["exposed"])],
+    ids=["burn", "not hot enough", "not long enough"],
+)
+def test_a_hand_on_a_hot_part_for_long_enough_is_a_burn(frames, surface_c, names):
+    effect = run(frames, surface_c=surface_c)["burn-exposure"]
+    assert [event.name for event in effect.events] == names and effect.output.lanes["hand-pot"][0].word == names[-1]
+    last = effect.events[-1]
+    assert last.time == pytest.approx(0.2) and last.values["seconds"] == pytest.approx(frames / 100)
+    assert (last.level == "error") == (len(names) == 2) and effect.frames_run == frames
 
 
-@pytest.mark.parametrize(("frames", "surface_c"), [(60, 65.0), (49, 70.0)], ids=["not hot enough", "not long enough"])
-def test_at_the_threshold_or_for_a_shorter_time_it_is_an_exposure(frames, surface_c):
-    assert [event.name for event in run(frames, surface_c=surface_c)["burn-exposure"].events] == ["exposed"]
-
-
-def test_the_temperature_of_the_effect_heat_is_followed_through_the_contact():
-    declared = declare(scene().effects[0], 1, SPEC.fields, scene(), "lab.toml")
-    heat = EffectOutput(series={"pot/temperature": Series(np.array([0.0, 10.0]), np.array([20.0, 120.0]), "degC")})
-    room = {"ambient_c": 21.0}
-    inputs = SimpleNamespace(
-        times=np.arange(0.0, 5.0), output=lambda kind: {"heat": heat}[kind], tables={"heat": [room]}
-    )
-    assert surface(inputs, declared, "pot", SimpleNamespace(first=2, stop=4)).tolist() == [40.0, 50.0]
-    # A glass nothing has been mixed in yet is as warm as the room: what a student leaves out ends no run.
-    assert surface(inputs, declared, "cup", SimpleNamespace(first=2, stop=4)).tolist() == [21.0, 21.0]
+@pytest.mark.parametrize("within", [9.0, 1e-9])
+def test_the_temperature_of_the_effect_heat_is_followed_through_the_contact(within):
+    """160 W into 2 J/K without loss: 80 K a second from the first frame on, or the room's 20 degrees."""
+    flame = SceneEffect("heat", {**FLAME.settings, "within": within})
+    effects = run(60, flame)
+    felt = effects["burn-exposure"].series["pot/touched at 20"]
+    rate = 80.0 if effects["heat"].events else 0.0
+    assert felt.values == pytest.approx(20.0 + rate * np.arange(20, 80) / 100)

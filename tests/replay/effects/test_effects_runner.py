@@ -1,38 +1,82 @@
+"""An effect gets what its spec names and nothing else; its skipped frames, its digest and its failure are told."""
+
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from support.small_worlds import cubes
+from support.small_worlds import along_x, cube
 
 from replay.effects.effect_plan import Plan, Step
 from replay.effects.effects_runner import run_effects
-from replay.effects.output import EffectOutput
+from replay.effects.inputs import HANDS
+from replay.effects.output import EffectEvent, EffectOutput, LaneSpan, Liquid, Series
 from replay.effects.protocol import EffectSpec
 from replay.errors import EffectError
 from replay.prepare.assemble import assemble
+from sessions import Session
+from sessions.model.scene import Scene, SceneBody
+from sessions.model.track import HandTrack
 
-
-def planned(*specs, **inputs):
-    steps = {s.kind: Step(s, (), (), inputs.get(s.kind, ()), ("the scene declares it",)) for s in specs}
-    return Plan(steps, (), detection=False, bodies={"a": ("x",)})
+QUARTER = (0.0, 0.0, np.sqrt(0.5), np.sqrt(0.5))
+"""A quarter turn about Z: +Y goes to -X."""
 
 
 def ran(*specs, **inputs):
-    session = cubes({"a": [0, 0, 0, 0], "b": [3, 3, 2, 3]})
-    return run_effects(planned(*specs, **inputs), session, assemble(session), {})
+    steps = {one.kind: Step(one, (), (), inputs.get(one.kind, ()), ("declared",)) for one in specs}
+    known = dict.fromkeys(("cup", "hand_left", "lost"), ("it is named",))
+    poses = {"cup": along_x([0, 1, 2, 3], QUARTER), "hand_left": along_x([5, 5, 6, 6])}
+    scene = Scene(bodies=tuple(map(SceneBody, known)))
+    session = Session.from_arrays(np.arange(4) * 10**7, poses, {name: cube() for name in poses}, scene)
+    hands = {f"{who}/{side}": HandTrack([0, 10**7]) for who in ("ann", "bob") for side in ("left", "right")}
+    session = replace(session, hands=hands)
+    return run_effects(Plan(steps, (), detection=False, bodies=known), session, assemble(session), {})
 
 
 def spec(kind, compute, **more):
     return EffectSpec(kind, "x", compute, **more)
 
 
+def asking(ask, **more):
+    """What an effect gets that asks so, and its run."""
+    got = []
+    run = ran(spec("pour", lambda inputs: got.append(ask(inputs)) or EffectOutput(), **more))["pour"]
+    return got[0], run
+
+
+def test_a_point_of_a_body_follows_its_pose():
+    assert np.allclose(asking(lambda inputs: inputs.poses("cup").point((0, 2, 0)))[0][:, 0], [-2, -1, 0, 1])
+
+
+@pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda inputs: inputs.poses("flask"), "which no declared effect names"),
+        (lambda inputs: inputs.mesh("flask"), "which no declared effect names"),
+        (lambda inputs: inputs.poses("lost"), "has no mesh or was not recorded"),
+        (lambda inputs: inputs.output("contact"), "name it in `needs`"),
+        (lambda inputs: inputs.hand_of("hand_left"), "name '/hands' in `reads`"),
+        (lambda inputs: inputs.contact(("cup", "lost")), "name a `detector`"),
+        (
+            lambda inputs: {}["radius"],
+            r"^effect 'pour' \(.*test_effects_runner\) failed: KeyError: 'radius'; report",
+        ),
+    ],
+)
+def test_what_the_spec_does_not_name_cannot_be_had_and_a_failure_names_the_effect(ask, words):
+    with pytest.raises(EffectError, match=words):
+        asking(ask)
+
+
+def test_a_hand_is_found_by_the_words_of_its_body_and_counted_as_decoded():
+    hand, run = asking(lambda inputs: inputs.hand_of("hand_left") is inputs.session.hands["ann/left"], reads=(HANDS,))
+    assert hand and run.counters == {"decoded /hands/ann/left": 1}
+    assert asking(lambda inputs: inputs.hand_of("cup"), reads=(HANDS,))[0] is None
+
+
 def test_an_effect_gets_the_outputs_of_its_inputs_and_no_others():
     seen = {}
-
-    def second(inputs):
-        seen.update(inputs.outputs)
-        return EffectOutput()
-
     one, two = (spec(kind, lambda i, k=k: EffectOutput(data=k)) for k, kind in ((1, "one"), (2, "two")))
-    ran(one, two, spec("x", second), x=("two",))
+    ran(one, two, spec("x", lambda inputs: seen.update(inputs.outputs) or EffectOutput()), x=("two",))
     assert {kind: output.data for kind, output in seen.items()} == {"two": 2}
 
 
@@ -40,22 +84,26 @@ def test_frames_in_which_the_trigger_was_off_are_counted_and_shown():
     mask = np.array([False, True, True, False])
     run = ran(spec("pour", lambda inputs: EffectOutput(ran=mask)))["pour"]
     assert (run.frames, run.frames_run) == (4, 2)
-    spans = [(s.start, s.end, s.word) for s in run.output.lanes["skipped"]]
-    assert spans == [(0.0, 0.01, "skipped"), (0.03, 0.03, "skipped")]
+    assert [(span.start, span.end) for span in run.output.lanes["skipped"]] == [(0.0, 0.01), (0.03, 0.03)]
 
 
-@pytest.mark.parametrize(("error", "said"), [
-    (KeyError("radius"), r"^effect 'boil' \(.*test_effects_runner\) failed: KeyError: 'radius'; report it to its"),
-    (EffectError("no water"), "^no water$"),
-])  # fmt: skip
-def test_an_effect_that_fails_names_itself_and_its_package(error, said):
-    def compute(inputs):
-        raise error
-
-    with pytest.raises(EffectError, match=said):
-        ran(spec("boil", compute))
+TIMES = np.arange(3.0)
+LIQUID = Liquid(TIMES, np.ones(3), 0.1, 0.2, np.zeros((3, 4), dtype=np.uint8))
+SPILL = EffectEvent(1.0, "spill", ("cup",), 2.0, {"volume_ml": np.float64(3.0)}, point=(0.0, 1.0, 2.0))
+WHOLE = EffectOutput(
+    (SPILL,), {"cup/volume": Series(TIMES, TIMES * 2, "mL")}, {"cup": (LaneSpan(0.0, 1.0, "pours"),)},
+    np.array([True, False, True]), {"cup": LIQUID},
+)  # fmt: skip
 
 
-def test_detections_are_kept_from_effects_that_name_no_detector():
-    with pytest.raises(EffectError, match="name a `detector`"):
-        ran(spec("pour", lambda inputs: inputs.contact(("a", "b"))))
+@pytest.mark.parametrize(
+    "changed",
+    [
+        {"events": (replace(SPILL, values={"volume_ml": 3.0000001}),)},
+        {"series": {"cup/volume": Series(TIMES, np.nextafter(TIMES * 2, 9), "mL")}},
+        {"series": {"cup/volume": Series(TIMES, TIMES * 2, "L")}}, {"lanes": {}}, {"ran": None},
+        {"liquids": {"cup": replace(LIQUID, floor=0.11)}},
+    ],
+)  # fmt: skip
+def test_any_difference_but_in_what_other_effects_are_told_shows_in_the_digest(changed):
+    assert replace(WHOLE, **changed).digest != WHOLE.digest == replace(WHOLE, data=object()).digest

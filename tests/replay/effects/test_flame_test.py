@@ -12,14 +12,13 @@ TEST = {
 AWAY, DIP, FLAME = (1.0, 1.0, 0.0), (0.5, 0.005, 0.0), (0.0, 0.11, 0.0)
 
 
-def run(places, valid=None, **more):
+def run(places, valid=None):
     """The wire's tip is at these places, 50 ms each."""
     wire = np.asarray(places, dtype=np.float64) + np.array([0.0, 0.1, 0.0])
     count = len(wire)
     poses = {"wire": (wire, still(count)[1]), "lamp": still(count), "b": still(count, (0.5, 0.0, 0.0))}
     bodies = (SceneBody("wire"), SceneBody("lamp"), glass("b", 20.0, solute="NaCl", molar=1.0))
-    seen = None if valid is None else {"wire": np.asarray(valid, dtype=bool)}
-    session = world(poses, bodies, ("flame-test", {**TEST, **more}), valid=seen, step_ns=50_000_000)
+    session = world(poses, bodies, ("flame-test", TEST), valid={"wire": valid}, step_ns=50_000_000)
     return compute(session).effects["flame-test"]
 
 
@@ -31,36 +30,33 @@ def test_a_salt_that_stays_shows_its_colour():
     run_ = run(visit(20))
     dip, flame = run_.events
     assert (dip.name, dip.values["salt"]) == ("dip", "NaCl") and (dip.time, dip.end) == pytest.approx((0.15, 0.35))
-    assert flame.values["seen"] == "yellow" and flame.values["seconds"] == pytest.approx(1.0)
-    assert flame.bodies == ("wire", "lamp") and run_.frames_run == 24
-    assert flame.message == "NaCl is in the flame for 1.0 s: yellow"
-    assert [span.word for span in run_.output.lanes["wire"]] == ["in b", "yellow"]
+    assert flame.bodies == ("wire", "lamp") and flame.message == "NaCl is in the flame for 1.0 s: yellow"
+    assert [span.word for span in run_.output.lanes["wire"]] == ["in b", "yellow"] and run_.frames_run == 24
 
 
-def test_too_short_a_visit_shows_none_and_neither_does_a_clean_wire():
-    assert run(visit(19)).events[-1].values["seen"] == ""
-    (flame,) = run(visit(30, AWAY)).events
-    assert flame.values["salt"] == "" and flame.values["seen"] == ""
+LOST = np.ones(len(visit(30)), dtype=bool)
+LOST[15:20] = False
 
 
-def test_one_frame_in_the_flame_is_noise_and_a_loss_inside_does_not_end_the_visit():
-    assert [event.name for event in run(visit(1)).events] == ["dip"]
-    valid = np.ones(len(visit(30)), dtype=bool)
-    valid[15:20] = False
-    assert run(visit(30), valid).events[-1].values["seconds"] == pytest.approx(1.5)
+@pytest.mark.parametrize(
+    ("places", "valid", "visits"),
+    [(visit(19), None, [("NaCl", "", 0.95)]), (visit(30, AWAY), None, [("", "", 1.5)]), (visit(1), None, []),
+     (visit(30), LOST, [("NaCl", "yellow", 1.5)])],
+    ids=["too short", "clean wire", "one frame is noise", "a loss ends no visit"],
+)  # fmt: skip
+def test_a_visit_shows_what_is_on_the_wire_if_it_lasts(places, valid, visits):
+    found = [event.values for event in run(places, valid).output.named("flame")]
+    assert [(one["salt"], one["seen"], pytest.approx(one["seconds"])) for one in found] == visits
+
+
+LEVEL = 20e-6 / (np.pi * 0.02**2)
 
 
 @pytest.mark.parametrize(
     ("place", "inside"),
     [((0.0099, 0.1, 0.0), True), ((0.0101, 0.1, 0.0), False), ((0.0, 0.149, 0.0), True), ((0.0, 0.151, 0.0), False),
-     ((0.0051, 0.125, 0.0), False), ((0.0049, 0.125, 0.0), True), ((0.0, 0.0999, 0.0), False)],
+     ((0.0051, 0.125, 0.0), False), ((0.0049, 0.125, 0.0), True), ((0.0, 0.0999, 0.0), False),
+     ((0.5, LEVEL + 1e-4, 0.0), False), ((0.5, LEVEL - 1e-4, 0.0), True), ((0.53, 0.005, 0.0), False)],
 )  # fmt: skip
-def test_the_flame_is_a_cone_on_its_foot(place, inside):
+def test_the_flame_is_a_cone_on_its_foot_and_the_wire_is_wet_below_the_level(place, inside):
     assert bool(run([AWAY] * 3 + [place] * 5 + [AWAY] * 3).events) == inside
-
-
-def test_over_the_level_or_beside_the_glass_the_wire_stays_dry():
-    level = 20e-6 / (np.pi * 0.02**2)
-    for place in ((0.5, level + 1e-4, 0.0), (0.53, 0.005, 0.0)):
-        assert run([AWAY] * 3 + [place] * 5).events == ()
-    assert len(run([AWAY] * 3 + [(0.5, level - 1e-4, 0.0)] * 5).events) == 1

@@ -57,7 +57,10 @@ def scene(*changes):
             del table[name]
     made = {"dish": "evaporating_dish", "cup": "" if "cavity" in bodies["cup"] else "dropper"}
     return Scene(
-        bodies=tuple(SceneBody(name, instrument=made.get(name, ""), extra=extra) for name, extra in bodies.items()),
+        bodies=tuple(
+            SceneBody(name, tags=("vessel",) if name in HOLDS else (), instrument=made.get(name, ""), extra=extra)
+            for name, extra in bodies.items()
+        ),
         effects=tuple(SceneEffect(told.pop("kind"), told) for told in tables.values()),
     )
 
@@ -78,6 +81,19 @@ LEAD = (
 NO_REACTION = tuple(one for name in ("neutral", "silver", "zinc", "falls", "gas", "pink") for one in (name, None))
 
 REFUSED = [
+    ("from: no body is 'cap'; did you mean 'tap'", "pour.from", "cap"),
+    ("no body is 'tag:vesel'; did you mean 'tag:vessel'", "pour.from", "tag:vesel"),
+    ("from is empty", "pour.from", []),
+    ("from names 3", "pour.from", [3]),
+    ("which stands for a, cup, .*; give one body", "gas.jar", "tag:vessel"),
+    (r"between is \['hand'\]; give two", "burn.between", ["hand"]),
+    ("pairs 'hand' with itself", "burn.between", ["hand", "hand"]),
+    *((r"seconds is .*; give a finite number in s", "burn.seconds", one) for one in ("long", np.nan, True)),
+    ("seconds is -1.0; give at least 0.0 s", "burn.seconds", -1.0),
+    ("indicator is ''; give text", "pink.indicator", ""),
+    ("tip is .*; give three finite numbers", "test.tip", [1, 2]),
+    ("acids is 3; give a table", "neutral.acids", 3),
+    (r"burn-exposure'\): unknown key 'secnds'; did you mean 'seconds'", "burn.secnds", 0.5),
     ("not balanced", "neutral.equation", "HCl + NaOH -> NaCl"),
     ("has no ->", "neutral.equation", "salt"),
     ("equation: nobody brings 'KOH'; there are: ", "neutral.equation", "HCl + KOH -> KCl + H2O"),
@@ -129,7 +145,7 @@ REFUSED = [
     ("which salt is in 'flask'", "test.dips", {}),
     ("colours: no vessel of dips holds 'NaCL'", "test.colours", {"NaCL": "yellow"}),
     (r"colours is \{'NaCl': 3\}; give a table of words", "test.colours", {"NaCl": 3}),
-    ("of is 'fire'", "flame.of", "fire"),
+    ("of is 'flme'; did you mean 'flame'", "flame.of", "flme"),
     ("power_w is missing", "flame.power_w", None),
     ("solute belongs to heat of a dilution", "flame.solute", "HCl"),
     ("ambient_c is missing", "flame.ambient_c", None),
@@ -154,7 +170,7 @@ REFUSED = [
 def test_a_slip_is_refused_before_the_run_in_words_that_say_what_to_give(words, changes):
     with pytest.raises(PlanError) as refused:
         plan(scene(*changes))
-    assert any(re.search(words, fault) for fault in refused.value.faults), refused.value.faults
+    assert any(re.search("^scene.toml: .*" + words, fault) for fault in refused.value.faults), refused.value.faults
 
 
 def test_the_scene_without_a_slip_is_planned():

@@ -1,4 +1,4 @@
-"""End points are where amounts say, at every rate of recording; the pH is that of the balance of charges."""
+"""End points (`replay.effects.end_points`) are where amounts say, at every rate; the pH is that of the charges."""
 
 import numpy as np
 import pytest

@@ -65,8 +65,3 @@ def stream(times, volumes, source="a", target="b"):
 def test_a_pause_splits_a_flow_and_a_shorter_one_does_not():
     parts = flows([stream([0.0, 0.6, 1.4], [0.1] * 3)], least_ml=0.0)
     assert [one.times.tolist() for one in parts] == [[0.0, 0.6], [1.4]]
-
-
-def test_what_goes_elsewhere_is_another_flow_at_the_same_time():
-    parts = flows([stream([0.0, 0.1], [0.1] * 2), stream([0.0, 0.1], [0.1] * 2, target="")], 0.0)
-    assert [(one.target, len(one.times)) for one in parts] == [("", 2), ("b", 2)]

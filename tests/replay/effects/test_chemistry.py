@@ -1,0 +1,168 @@
+"""Concentrations, colour, solids, extents and gas are what amounts and volumes say.
+
+Of `replay.effects.mixing`, `replay.effects.colour`, `replay.effects.precipitation`, `replay.effects.reaction` and
+`replay.effects.gas`, views of what `replay.effects.chemistry` reads in a scene.
+"""
+
+import math
+
+import numpy as np
+import pytest
+from support.liquid_worlds import MIX, NEUTRAL, RADIUS, glass, poured, run_in, still, tilted, world
+
+from replay.effects.contents import WATER_MOLAR, contents_of
+from replay.effects.effect_summary import leading
+from replay.effects.models.gas_laws import gas_ml_per_mol
+from replay.effects.vessels import COLOURS, Vessel
+from replay.pipeline.engine import compute
+from sessions.model.scene import SceneBody
+
+MIXED = ("mixing", {"in": ["b"]})
+
+
+def reaction(equation, **more):
+    return "reaction", {"equation": equation, **more}
+
+
+def test_concentrations_follow_what_is_poured():
+    bodies = (glass("a", 60.0, solute="HCl", molar=0.2), glass("b", 40.0, solute="NaCl", molar=0.1))
+    effects = poured([0.0, 60.0, 60.0, 0.0], bodies, MIXED)
+    series, moved = effects["mixing"].series, effects["pour"].events[0].values["volume_ml"]
+    assert series["b/volume"].values[-1] == pytest.approx(40.0 + moved, rel=1e-9)
+    assert series["b/HCl as brought"].values[-1] == pytest.approx(0.2 * moved / (40.0 + moved), rel=1e-9)
+    assert series["b/NaCl as brought"].values[[0, -1]] == pytest.approx([0.1, 4.0 / (40.0 + moved)], rel=1e-9)
+    assert effects["mixing"].frames_run == 2 and set(series) == {"b/volume", "b/HCl as brought", "b/NaCl as brought"}
+
+
+@pytest.mark.parametrize(
+    ("liquid", "amounts"),
+    [({}, {"H2O": 0.1 * WATER_MOLAR}), ({"solute": "HCl", "molar": 1.0}, {"HCl": 0.1}),
+     ({"solute": "H2SO4", "molar": 18.0, "water_molar": 4.0}, {"H2SO4": 1.8, "H2O": 0.4})],
+)  # fmt: skip
+def test_water_is_counted_where_it_is_pure_or_told(liquid, amounts):
+    assert contents_of(Vessel(glass("a", 100.0, **liquid))).amounts == pytest.approx(amounts)
+
+
+PINK = {
+    "in": "flask", "indicator": "phenolphthalein", "from_ph": 8.2, "to_ph": 10.0, "acid_colour": "colourless",
+    "base_colour": "pink",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("ends", "limits"), [(True, {}), (False, {"from_ph": 2.0, "to_ph": 14.0})])
+def test_an_indicator_turns_once_and_a_stop_inside_its_range_is_a_change_that_does_not_end(ends, limits):
+    run = run_in([0.0, 0.0, *([90.0] * 100), 0.0, 0.0], MIX, NEUTRAL, ("colour", {**PINK, **limits}))["colour"]
+    (event,) = run.events
+    assert event.name == "colour-change" and event.values["to"] == "pink"
+    assert event.end >= event.time if ends else event.end is None
+    if ends:
+        shade = run.output.liquids["flask"].rgba
+        assert tuple(shade[0]) == COLOURS["colourless"] and tuple(shade[-1]) == COLOURS["pink"]
+        assert run.output.lanes["flask"][0].word == "colourless"
+        assert run.series["flask/phenolphthalein"].values[[0, -1]].tolist() == [0.0, 1.0]
+
+
+SILVER = reaction("AgNO3 + NaCl -> AgCl + NaNO3")
+FALLS = ("precipitation", {"solid": "AgCl", "ksp": 1.77e-10, "colour": "white"})
+
+
+def test_the_scarcer_ion_falls_out_almost_all_at_once():
+    bodies = (glass("a", 60.0, solute="AgNO3", molar=0.1), glass("b", 40.0, solute="NaCl", molar=0.1))
+    effects = poured([0.0, 60.0, 60.0], bodies, MIXED, SILVER, FALLS)
+    (event,) = effects["precipitation"].events
+    moles = 0.1e-3 * effects["pour"].events[0].values["volume_ml"]
+    assert event.time == pytest.approx(0.01) and event.values["moles"] == pytest.approx(moles, rel=1e-4)
+    assert event.values["mass_g"] == pytest.approx(moles * 143.32, rel=1e-4)
+    assert effects["precipitation"].series["b/AgCl"].values[0] == 0.0
+    drawn = effects["precipitation"].output.liquids["b"].rgba
+    assert tuple(drawn[0]) == COLOURS["colourless"] and tuple(drawn[-1]) == COLOURS["white"]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25])
+def test_a_solid_stays_when_its_liquid_is_decanted_and_a_declared_share_goes_along(share):
+    bodies = (glass("a", 20.0, solute="AgNO3", molar=0.1), glass("b", 20.0, solute="NaCl", molar=0.1), glass("c"))
+    poses = {
+        "a": tilted([0.0, 0.0, 120.0, 120.0, 120.0, 0.0, 0.0, 0.0, 0.0]),
+        "b": tilted([*([0.0] * 5), 120.0, 120.0, 120.0, 0.0], (RADIUS, 0.1, 0.0)),
+        "c": still(9, (RADIUS, 0.0, 0.0)),
+    }  # fmt: skip
+    pour = ("pour", {"from": ["a", "b"], "into": ["b", "c"], "solids_along": share})
+    # A step in which a glass can be emptied.
+    session = world(poses, bodies, pour, ("mixing", {"in": ["b", "c"]}), SILVER, FALLS, step_ns=100_000_000)
+    series = compute(session).effects["precipitation"].series
+    stays, goes = (series[f"{name}/AgCl"].values[-1] for name in "bc")
+    assert goes == pytest.approx(share * 0.28664, rel=1e-3) and stays + goes == pytest.approx(0.28664, rel=1e-3)
+
+
+ZINC = "Zn + 2 HCl -> ZnCl2 + H2"
+
+
+def on_zinc(grams, volume=0.0, **more):
+    flask = glass("b", volume, **more)
+    flask.extra["properties"]["solid"] = {"formula": "Zn", "mass_g": grams}
+    return flask
+
+
+def test_a_reaction_with_a_rate_nears_the_end_of_its_limiting_reagent():
+    acid, slow = glass("a", 60.0, solute="HCl", molar=2.0), reaction(ZINC, rate_per_s=2.0)
+    run = poured([0.0, *([60.0] * 100)], (acid, on_zinc(0.05)), MIXED, slow)["reaction"]
+    extent, gone = run.series["b/extent"], run.series["b/H2 gone"]
+    assert extent.values[0] == 0.0 and len(extent.times) == run.frames_run == 99 and extent.times[0] == 0.02
+    assert extent.values[-1] == pytest.approx(-0.05 / 65.38 * np.expm1(-2.0 * 0.98), rel=1e-9)
+    assert run.series["b/pH"].values[-1] < 0.0
+    (event,) = run.events
+    assert event.name == "gas" and event.values == {"moles": extent.values[-1], "formula": "H2"}
+    assert (event.time, event.end) == pytest.approx((0.03, 1.0))
+    assert leading({"reaction": run}) == event and gone.values[-1] == extent.values[-1] and gone.unit == "mol"
+
+
+def test_gas_that_leaves_is_what_stays_dissolved_less_and_without_a_gas_none_is_told():
+    """Soda of 0.5 mol/L with acid in excess: a litre keeps 3.3e-4 mol/(m3 Pa) times an atmosphere of the CO2."""
+
+    def run(base, equation):
+        bodies = glass("a", 60.0, solute="HCl", molar=1.0), glass("b", 10.0, solute=base, molar=0.5)
+        return poured([0.0, *([60.0] * 50)], bodies, MIXED, reaction(equation))
+
+    effects = run("NaHCO3", "NaHCO3 + HCl -> NaCl + H2O + CO2")
+    volume = effects["mixing"].series["b/volume"].values
+    (event,) = effects["reaction"].output.named("gas")
+    # Gas that left stays away: most of it is gone in the first row with acid for all of the soda, at its volume.
+    litres = 1e-3 * volume[volume >= 15.0][0]
+    assert event.values["moles"] == pytest.approx(5e-3 - 3.3e-7 * 101325.0 * litres, rel=0.01)
+    assert "mmol CO2 leave b as gas" in event.text
+    assert not run("NaOH", NEUTRAL[1]["equation"])["reaction"].output.named("gas")
+
+
+COUNT = 200
+
+
+def collected(heights, grams):
+    """Acid is poured on zinc at 0.11 s; the tube ends 0.5 m above the flask's floor, the jar's mouth at heights."""
+    jar = np.zeros((COUNT, 3))
+    jar[:, 1] = np.asarray(heights) + 0.06
+    bodies = glass("a", 60.0, solute="HCl", molar=5.0), on_zinc(grams, cavity={"radius": 0.05}), SceneBody("tube")
+    poses = {"a": tilted([*([0.0] * 10), *([80.0] * (COUNT - 10))]), "b": still(COUNT), "tube": still(COUNT)}
+    poses["jar"] = jar, np.tile((1.0, 0.0, 0.0, 0.0), (COUNT, 1))
+    gas = {"gas": "H2", "from": "b", "tube": "tube", "outlet": [0.0, 0.5, 0.0], "jar": "jar", "temperature_c": 20.0,
+           "pressure_pa": 101325.0}  # fmt: skip
+    told = (("pour", {"from": ["a"], "into": ["b"]}), MIXED, reaction(ZINC, rate_per_s=2.0), ("gas", gas))
+    return compute(world(poses, (*bodies, glass("jar")), *told)).effects["gas"]
+
+
+def test_under_the_jar_all_of_it_is_collected_up_to_what_the_jar_holds():
+    run = collected([0.45] * COUNT, 0.5)
+    (event,) = run.events
+    brim, series = math.pi * 0.02**2 * 0.06 * 1e6, run.series["jar/H2 collected"].values
+    assert event.values["volume_ml"] == pytest.approx(brim) and series[-1] == pytest.approx(brim)
+    moles = 0.5 / 65.38 * -math.expm1(-2.0 * 1.88)
+    whole = series[-1] + run.series["jar/H2 leaked"].values[-1]
+    assert whole == pytest.approx(moles * gas_ml_per_mol(20.0, 101325.0), rel=1e-9)
+
+
+def test_only_while_the_outlet_is_inside_is_anything_collected():
+    run = collected([0.6] * 50 + [0.48] * 50 + [0.6] * 100, 0.05)
+    (event,) = run.events
+    moles = 0.05 / 65.38 * (math.exp(-2.0 * 0.38) - math.exp(-2.0 * 0.88))
+    assert event.values["moles"] == pytest.approx(moles, rel=1e-9) and event.end == pytest.approx(1.0)
+    assert event.values["leaked_before_mol"] == pytest.approx(0.05 / 65.38 * -math.expm1(-2.0 * 0.38), rel=1e-6)
+    assert [span.word for span in run.output.lanes["jar"]] == ["leaks", "collected", "leaks"]
