@@ -24,6 +24,7 @@ def test_another_clock_is_fitted_and_the_reports_become_a_detector(csv, tmp_path
     assert fit.seconds == pytest.approx(-100.0) and fit.residual == pytest.approx(0.0, abs=1e-9)
     assert (fit.matched, fit.of) == (4, 5)
     assert float(session.facts[OFFSET_FACT]) == pytest.approx(-100.0)
+    assert float(session.facts[DRIFT_FACT]) == 0.0
     write_session(session, tmp_path / "s.mcap")
     result = compute(read_session(tmp_path / "s.mcap"), detectors="recorded", oracle="exact")
     assert result.summary["audit"]["recorded"]["missed"]["count"] == 0
@@ -35,20 +36,6 @@ def test_a_given_offset_is_taken_as_it_is(csv):
     assert fit.seconds == -99.99 and fit.residual == pytest.approx(0.01)
     assert float(session.facts[RESIDUAL_FACT]) == pytest.approx(0.01)
     assert session.live_contacts[0].time_ns == 50_000_000
-
-
-def test_a_clock_that_drifts_is_set_right(tmp_path):
-    places = ([3] * 7 + [0.9] * 3 + [3] * 30 + [0.9] * 5 + [3] * 20 + [0.9] * 2) * 10
-    session = cubes({"a": [0] * len(places), "b": places})
-    found = compute(session, detectors="exact", oracle="none")
-    times = found.assembly.motion.times
-    rows = [f"{(times[frame] + 5.0) / 1.02:.6f},a,b,{what}\n" for one in found.episodes["exact"]
-            for frame, what in ((one.first, "begin"), (one.last, "end"))]  # fmt: skip
-    (tmp_path / "drift.csv").write_text("".join(rows), encoding="utf-8")
-    joined, fit = import_contacts(tmp_path / "drift.csv", session)
-    assert fit.drift == pytest.approx(0.02, abs=1e-5) and float(joined.facts[DRIFT_FACT]) == pytest.approx(fit.drift)
-    figures = compute(joined, detectors="recorded", oracle="exact").summary["audit"]["recorded"]
-    assert figures["missed"]["count"] <= 2 and figures["contacts_missed"] == 0
 
 
 def test_without_a_partner_the_residual_is_unknown(csv):

@@ -79,21 +79,6 @@ class Blind(Planted):
         return contact
 
 
-class Rounding(Planted):
-    """Decides with every place rounded up to whole steps of 3 micrometres, as a format of few digits would."""
-
-    STEP = 3e-6
-
-    def detect(self, motion, *, faces=False):
-        places = np.ceil(motion.translations / self.STEP) * self.STEP
-        rounded = Motion(motion.times, places, motion.rotations, motion.valid, linked=motion.linked)
-        return super().detect(rounded)
-
-    def stream(self, motions, *, faces=False):
-        for motion in motions:
-            yield self.detect(motion)
-
-
 class Undecided(FrameDetector):
     """Decides nothing."""
 

@@ -4,7 +4,7 @@ from support.small_worlds import verdict_column, verdicts
 
 from cdcore import Verdict
 from replay.comparison.compare import compare
-from replay.comparison.outcome import Comparison, Outcome
+from replay.comparison.outcome import Outcome
 from replay.errors import AuditError
 
 LETTER = {
@@ -46,12 +46,6 @@ def test_within_tolerance_only_disagreement_is_excused():
     assert words(subject, oracle, within=lambda frames, _: frames < 0) == ".MIB"
 
 
-def test_labels_are_the_runs_else_the_detectors():
-    a, b = verdict_column("C", name="x"), verdict_column("C", name="y")
-    assert (compare(a, b).subject, compare(a, b).oracle) == ("x", "y")
-    assert (compare(a, b, ("p", "q")).subject, compare(a, b, ("p", "q")).oracle) == ("p", "q")
-
-
 def test_other_frames_or_pairs_are_refused():
     with pytest.raises(AuditError, match=r"different frames \(2 and 3\)"):
         compare(verdict_column(".."), verdict_column("..."))
@@ -59,10 +53,3 @@ def test_other_frames_or_pairs_are_refused():
         compare(verdict_column(".."), verdict_column("..", step=0.02))
     with pytest.raises(AuditError, match="different pairs"):
         compare(verdicts(["..", ".."]), verdict_column(".."))
-
-
-def test_counts_over_all_outcomes_make_up_every_pair_frame():
-    outcome = np.random.default_rng(0).integers(0, len(Outcome), size=(50, 4)).astype(np.uint8)
-    comparison = Comparison("a", "b", outcome)
-    assert sum(comparison.count(word) for word in Outcome) == outcome.size
-    assert comparison.count(Outcome.MISSED) == (outcome == 2).sum()

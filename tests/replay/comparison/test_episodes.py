@@ -50,7 +50,3 @@ def test_a_jump_between_known_poses_joins_no_contacts():
     assert [(e.first, e.last, e.cuts) for e in episodes(verdict_column("C-C"), known)] == [(0, 0, 0), (2, 2, 0)]
     known[1, 0] = False
     assert [(e.first, e.last, e.cuts) for e in episodes(verdict_column("C-C"), known)] == [(0, 2, 1)]
-
-
-def test_nothing_found_is_no_episode():
-    assert episodes(verdicts(["..", "n-", "uu"])) == ()

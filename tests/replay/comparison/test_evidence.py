@@ -3,9 +3,9 @@ import pytest
 from support.small_worlds import along_x, cube, cubes
 
 from cdcore import create_detector
-from replay.comparison.evidence import LOOKS_PER_MISS, Evidence, _normal, _point, looks
+from replay.comparison.evidence import LOOKS_PER_MISS, Evidence, looks
 from replay.prepare.assemble import assemble
-from sessions import Session
+from sessions import MeshData, Session
 
 
 def evidence_of(session, places):
@@ -31,15 +31,11 @@ def offset_cubes(places):
     )
 
 
-def test_the_deepest_look_is_where_the_curve_is_longest():
+def test_the_deepest_look_is_where_the_curve_is_longest_and_every_frame_is_asked_once():
     session = offset_cubes([0.68, 0.6, 0.5, 0.6, 0.68])
     evidence, asked = evidence_of(session, [(0, 0, 4), (0, 0, 1)])
-    detection, _ = evidence._detection((0, 0, 4))
-    cuts = {frame: evidence._cut(detection, frame, 0, frame) for frame in range(5)}
-    assert cuts[2].length > cuts[1].length > cuts[0].length >= 0.0
-    assert evidence.deepest(0, 0, 4) == cuts[2]
-    assert evidence.deepest(0, 0, 1) == cuts[1]
-    assert asked == [5]
+    whole, part = evidence.deepest(0, 0, 4), evidence.deepest(0, 0, 1)
+    assert (whole.frame, part.frame, asked) == (2, 1, [5]) and whole.length > part.length > 0.0
 
 
 def test_point_lies_on_the_cut_and_normal_points_from_first_to_second():
@@ -60,11 +56,6 @@ def test_a_contained_body_has_a_point_between_the_middles_and_no_curve():
     assert cut.point == pytest.approx((0.1, 0, 0)) and cut.normal == pytest.approx((1, 0, 0))
 
 
-def test_nothing_missed_asks_nobody():
-    _, asked = evidence_of(cubes({"a": [0, 0], "b": [5, 6]}), [])
-    assert asked == []
-
-
 def test_long_misses_are_looked_at_evenly_with_both_ends():
     assert looks(3, 9, 10).tolist() == list(range(3, 10))
     many = looks(0, 10_000, LOOKS_PER_MISS)
@@ -73,32 +64,23 @@ def test_long_misses_are_looked_at_evenly_with_both_ends():
     assert looks(4, 10, 1).tolist() == [7]
 
 
-def ring(normal=(0.0, 0.0, 1.0), radius=1.0, count=24):
-    angle = np.linspace(0, 2 * np.pi, count + 1)
-    points = radius * np.stack([np.cos(angle), np.sin(angle), np.zeros(count + 1)], axis=-1)
-    if normal[1]:
-        points = points[:, [0, 2, 1]]
-    return np.stack([points[:-1], points[1:]], axis=1)
-
-
-def test_the_point_of_a_ring_is_on_the_ring():
-    segments = ring()
-    way = segments[:, 1] - segments[:, 0]
-    point = _point(segments, np.sqrt((way * way).sum(axis=-1)))
-    assert np.hypot(*point[:2]) == pytest.approx(np.cos(np.pi / 24))
-
-
-def test_the_normal_of_a_flat_curve_is_that_of_its_plane_on_the_second_bodys_side():
-    assert _normal(ring(), np.array([0.6, 0.0, 0.8])) == pytest.approx([0, 0, 1], abs=1e-12)
-    assert _normal(ring(), np.array([0.6, 0.0, -0.8])) == pytest.approx([0, 0, -1], abs=1e-12)
-    assert abs(_normal(ring((0, 1, 0)), np.array([0.0, 1.0, 0.0]))[1]) == pytest.approx(1.0)
-
-
-def test_a_curve_that_is_a_line_or_a_point_has_a_normal_across_it():
-    line = np.array([[[0.0, 0, 0], [1, 0, 0]]])
-    assert _normal(line, np.array([0.6, 0.8, 0.0])) == pytest.approx([0, 1, 0])
-    assert _normal(line, np.array([1.0, 0.0, 0.0])) == pytest.approx([1, 0, 0])
-    assert _normal(np.zeros((1, 2, 3)), np.array([0.0, 1.0, 0.0])) == pytest.approx([0, 1, 0])
+@pytest.mark.parametrize(
+    ("other", "normal"),
+    [
+        # The other triangle stands across the first, in a plane through X: they cut along X.
+        ([[0.1, -1, 0.5], [0.9, -1, 0.5], [0.5, 2, 0.5]], (0, 0.5**0.5, 0.5**0.5)),
+        # The middles lie along the line: any normal across it would be as good, and the way between them is kept.
+        ([[-1, -1, 0.0], [2.6, -1, 0.0], [0.8, 1, 0.0]], (1, 0, 0)),
+    ],
+)
+def test_a_curve_that_is_a_line_has_a_normal_across_it_toward_the_other_body_or_else_along_the_middles(other, normal):
+    flat = MeshData(np.array([[0.0, 0, -1], [1, 0, -1], [0.5, 0, 1]]), np.array([[0, 1, 2]]))
+    across = MeshData(np.array(other, dtype=float), np.array([[0, 1, 2]]))
+    poses = {"a": along_x([0, 0]), "b": along_x([0, 1e-3])}
+    evidence, _ = evidence_of(Session.from_arrays([0, 1], poses, {"a": flat, "b": across}), [(0, 0, 0)])
+    cut = evidence.deepest(0, 0, 0)
+    assert cut.face_pairs == 1 and cut.length > 0.0
+    assert cut.normal == pytest.approx(normal, abs=1e-9)
 
 
 def between(places, asked=(0, 2, 2)):

@@ -40,6 +40,7 @@ def test_what_moves_along_while_the_trigger_is_pressed_was_taken():
     (one,) = grasps(assembly, session)
     assert assembly.names[one.thing] == "cube" and assembly.names[one.hand] == "hand-right"
     assert (one.start, one.end) == pytest.approx((1.0, 2.0), abs=0.02)
+    assert grasps(assembly, replace(session, hands={})) is None, "without a trigger nobody knows"
 
 
 @pytest.mark.parametrize("change", ["nothing moves along", "shorter than three tenths"])
@@ -56,11 +57,6 @@ def test_a_finger_that_trembles_between_the_levels_presses_once():
     places, trigger = carried()
     trigger[120:180] = np.where(np.arange(60) % 2, 0.45, 0.58)
     assert len(grasps(*world(places, trigger))) == 1
-
-
-def test_without_a_trigger_nobody_knows_of_grasps():
-    session = cubes(carried()[0])
-    assert grasps(assemble(session), session) is None
 
 
 def test_hands_are_those_tagged_so_and_else_those_named_so():

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
-from support.small_worlds import verdict_column, verdicts
+from support.small_worlds import verdict_column
 
 from replay.comparison.compare import compare
 from replay.comparison.episodes import episodes
@@ -38,12 +38,6 @@ def test_a_merged_contact_stands_for_the_longest_one_and_absorbs_the_others():
     assert (found.merged, found.absorbed, found.missed) == ((1,), (1, 3), ())
 
 
-def test_two_chained_contacts_keep_a_partner_each_though_one_overlap_is_the_largest():
-    # truth 1 overlaps found 1 by 2, found 1 overlaps truth 2 by 3, truth 2 overlaps found 2 by 2: 2 + 2 beats 3.
-    found = columns("..CCCCCC..CC", "CCCC.CCCCCCC")
-    assert [(m.truth, m.found) for m in found.matched] == [(1, 1), (2, 2)]
-
-
 def test_missed_and_invented_stand_alone_and_excused_ones_are_nobodys_fault():
     found = columns(".C....C--.", ".....CC.C.")
     assert (found.missed, found.invented, found.excused_truth) == ((), (1,), (2,))
@@ -57,11 +51,6 @@ def test_an_instant_reaches_into_the_interval_after_it():
     subject, oracle = verdict_column(".C..."), verdict_column("..C..", covers="intervals")
     assert matched(subject, oracle).matched == () and matched(subject, oracle).missed == ()
     assert len(matched(subject, oracle, reach=1).matched) == 1
-
-
-def test_pairs_never_match_across():
-    found = matched(verdicts(["C.", ".."]), verdicts([".C", ".."]))
-    assert (found.matched, found.missed, found.invented) == ((), (1,), (1,))
 
 
 letters = st.lists(st.sampled_from(".CC"), min_size=1, max_size=60)

@@ -39,17 +39,6 @@ def test_frames_left_out_part_a_miss_and_change_no_kind():
     assert found("..-.C.", ".CCCC.") == [(1, 1, FOUND_LATE, 1), (3, 3, FOUND_LATE, 1)]
 
 
-def test_each_miss_belongs_to_its_own_episode_over_several_pairs():
-    oracle = verdicts(["C.", "CC", ".C", "CC", ".."])
-    subject = verdicts(["..", "..", "..", ".C", ".."])
-    got = stretches(compare(subject, oracle), episodes(oracle))
-    assert [(s.pair, s.first, s.last, s.kind, s.episode) for s in got] == [
-        (0, 0, 1, NEVER_FOUND, 1),
-        (1, 1, 2, FOUND_LATE, 2),
-        (0, 3, 3, NEVER_FOUND, 3),
-    ]
-
-
 @given(st.lists(st.tuples(st.sampled_from(".C"), st.sampled_from(".C-")), min_size=1, max_size=40))
 def test_stretches_are_exactly_the_missed_frames(letters):
     oracle, subject = (verdict_column([pair[k] for pair in letters]) for k in (0, 1))

@@ -38,15 +38,6 @@ def terminal_text(result):
     return console.export_text()
 
 
-def test_a_detector_without_a_fault_has_none(plate):
-    session, spans = plate
-    result, figures = audited(session, "Planted")
-    assert [(e.first, e.last) for e in result.episodes["exact"]] == spans
-    assert figures["missed"]["count"] == figures["invented"]["count"] == figures["misses"] == 0
-    assert figures["episodes"]["matched"] == figures["episodes"]["truth"] == len(spans)
-    assert figures["episodes"]["onset_error"]["most_off"] == figures["episodes"]["duration_error"]["most_off"] == 0
-
-
 def test_every_seventh_frame_dropped_is_counted_and_splits_every_contact(plate):
     session, spans = plate
     _, figures = audited(session, "Dropping")

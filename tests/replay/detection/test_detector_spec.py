@@ -53,13 +53,9 @@ def test_every_python_form_says_the_same():
     assert parse_detectors({"slow": slow, "hybrid": "hybrid"}) == want
     assert parse_detectors({"slow": "discrete[rate_hz=22.5]", "hybrid": "other=hybrid"}) == want
     assert parse_detectors([want[0], "hybrid"]) == want
+    assert [str(one) for one in parse_detectors("a=x[p=1,q=2],z")] == ["a=x[p=1,q=2]", "z=z"]
     assert parse_detectors(slow) == (DetectorSpec("discrete-22.5", "discrete", {"rate_hz": 22.5}),)
     assert parse_detectors(want[1]) == want[1:]
-
-
-def test_commas_within_brackets_separate_settings_not_detectors():
-    specs = parse_detectors("a=x[p=1,q=2],b=y[r=3],z")
-    assert [str(spec) for spec in specs] == ["a=x[p=1,q=2]", "b=y[r=3]", "z=z"]
 
 
 def test_nothing_is_no_detector():

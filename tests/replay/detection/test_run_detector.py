@@ -22,12 +22,7 @@ def test_settings_in_force_are_reported_with_the_answer_and_its_times():
     assert run.detection.face_sets is None
 
 
-def test_a_word_for_a_number_is_one_sentence_that_names_it():
-    with pytest.raises(InvalidSettingError, match=r"rate_hz='fast' .*; give looks per second"):
-        make_detector(parse_detector("discrete[rate_hz=fast]"), assembly(), 0)
-
-
-@pytest.mark.parametrize("spec", ["hybrid", "discrete[rate_hz=30]", "static", "sphere"])
+@pytest.mark.parametrize("spec", ["hybrid", "discrete[rate_hz=30]"])
 def test_a_long_motion_in_blocks_has_the_digest_of_the_whole(monkeypatch, spec):
     whole = run_detector(parse_detector(spec), assembly(), seed=0, faces=True, advance=lambda done: None)
     monkeypatch.setattr(detecting, "WHOLE_FRAMES", 7)
@@ -46,31 +41,19 @@ def test_warming_up_touches_a_stretch_and_the_whole_within_bounds():
         assert len(frames) <= 2 * detecting.WARM_FRAMES and (np.diff(frames) > 0).all()
 
 
-def test_unknown_detectors_and_settings_are_refused():
-    with pytest.raises(UnknownDetectorError, match="no detector 'hybird'"):
-        make_detector(parse_detector("hybird"), assembly(), 0)
-    with pytest.raises(InvalidSettingError, match="no setting 'speed'"):
-        make_detector(parse_detector("hybrid[speed=3]"), assembly(), 0)
+@pytest.mark.parametrize(
+    ("spec", "error", "words"),
+    [
+        ("hybird", UnknownDetectorError, "no detector 'hybird'"),
+        ("hybrid[speed=3]", InvalidSettingError, "no setting 'speed'"),
+        ("discrete[rate_hz=fast]", InvalidSettingError, r"rate_hz='fast' .*; give looks per second"),
+    ],
+)
+def test_unknown_detectors_and_settings_are_refused(spec, error, words):
+    with pytest.raises(error, match=words):
+        make_detector(parse_detector(spec), assembly(), 0)
 
 
-class _Seeded:
-    """A detector that draws, reduced to its settings."""
-
-    name, online = "seeded", False
-
-    from dataclasses import dataclass
-
-    @dataclass(frozen=True, kw_only=True)
-    class Settings:
-        seed: int = 0
-
-    def __init__(self, bodies, pairs, settings):
-        self.settings = settings
-
-
-def test_the_runs_seed_goes_to_detectors_that_draw_unless_they_have_their_own(monkeypatch):
-    monkeypatch.setitem(__import__("cdcore.detectors", fromlist=["x"]).DETECTORS, "seeded", "unused")
-    for module in ("replay.detection.run_detector", "cdcore.detectors"):
-        monkeypatch.setattr(f"{module}.load_detector", lambda name: _Seeded)
-    assert make_detector(parse_detector("seeded"), assembly(), 7).settings.seed == 7
-    assert make_detector(parse_detector("seeded[seed=3]"), assembly(), 7).settings.seed == 3
+@pytest.mark.parametrize(("spec", "seed"), [("qaco", 7), ("qaco[seed=3]", 3)])
+def test_the_runs_seed_goes_to_detectors_that_draw_unless_they_have_their_own(spec, seed):
+    assert make_detector(parse_detector(spec), assembly(), 7).settings.seed == seed

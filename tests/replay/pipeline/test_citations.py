@@ -20,17 +20,13 @@ def result():
     return replay.run(cubes(PLACES), detectors="sphere,first=discrete,second=discrete[rate_hz=30]", oracle="hybrid")
 
 
-def test_each_detector_of_the_run_is_cited_once_with_its_own_sources(result):
-    behind = sources_of([result, result])
+def test_each_detector_and_effect_of_a_run_is_cited_once_with_its_own_sources(result):
+    contact = SimpleNamespace(spec=load_effect("contact"))
+    behind = sources_of([result, replace(result, effects={"contact": contact})])
+    assert behind.pop("effect contact") == tuple(contact.spec.sources)
     assert set(behind) == {"detector sphere", "detector discrete", "detector hybrid"}
     for what, sources in behind.items():
         assert sources == load_detector(what.removeprefix("detector ")).sources
-
-
-def test_effects_that_ran_are_cited_too(result):
-    ran = SimpleNamespace(spec=load_effect("contact"))
-    behind = sources_of([result, replace(result, effects={"contact": ran})])
-    assert behind["effect contact"] == tuple(load_effect("contact").sources)
 
 
 def test_a_detector_from_outside_without_sources_is_said_to_have_none(result, monkeypatch):

@@ -98,12 +98,6 @@ def test_the_table_has_a_row_each_zero_is_zero_and_the_reference_has_dashes():
     assert "undecided" in {column.name for column in ranking_table(of(it=audited(0, 0, 0, undecided=1))).columns}
 
 
-def test_an_interval_of_most_of_0_to_100_says_that_there_are_too_few_contacts():
-    few, many = audited(0, 0, 1, 2), audited(0, 0, 500, 1000)
-    column = [ranking_table(of(it=one), intervals=True).cells()[0][4] for one in (few, many)]
-    assert "too few contacts to say" in column[0].text and "[" in column[1].text
-
-
 def test_the_time_of_an_engine_that_was_not_measured_is_not_that_of_looking_it_up():
     summary = run(recorded=audited(1, 0, 0))
     summary["detectors"]["recorded"]["name"] = "recorded"

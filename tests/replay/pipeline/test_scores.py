@@ -16,12 +16,8 @@ def test_matched_and_unmatched_counts_add_up_to_the_contacts():
     assert told["found"] == told["matched"] + told["invented"] + told["pieces"] + told["excused_found"]
     assert (told["matched"], told["missed"]) == (1, 1) and told["missed_share"]["share"] == 0.5
     frames = figures["pair_frames"]
-    assert figures["missed"]["of"] == frames["BOTH"] + frames["MISSED"] == 4
-
-
-def test_between_frames_is_not_examined_by_an_oracle_of_instants():
-    figures = compute(cubes(PLACES), detectors="hybrid").summary["audit"]["hybrid"]
     assert figures["between_frames"] == NOT_EXAMINED
+    assert figures["missed"]["of"] == frames["BOTH"] + frames["MISSED"] == 4
 
 
 def test_excused_contacts_are_no_part_of_a_share():

@@ -47,14 +47,11 @@ def test_a_neighbour_counts_up_to_50_ms_and_not_a_nanosecond_longer(gap, bridged
 
 
 def test_nothing_is_held_or_interpolated_across_a_lost_sample():
+    assert fill_column([V, H, I]).origin[:, 0].tolist() == [1, 2, 3], "what the source held keeps that name"
     got = fill_column([V, A, L, A, V])
     assert got.origin[:, 0].tolist() == [1, 2, 0, 0, 1]
     assert got.position[1, 0, 0] == 0.0
     assert np.isnan(got.position[2:4]).all()
-
-
-def test_what_the_source_held_or_interpolated_keeps_that_name():
-    assert fill_column([V, H, I]).origin[:, 0].tolist() == [1, 2, 3]
 
 
 @given(st.integers(0, 2**32 - 1))
