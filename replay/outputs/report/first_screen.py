@@ -7,7 +7,7 @@ from typing import Final
 from replay.outputs.plots import Axis, Dot, scatter
 from replay.outputs.report.charts import KIND_WORDS, drawn, lane, legend, ruler
 from replay.outputs.report.markup import Markup, Section, contents, element, joined
-from replay.outputs.report.run_view import FALSE, Fault, Hero, Look, RunView, Still, key_fault, spans
+from replay.outputs.report.run_view import FALSE, Fault, Hero, RunView, key_fault, spans
 from replay.outputs.run_tables import happened, ranking_table
 from replay.outputs.tables import Cell, text_of
 from replay.pipeline.answer import RUN, SESSION, TIMES_ARE, Answer, busy_words, cost
@@ -43,11 +43,11 @@ def _compared(view: RunView) -> bool:
     return any(audit["undecided"]["share"] != 1 for audit in view.summary["audit"].values())
 
 
-def first_screen(view: RunView, still: Still | None, look: Look) -> list[Markup]:
+def first_screen(view: RunView) -> list[Markup]:
     """Everything above the fold: the answer, or what stands in its place, then all detectors."""
     if view.hero is None:
         moment = view.answers[0].moment
-        return [_answer(view, still, look), *all_detectors(view, None if moment is None else moment.seconds)]
+        return [_answer(view), *all_detectors(view, None if moment is None else moment.seconds)]
     top = [_hero(view.hero)]
     if view.answers:
         return [*top, *all_detectors(view, None)]
@@ -59,7 +59,7 @@ def all_detectors(view: RunView, mark: float | None) -> list[Markup]:
     return [element("section", ranking_part(view), scatter_part(view), class_="two"), timeline_part(view, mark)]
 
 
-def _answer(view: RunView, still: Still | None, look: Look) -> Markup:
+def _answer(view: RunView) -> Markup:
     """The answer about the worst detector beside the picture of its worst fault."""
     answer = view.answers[0]
     fault = key_fault(view, answer)
@@ -68,11 +68,11 @@ def _answer(view: RunView, still: Still | None, look: Look) -> Markup:
     if fault is not None and answer.moment is not None:
         key = element("span", class_=f"k {'false' if fault.kind == FALSE else 'missed'}")
         parts.append(element("p", key, _where(view, fault), class_="where"))
-        if still:
-            picture, colours = still(fault, True)
+        if view.still:
+            picture, colours = view.still(fault, True)
             caption = f"{fault.name} {fault.number}, {fault.span}, drawn at {answer.moment.seconds:.3f} s: {colours}."
             figure.append(element("figure", picture, element("figcaption", caption)))
-    parts.append(_facts(view, answer, None if fault is None else look(fault)))
+    parts.append(_facts(view, answer, fault))
     return element("section", element("div", *parts, class_="say"), *figure, class_="hero")
 
 
@@ -105,7 +105,7 @@ def _where(view: RunView, fault: Fault) -> str:
     return f"{pair}, {start:.{digits}f} to {end:.{digits}f} s: {len(alike)} of {things}."
 
 
-def _facts(view: RunView, answer: Answer, see: Markup | None) -> Markup:
+def _facts(view: RunView, answer: Answer, fault: Fault | None) -> Markup:
     """Why, fix, cost, and how to see it."""
     rows: list[tuple[str, object]] = []
     if answer.why:
@@ -115,8 +115,8 @@ def _facts(view: RunView, answer: Answer, see: Markup | None) -> Markup:
     if words := cost(view.summary, view.oracle):
         small = " ".join(line for line in (TIMES_ARE, busy_words(view.summary)) if line)
         rows.append(("Cost", joined([words, element("small", small)])))
-    if see:
-        rows.append(("See it", see))
+    if fault is not None and view.look:
+        rows.append(("See it", view.look(fault)))
     return element("dl", *(part for name, said in rows for part in (element("dt", name), element("dd", said))))
 
 

@@ -1,24 +1,35 @@
 """What the page of a run reads: its summary and the rows of its tables, whether in memory or from a run folder."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any, Final
 
 from replay.comparison.false_contacts import VOLUMES
 from replay.comparison.misses import NEVER_FOUND
+from replay.effects.effect_summary import RESULTS
 from replay.outputs.report.charts import Span
 from replay.outputs.report.markup import Markup
-from replay.outputs.words import address
-from replay.pipeline.answer import Answer
+from replay.outputs.results.parquet_tables import EFFECT
+from replay.outputs.words import NOT_LOOKED_FOR, address, tallied
+from replay.pipeline.answer import Answer, Fix, KeyMoment
+from replay.pipeline.headline import doubts_of
 from replay.pipeline.ranking import Rank
+from replay.pipeline.run_result import Summarised
+from replay.pipeline.sentences import plural
 from sessions import Finding, Severity
 from sessions.doctor.finding import CODES
 
 MISS: Final = "miss"
 FALSE: Final = "false"
 
+EVENTS_FIRST: Final = 6
+"""Events listed first of all, where no contact was looked for."""
+
 Pair = tuple[str, str]
-Rows = Iterable[Mapping[str, Any]]
+Row = dict[str, Any]
+Rows = Sequence[Row]
 
 
 @dataclass(frozen=True)
@@ -56,21 +67,11 @@ class Fault:
         return f"{self.start:.3f} to {self.end:.3f} s"
 
 
-Shown = tuple[Markup, str]
-"""A picture, and what is seen on it."""
+Still = Callable[[Fault, bool], tuple[Markup, str]]
+"""Picture of a fault, larger where it is the first of a page, and what is seen on it."""
 
-Still = Callable[[Fault, bool], Shown]
 Look = Callable[[Fault], Markup]
-"""Picture of a fault, larger where it is the first of a page; and how to see it in motion."""
-
-
-@dataclass(frozen=True)
-class Contact:
-    """A contact that a detector reports."""
-
-    pair: Pair
-    start: float
-    end: float
+"""How to see a fault in motion."""
 
 
 @dataclass(frozen=True)
@@ -90,19 +91,76 @@ class RunView:
     ranking: tuple[Rank, ...]  # the audited detectors, the worst first, and the reference last
     answers: tuple[Answer, ...]  # what is said first of each audited detector, in the order of the ranking
     faults: Mapping[str, Sequence[Fault]]  # of every audited detector, false contacts first
-    contacts: Mapping[str, Sequence[Contact]]  # of every detector, in order of time; of the reference those not held
-    events: Sequence[Mapping[str, Any]]  # what effects found, rows of the table of events
+    contacts: Mapping[str, Rows]  # of every detector, in order of time; of the reference those not held
+    events: Rows  # what effects found, in order of time; ``source`` is the kind of effect
     name: str  # what pages call the session
     hero: Hero | None  # what stands first in place of an answer
-    doubts: Sequence[str]  # what a reader must know before the answer
     notes: Sequence[str]  # what was not counted, or is chance
     folder: str = "RUN"  # the run folder, as a command names it
+    still: Still | None = None
+    look: Look | None = None
 
     @property
     def title(self) -> str:
         """What the page says first, and whose session it is."""
         sentence = self.answers[0].sentence if self.hero is None else self.hero.sentence
         return f"{sentence.rstrip('.')}. Replay of {self.name}"
+
+    @property
+    def doubts(self) -> list[str]:
+        """What a reader must know before the answer."""
+        return doubts_of(findings_of(self.summary))
+
+
+def run_view(run: Summarised, rows: Mapping[str, Rows], name: str, notes: Sequence[str], hero: Hero | None) -> RunView:
+    """A run in memory or in a folder, from ``rows`` of the tables misses, false, episodes and events.
+
+    ``hero`` is what stands first where something else was asked than detectors.
+    """
+    summary, answers = run.summary, answers_of(run.summary)
+    found = (row for row in rows["events"] if row["source"].startswith(EFFECT))
+    events = [row | {"source": row["source"].removeprefix(EFFECT)} for row in found]
+    events.sort(key=lambda row: (row["time"], row["source"], row["name"], row["message"]))
+    contacts: dict[str, list[Row]] = {label: [] for label in summary["detectors"]}
+    for row in rows["episodes"]:
+        # What a hand holds is not counted.
+        if not (row["held"] and row["detector"] == run.oracle):
+            contacts[row["detector"]].append(row)
+    return RunView(
+        summary=summary, oracle=run.oracle, ranking=run.ranking, answers=answers,
+        faults=faults_of(summary["audit"], rows["misses"], rows["false"]), contacts=contacts, events=events, name=name,
+        hero=hero or (None if answers else _without_audit(summary, events)), notes=notes,
+    )  # fmt: skip
+
+
+def answers_of(summary: Mapping[str, Any]) -> tuple[Answer, ...]:
+    """What a summary says first of each audited detector."""
+    made = []
+    for answer in summary["answers"]:
+        moment = answer["moment"] and KeyMoment(**{**answer["moment"], "pair": tuple(answer["moment"]["pair"])})
+        fix = answer["fix"] and Fix(**answer["fix"])
+        made.append(Answer(answer["label"], answer["sentence"], answer["why"], fix, moment))
+    return tuple(made)
+
+
+def _without_audit(summary: Mapping[str, Any], events: Rows) -> Hero:
+    """How many contacts were found, or what the effects say, the weightiest result first."""
+    if summary["detectors"]:
+        found = [
+            f"{plural(figures['contacts'], 'contact')} found by {label}"
+            for label, figures in summary["detectors"].items()
+        ]
+        return Hero(", ".join(found))
+    lines = [f"{row['time']:.1f} s: {row['message']}" for row in events[:EVENTS_FIRST]]
+    if len(events) > EVENTS_FIRST:
+        lines.append(f"and {len(events) - EVENTS_FIRST} more")
+    if events:
+        lines.append(f"{NOT_LOOKED_FOR}.")
+    results = [row for row in events if row["name"] in RESULTS]
+    if results:
+        words = min(results, key=lambda row: RESULTS.index(row["name"]))["message"]
+        return Hero(f"{words[:1].upper()}{words[1:]}", lines)
+    return Hero(tallied(Counter(row["name"] for row in events)) or NOT_LOOKED_FOR, lines)
 
 
 def faults_of(labels: Iterable[str], misses: Rows, false: Rows) -> dict[str, list[Fault]]:
@@ -119,16 +177,6 @@ def faults_of(labels: Iterable[str], misses: Rows, false: Rows) -> dict[str, lis
                     unconfirmed=row["cause"] == VOLUMES, why=f"{why}{noise}",
                 )
             )  # fmt: skip
-    return found
-
-
-def contacts_of(labels: Iterable[str], episodes: Rows, oracle: str) -> dict[str, list[Contact]]:
-    """Contacts of detectors, from the rows of their table; those of the reference without a hand and what it holds."""
-    found: dict[str, list[Contact]] = {label: [] for label in labels}
-    for row in episodes:
-        if not (row["held"] and row["detector"] == oracle):
-            contact = Contact((row["body_a"], row["body_b"]), row["start"], row["end"])
-            found[row["detector"]].append(contact)
     return found
 
 
@@ -175,27 +223,36 @@ def fault_address(view: RunView, fault: Fault) -> str:
 
 def spans(view: RunView, label: str, pair: Pair | None = None) -> dict[str, list[Span]]:
     """Stretches of a detector's lane by kind, or of the reference's; of one pair or of all."""
-    own, reference = (
-        [contact for contact in view.contacts.get(name, ()) if pair is None or contact.pair == pair]
-        for name in (label, view.oracle)
-    )
+    found = _stretches(view, label, pair)
     if label == view.oracle or not view.oracle:
-        return {"reference" if view.oracle else "contact": [(contact.start, contact.end) for contact in own]}
-    found: dict[str, list[Span]] = {"right": [*_shared(reference, own)], "missed": [], "late": [], "false": []}
+        return {"reference" if view.oracle else "contact": [span for spans in found.values() for span in spans]}
+    reference = _stretches(view, view.oracle, pair)
+    kinds: dict[str, list[Span]] = {"right": [], "missed": [], "late": [], "false": []}
+    for both in reference.keys() & found.keys():
+        kinds["right"] += _shared(reference[both], found[both])
     for fault in view.faults[label]:
         if pair is None or fault.pair == pair:
-            found[fault.stretch].append((fault.start, fault.end))
+            kinds[fault.stretch].append((fault.start, fault.end))
+    return kinds
+
+
+def _stretches(view: RunView, label: str, pair: Pair | None) -> dict[Pair, list[Span]]:
+    """When a detector reports contact of each pair, or of one alone."""
+    found: dict[Pair, list[Span]] = {}
+    for row in view.contacts.get(label, ()):
+        both = row["body_a"], row["body_b"]
+        if pair in (None, both):
+            found.setdefault(both, []).append((row["start"], row["end"]))
     return found
 
 
-def _shared(reference: Sequence[Contact], found: Sequence[Contact]) -> Iterator[Span]:
-    """When both report contact of a pair."""
-    of_pair: dict[Pair, list[Contact]] = {}
-    for contact in found:
-        of_pair.setdefault(contact.pair, []).append(contact)
-    for contact in reference:
-        for other in of_pair.get(contact.pair, ()):
-            if other.start >= contact.end:
+def _shared(reference: Sequence[Span], found: Sequence[Span]) -> Iterator[Span]:
+    """Where stretches of two lists in order of time overlap."""
+    first = 0
+    for start, end in reference:
+        while first < len(found) and found[first][1] <= start:
+            first += 1
+        for begin, stop in islice(found, first, None):
+            if begin >= end:
                 break
-            if other.end > contact.start:
-                yield max(contact.start, other.start), min(contact.end, other.end)
+            yield max(start, begin), min(end, stop)

@@ -13,9 +13,7 @@ from replay.outputs.report.markup import Fold, Markup, Part, Section, element, j
 from replay.outputs.report.run_view import (
     FALSE,
     Fault,
-    Look,
     RunView,
-    Still,
     fault_address,
     faults_by_pair,
     findings_of,
@@ -54,9 +52,9 @@ GLOSSARY: Final = {
 }
 
 
-def fault_sections(view: RunView, still: Still | None, look: Look) -> Iterator[Section]:
+def fault_sections(view: RunView) -> Iterator[Section]:
     """The faults of the worst detector, then those of the others, folded."""
-    told = [(answer, cards(view, answer.label, still, look)) for answer in view.answers]
+    told = [(answer, cards(view, answer.label)) for answer in view.answers]
     if told and told[0][1]:
         answer, made = told[0]
         yield Section(f"Faults of {answer.label}", "Faults", [_lead(view, answer), *made])
@@ -112,10 +110,10 @@ def _seconds(end: float | None) -> str:
     return "" if end is None else f"{end:.3f}"
 
 
-def cards(view: RunView, label: str, still: Still | None, look: Look) -> list[Markup]:
+def cards(view: RunView, label: str) -> list[Markup]:
     """The cards of a detector and the rest of its faults; nothing where it made none."""
     groups = faults_by_pair(view, label)
-    shown = [_card(view, group, still, look) for group in groups[:MOST_PAIRS]]
+    shown = [_card(view, group) for group in groups[:MOST_PAIRS]]
     parts = [element("div", *shown, class_="cards")] if shown else []
     if rest := groups[MOST_PAIRS:]:
         lines = [_line(view, fault, pair=True) for group in rest for fault in group]
@@ -123,18 +121,18 @@ def cards(view: RunView, label: str, still: Still | None, look: Look) -> list[Ma
     return parts
 
 
-def _card(view: RunView, group: Sequence[Fault], still: Still | None, look: Look) -> Markup:
+def _card(view: RunView, group: Sequence[Fault]) -> Markup:
     fault, *more = group
     parts = [
         element("h3", _key(fault), f"{fault.name} {fault.number}: {fault.pair[0]} and {fault.pair[1]}"),
         element("p", f"{fault.span}, {plural(fault.frames, 'frame')}, {fault.what}", class_="when"),
         element("p", fault.why),
         _lanes(view, fault),
-        look(fault),
+        view.look(fault) if view.look else Markup(""),
     ]
     if more:
         parts.append(_folded(f"{len(more):,} more of this pair", [_line(view, other) for other in more]))
-    image = [still(fault, False)[0]] if still else []
+    image = [view.still(fault, False)[0]] if view.still else []
     return element("article", *image, element("div", *parts, class_="cb"), class_="card", id=fault_address(view, fault))
 
 

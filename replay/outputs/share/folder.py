@@ -10,6 +10,7 @@ import json
 import shutil
 from base64 import b64encode
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, Final
@@ -17,9 +18,8 @@ from typing import Any, Final
 from replay.base.machine import versions
 from replay.errors import OutputError
 from replay.outputs.report.markup import ALLOWED, Markup, element, page_html, rendered
-from replay.outputs.report.page import run_page
-from replay.outputs.report.run_view import Fault, Hero, RunView, contacts_of, fault_address, faults_of, findings_of
-from replay.outputs.results.parquet_tables import EFFECT
+from replay.outputs.report.page import page_of
+from replay.outputs.report.run_view import Fault, Hero, RunView, fault_address, run_view
 from replay.outputs.results.run_folder import (
     EPISODES,
     EVENTS,
@@ -32,9 +32,7 @@ from replay.outputs.results.run_folder import (
     write_summary,
 )
 from replay.outputs.tables import Marked, table
-from replay.outputs.words import NOT_LOOKED_FOR
-from replay.pipeline.answer import Answer, Fix, KeyMoment
-from replay.pipeline.headline import doubts_of, held
+from replay.pipeline.headline import held
 from replay.pipeline.sentences import plural
 from sessions.mcap_format.metadata import NOT_STATED, SHARE
 
@@ -96,8 +94,8 @@ def _packed(content: bytes) -> bytes:
 
 def _write_run(run: RunFolder, page: Path, name: str, *, pictured: bool) -> str:
     """The page of a run, and where it is ``pictured`` its recording, as it is and packed; the title of the page."""
-    view = folder_view(run)
-    text = shared_page(view, pictured=pictured)
+    view = folder_view(run, pictured=pictured)
+    text = page_of(view)
     if pictured:
         recording, labels = run.path / PICTURE, list(run.summary["audit"])
         shutil.copyfile(recording, page.with_name(f"{name}.rrd"))
@@ -142,28 +140,17 @@ def _list(pages: dict[str, RunFolder], titles: dict[str, str]) -> str:
     return page_html(title, [element("h1", title)], [rendered(made)])
 
 
-def shared_page(view: RunView, *, pictured: bool) -> str:
-    """The page as text; ``pictured``: the picture stands beside it."""
+def folder_view(run: RunFolder, *, pictured: bool) -> RunView:
+    """A run as its folder holds it; ``pictured``: the picture stands beside the page, and each fault leads it there."""
+    tables = {"misses": MISSES, "false": FALSE_CONTACTS, "episodes": EPISODES, "events": EVENTS}
+    rows, told = {name: run.rows(file) for name, file in tables.items()}, run.summary.get("tradeoff")
+    hero = Hero(str(told["answer"]), told["advice"]) if told else None
+    view = run_view(run, rows, _who(run), held(run), hero)
 
     def look(fault: Fault) -> Markup:
-        address = f"#{fault_address(view, fault)}"
-        return element("p", element("a", "show it in the picture", href=address)) if pictured else Markup("")
+        return element("p", element("a", "show it in the picture", href=f"#{fault_address(view, fault)}"))
 
-    return run_page(view, None, look)
-
-
-def folder_view(run: RunFolder) -> RunView:
-    """What the page reads, from the rows of the tables."""
-    summary = run.summary
-    effects = (row for row in run.rows(EVENTS) if row["source"].startswith(EFFECT))
-    answers = _answers(run)
-    return RunView(
-        summary=summary, oracle=run.oracle, ranking=run.ranking, answers=answers,
-        faults=faults_of(summary["audit"], run.rows(MISSES), run.rows(FALSE_CONTACTS)),
-        contacts=contacts_of(summary["detectors"], run.rows(EPISODES), run.oracle),
-        events=[row | {"source": row["source"].removeprefix(EFFECT)} for row in effects],
-        name=_who(run), hero=_hero(run, answers), doubts=doubts_of(findings_of(summary)), notes=held(run),
-    )  # fmt: skip
+    return replace(view, look=look) if pictured else view
 
 
 def _who(run: RunFolder) -> str:
@@ -171,23 +158,3 @@ def _who(run: RunFolder) -> str:
     pseudonym = session["facts"].get("pseudonym", NOT_STATED)
     named = [session["scene"], "" if pseudonym == NOT_STATED else pseudonym, f"session {session['id']}"]
     return ", ".join(name for name in named if name)
-
-
-def _hero(run: RunFolder, answers: tuple[Answer, ...]) -> Hero | None:
-    if "tradeoff" in run.summary:
-        return Hero(str(run.summary["tradeoff"]["answer"]), run.summary["tradeoff"]["advice"])
-    if answers:
-        return None
-    detectors = run.summary["detectors"].items()
-    found = [f"{plural(figures['contacts'], 'contact')} found by {label}" for label, figures in detectors]
-    return Hero(", ".join(found) or NOT_LOOKED_FOR)
-
-
-def _answers(run: RunFolder) -> tuple[Answer, ...]:
-    """What a summary says first of each detector."""
-    made = []
-    for answer in run.summary["answers"]:
-        moment = answer["moment"] and KeyMoment(**{**answer["moment"], "pair": tuple(answer["moment"]["pair"])})
-        fix = answer["fix"] and Fix(**answer["fix"])
-        made.append(Answer(answer["label"], answer["sentence"], answer["why"], fix, moment))
-    return tuple(made)
