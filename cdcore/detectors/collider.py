@@ -60,9 +60,8 @@ class ColliderSettings(CheckedSettings):
 class ColliderDetector(PairDetector[ColliderSettings]):
     """Decides exactly about solids that stand in place of the meshes, and holds each answer until its next look.
 
-    Choose it to see what the simple colliders of a game engine invent (a rod in the hull of a beaker) and miss (a
-    corner outside its sphere), and at which step rate. Verdicts speak of the solids: a body inside a collider is
-    CONTAINED. It lists no faces, because those of a collider are not the mesh's.
+    Such colliders invent contacts (a rod in the hull of a beaker) and miss some (a corner outside its sphere). Verdicts
+    speak of the solids: a body inside a collider is CONTAINED.
 
     Source: shapes as in ``cdcore.bounding.collider_shapes``. Cost: that of ``exact`` on small meshes; not an engine's.
     """

@@ -29,8 +29,8 @@ class MujocoSettings(EngineSettings):
 class MujocoDetector(EngineDetector[MujocoSettings]):
     """Asks MuJoCo for its list of contacts between convex hulls, and holds each answer until its next look.
 
-    Choose it to see a shipped engine's own answer, where ``collider`` re-creates one. A hull within a hull is CONTACT.
-    It lists no faces. A mesh thinner than 10 micrometres gets that thickness, because MuJoCo refuses flat ones.
+    A hull within a hull is CONTACT. A mesh thinner than 10 micrometres gets that thickness, because MuJoCo refuses flat
+    ones.
 
     Source: ``mj_collision`` with MuJoCo's own settings. Needs the extra ``engines``, else a MissingEngineError.
     """
@@ -62,8 +62,7 @@ class RapierSettings(ShapedSettings):
 class RapierDetector(EngineDetector[RapierSettings]):
     """Asks Rapier, the engine of Bevy and of many pages on the web, for pairs with an active contact.
 
-    Choose it to see a shipped engine's own answer, where ``collider`` re-creates one. A hull within a hull is CONTACT;
-    of triangle meshes only surfaces count. It lists no faces.
+    A hull within a hull is CONTACT; of triangle meshes only surfaces count.
 
     Source: ``NarrowPhase`` of rapier3d. Needs the extra ``engines``, else a MissingEngineError.
     """
@@ -96,8 +95,7 @@ class BulletSettings(ShapedSettings):
 class BulletDetector(EngineDetector[BulletSettings]):
     """Asks Bullet for its points of contact; two triangle meshes it does not test.
 
-    Choose it to see a shipped engine's own answer, where ``collider`` re-creates one. A hull within a hull is CONTACT.
-    It lists no faces.
+    A hull within a hull is CONTACT.
 
     Source: ``performCollisionDetection`` and ``getContactPoints`` of pybullet. Needs the extra ``engines``, else a
     MissingEngineError.
@@ -130,9 +128,8 @@ class PhysxSettings(ShapedSettings):
 class PhysxDetector(EngineDetector[PhysxSettings]):
     """Asks PhysX 5, the engine inside Unity, for its reports of contact; two triangle meshes it does not test.
 
-    Choose it to see what Unity's engine says, where ``collider`` re-creates it. A hull within a hull is CONTACT. It
-    lists no faces. It runs on the processor; each look takes three milliseconds and more, most of them to hand over
-    poses.
+    A hull within a hull is CONTACT. It runs on the processor; each look takes three milliseconds and more, most of them
+    to hand over poses.
 
     Source: contact reports of ovphysx. Needs the extra ``physx``, else a MissingEngineError.
     """

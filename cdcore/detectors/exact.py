@@ -32,9 +32,8 @@ class ExactSettings(CheckedSettings):
 class ExactDetector(PairDetector[ExactSettings]):
     """Box trees over blocks of eight frames; dismissals that rounding cannot undo, exact tests of triangles.
 
-    Choose it as the oracle, and whenever the recording is there as a whole: it is complete on every finite input,
-    degenerate faces and resting contact included, and the fastest detector here over a motion. It decides instants
-    only; ``continuous`` looks between frames.
+    It is complete on every finite input, degenerate faces and resting contact included. It decides instants only;
+    ``continuous`` looks between frames.
 
     Source: section 7 of the project's specification for the predicate; ``cdcore.narrow.bvh.bounds`` for the
     bounds. Cost: some 35 ns a pair-frame on a laboratory bench, for any number of faces; face sets 0.5

@@ -22,11 +22,10 @@ class ImageSpaceSettings(CheckedSettings):
 class ImageSpaceDetector(PairDetector[ImageSpaceSettings]):
     """Sends rays along three axes through where the boxes of two solids overlap, and adds up what both share.
 
-    Choose it to compare with methods of image space. What it calls CONTACT or CONTAINED overlaps in truth; an overlap
-    that no ray meets is NOT_FOUND. Between open meshes the answer is INVALID where their
-    boxes overlap, because an open mesh has no inside. The result is approximate by nature.
+    What it calls CONTACT or CONTAINED overlaps in truth; an overlap that no ray meets is NOT_FOUND. Between open meshes
+    the answer is INVALID where their boxes overlap, because an open mesh has no inside.
 
-    Source: see ``sources``. Cost: all faces of both bodies, three times, in each pose whose boxes overlap.
+    Cost: all faces of both bodies, three times, in each pose whose boxes overlap.
     """
 
     name = "image-space"

@@ -204,9 +204,9 @@ class StaticSettings(CheckedSettings):
 class StaticDetector(MeshDetector):
     """Asks the meshes of a pair only when one of the two has moved: N frozen frames are one query.
 
-    Choose it for scenes that mostly stand still; a pair that moves costs a query every frame. A query is a sphere test
-    and, where spheres overlap, a mesh query. ``work``: ``queries`` done, ``cached`` pair-frames answered from the query
-    before, ``mesh_queries`` among the queries. With ``epsilon`` above 0 a cached answer can be wrong by that distance.
+    A query is a sphere test and, where spheres overlap, a mesh query. ``work``: ``queries`` done, ``cached``
+    pair-frames answered from the query before, ``mesh_queries`` among the queries. With ``epsilon`` above 0 a cached
+    answer can be wrong by that distance.
 
     Source: the paper's row *static*, "suitable when objects are stationary and do not collide".
     """
@@ -239,8 +239,7 @@ class DiscreteDetector(MeshDetector):
     frame between two looks is *held*: a live engine would still believe it, and it may be wrong. A look at which a pair
     has no pose keeps the verdict before. A frame without a pose is NO_POSE, even where a verdict is held.
 
-    Choose it to see what an engine of a given rate would have missed; ``hybrid`` gives the same verdicts at every
-    frame. ``work["held"]`` counts the pair-frames between looks.
+    ``hybrid`` gives the same verdicts at every frame. ``work["held"]`` counts the pair-frames between looks.
     """
 
     name = "discrete"
@@ -269,8 +268,8 @@ class HybridSettings(CheckedSettings):
 class HybridDetector(MeshDetector):
     """The paper's pipeline without its search: spheres over the whole motion, boxes, FCL meshes, containment.
 
-    Choose it for a complete answer in general position with a widely used engine underneath. It inherits FCL's limits
-    on degenerate faces and resting ties (see ``cdcore.narrow.fcl_meshes``); ``exact`` has none.
+    It is complete in general position, and inherits FCL's limits on degenerate faces and resting ties (see
+    ``cdcore.narrow.fcl_meshes``); ``exact`` has none.
 
     Source: section 4 of the paper, with its inverted condition put right: spheres that do *not* meet end the matter.
     Cost: spheres and boxes some ten nanoseconds a pair-frame, meshes some ten microseconds each.

@@ -27,9 +27,9 @@ from cdcore.search.tracing import NotingStage, Watched
 class QacoDetector(PairDetector[Any]):
     """The quantum ant colony of the paper, its equations corrected, its best ant improved by local search.
 
-    Choose it to see what a sampled search costs and misses, or for an answer within a fixed number of evaluations. It
-    cannot say that bodies are apart: where spheres overlap and nothing is found the verdict is NOT_FOUND. On meshes of
-    a laboratory ``exact`` is faster and complete. Each frame starts from the closest pair of the frame before.
+    It answers within a fixed number of evaluations; where spheres overlap and nothing is found the verdict is
+    NOT_FOUND. On meshes of a laboratory ``exact`` is faster and complete. Each frame starts from the closest pair of
+    the frame before.
 
     Source: equations (15) to (20) of the paper as corrected in section 3 of the project's specification.
     Cost: some 50 ns an evaluation; a pair in contact is found again in a few, one near but apart spends the budget.
@@ -116,9 +116,9 @@ class HybridQacoSettings(SearchSettings):
 class HybridQacoDetector(QacoDetector):
     """Bounding spheres, bounding boxes, the colony, and with ``decide="mesh"`` a mesh query where it found nothing.
 
-    Choose ``decide="search"`` to audit the paper's algorithm: its contacts are true, its misses are what the audit
-    shows. Choose ``decide="mesh"`` for a complete answer (with FCL's limits, see ``hybrid``) that needs no mesh query
-    where the search has found a contact already; with faces every candidate is asked.
+    With ``decide="search"`` its contacts are true, and its misses are what an audit shows. With ``decide="mesh"`` the
+    answer is complete (with FCL's limits, see ``hybrid``) and needs no mesh query where the search has found a contact
+    already; with faces every candidate is asked.
 
     Source: sections 3 and 4 of the paper; the boxes are ours. ``work["mesh_queries"]`` is 0 with ``decide="search"``.
     """

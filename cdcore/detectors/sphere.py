@@ -23,8 +23,8 @@ class SphereSettings(CheckedSettings):
 class SphereDetector(PairDetector[SphereSettings]):
     """Says CANDIDATE where bounding spheres overlap, CLEAR where they do not, and cannot say CONTACT.
 
-    Choose it as the floor of cost: every contact of any other detector is among its candidates, and most candidates are
-    none. Source: equation (21) and the padding of ``cdcore.broad.sphere_stage``.
+    Every contact of any other detector is among its candidates, and most candidates are none. Source: equation (21) and
+    the padding of ``cdcore.broad.sphere_stage``.
     """
 
     name = "sphere"

@@ -76,10 +76,7 @@ class TreeDetector(PairDetector[TreeSettings]):
 class AabbDetector(TreeDetector):
     """A tree of boxes along the world's axes, placed around each node's own box, exact faces at its leaves.
 
-    Choose it as the simplest complete hierarchy: three comparisons a test. ``obb`` has tighter boxes around turned
-    bodies.
-
-    Source: see ``sources``. Cost: spheres first, then the boxes that meet, some 30 nanoseconds each.
+    Three comparisons a test. Cost: spheres first, then the boxes that meet, some 30 nanoseconds each.
     """
 
     name = "aabb"
@@ -92,10 +89,8 @@ class AabbDetector(TreeDetector):
 class ObbDetector(TreeDetector):
     """A tree of oriented boxes, fifteen axes a test, exact faces at its leaves.
 
-    Choose it as the plain hierarchy of rigid bodies, with counters and a budget. It asks every pair-frame from its root
-    boxes, and knows nothing of the frame before; ``exact`` does, and is faster over a motion.
-
-    Source: see ``sources``. Cost: a box test at the root some 0.1 microseconds a pair-frame, then what meets.
+    It asks every pair-frame from its root boxes; ``exact`` is faster over a motion. Cost: a box test at the root some
+    0.1 microseconds a pair-frame, then what meets.
     """
 
     name = "obb"
@@ -107,10 +102,8 @@ class ObbDetector(TreeDetector):
 class RapidStyleDetector(TreeDetector):
     """Re-creation of RAPID: its tree, its descent, its two modes, with faces decided exactly.
 
-    Choose it to see what RAPID does on your recording, complete or cut short by ``budget``. It follows
-    the published description; the library itself may not be used commercially and is not used here.
-
-    Source: see ``sources``. Differs: the leaf test is exact where the library's rounds.
+    It follows the published description, complete or cut short by ``budget``; the library itself may not be used
+    commercially and is not used here.
     """
 
     name = "rapid-style"
@@ -123,12 +116,10 @@ class RapidStyleDetector(TreeDetector):
 class SolidStyleDetector(TreeDetector):
     """Re-creation of SOLID: boxes in the body's frame, GJK with a kept axis, then faces exactly.
 
-    Choose it to see what SOLID does on your recording, complete or cut short by ``budget``. The library itself returns
-    at the first pair of faces (``mode="first"``); "all" goes on. ``work["cache_hits"]`` counts face pairs that the axis
-    of an earlier pair kept apart.
+    The library itself returns at the first pair of faces (``mode="first"``); "all" goes on. ``work["cache_hits"]``
+    counts face pairs that the axis of an earlier pair kept apart.
 
-    Source: see ``sources``. Differs: spheres come first, not sweep and prune; what GJK does not separate for certain
-    is decided exactly.
+    Differs: spheres come first, not sweep and prune; what GJK does not separate for certain is decided exactly.
     """
 
     name = "solid-style"

@@ -10,8 +10,8 @@ from cdcore.search.swarm import iterate, populate
 
 COLONY, LOCAL, RANDOM = 0, 1, 2
 """The strategies of the search."""
-BEGIN, SEARCH, SEARCH_ON = 0, 1, 2
-"""What to do: take the poses and look at the start; that, and search; go on with a search."""
+SEARCH, SEARCH_ON = 0, 1
+"""What to do: take the poses, look at the start and search; go on with a search."""
 
 PLACE_PAD = 1024.0 * EPS
 """Pad of the threshold in size of both bodies: their relative pose is rounded five times, each by a few eps of that
@@ -89,8 +89,8 @@ def advance(task: int, i: int, j: int, budget: int, swarm: Swarm, faces: Faces, 
     if task != SEARCH_ON and i >= 0:
         follow_start(i, j, faces, state)
         state.start_a, state.start_b = place_in(faces.pick_a, state.best_a), place_in(faces.pick_b, state.best_b)
-    if task == BEGIN or (task == SEARCH and state.open > 0):
-        return UNSURE if state.open > 0 else outcome(state)
+    if task == SEARCH and state.open > 0:
+        return UNSURE
     while not is_over(state):
         if state.who == COLONY and state.quiet >= state.restart_after:
             state.fresh, state.quiet, state.keyed, state.seeded = 1, 0, 0, 0

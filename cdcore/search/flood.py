@@ -58,29 +58,12 @@ def spread(second: bool, i: int, j: int, links: IntArray, found: IntArray, faces
 
 
 @kernel
-def flood(found: IntArray, links_a: IntArray, links_b: IntArray, faces: Faces, states: States) -> int:
-    """Look around every pair found (n, 2); SPENT: done, FULL: grow ``found`` and table, UNSURE: ask about open ones.
+def flood(seeds: IntArray, found: IntArray, links: tuple[IntArray, IntArray], faces: Faces, states: States) -> int:
+    """Test ``seeds`` (n, 2), pairs of another time, and look around every pair ``found`` (n, 2).
 
-    May be called again after either: pairs tested before are not tested again.
+    SPENT: done; FULL: grow ``found`` and table; UNSURE: ask about open ones. May be called again after either: pairs
+    tested before are not tested again.
     """
-    state = states[0]
-    while state.head < state.found_count:
-        i, j = found[state.head, 0], found[state.head, 1]
-        outcome = spread(False, i, j, links_a, found, faces, state)
-        if outcome == SPENT:
-            outcome = spread(True, i, j, links_b, found, faces, state)
-        if outcome == SPENT:
-            state.head += 1
-        elif outcome == STALE:
-            state.head = 0
-        else:
-            return outcome
-    return UNSURE if state.open > 0 else SPENT
-
-
-@kernel
-def sow(seeds: IntArray, found: IntArray, faces: Faces, states: States) -> int:
-    """Test seeds (n, 2), pairs of another time, and add those that meet to those found; FULL as ``flood``."""
     state = states[0]
     for row in range(seeds.shape[0]):
         outcome = enter(seeds[row, 0], seeds[row, 1], found, faces, state)
@@ -88,4 +71,15 @@ def sow(seeds: IntArray, found: IntArray, faces: Faces, states: States) -> int:
             state.head = 0
         elif outcome != SPENT:
             return outcome
-    return SPENT
+    while state.head < state.found_count:
+        i, j = found[state.head, 0], found[state.head, 1]
+        outcome = spread(False, i, j, links[0], found, faces, state)
+        if outcome == SPENT:
+            outcome = spread(True, i, j, links[1], found, faces, state)
+        if outcome == SPENT:
+            state.head += 1
+        elif outcome == STALE:
+            state.head = 0
+        else:
+            return outcome
+    return UNSURE if state.open > 0 else SPENT

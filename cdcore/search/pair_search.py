@@ -3,17 +3,16 @@
 Whatever it finds has passed the exact triangle test at the reference vertices, so it never invents a contact.
 """
 
-from collections.abc import Callable
 from typing import Final
 
 import numpy as np
 
 from cdcore.kernels.memory import address_of
 from cdcore.numerics import FloatArray, IntArray
-from cdcore.search.advance import BEGIN, COLONY, LOCAL, RANDOM, SEARCH, SEARCH_ON, advance, follow
+from cdcore.search.advance import COLONY, LOCAL, RANDOM, SEARCH, SEARCH_ON, advance, follow
 from cdcore.search.evaluation import grow_table, meeting_pairs
 from cdcore.search.features import Features
-from cdcore.search.flood import flood, sow
+from cdcore.search.flood import flood
 from cdcore.search.printed import search_as_printed
 from cdcore.search.result import Pair, SearchResult
 from cdcore.search.rng import key_of, stream_of
@@ -101,15 +100,19 @@ class PairSearch:
             state["by_corners"] = 1
         if state["hit_a"] >= 0:
             self._add(np.array([[state["hit_a"], state["hit_b"]]]))
-        links = self.first.links, self.second.links
-        self._flow(lambda: sow(seeds, self._found, self._whole(), self._states))
-        self._flow(lambda: flood(self._found, *links, self._whole(), self._states))
+        # All faces with their neighbours on the mesh, whatever is sampled.
+        near_a, near_b, links = self.first.near, self.second.near, (self.first.links, self.second.links)
+        while True:
+            faces = self._faces._replace(near_a=near_a, near_b=near_b)
+            outcome = flood(seeds, self._found, links, faces, self._states)
+            if outcome == SPENT:
+                break
+            if outcome == FULL:
+                self._grow()
+                self._found = np.concatenate([self._found, np.zeros_like(self._found)])
+            self._add(self._ask_open())
         first, second = self._found[: state["found_count"]].T
         return np.stack(np.divmod(np.unique(first * len(self.second) + second), len(self.second)), axis=1)
-
-    def _whole(self) -> Faces:
-        """All faces with their neighbours on the mesh, whatever is sampled."""
-        return self._faces._replace(near_a=self.first.near, near_b=self.second.near)
 
     @property
     def flood_tests(self) -> int:
@@ -149,8 +152,8 @@ class PairSearch:
         """The equations as printed, one pair at a time; their closest pair is kept here, not by them."""
         state, picks = self._state, [sample.pick for sample in self.samples]
         if start is not None:
-            self._run(start, budget, task=BEGIN)
-        closest, pair = np.inf, NO_PAIR
+            self._run(NO_PAIR, 0)
+        closest, pair = float(state["closest"]), (int(state["best_a"]), int(state["best_b"]))
 
         def evaluate(i: int, j: int) -> float:
             nonlocal closest, pair
@@ -169,14 +172,12 @@ class PairSearch:
         stream = stream_of(self.settings.seed, *self.names, self._stamp, 0)
         sizes = (len(picks[0]), len(picks[1]))
         state["iterations"], broken = search_as_printed(evaluate, is_over, sizes, self.settings, stream)
-        if closest < np.inf:  # else a warm start has spent the budget, and what it found holds
-            state["closest"], (state["best_a"], state["best_b"]) = closest, pair
+        state["closest"], (state["best_a"], state["best_b"]) = closest, pair
         return self._answer(broken=broken)
 
-    def _run(self, start: Pair | None, budget: int, task: int = SEARCH) -> None:
+    def _run(self, start: Pair | None, budget: int) -> None:
         """Serve the kernel with what it asks for until it has a hit or its budget is spent."""
-        if start is None:
-            start, task = NO_PAIR, SEARCH_ON
+        start, task = (NO_PAIR, SEARCH_ON) if start is None else (start, SEARCH)
         while True:
             outcome = advance(task, *start, budget, self._swarm, self._faces, self._states)
             if outcome == KEYLESS:
@@ -184,7 +185,7 @@ class PairSearch:
                 self._state["keyed"] = 1
             elif outcome == FULL:
                 self._grow()
-            elif outcome != UNSURE or self._resolve() or task == BEGIN:
+            elif outcome != UNSURE or self._resolve():
                 return
             task = SEARCH_ON
 
@@ -206,17 +207,6 @@ class PairSearch:
             return np.zeros((0, 2), dtype=np.int64)
         pairs = np.stack(np.divmod(keys, len(self.second)), axis=1)
         return meeting_pairs(self.first, self.second, self._state, pairs)
-
-    def _flow(self, run: Callable[[], int]) -> None:
-        """Serve the flood fill until it is done."""
-        while True:
-            outcome = run()
-            if outcome == SPENT:
-                return
-            if outcome == FULL:
-                self._grow()
-                self._found = np.concatenate([self._found, np.zeros_like(self._found)])
-            self._add(self._ask_open())
 
     def _add(self, pairs: IntArray) -> None:
         """Put pairs that meet where the flood fill starts from."""

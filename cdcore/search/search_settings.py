@@ -27,7 +27,8 @@ class SearchSettings(CheckedSettings):
     ``seed``: of all random streams. ``budget``: evaluations for one pair in one frame.
     ``samples``: faces of each body that are searched, drawn by area; ``None``: all.
     ``stop_first``: whether to stop at the first hit; else, where faces are asked for, the rest of the budget looks for
-    further curves. ``warm_start``: whether a search starts at the closest pair of the frame before.
+    further curves. ``warm_start``: whether a search starts at the closest pair of the frame before
+    (never that of the equations as printed).
     ``rest``: in diameters of the mean face of the finer mesh, how far two bodies must have moved against each other
     since the whole budget found nothing before it is spent again; until then they get 192 evaluations from where they
     were closest, and none where they have moved by rounding only, as a thing that is held. 0: every frame gets the
