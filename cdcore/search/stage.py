@@ -123,47 +123,51 @@ class SearchStage:
         self, motion: Motion, frame: int, columns: list[int], memory: list[PairMemory], found: SearchAnswer
     ) -> None:
         """Search some pairs in one frame."""
-        search = self._look_rested if self._rested else self._look
         for column in columns:
             known = memory[column]
-            look = search(motion, frame, column, known, self._settings.budget, found)
-            self._finish(frame, column, look, known, found)
-
-    def _look_rested(
-        self, motion: Motion, frame: int, column: int, known: PairMemory, whole: int, found: SearchAnswer
-    ) -> SearchResult | None:
-        """Search a pair with the whole budget; with less or not at all while it rests where that found nothing."""
-        pose = np.empty(13)
-        relative_pose(frame, *self._ends[column], motion.rotations, motion.translations, pose)
-        budget = self._rests[column].budget(pose, known.searched, known.seen, whole)
-        if budget == 0:
-            found.work["reused"] += 1
-            return None
-        known.seen = pose
-        look = self._look(motion, frame, column, known, budget, found)
-        if look is not None and look.hit is not None:
-            known.searched = None
-        elif look is not None and budget == whole:
-            known.searched = pose
-        elif look is not None:
-            found.work["short"] += 1
-        return look
+            look = self._look(motion, frame, column, known, found.work)
+            if look is not None:
+                known.hit, known.start, known.number = look.hit is not None, look.hit or look.closest, -1
+                look = self._collect(column, look, known) if found.faces else look
+                found.count(look, self._searches[column].flood_tests)
+            found.hits[frame, column] = known.hit
+            if found.faces and known.hit:
+                if known.number < 0:
+                    known.number = len(found.sets)
+                    found.sets.append(known.faces)
+                found.entries.append((frame, column, known.number))
 
     def _look(
-        self, motion: Motion, frame: int, column: int, known: PairMemory, budget: int, found: SearchAnswer
+        self, motion: Motion, frame: int, column: int, known: PairMemory, work: dict[str, int]
     ) -> SearchResult | None:
-        """Search a pair in a frame; ``None``: both poses are bit for bit those of its last look."""
-        pose_a, pose_b = self._poses(motion, frame, column)
-        poses = b"".join(part.tobytes() for part in (*pose_a, *pose_b))
-        if poses == known.poses:
-            found.work["reused"] += 1
-            return None
-        found.work["looks"] += 1
-        known.poses = poses
-        start, stamp = known.start if self._settings.warm_start else None, float(motion.times[frame])
-        return self._search((column, stamp, hash(poses), start, budget), pose_a, pose_b)
+        """Search a pair in a frame; ``None``: the answer of its last look stands.
 
-    def _search(self, key: LookKey, pose_a: Pose, pose_b: Pose) -> SearchResult:
+        It stands where both poses are bit for bit those of that look, or where the pair rests at a pose at which the
+        whole budget found nothing. Where it nearly rests there, less of the budget is spent.
+        """
+        budget, pose = self._settings.budget, None
+        if self._rested:
+            pose = np.empty(13)
+            relative_pose(frame, *self._ends[column], motion.rotations, motion.translations, pose)
+            budget = self._rests[column].budget(pose, known.searched, known.seen, budget)
+        pose_a, pose_b = self._poses(motion, frame, column)
+        bits = b"".join(part.tobytes() for part in (*pose_a, *pose_b)) if budget else known.poses
+        if bits == known.poses:
+            work["reused"] += 1
+            return None
+        work["looks"] += 1
+        known.poses, known.seen = bits, pose
+        start, stamp = known.start if self._settings.warm_start else None, float(motion.times[frame])
+        look = self._search(frame, (column, stamp, hash(bits), start, budget), pose_a, pose_b)
+        if look.hit is not None:
+            known.searched = None
+        elif budget == self._settings.budget:
+            known.searched = pose
+        else:
+            work["short"] += 1
+        return look
+
+    def _search(self, _frame: int, key: LookKey, pose_a: Pose, pose_b: Pose) -> SearchResult:
         column, stamp, _, start, budget = key
         look = self._searches[column].look(pose_a, pose_b, stamp, start=start, budget=budget)
         if look.hit is None and len(self.empty) < NOTED_LOOKS:
@@ -175,21 +179,6 @@ class SearchStage:
         a, b = self._ends[column]
         turns, moves = motion.rotations[frame], motion.translations[frame]
         return (turns[a], moves[a]), (turns[b], moves[b])
-
-    def _finish(
-        self, frame: int, column: int, look: SearchResult | None, known: PairMemory, found: SearchAnswer
-    ) -> None:
-        """Write down a look, with its faces if they are asked for; ``None``: repeat the answer of the look before."""
-        if look is not None:
-            known.hit, known.start, known.number = look.hit is not None, look.hit or look.closest, -1
-            look = self._collect(column, look, known) if found.faces else look
-            found.count(look, self._searches[column].flood_tests)
-        found.hits[frame, column] = known.hit
-        if found.faces and known.hit:
-            if known.number < 0:
-                known.number = len(found.sets)
-                found.sets.append(known.faces)
-            found.entries.append((frame, column, known.number))
 
     def _collect(self, column: int, look: SearchResult, known: PairMemory) -> SearchResult:
         """Fill the curve of a hit and, if asked to, search on for others."""
@@ -203,12 +192,7 @@ class SearchStage:
             if look.hit is not None:
                 pairs = search.curve(NO_SEEDS)
         known.seeds = pairs[np.linspace(0, len(pairs) - 1, min(SEEDS, len(pairs))).astype(np.int64)]
-        known.faces = self._faces(column, pairs)
-        return look
-
-    def _faces(self, column: int, pairs: IntArray) -> Int32Array:
-        """Places as face numbers, first and second as the pair was asked for, sorted."""
-        search = self._searches[column]
         faces = np.stack([search.first.face[pairs[:, 0]], search.second.face[pairs[:, 1]]], axis=1)
         faces = faces[:, ::-1] if self._turned[column] else faces
-        return faces[np.lexsort((faces[:, 1], faces[:, 0]))].astype(np.int32)
+        known.faces = faces[np.lexsort((faces[:, 1], faces[:, 0]))].astype(np.int32)
+        return look

@@ -18,7 +18,7 @@ from cdcore.protocol import Body, FaceSets, Motion
 from cdcore.search.pair_search import PairSearch, Pose
 from cdcore.search.result import Pair, SearchResult
 from cdcore.search.search_settings import SearchSettings
-from cdcore.search.stage import LookKey, PairMemory, SearchAnswer, SearchStage
+from cdcore.search.stage import LookKey, SearchStage
 from cdcore.search.state import ASKED_BY
 
 
@@ -61,17 +61,14 @@ class NotingStage(SearchStage):
     ) -> None:
         super().__init__(bodies, pairs, settings)
         self._known = known
-        self._frame = 0
         self.noted: dict[tuple[int, int], NotedLook] = {}
-        self._traced: dict[int, PairSearch] = {}
 
     def trace(self, motion: Motion, frame: int, column: int) -> LookTrace:
         """Everything that a noted look evaluated."""
-        if column not in self._traced:
-            one = self._searches[column]
-            self._traced[column] = PairSearch(one.first, one.second, one.names, self._settings)
-            self._traced[column].use(*one.samples)
-        search, noted = self._traced[column], self.noted[frame, column]
+        looked, noted = self._searches[column], self.noted[frame, column]
+        # A search of its own: that of the run keeps what its next look starts from.
+        search = PairSearch(looked.first, looked.second, looked.names, self._settings)
+        search.use(*looked.samples)
         rows = search.trace(noted.result.evaluations)
         poses, stamp = self._poses(motion, frame, column), float(motion.times[frame])
         result = search.look(*poses, stamp, start=noted.start, budget=noted.budget)
@@ -87,17 +84,10 @@ class NotingStage(SearchStage):
         sides = zip((search.first, search.second), pair, poses, strict=True)
         return np.array([turn @ side.rows[place, :3] + move for side, place, (turn, move) in sides])
 
-    def decide_frame(
-        self, motion: Motion, frame: int, columns: list[int], memory: list[PairMemory], found: SearchAnswer
-    ) -> None:
-        """Search some pairs in one frame, and note each look."""
-        self._frame = frame
-        super().decide_frame(motion, frame, columns, memory, found)
-
-    def _search(self, key: LookKey, pose_a: Pose, pose_b: Pose) -> SearchResult:
+    def _search(self, frame: int, key: LookKey, pose_a: Pose, pose_b: Pose) -> SearchResult:
         column, _, _, start, budget = key
-        look = self._known.get(key) or super()._search(key, pose_a, pose_b)
-        self.noted[self._frame, column] = NotedLook(start, budget, look)
+        look = self._known.get(key) or super()._search(frame, key, pose_a, pose_b)
+        self.noted[frame, column] = NotedLook(start, budget, look)
         return look
 
 
