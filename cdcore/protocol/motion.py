@@ -55,8 +55,6 @@ class Motion:
     linked: BoolArray
     renormalised: int
     worst_orthonormality: float
-    still: BoolArray
-    """(N,): whether a body is known to keep one pose throughout."""
 
     def __init__(
         self, times: ArrayLike, translations: ArrayLike, rotations: ArrayLike, valid: ArrayLike | None = None, *,
@@ -65,27 +63,26 @@ class Motion:
         clock = _times(times)
         place = _array(translations, "translations", (len(clock), None, 3), copy=copy)
         turn = _array(rotations, "rotations", (len(clock), place.shape[1], 3, 3), copy=copy)
-        self._take(clock, place, turn, _mask(valid, place.shape[:2], "valid"), linked, names)
+        self._check(clock, place, turn, _mask(valid, place.shape[:2], "valid"), linked, names)
 
-    def _take(
+    def _check(
         self, clock: FloatArray, place: FloatArray, turn: FloatArray, mask: BoolArray, linked: ArrayLike | None,
         names: Sequence[str] | None,
     ) -> None:  # fmt: skip
-        """Check arrays of our own and keep them."""
-        flat_place, flat_turn = place.reshape(-1, 3), turn.reshape(-1, 3, 3)
-        still = np.ones(mask.shape[1], dtype=np.bool_)
+        """Check arrays of our own and keep them, in one pass over all poses."""
+        changed = np.empty(mask.shape, dtype=np.bool_)
         bad, repaired, worst = _kernels().check_poses(
-            flat_place, flat_turn, mask.reshape(-1), ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), still
+            place, turn, mask, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), changed
         )
         if bad >= 0:
-            raise InvalidPoseError(_where(bad, mask, clock, names) + _fault(flat_place[bad], flat_turn[bad]))
-        self._set(clock, place, turn, mask, _known(mask, linked), repaired, worst, still)
+            frame, body = divmod(bad, mask.shape[1])
+            raise InvalidPoseError(_where(bad, mask, clock, names) + _fault(place[frame, body], turn[frame, body]))
+        self._keep(clock, place, turn, mask, _known(mask, linked), repaired, worst)
+        self.__dict__["changed"] = readonly(changed)
 
-    def _set(self, *values: object) -> None:
+    def _keep(self, *values: object) -> None:
         for field, value in zip(self.__dataclass_fields__, values, strict=True):
-            if isinstance(value, np.ndarray):
-                readonly(value)
-            object.__setattr__(self, field, value)
+            self.__dict__[field] = readonly(value) if isinstance(value, np.ndarray) else value
 
     @classmethod
     def of_rigid(
@@ -97,8 +94,7 @@ class Motion:
         a motion; else a detector's motion is made by the constructor, which checks.
         """
         motion = object.__new__(cls)
-        unknown = np.zeros(valid.shape[1], dtype=np.bool_)
-        motion._set(_times(times), translations, rotations, valid, linked & valid, 0, 0.0, unknown)
+        motion._keep(_times(times), translations, rotations, valid, linked & valid, 0, 0.0)
         return motion
 
     @classmethod
@@ -144,7 +140,7 @@ class Motion:
             what = f"last row is {matrices.reshape(-1, 4, 4)[bad, 3].tolist()}, not 0 0 0 1"
             raise InvalidPoseError(_where(bad, mask, clock, names) + what + "; pass column-convention matrices")
         motion = object.__new__(cls)
-        motion._take(clock, place, turn, mask, linked, names)
+        motion._check(clock, place, turn, mask, linked, names)
         return motion
 
     def __len__(self) -> int:
@@ -156,35 +152,46 @@ class Motion:
         return int(self.valid.shape[1])
 
     @cached_property
-    def everywhere(self) -> IntArray:
-        """(T,) the numbers of all frames."""
-        return np.arange(len(self), dtype=np.int64)
+    def changed(self) -> BoolArray:
+        """(T, N): whether a body is at another pose than in the row before, and True in row 0 of a whole motion.
+
+        A body without a pose is thought to stay where it was, or to wait where it will be first.
+        """
+        # Of a motion that was checked the pass that did it has filled this in.
+        changed = np.empty(self.valid.shape, dtype=np.bool_)
+        turn, place = (np.ascontiguousarray(array) for array in (self.rotations, self.translations))
+        _kernels().note_changes(readonly(place[:]), readonly(turn[:]), self.valid, changed)
+        return readonly(changed)
+
+    @cached_property
+    def still(self) -> BoolArray:
+        """(N,): whether a body is known to keep one pose throughout."""
+        return np.asarray(~self.changed[1:].any(axis=0))
 
     def frames(self, start: int, stop: int) -> Motion:
         """The frames ``start <= t < stop`` as a motion; nothing is checked or rounded again."""
         rows = slice(start, stop)
-        # A slice of what refuses writing refuses it too.
-        return self._part(
-            self.times[rows], self.translations[rows], self.rotations[rows], self.valid[rows], self.linked[rows]
-        )
+        part = self._part(rows, self.linked[rows])
+        # A live engine takes one frame after the other, and asks none of them.
+        if stop - start > 1 and "changed" in self.__dict__:
+            part.__dict__["changed"] = self.changed[rows]
+        return part
 
     def take(self, frames: IntArray) -> Motion:
         """The frames of these numbers, increasing, as a motion; paths across left-out frames are not linked."""
         linked = self.linked[frames].copy()
         linked[1:][np.diff(frames) != 1] = False
-        times, translations, rotations, valid = (
-            readonly(self.times[frames]), readonly(self.translations[frames]), readonly(self.rotations[frames]),
-            readonly(self.valid[frames]),
-        )  # fmt: skip
-        return self._part(times, translations, rotations, valid, readonly(linked))
+        part = self._part(frames, linked)
+        for name in ("times", "translations", "rotations", "valid", "linked"):
+            readonly(part.__dict__[name])
+        return part
 
-    def _part(
-        self, times: FloatArray, translations: FloatArray, rotations: FloatArray, valid: BoolArray, linked: BoolArray
-    ) -> Motion:  # fmt: skip
+    def _part(self, rows: slice | IntArray, linked: BoolArray) -> Motion:
         part = object.__new__(Motion)
         part.__dict__.update(
-            times=times, translations=translations, rotations=rotations, valid=valid, linked=linked,
-            renormalised=self.renormalised, worst_orthonormality=self.worst_orthonormality, still=self.still,
+            times=self.times[rows], translations=self.translations[rows], rotations=self.rotations[rows],
+            valid=self.valid[rows], linked=linked, renormalised=self.renormalised,
+            worst_orthonormality=self.worst_orthonormality,
         )  # fmt: skip
         return part
 

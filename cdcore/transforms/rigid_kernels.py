@@ -108,26 +108,45 @@ def split_matrices(matrices: FloatArray, valid: BoolArray, place: FloatArray, tu
 @kernel
 def check_poses(
     place: FloatArray, turn: FloatArray, valid: BoolArray, keep: float, reject: float, scratch: FloatArray,
-    still: BoolArray,
+    changed: BoolArray,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Check N poses, repair what is within ``reject``, put identity where nothing is ``valid`` (N,).
+    """Check poses of N bodies at T times, repair what is within ``reject``, put identity where nothing is ``valid``.
 
-    ``place`` (N, 3) and ``turn`` (N, 3, 3), contiguous, are changed in place; ``scratch`` (18,). ``still`` (M,): of M
-    bodies, frame after frame, set to False where one moves; a pose that repeats that of the first frame was checked
-    there. Returns the number of the first bad pose or GOOD, how many were repaired, and the worst error of a valid one.
+    ``place`` (T, N, 3) and ``turn`` (T, N, 3, 3), contiguous, are changed in place; ``valid`` (T, N); ``scratch``
+    (18,). Fills ``changed`` (T, N) as of ``Motion``; a pose that repeats the last one was checked there.
+    Returns the number of the first bad pose or GOOD, how many were repaired, and the worst error of a valid one.
     """
     places, turns, room, repaired, worst = doubles_of(place), doubles_of(turn), doubles_of(scratch), 0, 0.0
-    bodies, body = len(still), -1
-    for k in range(len(valid)):
-        body = body + 1 if body + 1 < bodies else 0
-        if k >= bodies and valid[k] and same_pose(places, turns, k, body):
-            continue
-        error = settled(places, turns, k, valid[k], keep, reject, room)
-        if not error <= reject:
-            return k, repaired, worst
-        if error > worst:
-            worst = error
-        if error > keep:
-            repaired += 1
-        still[body] = still[body] and (k < bodies or same_pose(places, turns, k, body))
+    frames, bodies = valid.shape
+    last = np.full(bodies, GOOD)
+    for t in range(frames):
+        for body in range(bodies):
+            k, before, there = t * bodies + body, last[body], valid[t, body]
+            changed[t, body] = t == 0
+            if there:
+                last[body] = k
+                if before >= 0 and same_pose(places, turns, k, before):
+                    continue
+            error = settled(places, turns, k, there, keep, reject, room)
+            if not error <= reject:
+                return k, repaired, worst
+            worst = max(worst, error)
+            repaired += error > keep
+            if there and before >= 0:
+                changed[t, body] = not same_pose(places, turns, k, before)
     return GOOD, repaired, worst
+
+
+@kernel
+def note_changes(place: FloatArray, turn: FloatArray, valid: BoolArray, changed: BoolArray) -> None:
+    """Fill ``changed`` (T, N) as of ``Motion``, of poses ``place`` (T, N, 3) and ``turn`` (T, N, 3, 3), contiguous."""
+    places, turns = doubles_of(place), doubles_of(turn)
+    frames, bodies = valid.shape
+    last = np.full(bodies, GOOD)
+    for t in range(frames):
+        for body in range(bodies):
+            k, before = t * bodies + body, last[body]
+            changed[t, body] = t == 0
+            if valid[t, body]:
+                last[body] = k
+                changed[t, body] |= before >= 0 and not same_pose(places, turns, k, before)

@@ -35,7 +35,7 @@ def row_of_pair(trees, turn, move):
     """Trees and poses of two bodies as the kernels take them, and what must be kept while they do."""
     tracks = Tracks(trees, np.arange(2), len(turn), np.zeros(2, dtype=bool))
     row = np.zeros(PAIR_WORDS, dtype=np.int64)
-    tracks.fill(turn, move)
+    tracks.fill(turn, move, np.ones((len(turn), 2), dtype=bool))
     row[:TREE_B], row[TREE_B:POSE_A] = trees[0].row, trees[1].row
     row[POSE_A:POSE_B], row[POSE_B:MARKS] = tracks.rows
     return row, tracks

@@ -32,7 +32,7 @@ class FrameLooks:
     def decide(self, now: Motion, column: int, _margin: float) -> tuple[int, bool]:
         """CONTACT or CLEAR for one pair, and False: to know how far it is apart costs more than to ask again."""
         if self._ready is not now:
-            self._tracks.fill(now.rotations, now.translations)
+            self._tracks.fill(now.rotations, now.translations, now.valid)
             self._ready = now
             self._marks[:] = 0
         self._workspace.search(self._rows[column])

@@ -96,7 +96,7 @@ def place_centres(pose: PoseMemory, length: int, x: float, y: float, z: float, l
 
 @hot_kernel
 def fill_path(pose: PoseMemory, radius: float, reach: float) -> None:
-    """Fill ``path`` and ``changed`` for a root box of this half diagonal and a body of this reach."""
+    """Fill ``path`` for a root box of this half diagonal and a body of this reach."""
     stay_one_function()
     entries, centres, stride, path, count = pose.entries, pose.centres, pose.stride, pose.path, pose.frames
     for f in range(0, stride - LANES, LANES):
@@ -110,28 +110,12 @@ def fill_path(pose: PoseMemory, radius: float, reach: float) -> None:
         size = plus(plus(load8(pose.away, f), load8(pose.away, f + 1)), 2.0 * reach)
         way = fused(root(turn), radius * GROWN, times(root(move), GROWN))
         store(path, f + 1, fused(size, STEP_ULPS * ROUNDOFF, way))
-        if above(plus(turn, move), 0.0) != 255:
-            for k in range(LANES):
-                if not moves(entries, stride, f + k):
-                    path[f + k + 1] = 0.0
-    total = 0.0
-    path[0], pose.changed[0] = 0.0, 1
+    total = path[0] = 0.0
     for f in range(1, count):
-        # a step of the smallest bodies may underflow to 0; rounding of the sum so far is below 2 u of it: growing by
-        # 4 u keeps every difference an upper bound
-        pose.changed[f] = 0 if path[f] == 0.0 and not moves(entries, stride, f - 1) else 1
-        if path[f] != 0.0:
+        # rounding of the sum so far is below 2 u of it: growing by 4 u keeps every difference an upper bound
+        if pose.changed[f] != 0:
             total = total * (1.0 + 4.0 * ROUNDOFF) + path[f]
         path[f] = total
-
-
-@hot_kernel
-def moves(entries: Memory, stride: int, frame: int) -> bool:
-    """Whether the pose of the following frame differs at all."""
-    different = False
-    for k in range(ROWS):
-        different |= entries[k * stride + frame] != entries[k * stride + frame + 1]
-    return different
 
 
 @kernel
@@ -144,13 +128,13 @@ def fill_tracks(
     ``ends`` (n, 17): root box and reach; ``lanes`` (LANES,) is scratch.
     """
     turns, places, scratch = doubles_of(rotations), doubles_of(translations), doubles_of(lanes)
-    frames, many = rotations.shape[0], rotations.shape[1]
+    many = rotations.shape[1]
     for k in range(len(bodies)):
         row, body = rows[k], bodies[k]
         pose = pose_memory(row, runtime_int(0))
         copy_poses(turns, places, many, body, pose.frames, pose.entries, pose.stride)
         pose.facts[0] = place_centres(pose, pose.stride, ends[k, 0], ends[k, 1], ends[k, 2], scratch)
-        pose.facts[1], pose.path[0], pose.changed[0] = ends[k, 16], 0.0, 1 if frames == 1 else pose.step
+        pose.facts[1], pose.path[0] = ends[k, 16], 0.0
         if pose.frames > 1:
             fill_path(pose, ends[k, 15], ends[k, 16])
 
@@ -170,15 +154,19 @@ class Tracks:
             self._ends[k, :16], self._ends[k, 16] = trees[body].boxes[0], trees[body].reach
         lengths = np.stack([ROWS * stride, CENTRES * stride, stride, stride, np.full(len(bodies), 2)], axis=1)
         stops = np.cumsum(lengths).reshape(lengths.shape)
-        self._room, self._changed = np.empty(stops[-1, -1]), np.empty((len(bodies), frames), dtype=np.uint8)
+        self._room, self._changed = np.empty(stops[-1, -1]), np.ones((len(bodies), frames), dtype=np.uint8)
         entries, centres, away, path, facts = (address_of(self._room) + 8 * (stops - lengths)).T
         changed = address_of(self._changed) + frames * np.arange(len(bodies))
-        words = entries, stride, counts > 1, counts, centres, away, path, changed, facts
+        self._moving = counts > 1
+        words = entries, stride, self._moving, counts, centres, away, path, changed, facts
         self.rows = np.stack([word.astype(np.int64) for word in words], axis=1)
         self._lanes = np.empty(LANES)
 
-    def fill(self, rotations: FloatArray, translations: FloatArray) -> None:
-        """Lay out poses (T, N, 3, 3), (T, N, 3) of all N bodies."""
+    def fill(self, rotations: FloatArray, translations: FloatArray, changed: BoolArray) -> None:
+        """Lay out poses (T, N, 3, 3), (T, N, 3) of all N bodies; ``changed`` (T, N) as of ``Motion``."""
+        if len(changed) > 1:
+            self._changed[:] = changed[:, self.bodies].T
+            self._changed[:, 0] = self._moving
         # read-only like those of a motion: else the kernel would be compiled for both kinds
         turns, places = readonly(np.ascontiguousarray(rotations)[:]), readonly(np.ascontiguousarray(translations)[:])
         fill_tracks(turns, places, self.bodies, self.rows, self._ends, self._lanes)

@@ -97,7 +97,7 @@ def decide_motion(
     if marks.size:
         turns, places = _without_gaps(motion)
         tracks = Tracks(trees, np.unique(pairs), len(turns), motion.still)
-        tracks.fill(turns, places)
+        tracks.fill(turns, places, motion.changed)
         rows_of_body = np.zeros((len(trees), POSE_WORDS), dtype=np.int64)
         rows_of_body[tracks.bodies] = tracks.rows
         rows = rows_of_pairs(trees, pairs, rows_of_body, marks, every=faces)

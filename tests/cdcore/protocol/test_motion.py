@@ -203,17 +203,33 @@ def test_taken_frames_are_linked_only_where_none_was_left_out():
     assert np.array_equal(taken.times, TIMES[[0, 1, 3, 4]])
 
 
-def test_a_body_is_still_where_every_pose_is_that_of_the_first_frame():
+def resting_motion():
+    """Five bodies at nine times: at rest, moved once by the least there is, turned once, repaired, lost for a frame."""
     turns, places = np.tile(np.eye(3), (9, 5, 1, 1)), np.zeros((9, 5, 3))
     places[8, 1, 2] = 5e-324
     turns[4:, 2] = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]
     turns[:, 3] *= 1 + 1e-6
     valid = np.ones((9, 5), dtype=bool)
-    places[:, 4], valid[3, 4] = 1.0, False
-    motion = Motion(np.arange(9), places, turns, valid)
+    places[:3, 4], places[3:, 4], valid[3, 4] = 1.0, 2.0, False
+    return Motion(np.arange(9), places, turns, valid)
+
+
+def test_a_motion_knows_where_each_body_changes_and_which_rest():
+    motion = resting_motion()
+    changes = [np.flatnonzero(column).tolist() for column in motion.changed.T]
+    assert changes == [[0], [0, 8], [0, 4], [0], [0, 4]], "a body that is lost changes where it is seen again"
     assert motion.still.tolist() == [True, False, False, True, False]
     assert motion.renormalised == 9
-    assert motion.frames(2, 5).still.tolist() == motion.still.tolist()
+    assert motion.frames(5, 9).still.tolist() == [True, False, True, True, True]
+
+
+def test_parts_and_poses_known_to_be_rigid_change_where_the_checked_motion_does():
+    motion = resting_motion()
+    parts = motion.translations.copy(), motion.rotations.copy(), motion.valid, motion.linked
+    assert Motion.of_rigid(motion.times, *parts).changed.tolist() == motion.changed.tolist()
+    assert motion.frames(3, 7).changed[1:].tolist() == motion.changed[4:7].tolist()
+    kept = np.array([0, 2, 3, 5, 8])
+    assert motion.take(kept).changed[:, [2, 4]].tolist() == [[1, 1], [0, 0], [0, 0], [1, 1], [0, 0]]
 
 
 @pytest.mark.parametrize("spoil", ["turn", "last row"])

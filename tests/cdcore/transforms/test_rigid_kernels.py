@@ -19,9 +19,10 @@ def error_of(matrix):
     return matrix_error(doubles_of(matrix), 0)
 
 
-def check(place, turn, valid):
-    still = np.ones(len(valid), dtype=bool)
-    return check_poses(place, turn, valid, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), still)
+def check(place, turn):
+    changed = np.empty((len(place), 1), dtype=bool)
+    arrays = place[:, None], turn[:, None], np.ones_like(changed)
+    return check_poses(*arrays, ORTHONORMAL_KEEP, ORTHONORMAL_REJECT, np.empty(18), changed)
 
 
 def spoiled(size, seed=0):
@@ -39,7 +40,7 @@ def test_the_error_of_a_matrix_is_that_of_its_product_with_itself(size):
 def test_repair_gives_the_nearest_rotation(size):
     turn = spoiled(size)
     expected = nearest_rotation(turn)
-    bad, repaired, worst = check(np.zeros((COUNT, 3)), turn, np.ones(COUNT, dtype=bool))
+    bad, repaired, worst = check(np.zeros((COUNT, 3)), turn)
     assert (bad, repaired) == (GOOD, COUNT)
     assert 0 < worst < 20 * size
     assert np.abs(turn - expected).max() < 1e-14  # the decomposition itself rounds, by the machine, up to 5e-15
@@ -49,7 +50,7 @@ def test_repair_gives_the_nearest_rotation(size):
 def test_translations_as_large_as_doubles_go_are_good():
     place = np.random.default_rng(5).normal(size=(COUNT, 3))
     place[3] = 1.7e308, 1.7e308, -1.7e308
-    bad, _, worst = check(place, spoiled(0), np.ones(COUNT, dtype=bool))
+    bad, _, worst = check(place, spoiled(0))
     assert bad == GOOD and worst < 1e-14
     assert place[3].tolist() == [1.7e308, 1.7e308, -1.7e308]
 
